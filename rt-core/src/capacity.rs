@@ -1,0 +1,24 @@
+//! Every limit of the realtime process, in one place. A scene that exceeds one is refused when
+//! it loads; inside the tick they bound every loop.
+
+/// Organs in a scene.
+pub const MAX_ORGANS: usize = 16;
+/// Spheres in a scene, all organs together.
+pub const MAX_SPHERES: usize = 4096;
+/// Links in a scene. The paper's liver has 3588 for 581 spheres (Table 1).
+pub const MAX_LINKS: usize = 8 * MAX_SPHERES;
+/// Capsules of all tools together.
+pub const MAX_CAPSULES: usize = 16;
+/// Contacts of tools with spheres that one tick keeps; the deepest stay.
+pub const MAX_CONTACTS: usize = 128;
+/// Pairs of overlapping, unlinked spheres that one tick projects apart.
+pub const MAX_SPHERE_PAIRS: usize = 2048;
+/// Events that one tick can raise; more are counted, not kept.
+pub const MAX_EVENTS_PER_TICK: usize = 32;
+/// Spheres that a grasper can hold at once.
+pub const MAX_GRASPED: usize = 64;
+
+const _: () = assert!(
+    MAX_SPHERES <= u16::MAX as usize + 1,
+    "sphere indices are u16 in the skin binding"
+);

@@ -1,0 +1,300 @@
+//! What the services carry.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Spheres that a [`StateFrame`] holds. Equals `rt_core::capacity::MAX_SPHERES` (asserted there
+/// where both are seen, in `rt-process`).
+pub const MAX_SPHERES: usize = 4096;
+/// Records that one [`TimingBatch`] holds.
+pub const TIMING_BATCH: usize = 64;
+/// Stages of a tick, in order: sample, tool, contact, solve, force, procedure, publish.
+pub const STAGES: usize = 7;
+/// Capsules that a [`ToolFrame`] shows.
+pub const MAX_CAPSULES: usize = 16;
+
+/// A rigid transform: position in m, unit quaternion x y z w.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+pub struct PoseMsg {
+    /// Translation, m.
+    pub position_m: [f32; 3],
+    /// Rotation, x y z w.
+    pub orientation: [f32; 4],
+}
+
+impl PoseMsg {
+    /// No rotation, no translation.
+    pub const IDENTITY: Self = Self {
+        position_m: [0.0; 3],
+        orientation: [0.0, 0.0, 0.0, 1.0],
+    };
+}
+
+/// One sphere's state.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+pub struct SphereState {
+    /// Centre, world frame, m.
+    pub center_m: [f32; 3],
+    /// Bit set of [`SphereState::AWAKE`], [`SphereState::CONTACT`], [`SphereState::GRASPED`].
+    pub bits: u32,
+}
+
+impl SphereState {
+    /// Its organ is simulated this tick.
+    pub const AWAKE: u32 = 1;
+    /// A tool touches it.
+    pub const CONTACT: u32 = 2;
+    /// Between closed jaws.
+    pub const GRASPED: u32 = 4;
+}
+
+/// Service `state`: the newest wins.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.StateFrame.v1")]
+pub struct StateFrame {
+    /// Tick that wrote it.
+    pub tick: u64,
+    /// When that tick's sample was read from the device (`CLOCK_MONOTONIC`).
+    pub sample_ns: u64,
+    /// When the frame was filled.
+    pub at_ns: u64,
+    /// First 16 bytes of the compiled scene's identity.
+    pub scene_id: [u8; 16],
+    /// How many of `spheres` are used.
+    pub sphere_count: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// The spheres, in the scene's order.
+    pub spheres: [SphereState; MAX_SPHERES],
+}
+
+/// Health of one device as the controller sees it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+pub struct DeviceHealth {
+    /// One of [`DeviceHealth::ABSENT`], `LIVE`, `STALE`, `LOST`.
+    pub status: u32,
+    /// Age of the newest sample, µs, saturating.
+    pub age_us: u32,
+    /// Good frames.
+    pub frames: u64,
+    /// Rejected frames.
+    pub bad_frames: u64,
+    /// Lost frames by sequence number.
+    pub lost_frames: u64,
+}
+
+impl DeviceHealth {
+    /// Not configured.
+    pub const ABSENT: u32 = 0;
+    /// Samples arrive in time.
+    pub const LIVE: u32 = 1;
+    /// The newest sample is older than its limit.
+    pub const STALE: u32 = 2;
+    /// The line is gone.
+    pub const LOST: u32 = 3;
+}
+
+/// A capsule of an instrument, world frame.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+pub struct CapsuleMsg {
+    /// One end of the axis, m.
+    pub a_m: [f32; 3],
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Other end of the axis, m.
+    pub b_m: [f32; 3],
+    /// Role: 0 shaft, 1 upper jaw, 2 lower jaw, 3 tip.
+    pub role: u32,
+}
+
+/// Service `tools`: the newest wins.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.ToolFrame.v1")]
+pub struct ToolFrame {
+    /// Tick that wrote it.
+    pub tick: u64,
+    /// When that tick's sample was read from the device.
+    pub sample_ns: u64,
+    /// When the frame was filled.
+    pub at_ns: u64,
+    /// First 16 bytes of the compiled scene's identity.
+    pub scene_id: [u8; 16],
+    /// Handle, world frame.
+    pub world_from_handle: PoseMsg,
+    /// Instrument, world frame: origin at the jaw joint, −z along the shaft towards the tip.
+    pub world_from_instrument: PoseMsg,
+    /// Endoscope's camera, world frame: looks along −z, y up.
+    pub world_from_camera: PoseMsg,
+    /// Opening of the jaws: 0 closed, 1 open.
+    pub jaw: f32,
+    /// Instrument: 0 grasper, 1 cautery hook, 2 scissors, 3 clip applier.
+    pub instrument: u32,
+    /// Force on the hand, world frame, N, as sent to the device.
+    pub force_n: [f32; 3],
+    /// Contacts in that tick.
+    pub contact_count: u32,
+    /// Bits: 1 cut, 2 coagulate, 4 camera lock, 8 paused, 16 force enabled.
+    pub switches: u32,
+    /// Device buttons.
+    pub buttons: u32,
+    /// How many of `capsules` are used.
+    pub capsule_count: u32,
+    /// Zero.
+    pub reserved: [u32; 2],
+    /// Capsules of the instrument.
+    pub capsules: [CapsuleMsg; MAX_CAPSULES],
+    /// Haptic device, tracker, pedal.
+    pub health: [DeviceHealth; 3],
+}
+
+/// Service `events`: sequence-numbered; a gap in `sequence` is a loss that the reader must show.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.EventMsg.v1")]
+pub struct EventMsg {
+    /// Counts up by one an event, from 0 at the controller's start.
+    pub sequence: u64,
+    /// Tick that raised it.
+    pub tick: u64,
+    /// When.
+    pub at_ns: u64,
+    /// One of the `EventMsg` constants.
+    pub kind: u32,
+    /// Organ's index in the scene, or `u32::MAX`.
+    pub organ: u32,
+    /// Where, world frame, m.
+    pub at_m: [f32; 3],
+    /// Depends on the kind: force in N, fault code, button.
+    pub value: f32,
+}
+
+impl EventMsg {
+    /// An instrument began to touch an organ; value: force, N.
+    pub const CONTACT: u32 = 1;
+    /// It left it.
+    pub const RELEASE: u32 = 2;
+    /// Jaws closed on tissue; value: spheres held.
+    pub const GRASP: u32 = 3;
+    /// Jaws let go.
+    pub const LET_GO: u32 = 4;
+    /// A fault was raised; value: its code (`rt_core::fault::Fault`).
+    pub const FAULT: u32 = 5;
+    /// Electrosurgery on (value 1 cut, 2 coagulate) or off (0).
+    pub const ELECTRO: u32 = 6;
+}
+
+/// One tick's timing.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+pub struct TickRecord {
+    /// Tick's number.
+    pub tick: u64,
+    /// When it should have started (`CLOCK_MONOTONIC`).
+    pub scheduled_ns: u64,
+    /// Actual start − scheduled start, saturating.
+    pub wake_latency_ns: u32,
+    /// Start to end of the tick.
+    pub tick_ns: u32,
+    /// Device sample read → force written. 0: no fresh sample this tick.
+    pub motion_to_force_ns: u32,
+    /// Periods skipped before this tick (deadline misses).
+    pub missed: u32,
+    /// Time of each stage.
+    pub stage_ns: [u32; STAGES],
+    /// Bits: 1 overran its deadline, 2 no free slot to publish, 4 stale sample, 8 in contact.
+    pub bits: u32,
+}
+
+/// Service `timing`: batches of records, with the thread's counters since its start.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.TimingBatch.v1")]
+pub struct TimingBatch {
+    /// Batch number; a gap is a loss.
+    pub sequence: u64,
+    /// Heap allocations of the realtime thread since it was armed.
+    pub allocations: u64,
+    /// Page faults (minor and major) of the realtime thread since it was armed.
+    pub page_faults: u64,
+    /// Involuntary context switches since it was armed.
+    pub involuntary_switches: u64,
+    /// Ticks so far.
+    pub ticks: u64,
+    /// Periods skipped so far.
+    pub deadline_misses: u64,
+    /// Ticks so far that ended after their deadline.
+    pub overruns: u64,
+    /// Faults of each kind so far (`rt_core::fault::Fault`).
+    pub faults: [u64; 16],
+    /// Bits: 1 SCHED_FIFO, 2 memory locked, 4 pinned, realtime only with all three.
+    pub realtime: u32,
+    /// How many of `records` are used.
+    pub count: u32,
+    /// The records, oldest first.
+    pub records: [TickRecord; TIMING_BATCH],
+}
+
+impl TimingBatch {
+    /// `realtime` bit: the thread runs under SCHED_FIFO.
+    pub const FIFO: u32 = 1;
+    /// `realtime` bit: all memory is locked.
+    pub const LOCKED: u32 = 2;
+    /// `realtime` bit: the thread is pinned to one core.
+    pub const PINNED: u32 = 4;
+}
+
+/// Service `command` (request): what the host asks.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.CommandMsg.v1")]
+pub struct CommandMsg {
+    /// One of the `CommandMsg` constants.
+    pub kind: u32,
+    /// Instrument for [`CommandMsg::INSTRUMENT`], 1/0 for [`CommandMsg::PAUSE`] and
+    /// [`CommandMsg::ENABLE_FORCE`].
+    pub argument: u32,
+}
+
+impl CommandMsg {
+    /// Pause (1) or go on (0).
+    pub const PAUSE: u32 = 1;
+    /// Put every organ back to rest.
+    pub const RESET: u32 = 2;
+    /// Let force through again (1) after a trip, or cut it (0).
+    pub const ENABLE_FORCE: u32 = 3;
+    /// Choose the instrument.
+    pub const INSTRUMENT: u32 = 4;
+    /// End the controller cleanly.
+    pub const STOP: u32 = 5;
+}
+
+/// Service `command` (response): what became of it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.ReplyMsg.v1")]
+pub struct ReplyMsg {
+    /// 0 done, 1 unknown command, 2 argument out of range, 3 busy: try again.
+    pub outcome: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Tick at which it took effect.
+    pub tick: u64,
+}
+
+// The layout is the contract: a change of size is a change of version.
+const _: () = {
+    assert!(size_of::<SphereState>() == 16);
+    assert!(size_of::<StateFrame>() == 48 + 16 * MAX_SPHERES);
+    assert!(size_of::<CapsuleMsg>() == 32);
+    assert!(size_of::<DeviceHealth>() == 32);
+    assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 3 * 32);
+    assert!(size_of::<EventMsg>() == 48);
+    assert!(size_of::<TimingBatch>() == 192 + 64 * TIMING_BATCH);
+    assert!(size_of::<TickRecord>() == 64);
+};

@@ -1,0 +1,408 @@
+//! Reading a compiled scene: map, check, view.
+
+use std::path::{Path, PathBuf};
+
+use bytemuck::Pod;
+
+use super::write::{HEADER_BYTES, Header, SECTIONS, Section, TABLE_ENTRY_BYTES};
+use super::{
+    BINDINGS, LAYOUT_VERSION, LinkRecord, MAGIC, OrganKind, OrganRecord, RoomRecord, SceneId,
+    SphereRecord, VertexRecord, WEIGHT_SUM, str_from_name,
+};
+use crate::message::{MAX_SPHERES, PoseMsg};
+
+/// Why a compiled scene is refused.
+#[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)]
+pub enum SceneError {
+    #[error("{path}: {source}; prepare the scene with `calot prepare RECIPE --out FILE`")]
+    Io {
+        path: PathBuf,
+        source: std::io::Error,
+    },
+    #[error("not a compiled scene ({0}); prepare it again with `calot prepare`")]
+    NotAScene(&'static str),
+    #[error(
+        "compiled scene has layout version {found}, this program reads {LAYOUT_VERSION}; \
+         prepare it again with `calot prepare`"
+    )]
+    Version { found: u32 },
+    #[error("compiled scene is damaged: its content does not match its identity; prepare it again")]
+    Identity,
+    #[error("scene has no room record")]
+    MissingRoom,
+    #[error("scene has {found} {what}, allowed are {min} to {max}; choose a coarser level")]
+    Count {
+        what: &'static str,
+        found: usize,
+        min: usize,
+        max: usize,
+    },
+    #[error("{what} {index}: {problem}")]
+    Record {
+        what: &'static str,
+        index: usize,
+        problem: String,
+    },
+}
+
+/// A checked, read-only compiled scene: mapped from a file, or over bytes in memory.
+#[derive(Debug)]
+pub struct SceneFile {
+    bytes: Bytes,
+    id: SceneId,
+    sections: [Section; SECTIONS],
+}
+
+#[derive(Debug)]
+enum Bytes {
+    Mapped(memmap2::Mmap),
+    /// `u64` for alignment; the tail of the last word is unused.
+    Owned(Vec<u64>, usize),
+}
+
+impl Bytes {
+    fn get(&self) -> &[u8] {
+        match self {
+            Self::Mapped(map) => map,
+            Self::Owned(words, len) => &bytemuck::cast_slice(words)[..*len],
+        }
+    }
+}
+
+impl SceneFile {
+    /// Maps and checks a file. Do not change it in place while it is mapped; writers replace it
+    /// by renaming.
+    ///
+    /// # Errors
+    /// Says what is wrong and where.
+    pub fn open(path: &Path) -> Result<Self, SceneError> {
+        let io = |source| SceneError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let file = std::fs::File::open(path).map_err(io)?;
+        #[expect(unsafe_code, reason = "mapping a file is unsafe in memmap2")]
+        // SAFETY: read-only map of a file that writers replace and never change in place (see
+        // `SceneData::write`); all content is plain old data and checked below.
+        let map = unsafe { memmap2::Mmap::map(&file) }.map_err(io)?;
+        Self::check(Bytes::Mapped(map))
+    }
+
+    /// Checks a scene in memory.
+    ///
+    /// # Errors
+    /// As [`SceneFile::open`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, SceneError> {
+        let mut words = vec![0u64; bytes.len().div_ceil(8)];
+        bytemuck::cast_slice_mut(&mut words)[..bytes.len()].copy_from_slice(bytes);
+        Self::check(Bytes::Owned(words, bytes.len()))
+    }
+
+    fn check(bytes: Bytes) -> Result<Self, SceneError> {
+        let all = bytes.get();
+        let head = HEADER_BYTES + SECTIONS * TABLE_ENTRY_BYTES;
+        if all.len() < head {
+            return Err(SceneError::NotAScene("too short"));
+        }
+        let header: Header = *bytemuck::from_bytes(&all[..HEADER_BYTES]);
+        if header.magic != MAGIC {
+            return Err(SceneError::NotAScene("wrong magic"));
+        }
+        if header.version != LAYOUT_VERSION {
+            return Err(SceneError::Version {
+                found: header.version,
+            });
+        }
+        if header.sections as usize != SECTIONS || header.bytes != all.len() as u64 {
+            return Err(SceneError::NotAScene("wrong length"));
+        }
+        if *blake3::hash(&all[HEADER_BYTES..]).as_bytes() != header.identity {
+            return Err(SceneError::Identity);
+        }
+        let mut sections = [Section {
+            kind: 0,
+            element_bytes: 0,
+            offset: 0,
+            count: 0,
+            reserved: 0,
+        }; SECTIONS];
+        sections.copy_from_slice(bytemuck::cast_slice(&all[HEADER_BYTES..head]));
+        for (i, section) in sections.iter().enumerate() {
+            let bytes = section.count.checked_mul(u64::from(section.element_bytes));
+            let end = bytes.and_then(|n| section.offset.checked_add(n));
+            if section.kind as usize != i + 1
+                || section.element_bytes as usize != ELEMENT_BYTES[i]
+                || section.offset % 64 != 0
+                || end.is_none_or(|end| end > all.len() as u64)
+            {
+                return Err(SceneError::NotAScene("broken section table"));
+            }
+        }
+        let scene = Self {
+            id: header.identity,
+            sections,
+            bytes,
+        };
+        scene.check_content()?;
+        Ok(scene)
+    }
+
+    fn section<T: Pod>(&self, index: usize) -> &[T] {
+        let Section { offset, count, .. } = self.sections[index];
+        let start = offset as usize;
+        bytemuck::cast_slice(&self.bytes.get()[start..start + count as usize * size_of::<T>()])
+    }
+
+    /// Identity of the content.
+    #[must_use]
+    pub fn id(&self) -> SceneId {
+        self.id
+    }
+
+    /// First half of the identity, as frames carry it.
+    #[must_use]
+    pub fn short_id(&self) -> [u8; 16] {
+        let mut short = [0; 16];
+        short.copy_from_slice(&self.id[..16]);
+        short
+    }
+
+    /// The scene's name.
+    #[must_use]
+    pub fn name(&self) -> &str {
+        str_from_name(&self.section::<RoomRecord>(0)[0].name).unwrap_or("?")
+    }
+
+    /// Where things stand.
+    #[must_use]
+    pub fn room(&self) -> &RoomRecord {
+        &self.section(0)[0]
+    }
+
+    /// Organs.
+    #[must_use]
+    pub fn organs(&self) -> &[OrganRecord] {
+        self.section(1)
+    }
+
+    /// Spheres, organ by organ.
+    #[must_use]
+    pub fn spheres(&self) -> &[SphereRecord] {
+        self.section(2)
+    }
+
+    /// Links, organ by organ.
+    #[must_use]
+    pub fn links(&self) -> &[LinkRecord] {
+        self.section(3)
+    }
+
+    /// Skin vertices, organ by organ.
+    #[must_use]
+    pub fn vertices(&self) -> &[VertexRecord] {
+        self.section(4)
+    }
+
+    /// Skin triangles, organ by organ; indices into [`SceneFile::vertices`].
+    #[must_use]
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        self.section(5)
+    }
+
+    fn check_content(&self) -> Result<(), SceneError> {
+        count("room", self.sections[0].count as usize, 1, 1)?;
+        count("organs", self.organs().len(), 1, 16)?;
+        count("spheres", self.spheres().len(), 1, MAX_SPHERES)?;
+        count("links", self.links().len(), 0, 8 * MAX_SPHERES)?;
+        count("skin vertices", self.vertices().len(), 0, 4_000_000)?;
+        count("skin triangles", self.triangles().len(), 0, 8_000_000)?;
+        self.check_room()?;
+
+        let mut ends = [0u32; 4];
+        for (i, organ) in self.organs().iter().enumerate() {
+            let bad = |problem: String| record("organ", i, problem);
+            if OrganKind::from_u32(organ.kind).is_none() {
+                return Err(bad(format!("unknown kind {}", organ.kind)));
+            }
+            if str_from_name(&organ.name).is_none_or(str::is_empty) {
+                return Err(bad("name is empty or not UTF-8".into()));
+            }
+            check_material(organ).map_err(bad)?;
+            let ranges = [organ.spheres, organ.links, organ.vertices, organ.triangles];
+            for (end, [first, n]) in ends.iter_mut().zip(ranges) {
+                if first != *end {
+                    return Err(bad(format!("range starts at {first}, expected {end}")));
+                }
+                *end = first
+                    .checked_add(n)
+                    .ok_or_else(|| bad("range overflows".into()))?;
+            }
+            if organ.spheres[1] == 0 {
+                return Err(bad("has no spheres".into()));
+            }
+        }
+        let sizes = [
+            self.spheres().len(),
+            self.links().len(),
+            self.vertices().len(),
+            self.triangles().len(),
+        ];
+        if ends.map(|end| end as usize) != sizes {
+            return Err(SceneError::NotAScene("organs do not cover their sections"));
+        }
+        self.check_elements()
+    }
+
+    fn check_room(&self) -> Result<(), SceneError> {
+        let room = self.room();
+        let bad = |problem: &str| record("room", 0, problem.into());
+        let points = [
+            room.gravity_m_s2,
+            room.instrument_port_m,
+            room.endoscope_port_m,
+            room.target_m,
+            room.target_normal,
+        ];
+        if points
+            .as_flattened()
+            .iter()
+            .any(|x| !x.is_finite() || x.abs() > 1e3)
+        {
+            return Err(bad("a point is not finite or beyond 1000"));
+        }
+        for pose in [
+            &room.world_from_device,
+            &room.world_from_tracker,
+            &room.world_from_camera,
+        ] {
+            if !pose_is_valid(pose) {
+                return Err(bad(
+                    "a pose is not finite or its quaternion not of unit length",
+                ));
+            }
+        }
+        if !(0.05..=1.0).contains(&room.instrument_length_m) {
+            return Err(bad("instrument length is outside 0.05 to 1 m"));
+        }
+        if room.target_organ as usize >= self.organs().len() {
+            return Err(bad("target organ does not exist"));
+        }
+        str_from_name(&room.name)
+            .map(|_| ())
+            .ok_or_else(|| bad("name is not UTF-8"))
+    }
+
+    fn check_elements(&self) -> Result<(), SceneError> {
+        for (i, s) in self.spheres().iter().enumerate() {
+            let finite = s.center_m.iter().all(|x| x.is_finite() && x.abs() < 1e3);
+            let ok = |x: f32, max: f32| x > 0.0 && x < max;
+            if !finite || !ok(s.radius_m, 10.0) || !ok(s.mass_kg, 1e4) || s.held > 1 {
+                return Err(record("sphere", i, format!("out of range: {s:?}")));
+            }
+        }
+        for organ in self.organs() {
+            let own = |index: u32, [first, n]: [u32; 2]| index >= first && index < first + n;
+            let [first, n] = organ.links;
+            for i in first..first + n {
+                let link = self.links()[i as usize];
+                let length_ok = link.rest_length_m > 0.0 && link.rest_length_m < 10.0;
+                if !own(link.a, organ.spheres)
+                    || !own(link.b, organ.spheres)
+                    || link.a == link.b
+                    || !length_ok
+                {
+                    return Err(record(
+                        "link",
+                        i as usize,
+                        format!("out of range: {link:?}"),
+                    ));
+                }
+            }
+            let [first, n] = organ.vertices;
+            for i in first..first + n {
+                let v = &self.vertices()[i as usize];
+                let sum: u32 = v.weights.iter().map(|&w| u32::from(w)).sum();
+                let finite = v.position_m.iter().chain(&v.normal).all(|x| x.is_finite());
+                let bound = v.spheres.iter().all(|&s| own(u32::from(s), organ.spheres));
+                if sum != WEIGHT_SUM || !finite || !bound {
+                    return Err(record(
+                        "skin vertex",
+                        i as usize,
+                        format!("out of range: {v:?}"),
+                    ));
+                }
+            }
+            let [first, n] = organ.triangles;
+            for i in first..first + n {
+                let t = self.triangles()[i as usize];
+                if !t.iter().all(|&v| own(v, organ.vertices)) {
+                    return Err(record(
+                        "skin triangle",
+                        i as usize,
+                        format!("{t:?} leaves its organ"),
+                    ));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+const ELEMENT_BYTES: [usize; SECTIONS] = [
+    size_of::<RoomRecord>(),
+    size_of::<OrganRecord>(),
+    size_of::<SphereRecord>(),
+    size_of::<LinkRecord>(),
+    size_of::<VertexRecord>(),
+    size_of::<[u32; 3]>(),
+];
+
+const _: () = assert!(BINDINGS == 8 && size_of::<VertexRecord>() == 56);
+
+fn count(what: &'static str, found: usize, min: usize, max: usize) -> Result<(), SceneError> {
+    if (min..=max).contains(&found) {
+        return Ok(());
+    }
+    Err(SceneError::Count {
+        what,
+        found,
+        min,
+        max,
+    })
+}
+
+fn record(what: &'static str, index: usize, problem: String) -> SceneError {
+    SceneError::Record {
+        what,
+        index,
+        problem,
+    }
+}
+
+fn pose_is_valid(pose: &PoseMsg) -> bool {
+    let length2: f32 = pose.orientation.iter().map(|x| x * x).sum();
+    pose.position_m
+        .iter()
+        .all(|x| x.is_finite() && x.abs() < 1e3)
+        && (length2 - 1.0).abs() < 1e-3
+}
+
+fn check_material(organ: &OrganRecord) -> Result<(), String> {
+    let m = &organ.material;
+    for (name, value, min, max) in [
+        ("density_kg_m3", m.density_kg_m3, 1.0, 1e5),
+        ("young_pa", m.young_pa, 1.0, 1e9),
+        ("poisson", m.poisson, 0.0, 0.4999),
+        ("stretch_stiffness", m.stretch_stiffness, 0.0, 1.0),
+        ("laplacian_stiffness", m.laplacian_stiffness, 0.0, 1.0),
+        ("damping_per_s", m.damping_per_s, 0.0, 1e3),
+        ("contact_stiffness_n_m", m.contact_stiffness_n_m, 0.0, 1e5),
+        ("volume_m3", organ.volume_m3, 0.0, 1.0),
+    ] {
+        if !(min..=max).contains(&value) {
+            return Err(format!("{name} is {value}, allowed are {min} to {max}"));
+        }
+    }
+    Ok(())
+}

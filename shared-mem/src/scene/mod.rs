@@ -1,0 +1,28 @@
+//! The compiled scene: one file that preparation writes and both processes map read-only.
+//!
+//! ```text
+//! header   magic, layout version, section count, identity (BLAKE3 of all that follows)
+//! table    kind, element size, offset, count of each section
+//! sections plain records, each 64-byte aligned
+//! ```
+//!
+//! The file is hostile input: [`SceneFile::open`] checks sizes, alignment, identity, every index
+//! and every number before anything is used.
+
+mod file;
+mod record;
+mod write;
+
+pub use file::{SceneError, SceneFile};
+pub use record::{
+    BINDINGS, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SphereRecord,
+    VertexRecord, WEIGHT_SUM, name_from_str, str_from_name,
+};
+pub use write::SceneData;
+
+/// First eight bytes of a compiled scene.
+pub const MAGIC: [u8; 8] = *b"CALOTSCN";
+/// Changes with any record.
+pub const LAYOUT_VERSION: u32 = 1;
+/// BLAKE3 of table and sections: two processes run the same scene iff it is equal.
+pub type SceneId = [u8; 32];

@@ -1,0 +1,182 @@
+//! Records of a compiled scene.
+
+use bytemuck::{Pod, Zeroable};
+
+use crate::message::PoseMsg;
+
+/// Spheres that one skin vertex is bound to, at most.
+pub const BINDINGS: usize = 8;
+/// The quantised weights of a vertex sum to this.
+pub const WEIGHT_SUM: u32 = 65_535;
+
+/// What an organ is: chooses its look and its role in the procedure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[repr(u32)]
+#[allow(missing_docs)]
+pub enum OrganKind {
+    Liver = 1,
+    Gallbladder = 2,
+    CysticDuct = 3,
+    CysticArtery = 4,
+    BileDuct = 5,
+    Stomach = 6,
+    Intestine = 7,
+    Fat = 8,
+    ConnectiveTissue = 9,
+    AbdominalWall = 10,
+    Vessel = 11,
+}
+
+impl OrganKind {
+    /// All kinds.
+    pub const ALL: [Self; 11] = [
+        Self::Liver,
+        Self::Gallbladder,
+        Self::CysticDuct,
+        Self::CysticArtery,
+        Self::BileDuct,
+        Self::Stomach,
+        Self::Intestine,
+        Self::Fat,
+        Self::ConnectiveTissue,
+        Self::AbdominalWall,
+        Self::Vessel,
+    ];
+
+    /// The kind with this number.
+    #[must_use]
+    pub fn from_u32(number: u32) -> Option<Self> {
+        Self::ALL.into_iter().find(|kind| *kind as u32 == number)
+    }
+}
+
+/// Where things stand: one per scene.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct RoomRecord {
+    /// Scene's name, UTF-8, padded with zeros.
+    pub name: [u8; 64],
+    /// Gravity, m/s².
+    pub gravity_m_s2: [f32; 3],
+    /// Base frame of the haptic device.
+    pub world_from_device: PoseMsg,
+    /// Transmitter frame of the tracker.
+    pub world_from_tracker: PoseMsg,
+    /// The instrument's trocar, m.
+    pub instrument_port_m: [f32; 3],
+    /// From the handle to the tip, along the shaft, m.
+    pub instrument_length_m: f32,
+    /// The endoscope's port, m.
+    pub endoscope_port_m: [f32; 3],
+    /// Camera before the first tracker sample: looks along −z, y up.
+    pub world_from_camera: PoseMsg,
+    /// Where the scripted hand works: a point on the skin of the target organ, m.
+    pub target_m: [f32; 3],
+    /// Outward normal there.
+    pub target_normal: [f32; 3],
+    /// Index of the target organ.
+    pub target_organ: u32,
+}
+
+/// A material. The SI values are the tissue's; the dimensionless ones tune the paper's method.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct MaterialRecord {
+    /// kg/m³.
+    pub density_kg_m3: f32,
+    /// Young's modulus, Pa.
+    pub young_pa: f32,
+    /// Poisson's ratio, 0..0.5.
+    pub poisson: f32,
+    /// Share of a link's stretch corrected in an iteration, 0..=1 (paper Eq. 4–5).
+    pub stretch_stiffness: f32,
+    /// Share of the way to the Laplacian target, 0..=1 (paper Eq. 8).
+    pub laplacian_stiffness: f32,
+    /// Fraction of velocity lost per second.
+    pub damping_per_s: f32,
+    /// Hooke constant of the haptic force, N/m.
+    pub contact_stiffness_n_m: f32,
+    /// Zero.
+    pub reserved: u32,
+}
+
+/// An organ: ranges into the other sections.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct OrganRecord {
+    /// Name, UTF-8, padded with zeros.
+    pub name: [u8; 32],
+    /// An [`OrganKind`] as a number.
+    pub kind: u32,
+    /// Spheres: first and count.
+    pub spheres: [u32; 2],
+    /// Links: first and count. A link joins spheres of its own organ.
+    pub links: [u32; 2],
+    /// Skin vertices: first and count. Bound to spheres of its own organ.
+    pub vertices: [u32; 2],
+    /// Skin triangles: first and count. Of vertices of its own organ.
+    pub triangles: [u32; 2],
+    /// Volume inside the skin at rest, m³.
+    pub volume_m3: f32,
+    /// Material.
+    pub material: MaterialRecord,
+}
+
+/// A sphere at rest.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct SphereRecord {
+    /// Centre, world frame, m.
+    pub center_m: [f32; 3],
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Mass, kg.
+    pub mass_kg: f32,
+    /// 1: attached to its surroundings.
+    pub held: u32,
+}
+
+/// A distance constraint.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct LinkRecord {
+    /// First sphere, index into the scene's spheres.
+    pub a: u32,
+    /// Second sphere.
+    pub b: u32,
+    /// Length at rest, m.
+    pub rest_length_m: f32,
+}
+
+/// A skin vertex and what moves it (paper Eq. 9–12).
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct VertexRecord {
+    /// Position at rest, world frame, m.
+    pub position_m: [f32; 3],
+    /// Outward unit normal at rest.
+    pub normal: [f32; 3],
+    /// Spheres it follows, indices into the scene's spheres; unused ones repeat the first.
+    pub spheres: [u16; BINDINGS],
+    /// Their weights; sum is [`WEIGHT_SUM`], unused ones are zero.
+    pub weights: [u16; BINDINGS],
+}
+
+/// A fixed name field from a string, cut at a character border.
+#[must_use]
+pub fn name_from_str<const N: usize>(name: &str) -> [u8; N] {
+    let mut field = [0; N];
+    let end = (0..=name.len().min(N))
+        .rev()
+        .find(|&i| name.is_char_boundary(i))
+        .unwrap_or(0);
+    field[..end].copy_from_slice(&name.as_bytes()[..end]);
+    field
+}
+
+/// The string in a fixed name field, up to the first zero; `None` if it is not UTF-8.
+#[must_use]
+pub fn str_from_name(field: &[u8]) -> Option<&str> {
+    let end = field.iter().position(|&b| b == 0).unwrap_or(field.len());
+    core::str::from_utf8(&field[..end]).ok()
+}

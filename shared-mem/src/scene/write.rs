@@ -1,0 +1,130 @@
+//! Writing a compiled scene.
+
+use std::path::Path;
+
+use bytemuck::Pod;
+
+use super::file::SceneError;
+use super::{
+    LAYOUT_VERSION, LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, VertexRecord,
+};
+
+/// A scene in memory, as preparation builds it.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct SceneData {
+    /// Where things stand.
+    pub room: Option<RoomRecord>,
+    /// Organs.
+    pub organs: Vec<OrganRecord>,
+    /// Spheres of all organs, organ by organ.
+    pub spheres: Vec<SphereRecord>,
+    /// Links of all organs, organ by organ.
+    pub links: Vec<LinkRecord>,
+    /// Skin vertices of all organs.
+    pub vertices: Vec<VertexRecord>,
+    /// Skin triangles of all organs; indices into `vertices`.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+pub(super) const HEADER_BYTES: usize = 64;
+pub(super) const TABLE_ENTRY_BYTES: usize = 32;
+pub(super) const ALIGN: usize = 64;
+pub(super) const SECTIONS: usize = 6;
+
+/// Header of the file.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct Header {
+    pub(super) magic: [u8; 8],
+    pub(super) version: u32,
+    pub(super) sections: u32,
+    pub(super) identity: SceneId,
+    pub(super) bytes: u64,
+    pub(super) reserved: u64,
+}
+
+/// One row of the table; sections stand in the order of [`SceneData`]'s fields.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct Section {
+    pub(super) kind: u32,
+    pub(super) element_bytes: u32,
+    pub(super) offset: u64,
+    pub(super) count: u64,
+    pub(super) reserved: u64,
+}
+
+impl SceneData {
+    /// The file's bytes: the same scene gives the same bytes.
+    ///
+    /// # Errors
+    /// When [`super::SceneFile::from_bytes`] would refuse the result; the scene's fault is named.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, SceneError> {
+        let room = self.room.ok_or(SceneError::MissingRoom)?;
+        let mut body = Body {
+            table: Vec::new(),
+            bytes: Vec::new(),
+        };
+        body.push(1, core::slice::from_ref(&room));
+        body.push(2, &self.organs);
+        body.push(3, &self.spheres);
+        body.push(4, &self.links);
+        body.push(5, &self.vertices);
+        body.push(6, &self.triangles);
+
+        let table: &[u8] = bytemuck::cast_slice(&body.table);
+        let mut hash = blake3::Hasher::new();
+        hash.update(table).update(&body.bytes);
+        let header = Header {
+            magic: MAGIC,
+            version: LAYOUT_VERSION,
+            sections: SECTIONS as u32,
+            identity: *hash.finalize().as_bytes(),
+            bytes: (HEADER_BYTES + table.len() + body.bytes.len()) as u64,
+            reserved: 0,
+        };
+        let mut file = bytemuck::bytes_of(&header).to_vec();
+        file.extend_from_slice(table);
+        file.extend_from_slice(&body.bytes);
+        super::SceneFile::from_bytes(&file)?;
+        Ok(file)
+    }
+
+    /// Writes the file: to a temporary name beside it, then renamed, so that a reader never sees
+    /// half a scene.
+    ///
+    /// # Errors
+    /// As [`SceneData::to_bytes`], and what the file system says.
+    pub fn write(&self, path: &Path) -> Result<SceneId, SceneError> {
+        let bytes = self.to_bytes()?;
+        let io = |source| SceneError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let partial = path.with_extension(format!("partial-{}", std::process::id()));
+        std::fs::write(&partial, &bytes).map_err(io)?;
+        std::fs::rename(&partial, path).map_err(io)?;
+        Ok(super::SceneFile::from_bytes(&bytes)?.id())
+    }
+}
+
+struct Body {
+    table: Vec<Section>,
+    bytes: Vec<u8>,
+}
+
+impl Body {
+    fn push<T: Pod>(&mut self, kind: u32, records: &[T]) {
+        let head = HEADER_BYTES + SECTIONS * TABLE_ENTRY_BYTES;
+        let offset = (head + self.bytes.len()).next_multiple_of(ALIGN);
+        self.bytes.resize(offset - head, 0);
+        self.bytes.extend_from_slice(bytemuck::cast_slice(records));
+        self.table.push(Section {
+            kind,
+            element_bytes: size_of::<T>() as u32,
+            offset: offset as u64,
+            count: records.len() as u64,
+            reserved: 0,
+        });
+    }
+}
