@@ -6,3 +6,4 @@
 
 pub mod message;
 pub mod scene;
+pub mod service;

@@ -29,6 +29,13 @@ impl PoseMsg {
         position_m: [0.0; 3],
         orientation: [0.0, 0.0, 0.0, 1.0],
     };
+
+    /// Whether it is finite, within 1000 m, and its quaternion of unit length.
+    #[must_use]
+    pub fn is_sane(&self) -> bool {
+        let length2: f32 = self.orientation.iter().map(|x| x * x).sum();
+        self.position_m.iter().all(|x| x.abs() < 1e3) && (length2 - 1.0).abs() < 1e-3
+    }
 }
 
 /// One sphere's state.
@@ -69,6 +76,45 @@ pub struct StateFrame {
     pub reserved: u32,
     /// The spheres, in the scene's order.
     pub spheres: [SphereState; MAX_SPHERES],
+}
+
+impl StateFrame {
+    /// The used spheres, or `None` if the frame is malformed: too many, or a centre that is not
+    /// finite or lies beyond 1000 m.
+    #[must_use]
+    pub fn spheres(&self) -> Option<&[SphereState]> {
+        let spheres = self.spheres.get(..self.sphere_count as usize)?;
+        let sane = |s: &SphereState| s.center_m.iter().all(|x| x.abs() < 1e3);
+        spheres.iter().all(sane).then_some(spheres)
+    }
+}
+
+impl ToolFrame {
+    /// The used capsules, or `None` if the frame is malformed.
+    #[must_use]
+    pub fn capsules(&self) -> Option<&[CapsuleMsg]> {
+        let poses = [
+            self.world_from_handle,
+            self.world_from_instrument,
+            self.world_from_camera,
+        ];
+        let sane = |x: &f32| x.abs() < 1e3;
+        let poses_ok = poses.iter().all(PoseMsg::is_sane);
+        let capsules = self.capsules.get(..self.capsule_count as usize)?;
+        let capsules_ok = capsules
+            .iter()
+            .all(|c| c.a_m.iter().chain(&c.b_m).chain([&c.radius_m]).all(sane));
+        let force_ok = self.force_n.iter().all(sane) && self.jaw.is_finite();
+        (poses_ok && capsules_ok && force_ok).then_some(capsules)
+    }
+}
+
+impl TimingBatch {
+    /// The used records, or `None` if the batch is malformed.
+    #[must_use]
+    pub fn records(&self) -> Option<&[TickRecord]> {
+        self.records.get(..self.count as usize)
+    }
 }
 
 /// Health of one device as the controller sees it.

@@ -9,7 +9,7 @@ use super::{
     BINDINGS, LAYOUT_VERSION, LinkRecord, MAGIC, OrganKind, OrganRecord, RoomRecord, SceneId,
     SphereRecord, VertexRecord, WEIGHT_SUM, str_from_name,
 };
-use crate::message::{MAX_SPHERES, PoseMsg};
+use crate::message::MAX_SPHERES;
 
 /// Why a compiled scene is refused.
 #[derive(Debug, thiserror::Error)]
@@ -276,7 +276,7 @@ impl SceneFile {
             &room.world_from_tracker,
             &room.world_from_camera,
         ] {
-            if !pose_is_valid(pose) {
+            if !pose.is_sane() {
                 return Err(bad(
                     "a pose is not finite or its quaternion not of unit length",
                 ));
@@ -378,14 +378,6 @@ fn record(what: &'static str, index: usize, problem: String) -> SceneError {
         index,
         problem,
     }
-}
-
-fn pose_is_valid(pose: &PoseMsg) -> bool {
-    let length2: f32 = pose.orientation.iter().map(|x| x * x).sum();
-    pose.position_m
-        .iter()
-        .all(|x| x.is_finite() && x.abs() < 1e3)
-        && (length2 - 1.0).abs() < 1e-3
 }
 
 fn check_material(organ: &OrganRecord) -> Result<(), String> {

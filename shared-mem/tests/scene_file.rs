@@ -1,0 +1,200 @@
+//! The compiled scene: round trip, refusals, and hostile bytes.
+
+use bytemuck::Zeroable;
+use proptest::prelude::*;
+use shared_mem::message::PoseMsg;
+use shared_mem::scene::{
+    LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SceneError,
+    SceneFile, SphereRecord, VertexRecord, name_from_str,
+};
+
+fn tiny() -> SceneData {
+    let sphere = |x: f32| SphereRecord {
+        center_m: [x, 0.0, 0.0],
+        radius_m: 0.01,
+        mass_kg: 0.01,
+        held: 0,
+    };
+    let vertex = |x: f32| VertexRecord {
+        position_m: [x, 0.01, 0.0],
+        normal: [0.0, 1.0, 0.0],
+        spheres: [0; 8],
+        weights: [65_535, 0, 0, 0, 0, 0, 0, 0],
+    };
+    let room = RoomRecord {
+        name: name_from_str("tiny"),
+        gravity_m_s2: [0.0, -9.81, 0.0],
+        world_from_device: PoseMsg::IDENTITY,
+        world_from_tracker: PoseMsg::IDENTITY,
+        world_from_camera: PoseMsg::IDENTITY,
+        instrument_length_m: 0.33,
+        ..RoomRecord::zeroed()
+    };
+    let organ = OrganRecord {
+        name: name_from_str("liver"),
+        kind: OrganKind::Liver as u32,
+        spheres: [0, 2],
+        links: [0, 1],
+        vertices: [0, 3],
+        triangles: [0, 1],
+        volume_m3: 1e-5,
+        material: MaterialRecord {
+            density_kg_m3: 1060.0,
+            young_pa: 5000.0,
+            poisson: 0.45,
+            stretch_stiffness: 0.5,
+            laplacian_stiffness: 0.1,
+            damping_per_s: 1.0,
+            contact_stiffness_n_m: 200.0,
+            reserved: 0,
+        },
+    };
+    SceneData {
+        room: Some(room),
+        organs: vec![organ],
+        spheres: vec![sphere(0.0), sphere(0.01)],
+        links: vec![LinkRecord {
+            a: 0,
+            b: 1,
+            rest_length_m: 0.01,
+        }],
+        vertices: vec![vertex(0.0), vertex(0.01), vertex(0.02)],
+        triangles: vec![[0, 1, 2]],
+    }
+}
+
+#[test]
+fn a_scene_survives_the_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("tiny.calot");
+    let data = tiny();
+    let id = data.write(&path).unwrap();
+    let scene = SceneFile::open(&path).unwrap();
+    assert_eq!(scene.id(), id);
+    assert_eq!(scene.name(), "tiny");
+    assert_eq!(scene.organs(), data.organs);
+    assert_eq!(scene.spheres(), data.spheres);
+    assert_eq!(scene.links(), data.links);
+    assert_eq!(scene.vertices(), data.vertices);
+    assert_eq!(scene.triangles(), data.triangles);
+    assert_eq!(
+        data.to_bytes().unwrap(),
+        std::fs::read(&path).unwrap(),
+        "same scene, same bytes"
+    );
+    assert_eq!(
+        std::fs::read_dir(folder.path()).unwrap().count(),
+        1,
+        "no partial file stays"
+    );
+}
+
+#[test]
+fn a_changed_scene_has_another_identity() {
+    let id = |data: &SceneData| {
+        SceneFile::from_bytes(&data.to_bytes().unwrap())
+            .unwrap()
+            .id()
+    };
+    let mut other = tiny();
+    other.spheres[1].radius_m = 0.011;
+    assert_ne!(id(&tiny()), id(&other));
+}
+
+type Fault = (&'static str, fn(&mut SceneData));
+
+#[test]
+fn every_fault_is_refused_and_named() {
+    let faults: [Fault; 15] = [
+        ("kind", |s| s.organs[0].kind = 99),
+        ("name", |s| s.organs[0].name = [0; 32]),
+        ("poisson", |s| s.organs[0].material.poisson = 0.5),
+        ("young_pa", |s| s.organs[0].material.young_pa = f32::NAN),
+        ("range", |s| s.organs[0].spheres = [1, 1]),
+        ("cover", |s| s.organs[0].links = [0, u32::MAX]),
+        ("cover", |s| s.organs[0].triangles = [0, 0]),
+        ("sphere 1", |s| s.spheres[1].center_m[2] = f32::INFINITY),
+        ("sphere 0", |s| s.spheres[0].mass_kg = 0.0),
+        ("link 0", |s| s.links[0].b = 2),
+        ("link 0", |s| s.links[0].b = 0),
+        ("vertex 2", |s| s.vertices[2].weights[0] = 1),
+        ("vertex 0", |s| s.vertices[0].spheres[7] = 2),
+        ("triangle 0", |s| s.triangles[0][1] = 3),
+        ("instrument length", |s| {
+            if let Some(room) = &mut s.room {
+                room.instrument_length_m = 0.0;
+            }
+        }),
+    ];
+    for (expected, break_it) in faults {
+        let mut data = tiny();
+        break_it(&mut data);
+        let error = data.to_bytes().unwrap_err().to_string();
+        assert!(
+            error.contains(expected),
+            "expected '{expected}' in: {error}"
+        );
+    }
+    let empty = SceneData {
+        room: tiny().room,
+        ..SceneData::default()
+    };
+    assert!(matches!(
+        empty.to_bytes(),
+        Err(SceneError::Count { what: "organs", .. })
+    ));
+    assert!(matches!(
+        SceneData::default().to_bytes(),
+        Err(SceneError::MissingRoom)
+    ));
+}
+
+#[test]
+fn missing_foreign_old_and_damaged_files_are_told_apart() {
+    let missing = SceneFile::open(std::path::Path::new("no-such.calot"));
+    assert!(matches!(missing, Err(SceneError::Io { .. })));
+    assert!(matches!(
+        SceneFile::from_bytes(b"v 0 0 0\n"),
+        Err(SceneError::NotAScene(_))
+    ));
+    let good = tiny().to_bytes().unwrap();
+    let mut old = good.clone();
+    old[8] = 0;
+    assert!(matches!(
+        SceneFile::from_bytes(&old),
+        Err(SceneError::Version { found: 0 })
+    ));
+    let mut damaged = good.clone();
+    *damaged.last_mut().unwrap() ^= 1;
+    assert!(matches!(
+        SceneFile::from_bytes(&damaged),
+        Err(SceneError::Identity)
+    ));
+    assert!(SceneFile::from_bytes(&good[..good.len() - 1]).is_err());
+}
+
+proptest! {
+    #[test]
+    fn hostile_bytes_never_panic(mut edits in prop::collection::vec((0usize..2000, any::<u8>()), 1..40),
+                                 cut in 0usize..2000, reseal in any::<bool>()) {
+        let mut bytes = tiny().to_bytes().unwrap();
+        for (at, value) in edits.drain(..) {
+            let at = at % bytes.len();
+            bytes[at] = value;
+        }
+        if reseal {
+            // A forger can make the identity right: content checks must hold by themselves.
+            let id = *blake3::hash(&bytes[64..]).as_bytes();
+            bytes[16..48].copy_from_slice(&id);
+        } else {
+            bytes.truncate(cut);
+        }
+        if let Ok(scene) = SceneFile::from_bytes(&bytes) {
+            for t in scene.triangles() {
+                for &v in t {
+                    prop_assert!((v as usize) < scene.vertices().len());
+                }
+            }
+        }
+    }
+}

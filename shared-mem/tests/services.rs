@@ -1,0 +1,197 @@
+//! Both ends of a station over real shared memory.
+
+use core::time::Duration;
+
+use bytemuck::Zeroable;
+use shared_mem::message::{CommandMsg, EventMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
+use shared_mem::service::{Controller, Host, ServiceError, Station};
+
+fn station(test: &str) -> Station {
+    Station::new(&format!("t{}-{test}", std::process::id())).expect("a plain name")
+}
+
+fn zeroed<T: Zeroable>() -> Box<T> {
+    bytemuck::zeroed_box()
+}
+
+fn send_state(controller: &Controller, tick: u64) {
+    let mut frame = zeroed::<StateFrame>();
+    frame.tick = tick;
+    controller.state.send_copy(*frame).expect("sending");
+}
+
+#[test]
+fn a_host_sees_the_newest_state_and_every_event() {
+    let station = station("newest");
+    let controller = Controller::open(&station).unwrap();
+    let host = Host::open(&station).unwrap();
+    for tick in 1..=10 {
+        send_state(&controller, tick);
+        let event = EventMsg {
+            sequence: tick,
+            ..EventMsg::zeroed()
+        };
+        controller.events.send_copy(event).unwrap();
+    }
+    let mut frame = zeroed::<StateFrame>();
+    assert!(host.newest_state(&mut frame));
+    assert_eq!(frame.tick, 10);
+    assert!(!host.newest_state(&mut frame), "nothing newer came");
+    let mut seen = Vec::new();
+    host.drain_events(|event| seen.push(event.sequence));
+    assert_eq!(seen, (1..=10).collect::<Vec<_>>());
+}
+
+#[test]
+fn a_host_that_comes_later_gets_the_newest_state_at_once() {
+    let station = station("late");
+    let controller = Controller::open(&station).unwrap();
+    send_state(&controller, 7);
+    let host = Host::open(&station).unwrap();
+    let mut frame = zeroed::<StateFrame>();
+    // The connection is made by the publisher's next send or the subscriber's own look.
+    assert!(
+        host.newest_state(&mut frame) || {
+            send_state(&controller, 8);
+            host.newest_state(&mut frame)
+        }
+    );
+    assert!(frame.tick >= 7);
+}
+
+#[test]
+fn a_full_event_buffer_shows_as_a_gap_in_sequence() {
+    let station = station("gap");
+    let controller = Controller::open(&station).unwrap();
+    let host = Host::open(&station).unwrap();
+    for sequence in 0..5000 {
+        let event = EventMsg {
+            sequence,
+            ..EventMsg::zeroed()
+        };
+        controller.events.send_copy(event).unwrap();
+    }
+    let mut seen = Vec::new();
+    host.drain_events(|event| seen.push(event.sequence));
+    assert_eq!(seen.last(), Some(&4999), "the newest are kept");
+    assert!(
+        seen.windows(2).all(|w| w[1] == w[0] + 1),
+        "what is left is whole"
+    );
+    assert!(seen[0] > 0, "the gap is visible");
+}
+
+#[test]
+fn commands_are_answered() {
+    let station = station("command");
+    let host = Host::open(&station).unwrap();
+    let impatient = host.command(CommandMsg::zeroed(), Duration::from_millis(30));
+    assert!(matches!(impatient, Err(ServiceError::NoAnswer { .. })));
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let controller = Controller::open(&station).unwrap();
+            loop {
+                if let Some(request) = controller.next_request() {
+                    let command = request.command();
+                    request.reply(ReplyMsg {
+                        outcome: command.argument,
+                        reserved: 0,
+                        tick: 3,
+                    });
+                    if command.kind == CommandMsg::STOP {
+                        return;
+                    }
+                }
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        });
+        let ask = |kind, argument| {
+            host.command(CommandMsg { kind, argument }, Duration::from_secs(20))
+                .unwrap()
+        };
+        assert_eq!(ask(CommandMsg::PAUSE, 1).outcome, 1);
+        assert_eq!(ask(CommandMsg::INSTRUMENT, 2).tick, 3);
+        // The controller may end before the host has read the last reply.
+        let _ = host.command(
+            CommandMsg {
+                kind: CommandMsg::STOP,
+                argument: 0,
+            },
+            Duration::from_secs(2),
+        );
+    });
+}
+
+#[test]
+fn a_second_controller_is_refused_and_the_first_goes_on() {
+    let station = station("second");
+    let controller = Controller::open(&station).unwrap();
+    let host = Host::open(&station).unwrap();
+    let second = Controller::open(&station);
+    assert!(
+        matches!(second, Err(ServiceError::SecondController(_))),
+        "{second:?}"
+    );
+    send_state(&controller, 1);
+    assert!(host.newest_state(&mut zeroed()));
+    drop(controller);
+    let third = Controller::open(&station).unwrap();
+    send_state(&third, 2);
+    let mut frame = zeroed::<StateFrame>();
+    assert!(
+        host.newest_state(&mut frame),
+        "a controller that restarts is found again"
+    );
+    assert_eq!(frame.tick, 2);
+}
+
+#[test]
+fn stations_do_not_see_each_other() {
+    let (left, right) = (station("left"), station("right"));
+    let controller = Controller::open(&left).unwrap();
+    let host = Host::open(&right).unwrap();
+    send_state(&controller, 1);
+    assert!(!host.newest_state(&mut zeroed()));
+    Controller::open(&right).unwrap();
+}
+
+#[test]
+fn bad_station_names_are_refused() {
+    for name in ["", "a b", "../x", "ä", &"x".repeat(41)] {
+        assert!(
+            matches!(Station::new(name), Err(ServiceError::StationName(_))),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn malformed_frames_are_seen_as_such() {
+    let mut state = zeroed::<StateFrame>();
+    state.sphere_count = 2;
+    assert!(state.spheres().is_some_and(|s| s.len() == 2));
+    state.spheres[1].center_m[0] = f32::NAN;
+    assert!(state.spheres().is_none());
+    state.sphere_count = u32::MAX;
+    assert!(state.spheres().is_none());
+
+    let mut tools = zeroed::<ToolFrame>();
+    assert!(
+        tools.capsules().is_none(),
+        "a zero quaternion is no rotation"
+    );
+    for pose in [
+        &mut tools.world_from_handle,
+        &mut tools.world_from_instrument,
+        &mut tools.world_from_camera,
+    ] {
+        pose.orientation[3] = 1.0;
+    }
+    assert!(tools.capsules().is_some());
+    tools.capsule_count = 99;
+    assert!(tools.capsules().is_none());
+
+    let mut timing = zeroed::<TimingBatch>();
+    timing.count = 65;
+    assert!(timing.records().is_none());
+}
