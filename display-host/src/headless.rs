@@ -1,0 +1,422 @@
+//! The display without a window: watches a run, and leaves pictures of it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
+use shared_mem::scene::SceneFile;
+use shared_mem::service::{Host, Station};
+
+use crate::DisplayError;
+use crate::feed::{Feed, FeedCounters, Offer, hex};
+use crate::latency::FrameRecord;
+use crate::painter::{Painter, Still};
+
+/// How often the services are looked at.
+const POLL: Duration = Duration::from_millis(2);
+/// Contact must reach this force before "deepest press" is worth a picture, N.
+const PRESS_MIN_N: f32 = 0.05;
+/// Pictures at most; a state waits in memory (66 kB) until its picture is drawn.
+const FRAMES_MAX: u32 = 4096;
+
+/// How to run without a window.
+#[derive(Debug, Clone)]
+pub struct HeadlessConfig {
+    /// Station to watch.
+    pub station: Station,
+    /// Compiled scene.
+    pub scene: PathBuf,
+    /// How long to watch, s, from the first state on.
+    pub seconds: f64,
+    /// Where pictures go; made if it is not there.
+    pub out_dir: PathBuf,
+    /// Pixels; `None`: 1280×720 on a GPU, 640×480 on a software driver.
+    pub size: Option<[u32; 2]>,
+    /// Pictures, spread evenly over the run: `frame_0000.png`, …. On top of these come
+    /// `deepest_press.png` and `grasp.png` when they happen. 0: no picture at all.
+    pub frames: u32,
+    /// How long to wait for the first state, and how long silence may last after it.
+    pub patience: Duration,
+    /// Core of the realtime thread, to stay off.
+    pub tick_cpu: Option<usize>,
+    /// A missing graphics driver is an error; otherwise a warning, and the run goes on without
+    /// pictures.
+    pub need_pictures: bool,
+}
+
+/// What the display saw, handed to its owner as it happens.
+#[derive(Debug)]
+pub enum Observed<'a> {
+    /// An event.
+    Event(&'a EventMsg),
+    /// A batch of timing records; its record count is checked.
+    Timing(&'a TimingBatch),
+    /// The newest tools; checked.
+    Tools(&'a ToolFrame),
+    /// The newest state; checked.
+    State(&'a StateFrame),
+    /// Something to tell a waiting user, at most twice a second.
+    Progress(&'a str),
+    /// Something that the user should know.
+    Warning(&'a str),
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ended {
+    /// Its time was over.
+    TimeOver,
+    /// It was asked to stop, or the window was closed.
+    Stopped,
+    /// The controller fell silent for longer than allowed.
+    ControllerGone,
+}
+
+/// What a display brought back. Raw numbers; reports are made elsewhere.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// Graphics adapter and driver; `None`: no picture could be drawn.
+    pub adapter: Option<String>,
+    /// Whether the adapter is a CPU.
+    pub software_adapter: bool,
+    /// Pictures, in the order they were drawn.
+    pub frames: Vec<FrameRecord>,
+    /// What came in, what was refused, what was lost.
+    pub counters: FeedCounters,
+    /// How the run ended.
+    pub ended: Ended,
+    /// All that was handed to the observer as a warning.
+    pub warnings: Vec<String>,
+}
+
+/// Watches a station for a while and draws pictures of it.
+///
+/// Waits for the controller's first state up to `patience`. Sets nothing in motion itself.
+///
+/// # Errors
+/// See [`DisplayError`]; once the first state is there, only a file that cannot be written, or a
+/// graphics device that fails when pictures are needed, ends a run early.
+pub fn run(
+    config: &HeadlessConfig,
+    stop: &AtomicBool,
+    observer: &mut dyn FnMut(Observed<'_>),
+) -> Result<Outcome, DisplayError> {
+    if !(config.seconds > 0.0 && config.seconds <= 86_400.0) {
+        return Err(DisplayError::Seconds(config.seconds));
+    }
+    let scene = Arc::new(SceneFile::open(&config.scene)?);
+    std::fs::create_dir_all(&config.out_dir).map_err(|error| DisplayError::Write {
+        path: config.out_dir.clone(),
+        detail: error.to_string(),
+    })?;
+    let host = Host::open(&config.station)?;
+    let painter = match config.frames {
+        0 => None,
+        _ => Some(Painter::start(scene.clone(), config.size, config.tick_cpu)?),
+    };
+    let mut run = Run {
+        config,
+        stop,
+        host,
+        feed: Feed::new(&scene),
+        scene,
+        painter,
+        plan: Plan::new(config),
+        inbox_state: zeroed_state(),
+        inbox_tools: bytemuck::Zeroable::zeroed(),
+        last_state: Instant::now(),
+        warnings: Vec::new(),
+    };
+    run.wait_for_controller(observer)?;
+    let ended = run.watch(observer)?;
+    run.finish(ended, observer)
+}
+
+/// A state frame is large: it is made on the heap.
+pub(crate) fn zeroed_state() -> Box<StateFrame> {
+    bytemuck::allocation::zeroed_box()
+}
+
+struct Run<'a> {
+    config: &'a HeadlessConfig,
+    stop: &'a AtomicBool,
+    host: Host,
+    scene: Arc<SceneFile>,
+    feed: Feed,
+    painter: Option<Painter>,
+    plan: Plan,
+    inbox_state: Box<StateFrame>,
+    inbox_tools: ToolFrame,
+    last_state: Instant,
+    warnings: Vec<String>,
+}
+
+impl Run<'_> {
+    fn wait_for_controller(
+        &mut self,
+        observer: &mut dyn FnMut(Observed<'_>),
+    ) -> Result<(), DisplayError> {
+        let start = Instant::now();
+        let mut progress = Progress::new();
+        while self.feed.state().is_none() || self.feed.tools().is_none() {
+            self.receive(observer);
+            let waited = start.elapsed();
+            if let Some(running) = self.feed.other_scene_id() {
+                // A controller that is about to be replaced may still publish: give it a moment.
+                if waited > self.config.patience.min(Duration::from_secs(2)) {
+                    return Err(self.other_scene(running));
+                }
+            }
+            if waited > self.config.patience || self.stop.load(Ordering::Relaxed) {
+                return Err(DisplayError::NoController {
+                    station: self.config.station.name().to_owned(),
+                    waited_s: waited.as_secs_f64(),
+                });
+            }
+            progress.say(observer, || {
+                format!("waiting for the controller ({:.0} s)", waited.as_secs_f64())
+            });
+            std::thread::sleep(POLL);
+        }
+        Ok(())
+    }
+
+    fn watch(&mut self, observer: &mut dyn FnMut(Observed<'_>)) -> Result<Ended, DisplayError> {
+        let start = Instant::now();
+        let mut progress = Progress::new();
+        let mut silent = false;
+        loop {
+            self.receive(observer);
+            let elapsed = start.elapsed();
+            if let (Some(state), Some(tools)) = (self.feed.state(), self.feed.tools()) {
+                let free = self.painter.as_ref().is_some_and(Painter::is_free);
+                if let Some(still) = self.plan.next(elapsed, state, tools, free)
+                    && let Some(painter) = &mut self.painter
+                {
+                    painter.paint(still);
+                }
+            }
+            self.check_painter(observer)?;
+            if self.stop.load(Ordering::Relaxed) {
+                return Ok(Ended::Stopped);
+            }
+            if elapsed.as_secs_f64() >= self.config.seconds {
+                return Ok(Ended::TimeOver);
+            }
+            let silence = self.last_state.elapsed();
+            if silence > self.config.patience {
+                self.warn(observer, "the controller fell silent; the run ends here");
+                return Ok(Ended::ControllerGone);
+            }
+            if silence > Duration::from_millis(500) && !silent {
+                self.host.forget_dead();
+            }
+            silent = silence > Duration::from_millis(500);
+            progress.say(observer, || {
+                let of = self.config.seconds;
+                let note = if silent { ", controller silent" } else { "" };
+                format!("{:.0} of {of:.0} s{note}", elapsed.as_secs_f64())
+            });
+            std::thread::sleep(POLL);
+        }
+    }
+
+    fn finish(
+        mut self,
+        ended: Ended,
+        observer: &mut dyn FnMut(Observed<'_>),
+    ) -> Result<Outcome, DisplayError> {
+        let mut progress = Progress::new();
+        if ended != Ended::Stopped {
+            for still in self.plan.last_stills() {
+                if let Some(painter) = &mut self.painter {
+                    painter.paint(still);
+                }
+            }
+        } else if let Some(painter) = &mut self.painter {
+            painter.drop_waiting();
+        }
+        while self.painter.as_ref().is_some_and(|p| p.left() > 0) {
+            self.receive(observer);
+            self.check_painter(observer)?;
+            if self.stop.load(Ordering::Relaxed)
+                && let Some(painter) = &mut self.painter
+            {
+                painter.drop_waiting();
+            }
+            let left = self.painter.as_ref().map_or(0, Painter::left);
+            progress.say(observer, || format!("drawing: {left} pictures to go"));
+            std::thread::sleep(POLL);
+        }
+        self.receive(observer);
+        let (adapter, software_adapter, frames) = match self.painter {
+            Some(painter) => painter.end(),
+            None => (None, false, Vec::new()),
+        };
+        Ok(Outcome {
+            adapter,
+            software_adapter,
+            frames,
+            counters: self.feed.counters(),
+            ended,
+            warnings: self.warnings,
+        })
+    }
+
+    /// Takes what the services have.
+    fn receive(&mut self, observer: &mut dyn FnMut(Observed<'_>)) {
+        if self.host.newest_state(&mut self.inbox_state)
+            && self.feed.offer_state(&self.inbox_state) == Offer::Taken
+        {
+            self.last_state = Instant::now();
+            observer(Observed::State(&self.inbox_state));
+        }
+        if self.host.newest_tools(&mut self.inbox_tools)
+            && self.feed.offer_tools(&self.inbox_tools) == Offer::Taken
+        {
+            observer(Observed::Tools(&self.inbox_tools));
+        }
+        let (feed, plan) = (&mut self.feed, &mut self.plan);
+        self.host.drain_events(|event| {
+            feed.note_event(event);
+            plan.note_event(event);
+            observer(Observed::Event(event));
+        });
+        self.host.drain_timing(|batch| {
+            if feed.note_timing(batch) {
+                observer(Observed::Timing(batch));
+            }
+        });
+    }
+
+    /// A painter that failed is let go; the run goes on without pictures, unless they are needed.
+    fn check_painter(
+        &mut self,
+        observer: &mut dyn FnMut(Observed<'_>),
+    ) -> Result<(), DisplayError> {
+        let failure = self.painter.as_mut().and_then(Painter::collect);
+        let Some(error) = failure else { return Ok(()) };
+        if self.config.need_pictures || matches!(error, DisplayError::Write { .. }) {
+            return Err(error);
+        }
+        self.painter = None;
+        self.warn(observer, &format!("no pictures: {error}"));
+        Ok(())
+    }
+
+    fn warn(&mut self, observer: &mut dyn FnMut(Observed<'_>), text: &str) {
+        observer(Observed::Warning(text));
+        self.warnings.push(text.to_owned());
+    }
+
+    fn other_scene(&self, running: [u8; 16]) -> DisplayError {
+        DisplayError::OtherScene {
+            running: hex(running),
+            ours: hex(self.scene.short_id()),
+            name: self.scene.name().to_owned(),
+        }
+    }
+}
+
+/// Which moments become pictures.
+struct Plan {
+    out_dir: PathBuf,
+    seconds: f64,
+    frames: u32,
+    next_frame: u32,
+    deepest: Option<(f32, Still)>,
+    grasp: Option<Still>,
+    grasp_due: bool,
+}
+
+impl Plan {
+    fn new(config: &HeadlessConfig) -> Self {
+        Self {
+            out_dir: config.out_dir.clone(),
+            seconds: config.seconds,
+            frames: config.frames.min(FRAMES_MAX),
+            next_frame: 0,
+            deepest: None,
+            grasp: None,
+            grasp_due: false,
+        }
+    }
+
+    fn note_event(&mut self, event: &EventMsg) {
+        if event.kind == EventMsg::GRASP && self.grasp.is_none() {
+            self.grasp_due = true;
+        }
+    }
+
+    /// The pictures to draw now: those whose time has come. The newest of them is drawn from this
+    /// very state if the painter is `free`.
+    fn next(
+        &mut self,
+        elapsed: Duration,
+        state: &StateFrame,
+        tools: &ToolFrame,
+        free: bool,
+    ) -> Option<Still> {
+        if self.frames == 0 {
+            return None;
+        }
+        let force_n = length(tools.force_n);
+        let deeper = match &self.deepest {
+            // A new best by a margin, so that a rising force does not copy every state.
+            Some((best_n, _)) => force_n > best_n * 1.02,
+            None => force_n > PRESS_MIN_N,
+        };
+        if deeper && tools.contact_count > 0 {
+            let path = self.out_dir.join("deepest_press.png");
+            self.deepest = Some((force_n, Still::kept(state, tools, path)));
+        }
+        if self.grasp_due && self.grasp.is_none() {
+            self.grasp = Some(Still::kept(state, tools, self.out_dir.join("grasp.png")));
+        }
+        let due_s = (f64::from(self.next_frame) + 0.5) / f64::from(self.frames) * self.seconds;
+        if self.next_frame >= self.frames || elapsed.as_secs_f64() < due_s {
+            return None;
+        }
+        let path = frame_path(&self.out_dir, self.next_frame);
+        self.next_frame += 1;
+        let mut still = Still::kept(state, tools, path);
+        still.live = free;
+        Some(still)
+    }
+
+    /// Pictures of moments that only the end can choose.
+    fn last_stills(&mut self) -> impl Iterator<Item = Still> + use<> {
+        let deepest = self.deepest.take().map(|(_, still)| still);
+        deepest.into_iter().chain(self.grasp.take())
+    }
+}
+
+fn frame_path(out_dir: &Path, number: u32) -> PathBuf {
+    out_dir.join(format!("frame_{number:04}.png"))
+}
+
+fn length(v: [f32; 3]) -> f32 {
+    v.iter().map(|x| x * x).sum::<f32>().sqrt()
+}
+
+/// Speaks at most twice a second.
+struct Progress(Option<Instant>);
+
+impl Progress {
+    fn new() -> Self {
+        Self(None)
+    }
+
+    fn say(&mut self, observer: &mut dyn FnMut(Observed<'_>), text: impl FnOnce() -> String) {
+        let due = self
+            .0
+            .is_none_or(|last| last.elapsed() >= Duration::from_millis(500));
+        if due {
+            observer(Observed::Progress(&text()));
+            self.0 = Some(Instant::now());
+        }
+    }
+}

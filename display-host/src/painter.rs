@@ -1,0 +1,168 @@
+//! A thread that draws stills into PNG files, aside from everything else.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
+use std::thread::JoinHandle;
+
+use shared_mem::message::{StateFrame, ToolFrame};
+use shared_mem::scene::SceneFile;
+
+use crate::DisplayError;
+use crate::latency::FrameRecord;
+
+/// A moment to draw.
+pub(crate) struct Still {
+    pub(crate) state: Box<StateFrame>,
+    pub(crate) tools: ToolFrame,
+    pub(crate) path: PathBuf,
+    /// The state is the newest, and is drawn at once.
+    pub(crate) live: bool,
+}
+
+impl Still {
+    /// Keeps a copy of a moment.
+    pub(crate) fn kept(state: &StateFrame, tools: &ToolFrame, path: PathBuf) -> Self {
+        let mut copy = crate::headless::zeroed_state();
+        *copy = *state;
+        Self {
+            state: copy,
+            tools: *tools,
+            path,
+            live: false,
+        }
+    }
+}
+
+enum Answer {
+    Ready { adapter: String, software: bool },
+    Painted(FrameRecord),
+    Failed(DisplayError),
+}
+
+/// The owner's end of the drawing thread.
+pub(crate) struct Painter {
+    orders: Option<Sender<Still>>,
+    answers: Receiver<Answer>,
+    thread: Option<JoinHandle<()>>,
+    drop_waiting: Arc<std::sync::atomic::AtomicBool>,
+    adapter: Option<String>,
+    software: bool,
+    left: usize,
+    frames: Vec<FrameRecord>,
+}
+
+impl Painter {
+    /// Starts the thread. It opens the graphics device and prepares the scene by itself.
+    pub(crate) fn start(
+        scene: Arc<SceneFile>,
+        size: Option<[u32; 2]>,
+        tick_cpu: Option<usize>,
+    ) -> Result<Self, DisplayError> {
+        if let Some([width, height]) = size
+            && ![width, height].iter().all(|s| (64..=8192).contains(s))
+        {
+            return Err(DisplayError::Size { width, height });
+        }
+        let (orders, order_inbox) = channel::<Still>();
+        let (answer_outbox, answers) = channel();
+        let drop_waiting = Arc::new(std::sync::atomic::AtomicBool::new(false));
+        let dropped = drop_waiting.clone();
+        let thread = std::thread::Builder::new()
+            .name("calot-painter".into())
+            .spawn(move || {
+                crate::priority::step_aside(tick_cpu);
+                work(&scene, size, &order_inbox, &answer_outbox, &dropped);
+            })
+            .map_err(|error| DisplayError::Device {
+                doing: "starting the drawing thread",
+                detail: error.to_string(),
+            })?;
+        Ok(Self {
+            orders: Some(orders),
+            answers,
+            thread: Some(thread),
+            drop_waiting,
+            adapter: None,
+            software: false,
+            left: 0,
+            frames: Vec::new(),
+        })
+    }
+
+    /// Ready, and nothing to draw: a still ordered now is drawn now.
+    pub(crate) fn is_free(&self) -> bool {
+        self.adapter.is_some() && self.left == 0
+    }
+
+    /// Stills not drawn yet.
+    pub(crate) fn left(&self) -> usize {
+        self.left
+    }
+
+    /// Orders a still.
+    pub(crate) fn paint(&mut self, still: Still) {
+        // A thread that is gone has left its reason in `answers`.
+        if let Some(orders) = &self.orders
+            && orders.send(still).is_ok()
+        {
+            self.left += 1;
+        }
+    }
+
+    /// Gives up on stills that wait.
+    pub(crate) fn drop_waiting(&mut self) {
+        self.drop_waiting
+            .store(true, std::sync::atomic::Ordering::Relaxed);
+        self.orders = None;
+    }
+
+    /// Takes what the thread has done; the reason, if it failed.
+    pub(crate) fn collect(&mut self) -> Option<DisplayError> {
+        loop {
+            match self.answers.try_recv() {
+                Ok(Answer::Ready { adapter, software }) => {
+                    self.adapter = Some(adapter);
+                    self.software = software;
+                }
+                Ok(Answer::Painted(frame)) => {
+                    self.left = self.left.saturating_sub(1);
+                    self.frames.push(frame);
+                }
+                Ok(Answer::Failed(error)) => return Some(error),
+                Err(TryRecvError::Empty) => return None,
+                Err(TryRecvError::Disconnected) => {
+                    self.left = 0;
+                    return None;
+                }
+            }
+        }
+    }
+
+    /// Ends the thread: adapter, whether it is software, and the pictures.
+    pub(crate) fn end(mut self) -> (Option<String>, bool, Vec<FrameRecord>) {
+        self.orders = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+        let _ = self.collect();
+        (
+            self.adapter.take(),
+            self.software,
+            std::mem::take(&mut self.frames),
+        )
+    }
+}
+
+fn work(
+    scene: &SceneFile,
+    size: Option<[u32; 2]>,
+    orders: &Receiver<Still>,
+    answers: &Sender<Answer>,
+    dropped: &std::sync::atomic::AtomicBool,
+) {
+    let _ = (scene, size, orders, dropped);
+    let _ = answers.send(Answer::Failed(DisplayError::NoAdapter {
+        detail: "the renderer is not built yet".into(),
+    }));
+}

@@ -1,0 +1,21 @@
+//! Keeping a display out of the tick's way.
+
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+
+/// Lowers the calling thread below everything realtime, and keeps it off `tick_cpu` where the
+/// machine has another one. Threads started afterwards (a software graphics driver starts one per
+/// CPU) inherit both. What the system refuses is left as it was: it costs smoothness, not safety.
+pub(crate) fn step_aside(tick_cpu: Option<usize>) {
+    let _ = rustix::process::nice(10);
+    let Some(tick_cpu) = tick_cpu else { return };
+    let Ok(allowed) = sched_getaffinity(None) else {
+        return;
+    };
+    let mut others = CpuSet::new();
+    for cpu in (0..CpuSet::MAX_CPU).filter(|&cpu| cpu != tick_cpu && allowed.is_set(cpu)) {
+        others.set(cpu);
+    }
+    if others.count() > 0 {
+        let _ = sched_setaffinity(None, &others);
+    }
+}
