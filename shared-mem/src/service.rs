@@ -387,12 +387,14 @@ impl Host {
                 .send_copy(command)
                 .map_err(|error| self.station.transport("sending a command", &error))?;
             let connected = pending.number_of_server_connections() > 0;
-            while start.elapsed() < patience {
+            loop {
+                // Asked before looking: a controller replies and hangs up in one go.
+                let over = !connected || !pending.is_connected() || start.elapsed() >= patience;
                 if let Ok(Some(reply)) = pending.receive() {
                     return Ok(*reply.payload());
                 }
                 std::thread::sleep(Duration::from_millis(2));
-                if !connected || !pending.is_connected() {
+                if over {
                     break;
                 }
             }
