@@ -1,1 +1,30 @@
-//! stub
+//! Preparation: organ meshes and a scene recipe in, a compiled scene out.
+//!
+//! ```text
+//! recipe (TOML) ─ mesh files or built-in shapes
+//!   → mesh      welded, oriented, closed or wrapped            mesh::, shape::
+//!   → field     signed distance on a grid                      field::
+//!   → spheres   packed inside the skin                         pack::
+//!   → links     one component, ordered for the solver          links
+//!   → binding   which spheres move which skin vertex           bind
+//!   → room      ports, frames, the scripted hand's target      room
+//!   → SceneData and a quality report
+//! ```
+//!
+//! Offline: it may allocate and use threads, but the same recipe and meshes give the same bytes
+//! on any number of threads. Lengths are metres, everything is computed in `f64`.
+
+pub mod error;
+pub mod recipe;
+pub mod report;
+pub mod shape;
+
+mod prepare;
+
+pub use error::{MeshError, PrepareError, RecipeError};
+pub use prepare::{Prepared, Progress, prepare};
+pub use recipe::Recipe;
+pub use report::Report;
+
+/// A point or direction, metres.
+pub type Vec3 = nalgebra::Vector3<f64>;

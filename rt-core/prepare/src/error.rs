@@ -1,0 +1,97 @@
+//! What can be wrong with a recipe, a mesh, or what is to be built from them.
+
+/// A recipe that cannot be used; says where and what to write instead.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{file}:{line}: {key}: {problem}")]
+pub struct RecipeError {
+    /// File's name as it was given, or `built-in recipe`.
+    pub file: String,
+    /// Line in it, from 1.
+    pub line: usize,
+    /// Key, with its table: `organ[1].spheres`.
+    pub key: String,
+    /// What is wrong, the value, what is allowed.
+    pub problem: String,
+}
+
+/// A mesh that cannot be used; says which, what is wrong, and the remedy.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("{mesh}: {problem}")]
+pub struct MeshError {
+    /// File and part.
+    pub mesh: String,
+    /// What is wrong and what to do.
+    pub problem: MeshProblem,
+}
+
+/// What is wrong with a mesh.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs)]
+pub enum MeshProblem {
+    #[error("cannot be read ({0}); check the path, or pass the folder with --meshes DIR")]
+    Unreadable(String),
+    #[error("unknown mesh format '{0}'; use .obj, .stl, .ply, .gltf or .glb")]
+    UnknownFormat(String),
+    #[error("is not a valid {format} file ({detail}); export it again")]
+    Malformed {
+        format: &'static str,
+        detail: String,
+    },
+    #[error("{bytes} bytes announce {triangles} triangles, allowed are {max}; decimate the mesh")]
+    TooLarge {
+        bytes: u64,
+        triangles: u64,
+        max: u64,
+    },
+    #[error("has no triangles; export a triangle surface, not points or lines")]
+    NoTriangles,
+    #[error("has no part named '{wanted}'; its parts are: {available}")]
+    NoSuchPart { wanted: String, available: String },
+    #[error("vertex {index} has a coordinate that is not finite; repair the mesh")]
+    NotFinite { index: usize },
+    #[error(
+        "triangle {triangle} uses vertex {vertex}, but there are only {vertices}; the file is damaged"
+    )]
+    IndexOutOfRange {
+        triangle: usize,
+        vertex: u64,
+        vertices: usize,
+    },
+    #[error(
+        "is {extent_m:.3} m across, allowed are {min_m} to {max_m} m; set `unit` (\"m\" or \"mm\") or `scale`{hint}"
+    )]
+    Extent {
+        extent_m: f64,
+        min_m: f64,
+        max_m: f64,
+        hint: &'static str,
+    },
+    #[error("is open: {loops} loops, {edges} open edges; set `closing = \"fill\"` or \"wrap\"")]
+    Open { loops: usize, edges: usize },
+    #[error(
+        "is not a surface: {edges} edges join more than two triangles; set `closing = \"wrap\"`"
+    )]
+    NonManifold { edges: usize },
+    #[error(
+        "contradicts itself: it cannot be oriented (like a Moebius band); set `closing = \"wrap\"`"
+    )]
+    NotOrientable,
+    #[error("encloses no volume ({volume_ml:.4} mL); is it a flat sheet?")]
+    NoVolume { volume_ml: f64 },
+}
+
+/// Why a scene could not be prepared.
+#[derive(Debug, thiserror::Error)]
+#[allow(missing_docs)]
+pub enum PrepareError {
+    #[error(transparent)]
+    Recipe(#[from] RecipeError),
+    #[error("organ '{organ}': {source}")]
+    Mesh { organ: String, source: MeshError },
+    #[error("organ '{organ}': {problem}")]
+    Organ { organ: String, problem: String },
+    #[error("{0}")]
+    Room(String),
+    #[error("compiled scene: {0}")]
+    Scene(#[from] shared_mem::scene::SceneError),
+}

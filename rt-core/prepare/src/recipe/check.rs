@@ -1,0 +1,400 @@
+//! From the recipe as written to the recipe as checked.
+
+use std::path::Path;
+
+use shared_mem::scene::OrganKind;
+
+use super::locate::{Step, line_of_offset, line_of_path};
+use super::raw::{FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw, Unit};
+use super::{
+    Closing, Frame, Material, OrganPlan, Packing, Recipe, Region, RoomPlan, SPHERES_MAX,
+    SPHERES_MIN, Surface,
+};
+use crate::Vec3;
+use crate::error::RecipeError;
+use crate::shape::Shape;
+
+/// Organs of a scene, at most.
+const ORGANS_MAX: usize = rt_core::capacity::MAX_ORGANS;
+
+const KINDS: [(&str, OrganKind, usize); 11] = [
+    ("liver", OrganKind::Liver, 581),
+    ("gallbladder", OrganKind::Gallbladder, 240),
+    ("cystic-duct", OrganKind::CysticDuct, 24),
+    ("cystic-artery", OrganKind::CysticArtery, 24),
+    ("bile-duct", OrganKind::BileDuct, 32),
+    ("stomach", OrganKind::Stomach, 240),
+    ("intestine", OrganKind::Intestine, 240),
+    ("fat", OrganKind::Fat, 160),
+    ("connective-tissue", OrganKind::ConnectiveTissue, 120),
+    ("abdominal-wall", OrganKind::AbdominalWall, 240),
+    ("vessel", OrganKind::Vessel, 32),
+];
+
+/// Spheres of a kind when the recipe gives no count. The liver's is the paper's (Table 1).
+fn default_spheres(kind: OrganKind) -> usize {
+    let row = KINDS.iter().find(|(_, k, _)| *k == kind);
+    row.map_or(240, |(_, _, spheres)| *spheres)
+}
+
+/// Where an error is reported.
+struct Place<'a> {
+    text: &'a str,
+    file: &'a str,
+}
+
+impl Place<'_> {
+    fn error(&self, path: &[Step<'_>], problem: impl Into<String>) -> RecipeError {
+        let mut key = String::new();
+        for step in path {
+            match step {
+                Step::Key(name) if key.is_empty() => key.push_str(name),
+                Step::Key(name) => {
+                    key.push('.');
+                    key.push_str(name);
+                }
+                Step::Index(index) => key.push_str(&format!("[{index}]")),
+            }
+        }
+        RecipeError {
+            file: self.file.into(),
+            line: line_of_path(self.text, path),
+            key,
+            problem: problem.into(),
+        }
+    }
+
+    fn number(
+        &self,
+        path: &[Step<'_>],
+        value: f64,
+        range: std::ops::RangeInclusive<f64>,
+    ) -> Result<f64, RecipeError> {
+        if range.contains(&value) {
+            return Ok(value);
+        }
+        let problem = format!(
+            "is {value}, allowed are {} to {}",
+            range.start(),
+            range.end()
+        );
+        Err(self.error(path, problem))
+    }
+
+    fn point(&self, path: &[Step<'_>], value: [f64; 3]) -> Result<Vec3, RecipeError> {
+        if value.iter().all(|x| x.abs() <= 10.0) {
+            return Ok(Vec3::from(value));
+        }
+        let problem = format!("is {value:?}, each coordinate must lie within 10 m of the origin");
+        Err(self.error(path, problem))
+    }
+
+    fn direction(&self, path: &[Step<'_>], value: [f64; 3]) -> Result<Vec3, RecipeError> {
+        let vector = Vec3::from(value);
+        vector
+            .try_normalize(1e-9)
+            .filter(|v| v.iter().all(|x| x.is_finite()))
+            .ok_or_else(|| self.error(path, format!("is {value:?}, a direction needs a length")))
+    }
+}
+
+pub(super) fn check(text: &str, file: &str, meshes_dir: &Path) -> Result<Recipe, RecipeError> {
+    let place = Place { text, file };
+    let raw: RecipeRaw = toml::from_str(text).map_err(|error| RecipeError {
+        file: file.into(),
+        line: error
+            .span()
+            .map_or(1, |span| line_of_offset(text, span.start)),
+        key: "recipe".into(),
+        problem: error.message().replace('\n', " "),
+    })?;
+    name_is_usable(&raw.name, 63).map_err(|problem| place.error(&[Step::Key("name")], problem))?;
+    if raw.organ.is_empty() || raw.organ.len() > ORGANS_MAX {
+        let problem = format!(
+            "has {} organs, allowed are 1 to {ORGANS_MAX}; write a table [[organ]] for each",
+            raw.organ.len()
+        );
+        return Err(place.error(&[Step::Key("organ")], problem));
+    }
+    let names: Vec<String> = raw.organ.iter().map(|organ| organ.name.clone()).collect();
+    let mut organs = Vec::new();
+    for (index, organ) in raw.organ.into_iter().enumerate() {
+        organs.push(check_organ(&place, index, organ, &names, meshes_dir)?);
+    }
+    let total: usize = organs.iter().map(|organ| organ.spheres).sum();
+    if total > SPHERES_MAX {
+        let problem = format!("organs have {total} spheres together, allowed are {SPHERES_MAX}");
+        return Err(place.error(&[Step::Key("organ")], problem));
+    }
+    Ok(Recipe {
+        name: raw.name,
+        room: check_room(&place, &raw.room, &names)?,
+        organs,
+    })
+}
+
+fn check_organ(
+    place: &Place<'_>,
+    index: usize,
+    raw: OrganRaw,
+    names: &[String],
+    meshes_dir: &Path,
+) -> Result<OrganPlan, RecipeError> {
+    let at = |key: &'static str| [Step::Key("organ"), Step::Index(index), Step::Key(key)];
+    name_is_usable(&raw.name, 31).map_err(|problem| place.error(&at("name"), problem))?;
+    if names[..index].contains(&raw.name) {
+        let problem = format!("'{}' is used twice; names must differ", raw.name);
+        return Err(place.error(&at("name"), problem));
+    }
+    let Some(&(_, kind, _)) = KINDS.iter().find(|(name, _, _)| *name == raw.kind) else {
+        let known: Vec<&str> = KINDS.iter().map(|(name, _, _)| *name).collect();
+        let problem = format!(
+            "'{}' is unknown; write one of {}",
+            raw.kind,
+            known.join(", ")
+        );
+        return Err(place.error(&at("kind"), problem));
+    };
+    let unit_m = match raw.unit {
+        None | Some(Unit::Metre) => 1.0,
+        Some(Unit::Millimetre) => 1e-3,
+    };
+    let scale = place.number(&at("scale"), raw.scale.unwrap_or(1.0), 1e-3..=1e3)?;
+    let surface = match (raw.mesh, raw.shape) {
+        (Some(mesh), None) => Surface::Mesh {
+            path: meshes_dir.join(mesh),
+            parts: raw.parts,
+            unit_m: unit_m * scale,
+        },
+        (None, Some(table)) => {
+            let shape = Shape::from_table(table);
+            Surface::Shape(shape.map_err(|problem| place.error(&at("shape"), problem))?)
+        }
+        _ => {
+            let problem = "needs either `mesh = \"FILE\"` or `shape = { … }`, and not both";
+            return Err(place.error(&at("name"), problem));
+        }
+    };
+    let spheres = raw.spheres.unwrap_or_else(|| default_spheres(kind));
+    if !(SPHERES_MIN..=SPHERES_MAX).contains(&spheres) {
+        let problem = format!("is {spheres}, allowed are {SPHERES_MIN} to {SPHERES_MAX}");
+        return Err(place.error(&at("spheres"), problem));
+    }
+    for (i, region) in raw.held.iter().enumerate() {
+        let path = [at("held")[0], at("held")[1], at("held")[2], Step::Index(i)];
+        check_region(place, &path, region, &raw.name, names)?;
+    }
+    Ok(OrganPlan {
+        material: check_material(place, index, kind, &raw.material)?,
+        name: raw.name,
+        kind,
+        surface,
+        closing: raw.closing.unwrap_or(Closing::Fill),
+        spheres,
+        packing: raw.packing.unwrap_or(Packing::Even),
+        held: raw.held,
+    })
+}
+
+fn check_region(
+    place: &Place<'_>,
+    path: &[Step<'_>],
+    region: &Region,
+    own_name: &str,
+    names: &[String],
+) -> Result<(), RecipeError> {
+    match region {
+        Region::Box { min_m, max_m } => {
+            let (min, max) = (place.point(path, *min_m)?, place.point(path, *max_m)?);
+            if (0..3).any(|k| min[k] >= max[k]) {
+                return Err(place.error(path, "is an empty box; min_m must be below max_m"));
+            }
+        }
+        Region::Plane { point_m, normal } => {
+            place.point(path, *point_m)?;
+            place.direction(path, *normal)?;
+        }
+        Region::Ball { center_m, radius_m } => {
+            place.point(path, *center_m)?;
+            place.number(path, *radius_m, 1e-4..=1.0)?;
+        }
+        Region::Near { organ, within_m } => {
+            if organ == own_name || !names.contains(organ) {
+                let problem = format!("'{organ}' is not another organ of this recipe");
+                return Err(place.error(path, problem));
+            }
+            place.number(path, *within_m, 0.0..=0.1)?;
+        }
+        Region::Base(share) => {
+            place.number(path, *share, 0.0..=1.0)?;
+        }
+    }
+    Ok(())
+}
+
+fn check_material(
+    place: &Place<'_>,
+    organ: usize,
+    kind: OrganKind,
+    raw: &MaterialRaw,
+) -> Result<Material, RecipeError> {
+    let mut material = Material::typical(kind);
+    let fields: [(&'static str, Option<f64>, &mut f64, f64, f64); 7] = [
+        (
+            "density_kg_m3",
+            raw.density_kg_m3,
+            &mut material.density_kg_m3,
+            100.0,
+            5000.0,
+        ),
+        ("young_pa", raw.young_pa, &mut material.young_pa, 10.0, 1e8),
+        ("poisson", raw.poisson, &mut material.poisson, 0.0, 0.499),
+        (
+            "stretch_stiffness",
+            raw.stretch_stiffness,
+            &mut material.stretch_stiffness,
+            0.0,
+            1.0,
+        ),
+        (
+            "laplacian_stiffness",
+            raw.laplacian_stiffness,
+            &mut material.laplacian_stiffness,
+            0.0,
+            1.0,
+        ),
+        (
+            "damping_per_s",
+            raw.damping_per_s,
+            &mut material.damping_per_s,
+            0.0,
+            1000.0,
+        ),
+        (
+            "contact_stiffness_n_m",
+            raw.contact_stiffness_n_m,
+            &mut material.contact_stiffness_n_m,
+            0.0,
+            10_000.0,
+        ),
+    ];
+    for (key, given, value, min, max) in fields {
+        if let Some(given) = given {
+            let path = [
+                Step::Key("organ"),
+                Step::Index(organ),
+                Step::Key("material"),
+                Step::Key(key),
+            ];
+            *value = place.number(&path, given, min..=max)?;
+        }
+    }
+    Ok(material)
+}
+
+fn check_room(place: &Place<'_>, raw: &RoomRaw, names: &[String]) -> Result<RoomPlan, RecipeError> {
+    let at = |key: &'static str| [Step::Key("room"), Step::Key(key)];
+    let point = |key: &'static str, value: Option<[f64; 3]>| {
+        value.map(|value| place.point(&at(key), value)).transpose()
+    };
+    let number = |key: &'static str, value: Option<f64>, min: f64, max: f64| {
+        value
+            .map(|value| place.number(&at(key), value, min..=max))
+            .transpose()
+    };
+    let frame = |key: &'static str, value: &Option<FrameRaw>| {
+        let Some(raw) = value else { return Ok(None) };
+        let position_m = place.point(&at(key), raw.position_m)?;
+        let length = raw.orientation.iter().map(|x| x * x).sum::<f64>().sqrt();
+        if !(0.99..=1.01).contains(&length) {
+            let problem = format!("orientation has length {length}, a rotation needs length 1");
+            return Err(place.error(&at(key), problem));
+        }
+        Ok(Some(Frame {
+            position_m,
+            orientation: raw.orientation.map(|x| x / length),
+        }))
+    };
+    let mut target_organ = None;
+    let mut target_near_m = None;
+    if let Some(target) = &raw.target {
+        target_organ = names.iter().position(|name| *name == target.organ);
+        if target_organ.is_none() {
+            let problem = format!("'{}' is not an organ of this recipe", target.organ);
+            return Err(place.error(&at("target"), problem));
+        }
+        target_near_m = point("target", target.near_m)?;
+    }
+    Ok(RoomPlan {
+        gravity_m_s2: raw
+            .gravity_m_s2
+            .map(|g| {
+                let value = Vec3::from(g);
+                place
+                    .number(&at("gravity_m_s2"), value.norm(), 0.0..=20.0)
+                    .map(|_| value)
+            })
+            .transpose()?,
+        instrument_port_m: point("instrument_port_m", raw.instrument_port_m)?,
+        instrument_length_m: number("instrument_length_m", raw.instrument_length_m, 0.1, 0.6)?,
+        endoscope_port_m: point("endoscope_port_m", raw.endoscope_port_m)?,
+        look_at_m: point("look_at_m", raw.look_at_m)?,
+        camera_distance_m: number("camera_distance_m", raw.camera_distance_m, 0.02, 0.5)?,
+        up: raw
+            .up
+            .map(|up| place.direction(&at("up"), up))
+            .transpose()?,
+        device: frame("device", &raw.device)?,
+        tracker: frame("tracker", &raw.tracker)?,
+        target_organ,
+        target_near_m,
+    })
+}
+
+fn name_is_usable(name: &str, bytes_max: usize) -> Result<(), String> {
+    if name.is_empty() || name.len() > bytes_max || name.chars().any(char::is_control) {
+        return Err(format!(
+            "'{name}' must have 1 to {bytes_max} bytes and no control characters"
+        ));
+    }
+    Ok(())
+}
+
+pub(super) fn from_mesh(path: &Path, spheres: Option<usize>) -> Result<Recipe, RecipeError> {
+    let stem = path
+        .file_stem()
+        .and_then(|stem| stem.to_str())
+        .unwrap_or("mesh");
+    let mut name: String = stem.chars().filter(|c| !c.is_control()).collect();
+    while name.len() > 31 {
+        name.pop();
+    }
+    let kind = OrganKind::Liver;
+    let spheres = spheres.unwrap_or_else(|| default_spheres(kind));
+    if !(SPHERES_MIN..=SPHERES_MAX).contains(&spheres) {
+        return Err(RecipeError {
+            file: path.display().to_string(),
+            line: 0,
+            key: "spheres".into(),
+            problem: format!("is {spheres}, allowed are {SPHERES_MIN} to {SPHERES_MAX}"),
+        });
+    }
+    Ok(Recipe {
+        name: name.clone(),
+        room: RoomPlan::default(),
+        organs: vec![OrganPlan {
+            name,
+            kind,
+            surface: Surface::Mesh {
+                path: path.into(),
+                parts: Vec::new(),
+                unit_m: 1.0,
+            },
+            closing: Closing::Fill,
+            spheres,
+            packing: Packing::Even,
+            material: Material::typical(kind),
+            held: vec![Region::Base(0.15)],
+        }],
+    })
+}

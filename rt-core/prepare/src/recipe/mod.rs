@@ -1,0 +1,214 @@
+//! The recipe: a TOML file that names organs, where their surfaces come from, what they are made
+//! of, where they are held, and the room around them.
+//!
+//! Everything but `name` and the organs' names, kinds and surfaces has a default. An unknown key
+//! is an error. Axes are the atlas': x to the patient's left, y to the head, z to the front.
+
+mod check;
+mod locate;
+mod material;
+mod raw;
+
+use std::path::{Path, PathBuf};
+
+use shared_mem::scene::OrganKind;
+
+pub use material::Material;
+
+use crate::Vec3;
+use crate::error::RecipeError;
+use crate::shape::Shape;
+
+/// Spheres of one organ, at least.
+pub const SPHERES_MIN: usize = 8;
+/// Spheres of one organ, at most: the realtime process holds no more in a whole scene.
+pub const SPHERES_MAX: usize = rt_core::capacity::MAX_SPHERES;
+
+/// A checked recipe.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recipe {
+    /// Scene's name.
+    pub name: String,
+    /// Where things stand; what is `None` is derived from the organs.
+    pub room: RoomPlan,
+    /// Organs, at least one, names unique.
+    pub organs: Vec<OrganPlan>,
+}
+
+/// The room as the recipe gives it, world frame, SI.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RoomPlan {
+    /// Gravity, m/s². Default: supine, head 20° up.
+    pub gravity_m_s2: Option<Vec3>,
+    /// The instrument's trocar.
+    pub instrument_port_m: Option<Vec3>,
+    /// Handle to tip.
+    pub instrument_length_m: Option<f64>,
+    /// The endoscope's port.
+    pub endoscope_port_m: Option<Vec3>,
+    /// Point in the middle of the picture.
+    pub look_at_m: Option<Vec3>,
+    /// Camera to that point.
+    pub camera_distance_m: Option<f64>,
+    /// Up in the picture.
+    pub up: Option<Vec3>,
+    /// Haptic device's base: position and quaternion x y z w.
+    pub device: Option<Frame>,
+    /// Tracker's transmitter.
+    pub tracker: Option<Frame>,
+    /// Organ that the scripted hand works on.
+    pub target_organ: Option<usize>,
+    /// Where on it; the best reachable point near this one is taken.
+    pub target_near_m: Option<Vec3>,
+}
+
+/// A frame in the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// Origin, m.
+    pub position_m: Vec3,
+    /// Unit quaternion x y z w.
+    pub orientation: [f64; 4],
+}
+
+/// One organ to build.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OrganPlan {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// What it is.
+    pub kind: OrganKind,
+    /// Where its surface comes from.
+    pub surface: Surface,
+    /// What to do with a surface that is open.
+    pub closing: Closing,
+    /// How many spheres.
+    pub spheres: usize,
+    /// How they are packed.
+    pub packing: Packing,
+    /// What it is made of.
+    pub material: Material,
+    /// Spheres whose centre is in one of these are attached to the surroundings.
+    pub held: Vec<Region>,
+}
+
+/// Where an organ's surface comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Surface {
+    /// A mesh file.
+    Mesh {
+        /// The file.
+        path: PathBuf,
+        /// Names of the parts to take; empty: all.
+        parts: Vec<String>,
+        /// Metres a file unit.
+        unit_m: f64,
+    },
+    /// A shape of our own.
+    Shape(Shape),
+}
+
+/// What to do with an open surface.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Closing {
+    /// Refuse it.
+    Refuse,
+    /// Close each loop with a patch; refuse what cannot be closed so.
+    Fill,
+    /// Build a new closed surface around it.
+    Wrap,
+}
+
+/// How spheres are packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Packing {
+    /// Even spacing (Lloyd), outer layer just under the skin: best for mechanics.
+    Even,
+    /// The paper's: medial axis, radius reduction (Eq. 1), filling (Eq. 2).
+    Paper,
+}
+
+/// A part of space, world frame, m.
+#[derive(Debug, Clone, PartialEq, serde::Deserialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum Region {
+    /// Between two corners.
+    Box {
+        /// Smallest coordinates.
+        min_m: [f64; 3],
+        /// Largest coordinates.
+        max_m: [f64; 3],
+    },
+    /// Beyond a plane.
+    Plane {
+        /// A point on it.
+        point_m: [f64; 3],
+        /// To the held side.
+        normal: [f64; 3],
+    },
+    /// Inside a ball.
+    Ball {
+        /// Centre.
+        center_m: [f64; 3],
+        /// Radius.
+        radius_m: f64,
+    },
+    /// Near another organ's skin.
+    Near {
+        /// That organ's name.
+        organ: String,
+        /// Distance of the sphere's surface from that skin.
+        within_m: f64,
+    },
+    /// The lowest share of the organ's height, along gravity, 0..=1.
+    Base(f64),
+}
+
+impl Recipe {
+    /// Reads a recipe from text. Relative mesh paths are looked up in `meshes_dir`.
+    ///
+    /// # Errors
+    /// Names the line, the key, the value, what is allowed.
+    pub fn parse(text: &str, file: &str, meshes_dir: &Path) -> Result<Self, RecipeError> {
+        check::check(text, file, meshes_dir)
+    }
+
+    /// Reads a recipe file. Relative mesh paths are looked up in `meshes_dir`, by default beside
+    /// the recipe.
+    ///
+    /// # Errors
+    /// As [`Recipe::parse`], and when the file cannot be read.
+    pub fn load(path: &Path, meshes_dir: Option<&Path>) -> Result<Self, RecipeError> {
+        let file = path.display().to_string();
+        let text = std::fs::read_to_string(path).map_err(|error| RecipeError {
+            file: file.clone(),
+            line: 0,
+            key: "recipe".into(),
+            problem: format!("cannot be read ({error}); give the path of a TOML recipe"),
+        })?;
+        let beside = path.parent().unwrap_or(Path::new("."));
+        Self::parse(&text, &file, meshes_dir.unwrap_or(beside))
+    }
+
+    /// The built-in scene: a liver and a gallbladder of our own shapes.
+    ///
+    /// # Errors
+    /// Never in a build whose tests pass.
+    pub fn built_in() -> Result<Self, RecipeError> {
+        Self::parse(BUILT_IN, "built-in recipe", Path::new("."))
+    }
+
+    /// A scene of a single organ, of kind liver, from a mesh in metres or, if it is more than
+    /// 2 m across, in millimetres. `spheres` defaults to the kind's.
+    ///
+    /// # Errors
+    /// When the path has no usable name.
+    pub fn from_mesh(path: &Path, spheres: Option<usize>) -> Result<Self, RecipeError> {
+        check::from_mesh(path, spheres)
+    }
+}
+
+/// Text of the built-in recipe.
+pub const BUILT_IN: &str = include_str!("../../recipes/built-in.toml");

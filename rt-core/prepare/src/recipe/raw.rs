@@ -1,0 +1,84 @@
+//! The recipe as it is written, before it is checked.
+
+use serde::Deserialize;
+
+use super::{Closing, Packing, Region};
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct RecipeRaw {
+    pub(super) name: String,
+    #[serde(default)]
+    pub(super) room: RoomRaw,
+    #[serde(default)]
+    pub(super) organ: Vec<OrganRaw>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct RoomRaw {
+    pub(super) gravity_m_s2: Option<[f64; 3]>,
+    pub(super) instrument_port_m: Option<[f64; 3]>,
+    pub(super) instrument_length_m: Option<f64>,
+    pub(super) endoscope_port_m: Option<[f64; 3]>,
+    pub(super) look_at_m: Option<[f64; 3]>,
+    pub(super) camera_distance_m: Option<f64>,
+    pub(super) up: Option<[f64; 3]>,
+    pub(super) device: Option<FrameRaw>,
+    pub(super) tracker: Option<FrameRaw>,
+    pub(super) target: Option<TargetRaw>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct FrameRaw {
+    pub(super) position_m: [f64; 3],
+    pub(super) orientation: [f64; 4],
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TargetRaw {
+    pub(super) organ: String,
+    pub(super) near_m: Option<[f64; 3]>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct OrganRaw {
+    pub(super) name: String,
+    pub(super) kind: String,
+    pub(super) mesh: Option<String>,
+    #[serde(default)]
+    pub(super) parts: Vec<String>,
+    pub(super) unit: Option<Unit>,
+    pub(super) scale: Option<f64>,
+    pub(super) shape: Option<toml::Table>,
+    pub(super) closing: Option<Closing>,
+    pub(super) spheres: Option<usize>,
+    pub(super) packing: Option<Packing>,
+    #[serde(default)]
+    pub(super) material: MaterialRaw,
+    #[serde(default)]
+    pub(super) held: Vec<Region>,
+}
+
+#[derive(Debug, Clone, Copy, Deserialize)]
+pub(super) enum Unit {
+    #[serde(rename = "m")]
+    Metre,
+    #[serde(rename = "mm")]
+    Millimetre,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub(super) struct MaterialRaw {
+    pub(super) density_kg_m3: Option<f64>,
+    pub(super) young_pa: Option<f64>,
+    pub(super) poisson: Option<f64>,
+    pub(super) stretch_stiffness: Option<f64>,
+    pub(super) laplacian_stiffness: Option<f64>,
+    pub(super) damping_per_s: Option<f64>,
+    pub(super) contact_stiffness_n_m: Option<f64>,
+}

@@ -1,0 +1,147 @@
+//! The quality report: what was built and how well it fits.
+
+use std::fmt;
+
+use serde::Serialize;
+
+/// What [`crate::prepare()`] built, in figures. The top level sums or takes the worst of all organs.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct Report {
+    /// Scene's name.
+    pub scene: String,
+    /// Time of the whole preparation, s.
+    pub build_s: f64,
+    /// Spheres of all organs.
+    pub spheres: usize,
+    /// Links of all organs.
+    pub springs: usize,
+    /// Share of the organs' volume inside at least one sphere, 0..1.
+    pub coverage: f64,
+    /// Distance from skin to the nearest sphere: 95 % of the skin is nearer, worst organ, mm.
+    pub gap_95_mm: f64,
+    /// Largest such distance, mm.
+    pub gap_max_mm: f64,
+    /// Farthest that a sphere sticks out of the skin, mm.
+    pub protrusion_max_mm: f64,
+    /// Connected pieces, of the worst organ.
+    pub components: usize,
+    /// Fewest links at any sphere.
+    pub min_degree: usize,
+    /// Volume inside the skins, mL.
+    pub volume_ml: f64,
+    /// Each organ by itself.
+    pub organs: Vec<OrganReport>,
+}
+
+/// One organ's figures.
+#[derive(Debug, Clone, Default, PartialEq, Serialize)]
+pub struct OrganReport {
+    /// Organ's name.
+    pub name: String,
+    /// Where its mesh came from and what had to be mended.
+    pub mesh: String,
+    /// Skin vertices.
+    pub vertices: usize,
+    /// Skin triangles.
+    pub triangles: usize,
+    /// Time from mesh to bound skin, s.
+    pub build_s: f64,
+    /// Spheres.
+    pub spheres: usize,
+    /// Of those, attached to their surroundings.
+    pub held: usize,
+    /// Links.
+    pub springs: usize,
+    /// Share of the volume inside at least one sphere, 0..1.
+    pub coverage: f64,
+    /// Mean distance from skin to the nearest sphere, mm.
+    pub gap_mean_mm: f64,
+    /// 95 % of the skin is nearer, mm.
+    pub gap_95_mm: f64,
+    /// Largest distance, mm.
+    pub gap_max_mm: f64,
+    /// Farthest that a sphere sticks out, mm.
+    pub protrusion_max_mm: f64,
+    /// Connected pieces.
+    pub components: usize,
+    /// Fewest links at any sphere.
+    pub min_degree: usize,
+    /// How evenly a sphere's links point in all directions, mean of λmin/λmax of Σddᵀ, 0..1.
+    pub isotropy: f64,
+    /// Volume inside the skin, mL.
+    pub volume_ml: f64,
+    /// Mass, g.
+    pub mass_g: f64,
+}
+
+impl Report {
+    /// Fills the top level from the organs.
+    pub(crate) fn sum_up(&mut self) {
+        let organs = &self.organs;
+        let worst = |get: fn(&OrganReport) -> f64| organs.iter().map(get).fold(0.0, f64::max);
+        self.spheres = organs.iter().map(|o| o.spheres).sum();
+        self.springs = organs.iter().map(|o| o.springs).sum();
+        self.volume_ml = organs.iter().map(|o| o.volume_ml).sum();
+        let covered: f64 = organs.iter().map(|o| o.coverage * o.volume_ml).sum();
+        self.coverage = if self.volume_ml > 0.0 {
+            covered / self.volume_ml
+        } else {
+            0.0
+        };
+        self.gap_95_mm = worst(|o| o.gap_95_mm);
+        self.gap_max_mm = worst(|o| o.gap_max_mm);
+        self.protrusion_max_mm = worst(|o| o.protrusion_max_mm);
+        self.components = organs.iter().map(|o| o.components).max().unwrap_or(0);
+        self.min_degree = organs.iter().map(|o| o.min_degree).min().unwrap_or(0);
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{}: built in {:.2} s", self.scene, self.build_s)?;
+        writeln!(
+            f,
+            "{:<14}{:>8}{:>8}{:>8}{:>7}{:>8}{:>9}{:>9}{:>9}{:>7}{:>7}{:>9}{:>8}",
+            "organ",
+            "spheres",
+            "springs",
+            "cover",
+            "gap95",
+            "gap max",
+            "stick out",
+            "isotropy",
+            "pieces",
+            "degree",
+            "held",
+            "volume",
+            "time"
+        )?;
+        for o in &self.organs {
+            writeln!(
+                f,
+                "{:<14}{:>8}{:>8}{:>6.1} %{:>5.1}mm{:>6.1}mm{:>7.2}mm{:>9.2}{:>9}{:>7}{:>7}{:>7.1}mL{:>7.2}s",
+                o.name,
+                o.spheres,
+                o.springs,
+                100.0 * o.coverage,
+                o.gap_95_mm,
+                o.gap_max_mm,
+                o.protrusion_max_mm,
+                o.isotropy,
+                o.components,
+                o.min_degree,
+                o.held,
+                o.volume_ml,
+                o.build_s
+            )?;
+        }
+        for o in &self.organs {
+            writeln!(
+                f,
+                "{}: {} vertices, {} triangles; {}",
+                o.name, o.vertices, o.triangles, o.mesh
+            )?;
+        }
+        Ok(())
+    }
+}
