@@ -17,6 +17,7 @@ pub mod headless;
 pub mod latency;
 mod painter;
 mod priority;
+pub mod report;
 pub mod window;
 
 pub use error::DisplayError;

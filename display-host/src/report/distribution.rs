@@ -1,0 +1,135 @@
+//! Histograms of times.
+
+use hdrhistogram::Histogram;
+
+/// Longest time that is told apart; longer ones count as this: 60 s.
+const MAX_NS: u64 = 60_000_000_000;
+
+/// A histogram of times in ns: three significant digits, constant memory.
+#[derive(Debug, Clone)]
+pub struct Distribution(Option<Histogram<u64>>);
+
+/// What a histogram boils down to, ns. All zero if nothing was recorded.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
+pub struct Quantiles {
+    /// How many were recorded.
+    pub count: u64,
+    /// Median.
+    pub p50: u64,
+    /// 99 % are at most this.
+    pub p99: u64,
+    /// 99.9 % are at most this.
+    pub p999: u64,
+    /// Greatest.
+    pub max: u64,
+}
+
+impl Default for Distribution {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Distribution {
+    /// An empty one.
+    #[must_use]
+    pub fn new() -> Self {
+        // The bounds are constants that hdrhistogram accepts; the test below proves it.
+        Self(Histogram::new_with_bounds(1, MAX_NS, 3).ok())
+    }
+
+    /// Counts a time.
+    pub fn record(&mut self, ns: u64) {
+        if let Some(histogram) = &mut self.0 {
+            histogram.saturating_record(ns);
+        }
+    }
+
+    /// Its quantiles.
+    #[must_use]
+    pub fn quantiles(&self) -> Quantiles {
+        match &self.0 {
+            Some(h) if !h.is_empty() => Quantiles {
+                count: h.len(),
+                p50: h.value_at_quantile(0.5),
+                p99: h.value_at_quantile(0.99),
+                p999: h.value_at_quantile(0.999),
+                max: h.max(),
+            },
+            _ => Quantiles::default(),
+        }
+    }
+
+    /// Counts in bins whose width grows by `2^(1/per_octave)`: (lower bound in ns, count), from
+    /// the first to the last bin that is not empty.
+    #[must_use]
+    pub fn log_bins(&self, per_octave: u32) -> Vec<(f64, u64)> {
+        let Some(histogram) = &self.0 else {
+            return Vec::new();
+        };
+        let bin = |ns: u64| (f64::from(per_octave) * (ns.max(1) as f64).log2()).floor() as i64;
+        let mut bins: Vec<(i64, u64)> = Vec::new();
+        for value in histogram.iter_recorded() {
+            let at = bin(value.value_iterated_to());
+            let count = value.count_at_value();
+            match bins.last().map(|&(last, _)| last) {
+                Some(last) if last == at => {
+                    if let Some((_, sum)) = bins.last_mut() {
+                        *sum += count;
+                    }
+                    continue;
+                }
+                Some(last) => bins.extend((last + 1..at).map(|empty| (empty, 0))),
+                None => {}
+            }
+            bins.push((at, count));
+        }
+        let lower = |at: i64| (at as f64 / f64::from(per_octave)).exp2();
+        bins.into_iter()
+            .map(|(at, count)| (lower(at), count))
+            .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn quantiles_of_a_known_sequence() {
+        let mut d = Distribution::new();
+        assert_eq!(d.quantiles(), Quantiles::default());
+        for ns in 1..=1000 {
+            d.record(ns);
+        }
+        let q = d.quantiles();
+        assert_eq!(
+            (q.count, q.p50, q.p99, q.p999, q.max),
+            (1000, 500, 990, 999, 1000)
+        );
+    }
+
+    #[test]
+    fn what_is_out_of_range_is_counted_at_the_edge() {
+        let mut d = Distribution::new();
+        d.record(0);
+        d.record(u64::MAX);
+        let q = d.quantiles();
+        assert_eq!(q.count, 2);
+        assert!(q.max >= MAX_NS, "{q:?}");
+    }
+
+    #[test]
+    fn bins_hold_every_count_and_leave_no_hole() {
+        let mut d = Distribution::new();
+        for ns in [100, 110, 3000, 3001, 50_000] {
+            d.record(ns);
+        }
+        let bins = d.log_bins(4);
+        assert_eq!(bins.iter().map(|b| b.1).sum::<u64>(), 5);
+        for pair in bins.windows(2) {
+            assert!((pair[1].0 / pair[0].0 - 2f64.powf(0.25)).abs() < 1e-9);
+        }
+        assert!(bins[0].0 <= 100.0 && bins[0].1 > 0 && bins[bins.len() - 1].1 > 0);
+    }
+}

@@ -1,0 +1,87 @@
+//! The machine that a figure was measured on: without it the figure means nothing.
+
+use std::fs;
+
+/// What the kernel says about this machine. A field that cannot be read is "unknown".
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Machine {
+    /// Processor's model.
+    pub processor: String,
+    /// Cores that this process may use.
+    pub cores: usize,
+    /// Memory, MiB.
+    pub memory_mib: u64,
+    /// Kernel's release.
+    pub kernel: String,
+    /// Kernel's build line: names its preemption model.
+    pub kernel_version: String,
+    /// Whether a hypervisor runs it.
+    pub virtual_machine: bool,
+    /// Clock source.
+    pub clock_source: String,
+    /// Frequency governor of the first core.
+    pub governor: String,
+    /// Load averages of 1, 5 and 15 minutes, when this was read.
+    pub load_average: String,
+}
+
+impl Machine {
+    /// Reads it.
+    #[must_use]
+    pub fn read() -> Self {
+        let cpuinfo = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+        let memory = fs::read_to_string("/proc/meminfo").unwrap_or_default();
+        let load = fs::read_to_string("/proc/loadavg").unwrap_or_default();
+        let has_flag = |flag: &str| field(&cpuinfo, "flags").split(' ').any(|f| f == flag);
+        let memory_kib = field(&memory, "MemTotal")
+            .split(' ')
+            .next()
+            .and_then(|n| n.parse().ok());
+        Self {
+            processor: field(&cpuinfo, "model name").to_owned(),
+            cores: std::thread::available_parallelism().map_or(0, usize::from),
+            memory_mib: memory_kib.unwrap_or(0u64) / 1024,
+            kernel: line("/proc/sys/kernel/osrelease"),
+            kernel_version: line("/proc/sys/kernel/version"),
+            virtual_machine: has_flag("hypervisor"),
+            clock_source: line("/sys/devices/system/clocksource/clocksource0/current_clocksource"),
+            governor: line("/sys/devices/system/cpu/cpu0/cpufreq/scaling_governor"),
+            load_average: load.split(' ').take(3).collect::<Vec<_>>().join(" "),
+        }
+    }
+}
+
+fn line(path: &str) -> String {
+    match fs::read_to_string(path) {
+        Ok(text) if !text.trim().is_empty() => text.trim().to_owned(),
+        _ => "unknown".to_owned(),
+    }
+}
+
+/// The value of `name : value` in the first line that has it.
+fn field<'a>(text: &'a str, name: &str) -> &'a str {
+    text.lines()
+        .filter_map(|line| line.split_once(':'))
+        .find(|(key, _)| key.trim() == name)
+        .map_or("unknown", |(_, value)| value.trim())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_are_found_by_their_whole_name() {
+        let text = "model\t: 1\nmodel name\t: EPYC\nflags\t\t: fpu hypervisor\n";
+        assert_eq!(field(text, "model name"), "EPYC");
+        assert_eq!(field(text, "flags"), "fpu hypervisor");
+        assert_eq!(field(text, "absent"), "unknown");
+    }
+
+    #[test]
+    fn this_machine_has_cores_and_a_kernel() {
+        let machine = Machine::read();
+        assert!(machine.cores >= 1);
+        assert_ne!(machine.kernel, "unknown");
+    }
+}

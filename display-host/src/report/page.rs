@@ -1,0 +1,261 @@
+//! `report.html`: one page, no network, readable by a stranger.
+
+use core::fmt::Write as _;
+use std::path::Path;
+
+use super::recorder::STAGE_NAMES;
+use super::{Quantiles, Recorder, Summary, chart};
+use crate::headless::{Ended, Outcome};
+
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
+padding:0 1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2rem;\
+font-size:1.15rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem .8rem;text-align:\
+right;border-bottom:1px solid #ddd}th:first-child,td:first-child{text-align:left}.lead{color:#555;\
+margin-top:.2rem}.bad{background:#fbe9e7;border-left:4px solid #9e2a2b;padding:.5rem 1rem}.good{\
+background:#e8f3ec;border-left:4px solid #2e7d4f;padding:.5rem 1rem}figure{margin:1rem 0}figcaption{\
+color:#555;font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:\
+repeat(auto-fill,minmax(17rem,1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}";
+
+/// The page's text. Pictures in `folder` are linked by their relative names.
+pub(super) fn render(
+    summary: &Summary,
+    recorder: &Recorder,
+    outcome: &Outcome,
+    folder: &Path,
+) -> String {
+    let mut page = Page(String::new());
+    page.add(format_args!(
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" \
+         content=\"width=device-width\"><title>Calot: {scene}</title><style>{STYLE}</style>\
+         <h1>Calot run: {scene}</h1><p class=\"lead\">{program}, scene {id}. {ended}</p>",
+        scene = escape(&summary.scene),
+        program = escape(&summary.program),
+        id = &summary.scene_id[..summary.scene_id.len().min(12)],
+        ended = ended(summary.ended),
+    ));
+    verdict(&mut page, summary);
+    times(&mut page, summary);
+    charts(&mut page, recorder);
+    counters(&mut page, summary);
+    pictures(&mut page, outcome, folder);
+    machine(&mut page, summary);
+    page.0 + "</html>\n"
+}
+
+struct Page(String);
+
+impl Page {
+    fn add(&mut self, text: core::fmt::Arguments<'_>) {
+        // Writing to a string cannot fail.
+        let _ = self.0.write_fmt(text);
+    }
+}
+
+fn ended(how: Ended) -> &'static str {
+    match how {
+        Ended::TimeOver => "It ran for its full time.",
+        Ended::Stopped => "It was stopped by the user.",
+        Ended::ControllerGone => "<b>The controller fell silent before the end.</b>",
+    }
+}
+
+fn verdict(page: &mut Page, s: &Summary) {
+    if s.realtime {
+        page.add(format_args!(
+            "<p class=\"good\">The controller ran with SCHED_FIFO, locked memory and a core of \
+             its own: these are realtime figures of this machine.</p>"
+        ));
+    } else {
+        let lacks = s.not_realtime.join(", ");
+        page.add(format_args!(
+            "<p class=\"bad\"><b>Not realtime.</b> The controller lacked: {}. These figures say \
+             little about a station that has it.</p>",
+            escape(&lacks)
+        ));
+    }
+    if s.machine.virtual_machine {
+        page.add(format_args!(
+            "<p class=\"lead\">This is a virtual machine: its host adds delays that no setting in \
+             here removes.</p>"
+        ));
+    }
+    for warning in &s.warnings {
+        page.add(format_args!("<p class=\"bad\">{}</p>", escape(warning)));
+    }
+}
+
+fn times(page: &mut Page, s: &Summary) {
+    page.add(format_args!(
+        "<h2>Times</h2><table><tr><th>µs<th>p50<th>p99<th>p99.9<th>max<th>count</tr>"
+    ));
+    let mut row = |name: &str, q: &Quantiles| {
+        let us = |ns: u64| format!("{:.1}", ns as f64 / 1e3);
+        page.add(format_args!(
+            "<tr><td>{name}<td>{}<td>{}<td>{}<td>{}<td>{}</tr>",
+            us(q.p50),
+            us(q.p99),
+            us(q.p999),
+            us(q.max),
+            q.count
+        ));
+    };
+    row(
+        "wake latency (actual − scheduled start)",
+        &s.wake_latency_ns,
+    );
+    row("whole tick", &s.tick_ns);
+    for name in STAGE_NAMES {
+        row(&format!("&nbsp;&nbsp;{name}"), &s.stage_ns[name]);
+    }
+    row(
+        "motion to force (sample read → force written)",
+        &s.motion_to_force_ns,
+    );
+    row("publish to frame submitted", &s.publish_to_frame_ns);
+    row("motion to picture", &s.motion_to_photon_ns);
+    page.add(format_args!("</table>"));
+}
+
+fn charts(page: &mut Page, recorder: &Recorder) {
+    page.add(format_args!("<h2>Histograms</h2>"));
+    let mut figure = |svg: Option<String>, caption: &str| {
+        let picture = svg.unwrap_or_else(|| "<p>Nothing was recorded.</p>".to_owned());
+        page.add(format_args!(
+            "<figure>{picture}<figcaption>{caption}</figcaption></figure>"
+        ));
+    };
+    figure(
+        chart::histogram(&recorder.wake_latency, None),
+        "Wake latency: how late a tick began. Both axes are logarithmic, so that one late tick \
+         in a million is seen.",
+    );
+    figure(
+        chart::histogram(&recorder.tick, Some(1000.0)),
+        "Whole tick; the blue line is the period of 1 ms.",
+    );
+    figure(
+        chart::histogram(&recorder.motion_to_force, None),
+        "Motion to force: from the last byte of a device sample to the force that answers it.",
+    );
+    figure(
+        chart::course(&recorder.force_course(), "N"),
+        "Force on the hand over time.",
+    );
+    figure(
+        chart::course(&recorder.tick_course(), "µs"),
+        "Longest tick of each second.",
+    );
+    figure(
+        chart::course(&recorder.wake_course(), "µs"),
+        "Latest wake-up of each second.",
+    );
+}
+
+fn counters(page: &mut Page, s: &Summary) {
+    page.add(format_args!("<h2>Counters</h2><table>"));
+    let per_million = match s.ticks + s.deadline_misses {
+        0 => 0.0,
+        periods => s.deadline_misses as f64 * 1e6 / periods as f64,
+    };
+    let rows = [
+        ("ticks", s.ticks.to_string()),
+        (
+            "periods missed",
+            format!("{} ({per_million:.0} in a million)", s.deadline_misses),
+        ),
+        ("ticks that ended late", s.overruns.to_string()),
+        (
+            "allocations after start",
+            s.allocations_after_start.to_string(),
+        ),
+        (
+            "page faults after start",
+            s.page_faults_after_start.to_string(),
+        ),
+        ("involuntary switches", s.involuntary_switches.to_string()),
+        (
+            "force on the hand, N",
+            format!("{:.3} to {:.3}", s.force_n.min, s.force_n.max),
+        ),
+        ("pictures", s.frames.to_string()),
+        ("timing records read", s.timing_records.to_string()),
+        ("timing batches lost", s.timing_batches_lost.to_string()),
+        ("events lost", s.events_lost.to_string()),
+    ];
+    for (name, value) in rows {
+        page.add(format_args!("<tr><td>{name}<td>{value}</tr>"));
+    }
+    for (name, count) in &s.events {
+        page.add(format_args!("<tr><td>event: {name}<td>{count}</tr>"));
+    }
+    for (name, count) in &s.faults {
+        page.add(format_args!(
+            "<tr><td>fault: {}<td>{count}</tr>",
+            escape(name)
+        ));
+    }
+    page.add(format_args!("</table>"));
+}
+
+fn pictures(page: &mut Page, outcome: &Outcome, folder: &Path) {
+    let files: Vec<&Path> = outcome
+        .frames
+        .iter()
+        .filter_map(|f| f.path.as_deref())
+        .collect();
+    if files.is_empty() {
+        return;
+    }
+    page.add(format_args!("<h2>Pictures</h2><div class=\"frames\">"));
+    for file in files {
+        let name = file.strip_prefix(folder).unwrap_or(file).to_string_lossy();
+        let name = escape(&name);
+        page.add(format_args!(
+            "<figure><img src=\"{name}\" alt=\"{name}\"><figcaption>{name}</figcaption></figure>"
+        ));
+    }
+    page.add(format_args!("</div>"));
+}
+
+fn machine(page: &mut Page, s: &Summary) {
+    let m = &s.machine;
+    page.add(format_args!("<h2>Machine</h2><table>"));
+    let rows = [
+        ("processor", m.processor.clone()),
+        ("cores", m.cores.to_string()),
+        ("memory", format!("{} MiB", m.memory_mib)),
+        ("kernel", format!("{} {}", m.kernel, m.kernel_version)),
+        (
+            "virtual machine",
+            if m.virtual_machine { "yes" } else { "no" }.to_owned(),
+        ),
+        ("clock source", m.clock_source.clone()),
+        ("governor", m.governor.clone()),
+        ("load average", m.load_average.clone()),
+        (
+            "graphics",
+            s.adapter.clone().unwrap_or_else(|| "none".to_owned()),
+        ),
+    ];
+    for (name, value) in rows {
+        page.add(format_args!("<tr><td>{name}<td>{}</tr>", escape(&value)));
+    }
+    page.add(format_args!("</table>"));
+}
+
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_from_outside_cannot_become_markup() {
+        assert_eq!(escape("<b a=\"1\">&"), "&lt;b a=&quot;1&quot;&gt;&amp;");
+    }
+}

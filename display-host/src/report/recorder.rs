@@ -1,0 +1,311 @@
+//! Gathers what the display sees into histograms and one line a second.
+
+use std::collections::BTreeMap;
+
+use shared_mem::message::{EventMsg, STAGES, TimingBatch, ToolFrame};
+use shared_mem::scene::SceneFile;
+
+use super::{Distribution, Machine, Range, Summary};
+use crate::feed::hex;
+use crate::headless::{Observed, Outcome};
+
+/// Stages of a tick, in order.
+pub(super) const STAGE_NAMES: [&str; STAGES] = [
+    "sample",
+    "tool",
+    "contact",
+    "solve",
+    "force",
+    "procedure",
+    "publish",
+];
+
+/// Points of the force's course per second.
+const FORCE_POINTS_PER_S: u64 = 20;
+/// Points of a course that are kept; after that, the newest push out the oldest.
+const COURSE_MAX: usize = 40_000;
+
+/// A quantity over time: (seconds since the first sample, greatest value in that step).
+#[derive(Debug, Clone, Default)]
+pub struct Course {
+    start_ns: Option<u64>,
+    points: std::collections::VecDeque<(u64, f64)>,
+}
+
+impl Course {
+    fn push(&mut self, at_ns: u64, steps_per_s: u64, value: f64) {
+        let start = *self.start_ns.get_or_insert(at_ns);
+        let step = at_ns.saturating_sub(start) / (1_000_000_000 / steps_per_s);
+        match self.points.back_mut() {
+            Some((last, greatest)) if *last >= step => *greatest = greatest.max(value),
+            _ => {
+                if self.points.len() == COURSE_MAX {
+                    self.points.pop_front();
+                }
+                self.points.push_back((step, value));
+            }
+        }
+    }
+
+    /// The points, seconds and value.
+    pub(super) fn points(&self, steps_per_s: u64) -> Vec<(f64, f64)> {
+        self.points
+            .iter()
+            .map(|&(step, v)| (step as f64 / steps_per_s as f64, v))
+            .collect()
+    }
+}
+
+/// Everything that a run's report is made from.
+#[derive(Debug, Default)]
+pub struct Recorder {
+    pub(super) wake_latency: Distribution,
+    pub(super) tick: Distribution,
+    pub(super) motion_to_force: Distribution,
+    pub(super) stages: [Distribution; STAGES],
+    force: Course,
+    worst_tick: Course,
+    worst_wake: Course,
+    force_min_max: Option<(f32, f32)>,
+    events: BTreeMap<&'static str, u64>,
+    records: u64,
+    last_batch: Option<Counters>,
+}
+
+/// The controller's own counters, from its newest batch.
+#[derive(Debug, Clone, Copy)]
+struct Counters {
+    ticks: u64,
+    deadline_misses: u64,
+    overruns: u64,
+    allocations: u64,
+    page_faults: u64,
+    involuntary_switches: u64,
+    realtime: u32,
+    faults: [u64; 16],
+}
+
+impl Recorder {
+    /// An empty one.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Takes in what the display saw.
+    pub fn observe(&mut self, observed: &Observed<'_>) {
+        match observed {
+            Observed::Timing(batch) => self.take_timing(batch),
+            Observed::Tools(tools) => self.take_tools(tools),
+            Observed::Event(event) => {
+                *self.events.entry(event_name(event.kind)).or_default() += 1;
+            }
+            Observed::State(_) | Observed::Progress(_) | Observed::Warning(_) => {}
+        }
+    }
+
+    fn take_timing(&mut self, batch: &TimingBatch) {
+        let Some(records) = batch.records() else {
+            return;
+        };
+        for record in records {
+            self.records += 1;
+            self.wake_latency.record(u64::from(record.wake_latency_ns));
+            self.tick.record(u64::from(record.tick_ns));
+            if record.motion_to_force_ns > 0 {
+                self.motion_to_force
+                    .record(u64::from(record.motion_to_force_ns));
+            }
+            for (stage, &ns) in self.stages.iter_mut().zip(&record.stage_ns) {
+                stage.record(u64::from(ns));
+            }
+            let us = |ns: u32| f64::from(ns) / 1e3;
+            self.worst_tick
+                .push(record.scheduled_ns, 1, us(record.tick_ns));
+            self.worst_wake
+                .push(record.scheduled_ns, 1, us(record.wake_latency_ns));
+        }
+        self.last_batch = Some(Counters {
+            ticks: batch.ticks,
+            deadline_misses: batch.deadline_misses,
+            overruns: batch.overruns,
+            allocations: batch.allocations,
+            page_faults: batch.page_faults,
+            involuntary_switches: batch.involuntary_switches,
+            realtime: batch.realtime,
+            faults: batch.faults,
+        });
+    }
+
+    fn take_tools(&mut self, tools: &ToolFrame) {
+        let force_n = tools.force_n.iter().map(|x| x * x).sum::<f32>().sqrt();
+        let (min, max) = self.force_min_max.unwrap_or((force_n, force_n));
+        self.force_min_max = Some((min.min(force_n), max.max(force_n)));
+        self.force
+            .push(tools.at_ns, FORCE_POINTS_PER_S, f64::from(force_n));
+    }
+
+    /// Force on the hand: (s, N), the greatest of each step.
+    pub(super) fn force_course(&self) -> Vec<(f64, f64)> {
+        self.force.points(FORCE_POINTS_PER_S)
+    }
+
+    /// Worst tick of each second: (s, µs).
+    pub(super) fn tick_course(&self) -> Vec<(f64, f64)> {
+        self.worst_tick.points(1)
+    }
+
+    /// Worst wake latency of each second: (s, µs).
+    pub(super) fn wake_course(&self) -> Vec<(f64, f64)> {
+        self.worst_wake.points(1)
+    }
+
+    /// The summary of a run.
+    #[must_use]
+    pub fn summary(&self, scene: &SceneFile, outcome: &Outcome, machine: Machine) -> Summary {
+        let counters = self.last_batch;
+        let realtime_bits = counters.map_or(0, |c| c.realtime);
+        let lacks: Vec<String> = [
+            (TimingBatch::FIFO, "SCHED_FIFO"),
+            (TimingBatch::LOCKED, "locked memory"),
+            (TimingBatch::PINNED, "a core of its own"),
+        ]
+        .into_iter()
+        .filter(|(bit, _)| realtime_bits & bit == 0)
+        .map(|(_, name)| name.to_owned())
+        .collect();
+        let (min, max) = self.force_min_max.unwrap_or_default();
+        let mut publish_to_frame = Distribution::new();
+        let mut motion_to_photon = Distribution::new();
+        for frame in outcome.frames.iter().filter(|frame| frame.live) {
+            publish_to_frame.record(frame.publish_to_frame_ns());
+            motion_to_photon.record(frame.motion_to_photon_ns());
+        }
+        let stages = STAGE_NAMES.iter().zip(&self.stages);
+        let faults = counters.map_or([0; 16], |c| c.faults);
+        Summary {
+            program: concat!("calot ", env!("CARGO_PKG_VERSION")).to_owned(),
+            scene: scene.name().to_owned(),
+            scene_id: hex(scene.short_id()),
+            ticks: counters.map_or(0, |c| c.ticks),
+            deadline_misses: counters.map_or(0, |c| c.deadline_misses),
+            overruns: counters.map_or(0, |c| c.overruns),
+            wake_latency_ns: self.wake_latency.quantiles(),
+            tick_ns: self.tick.quantiles(),
+            motion_to_force_ns: self.motion_to_force.quantiles(),
+            stage_ns: stages.map(|(name, d)| (*name, d.quantiles())).collect(),
+            publish_to_frame_ns: publish_to_frame.quantiles(),
+            motion_to_photon_ns: motion_to_photon.quantiles(),
+            force_n: Range { min, max },
+            frames: outcome.frames.len(),
+            allocations_after_start: counters.map_or(0, |c| c.allocations),
+            page_faults_after_start: counters.map_or(0, |c| c.page_faults),
+            involuntary_switches: counters.map_or(0, |c| c.involuntary_switches),
+            realtime: counters.is_some() && lacks.is_empty(),
+            not_realtime: lacks,
+            timing_records: self.records,
+            timing_batches_lost: outcome.counters.batches_lost,
+            events: self.events.clone(),
+            events_lost: outcome.counters.events_lost,
+            faults: faults
+                .iter()
+                .enumerate()
+                .filter(|&(_, &count)| count > 0)
+                .map(|(number, &count)| (number.to_string(), count))
+                .collect(),
+            ended: outcome.ended,
+            adapter: outcome.adapter.clone(),
+            warnings: outcome.warnings.clone(),
+            machine,
+        }
+    }
+}
+
+fn event_name(kind: u32) -> &'static str {
+    match kind {
+        EventMsg::CONTACT => "contact",
+        EventMsg::RELEASE => "release",
+        EventMsg::GRASP => "grasp",
+        EventMsg::LET_GO => "let_go",
+        EventMsg::FAULT => "fault",
+        EventMsg::ELECTRO => "electro",
+        _ => "unknown",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+    use shared_mem::message::TickRecord;
+
+    use super::*;
+
+    fn batch(first_tick: u64, wake_ns: &[u32]) -> TimingBatch {
+        let mut batch = TimingBatch::zeroed();
+        batch.count = wake_ns.len() as u32;
+        batch.ticks = first_tick + wake_ns.len() as u64;
+        for (i, (record, &ns)) in batch.records.iter_mut().zip(wake_ns).enumerate() {
+            let scheduled_ns = (first_tick + i as u64) * 1_000_000;
+            *record = TickRecord {
+                scheduled_ns,
+                wake_latency_ns: ns,
+                ..TickRecord::zeroed()
+            };
+        }
+        batch
+    }
+
+    #[test]
+    fn records_and_counters_reach_the_histograms() {
+        let mut recorder = Recorder::new();
+        recorder.observe(&Observed::Timing(&batch(0, &[1000, 2000, 3000])));
+        recorder.observe(&Observed::Timing(&batch(3, &[9000])));
+        assert_eq!(recorder.wake_latency.quantiles().count, 4);
+        assert!(recorder.wake_latency.quantiles().max >= 9000);
+        assert_eq!(recorder.last_batch.map(|c| c.ticks), Some(4));
+        assert_eq!(
+            recorder.motion_to_force.quantiles().count,
+            0,
+            "0 means no fresh sample"
+        );
+    }
+
+    #[test]
+    fn the_course_keeps_the_worst_of_each_second() {
+        let mut recorder = Recorder::new();
+        for second in 0..3u64 {
+            let first = second * 1000;
+            recorder.observe(&Observed::Timing(&batch(
+                first,
+                &[5000, 70_000 + second as u32, 10],
+            )));
+        }
+        let course = recorder.wake_course();
+        assert_eq!(course.len(), 3);
+        assert!((course[2].1 - 70.002).abs() < 1e-9, "{course:?}");
+    }
+
+    #[test]
+    fn a_malformed_batch_is_ignored() {
+        let mut recorder = Recorder::new();
+        let mut bad = batch(0, &[1]);
+        bad.count = 1000;
+        recorder.observe(&Observed::Timing(&bad));
+        assert_eq!(recorder.records, 0);
+    }
+
+    #[test]
+    fn force_is_the_length_of_the_vector() {
+        let mut recorder = Recorder::new();
+        for (at_ns, force_n) in [(0, [0.0; 3]), (1_000_000, [0.3, 0.0, 0.4])] {
+            let tools = ToolFrame {
+                at_ns,
+                force_n,
+                ..ToolFrame::zeroed()
+            };
+            recorder.observe(&Observed::Tools(&tools));
+        }
+        assert_eq!(recorder.force_min_max, Some((0.0, 0.5)));
+        assert_eq!(recorder.force_course().len(), 1);
+    }
+}
