@@ -1,1 +1,49 @@
-fn main() {}
+//! The two commands of a fresh machine: `cargo xtask demo` and `cargo xtask test`. No
+//! dependencies, so that it builds in a second and can say what the rest needs.
+
+mod packages;
+mod steps;
+
+use std::process::ExitCode;
+
+const HELP: &str = "\
+cargo xtask COMMAND
+
+  demo [ARGS]  set this machine up, build, and run the station for 10 seconds without a window:
+               pictures, summary.json and report.html go to target/demo. ARGS go to `calot run`.
+  test         set this machine up and pass every test: format, lints, documentation, licences,
+               unit, property and system tests, golden replays in debug and release
+  setup        only set up: name the system packages that are missing and install them where
+               this user may, else print the line to type
+  deny         install cargo-deny (minutes) and check licences, sources and duplicates
+
+Exit: 0 done, 1 something failed, 2 bad usage.";
+
+fn main() -> ExitCode {
+    let args: Vec<String> = std::env::args().skip(1).collect();
+    let (command, rest) = match args.split_first() {
+        Some((command, rest)) => (command.as_str(), rest),
+        None => ("help", &[][..]),
+    };
+    let outcome = match (command, rest) {
+        ("demo", args) => packages::set_up(false).and_then(|()| steps::demo(args)),
+        ("test", []) => packages::set_up(true).and_then(|()| steps::test()),
+        ("setup", []) => packages::set_up(true),
+        ("deny", []) => steps::install_and_deny(),
+        ("help" | "--help" | "-h", _) => {
+            println!("{HELP}");
+            return ExitCode::SUCCESS;
+        }
+        _ => {
+            eprintln!("xtask: '{}' is not a command\n\n{HELP}", args.join(" "));
+            return ExitCode::from(2);
+        }
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problem) => {
+            eprintln!("\nxtask: {problem}");
+            ExitCode::FAILURE
+        }
+    }
+}

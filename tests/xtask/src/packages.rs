@@ -1,0 +1,153 @@
+//! What Calot needs of the system beyond Rust and a C compiler.
+
+use std::path::Path;
+use std::process::{Command, Stdio};
+
+/// Something the system must have, and the Debian/Ubuntu package that brings it.
+struct Need {
+    what: &'static str,
+    package: &'static str,
+    only_for_tests: bool,
+    is_there: fn() -> bool,
+}
+
+const NEEDS: [Need; 5] = [
+    Need {
+        what: "a Vulkan loader",
+        package: "libvulkan1",
+        only_for_tests: false,
+        is_there: || library("libvulkan.so.1"),
+    },
+    Need {
+        what: "a Vulkan driver (Mesa's, which also draws without a GPU)",
+        package: "mesa-vulkan-drivers",
+        only_for_tests: false,
+        is_there: vulkan_driver,
+    },
+    Need {
+        what: "ALSA's headers, for sound",
+        package: "libasound2-dev",
+        only_for_tests: false,
+        is_there: || Path::new("/usr/include/alsa/asoundlib.h").exists(),
+    },
+    Need {
+        what: "pkg-config, which finds them",
+        package: "pkg-config",
+        only_for_tests: false,
+        is_there: || on_path("pkg-config"),
+    },
+    Need {
+        what: "a virtual screen, for the window's tests",
+        package: "xvfb",
+        only_for_tests: true,
+        is_there: || on_path("Xvfb"),
+    },
+];
+
+/// Installs what is missing, or says what to type.
+pub(crate) fn set_up(for_tests: bool) -> Result<(), String> {
+    let missing: Vec<&Need> = NEEDS
+        .iter()
+        .filter(|need| (for_tests || !need.only_for_tests) && !(need.is_there)())
+        .collect();
+    if missing.is_empty() {
+        return Ok(());
+    }
+    for need in &missing {
+        println!("missing: {} (package {})", need.what, need.package);
+    }
+    let names: Vec<&str> = missing.iter().map(|need| need.package).collect();
+    let by_hand = format!(
+        "apt-get install -y --no-install-recommends {}",
+        names.join(" ")
+    );
+    if !on_path("apt-get") {
+        return Err(format!(
+            "this is not Debian or Ubuntu: install what brings the above, then try again \
+             (there it would be: {by_hand})"
+        ));
+    }
+    let Some(prefix) = installer() else {
+        return Err(format!(
+            "this user may not install packages. Type:\n\n  sudo {by_hand}\n"
+        ));
+    };
+    println!("installing {} ...", names.join(" "));
+    apt(prefix, &["update", "-qq"])?;
+    let mut install = vec!["install", "-y", "-qq", "--no-install-recommends"];
+    install.extend(&names);
+    apt(prefix, &install)?;
+    match missing.iter().find(|need| !(need.is_there)()) {
+        None => Ok(()),
+        Some(need) => Err(format!(
+            "{} is still missing after installing {}",
+            need.what, need.package
+        )),
+    }
+}
+
+fn apt(prefix: &[&str], args: &[&str]) -> Result<(), String> {
+    let mut words: Vec<&str> = prefix.to_vec();
+    words.push("apt-get");
+    words.extend(args);
+    let status = Command::new(words[0])
+        .args(&words[1..])
+        .env("DEBIAN_FRONTEND", "noninteractive")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .status()
+        .map_err(|error| format!("{}: {error}", words.join(" ")))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(format!("{} failed: {status}", words.join(" ")))
+    }
+}
+
+/// How this user installs packages without being asked a password; `None` if it may not.
+fn installer() -> Option<&'static [&'static str]> {
+    if output("id", &["-u"]).is_some_and(|id| id.trim() == "0") {
+        return Some(&[]);
+    }
+    output("sudo", &["-n", "true"]).map(|_| &["sudo", "-n"][..])
+}
+
+fn output(program: &str, args: &[&str]) -> Option<String> {
+    let output = Command::new(program)
+        .args(args)
+        .stderr(Stdio::null())
+        .output()
+        .ok()?;
+    output
+        .status
+        .success()
+        .then(|| String::from_utf8_lossy(&output.stdout).into_owned())
+}
+
+pub(crate) fn on_path(program: &str) -> bool {
+    let path = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
+}
+
+fn library(name: &str) -> bool {
+    ["/sbin/ldconfig", "ldconfig"]
+        .iter()
+        .find_map(|ldconfig| output(ldconfig, &["-p"]))
+        .is_some_and(|list| list.contains(name))
+}
+
+/// A driver's manifest in one of the folders that the loader reads, or named to it.
+fn vulkan_driver() -> bool {
+    let named = ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"]
+        .iter()
+        .any(|name| std::env::var_os(name).is_some_and(|files| !files.is_empty()));
+    let folders = [
+        "/usr/share/vulkan/icd.d",
+        "/etc/vulkan/icd.d",
+        "/usr/local/share/vulkan/icd.d",
+    ];
+    named
+        || folders.iter().any(|folder| {
+            std::fs::read_dir(folder).is_ok_and(|mut entries| entries.next().is_some())
+        })
+}

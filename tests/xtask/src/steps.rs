@@ -1,0 +1,119 @@
+//! What the commands run.
+
+use std::process::Command;
+use std::time::Instant;
+
+use crate::packages::on_path;
+
+type Step = (&'static str, &'static [&'static str]);
+
+/// Everything that must hold before a change lands, quickest first.
+const TESTS: [Step; 6] = [
+    ("format", &["fmt", "--all", "--check"]),
+    (
+        "lints",
+        &[
+            "clippy",
+            "--locked",
+            "--workspace",
+            "--all-targets",
+            "--",
+            "-D",
+            "warnings",
+        ],
+    ),
+    (
+        "documentation",
+        &[
+            "doc",
+            "--locked",
+            "--workspace",
+            "--no-deps",
+            "--document-private-items",
+        ],
+    ),
+    ("tests", &["test", "--locked", "--workspace"]),
+    // Optimisation must not change a bit: the golden replays again, in release.
+    (
+        "golden replays, release",
+        &["test", "--locked", "--release", "-p", "rt-core"],
+    ),
+    (
+        "benches once",
+        &[
+            "test",
+            "--locked",
+            "--release",
+            "-p",
+            "rt-core",
+            "--benches",
+        ],
+    ),
+];
+
+pub(crate) fn test() -> Result<(), String> {
+    let start = Instant::now();
+    for (name, args) in TESTS {
+        step(name, args)?;
+    }
+    if on_path("cargo-deny") {
+        deny()?;
+    } else {
+        println!("skipped: licences and sources (cargo-deny is not installed: `cargo xtask deny`)");
+    }
+    println!("\nall passed in {:.0} s", start.elapsed().as_secs_f64());
+    Ok(())
+}
+
+pub(crate) fn install_and_deny() -> Result<(), String> {
+    if !on_path("cargo-deny") {
+        step(
+            "installing cargo-deny",
+            &["install", "--locked", "cargo-deny"],
+        )?;
+    }
+    deny()
+}
+
+/// Advisories need the network's database; licences, bans and sources do not.
+fn deny() -> Result<(), String> {
+    step(
+        "licences and sources",
+        &["deny", "--offline", "check", "bans", "licenses", "sources"],
+    )
+}
+
+pub(crate) fn demo(args: &[String]) -> Result<(), String> {
+    step("build", &["build", "--locked", "--release", "-p", "calot"])?;
+    let folder = "target/demo";
+    let mut words = vec![
+        "run",
+        "--locked",
+        "--release",
+        "-q",
+        "-p",
+        "calot",
+        "--",
+        "run",
+    ];
+    words.extend(["--headless", "--seconds", "10", "--out", folder]);
+    words.extend(args.iter().map(String::as_str));
+    step("demo", &words)
+}
+
+fn step(name: &str, args: &[&str]) -> Result<(), String> {
+    println!("\n== {name}: cargo {}", args.join(" "));
+    let start = Instant::now();
+    // The cargo that runs us, so that a pinned toolchain stays pinned.
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let status = Command::new(cargo)
+        .args(args)
+        .env("RUSTDOCFLAGS", "-D warnings")
+        .status()
+        .map_err(|error| format!("cannot run cargo: {error}"))?;
+    if !status.success() {
+        return Err(format!("{name} failed ({status})"));
+    }
+    println!("== {name}: {:.0} s", start.elapsed().as_secs_f64());
+    Ok(())
+}
