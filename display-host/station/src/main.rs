@@ -1,1 +1,38 @@
-fn main() {}
+//! `calot`: the one command of the station.
+
+mod children;
+mod cli;
+mod emulate;
+mod prepare;
+mod rt;
+mod run;
+mod scene;
+mod stop;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+
+/// Counts what the realtime thread allocates, so that "none" is a measurement.
+#[global_allocator]
+static ALLOCATOR: rt_process::alloc_counter::CountingAllocator =
+    rt_process::alloc_counter::CountingAllocator::new();
+
+fn main() -> ExitCode {
+    // Bad usage exits with 2 here, `--help` with 0.
+    let cli = cli::Cli::parse();
+    let command = cli.command.unwrap_or_else(|| cli::Command::Run(cli::RunArgs::default()));
+    let outcome = match command {
+        cli::Command::Run(args) => run::run(&args),
+        cli::Command::Rt(args) => rt::run(&args),
+        cli::Command::Emulate(args) => emulate::run(&args),
+        cli::Command::Prepare(args) => prepare::run(&args),
+    };
+    match outcome {
+        Ok(code) => code,
+        Err(problem) => {
+            eprintln!("calot: {problem}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The station's child processes: this program, re-executed.
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::mpsc::{self, Receiver};
+use std::time::{Duration, Instant};
+
+use crate::scene::Problem;
+
+/// How long a child may take to end when asked, before it is killed.
+const PATIENCE_TO_END: Duration = Duration::from_secs(5);
+
+/// A child process that said it is ready.
+#[derive(Debug)]
+pub(crate) struct Process {
+    name: &'static str,
+    child: Child,
+}
+
+/// What a child says on standard output once it is ready, as its first line.
+pub(crate) const READY: &str = "ready";
+
+impl Process {
+    /// Starts `calot ARGS` and waits until it is ready. Its standard error is ours.
+    pub(crate) fn start(
+        name: &'static str,
+        args: &[std::ffi::OsString],
+        patience: Duration,
+        stop: &std::sync::atomic::AtomicBool,
+    ) -> Result<Self, Problem> {
+        let program = std::env::current_exe()?;
+        let mut child = Command::new(program)
+            .args(args)
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|error| format!("cannot start the {name}: {error}"))?;
+        let lines = read_lines(&mut child);
+        let mut process = Self { name, child };
+        let start = Instant::now();
+        loop {
+            if let Ok(line) = lines.recv_timeout(Duration::from_millis(20))
+                && line.starts_with(READY)
+            {
+                return Ok(process);
+            }
+            if let Some(status) = process.ended()? {
+                return Err(format!("the {name} ended before it was ready ({status})").into());
+            }
+            if stop.load(std::sync::atomic::Ordering::Relaxed) {
+                return Err("stopped while starting".into());
+            }
+            if start.elapsed() > patience {
+                return Err(format!(
+                    "the {name} was not ready within {} s; try `calot {name}` by hand",
+                    patience.as_secs()
+                )
+                .into());
+            }
+        }
+    }
+
+    /// Its name in messages.
+    pub(crate) fn name(&self) -> &'static str {
+        self.name
+    }
+
+    /// How it ended, if it did.
+    pub(crate) fn ended(&mut self) -> std::io::Result<Option<ExitStatus>> {
+        self.child.try_wait()
+    }
+
+    /// Asks it to end, waits, and kills it if it does not.
+    pub(crate) fn end(mut self) -> Option<ExitStatus> {
+        self.ask();
+        let start = Instant::now();
+        while start.elapsed() < PATIENCE_TO_END {
+            if let Ok(Some(status)) = self.ended() {
+                return Some(status);
+            }
+            std::thread::sleep(Duration::from_millis(5));
+        }
+        eprintln!("calot: the {} did not end when asked; killing it", self.name);
+        let _ = self.child.kill();
+        self.child.wait().ok()
+    }
+
+    fn ask(&self) {
+        if let Some(pid) = rustix::process::Pid::from_raw(self.child.id().cast_signed()) {
+            let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
+        }
+    }
+}
+
+impl Drop for Process {
+    /// A child that was not ended in order (an error on the way) is asked to, without waiting.
+    fn drop(&mut self) {
+        if let Ok(None) = self.child.try_wait() {
+            self.ask();
+        }
+    }
+}
+
+/// The child's lines of standard output, read by a thread so that its pipe never fills.
+fn read_lines(child: &mut Child) -> Receiver<String> {
+    let (sender, lines) = mpsc::channel();
+    if let Some(stdout) = child.stdout.take() {
+        std::thread::spawn(move || {
+            for line in BufReader::new(stdout).lines().map_while(Result::ok) {
+                // The receiver goes away once the child is ready; go on emptying the pipe.
+                let _ = sender.send(line);
+            }
+        });
+    }
+    lines
+}
+
+/// Arguments as the operating system takes them.
+pub(crate) fn args<const N: usize>(words: [&dyn AsRef<std::ffi::OsStr>; N]) -> Vec<std::ffi::OsString> {
+    words.iter().map(|word| word.as_ref().to_owned()).collect()
+}
+
+/// Appends `--name value` if there is a value.
+pub(crate) fn option(args: &mut Vec<std::ffi::OsString>, name: &str, value: Option<&Path>) {
+    if let Some(value) = value {
+        args.push(name.into());
+        args.push(value.into());
+    }
+}

@@ -1,0 +1,226 @@
+//! What `calot` understands.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+
+/// Calot: a hard-realtime haptic trainer for transvaginal cholecystectomy.
+///
+/// Without a command it is `calot run`: the whole station. Devices that are not named are
+/// emulated, with a scripted hand at the handle, so that it runs on any machine.
+#[derive(Debug, Parser)]
+#[command(name = "calot", version, max_term_width = 96)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// The station: devices, controller, display, report
+    Run(RunArgs),
+    /// The realtime process alone
+    Rt(RtArgs),
+    /// The emulated devices alone: ptys under --dir, a scripted hand at the handle
+    Emulate(EmulateArgs),
+    /// Meshes and a recipe to a compiled scene, with a report of its quality
+    Prepare(PrepareArgs),
+}
+
+/// Which scene.
+#[derive(Debug, Clone, Default, Args)]
+pub(crate) struct SceneArgs {
+    /// The scene: `built-in`, a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb), or a
+    /// compiled scene (.calot)
+    #[arg(long, value_name = "NAME|FILE", default_value = "built-in")]
+    pub(crate) scene: String,
+    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) meshes: Option<PathBuf>,
+}
+
+/// Real devices; one that is not named is emulated by `run`, and absent in `rt`.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Devices")]
+pub(crate) struct DeviceArgs {
+    /// Serial device of the haptic device, e.g. /dev/ttyACM0
+    #[arg(long, value_name = "TTY")]
+    pub(crate) haptic: Option<PathBuf>,
+    /// Serial device of the endoscope's tracker, e.g. /dev/ttyUSB0
+    #[arg(long, value_name = "TTY")]
+    pub(crate) tracker: Option<PathBuf>,
+    /// Serial device of the foot pedal
+    #[arg(long, value_name = "TTY")]
+    pub(crate) pedal: Option<PathBuf>,
+}
+
+/// How the controller runs.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Realtime")]
+pub(crate) struct RealtimeArgs {
+    /// Core of the control tick [default: the last one]
+    #[arg(long, value_name = "N")]
+    pub(crate) core: Option<usize>,
+    /// SCHED_FIFO priority of the control tick
+    #[arg(long, value_name = "2-99", default_value_t = 80, value_parser = clap::value_parser!(u8).range(2..=99))]
+    pub(crate) priority: u8,
+    /// Spin this long before each tick instead of sleeping: earlier wake-ups for processor time
+    #[arg(long, value_name = "µs", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=500))]
+    pub(crate) spin: u64,
+    /// Do not ask for realtime scheduling; every report says so
+    #[arg(long)]
+    pub(crate) no_realtime: bool,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  calot run                                      the station in a window
+  calot run --headless --seconds 10 --out out    pictures, summary.json, report.html
+  calot run --scene tests/assets/hra-female.toml --meshes DIR
+  calot run --attach                             only the display of a station that runs")]
+pub(crate) struct RunArgs {
+    #[command(flatten)]
+    pub(crate) scene: SceneArgs,
+    /// Name of the station; two stations on one machine need two names
+    #[arg(long, value_name = "NAME", default_value = "main")]
+    pub(crate) station: String,
+    /// No window: watch, and leave pictures and a report in --out
+    #[arg(long)]
+    pub(crate) headless: bool,
+    /// End after this time [default with --headless: 10; else when the window is closed]
+    #[arg(long, value_name = "N")]
+    pub(crate) seconds: Option<f64>,
+    /// Where summary.json, report.html and pictures go [default with --headless: out]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: Option<PathBuf>,
+    /// Pictures of a headless run, spread over its time; 0: none
+    #[arg(long, value_name = "N", default_value_t = 8)]
+    pub(crate) frames: u32,
+    /// Size of a picture or the window, e.g. 1280x720
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<[u32; 2]>,
+    /// Seed of the scripted hand
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// Start no processes: show the station that runs under this name
+    #[arg(long)]
+    pub(crate) attach: bool,
+    /// Print summary.json on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) devices: DeviceArgs,
+    #[command(flatten)]
+    pub(crate) realtime: RealtimeArgs,
+}
+
+impl Default for RunArgs {
+    fn default() -> Self {
+        /// `calot` alone is `calot run` alone: the same defaults, from the same place.
+        #[derive(Parser)]
+        struct Alone {
+            #[command(flatten)]
+            run: RunArgs,
+        }
+        Alone::parse_from(["calot"]).run
+    }
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RtArgs {
+    /// The compiled scene (`calot prepare` makes one)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: PathBuf,
+    /// Name of the station
+    #[arg(long, value_name = "NAME", default_value = "main")]
+    pub(crate) station: String,
+    /// End after this time [default: on Ctrl-C, SIGTERM or a host's command]
+    #[arg(long, value_name = "N")]
+    pub(crate) seconds: Option<f64>,
+    /// End when the process that started this one ends
+    #[arg(long)]
+    pub(crate) with_parent: bool,
+    /// Print one JSON object when it ticks, one when it ends
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) devices: DeviceArgs,
+    #[command(flatten)]
+    pub(crate) realtime: RealtimeArgs,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct EmulateArgs {
+    /// Folder for the devices `haptic`, `tracker` and `pedal` (links to ptys)
+    #[arg(long, value_name = "DIR")]
+    pub(crate) dir: PathBuf,
+    /// The compiled scene that the scripted hand works in
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: PathBuf,
+    /// Seed of the hand's tremor and of injected faults
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub(crate) seed: u64,
+    /// End when the process that started this one ends
+    #[arg(long)]
+    pub(crate) with_parent: bool,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  calot prepare built-in --out built-in.calot
+  calot prepare liver.obj --spheres 581 --json report.json
+  calot prepare tests/assets/hra-female.toml --meshes DIR --out female.calot")]
+pub(crate) struct PrepareArgs {
+    /// `built-in`, a recipe (.toml) or a mesh (.obj .stl .ply .gltf .glb)
+    #[arg(value_name = "RECIPE|MESH")]
+    pub(crate) source: String,
+    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) meshes: Option<PathBuf>,
+    /// Spheres of a single mesh
+    #[arg(long, value_name = "N")]
+    pub(crate) spheres: Option<usize>,
+    /// Where the compiled scene goes [default: nowhere, only the report is printed]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Write the report as JSON; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some([w, h]) if (64..=7680).contains(&w) && (64..=4320).contains(&h) => Ok([w, h]),
+        _ => Err("a size is WIDTHxHEIGHT in pixels, 64x64 to 7680x4320, e.g. 1280x720".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory as _;
+
+    use super::*;
+
+    #[test]
+    fn the_definition_is_consistent() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn calot_alone_is_calot_run() {
+        assert!(Cli::parse_from(["calot"]).command.is_none());
+        let args = RunArgs::default();
+        assert_eq!((args.station.as_str(), args.frames, args.realtime.priority), ("main", 8, 80));
+    }
+
+    #[test]
+    fn sizes_have_two_sides_in_range() {
+        assert_eq!(parse_size("1280x720"), Ok([1280, 720]));
+        for bad in ["", "12", "x", "0x0", "1280x", "99999x99999", "-1x5"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,28 @@
+//! `calot prepare`.
+
+use std::path::Path;
+use std::process::ExitCode;
+
+use crate::cli::PrepareArgs;
+use crate::scene::{self, Problem};
+
+/// Prepares, prints the report, writes what was asked for.
+pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
+    let recipe = scene::recipe(&args.source, args.meshes.as_deref(), args.spheres)?;
+    let prepared = scene::prepare(&recipe)?;
+    let json = || serde_json::to_string_pretty(&prepared.report);
+    match args.json.as_deref() {
+        Some(path) if path == Path::new("-") => println!("{}", json()?),
+        Some(path) => {
+            std::fs::write(path, json()? + "\n")
+                .map_err(|error| format!("{}: {error}", path.display()))?;
+            println!("{}", prepared.report);
+        }
+        None => println!("{}", prepared.report),
+    }
+    if let Some(out) = &args.out {
+        prepared.scene.write(out)?;
+        eprintln!("wrote {}", out.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}

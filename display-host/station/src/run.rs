@@ -1,0 +1,229 @@
+//! `calot run`: starts the processes, becomes the display, ends them, and reports.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use display_host::headless::{self, Ended, HeadlessConfig, Observed, Outcome};
+use display_host::report::{self, Machine, Recorder};
+use display_host::window::{self, WindowConfig};
+use shared_mem::scene::SceneFile;
+use shared_mem::service::Station;
+
+use crate::children::{Process, args as words, option};
+use crate::cli::{DeviceArgs, RunArgs};
+use crate::scene::{self, Problem};
+use crate::stop;
+
+/// A headless run's length when none is given, s.
+const HEADLESS_SECONDS: f64 = 10.0;
+/// How long a child may take to be ready: a real device's handshake takes seconds.
+const PATIENCE_TO_START: Duration = Duration::from_secs(60);
+/// How long the display waits for a state.
+const PATIENCE_FOR_STATE: Duration = Duration::from_secs(30);
+
+/// Runs the station. The exit code tells whether it ran to its end.
+pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
+    let stop = stop::flag()?;
+    let station = Station::new(&args.station)?;
+    let folder = Folder::open(&args.station, args.attach)?;
+    let scene = scene::compile(&args.scene, &folder.scene())?;
+    let children = match args.attach {
+        true => Vec::new(),
+        false => start(args, &scene, &folder.path, &stop)?,
+    };
+    let watch = Watch::begin(children, stop.clone());
+
+    let mut recorder = Recorder::new();
+    let outcome = show(args, &station, &scene, &stop, &mut recorder);
+    let dead = watch.end();
+
+    let mut outcome = outcome?;
+    outcome.warnings.extend(dead.iter().cloned());
+    let summary = recorder.summary(&SceneFile::open(&scene)?, &outcome, Machine::read());
+    let out = args.out.clone().or_else(|| args.headless.then(|| PathBuf::from("out")));
+    if let Some(out) = out {
+        let written = report::write(&out, &summary, &recorder, &outcome)?;
+        eprintln!("wrote {} and {}", written.summary.display(), written.report.display());
+    }
+    if args.json {
+        println!("{}", serde_json::to_string_pretty(&summary)?);
+    }
+    for warning in &outcome.warnings {
+        eprintln!("calot: {warning}");
+    }
+    let whole = dead.is_empty() && outcome.ended != Ended::ControllerGone;
+    Ok(if whole { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// The display, in this process.
+fn show(
+    args: &RunArgs,
+    station: &Station,
+    scene: &Path,
+    stop: &AtomicBool,
+    recorder: &mut Recorder,
+) -> Result<Outcome, Problem> {
+    let mut observe = |observed: Observed<'_>| {
+        match &observed {
+            Observed::Progress(text) => eprintln!("{text}"),
+            Observed::Warning(text) => eprintln!("warning: {text}"),
+            _ => {}
+        }
+        recorder.observe(&observed);
+    };
+    if args.headless {
+        let config = HeadlessConfig {
+            station: station.clone(),
+            scene: scene.to_owned(),
+            seconds: args.seconds.unwrap_or(HEADLESS_SECONDS),
+            out_dir: args.out.clone().unwrap_or_else(|| PathBuf::from("out")),
+            size: args.size,
+            frames: args.frames,
+            patience: PATIENCE_FOR_STATE,
+            tick_cpu: args.realtime.core,
+            need_pictures: false,
+        };
+        return Ok(headless::run(&config, stop, &mut observe)?);
+    }
+    let config = WindowConfig {
+        station: station.clone(),
+        scene: scene.to_owned(),
+        size: args.size.unwrap_or([1280, 720]),
+        seconds: args.seconds,
+        tick_cpu: args.realtime.core,
+    };
+    Ok(window::run(&config, stop, &mut observe)?)
+}
+
+/// Starts emulated devices for those that are not named, then the controller.
+fn start(
+    args: &RunArgs,
+    scene: &Path,
+    folder: &Path,
+    stop: &AtomicBool,
+) -> Result<Vec<Process>, Problem> {
+    let mut children = Vec::new();
+    let devices = folder.join("devices");
+    let named = &args.devices;
+    if named.haptic.is_none() || named.tracker.is_none() || named.pedal.is_none() {
+        let seed = args.seed.to_string();
+        let emulate = words([
+            &"emulate", &"--with-parent", &"--dir", &devices, &"--scene", &scene, &"--seed", &seed,
+        ]);
+        children.push(Process::start("emulate", &emulate, PATIENCE_TO_START, stop)?);
+    }
+    let emulated = |named: &Option<PathBuf>, name| named.clone().or(Some(devices.join(name)));
+    let devices = DeviceArgs {
+        haptic: emulated(&named.haptic, "haptic"),
+        tracker: emulated(&named.tracker, "tracker"),
+        pedal: emulated(&named.pedal, "pedal"),
+    };
+    let realtime = &args.realtime;
+    let (priority, spin) = (realtime.priority.to_string(), realtime.spin.to_string());
+    let mut rt = words([
+        &"rt", &"--with-parent", &"--scene", &scene, &"--station", &args.station, &"--priority",
+        &priority, &"--spin", &spin,
+    ]);
+    option(&mut rt, "--haptic", devices.haptic.as_deref());
+    option(&mut rt, "--tracker", devices.tracker.as_deref());
+    option(&mut rt, "--pedal", devices.pedal.as_deref());
+    if let Some(core) = realtime.core {
+        rt.extend(["--core".into(), core.to_string().into()]);
+    }
+    if realtime.no_realtime {
+        rt.push("--no-realtime".into());
+    }
+    children.push(Process::start("rt", &rt, PATIENCE_TO_START, stop)?);
+    Ok(children)
+}
+
+/// Watches the children from a thread: one that dies ends the run.
+struct Watch {
+    thread: std::thread::JoinHandle<Vec<String>>,
+    over: Arc<AtomicBool>,
+}
+
+impl Watch {
+    fn begin(mut children: Vec<Process>, stop: Arc<AtomicBool>) -> Self {
+        let over = Arc::new(AtomicBool::new(false));
+        let watched = over.clone();
+        let thread = std::thread::spawn(move || {
+            let mut dead = Vec::new();
+            while !watched.load(Ordering::Relaxed) && dead.is_empty() {
+                for child in &mut children {
+                    // Ctrl-C reaches the children too: then they end in order.
+                    let asked = stop.load(Ordering::Relaxed);
+                    if let Ok(Some(status)) = child.ended()
+                        && !(asked && status.success())
+                    {
+                        dead.push(format!("the {} process died ({status})", child.name()));
+                        stop.store(true, Ordering::Relaxed);
+                    }
+                }
+                std::thread::sleep(Duration::from_millis(20));
+            }
+            // The controller first: it sends its last, zero force while the device still listens.
+            for child in children.into_iter().rev() {
+                child.end();
+            }
+            dead
+        });
+        Self { thread, over }
+    }
+
+    /// Ends the children; returns which had died by themselves.
+    fn end(self) -> Vec<String> {
+        self.over.store(true, Ordering::Relaxed);
+        self.thread.join().unwrap_or_else(|_| vec!["the watching thread panicked".into()])
+    }
+}
+
+/// The folder of a station that runs: its compiled scene, its devices' links, its lock.
+struct Folder {
+    path: PathBuf,
+    attached: bool,
+    /// Held while the station runs; the kernel lets go of it however this process ends.
+    _lock: Option<std::fs::File>,
+}
+
+impl Folder {
+    fn open(station: &str, attached: bool) -> Result<Self, Problem> {
+        let user = rustix::process::getuid().as_raw();
+        let base =
+            std::env::var_os("XDG_RUNTIME_DIR").map_or_else(std::env::temp_dir, PathBuf::from);
+        let path = base.join(format!("calot-{user}")).join(station);
+        let failed = |error| format!("{}: {error}", path.display());
+        std::fs::create_dir_all(&path).map_err(failed)?;
+        if attached {
+            return Ok(Self { path, attached, _lock: None });
+        }
+        let lock = std::fs::File::create(path.join("lock")).map_err(failed)?;
+        match lock.try_lock() {
+            Ok(()) => Ok(Self { path, attached, _lock: Some(lock) }),
+            Err(std::fs::TryLockError::WouldBlock) => Err(format!(
+                "station '{station}' runs already; show it with `calot run --attach`, or choose \
+                 another name with --station"
+            )
+            .into()),
+            Err(std::fs::TryLockError::Error(error)) => Err(failed(error).into()),
+        }
+    }
+
+    /// Where the scene is compiled to. A display that joins has its own: it must not replace the
+    /// running one's.
+    fn scene(&self) -> PathBuf {
+        match self.attached {
+            true => self.path.join(format!("attached-{}.calot", std::process::id())),
+            false => self.path.join("scene.calot"),
+        }
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(self.scene());
+    }
+}

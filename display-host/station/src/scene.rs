@@ -1,0 +1,77 @@
+//! From what the user names to a compiled scene on disk.
+
+use std::path::{Path, PathBuf};
+
+use scene_prepare::{Prepared, Progress, Recipe};
+
+use crate::cli::SceneArgs;
+
+/// Anything that a command failed of, in words for the user.
+pub(crate) type Problem = Box<dyn std::error::Error>;
+
+/// Compiles the named scene to `target`, or points to it where it is compiled already.
+pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Problem> {
+    let named = Path::new(&args.scene);
+    if has_extension(named, &["calot"]) {
+        shared_mem::scene::SceneFile::open(named)?;
+        return Ok(named.to_owned());
+    }
+    let recipe = recipe(&args.scene, args.meshes.as_deref(), None)?;
+    prepare(&recipe)?.scene.write(target)?;
+    Ok(target.to_owned())
+}
+
+/// The recipe behind a name: the built-in one, a recipe's file, or one made up around a mesh.
+pub(crate) fn recipe(
+    source: &str,
+    meshes: Option<&Path>,
+    spheres: Option<usize>,
+) -> Result<Recipe, Problem> {
+    let path = Path::new(source);
+    if source == "built-in" {
+        return Ok(Recipe::built_in()?);
+    }
+    if has_extension(path, &["toml"]) {
+        return Ok(Recipe::load(path, meshes)?);
+    }
+    if has_extension(path, &["obj", "stl", "ply", "gltf", "glb"]) {
+        return Ok(Recipe::from_mesh(path, spheres)?);
+    }
+    Err(format!(
+        "'{source}' is not a scene: name `built-in`, a recipe (.toml), a mesh (.obj .stl .ply \
+         .gltf .glb), or a compiled scene (.calot)"
+    )
+    .into())
+}
+
+/// Prepares, with progress on standard error once it takes longer than a second.
+pub(crate) fn prepare(recipe: &Recipe) -> Result<Prepared, Problem> {
+    let start = std::time::Instant::now();
+    let mut said = std::time::Duration::from_millis(500);
+    Ok(scene_prepare::prepare(recipe, &mut |Progress { doing, done }| {
+        let elapsed = start.elapsed();
+        if elapsed >= said + std::time::Duration::from_millis(500) {
+            eprintln!("preparing {:3.0} %  {doing}", done * 100.0);
+            said = elapsed;
+        }
+    })?)
+}
+
+fn has_extension(path: &Path, extensions: &[&str]) -> bool {
+    path.extension()
+        .and_then(|extension| extension.to_str())
+        .is_some_and(|extension| extensions.iter().any(|e| e.eq_ignore_ascii_case(extension)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_scene_is_said_to_be_none() {
+        for source in ["", "liver", "scene.yaml", "built_in"] {
+            let error = recipe(source, None, None).unwrap_err().to_string();
+            assert!(error.contains("is not a scene"), "{error}");
+        }
+    }
+}
