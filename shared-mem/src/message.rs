@@ -325,12 +325,23 @@ impl CommandMsg {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.ReplyMsg.v1")]
 pub struct ReplyMsg {
-    /// 0 done, 1 unknown command, 2 argument out of range, 3 busy: try again.
+    /// One of [`ReplyMsg::DONE`], `UNKNOWN`, `OUT_OF_RANGE`, `BUSY`.
     pub outcome: u32,
     /// Zero.
     pub reserved: u32,
     /// Tick at which it took effect.
     pub tick: u64,
+}
+
+impl ReplyMsg {
+    /// It was done.
+    pub const DONE: u32 = 0;
+    /// There is no such command.
+    pub const UNKNOWN: u32 = 1;
+    /// The argument is out of its range.
+    pub const OUT_OF_RANGE: u32 = 2;
+    /// Too many commands wait: try again.
+    pub const BUSY: u32 = 3;
 }
 
 // The layout is the contract: a change of size is a change of version.
