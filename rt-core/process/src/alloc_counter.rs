@@ -1,0 +1,113 @@
+//! The allocator that counts what an armed thread allocates.
+//!
+//! A binary declares it: `#[global_allocator] static ALLOCATOR: CountingAllocator =
+//! CountingAllocator;`. [`arm`] finds out whether it did, so that a count of zero is never a count
+//! that nobody made.
+#![expect(unsafe_code, reason = "GlobalAlloc is an unsafe trait")]
+
+use core::cell::Cell;
+use std::alloc::{GlobalAlloc, Layout, System};
+
+/// What an armed thread's allocation leads to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OnAllocation {
+    /// It is counted.
+    Count,
+    /// It ends the process, with a backtrace: for debugging.
+    Abort,
+}
+
+impl OnAllocation {
+    /// Debug builds abort on the first, release builds count.
+    pub const BUILD_DEFAULT: Self = if cfg!(debug_assertions) {
+        Self::Abort
+    } else {
+        Self::Count
+    };
+}
+
+/// The system's allocator, counting for threads that are armed.
+pub struct CountingAllocator;
+
+#[derive(Clone, Copy, PartialEq)]
+enum Arming {
+    Off,
+    Counting,
+    Aborting,
+}
+
+thread_local! {
+    // Constant and without destructors: reading them never allocates.
+    static ARMING: Cell<Arming> = const { Cell::new(Arming::Off) };
+    static COUNT: Cell<u64> = const { Cell::new(0) };
+}
+
+/// Starts counting the calling thread's allocations at 0. Gives false, and stays off, when
+/// [`CountingAllocator`] is not the program's allocator.
+pub fn arm(on_allocation: OnAllocation) -> bool {
+    COUNT.set(0);
+    ARMING.set(Arming::Counting);
+    drop(core::hint::black_box(Box::new(0u8)));
+    let installed = COUNT.get() > 0;
+    COUNT.set(0);
+    ARMING.set(match (installed, on_allocation) {
+        (false, _) => Arming::Off,
+        (true, OnAllocation::Count) => Arming::Counting,
+        (true, OnAllocation::Abort) => Arming::Aborting,
+    });
+    installed
+}
+
+/// Stops counting; the count stays.
+pub fn disarm() {
+    ARMING.set(Arming::Off);
+}
+
+/// Allocations (frees and reallocations too) of the calling thread while it was armed.
+#[must_use]
+pub fn count() -> u64 {
+    COUNT.get()
+}
+
+fn note() {
+    match ARMING.get() {
+        Arming::Off => {}
+        Arming::Counting => COUNT.set(COUNT.get() + 1),
+        // A panic allocates on its way to its message, and shall reach it.
+        Arming::Aborting if std::thread::panicking() => {}
+        Arming::Aborting => {
+            disarm();
+            let trace = std::backtrace::Backtrace::force_capture();
+            eprintln!("the realtime thread allocated after its start:\n{trace}");
+            std::process::abort();
+        }
+    }
+}
+
+// SAFETY: every call is passed on to the system's allocator unchanged; counting touches only
+// constant-initialised thread-local cells.
+unsafe impl GlobalAlloc for CountingAllocator {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        note();
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn alloc_zeroed(&self, layout: Layout) -> *mut u8 {
+        note();
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc_zeroed(layout) }
+    }
+
+    unsafe fn realloc(&self, block: *mut u8, layout: Layout, new_size: usize) -> *mut u8 {
+        note();
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.realloc(block, layout, new_size) }
+    }
+
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        note();
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.dealloc(block, layout) }
+    }
+}

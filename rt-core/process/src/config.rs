@@ -1,0 +1,153 @@
+//! What the realtime process is asked to do.
+
+use std::path::PathBuf;
+
+use crate::alloc_counter::OnAllocation;
+use crate::error::RtError;
+
+/// Whether to ask Linux for realtime.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Realtime {
+    /// Ask; go on without what is refused, and say so everywhere.
+    Ask,
+    /// Do not ask: every report is marked "not realtime".
+    Never,
+}
+
+/// Everything that a run is given. `RtConfig::new` fills in the defaults.
+#[derive(Debug, Clone)]
+pub struct RtConfig {
+    /// Name that the station's processes meet under.
+    pub station: String,
+    /// The compiled scene.
+    pub scene: PathBuf,
+    /// Serial device of the haptic device; none: the force stays zero.
+    pub haptic: Option<PathBuf>,
+    /// Serial device of the endoscope's tracker.
+    pub tracker: Option<PathBuf>,
+    /// Serial device of the foot pedal.
+    pub pedal: Option<PathBuf>,
+    /// Whether to ask for realtime.
+    pub realtime: Realtime,
+    /// Core of the tick; none: the last one allowed.
+    pub core: Option<usize>,
+    /// `SCHED_FIFO` priority of the tick, 2 to 99.
+    pub priority: u8,
+    /// `SCHED_FIFO` priority of the publishing thread, below the tick's.
+    pub publisher_priority: u8,
+    /// Control period, ns. 1 ms; others are for experiments.
+    pub period_ns: u64,
+    /// Time before a tick that is spun instead of slept, ns. Lowers the wake-up latency, costs
+    /// processor time; at most half a period, for Linux throttles a thread that never sleeps.
+    pub spin_ns: u64,
+    /// A sphere and tool frame is published every so many ticks.
+    pub publish_every: u32,
+    /// Ends by itself after so many periods (run or missed); none: runs until stopped.
+    pub periods_max: Option<u64>,
+    /// What an allocation of the tick's thread leads to.
+    pub on_allocation: OnAllocation,
+}
+
+impl RtConfig {
+    /// A station's usual run of a scene, without devices.
+    #[must_use]
+    pub fn new(station: impl Into<String>, scene: impl Into<PathBuf>) -> Self {
+        Self {
+            station: station.into(),
+            scene: scene.into(),
+            haptic: None,
+            tracker: None,
+            pedal: None,
+            realtime: Realtime::Ask,
+            core: None,
+            priority: 80,
+            publisher_priority: 40,
+            period_ns: 1_000_000,
+            spin_ns: 0,
+            publish_every: 4,
+            periods_max: None,
+            on_allocation: OnAllocation::BUILD_DEFAULT,
+        }
+    }
+
+    /// Whether every number is in its range.
+    ///
+    /// # Errors
+    /// [`RtError::Config`] names the first that is not.
+    pub fn check(&self) -> Result<(), RtError> {
+        let range = |what: &'static str, value: u64, min: u64, max: u64| {
+            if (min..=max).contains(&value) {
+                return Ok(());
+            }
+            Err(RtError::Config {
+                what,
+                value,
+                min,
+                max,
+            })
+        };
+        range("priority", self.priority.into(), 2, 99)?;
+        let below = u64::from(self.priority) - 1;
+        range(
+            "publisher_priority",
+            self.publisher_priority.into(),
+            1,
+            below,
+        )?;
+        range("period_ns", self.period_ns, 100_000, 100_000_000)?;
+        range("spin_ns", self.spin_ns, 0, self.period_ns / 2)?;
+        range("publish_every", self.publish_every.into(), 1, 1000)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_are_in_range_and_nonsense_is_named() {
+        let good = RtConfig::new("s", "x.scene");
+        assert!(good.check().is_ok());
+        let bad = [
+            (
+                "priority",
+                RtConfig {
+                    priority: 100,
+                    ..good.clone()
+                },
+            ),
+            (
+                "publisher_priority",
+                RtConfig {
+                    publisher_priority: 80,
+                    ..good.clone()
+                },
+            ),
+            (
+                "period_ns",
+                RtConfig {
+                    period_ns: 0,
+                    ..good.clone()
+                },
+            ),
+            (
+                "spin_ns",
+                RtConfig {
+                    spin_ns: 900_000,
+                    ..good.clone()
+                },
+            ),
+            (
+                "publish_every",
+                RtConfig {
+                    publish_every: 0,
+                    ..good
+                },
+            ),
+        ];
+        for (name, config) in bad {
+            let error = config.check().unwrap_err().to_string();
+            assert!(error.starts_with(name), "{error}");
+        }
+    }
+}

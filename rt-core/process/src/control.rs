@@ -1,0 +1,91 @@
+//! The control task: one tick a period, on absolute deadlines.
+
+use core::ops::ControlFlow;
+
+use embassy_time::{Instant, Timer};
+
+use crate::schedule::{Due, Schedule};
+use crate::time_driver::now_ns;
+
+/// Runs `tick` on the schedule until it breaks. After a stall the periods that are over are
+/// skipped and told to the next tick; there is no burst to catch up.
+pub async fn control(mut schedule: Schedule, mut tick: impl FnMut(Due) -> ControlFlow<()>) {
+    loop {
+        Timer::at(Instant::from_ticks(schedule.next_ns())).await;
+        if tick(schedule.begin(now_ns())).is_break() {
+            return;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::executor::Executor;
+    use crate::time_driver::{advance_simulated, simulate_from};
+    use std::cell::RefCell;
+    use std::rc::Rc;
+
+    const MS: u64 = 1_000_000;
+
+    /// Runs `ticks` of the control task in simulated time, each costing what `cost_ns` says.
+    fn simulate(
+        ticks: u64,
+        mut cost_ns: impl FnMut(u64) -> u64 + Send + 'static,
+    ) -> Vec<(u64, Due)> {
+        std::thread::scope(|scope| {
+            let run = move || {
+                simulate_from(MS);
+                let log = Rc::new(RefCell::new(Vec::new()));
+                let seen = Rc::clone(&log);
+                let executor = Executor::new();
+                let mut count = 0;
+                executor.spawn(control(Schedule::new(2 * MS, MS), move |due| {
+                    seen.borrow_mut().push((now_ns(), due));
+                    advance_simulated(cost_ns(count));
+                    count += 1;
+                    if count == ticks {
+                        return ControlFlow::Break(());
+                    }
+                    ControlFlow::Continue(())
+                }));
+                executor.run(0);
+                log.take()
+            };
+            // Simulated time is a property of the thread.
+            scope.spawn(run).join().unwrap()
+        })
+    }
+
+    #[test]
+    fn an_hour_runs_in_seconds_on_the_grid() {
+        let ticks = 3_600_000;
+        let log = simulate(ticks, |_| 300_000);
+        assert_eq!(log.len() as u64, ticks);
+        for (i, (now, due)) in log.iter().enumerate() {
+            let expected = 2 * MS + i as u64 * MS;
+            assert_eq!(
+                (*now, due.scheduled_ns, due.missed),
+                (expected, expected, 0)
+            );
+        }
+    }
+
+    #[test]
+    fn a_stall_of_ten_periods_brings_no_burst() {
+        // The third tick takes 10.4 ms.
+        let log = simulate(6, |i| if i == 2 { 10_400_000 } else { 100_000 });
+        let starts: Vec<u64> = log.iter().map(|(now, _)| (now - 2 * MS) / 1000).collect();
+        // It began at 2 ms and ended at 12.4 ms: the next tick starts there, late in its own
+        // period, the one after it is on time again.
+        assert_eq!(starts, [0, 1000, 2000, 12400, 13000, 14000]);
+        let missed: Vec<u32> = log.iter().map(|(_, due)| due.missed).collect();
+        assert_eq!(missed, [0, 0, 0, 9, 0, 0]);
+    }
+
+    #[test]
+    fn the_same_costs_give_the_same_ticks() {
+        let costs = |i: u64| (i.wrapping_mul(2_654_435_761) % 3_000) * 1000;
+        assert_eq!(simulate(10_000, costs), simulate(10_000, costs));
+    }
+}

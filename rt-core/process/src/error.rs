@@ -1,0 +1,54 @@
+//! Why a run did not start, or broke off.
+
+use shared_mem::scene::SceneError;
+use shared_mem::service::ServiceError;
+
+/// Why the realtime process did not start, or broke off.
+#[derive(Debug, thiserror::Error)]
+pub enum RtError {
+    /// A number of the configuration is out of its range.
+    #[error("{what} is {value}, allowed are {min} to {max}")]
+    Config {
+        /// Its name.
+        what: &'static str,
+        /// Its value.
+        value: u64,
+        /// Least allowed.
+        min: u64,
+        /// Most allowed.
+        max: u64,
+    },
+    /// The compiled scene is refused.
+    #[error("scene: {0}")]
+    Scene(#[from] SceneError),
+    /// The core does not take the scene.
+    #[error("scene does not fit the simulation: {0}; prepare it at a coarser level")]
+    SceneContent(String),
+    /// The station is taken, or the services do not open.
+    #[error(transparent)]
+    Service(#[from] ServiceError),
+    /// A device that is configured cannot be opened or does not answer.
+    #[error("{device}: {source}")]
+    Device {
+        /// Which: haptic device, tracker, pedal.
+        device: &'static str,
+        /// What `hardware` says.
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// The system refused a thread.
+    #[error("cannot start the {thread} thread: {source}; is memory or the process limit used up?")]
+    Thread {
+        /// Which.
+        thread: &'static str,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// A thread panicked: a bug. The force was set to zero on the way out.
+    #[error("the {thread} thread panicked: {message}; the force is zero; please report this")]
+    Panicked {
+        /// Which.
+        thread: &'static str,
+        /// Its last words.
+        message: String,
+    },
+}

@@ -1,0 +1,76 @@
+//! embassy's raw executor on the calling thread, with our own pender and an idle loop that
+//! sleeps to absolute deadlines.
+//!
+//! Forbidden in its tasks: `yield_now` and other futures that wake themselves. Tasks that are
+//! ready at the same time run in reverse order of waking; what has an order is one task.
+#![expect(
+    unsafe_code,
+    reason = "the pender is a symbol that gets a raw pointer; polling is unsafe by contract"
+)]
+
+use core::sync::atomic::{AtomicBool, Ordering};
+
+use embassy_executor::raw;
+
+use crate::time_driver;
+
+/// embassy's executor. It and its tasks live for ever, as embassy demands: create one a thread.
+pub struct Executor {
+    raw: &'static raw::Executor,
+    pending: &'static AtomicBool,
+}
+
+/// Called by embassy, from any thread, when a task of the executor with this context wants to run.
+#[unsafe(export_name = "__pender")]
+fn pender(context: *mut ()) {
+    // SAFETY: every executor of this program is made in `Executor::new`, whose context points to
+    // a leaked `AtomicBool`.
+    let pending = unsafe { &*context.cast::<AtomicBool>() };
+    pending.store(true, Ordering::Release);
+}
+
+impl Default for Executor {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Executor {
+    /// An executor for the calling thread.
+    #[must_use]
+    pub fn new() -> Self {
+        let pending: &'static AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
+        let context = core::ptr::from_ref(pending).cast_mut().cast();
+        Self {
+            raw: Box::leak(Box::new(raw::Executor::new(context))),
+            pending,
+        }
+    }
+
+    /// Adds a task. Allocates: before the loop only.
+    pub fn spawn<F: Future<Output = ()> + 'static>(&self, task: F) {
+        let storage: &'static raw::TaskStorage<F> = Box::leak(Box::new(raw::TaskStorage::new()));
+        // Fails only for storage that is in use, and this one is new.
+        if let Ok(token) = storage.spawn(|| task) {
+            self.raw.spawner().spawn(token);
+        }
+    }
+
+    /// Runs until no task is ready and no timer is set. Wakes `spin_ns` before each timer and
+    /// spins the rest away.
+    pub fn run(&self, spin_ns: u64) {
+        loop {
+            // SAFETY: the executor was made on this thread (it is not `Send`) and this is the
+            // only call of `poll`; a task cannot reach it, so it is never re-entered.
+            unsafe { self.raw.poll() };
+            let next = time_driver::wake_expired();
+            if self.pending.swap(false, Ordering::Acquire) {
+                continue;
+            }
+            if next == u64::MAX {
+                return;
+            }
+            time_driver::sleep_until(next, spin_ns);
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! What a run comes to.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+
+/// Why a run ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Ended {
+    /// The caller's flag (a signal, a closed station).
+    Asked,
+    /// A host's command.
+    Commanded,
+    /// The configured number of periods is over.
+    Finished,
+}
+
+/// What a run comes to. Counts are since the first tick.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RtSummary {
+    /// Station.
+    pub station: String,
+    /// The scene's name.
+    pub scene: String,
+    /// Its identity, hexadecimal.
+    pub scene_id: String,
+    /// Why the run ended.
+    pub ended: Ended,
+    /// Ticks run.
+    pub ticks: u64,
+    /// Periods skipped because the tick before them, or the machine, was late.
+    pub deadline_misses: u64,
+    /// Ticks that ended after their deadline.
+    pub overruns: u64,
+    /// Heap calls of the tick's thread; none when the program does not count them.
+    pub allocations_after_start: Option<u64>,
+    /// Page faults of the tick's thread.
+    pub page_faults_after_start: u64,
+    /// Times that the kernel took the core away from the tick's thread.
+    pub involuntary_switches: u64,
+    /// Whether the tick ran pinned, under `SCHED_FIFO`, in locked memory.
+    pub realtime: bool,
+    /// What Linux refused, with the mending command each.
+    pub refused: Vec<String>,
+    /// Core that the tick ran on.
+    pub core: usize,
+    /// Faults by name.
+    pub faults: BTreeMap<String, u64>,
+    /// Largest force sent, N.
+    pub force_max_n: f32,
+    /// Frames skipped because the publishing thread was behind.
+    pub frames_skipped: u64,
+    /// Events that did not fit their queue.
+    pub events_lost: u64,
+    /// Timing records that did not fit their queue.
+    pub records_lost: u64,
+    /// Times that the watch found the tick standing still.
+    pub stalls_seen: u64,
+}
+
+/// What a run tells once it ticks.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Ready {
+    /// Station.
+    pub station: String,
+    /// The scene's name.
+    pub scene: String,
+    /// Its identity, hexadecimal.
+    pub scene_id: String,
+    /// Spheres in it.
+    pub spheres: usize,
+    /// Core that the tick runs on.
+    pub core: usize,
+    /// Whether it is realtime.
+    pub realtime: bool,
+    /// What Linux refused, with the mending command each.
+    pub refused: Vec<String>,
+}
