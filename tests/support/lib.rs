@@ -1,1 +1,172 @@
-//! Fixtures shared by the system tests.
+//! Fixtures shared by the system tests: the real program, its stations, its pictures.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+/// How long anything may take before a test gives up on it. Generous: it is no performance limit.
+pub const PATIENCE: Duration = Duration::from_secs(180);
+
+/// The workspace's root.
+#[must_use]
+pub fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+}
+
+/// The `calot` program, built in the profile of this test.
+#[must_use]
+pub fn calot() -> Command {
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    let program = PROGRAM.get_or_init(|| {
+        let test = std::env::current_exe().expect("a test knows its own path");
+        let folder = test
+            .ancestors()
+            .nth(2)
+            .expect("target/PROFILE/deps/test")
+            .to_owned();
+        let release = folder.ends_with("release");
+        let status = Command::new(env!("CARGO"))
+            .args(["build", "--quiet", "--locked", "--package", "calot"])
+            .args(release.then_some("--release"))
+            .current_dir(root())
+            .status()
+            .expect("cargo runs");
+        assert!(status.success(), "calot does not build");
+        folder.join("calot")
+    });
+    let mut command = Command::new(program);
+    command.current_dir(root()).stdin(Stdio::null());
+    command
+}
+
+/// A station name that no other test uses.
+#[must_use]
+pub fn station_name(test: &str) -> String {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    format!("test-{}-{count}-{test}", std::process::id())
+}
+
+/// Runs a command to its end.
+///
+/// # Panics
+/// When it does not end in time; it is killed then.
+pub fn finish(command: &mut Command) -> Output {
+    let child = command
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    finish_child(child)
+}
+
+/// Waits for a child to end, reading what it says.
+///
+/// # Panics
+/// When it does not end in time; it is killed then.
+#[must_use]
+pub fn finish_child(mut child: Child) -> Output {
+    // Both pipes are read at once, so that neither fills while the child writes the other.
+    let read = |stream: Option<Box<dyn std::io::Read + Send>>| {
+        std::thread::spawn(move || {
+            let mut bytes = Vec::new();
+            if let Some(mut stream) = stream {
+                let _ = stream.read_to_end(&mut bytes);
+            }
+            bytes
+        })
+    };
+    let stdout = read(child.stdout.take().map(|s| Box::new(s) as _));
+    let stderr = read(child.stderr.take().map(|s| Box::new(s) as _));
+    let start = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().expect("a child can be waited for") {
+            break status;
+        }
+        if start.elapsed() > PATIENCE {
+            let _ = child.kill();
+            let _ = child.wait();
+            let said = String::from_utf8_lossy(&stderr.join().unwrap_or_default()).into_owned();
+            panic!("did not end within {PATIENCE:?}; it said:\n{said}");
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    Output {
+        status,
+        stdout: stdout.join().unwrap_or_default(),
+        stderr: stderr.join().unwrap_or_default(),
+    }
+}
+
+/// Standard error as text.
+#[must_use]
+pub fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stderr).into_owned()
+}
+
+/// Reads a run's `summary.json`.
+///
+/// # Panics
+/// When it is not there or not JSON.
+#[must_use]
+pub fn summary(folder: &Path) -> serde_json::Value {
+    let path = folder.join("summary.json");
+    let text = std::fs::read_to_string(&path).expect("summary.json is there");
+    serde_json::from_str(&text).expect("summary.json is JSON")
+}
+
+/// Waits until `holds`.
+///
+/// # Panics
+/// When it does not hold in time.
+pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !holds() {
+        assert!(start.elapsed() < PATIENCE, "waited in vain: {what}");
+        std::thread::sleep(Duration::from_millis(20));
+    }
+}
+
+/// Processes whose command line has all of `words`.
+#[must_use]
+pub fn processes(words: &[&str]) -> Vec<u32> {
+    let entries = std::fs::read_dir("/proc").expect("/proc is there");
+    entries
+        .flatten()
+        .filter_map(|entry| entry.file_name().to_str()?.parse().ok())
+        .filter(|pid: &u32| {
+            let line = std::fs::read(format!("/proc/{pid}/cmdline")).unwrap_or_default();
+            let line: Vec<&str> = line
+                .split(|&b| b == 0)
+                .filter_map(|w| core::str::from_utf8(w).ok())
+                .collect();
+            words.iter().all(|word| line.contains(word))
+        })
+        .collect()
+}
+
+/// Sends a signal.
+pub fn signal(pid: u32, signal: rustix::process::Signal) {
+    if let Some(pid) = rustix::process::Pid::from_raw(pid.cast_signed()) {
+        let _ = rustix::process::kill_process(pid, signal);
+    }
+}
+
+/// Folder of the real anatomy, which is not part of the repository: `CALOT_ANATOMY`, or
+/// `../shared/anatomy` beside the checkout.
+#[must_use]
+pub fn anatomy() -> Option<PathBuf> {
+    let named = std::env::var_os("CALOT_ANATOMY").map(PathBuf::from);
+    let beside = root().join("../shared/anatomy");
+    named
+        .or(Some(beside))
+        .filter(|folder| folder.join("hra-female").is_dir())
+}
+
+/// Whether this user can be given realtime scheduling.
+#[must_use]
+pub fn may_be_realtime() -> bool {
+    rustix::process::getuid().is_root()
+}

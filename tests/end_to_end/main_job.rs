@@ -1,0 +1,227 @@
+//! The main job, as a newcomer runs it: real processes, real ptys, real shared memory, pictures.
+
+use std::path::Path;
+
+use system_tests::{anatomy, calot, finish, may_be_realtime, said, station_name, summary};
+
+/// Runs the station headless and returns its summary.
+fn operate(scene: &[&str], seconds: &str, out: &Path) -> serde_json::Value {
+    let output = finish(
+        calot()
+            .args([
+                "run",
+                "--headless",
+                "--seconds",
+                seconds,
+                "--frames",
+                "4",
+                "--size",
+                "320x240",
+            ])
+            .args(["--station", &station_name("job"), "--out"])
+            .arg(out)
+            .args(scene),
+    );
+    assert!(output.status.success(), "{}", said(&output));
+    summary(out)
+}
+
+fn check_summary(s: &serde_json::Value, seconds: u64) {
+    let number = |key: &str| s[key].as_u64().unwrap_or_else(|| panic!("{key} in {s:#}"));
+    let periods = number("ticks") + number("deadline_misses");
+    assert!(
+        periods >= seconds * 1000,
+        "{periods} periods in {seconds} s"
+    );
+    // A machine may lose much of its time to others, but a controller that loses most of its
+    // periods is broken.
+    assert!(number("ticks") * 2 > periods, "{s:#}");
+    for key in ["wake_latency_ns", "tick_ns", "motion_to_force_ns"] {
+        let q = |p: &str| {
+            s[key][p]
+                .as_u64()
+                .unwrap_or_else(|| panic!("{key}.{p} in {s:#}"))
+        };
+        assert!(0 < q("p50") && q("p50") <= q("p99"), "{key}: {s:#}");
+        assert!(
+            q("p99") <= q("p999") && q("p999") <= q("max"),
+            "{key}: {s:#}"
+        );
+    }
+    let force = |end: &str| s["force_n"][end].as_f64().expect("force_n");
+    assert!(
+        force("min") >= 0.0 && force("max") > 0.1 && force("max") <= 3.301,
+        "{s:#}"
+    );
+    assert_eq!(number("allocations_after_start"), 0, "{s:#}");
+    assert_eq!(number("page_faults_after_start"), 0, "{s:#}");
+    assert_eq!(s["realtime"].as_bool(), Some(may_be_realtime()), "{s:#}");
+    assert_eq!(s["ended"], "time_over");
+    assert_eq!(number("events_lost"), 0);
+    for event in ["contact", "grasp", "let_go", "release"] {
+        assert!(s["events"][event].as_u64() > Some(0), "no {event} in {s:#}");
+    }
+    assert!(number("frames") >= 4, "{s:#}");
+}
+
+/// Mean absolute difference of two pictures, 0..=255.
+fn difference(a: &Path, b: &Path) -> f64 {
+    let open = |path: &Path| {
+        image::open(path)
+            .unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+            .to_rgb8()
+    };
+    let (a, b) = (open(a), open(b));
+    assert_eq!(a.dimensions(), b.dimensions());
+    let sum: u64 = a
+        .as_raw()
+        .iter()
+        .zip(b.as_raw())
+        .map(|(&a, &b)| u64::from(a.abs_diff(b)))
+        .sum();
+    sum as f64 / a.as_raw().len() as f64
+}
+
+fn check_pictures(out: &Path) {
+    let frame = out.join("frame_0000.png");
+    let press = out.join("deepest_press.png");
+    let grasp = out.join("grasp.png");
+    let picture = image::open(&frame).expect("a picture").to_rgb8();
+    let lit = picture
+        .pixels()
+        .filter(|p| p.0.iter().any(|&c| c > 40))
+        .count();
+    assert!(
+        lit * 5 > picture.pixels().len(),
+        "the scene fills the scope"
+    );
+    let moved = difference(&frame, &press);
+    assert!(moved > 0.5, "the press is seen: {moved}");
+    let moved = difference(&press, &grasp);
+    assert!(
+        moved > 0.5,
+        "the grasp looks different from the press: {moved}"
+    );
+}
+
+#[test]
+fn the_built_in_scene_is_operated_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let s = operate(&[], "10", folder.path());
+    check_summary(&s, 10);
+    check_pictures(folder.path());
+    let report = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(
+        report.matches("<svg").count() >= 6,
+        "histograms and courses are drawn"
+    );
+    assert!(report.contains("frame_0000.png") && report.contains("deepest_press.png"));
+    assert!(
+        !report.contains("http://") || !report.contains("src=\"http"),
+        "it needs no network"
+    );
+}
+
+#[test]
+fn the_real_anatomy_is_operated_on() {
+    let Some(anatomy) = anatomy() else {
+        eprintln!("skipped: no real anatomy (set CALOT_ANATOMY to its folder)");
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let meshes = anatomy.join("hra-female");
+    let scene = [
+        "--scene",
+        "tests/assets/hra-female.toml",
+        "--meshes",
+        meshes.to_str().unwrap(),
+    ];
+    let s = operate(&scene, "10", folder.path());
+    check_summary(&s, 10);
+    check_pictures(folder.path());
+}
+
+#[test]
+fn two_stations_run_side_by_side() {
+    let folders = [tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap()];
+    std::thread::scope(|scope| {
+        for folder in &folders {
+            scope.spawn(|| {
+                let output = finish(
+                    calot()
+                        .args(["run", "--headless", "--seconds", "3", "--frames", "0"])
+                        .args(["--station", &station_name("side"), "--out"])
+                        .arg(folder.path()),
+                );
+                assert!(output.status.success(), "{}", said(&output));
+            });
+        }
+    });
+    for folder in &folders {
+        let s = summary(folder.path());
+        assert!(s["ticks"].as_u64() > Some(500), "{s:#}");
+        assert_eq!(s["frames"], 0);
+    }
+}
+
+#[test]
+fn without_a_graphics_driver_it_says_so_and_still_measures() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = finish(
+        calot()
+            .args([
+                "run",
+                "--headless",
+                "--seconds",
+                "2",
+                "--station",
+                &station_name("blind"),
+            ])
+            .arg("--out")
+            .arg(folder.path())
+            .envs([
+                ("VK_DRIVER_FILES", "/nonexistent.json"),
+                ("WGPU_BACKEND", "vulkan"),
+            ]),
+    );
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(
+        said(&output).contains("mesa-vulkan-drivers"),
+        "{}",
+        said(&output)
+    );
+    let s = summary(folder.path());
+    assert_eq!(s["frames"], 0);
+    assert!(s["adapter"].is_null());
+    assert!(s["ticks"].as_u64() > Some(500), "{s:#}");
+}
+
+#[test]
+fn without_privileges_it_runs_and_says_not_realtime() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = finish(
+        calot()
+            .args([
+                "run",
+                "--headless",
+                "--seconds",
+                "2",
+                "--frames",
+                "0",
+                "--no-realtime",
+            ])
+            .args(["--station", &station_name("soft"), "--out"])
+            .arg(folder.path()),
+    );
+    assert!(output.status.success(), "{}", said(&output));
+    let s = summary(folder.path());
+    assert_eq!(s["realtime"], false);
+    assert!(
+        s["not_realtime"]
+            .as_array()
+            .is_some_and(|lacks| !lacks.is_empty()),
+        "{s:#}"
+    );
+    let report = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
+    assert!(report.contains("Not realtime"));
+}
