@@ -113,7 +113,7 @@ fn bad_compiled_scenes_are_refused_by_the_controller() {
     let folder = tempfile::tempdir().unwrap();
     let name = station_name("scene");
     let rt = |scene: &str, words: &[&str]| {
-        expect(&["rt", "--station", &name, "--scene", scene], 1, words)
+        expect(&["rt", "--station", &name, "--scene", scene], 1, words);
     };
     rt("missing.calot", &["missing.calot", "calot prepare"]);
     rt(
