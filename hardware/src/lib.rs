@@ -1,1 +1,34 @@
-//! stub
+//! Calot's devices: drivers, wire formats, emulators and fault injection.
+//!
+//! ```text
+//! rig      our own serial protocol: haptic devices and pedals of rig builders (PROTOCOL.md)
+//! bird     Ascension Flock-of-Birds protocol: the endoscope's tracker
+//! line     a serial line that neither blocks nor allocates
+//! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
+//! conformance  one suite for every driver, emulated device and real device
+//! ```
+//!
+//! Drivers implement the ports of `rt-core` ([`rt_core::port`]). Opening a device (handshake,
+//! time-outs, errors in words) is for the main thread; `poll` and `send` are for the tick:
+//! they neither block nor allocate, and the bytes that one call reads are bounded.
+//!
+//! Everything that comes over a line is hostile until a wire module has parsed it: lengths,
+//! checksums and ranges are checked there, and past it there are only finite SI values.
+//!
+//! Without the default feature `std` only [`rig::frame`], [`rig::wire`] and [`rig::device`]
+//! remain: `no_std`, no `alloc`, for the firmware of a rig.
+#![cfg_attr(not(feature = "std"), no_std)]
+#![deny(unsafe_code)]
+
+#[cfg(feature = "std")]
+pub mod bird;
+#[cfg(feature = "std")]
+pub mod emulate;
+#[cfg(feature = "std")]
+mod error;
+#[cfg(feature = "std")]
+mod line;
+pub mod rig;
+
+#[cfg(feature = "std")]
+pub use error::HardwareError;

@@ -1,0 +1,5 @@
+//! Ascension's Flock-of-Birds protocol, as its serial trackers speak it.
+
+mod tracker;
+
+pub use tracker::BirdTracker;

@@ -1,0 +1,108 @@
+//! What can be wrong with a device when it is opened, tested or emulated, and what to do.
+
+use std::path::PathBuf;
+
+/// Why a device could not be used. Every message names the line and the next step.
+#[derive(Debug, thiserror::Error)]
+pub enum HardwareError {
+    /// Nothing at the path.
+    #[error("{path}: no such device. Plug it in, or name another path (`calot devices list`)")]
+    Missing {
+        /// Device path as given.
+        path: PathBuf,
+    },
+    /// The user may not open the path.
+    #[error(
+        "{path}: permission denied. Add yourself to the group of the device (often `dialout`): \
+         `sudo usermod -aG dialout $USER`, then log in again"
+    )]
+    Permission {
+        /// Device path as given.
+        path: PathBuf,
+    },
+    /// Another program has the line.
+    #[error("{path}: in use by another program. Stop it first (`fuser -v {path}` names it)")]
+    Busy {
+        /// Device path as given.
+        path: PathBuf,
+    },
+    /// The path is not a serial device.
+    #[error("{path}: not a serial device ({what}). Name a tty such as /dev/ttyACM0")]
+    NotSerial {
+        /// Device path as given.
+        path: PathBuf,
+        /// What the system says.
+        what: String,
+    },
+    /// Any other failure of the line while opening it.
+    #[error("{path}: {doing} failed: {what}")]
+    Line {
+        /// Device path as given.
+        path: PathBuf,
+        /// What was being done.
+        doing: &'static str,
+        /// What the system says.
+        what: String,
+    },
+    /// The device did not answer the handshake.
+    #[error(
+        "{path}: no answer from a {expected} in {waited_ms} ms ({heard} bytes heard). \
+         Is it powered, and is this its line?"
+    )]
+    Silent {
+        /// Device path as given.
+        path: PathBuf,
+        /// Which device was expected.
+        expected: &'static str,
+        /// How long.
+        waited_ms: u64,
+        /// Bytes received that were no answer: 0 means a dead line, many a wrong device or rate.
+        heard: u64,
+    },
+    /// Something else answered.
+    #[error("{path}: expected a {expected}, found {found}. Swap the lines in the station")]
+    WrongDevice {
+        /// Device path as given.
+        path: PathBuf,
+        /// Which device was expected.
+        expected: &'static str,
+        /// What answered.
+        found: String,
+    },
+    /// The device speaks another version of the protocol.
+    #[error("{path}: speaks protocol version {found}, this driver {expected}. Update the {older}")]
+    Version {
+        /// Device path as given.
+        path: PathBuf,
+        /// Our version.
+        expected: u8,
+        /// The device's version.
+        found: u8,
+        /// Which of the two is older.
+        older: &'static str,
+    },
+    /// The device reports a capability that cannot be true or is not safe.
+    #[error("{path}: the device reports {what} = {value}, allowed is {allowed}. Mend its firmware")]
+    Capability {
+        /// Device path as given.
+        path: PathBuf,
+        /// Which capability.
+        what: &'static str,
+        /// What it reports.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// The emulated station cannot be set up as asked.
+    #[error("emulation: {what} is {value}, allowed is {allowed}. {remedy}")]
+    Emulation {
+        /// Which setting.
+        what: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+        /// What to do.
+        remedy: &'static str,
+    },
+}

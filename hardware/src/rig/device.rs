@@ -1,0 +1,394 @@
+//! The device's side of the rig protocol, for firmware: bytes in, frames out.
+//!
+//! `no_std`, no `alloc`, no clock of its own. A firmware loop does four things: hand received
+//! bytes to [`Device::receive`], send what [`Device::answer`] returns, ask [`Device::force`]
+//! what the motors shall do, and send a [`Device::state`] per sample. The emulator in this
+//! package runs this very code.
+//!
+//! ```
+//! use hardware::rig::device::{Device, Motion};
+//! use hardware::rig::wire::Capabilities;
+//!
+//! let mut device = Device::new(Capabilities::touch_class());
+//! let now_us = 0; // the firmware's own microsecond counter
+//! device.receive(&[], now_us); // what the UART has
+//! if let Some(frame) = device.answer() {
+//!     let _ = frame.as_bytes(); // to the UART
+//! }
+//! let motors = device.force(now_us); // newtons; zero when the host is silent
+//! assert_eq!(motors.force_n, [0.0; 3]);
+//! assert!(device.state(&Motion::default(), now_us).is_none()); // nobody said hello
+//! ```
+
+use super::frame::{Frame, FrameReader};
+use super::wire::{
+    Capabilities, DeviceKind, Force, Hello, Kind, Message, State, Status, Switches, VERSION,
+};
+
+/// Longest time that a device may render a force without a new `FORCE`, ms.
+pub const WATCHDOG_LIMIT_MS: u8 = 100;
+
+/// What the device measured.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motion {
+    /// Handle in the base frame, m.
+    pub position_m: [f32; 3],
+    /// Velocity, m/s.
+    pub velocity_m_s: [f32; 3],
+    /// Unit quaternion x y z w.
+    pub rotation_xyzw: [f32; 4],
+    /// Buttons pressed, one bit each.
+    pub buttons: u8,
+}
+
+impl Default for Motion {
+    fn default() -> Self {
+        Self {
+            position_m: [0.0; 3],
+            velocity_m_s: [0.0; 3],
+            rotation_xyzw: [0.0, 0.0, 0.0, 1.0],
+            buttons: 0,
+        }
+    }
+}
+
+/// Counters of the device's side. All only grow, and wrap.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct DeviceCounters {
+    /// Messages understood.
+    pub messages: u32,
+    /// Frames or messages thrown away.
+    pub bad: u32,
+    /// Times that the watchdog dropped a force.
+    pub watchdog_trips: u32,
+}
+
+/// State of one device.
+#[derive(Debug, Clone)]
+pub struct Device {
+    capabilities: Capabilities,
+    reader: FrameReader,
+    answer_due: bool,
+    streaming: bool,
+    sequence: u16,
+    force: Option<Rendered>,
+    tripped: bool,
+    counters: DeviceCounters,
+}
+
+/// The force that is being rendered, and when it came.
+#[derive(Debug, Clone, Copy)]
+struct Rendered {
+    command: Force,
+    sequence: u16,
+    at_us: u32,
+}
+
+impl Device {
+    /// A device that nobody has greeted. A watchdog of none or of more than
+    /// [`WATCHDOG_LIMIT_MS`] is set to that limit for a haptic device.
+    #[must_use]
+    pub fn new(mut capabilities: Capabilities) -> Self {
+        if capabilities.kind == DeviceKind::Haptic
+            && !(1..=WATCHDOG_LIMIT_MS).contains(&capabilities.watchdog_ms)
+        {
+            capabilities.watchdog_ms = WATCHDOG_LIMIT_MS;
+        }
+        Self {
+            capabilities,
+            reader: FrameReader::new(),
+            answer_due: false,
+            streaming: false,
+            sequence: 0,
+            force: None,
+            tripped: false,
+            counters: DeviceCounters::default(),
+        }
+    }
+
+    /// Takes the bytes that the host sent. `now_us` may wrap.
+    pub fn receive(&mut self, bytes: &[u8], now_us: u32) {
+        for &byte in bytes {
+            let Some(read) = self.reader.push(byte) else {
+                continue;
+            };
+            let heard = read
+                .ok()
+                .and_then(|payload| Message::new(payload).ok())
+                .and_then(Heard::new);
+            match heard {
+                Some(heard) => {
+                    self.counters.messages = self.counters.messages.wrapping_add(1);
+                    self.obey(heard, now_us);
+                }
+                None => self.counters.bad = self.counters.bad.wrapping_add(1),
+            }
+        }
+    }
+
+    fn obey(&mut self, heard: Heard, now_us: u32) {
+        match heard {
+            Heard::Hello => {
+                // A new host starts from nothing: no force left over from the last one.
+                self.force = None;
+                self.tripped = false;
+                self.answer_due = true;
+                self.streaming = true;
+            }
+            Heard::Stop => {
+                self.force = None;
+                self.streaming = false;
+            }
+            Heard::Force(command, sequence) if self.streaming => {
+                // A repeated or older number is a stuck or shuffled line, not a live host: it
+                // must not feed the watchdog.
+                let newer = self
+                    .force
+                    .is_none_or(|last| (1..0x8000).contains(&sequence.wrapping_sub(last.sequence)));
+                if newer {
+                    self.force = Some(Rendered {
+                        command,
+                        sequence,
+                        at_us: now_us,
+                    });
+                    self.tripped = false;
+                }
+            }
+            Heard::Force(..) => {}
+        }
+    }
+
+    /// The answer to a greeting, when one is due.
+    pub fn answer(&mut self) -> Option<Frame> {
+        core::mem::take(&mut self.answer_due).then(|| {
+            let sequence = self.next_sequence();
+            Capabilities {
+                version: VERSION,
+                ..self.capabilities
+            }
+            .frame(sequence)
+        })
+    }
+
+    /// What the motors shall render now: the newest force, no stronger than the device can,
+    /// or nothing when the host has been silent for longer than the watchdog.
+    pub fn force(&mut self, now_us: u32) -> Force {
+        let Some(rendered) = self.force else {
+            return Force::default();
+        };
+        let limit_us = u32::from(self.capabilities.watchdog_ms) * 1000;
+        if now_us.wrapping_sub(rendered.at_us) > limit_us {
+            // Forgotten, not only ignored: the clock wraps.
+            self.force = None;
+            self.tripped = true;
+            self.counters.watchdog_trips = self.counters.watchdog_trips.wrapping_add(1);
+            return Force::default();
+        }
+        let max_n = self.capabilities.force_max_n;
+        Force {
+            force_n: shorten(rendered.command.force_n, max_n),
+            torque_n_m: if self.capabilities.renders_torque {
+                rendered.command.torque_n_m
+            } else {
+                [0.0; 3]
+            },
+        }
+    }
+
+    /// One sample for the host; none before a greeting and after a stop.
+    pub fn state(&mut self, motion: &Motion, now_us: u32) -> Option<Frame> {
+        if !self.streaming {
+            return None;
+        }
+        let mut status = 0;
+        if self.force.is_some() {
+            status |= Status::FORCE_ON.0;
+        }
+        if self.tripped {
+            status |= Status::WATCHDOG.0;
+        }
+        let state = State {
+            status: Status(status),
+            buttons: motion.buttons,
+            applied_force: self.force.map_or(0, |force| force.sequence),
+            device_time_us: now_us,
+            position_m: motion.position_m,
+            velocity_m_s: motion.velocity_m_s,
+            rotation_xyzw: motion.rotation_xyzw,
+        };
+        let sequence = self.next_sequence();
+        Some(state.frame(sequence))
+    }
+
+    /// One report of a pedal's switches; none before a greeting and after a stop.
+    pub fn switches(&mut self, switches: Switches) -> Option<Frame> {
+        if !self.streaming {
+            return None;
+        }
+        let sequence = self.next_sequence();
+        Some(switches.frame(sequence))
+    }
+
+    /// Whether a host listens.
+    #[must_use]
+    pub const fn is_streaming(&self) -> bool {
+        self.streaming
+    }
+
+    /// What the device has seen.
+    #[must_use]
+    pub const fn counters(&self) -> DeviceCounters {
+        self.counters
+    }
+
+    fn next_sequence(&mut self) -> u16 {
+        self.sequence = self.sequence.wrapping_add(1);
+        self.sequence
+    }
+}
+
+/// What a host can say.
+enum Heard {
+    Hello,
+    Force(Force, u16),
+    Stop,
+}
+
+impl Heard {
+    #[expect(clippy::needless_pass_by_value, reason = "fits and_then")]
+    fn new(message: Message<'_>) -> Option<Self> {
+        match message.kind() {
+            Kind::Hello => Hello::parse(&message).ok().map(|_| Self::Hello),
+            Kind::Force => Force::parse(&message)
+                .ok()
+                .map(|force| Self::Force(force, message.sequence())),
+            Kind::Stop => Some(Self::Stop),
+            _ => None,
+        }
+    }
+}
+
+/// `vector`, no longer than `max`, without a square root: halved by bisection of its scale.
+fn shorten(vector: [f32; 3], max: f32) -> [f32; 3] {
+    let squared: f32 = vector.iter().map(|x| x * x).sum();
+    let limit = max * max;
+    if squared <= limit {
+        return vector;
+    }
+    // 1/√x by Newton from the classic bit estimate: 4 steps reach f32's precision.
+    let ratio = squared / limit;
+    if !ratio.is_finite() {
+        return [0.0; 3];
+    }
+    let mut scale = f32::from_bits(0x5f37_59df - (ratio.to_bits() >> 1));
+    for _ in 0..4 {
+        scale *= 1.5 - 0.5 * ratio * scale * scale;
+    }
+    vector.map(|x| x * scale)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::wire::{payload, stop_frame};
+    use super::*;
+    use proptest::prelude::*;
+
+    fn greeted() -> Device {
+        let mut device = Device::new(Capabilities::touch_class());
+        device.receive(Hello { version: 1 }.frame(0).as_bytes(), 0);
+        assert!(device.answer().is_some());
+        device
+    }
+
+    fn push(newtons: f32, sequence: u16) -> Frame {
+        Force {
+            force_n: [newtons, 0.0, 0.0],
+            torque_n_m: [0.0; 3],
+        }
+        .frame(sequence)
+    }
+
+    fn norm(force: Force) -> f32 {
+        force.force_n.iter().map(|x| x * x).sum::<f32>().sqrt()
+    }
+
+    #[test]
+    fn silent_until_greeted_and_after_a_stop() {
+        let mut device = Device::new(Capabilities::touch_class());
+        device.receive(push(1.0, 1).as_bytes(), 0);
+        assert_eq!(device.force(0), Force::default());
+        assert!(device.state(&Motion::default(), 0).is_none());
+        device.receive(Hello { version: 1 }.frame(0).as_bytes(), 0);
+        assert!(device.state(&Motion::default(), 0).is_some());
+        device.receive(stop_frame(0).as_bytes(), 0);
+        assert!(device.state(&Motion::default(), 0).is_none());
+    }
+
+    #[test]
+    fn the_watchdog_drops_the_force_and_a_new_force_takes_it_up() {
+        let mut device = greeted();
+        device.receive(push(1.0, 1).as_bytes(), 1_000);
+        assert!((norm(device.force(51_000)) - 1.0).abs() < 1e-6);
+        assert_eq!(device.force(51_001), Force::default());
+        assert_eq!(device.counters().watchdog_trips, 1);
+        let bytes = payload(&device.state(&Motion::default(), 51_001).unwrap());
+        let state = State::parse(&Message::new(&bytes).unwrap()).unwrap();
+        assert_eq!(state.status, Status::WATCHDOG);
+        device.receive(push(0.5, 2).as_bytes(), 60_000);
+        assert!((norm(device.force(60_000)) - 0.5).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_force_stays_dropped_when_the_clock_has_wrapped() {
+        let mut device = greeted();
+        device.receive(push(1.0, 1).as_bytes(), 0);
+        assert_eq!(device.force(60_000), Force::default());
+        assert_eq!(device.force(0), Force::default());
+    }
+
+    #[test]
+    fn a_stuck_line_does_not_feed_the_watchdog() {
+        let mut device = greeted();
+        for ms in 0..100 {
+            device.receive(push(1.0, 7).as_bytes(), ms * 1000);
+        }
+        assert_eq!(device.force(99_000), Force::default());
+    }
+
+    #[test]
+    fn a_new_host_starts_without_force() {
+        let mut device = greeted();
+        device.receive(push(1.0, 9).as_bytes(), 0);
+        device.receive(Hello { version: 1 }.frame(0).as_bytes(), 10);
+        assert_eq!(device.force(10), Force::default());
+        device.receive(push(1.0, 1).as_bytes(), 20);
+        assert!(norm(device.force(20)) > 0.9);
+    }
+
+    #[test]
+    fn a_careless_watchdog_is_shortened() {
+        let careless = Capabilities {
+            watchdog_ms: 0,
+            ..Capabilities::touch_class()
+        };
+        assert_eq!(
+            Device::new(careless).capabilities.watchdog_ms,
+            WATCHDOG_LIMIT_MS
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_make_it_stronger_than_it_is_or_longer_than_its_watchdog(
+            noise in prop::collection::vec(any::<u8>(), 0..256),
+            force_n in prop::array::uniform3(-40.0..40.0f32),
+        ) {
+            let mut device = greeted();
+            device.receive(&noise, 0);
+            device.receive(&[0], 0);
+            device.receive(Force { force_n, torque_n_m: [0.0; 3] }.frame(1).as_bytes(), 0);
+            prop_assert!(norm(device.force(0)) <= 3.3 * 1.0001);
+            prop_assert_eq!(device.force(50_001), Force::default());
+        }
+    }
+}

@@ -1,0 +1,160 @@
+//! Driver of a haptic device that speaks the rig protocol.
+
+use std::path::Path;
+
+use nalgebra::{Quaternion, UnitQuaternion};
+use rt_core::math::{Pose, Vec3};
+use rt_core::port::{
+    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
+    TimeNs,
+};
+
+use super::host::Host;
+use super::wire::{Capabilities, DeviceKind, Force, State, Status};
+use crate::HardwareError;
+
+/// A greeted haptic device.
+#[derive(Debug)]
+pub struct RigHaptic {
+    host: Host,
+    identity: Capabilities,
+    status: RigStatus,
+}
+
+/// What the device last said of itself, beside its pose.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct RigStatus {
+    /// Status bits.
+    pub status: Status,
+    /// Sequence number of the force that the device renders.
+    pub applied_force: u16,
+    /// The device's clock, µs; wraps.
+    pub device_time_us: u32,
+}
+
+impl RigHaptic {
+    /// Opens the line, greets the device and checks what it says of itself. Not for the tick:
+    /// waits up to 2 s for the answer.
+    pub fn open(path: &Path) -> Result<Self, HardwareError> {
+        let (host, identity) = Host::open(path, DeviceKind::Haptic)?;
+        Ok(Self {
+            host,
+            identity,
+            status: RigStatus::default(),
+        })
+    }
+
+    /// What the device said of itself when it was opened.
+    #[must_use]
+    pub const fn identity(&self) -> &Capabilities {
+        &self.identity
+    }
+
+    /// What the last sample said beside its pose.
+    #[must_use]
+    pub const fn status(&self) -> RigStatus {
+        self.status
+    }
+
+    /// The line.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.host.path()
+    }
+
+    /// Whether the line is gone: open the path anew on a thread that may wait, hand the new
+    /// driver to the tick in exchange for this one, and drop this one outside the tick.
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.host.is_lost()
+    }
+}
+
+impl HapticDevice for RigHaptic {
+    fn capabilities(&self) -> DeviceCapabilities {
+        DeviceCapabilities {
+            force_max_n: self.identity.force_max_n,
+            force_continuous_n: self.identity.force_continuous_n,
+            stiffness_max_n_m: self.identity.stiffness_max_n_m,
+            damping_max_n_s_m: self.identity.damping_max_n_s_m,
+            workspace_radius_m: self.identity.workspace_radius_m,
+            renders_torque: self.identity.renders_torque,
+            rate_hz: self.identity.rate_hz.into(),
+        }
+    }
+
+    fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
+        let reach_m = self.identity.workspace_radius_m * REACH;
+        let measures_velocity = self.identity.measures_velocity;
+        let mut newest = None;
+        let mut status = self.status;
+        let mut rejected = 0;
+        let read = self.host.receive(|message| match State::parse(message) {
+            Ok(state) if Vec3::from(state.position_m).norm() <= reach_m => {
+                status = RigStatus {
+                    status: state.status,
+                    applied_force: state.applied_force,
+                    device_time_us: state.device_time_us,
+                };
+                newest = Some(sample(
+                    &state,
+                    message.sequence(),
+                    measures_velocity,
+                    now_ns,
+                ));
+            }
+            _ => rejected += 1,
+        });
+        for _ in 0..rejected {
+            self.host.reject();
+        }
+        self.status = status;
+        match (newest, read) {
+            (Some(sample), _) => Polled::Fresh(sample),
+            (None, Some(_)) => Polled::Nothing,
+            (None, None) => Polled::Lost,
+        }
+    }
+
+    fn send(&mut self, command: ForceCommand, _now_ns: TimeNs) {
+        let mut force_n = command.force_n;
+        let norm = force_n.norm();
+        // The core has limited it already; a line never carries more than the device can.
+        if norm > self.identity.force_max_n {
+            force_n *= self.identity.force_max_n / norm;
+        }
+        if !norm.is_finite() {
+            force_n = Vec3::zeros();
+        }
+        let torque_n_m = if self.identity.renders_torque {
+            command.torque_n_m
+        } else {
+            Vec3::zeros()
+        };
+        let sequence = self.host.next_sequence();
+        let force = Force {
+            force_n: force_n.into(),
+            torque_n_m: torque_n_m.into(),
+        };
+        self.host.send(&force.frame(sequence));
+    }
+
+    fn counters(&self) -> LineCounters {
+        self.host.counters()
+    }
+}
+
+/// A sample further out than so many workspace radii is no sample: past the mechanical stops.
+const REACH: f32 = 2.0;
+
+fn sample(state: &State, sequence: u16, velocity: bool, at_ns: TimeNs) -> DeviceSample {
+    let [x, y, z, w] = state.rotation_xyzw;
+    let rotation = UnitQuaternion::new_unchecked(Quaternion::new(w, x, y, z));
+    DeviceSample {
+        device_from_handle: Pose::from_parts(Vec3::from(state.position_m).into(), rotation),
+        velocity_m_s: velocity.then(|| state.velocity_m_s.into()),
+        buttons: Buttons(state.buttons),
+        sequence,
+        at_ns,
+    }
+}

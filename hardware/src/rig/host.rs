@@ -1,0 +1,266 @@
+//! What the host's drivers share: a line with frames on it, and the greeting.
+
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rt_core::port::LineCounters;
+
+use crate::HardwareError;
+use crate::line::{Line, Read, Written};
+
+use super::frame::{Frame, FrameReader};
+use super::wire::{Capabilities, DeviceKind, Hello, Message, VERSION, stop_frame};
+
+/// USB adapters ignore it; a UART at this rate carries 1 kHz of `STATE` in half its time.
+const BAUD: u32 = 1_000_000;
+/// A device that has not answered by then is not there.
+const HANDSHAKE: Duration = Duration::from_secs(2);
+/// Between two greetings.
+const GREETING_INTERVAL: Duration = Duration::from_millis(100);
+/// Between two looks at the line while waiting.
+const LOOK_INTERVAL: Duration = Duration::from_millis(1);
+/// Most bytes that one poll reads: 20 frames, so that a flooded line cannot hold the tick.
+const BYTES_PER_POLL: usize = 1024;
+
+/// A greeted device behind a line.
+#[derive(Debug)]
+pub(super) struct Host {
+    line: Line,
+    reader: FrameReader,
+    counters: LineCounters,
+    last_sequence: Option<u16>,
+    send_sequence: u16,
+    /// A write broke off: the next frame needs a zero in front.
+    torn: bool,
+}
+
+impl Host {
+    /// Opens the line and greets the device. Not for the tick: takes until the device
+    /// answers, 2 s at most.
+    pub(super) fn open(
+        path: &Path,
+        kind: DeviceKind,
+    ) -> Result<(Self, Capabilities), HardwareError> {
+        let mut host = Self {
+            line: Line::open(path, BAUD)?,
+            reader: FrameReader::new(),
+            counters: LineCounters::default(),
+            last_sequence: None,
+            send_sequence: 0,
+            // The device may have half a frame of whoever was here before.
+            torn: true,
+        };
+        let capabilities = host.greet(kind)?;
+        check(path, kind, &capabilities)?;
+        host.counters = LineCounters::default();
+        Ok((host, capabilities))
+    }
+
+    fn greet(&mut self, kind: DeviceKind) -> Result<Capabilities, HardwareError> {
+        let path = self.line.path().to_path_buf();
+        let start = Instant::now();
+        let mut next_greeting = start;
+        let mut heard = 0;
+        let mut answer = None;
+        while start.elapsed() < HANDSHAKE {
+            if Instant::now() >= next_greeting {
+                let sequence = self.next_sequence();
+                self.send(&Hello { version: VERSION }.frame(sequence));
+                next_greeting += GREETING_INTERVAL;
+            }
+            let read = self.receive(|message| {
+                if let Ok(capabilities) = Capabilities::parse(message) {
+                    answer = Some(capabilities);
+                }
+            });
+            if let Some(capabilities) = answer {
+                return Ok(capabilities);
+            }
+            match read {
+                Some(bytes) => heard += bytes as u64,
+                None => return Err(HardwareError::Missing { path }),
+            }
+            thread::sleep(LOOK_INTERVAL);
+        }
+        Err(HardwareError::Silent {
+            path,
+            expected: kind.name(),
+            waited_ms: HANDSHAKE.as_millis() as u64,
+            heard,
+        })
+    }
+
+    /// Reads what is there, hands every good message that is not a repetition to `take`, and
+    /// returns how many bytes came. `None` when the line is lost.
+    pub(super) fn receive(&mut self, mut take: impl FnMut(&Message<'_>)) -> Option<usize> {
+        let mut bytes = [0; BYTES_PER_POLL];
+        let count = match self.line.read(&mut bytes) {
+            Read::Bytes(count) => count,
+            Read::Empty => return Some(0),
+            Read::Lost => return None,
+        };
+        for &byte in bytes.iter().take(count) {
+            let message = match self.reader.push(byte) {
+                None => continue,
+                Some(read) => read.ok().and_then(|payload| Message::new(payload).ok()),
+            };
+            let Some(message) = message else {
+                self.counters.bad_frames += 1;
+                continue;
+            };
+            let sequence = message.sequence();
+            match self
+                .last_sequence
+                .replace(sequence)
+                .map(|last| sequence.wrapping_sub(last))
+            {
+                // The same frame again: a stuck or doubling line, nothing new.
+                Some(0) => self.counters.bad_frames += 1,
+                Some(step) => {
+                    self.counters.frames += 1;
+                    // A step backwards is a restarted device, not 60 000 lost frames.
+                    if step < 0x8000 {
+                        self.counters.lost_frames += u64::from(step - 1);
+                    }
+                    take(&message);
+                }
+                None => {
+                    self.counters.frames += 1;
+                    take(&message);
+                }
+            }
+        }
+        Some(count)
+    }
+
+    /// A message that parsed to nothing: takes it off the good ones.
+    pub(super) fn reject(&mut self) {
+        self.counters.frames -= 1;
+        self.counters.bad_frames += 1;
+    }
+
+    /// Sends a frame or counts it as dropped.
+    pub(super) fn send(&mut self, frame: &Frame) {
+        if self.torn {
+            match self.line.write(&[0]) {
+                Written::All => self.torn = false,
+                Written::Part | Written::Nothing => {
+                    self.counters.dropped_writes += 1;
+                    return;
+                }
+            }
+        }
+        match self.line.write(frame.as_bytes()) {
+            Written::All => {}
+            Written::Part => {
+                self.torn = true;
+                self.counters.dropped_writes += 1;
+            }
+            Written::Nothing => self.counters.dropped_writes += 1,
+        }
+    }
+
+    /// The number of the next message to send.
+    pub(super) fn next_sequence(&mut self) -> u16 {
+        self.send_sequence = self.send_sequence.wrapping_add(1);
+        self.send_sequence
+    }
+
+    pub(super) fn counters(&self) -> LineCounters {
+        self.counters
+    }
+
+    pub(super) fn path(&self) -> &Path {
+        self.line.path()
+    }
+
+    pub(super) fn is_lost(&self) -> bool {
+        self.line.is_lost()
+    }
+}
+
+impl Drop for Host {
+    /// No force and no stream without a host.
+    fn drop(&mut self) {
+        let sequence = self.next_sequence();
+        self.send(&stop_frame(sequence));
+    }
+}
+
+impl DeviceKind {
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Haptic => "haptic device",
+            Self::Pedal => "foot pedal",
+        }
+    }
+}
+
+fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), HardwareError> {
+    let path = || path.to_path_buf();
+    if found.version != VERSION {
+        return Err(HardwareError::Version {
+            path: path(),
+            expected: VERSION,
+            found: found.version,
+            older: if found.version < VERSION {
+                "device's firmware"
+            } else {
+                "driver"
+            },
+        });
+    }
+    if found.kind != kind {
+        return Err(HardwareError::WrongDevice {
+            path: path(),
+            expected: kind.name(),
+            found: format!("a {}", found.kind.name()),
+        });
+    }
+    let capability = |what, value: f32, allowed| HardwareError::Capability {
+        path: path(),
+        what,
+        value: f64::from(value),
+        allowed,
+    };
+    if !(10..=8000).contains(&found.rate_hz) {
+        return Err(capability("rate_hz", found.rate_hz.into(), "10 to 8000"));
+    }
+    if kind == DeviceKind::Pedal {
+        return Ok(());
+    }
+    if !(1..=super::device::WATCHDOG_LIMIT_MS).contains(&found.watchdog_ms) {
+        return Err(capability(
+            "watchdog_ms",
+            found.watchdog_ms.into(),
+            "1 to 100",
+        ));
+    }
+    if found.force_max_n <= 0.0 {
+        return Err(capability("force_max_n", found.force_max_n, "more than 0"));
+    }
+    if found.force_continuous_n <= 0.0 || found.force_continuous_n > found.force_max_n {
+        let allowed = "more than 0, at most force_max_n";
+        return Err(capability(
+            "force_continuous_n",
+            found.force_continuous_n,
+            allowed,
+        ));
+    }
+    if found.stiffness_max_n_m <= 0.0 {
+        return Err(capability(
+            "stiffness_max_n_m",
+            found.stiffness_max_n_m,
+            "more than 0",
+        ));
+    }
+    if !(0.01..=1.5).contains(&found.workspace_radius_m) {
+        return Err(capability(
+            "workspace_radius_m",
+            found.workspace_radius_m,
+            "0.01 to 1.5",
+        ));
+    }
+    Ok(())
+}

@@ -1,0 +1,19 @@
+//! Our own serial protocol for rig builders, version 1. `PROTOCOL.md` documents every byte.
+//!
+//! [`frame`], [`wire`] and [`device`] are `no_std` and serve firmware too; the drivers are the
+//! host's side.
+
+pub mod device;
+pub mod frame;
+#[cfg(feature = "std")]
+mod haptic;
+#[cfg(feature = "std")]
+mod host;
+#[cfg(feature = "std")]
+mod pedal;
+pub mod wire;
+
+#[cfg(feature = "std")]
+pub use haptic::{RigHaptic, RigStatus};
+#[cfg(feature = "std")]
+pub use pedal::RigPedal;

@@ -1,0 +1,95 @@
+//! Driver of a foot pedal that speaks the rig protocol.
+
+use std::path::Path;
+
+use rt_core::port::{LineCounters, Pedal, PedalSample, Polled, TimeNs};
+
+use super::host::Host;
+use super::wire::{DeviceKind, Switches};
+use crate::HardwareError;
+
+/// Reports that a pedal may miss before it counts as released.
+const MISSED_REPORTS: u64 = 10;
+
+/// A greeted foot pedal. It reports all the time; when it falls silent it reads as released.
+#[derive(Debug)]
+pub struct RigPedal {
+    host: Host,
+    silence_ns: u64,
+    last_heard_ns: Option<TimeNs>,
+    pressed: bool,
+}
+
+impl RigPedal {
+    /// Opens the line, greets the pedal and checks what it says of itself. Not for the tick:
+    /// waits up to 2 s for the answer.
+    pub fn open(path: &Path) -> Result<Self, HardwareError> {
+        let (host, identity) = Host::open(path, DeviceKind::Pedal)?;
+        let silence_ns = MISSED_REPORTS * 1_000_000_000 / u64::from(identity.rate_hz);
+        Ok(Self {
+            host,
+            silence_ns,
+            last_heard_ns: None,
+            pressed: false,
+        })
+    }
+
+    /// The line.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.host.path()
+    }
+
+    /// Whether the line is gone; see [`super::RigHaptic::is_lost`].
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.host.is_lost()
+    }
+}
+
+impl Pedal for RigPedal {
+    fn poll(&mut self, now_ns: TimeNs) -> Polled<PedalSample> {
+        let mut newest = None;
+        let mut rejected = 0;
+        let read = self.host.receive(|message| match Switches::parse(message) {
+            Ok(switches) => newest = Some(switches),
+            Err(_) => rejected += 1,
+        });
+        for _ in 0..rejected {
+            self.host.reject();
+        }
+        if let Some(Switches {
+            cut,
+            coagulate,
+            camera_lock,
+        }) = newest
+        {
+            self.last_heard_ns = Some(now_ns);
+            self.pressed = cut || coagulate || camera_lock;
+            return Polled::Fresh(PedalSample {
+                cut,
+                coagulate,
+                camera_lock,
+                at_ns: now_ns,
+            });
+        }
+        let silent = self
+            .last_heard_ns
+            .is_some_and(|heard| now_ns.saturating_sub(heard) > self.silence_ns);
+        if read.is_none() {
+            Polled::Lost
+        } else if silent && self.pressed {
+            self.pressed = false;
+            Polled::Fresh(PedalSample {
+                at_ns: now_ns,
+                ..PedalSample::default()
+            })
+        } else {
+            Polled::Nothing
+        }
+    }
+
+    fn counters(&self) -> LineCounters {
+        self.host.counters()
+    }
+}

@@ -1,0 +1,242 @@
+//! `HELLO` and its answer, `CAPABILITIES`.
+
+use super::{Frame, Kind, Message, VERSION, WireError, Writer};
+
+/// Where the fields of `HELLO` stand in the payload.
+mod hello {
+    pub(super) const MAGIC: usize = 3;
+    pub(super) const VERSION: usize = 8;
+    pub(super) const END: usize = 9;
+}
+
+/// Where the fields of `CAPABILITIES` stand in the payload.
+mod capabilities {
+    pub(super) const VERSION: usize = 3;
+    pub(super) const KIND: usize = 4;
+    pub(super) const FLAGS: usize = 5;
+    pub(super) const WATCHDOG: usize = 6;
+    pub(super) const RATE: usize = 7;
+    pub(super) const FORCE_MAX: usize = 9;
+    pub(super) const FORCE_CONTINUOUS: usize = 11;
+    pub(super) const STIFFNESS_MAX: usize = 13;
+    pub(super) const DAMPING_MAX: usize = 15;
+    pub(super) const WORKSPACE: usize = 17;
+    pub(super) const SERIAL: usize = 19;
+    pub(super) const NAME: usize = 23;
+    pub(super) const END: usize = 39;
+}
+
+pub(super) const HELLO_BYTES: usize = hello::END - super::field::BODY;
+pub(super) const CAPABILITIES_BYTES: usize = capabilities::END - super::field::BODY;
+
+const MAGIC: [u8; 5] = *b"CALOT";
+const RENDERS_TORQUE: u8 = 1;
+const MEASURES_VELOCITY: u8 = 2;
+const FORCE_UNIT_N: f32 = 1e-3;
+const STIFFNESS_UNIT_N_M: f32 = 1.0;
+const DAMPING_UNIT_N_S_M: f32 = 1e-3;
+const WORKSPACE_UNIT_M: f32 = 1e-4;
+
+/// The host's greeting.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Hello {
+    /// Newest version that the host speaks.
+    pub version: u8,
+}
+
+impl Hello {
+    /// Reads a message of kind `HELLO`.
+    pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
+        if message.kind() != Kind::Hello {
+            return Err(WireError::Kind(message.kind() as u8));
+        }
+        if message.bytes(hello::MAGIC) != MAGIC {
+            return Err(WireError::Range);
+        }
+        Ok(Self {
+            version: message.u8(hello::VERSION),
+        })
+    }
+
+    /// The message, framed.
+    #[must_use]
+    pub fn frame(&self, sequence: u16) -> Frame {
+        let mut writer = Writer::new(Kind::Hello, sequence);
+        writer.put(&MAGIC);
+        writer.put(&[self.version]);
+        writer.frame()
+    }
+}
+
+/// What kind of device answers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum DeviceKind {
+    /// Sends `STATE`, takes `FORCE`.
+    Haptic = 1,
+    /// Sends `SWITCHES`.
+    Pedal = 2,
+}
+
+/// What a device says of itself. A pedal leaves the haptic fields zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Capabilities {
+    /// Version that the device will speak.
+    pub version: u8,
+    /// What it is.
+    pub kind: DeviceKind,
+    /// Whether torque is rendered.
+    pub renders_torque: bool,
+    /// Whether the velocity in `STATE` is measured.
+    pub measures_velocity: bool,
+    /// Without a new `FORCE` for so long the device drops the force, ms.
+    pub watchdog_ms: u8,
+    /// Samples per second.
+    pub rate_hz: u16,
+    /// Peak force, N; in steps of 1 mN.
+    pub force_max_n: f32,
+    /// Force that can be held for ever, N; in steps of 1 mN.
+    pub force_continuous_n: f32,
+    /// Largest stable stiffness, N/m; in steps of 1 N/m.
+    pub stiffness_max_n_m: f32,
+    /// Largest damping, N s/m; in steps of 1 mN s/m.
+    pub damping_max_n_s_m: f32,
+    /// Radius of the workspace, m; in steps of 0.1 mm.
+    pub workspace_radius_m: f32,
+    /// Serial number.
+    pub serial: u32,
+    /// Name, ASCII, padded with zeros.
+    pub name: [u8; 16],
+}
+
+impl Capabilities {
+    /// Reads a message of kind `CAPABILITIES`.
+    pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
+        use capabilities as at;
+        if message.kind() != Kind::Capabilities {
+            return Err(WireError::Kind(message.kind() as u8));
+        }
+        let kind = match message.u8(at::KIND) {
+            1 => DeviceKind::Haptic,
+            2 => DeviceKind::Pedal,
+            _ => return Err(WireError::Range),
+        };
+        let flags = message.u8(at::FLAGS);
+        Ok(Self {
+            version: message.u8(at::VERSION),
+            kind,
+            renders_torque: flags & RENDERS_TORQUE != 0,
+            measures_velocity: flags & MEASURES_VELOCITY != 0,
+            watchdog_ms: message.u8(at::WATCHDOG),
+            rate_hz: message.u16(at::RATE),
+            force_max_n: f32::from(message.u16(at::FORCE_MAX)) * FORCE_UNIT_N,
+            force_continuous_n: f32::from(message.u16(at::FORCE_CONTINUOUS)) * FORCE_UNIT_N,
+            stiffness_max_n_m: f32::from(message.u16(at::STIFFNESS_MAX)) * STIFFNESS_UNIT_N_M,
+            damping_max_n_s_m: f32::from(message.u16(at::DAMPING_MAX)) * DAMPING_UNIT_N_S_M,
+            workspace_radius_m: f32::from(message.u16(at::WORKSPACE)) * WORKSPACE_UNIT_M,
+            serial: message.u32(at::SERIAL),
+            name: message.bytes(at::NAME),
+        })
+    }
+
+    /// The message, framed.
+    #[must_use]
+    pub fn frame(&self, sequence: u16) -> Frame {
+        let mut writer = Writer::new(Kind::Capabilities, sequence);
+        let flag = |set: bool, bit: u8| if set { bit } else { 0 };
+        let flags = flag(self.renders_torque, RENDERS_TORQUE)
+            | flag(self.measures_velocity, MEASURES_VELOCITY);
+        writer.put(&[self.version, self.kind as u8, flags, self.watchdog_ms]);
+        writer.put(&self.rate_hz.to_le_bytes());
+        writer.put_u16(self.force_max_n, FORCE_UNIT_N);
+        writer.put_u16(self.force_continuous_n, FORCE_UNIT_N);
+        writer.put_u16(self.stiffness_max_n_m, STIFFNESS_UNIT_N_M);
+        writer.put_u16(self.damping_max_n_s_m, DAMPING_UNIT_N_S_M);
+        writer.put_u16(self.workspace_radius_m, WORKSPACE_UNIT_M);
+        writer.put(&self.serial.to_le_bytes());
+        writer.put(&self.name);
+        writer.frame()
+    }
+
+    /// A Touch-class haptic device, as the emulator plays it.
+    #[must_use]
+    pub const fn touch_class() -> Self {
+        Self {
+            version: VERSION,
+            kind: DeviceKind::Haptic,
+            renders_torque: false,
+            measures_velocity: true,
+            watchdog_ms: 50,
+            rate_hz: 1000,
+            force_max_n: 3.3,
+            force_continuous_n: 0.88,
+            stiffness_max_n_m: 700.0,
+            damping_max_n_s_m: 5.0,
+            workspace_radius_m: 0.1,
+            serial: 1,
+            name: *b"emulated touch\0\0",
+        }
+    }
+
+    /// A foot pedal that reports `rate_hz` times a second.
+    #[must_use]
+    pub const fn pedal(rate_hz: u16) -> Self {
+        Self {
+            version: VERSION,
+            kind: DeviceKind::Pedal,
+            renders_torque: false,
+            measures_velocity: false,
+            watchdog_ms: 0,
+            rate_hz,
+            force_max_n: 0.0,
+            force_continuous_n: 0.0,
+            stiffness_max_n_m: 0.0,
+            damping_max_n_s_m: 0.0,
+            workspace_radius_m: 0.0,
+            serial: 2,
+            name: *b"emulated pedal\0\0",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::payload;
+    use super::*;
+
+    #[test]
+    fn hello_is_its_documented_bytes_and_comes_back() {
+        let bytes = payload(&Hello { version: 1 }.frame(7));
+        assert_eq!(bytes, *b"\x01\x07\x00CALOT\x01");
+        let message = Message::new(&bytes).unwrap();
+        assert_eq!(message.sequence(), 7);
+        assert_eq!(Hello::parse(&message), Ok(Hello { version: 1 }));
+    }
+
+    #[test]
+    fn a_greeting_without_the_magic_is_no_greeting() {
+        let bytes = *b"\x01\x07\x00calot\x01";
+        assert_eq!(
+            Hello::parse(&Message::new(&bytes).unwrap()),
+            Err(WireError::Range)
+        );
+    }
+
+    #[test]
+    fn capabilities_come_back() {
+        for sent in [Capabilities::touch_class(), Capabilities::pedal(100)] {
+            let bytes = payload(&sent.frame(0));
+            let read = Capabilities::parse(&Message::new(&bytes).unwrap()).unwrap();
+            assert!((read.force_max_n - sent.force_max_n).abs() < 1e-6);
+            assert!((read.workspace_radius_m - sent.workspace_radius_m).abs() < 1e-6);
+            assert_eq!(
+                Capabilities {
+                    force_max_n: sent.force_max_n,
+                    ..read
+                }
+                .frame(0),
+                sent.frame(0)
+            );
+        }
+    }
+}

@@ -1,0 +1,272 @@
+//! Messages of the rig protocol: fixed layouts, little-endian, fixed-point numbers.
+//!
+//! Every message starts with its kind and a sequence number. Numbers are integers with a
+//! stated unit: no bit pattern is a NaN or an infinity. A message has exactly one length.
+//! Parsed values are SI.
+
+mod handshake;
+mod haptic;
+mod pedal;
+
+pub use handshake::{Capabilities, DeviceKind, Hello};
+pub use haptic::{Force, State, Status};
+pub use pedal::Switches;
+
+use super::frame::{Frame, MAX_PAYLOAD};
+
+/// Version of the protocol that this file describes.
+pub const VERSION: u8 = 1;
+
+/// Where the header's fields stand.
+mod field {
+    pub(super) const KIND: usize = 0;
+    pub(super) const SEQUENCE: usize = 1;
+    /// First byte after the header.
+    pub(super) const BODY: usize = 3;
+}
+
+/// A checked view of one payload: length and kind agree.
+#[derive(Debug, Clone, Copy)]
+pub struct Message<'a> {
+    payload: &'a [u8],
+    kind: Kind,
+}
+
+/// What a message is. Host to device below 0x80, device to host above.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Kind {
+    /// Host: who are you? Starts the stream.
+    Hello = 0x01,
+    /// Host: render this force.
+    Force = 0x02,
+    /// Host: no force, no stream.
+    Stop = 0x03,
+    /// Device: the answer to `Hello`.
+    Capabilities = 0x81,
+    /// Haptic device: one sample.
+    State = 0x82,
+    /// Pedal: its switches.
+    Switches = 0x83,
+}
+
+impl Kind {
+    const fn body_bytes(self) -> usize {
+        match self {
+            Self::Hello => handshake::HELLO_BYTES,
+            Self::Force => haptic::FORCE_BYTES,
+            Self::Stop => 0,
+            Self::Capabilities => handshake::CAPABILITIES_BYTES,
+            Self::State => haptic::STATE_BYTES,
+            Self::Switches => pedal::SWITCHES_BYTES,
+        }
+    }
+
+    const fn from_byte(byte: u8) -> Option<Self> {
+        Some(match byte {
+            0x01 => Self::Hello,
+            0x02 => Self::Force,
+            0x03 => Self::Stop,
+            0x81 => Self::Capabilities,
+            0x82 => Self::State,
+            0x83 => Self::Switches,
+            _ => return None,
+        })
+    }
+}
+
+/// Why a payload with a good checksum was no message.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum WireError {
+    /// No such kind in this version.
+    Kind(u8),
+    /// The kind has another length.
+    Length,
+    /// A field is outside its range.
+    Range,
+}
+
+impl<'a> Message<'a> {
+    /// Checks kind and length.
+    pub fn new(payload: &'a [u8]) -> Result<Self, WireError> {
+        let byte = *payload.get(field::KIND).ok_or(WireError::Length)?;
+        let kind = Kind::from_byte(byte).ok_or(WireError::Kind(byte))?;
+        if payload.len() != field::BODY + kind.body_bytes() {
+            return Err(WireError::Length);
+        }
+        Ok(Self { payload, kind })
+    }
+
+    /// What it is.
+    #[must_use]
+    pub const fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// Counts up by one per message of its kind from one sender; wraps.
+    #[must_use]
+    pub fn sequence(&self) -> u16 {
+        u16::from_le_bytes(self.bytes(field::SEQUENCE))
+    }
+
+    /// `N` bytes at `at` of the payload; zeros past its end, which the length check excludes.
+    fn bytes<const N: usize>(&self, at: usize) -> [u8; N] {
+        self.payload
+            .get(at..at + N)
+            .and_then(|bytes| bytes.try_into().ok())
+            .unwrap_or([0; N])
+    }
+
+    fn u8(&self, at: usize) -> u8 {
+        u8::from_le_bytes(self.bytes(at))
+    }
+
+    fn u16(&self, at: usize) -> u16 {
+        u16::from_le_bytes(self.bytes(at))
+    }
+
+    fn u32(&self, at: usize) -> u32 {
+        u32::from_le_bytes(self.bytes(at))
+    }
+
+    /// Three i16 of `unit` each.
+    fn i16_triple(&self, at: usize, unit: f32) -> [f32; 3] {
+        [0, 2, 4].map(|offset| f32::from(i16::from_le_bytes(self.bytes(at + offset))) * unit)
+    }
+
+    /// Three i32 of `unit` each, all within ±`limit` of the unit's quantity.
+    fn i32_triple(&self, at: usize, unit: f32, limit: f32) -> Result<[f32; 3], WireError> {
+        let values =
+            [0, 4, 8].map(|offset| i32::from_le_bytes(self.bytes(at + offset)) as f32 * unit);
+        if values.iter().all(|value| value.abs() <= limit) {
+            Ok(values)
+        } else {
+            Err(WireError::Range)
+        }
+    }
+}
+
+/// A payload under construction.
+struct Writer {
+    bytes: [u8; MAX_PAYLOAD],
+    len: usize,
+}
+
+impl Writer {
+    fn new(kind: Kind, sequence: u16) -> Self {
+        let mut writer = Self {
+            bytes: [0; MAX_PAYLOAD],
+            len: 0,
+        };
+        writer.put(&[kind as u8]);
+        writer.put(&sequence.to_le_bytes());
+        writer
+    }
+
+    fn put(&mut self, bytes: &[u8]) {
+        if let Some(slot) = self.bytes.get_mut(self.len..self.len + bytes.len()) {
+            slot.copy_from_slice(bytes);
+            self.len += bytes.len();
+        }
+    }
+
+    fn put_i16(&mut self, value: f32, unit: f32) {
+        self.put(&(round(value / unit) as i16).to_le_bytes());
+    }
+
+    fn put_i32(&mut self, value: f32, unit: f32) {
+        self.put(&(round(value / unit) as i32).to_le_bytes());
+    }
+
+    /// An unsigned number of `unit`s, saturating.
+    fn put_u16(&mut self, value: f32, unit: f32) {
+        self.put(&(round(value / unit) as u16).to_le_bytes());
+    }
+
+    fn frame(&self) -> Frame {
+        // `MAX_PAYLOAD` bounds `len`, so framing succeeds; an empty frame is never read.
+        Frame::new(self.bytes.get(..self.len).unwrap_or(&[])).unwrap_or_else(Frame::empty)
+    }
+}
+
+/// Half away from zero; `as` then saturates, and makes zero of what is not a number.
+fn round(value: f32) -> f32 {
+    if value < 0.0 {
+        value - 0.5
+    } else {
+        value + 0.5
+    }
+}
+
+/// The message that ends stream and force.
+#[must_use]
+pub fn stop_frame(sequence: u16) -> Frame {
+    Writer::new(Kind::Stop, sequence).frame()
+}
+
+const _: () = assert!(
+    field::BODY + haptic::STATE_BYTES <= MAX_PAYLOAD
+        && field::BODY + handshake::CAPABILITIES_BYTES <= MAX_PAYLOAD
+);
+
+#[cfg(test)]
+pub(crate) fn payload(frame: &Frame) -> Vec<u8> {
+    let mut reader = super::frame::FrameReader::new();
+    for &byte in frame.as_bytes() {
+        if let Some(payload) = reader.push(byte) {
+            return payload.unwrap().to_vec();
+        }
+    }
+    panic!("a frame that does not end");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_stop_is_its_header() {
+        assert_eq!(payload(&stop_frame(0x1234)), [0x03, 0x34, 0x12]);
+    }
+
+    #[test]
+    fn kind_and_length_are_checked() {
+        assert_eq!(Message::new(&[]).unwrap_err(), WireError::Length);
+        assert_eq!(
+            Message::new(&[0x7F, 0, 0]).unwrap_err(),
+            WireError::Kind(0x7F)
+        );
+        assert_eq!(Message::new(&[0x03, 0]).unwrap_err(), WireError::Length);
+        assert_eq!(
+            Message::new(&[0x03, 0, 0, 0]).unwrap_err(),
+            WireError::Length
+        );
+    }
+
+    proptest! {
+        /// Whatever passes the checks is finite and within the documented ranges.
+        #[test]
+        fn arbitrary_payloads_parse_to_sane_values_or_to_errors(
+            kind in prop::sample::select(vec![1u8, 2, 3, 0x81, 0x82, 0x83]),
+            body in prop::collection::vec(any::<u8>(), MAX_PAYLOAD),
+        ) {
+            let mut bytes = vec![kind];
+            bytes.extend_from_slice(&body);
+            bytes.truncate(field::BODY + Kind::from_byte(kind).unwrap().body_bytes());
+            let message = Message::new(&bytes).unwrap();
+            if let Ok(state) = State::parse(&message) {
+                prop_assert!(state.position_m.iter().all(|x| x.abs() <= State::POSITION_LIMIT_M));
+                prop_assert!(state.velocity_m_s.iter().all(|v| v.abs() <= State::SPEED_LIMIT_M_S));
+                let norm: f32 = state.rotation_xyzw.iter().map(|x| x * x).sum();
+                prop_assert!((norm - 1.0).abs() < 1e-4, "{norm}");
+            }
+            if let Ok(force) = Force::parse(&message) {
+                prop_assert!(force.force_n.iter().all(|f| f.abs() <= 32.768));
+            }
+            if let Ok(capabilities) = Capabilities::parse(&message) {
+                prop_assert!(capabilities.force_max_n.is_finite());
+            }
+        }
+    }
+}

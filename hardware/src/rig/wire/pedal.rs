@@ -1,0 +1,79 @@
+//! `SWITCHES`: what a foot presses.
+
+use super::{Frame, Kind, Message, WireError, Writer, field};
+
+/// Where the field stands in the payload.
+mod switches {
+    pub(super) const BITS: usize = 3;
+    pub(super) const END: usize = 4;
+}
+
+pub(super) const SWITCHES_BYTES: usize = switches::END - field::BODY;
+
+/// Switches of a foot pedal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Switches {
+    /// Bit 0: cut (yellow).
+    pub cut: bool,
+    /// Bit 1: coagulate (blue).
+    pub coagulate: bool,
+    /// Bit 2: hold the camera.
+    pub camera_lock: bool,
+}
+
+impl Switches {
+    /// Reads a message of kind `SWITCHES`. Bits of no meaning are out of range.
+    pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
+        if message.kind() != Kind::Switches {
+            return Err(WireError::Kind(message.kind() as u8));
+        }
+        let bits = message.u8(switches::BITS);
+        if bits & !7 != 0 {
+            return Err(WireError::Range);
+        }
+        Ok(Self {
+            cut: bits & 1 != 0,
+            coagulate: bits & 2 != 0,
+            camera_lock: bits & 4 != 0,
+        })
+    }
+
+    /// The message, framed.
+    #[must_use]
+    pub fn frame(&self, sequence: u16) -> Frame {
+        let mut writer = Writer::new(Kind::Switches, sequence);
+        let bits =
+            u8::from(self.cut) | u8::from(self.coagulate) << 1 | u8::from(self.camera_lock) << 2;
+        writer.put(&[bits]);
+        writer.frame()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::payload;
+    use super::*;
+
+    #[test]
+    fn every_combination_comes_back() {
+        for bits in 0..8u8 {
+            let sent = Switches {
+                cut: bits & 1 != 0,
+                coagulate: bits & 2 != 0,
+                camera_lock: bits & 4 != 0,
+            };
+            let bytes = payload(&sent.frame(3));
+            assert_eq!(bytes, [0x83, 3, 0, bits]);
+            assert_eq!(Switches::parse(&Message::new(&bytes).unwrap()), Ok(sent));
+        }
+    }
+
+    #[test]
+    fn bits_of_no_meaning_are_refused() {
+        let message = [0x83, 0, 0, 8];
+        assert_eq!(
+            Switches::parse(&Message::new(&message).unwrap()),
+            Err(WireError::Range)
+        );
+    }
+}
