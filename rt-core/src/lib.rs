@@ -14,6 +14,11 @@
 #![deny(unsafe_code)]
 
 pub mod capacity;
+pub mod event;
+pub mod fault;
 pub mod math;
 pub mod port;
 pub mod scene;
+pub mod sim;
+pub mod state;
+pub mod tool;

@@ -1,6 +1,9 @@
 //! The immutable scene: validated slices, no file format.
 
-use crate::math::{Pose, Vec3};
+use core::fmt;
+
+use crate::capacity::{MAX_LINKS, MAX_ORGANS, MAX_SPHERES};
+use crate::math::{self, Pose, Vec3};
 
 /// How the paper's method treats one organ. Dimensionless stiffness in 0..=1 (its known fault:
 /// it depends on iterations and time step); replaced by SI material values later.
@@ -70,6 +73,8 @@ pub struct Room {
     pub instrument_length_m: f32,
     /// The endoscope's port, world frame, m.
     pub endoscope_port_m: Vec3,
+    /// Camera before the first tracker sample: looks along −z, y up.
+    pub world_from_camera: Pose,
 }
 
 /// Everything that does not change while the simulation runs. Build it with [`Scene::new`].
@@ -79,4 +84,334 @@ pub struct Scene<'a> {
     pub(crate) spheres: &'a [RestSphere],
     pub(crate) links: &'a [Link],
     pub(crate) room: Room,
+}
+
+/// Why [`Scene::new`] refused. Indices are the caller's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum SceneError {
+    /// More of `what` than the realtime process has room for.
+    TooMany {
+        /// Organs, spheres or links.
+        what: &'static str,
+        /// How many.
+        count: usize,
+        /// How many fit.
+        limit: usize,
+    },
+    /// An organ's ranges leave the scene, or do not follow each other without gap.
+    Range {
+        /// The organ.
+        organ: usize,
+        /// Spheres or links.
+        what: &'static str,
+        /// First of its range.
+        start: u32,
+        /// How many.
+        count: u32,
+        /// Where the range should start.
+        expected_start: usize,
+        /// How many the scene has.
+        available: usize,
+    },
+    /// A value is not finite or out of its range.
+    Value {
+        /// Which value of what.
+        what: &'static str,
+        /// Index of the organ, sphere or link; 0 for the room.
+        index: usize,
+        /// The value.
+        value: f32,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A link joins a sphere of another organ, or one with itself.
+    Link {
+        /// The link.
+        link: usize,
+        /// Its spheres.
+        spheres: [u32; 2],
+        /// First sphere of the organ.
+        first: u32,
+        /// One past its last.
+        end: u32,
+    },
+}
+
+impl fmt::Display for SceneError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooMany { what, count, limit } => write!(
+                f,
+                "scene has {count} {what}, the limit is {limit}: prepare it with fewer spheres"
+            ),
+            Self::Range {
+                organ,
+                what,
+                start,
+                count,
+                expected_start,
+                available,
+            } => write!(
+                f,
+                "organ {organ}: {what} {start}..+{count} should start at {expected_start} \
+                 and end within {available}: prepare the scene again"
+            ),
+            Self::Value {
+                what,
+                index,
+                value,
+                allowed,
+            } => write!(
+                f,
+                "{what} (index {index}) is {value}, allowed is {allowed}: correct the recipe \
+                 and prepare the scene again"
+            ),
+            Self::Link {
+                link,
+                spheres: [a, b],
+                first,
+                end,
+            } => write!(
+                f,
+                "link {link} joins spheres {a} and {b}, its organ has {first}..{end}: \
+                 prepare the scene again"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for SceneError {}
+
+impl<'a> Scene<'a> {
+    /// Checks everything that the tick relies on: counts within [`crate::capacity`], ranges that
+    /// partition the arrays in order, finite values, links within their organ.
+    ///
+    /// # Errors
+    /// The first thing found wrong, with its place, value and what is allowed.
+    pub fn new(
+        organs: &'a [Organ],
+        spheres: &'a [RestSphere],
+        links: &'a [Link],
+        room: Room,
+    ) -> Result<Self, SceneError> {
+        at_most("organs", organs.len(), MAX_ORGANS)?;
+        at_most("spheres", spheres.len(), MAX_SPHERES)?;
+        at_most("links", links.len(), MAX_LINKS)?;
+        check_room(&room)?;
+        for (i, sphere) in spheres.iter().enumerate() {
+            check_sphere(i, sphere)?;
+        }
+        let (mut next_sphere, mut next_link) = (0, 0);
+        for (i, organ) in organs.iter().enumerate() {
+            check_material(i, &organ.material)?;
+            let (start, count) = (organ.sphere_start, organ.sphere_count);
+            next_sphere = follow(i, "spheres", start, count, next_sphere, spheres.len())?;
+            let (start, count) = (organ.link_start, organ.link_count);
+            let first_link = next_link;
+            next_link = follow(i, "links", start, count, next_link, links.len())?;
+            for (j, link) in links.iter().enumerate().take(next_link).skip(first_link) {
+                check_link(j, link, organ)?;
+            }
+        }
+        let whole = |what, used: usize, available: usize| {
+            let organ = organs.len();
+            let rest = (available - used) as u32;
+            follow(organ, what, available as u32, rest, used, available).map(|_| ())
+        };
+        if next_sphere != spheres.len() {
+            whole("spheres", next_sphere, spheres.len())?;
+        }
+        if next_link != links.len() {
+            whole("links", next_link, links.len())?;
+        }
+        Ok(Self {
+            organs,
+            spheres,
+            links,
+            room,
+        })
+    }
+
+    /// The organs.
+    #[must_use]
+    pub const fn organs(&self) -> &'a [Organ] {
+        self.organs
+    }
+
+    /// The spheres at rest.
+    #[must_use]
+    pub const fn spheres(&self) -> &'a [RestSphere] {
+        self.spheres
+    }
+
+    /// The links, in the order in which they are solved.
+    #[must_use]
+    pub const fn links(&self) -> &'a [Link] {
+        self.links
+    }
+
+    /// Where things stand.
+    #[must_use]
+    pub const fn room(&self) -> &Room {
+        &self.room
+    }
+}
+
+fn at_most(what: &'static str, count: usize, limit: usize) -> Result<(), SceneError> {
+    if count > limit {
+        Err(SceneError::TooMany { what, count, limit })
+    } else {
+        Ok(())
+    }
+}
+
+/// The end of a range that must start where the one before ended.
+fn follow(
+    organ: usize,
+    what: &'static str,
+    start: u32,
+    count: u32,
+    expected_start: usize,
+    available: usize,
+) -> Result<usize, SceneError> {
+    let end = start as usize + count as usize;
+    if start as usize == expected_start && end <= available {
+        Ok(end)
+    } else {
+        Err(SceneError::Range {
+            organ,
+            what,
+            start,
+            count,
+            expected_start,
+            available,
+        })
+    }
+}
+
+fn in_range(
+    what: &'static str,
+    index: usize,
+    value: f32,
+    (low, high): (f32, f32),
+    allowed: &'static str,
+) -> Result<(), SceneError> {
+    if (low..=high).contains(&value) {
+        Ok(())
+    } else {
+        Err(SceneError::Value {
+            what,
+            index,
+            value,
+            allowed,
+        })
+    }
+}
+
+fn check_position(what: &'static str, index: usize, v: &Vec3) -> Result<(), SceneError> {
+    v.iter()
+        .try_for_each(|&x| in_range(what, index, x, (-10.0, 10.0), "-10 to 10 m"))
+}
+
+fn check_pose(what: &'static str, pose: &Pose) -> Result<(), SceneError> {
+    check_position(what, 0, &pose.translation.vector)?;
+    if math::is_rigid(pose) {
+        Ok(())
+    } else {
+        let value = pose.rotation.coords.norm_squared();
+        Err(SceneError::Value {
+            what,
+            index: 0,
+            value,
+            allowed: "a unit quaternion",
+        })
+    }
+}
+
+fn check_room(room: &Room) -> Result<(), SceneError> {
+    for &g in &room.gravity_m_s2 {
+        in_range("gravity", 0, g, (-100.0, 100.0), "-100 to 100 m/s^2")?;
+    }
+    check_pose("world_from_device", &room.world_from_device)?;
+    check_pose("world_from_tracker", &room.world_from_tracker)?;
+    check_pose("world_from_camera", &room.world_from_camera)?;
+    check_position("instrument port", 0, &room.instrument_port_m)?;
+    check_position("endoscope port", 0, &room.endoscope_port_m)?;
+    in_range(
+        "instrument length",
+        0,
+        room.instrument_length_m,
+        (0.05, 1.0),
+        "0.05 to 1 m",
+    )
+}
+
+fn check_sphere(i: usize, sphere: &RestSphere) -> Result<(), SceneError> {
+    check_position("sphere centre", i, &sphere.center_m)?;
+    in_range(
+        "sphere radius",
+        i,
+        sphere.radius_m,
+        (1.0e-5, 1.0),
+        "0.01 mm to 1 m",
+    )?;
+    in_range(
+        "sphere mass",
+        i,
+        sphere.mass_kg,
+        (1.0e-9, 100.0),
+        "1e-9 to 100 kg",
+    )
+}
+
+fn check_material(i: usize, material: &PbdMaterial) -> Result<(), SceneError> {
+    in_range(
+        "stretch stiffness",
+        i,
+        material.stretch_stiffness,
+        (0.0, 1.0),
+        "0 to 1",
+    )?;
+    in_range(
+        "laplacian stiffness",
+        i,
+        material.laplacian_stiffness,
+        (0.0, 1.0),
+        "0 to 1",
+    )?;
+    in_range(
+        "damping",
+        i,
+        material.damping_per_s,
+        (0.0, 1000.0),
+        "0 to 1000 per s",
+    )?;
+    let contact = material.contact_stiffness_n_m;
+    in_range(
+        "contact stiffness",
+        i,
+        contact,
+        (0.0, 1.0e6),
+        "0 to 1e6 N/m",
+    )
+}
+
+fn check_link(j: usize, link: &Link, organ: &Organ) -> Result<(), SceneError> {
+    let (first, end) = (organ.sphere_start, organ.sphere_start + organ.sphere_count);
+    let own = first..end;
+    if !own.contains(&link.a) || !own.contains(&link.b) || link.a == link.b {
+        return Err(SceneError::Link {
+            link: j,
+            spheres: [link.a, link.b],
+            first,
+            end,
+        });
+    }
+    in_range(
+        "rest length",
+        j,
+        link.rest_length_m,
+        (1.0e-6, 10.0),
+        "1 um to 10 m",
+    )
 }

@@ -1,0 +1,189 @@
+//! What can go wrong in a tick. Nothing panics: each fault has one defined answer and a counter.
+
+/// A fault. The number is its index in [`FaultCounters`] and its code in events.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Fault {
+    /// A device sample was not finite, not rigid or out of the room. Answer: ignored.
+    BadSample = 0,
+    /// The force was not finite. Answer: zero force.
+    BadForce = 1,
+    /// A sphere was not finite. Answer: put back to where it was, at rest.
+    BadSphere = 2,
+    /// The newest device sample is older than its limit. Answer: force falls to zero.
+    StaleDevice = 3,
+    /// The device's line is gone. Answer: zero force.
+    LostDevice = 4,
+    /// The handle was faster than the limit. Answer: zero force until a person enables it again.
+    SpeedTrip = 5,
+    /// The force was longer than the device's peak. Answer: shortened.
+    Clamped = 6,
+    /// The force changed too fast. Answer: it follows at the slew limit.
+    Slewed = 7,
+    /// Contact was stiffer than the device renders stably. Answer: scaled down.
+    StiffnessCapped = 8,
+    /// The motors are warm. Answer: limited towards the continuous force.
+    ThermalLimited = 9,
+    /// More contacts than kept. Answer: the deepest stay.
+    ContactOverflow = 10,
+    /// More overlapping sphere pairs than kept. Answer: the first found stay.
+    PairOverflow = 11,
+    /// More spheres between the jaws than can be held. Answer: the nearest are held.
+    GraspOverflow = 12,
+    /// More events than kept. Answer: later ones are lost.
+    EventOverflow = 13,
+    /// A tick ended after its deadline (told by the process).
+    Overrun = 14,
+    /// Time did not go forward between two ticks. Answer: the tick counts as one period.
+    BadClock = 15,
+}
+
+/// How many kinds there are.
+pub const FAULT_COUNT: usize = 16;
+
+impl Fault {
+    /// All kinds, in the order of their numbers.
+    pub const ALL: [Self; FAULT_COUNT] = [
+        Self::BadSample,
+        Self::BadForce,
+        Self::BadSphere,
+        Self::StaleDevice,
+        Self::LostDevice,
+        Self::SpeedTrip,
+        Self::Clamped,
+        Self::Slewed,
+        Self::StiffnessCapped,
+        Self::ThermalLimited,
+        Self::ContactOverflow,
+        Self::PairOverflow,
+        Self::GraspOverflow,
+        Self::EventOverflow,
+        Self::Overrun,
+        Self::BadClock,
+    ];
+
+    /// Its number: index of its counter, code in events.
+    #[must_use]
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// A name for reports.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::BadSample => "bad_sample",
+            Self::BadForce => "bad_force",
+            Self::BadSphere => "bad_sphere",
+            Self::StaleDevice => "stale_device",
+            Self::LostDevice => "lost_device",
+            Self::SpeedTrip => "speed_trip",
+            Self::Clamped => "clamped",
+            Self::Slewed => "slewed",
+            Self::StiffnessCapped => "stiffness_capped",
+            Self::ThermalLimited => "thermal_limited",
+            Self::ContactOverflow => "contact_overflow",
+            Self::PairOverflow => "pair_overflow",
+            Self::GraspOverflow => "grasp_overflow",
+            Self::EventOverflow => "event_overflow",
+            Self::Overrun => "overrun",
+            Self::BadClock => "bad_clock",
+        }
+    }
+
+    /// Whether a person should hear of it. The others are the limiter at its ordinary work.
+    #[must_use]
+    pub const fn is_alarm(self) -> bool {
+        !matches!(
+            self,
+            Self::Clamped | Self::Slewed | Self::StiffnessCapped | Self::ThermalLimited
+        )
+    }
+}
+
+/// How many ticks each fault happened in, since the start. Only grows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FaultCounters([u64; FAULT_COUNT]);
+
+impl FaultCounters {
+    /// Nothing counted.
+    pub const ZERO: Self = Self([0; FAULT_COUNT]);
+
+    /// Ticks that `fault` happened in.
+    #[must_use]
+    pub fn of(&self, fault: Fault) -> u64 {
+        self.0.get(usize::from(fault.code())).copied().unwrap_or(0)
+    }
+
+    /// All of them, in the order of [`Fault::ALL`].
+    #[must_use]
+    pub const fn as_array(&self) -> &[u64; FAULT_COUNT] {
+        &self.0
+    }
+
+    /// Adds one for every fault in `set`.
+    pub(crate) fn count(&mut self, set: FaultSet) {
+        for (counter, fault) in self.0.iter_mut().zip(Fault::ALL) {
+            *counter = counter.wrapping_add(u64::from(set.contains(fault)));
+        }
+    }
+}
+
+/// The faults of one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FaultSet(u16);
+
+impl FaultSet {
+    /// None.
+    pub const NONE: Self = Self(0);
+
+    /// Adds `fault`.
+    pub const fn raise(&mut self, fault: Fault) {
+        self.0 |= 1 << (fault as u16);
+    }
+
+    /// Adds `fault` if `happened`.
+    pub const fn raise_if(&mut self, happened: bool, fault: Fault) {
+        if happened {
+            self.raise(fault);
+        }
+    }
+
+    /// Whether `fault` is in it.
+    #[must_use]
+    pub const fn contains(self, fault: Fault) -> bool {
+        self.0 & (1 << (fault as u16)) != 0
+    }
+
+    /// Those that are in `self` and not in `earlier`.
+    #[must_use]
+    pub const fn without(self, earlier: Self) -> Self {
+        Self(self.0 & !earlier.0)
+    }
+
+    /// Whether there is none.
+    #[must_use]
+    pub const fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_are_indices_and_count_separately() {
+        for (i, fault) in Fault::ALL.into_iter().enumerate() {
+            assert_eq!(usize::from(fault.code()), i);
+            let mut set = FaultSet::NONE;
+            set.raise(fault);
+            let mut counters = FaultCounters::ZERO;
+            counters.count(set);
+            counters.count(set);
+            for other in Fault::ALL {
+                assert_eq!(counters.of(other), if other == fault { 2 } else { 0 });
+            }
+        }
+    }
+}
