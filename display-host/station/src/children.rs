@@ -81,7 +81,10 @@ impl Process {
             }
             std::thread::sleep(Duration::from_millis(5));
         }
-        eprintln!("calot: the {} did not end when asked; killing it", self.name);
+        eprintln!(
+            "calot: the {} did not end when asked; killing it",
+            self.name
+        );
         let _ = self.child.kill();
         self.child.wait().ok()
     }
@@ -117,7 +120,9 @@ fn read_lines(child: &mut Child) -> Receiver<String> {
 }
 
 /// Arguments as the operating system takes them.
-pub(crate) fn args<const N: usize>(words: [&dyn AsRef<std::ffi::OsStr>; N]) -> Vec<std::ffi::OsString> {
+pub(crate) fn args<const N: usize>(
+    words: [&dyn AsRef<std::ffi::OsStr>; N],
+) -> Vec<std::ffi::OsString> {
     words.iter().map(|word| word.as_ref().to_owned()).collect()
 }
 

@@ -191,7 +191,9 @@ pub(crate) struct PrepareArgs {
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    let sides = text
+        .split_once('x')
+        .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     match sides {
         Some([w, h]) if (64..=7680).contains(&w) && (64..=4320).contains(&h) => Ok([w, h]),
         _ => Err("a size is WIDTHxHEIGHT in pixels, 64x64 to 7680x4320, e.g. 1280x720".into()),
@@ -213,7 +215,10 @@ mod tests {
     fn calot_alone_is_calot_run() {
         assert!(Cli::parse_from(["calot"]).command.is_none());
         let args = RunArgs::default();
-        assert_eq!((args.station.as_str(), args.frames, args.realtime.priority), ("main", 8, 80));
+        assert_eq!(
+            (args.station.as_str(), args.frames, args.realtime.priority),
+            ("main", 8, 80)
+        );
     }
 
     #[test]

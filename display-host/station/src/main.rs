@@ -21,7 +21,9 @@ static ALLOCATOR: rt_process::alloc_counter::CountingAllocator =
 fn main() -> ExitCode {
     // Bad usage exits with 2 here, `--help` with 0.
     let cli = cli::Cli::parse();
-    let command = cli.command.unwrap_or_else(|| cli::Command::Run(cli::RunArgs::default()));
+    let command = cli
+        .command
+        .unwrap_or_else(|| cli::Command::Run(cli::RunArgs::default()));
     let outcome = match command {
         cli::Command::Run(args) => run::run(&args),
         cli::Command::Rt(args) => rt::run(&args),

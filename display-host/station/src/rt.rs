@@ -42,7 +42,11 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
             summary.deadline_misses,
             summary.allocations_after_start.unwrap_or(0),
             summary.page_faults_after_start,
-            if summary.realtime { "" } else { " (not realtime)" },
+            if summary.realtime {
+                ""
+            } else {
+                " (not realtime)"
+            },
         );
     }
     Ok(ExitCode::SUCCESS)

@@ -43,10 +43,17 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     let mut outcome = outcome?;
     outcome.warnings.extend(dead.iter().cloned());
     let summary = recorder.summary(&SceneFile::open(&scene)?, &outcome, Machine::read());
-    let out = args.out.clone().or_else(|| args.headless.then(|| PathBuf::from("out")));
+    let out = args
+        .out
+        .clone()
+        .or_else(|| args.headless.then(|| PathBuf::from("out")));
     if let Some(out) = out {
         let written = report::write(&out, &summary, &recorder, &outcome)?;
-        eprintln!("wrote {} and {}", written.summary.display(), written.report.display());
+        eprintln!(
+            "wrote {} and {}",
+            written.summary.display(),
+            written.report.display()
+        );
     }
     if args.json {
         println!("{}", serde_json::to_string_pretty(&summary)?);
@@ -55,7 +62,11 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
         eprintln!("calot: {warning}");
     }
     let whole = dead.is_empty() && outcome.ended != Ended::ControllerGone;
-    Ok(if whole { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    Ok(if whole {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
 }
 
 /// The display, in this process.
@@ -111,9 +122,21 @@ fn start(
     if named.haptic.is_none() || named.tracker.is_none() || named.pedal.is_none() {
         let seed = args.seed.to_string();
         let emulate = words([
-            &"emulate", &"--with-parent", &"--dir", &devices, &"--scene", &scene, &"--seed", &seed,
+            &"emulate",
+            &"--with-parent",
+            &"--dir",
+            &devices,
+            &"--scene",
+            &scene,
+            &"--seed",
+            &seed,
         ]);
-        children.push(Process::start("emulate", &emulate, PATIENCE_TO_START, stop)?);
+        children.push(Process::start(
+            "emulate",
+            &emulate,
+            PATIENCE_TO_START,
+            stop,
+        )?);
     }
     let emulated = |named: &Option<PathBuf>, name| named.clone().or(Some(devices.join(name)));
     let devices = DeviceArgs {
@@ -124,8 +147,16 @@ fn start(
     let realtime = &args.realtime;
     let (priority, spin) = (realtime.priority.to_string(), realtime.spin.to_string());
     let mut rt = words([
-        &"rt", &"--with-parent", &"--scene", &scene, &"--station", &args.station, &"--priority",
-        &priority, &"--spin", &spin,
+        &"rt",
+        &"--with-parent",
+        &"--scene",
+        &scene,
+        &"--station",
+        &args.station,
+        &"--priority",
+        &priority,
+        &"--spin",
+        &spin,
     ]);
     option(&mut rt, "--haptic", devices.haptic.as_deref());
     option(&mut rt, "--tracker", devices.tracker.as_deref());
@@ -177,7 +208,9 @@ impl Watch {
     /// Ends the children; returns which had died by themselves.
     fn end(self) -> Vec<String> {
         self.over.store(true, Ordering::Relaxed);
-        self.thread.join().unwrap_or_else(|_| vec!["the watching thread panicked".into()])
+        self.thread
+            .join()
+            .unwrap_or_else(|_| vec!["the watching thread panicked".into()])
     }
 }
 
@@ -198,11 +231,19 @@ impl Folder {
         let failed = |error| format!("{}: {error}", path.display());
         std::fs::create_dir_all(&path).map_err(failed)?;
         if attached {
-            return Ok(Self { path, attached, _lock: None });
+            return Ok(Self {
+                path,
+                attached,
+                _lock: None,
+            });
         }
         let lock = std::fs::File::create(path.join("lock")).map_err(failed)?;
         match lock.try_lock() {
-            Ok(()) => Ok(Self { path, attached, _lock: Some(lock) }),
+            Ok(()) => Ok(Self {
+                path,
+                attached,
+                _lock: Some(lock),
+            }),
             Err(std::fs::TryLockError::WouldBlock) => Err(format!(
                 "station '{station}' runs already; show it with `calot run --attach`, or choose \
                  another name with --station"
@@ -216,7 +257,9 @@ impl Folder {
     /// running one's.
     fn scene(&self) -> PathBuf {
         match self.attached {
-            true => self.path.join(format!("attached-{}.calot", std::process::id())),
+            true => self
+                .path
+                .join(format!("attached-{}.calot", std::process::id())),
             false => self.path.join("scene.calot"),
         }
     }

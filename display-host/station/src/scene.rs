@@ -48,13 +48,16 @@ pub(crate) fn recipe(
 pub(crate) fn prepare(recipe: &Recipe) -> Result<Prepared, Problem> {
     let start = std::time::Instant::now();
     let mut said = std::time::Duration::from_millis(500);
-    Ok(scene_prepare::prepare(recipe, &mut |Progress { doing, done }| {
-        let elapsed = start.elapsed();
-        if elapsed >= said + std::time::Duration::from_millis(500) {
-            eprintln!("preparing {:3.0} %  {doing}", done * 100.0);
-            said = elapsed;
-        }
-    })?)
+    Ok(scene_prepare::prepare(
+        recipe,
+        &mut |Progress { doing, done }| {
+            let elapsed = start.elapsed();
+            if elapsed >= said + std::time::Duration::from_millis(500) {
+                eprintln!("preparing {:3.0} %  {doing}", done * 100.0);
+                said = elapsed;
+            }
+        },
+    )?)
 }
 
 fn has_extension(path: &Path, extensions: &[&str]) -> bool {

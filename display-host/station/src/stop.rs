@@ -27,7 +27,9 @@ pub(crate) fn end_with_parent() -> std::io::Result<()> {
     set_parent_process_death_signal(Some(Signal::TERM))?;
     // The parent may have died before that took effect: then init has adopted us.
     if getppid().is_none_or(|parent| parent.is_init()) {
-        return Err(std::io::Error::other("the process that started this one is gone"));
+        return Err(std::io::Error::other(
+            "the process that started this one is gone",
+        ));
     }
     Ok(())
 }
