@@ -15,11 +15,19 @@
 //! on any number of threads. Lengths are metres, everything is computed in `f64`.
 
 pub mod error;
+pub mod field;
+pub mod mesh;
 pub mod recipe;
 pub mod report;
 pub mod shape;
 
+pub mod bind;
+mod held;
+pub mod links;
+pub mod pack;
 mod prepare;
+pub mod room;
+mod surface_nets;
 
 pub use error::{MeshError, PrepareError, RecipeError};
 pub use prepare::{Prepared, Progress, prepare};

@@ -1,8 +1,17 @@
 //! The whole way from a recipe to a compiled scene.
 
-use shared_mem::scene::SceneData;
+use std::time::Instant;
 
-use crate::{PrepareError, Recipe, Report};
+use shared_mem::scene::{
+    LinkRecord, OrganRecord, SceneData, SphereRecord, VertexRecord, name_from_str,
+};
+
+use crate::error::{MeshError, PrepareError};
+use crate::mesh::{self, Mended, Mesh};
+use crate::pack::{self, Ball, Interior, Quality};
+use crate::recipe::{OrganPlan, Packing, Recipe, Surface};
+use crate::report::{OrganReport, Report};
+use crate::{bind, held, links, room};
 
 /// How far the preparation is.
 #[derive(Debug, Clone, PartialEq)]
@@ -22,6 +31,15 @@ pub struct Prepared {
     pub report: Report,
 }
 
+/// One organ, built.
+struct Organ {
+    balls: Vec<Ball>,
+    masses_kg: Vec<f64>,
+    links: Vec<[u32; 2]>,
+    vertices: Vec<VertexRecord>,
+    quality: Quality,
+}
+
 /// Builds the scene that the recipe describes.
 ///
 /// # Errors
@@ -30,9 +48,209 @@ pub fn prepare(
     recipe: &Recipe,
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Prepared, PrepareError> {
+    let start = Instant::now();
+    let count = recipe.organs.len() as f64;
+    // Of an organ's share of the work, its surface is about a third.
+    let mut tell = |organ: usize, share: f64, doing: String| {
+        progress(Progress {
+            doing,
+            done: (organ as f64 + share) / count * 0.95,
+        });
+    };
+    let mut surfaces: Vec<Mended> = Vec::new();
+    let mut times = Vec::new();
+    for (i, plan) in recipe.organs.iter().enumerate() {
+        let begun = Instant::now();
+        tell(i, 0.0, format!("{}: surface", plan.name));
+        surfaces.push(surface(plan)?);
+        times.push(begun.elapsed());
+    }
+    let skins: Vec<Mesh> = surfaces.iter().map(|s| s.mesh.clone()).collect();
+    let gravity = recipe
+        .room
+        .gravity_m_s2
+        .unwrap_or_else(room::default_gravity);
+
+    let mut scene = SceneData::default();
+    let mut report = Report {
+        scene: recipe.name.clone(),
+        ..Report::default()
+    };
+    for (i, plan) in recipe.organs.iter().enumerate() {
+        let begun = Instant::now();
+        tell(
+            i,
+            0.3,
+            format!("{}: packing {} spheres", plan.name, plan.spheres),
+        );
+        let organ = build(plan, &surfaces[i], scene.spheres.len() as u32)?;
+        let held = held::held(plan, &organ.balls, &recipe.organs, &skins, &gravity);
+        report.organs.push(OrganReport {
+            build_s: (times[i] + begun.elapsed()).as_secs_f64(),
+            ..figures(plan, &surfaces[i], &organ, &held)
+        });
+        append(&mut scene, plan, &surfaces[i], &organ, &held);
+    }
     progress(Progress {
-        doing: recipe.name.clone(),
-        done: 0.0,
+        doing: "room".into(),
+        done: 0.95,
     });
-    Err(PrepareError::Room("not built yet".into()))
+    scene.room = Some(room::place(recipe, &skins)?);
+    // What the processes would refuse is refused here.
+    scene.to_bytes()?;
+    report.sum_up();
+    report.build_s = start.elapsed().as_secs_f64();
+    progress(Progress {
+        doing: "done".into(),
+        done: 1.0,
+    });
+    Ok(Prepared { scene, report })
+}
+
+fn surface(plan: &OrganPlan) -> Result<Mended, PrepareError> {
+    let (name, read) = match &plan.surface {
+        Surface::Shape(shape) => ("built-in shape".into(), Ok(shape.mesh())),
+        Surface::Mesh {
+            path,
+            parts,
+            unit_m,
+        } => {
+            let mut name = path.display().to_string();
+            if !parts.is_empty() {
+                name = format!("{name} [{}]", parts.join(", "));
+            }
+            (
+                name,
+                mesh::read(path, parts).map(|mesh| in_metres(mesh, *unit_m)),
+            )
+        }
+    };
+    read.and_then(|mesh| mesh::mend(&mesh, plan.closing))
+        .map_err(|problem| PrepareError::Mesh {
+            organ: plan.name.clone(),
+            source: MeshError {
+                mesh: name,
+                problem,
+            },
+        })
+}
+
+/// Scales a mesh to metres. Without a unit it is taken for metres, or for millimetres if it
+/// would be more than 2 m across.
+fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> Mesh {
+    let [min, max] = mesh.bounds();
+    let guess = if (max - min).max() > 2.0 { 1e-3 } else { 1.0 };
+    let scale = unit_m.unwrap_or(guess);
+    for p in &mut mesh.vertices {
+        *p *= scale;
+    }
+    mesh
+}
+
+fn build(plan: &OrganPlan, surface: &Mended, first_sphere: u32) -> Result<Organ, PrepareError> {
+    let mesh = &surface.mesh;
+    let interior = Interior::new(mesh, surface.volume_m3, plan.spheres).ok_or_else(|| {
+        PrepareError::Organ {
+            organ: plan.name.clone(),
+            problem: "is too thin to be filled with spheres; use more spheres, or a thicker mesh"
+                .into(),
+        }
+    })?;
+    let balls = match plan.packing {
+        Packing::Even => pack::pack_evenly(&interior, plan.spheres),
+        Packing::Paper => pack::pack_as_paper(&interior, plan.spheres),
+    };
+    Ok(Organ {
+        masses_kg: masses(
+            &interior,
+            &balls,
+            plan.material.density_kg_m3 * surface.volume_m3,
+        ),
+        links: links::link(&balls),
+        vertices: bind::bind(mesh, &balls, first_sphere),
+        quality: Quality::measure(&interior, mesh, &balls),
+        balls,
+    })
+}
+
+/// Shares the organ's mass among its spheres by the volume that each is nearest to; none gets
+/// less than a twentieth of the mean, so that no sphere is too light for a solver.
+fn masses(interior: &Interior<'_>, balls: &[Ball], total_kg: f64) -> Vec<f64> {
+    let centers: Vec<_> = balls.iter().map(|b| b.center).collect();
+    let mut shares = vec![0.05 * interior.points.len() as f64 / balls.len() as f64; balls.len()];
+    for owner in pack::owners(interior, &centers) {
+        shares[owner as usize] += 1.0;
+    }
+    let sum: f64 = shares.iter().sum();
+    shares
+        .into_iter()
+        .map(|share| total_kg * share / sum)
+        .collect()
+}
+
+fn figures(plan: &OrganPlan, surface: &Mended, organ: &Organ, held: &[bool]) -> OrganReport {
+    let count = organ.balls.len();
+    let mut degree = vec![0; count];
+    for &i in organ.links.as_flattened() {
+        degree[i as usize] += 1;
+    }
+    let quality = &organ.quality;
+    OrganReport {
+        name: plan.name.clone(),
+        mesh: surface.to_string(),
+        vertices: surface.mesh.vertices.len(),
+        triangles: surface.mesh.triangles.len(),
+        build_s: 0.0,
+        spheres: count,
+        held: held.iter().filter(|held| **held).count(),
+        springs: organ.links.len(),
+        coverage: quality.coverage,
+        gap_mean_mm: 1e3 * quality.gap_mean_m,
+        gap_95_mm: 1e3 * quality.gap_95_m,
+        gap_max_mm: 1e3 * quality.gap_max_m,
+        protrusion_max_mm: 1e3 * quality.protrusion_max_m,
+        components: links::pieces(&organ.links, count).1,
+        min_degree: degree.into_iter().min().unwrap_or(0),
+        isotropy: pack::isotropy(&organ.balls, &organ.links),
+        volume_ml: 1e6 * surface.volume_m3,
+        mass_g: 1e3 * organ.masses_kg.iter().sum::<f64>(),
+    }
+}
+
+fn append(scene: &mut SceneData, plan: &OrganPlan, surface: &Mended, organ: &Organ, held: &[bool]) {
+    let range = |first: usize, count: usize| [first as u32, count as u32];
+    let (first_sphere, first_vertex) = (scene.spheres.len() as u32, scene.vertices.len() as u32);
+    scene.organs.push(OrganRecord {
+        name: name_from_str(&plan.name),
+        kind: plan.kind as u32,
+        spheres: range(scene.spheres.len(), organ.balls.len()),
+        links: range(scene.links.len(), organ.links.len()),
+        vertices: range(scene.vertices.len(), organ.vertices.len()),
+        triangles: range(scene.triangles.len(), surface.mesh.triangles.len()),
+        volume_m3: surface.volume_m3 as f32,
+        material: plan.material.to_record(),
+    });
+    for (i, b) in organ.balls.iter().enumerate() {
+        scene.spheres.push(SphereRecord {
+            center_m: b.center.map(|x| x as f32).into(),
+            radius_m: b.radius_m as f32,
+            mass_kg: organ.masses_kg[i] as f32,
+            held: u32::from(held[i]),
+        });
+    }
+    for &[a, b] in &organ.links {
+        let length = (organ.balls[a as usize].center - organ.balls[b as usize].center).norm();
+        scene.links.push(LinkRecord {
+            a: a + first_sphere,
+            b: b + first_sphere,
+            rest_length_m: length as f32,
+        });
+    }
+    scene.vertices.extend_from_slice(&organ.vertices);
+    let shifted = surface
+        .mesh
+        .triangles
+        .iter()
+        .map(|t| t.map(|i| i + first_vertex));
+    scene.triangles.extend(shifted);
 }

@@ -164,7 +164,7 @@ fn check_organ(
         (Some(mesh), None) => Surface::Mesh {
             path: meshes_dir.join(mesh),
             parts: raw.parts,
-            unit_m: unit_m * scale,
+            unit_m: Some(unit_m * scale),
         },
         (None, Some(table)) => {
             let shape = Shape::from_table(table);
@@ -189,7 +189,7 @@ fn check_organ(
         name: raw.name,
         kind,
         surface,
-        closing: raw.closing.unwrap_or(Closing::Fill),
+        closing: raw.closing.unwrap_or(Closing::Auto),
         spheres,
         packing: raw.packing.unwrap_or(Packing::Even),
         held: raw.held,
@@ -388,9 +388,9 @@ pub(super) fn from_mesh(path: &Path, spheres: Option<usize>) -> Result<Recipe, R
             surface: Surface::Mesh {
                 path: path.into(),
                 parts: Vec::new(),
-                unit_m: 1.0,
+                unit_m: None,
             },
-            closing: Closing::Fill,
+            closing: Closing::Auto,
             spheres,
             packing: Packing::Even,
             material: Material::typical(kind),

@@ -101,8 +101,8 @@ pub enum Surface {
         path: PathBuf,
         /// Names of the parts to take; empty: all.
         parts: Vec<String>,
-        /// Metres a file unit.
-        unit_m: f64,
+        /// Metres a file unit; `None`: metres, or millimetres if it is more than 2 m across.
+        unit_m: Option<f64>,
     },
     /// A shape of our own.
     Shape(Shape),
@@ -116,6 +116,8 @@ pub enum Closing {
     Refuse,
     /// Close each loop with a patch; refuse what cannot be closed so.
     Fill,
+    /// Close each loop with a patch; wrap what cannot be closed so.
+    Auto,
     /// Build a new closed surface around it.
     Wrap,
 }

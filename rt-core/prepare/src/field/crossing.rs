@@ -1,0 +1,73 @@
+//! Inside or outside of a closed surface, for all points of a grid at once: along each grid line
+//! parallel to x, count how often the surface is entered and left.
+
+use super::Grid;
+use crate::Vec3;
+use crate::mesh::Mesh;
+
+/// Lines are shifted by this share of a cell, so that they miss vertices and edges of meshes
+/// that lie on round coordinates.
+const SHIFT: [f64; 2] = [1.234_567e-4, -2.345_678e-4];
+
+/// Which grid points lie inside (winding number above zero).
+pub(super) fn inside(mesh: &Mesh, grid: &Grid) -> Vec<bool> {
+    // Per grid line: where it crosses (in cells along x) and whether it enters (+1) or leaves.
+    let mut crossings: Vec<Vec<(f64, i32)>> = vec![Vec::new(); grid.size[1] * grid.size[2]];
+    let shift = [SHIFT[0] * grid.cell_m, SHIFT[1] * grid.cell_m];
+    for &triangle in &mesh.triangles {
+        let p = mesh.corners(triangle);
+        let bound = |k: usize, pick: fn(f64, f64) -> f64| pick(pick(p[0][k], p[1][k]), p[2][k]);
+        let ys = grid.span(
+            1,
+            bound(1, f64::min) - shift[0],
+            bound(1, f64::max) - shift[0],
+        );
+        let zs = grid.span(
+            2,
+            bound(2, f64::min) - shift[1],
+            bound(2, f64::max) - shift[1],
+        );
+        for z in zs {
+            for y in ys.clone() {
+                let line = grid.position([0, y, z]);
+                let at = [line.y + shift[0], line.z + shift[1]];
+                let side = |i: usize, j: usize| edge(&p, triangle, i, j, at);
+                let (u, v, w) = (side(1, 2), side(2, 0), side(0, 1));
+                let all_in = u >= 0.0 && v >= 0.0 && w >= 0.0;
+                let all_out = u < 0.0 && v < 0.0 && w < 0.0;
+                let area = u + v + w;
+                if (all_in || all_out) && area != 0.0 {
+                    let x = (p[0].x * u + p[1].x * v + p[2].x * w) / area;
+                    let cells = (x - grid.origin.x) / grid.cell_m;
+                    // A positive area in the yz plane faces +x: the line leaves there.
+                    let step = if area > 0.0 { -1 } else { 1 };
+                    crossings[y + grid.size[1] * z].push((cells, step));
+                }
+            }
+        }
+    }
+    let mut inside = vec![false; grid.len()];
+    for (row, line) in crossings.iter_mut().zip(inside.chunks_mut(grid.size[0])) {
+        row.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let mut winding = 0;
+        let mut next = row.iter().peekable();
+        for (x, cell) in line.iter_mut().enumerate() {
+            while let Some((_, step)) = next.next_if(|(at, _)| *at <= x as f64) {
+                winding += step;
+            }
+            *cell = winding > 0;
+        }
+    }
+    inside
+}
+
+/// On which side of a triangle's edge a point of the yz plane lies. Both triangles at an edge
+/// compute it from the same end, so that no point falls between them or into both.
+fn edge(p: &[Vec3; 3], triangle: [u32; 3], i: usize, j: usize, at: [f64; 2]) -> f64 {
+    let area = |a: &Vec3, b: &Vec3| (b.y - a.y) * (at[1] - a.z) - (b.z - a.z) * (at[0] - a.y);
+    if triangle[i] < triangle[j] {
+        area(&p[i], &p[j])
+    } else {
+        -area(&p[j], &p[i])
+    }
+}

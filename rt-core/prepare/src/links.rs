@@ -1,0 +1,171 @@
+//! Springs between spheres.
+
+use crate::pack::Ball;
+
+/// Overlapping neighbours that each sphere chooses, at most (the paper's number).
+const CHOSEN_MAX: usize = 6;
+/// Every sphere has at least this many links.
+const DEGREE_MIN: usize = 3;
+/// Links that stand this near to each other in the list share no sphere, where that is possible:
+/// a solver that walks the list then does not wait for its own results.
+const APART: usize = 8;
+
+/// Links each sphere to its nearest overlapping ones, then adds what is missing for
+/// [`DEGREE_MIN`] and for one connected piece; ordered for the solver.
+#[must_use]
+pub fn link(balls: &[Ball]) -> Vec<[u32; 2]> {
+    let near = neighbours(balls);
+    let mut links = Vec::new();
+    for (a, list) in near.iter().enumerate() {
+        let overlapping = list
+            .iter()
+            .filter(|(b, distance)| *distance < balls[a].radius_m + balls[*b as usize].radius_m);
+        links.extend(
+            overlapping
+                .take(CHOSEN_MAX)
+                .map(|&(b, _)| pair(a as u32, b)),
+        );
+    }
+    links.sort_unstable();
+    links.dedup();
+    raise_degree(&near, &mut links, balls.len());
+    connect(balls, &mut links);
+    links.sort_unstable();
+    order(&links, balls.len())
+}
+
+fn pair(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
+/// The nearest others of each sphere, by distance of centres.
+fn neighbours(balls: &[Ball]) -> Vec<Vec<(u32, f64)>> {
+    let of = |a: &Ball, own: usize| {
+        let others = balls.iter().enumerate().filter(|(j, _)| *j != own);
+        let mut near: Vec<(u32, f64)> = others
+            .map(|(j, b)| (j as u32, (b.center - a.center).norm()))
+            .collect();
+        let keep = (4 * CHOSEN_MAX).min(near.len());
+        if keep < near.len() {
+            near.select_nth_unstable_by(keep, |x, y| x.1.total_cmp(&y.1).then(x.0.cmp(&y.0)));
+            near.truncate(keep);
+        }
+        near.sort_by(|x, y| x.1.total_cmp(&y.1).then(x.0.cmp(&y.0)));
+        near
+    };
+    balls.iter().enumerate().map(|(i, a)| of(a, i)).collect()
+}
+
+fn raise_degree(near: &[Vec<(u32, f64)>], links: &mut Vec<[u32; 2]>, count: usize) {
+    let mut linked: Vec<Vec<u32>> = vec![Vec::new(); count];
+    for &[a, b] in links.iter() {
+        linked[a as usize].push(b);
+        linked[b as usize].push(a);
+    }
+    for (a, list) in near.iter().enumerate() {
+        for &(b, _) in list {
+            if linked[a].len() >= DEGREE_MIN {
+                break;
+            }
+            if !linked[a].contains(&b) {
+                linked[a].push(b);
+                linked[b as usize].push(a as u32);
+                links.push(pair(a as u32, b));
+            }
+        }
+    }
+}
+
+/// Number of the connected piece of each sphere, and how many pieces there are.
+#[must_use]
+pub fn pieces(links: &[[u32; 2]], count: usize) -> (Vec<u32>, usize) {
+    let mut linked: Vec<Vec<u32>> = vec![Vec::new(); count];
+    for &[a, b] in links {
+        linked[a as usize].push(b);
+        linked[b as usize].push(a);
+    }
+    let mut piece = vec![u32::MAX; count];
+    let mut found = 0;
+    for first in 0..count {
+        if piece[first] != u32::MAX {
+            continue;
+        }
+        piece[first] = found;
+        let mut stack = vec![first];
+        while let Some(at) = stack.pop() {
+            for &next in &linked[at] {
+                if piece[next as usize] == u32::MAX {
+                    piece[next as usize] = found;
+                    stack.push(next as usize);
+                }
+            }
+        }
+        found += 1;
+    }
+    (piece, found as usize)
+}
+
+/// Joins pieces, each time by the shortest links between the first piece and another: up to
+/// [`DEGREE_MIN`] links between different spheres, so that the joint does not hinge.
+fn connect(balls: &[Ball], links: &mut Vec<[u32; 2]>) {
+    loop {
+        let (piece, count) = pieces(links, balls.len());
+        if count < 2 {
+            return;
+        }
+        let mut bridges: Vec<(f64, u32, u32)> = Vec::new();
+        for (i, a) in balls.iter().enumerate().filter(|(i, _)| piece[*i] == 0) {
+            let others = balls.iter().enumerate().filter(|(j, _)| piece[*j] != 0);
+            let nearest = others
+                .map(|(j, b)| ((b.center - a.center).norm(), i as u32, j as u32))
+                .min_by(|x, y| x.0.total_cmp(&y.0).then(x.2.cmp(&y.2)));
+            bridges.extend(nearest);
+        }
+        bridges.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
+        let Some(&(_, _, first)) = bridges.first() else {
+            return;
+        };
+        let to = piece[first as usize];
+        let same = bridges.iter().filter(|(_, _, j)| piece[*j as usize] == to);
+        links.extend(same.take(DEGREE_MIN).map(|&(_, i, j)| pair(i, j)));
+    }
+}
+
+/// Orders links so that any [`APART`] consecutive ones share no sphere, as far as possible.
+#[must_use]
+pub fn order(links: &[[u32; 2]], count: usize) -> Vec<[u32; 2]> {
+    let mut remaining: Vec<[u32; 2]> = links.to_vec();
+    let mut degree = vec![0usize; count];
+    for &i in links.as_flattened() {
+        degree[i as usize] += 1;
+    }
+    // Spheres with many links first: else theirs are left over for the end.
+    remaining.sort_by_key(|[a, b]| {
+        (
+            std::cmp::Reverse(degree[*a as usize].max(degree[*b as usize])),
+            *a,
+            *b,
+        )
+    });
+    let mut ordered: Vec<[u32; 2]> = Vec::with_capacity(links.len());
+    let mut last_use = vec![None::<usize>; count];
+    while !remaining.is_empty() {
+        let position = ordered.len();
+        let age = |[a, b]: &[u32; 2]| {
+            let age_of = |i: u32| last_use[i as usize].map_or(usize::MAX, |at| position - at);
+            age_of(*a).min(age_of(*b))
+        };
+        let free = remaining.iter().position(|link| age(link) >= APART);
+        // Where none is free, the one used longest ago.
+        let oldest = || (0..remaining.len()).max_by_key(|&i| (age(&remaining[i]), usize::MAX - i));
+        let Some(chosen) = free.or_else(oldest) else {
+            break;
+        };
+        let link = remaining.remove(chosen);
+        for i in link {
+            last_use[i as usize] = Some(position);
+        }
+        ordered.push(link);
+    }
+    ordered
+}

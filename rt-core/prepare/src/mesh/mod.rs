@@ -1,0 +1,116 @@
+//! Triangle meshes: reading, mending, measuring.
+
+mod close;
+mod read;
+mod repair;
+mod weld;
+mod wrap;
+
+pub use read::read;
+pub use repair::{Mended, mend};
+
+use crate::Vec3;
+
+/// A triangle surface. Corners run anticlockwise seen from outside once it is mended.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Mesh {
+    /// Corners, m.
+    pub vertices: Vec<Vec3>,
+    /// Indices into `vertices`.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl Mesh {
+    /// The corners of a triangle.
+    #[must_use]
+    pub fn corners(&self, triangle: [u32; 3]) -> [Vec3; 3] {
+        triangle.map(|i| self.vertices[i as usize])
+    }
+
+    /// Signed volume, m³: positive when oriented outward. Meaningful for closed meshes.
+    #[must_use]
+    pub fn volume(&self) -> f64 {
+        let Some(&origin) = self.vertices.first() else {
+            return 0.0;
+        };
+        let six: f64 = self
+            .triangles
+            .iter()
+            .map(|&t| {
+                let [a, b, c] = self.corners(t).map(|p| p - origin);
+                a.dot(&b.cross(&c))
+            })
+            .sum();
+        six / 6.0
+    }
+
+    /// Surface, m².
+    #[must_use]
+    pub fn area(&self) -> f64 {
+        let normals = self
+            .triangles
+            .iter()
+            .map(|&t| scaled_normal(self.corners(t)));
+        normals.map(|n| n.norm()).sum::<f64>() / 2.0
+    }
+
+    /// Smallest and largest coordinates; zeros for an empty mesh.
+    #[must_use]
+    pub fn bounds(&self) -> [Vec3; 2] {
+        let Some(&first) = self.vertices.first() else {
+            return [Vec3::zeros(); 2];
+        };
+        let all = self.vertices.iter();
+        all.fold([first; 2], |[min, max], p| [min.inf(p), max.sup(p)])
+    }
+
+    /// Unit normals of the vertices, weighted by the angle that each triangle spans there.
+    #[must_use]
+    pub fn vertex_normals(&self) -> Vec<Vec3> {
+        let mut normals = vec![Vec3::zeros(); self.vertices.len()];
+        for &t in &self.triangles {
+            let p = self.corners(t);
+            let Some(n) = scaled_normal(p).try_normalize(0.0) else {
+                continue;
+            };
+            for k in 0..3 {
+                let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
+                normals[t[k] as usize] += n * u.angle(&v);
+            }
+        }
+        for n in &mut normals {
+            *n = n.try_normalize(1e-12).unwrap_or_else(Vec3::z);
+        }
+        normals
+    }
+
+    /// Every edge joins exactly two triangles that run along it in opposite directions.
+    #[must_use]
+    pub fn is_closed(&self) -> bool {
+        let mut edges: Vec<[u32; 2]> = self.triangles.iter().flat_map(|&t| sides(t)).collect();
+        edges.sort_unstable();
+        let unique = edges.windows(2).all(|pair| pair[0] != pair[1]);
+        unique
+            && edges
+                .iter()
+                .all(|&[a, b]| edges.binary_search(&[b, a]).is_ok())
+    }
+
+    /// Appends another mesh.
+    pub fn append(&mut self, other: &Self) {
+        let first = self.vertices.len() as u32;
+        self.vertices.extend_from_slice(&other.vertices);
+        let shifted = other.triangles.iter().map(|t| t.map(|i| i + first));
+        self.triangles.extend(shifted);
+    }
+}
+
+/// Normal of a triangle, as long as twice its area.
+pub(crate) fn scaled_normal([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).cross(&(c - a))
+}
+
+/// Directed edges of a triangle.
+pub(crate) fn sides([a, b, c]: [u32; 3]) -> [[u32; 2]; 3] {
+    [[a, b], [b, c], [c, a]]
+}

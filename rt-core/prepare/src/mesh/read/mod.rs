@@ -1,0 +1,107 @@
+//! Mesh files: OBJ, STL, PLY, glTF. What they contain is not trusted: counts are checked before
+//! memory is taken, indices and numbers before they are used.
+
+mod gltf;
+mod obj;
+mod ply;
+mod stl;
+
+use std::path::Path;
+
+use super::Mesh;
+use crate::error::MeshProblem;
+
+/// Triangles of one file, at most.
+pub(super) const TRIANGLES_MAX: u64 = 4_000_000;
+/// Bytes of one file, at most.
+const BYTES_MAX: u64 = 1 << 30;
+
+/// Parts of a file by name.
+type Parts = Vec<(String, Mesh)>;
+
+/// Reads the triangles of a file, in its own units. `parts` names the objects (OBJ) or nodes
+/// (glTF, with all below them) to take; empty: all.
+///
+/// # Errors
+/// Says what is wrong with the file.
+pub fn read(path: &Path, parts: &[String]) -> Result<Mesh, MeshProblem> {
+    let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
+    let extension = extension.to_ascii_lowercase();
+    if !["obj", "stl", "ply", "gltf", "glb"].contains(&extension.as_str()) {
+        return Err(MeshProblem::UnknownFormat(format!(".{extension}")));
+    }
+    let unreadable = |error: std::io::Error| MeshProblem::Unreadable(error.to_string());
+    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
+    if bytes > BYTES_MAX {
+        // The most compact format needs about 12 bytes a triangle.
+        return Err(too_large(bytes, bytes / 12));
+    }
+    let content = std::fs::read(path).map_err(unreadable)?;
+    let named: Parts = match extension.as_str() {
+        "obj" => obj::parse(&content)?,
+        "stl" => vec![(String::new(), stl::parse(&content)?)],
+        "ply" => vec![(String::new(), ply::parse(&content)?)],
+        _ => return gltf::parse(&content, path.parent().unwrap_or(Path::new(".")), parts),
+    };
+    let mesh = take_parts(named, parts)?;
+    check_size(bytes, mesh.triangles.len() as u64)?;
+    Ok(mesh)
+}
+
+fn take_parts(named: Parts, wanted: &[String]) -> Result<Mesh, MeshProblem> {
+    if let Some(missing) = wanted
+        .iter()
+        .find(|w| !named.iter().any(|(name, _)| name == *w))
+    {
+        let available = named.iter().map(|(name, _)| name.as_str());
+        return Err(no_such_part(missing, available));
+    }
+    let mut mesh = Mesh::default();
+    for (name, part) in named {
+        if wanted.is_empty() || wanted.contains(&name) {
+            mesh.append(&part);
+        }
+    }
+    Ok(mesh)
+}
+
+fn no_such_part<'a>(wanted: &str, available: impl Iterator<Item = &'a str>) -> MeshProblem {
+    let mut names: Vec<&str> = available.filter(|name| !name.is_empty()).collect();
+    names.truncate(40);
+    let available = if names.is_empty() {
+        "without names".into()
+    } else {
+        names.join(", ")
+    };
+    MeshProblem::NoSuchPart {
+        wanted: wanted.into(),
+        available,
+    }
+}
+
+fn check_size(bytes: u64, triangles: u64) -> Result<(), MeshProblem> {
+    if triangles > TRIANGLES_MAX {
+        return Err(too_large(bytes, triangles));
+    }
+    Ok(())
+}
+
+fn too_large(bytes: u64, triangles: u64) -> MeshProblem {
+    MeshProblem::TooLarge {
+        bytes,
+        triangles,
+        max: TRIANGLES_MAX,
+    }
+}
+
+fn malformed(format: &'static str, detail: impl ToString) -> MeshProblem {
+    let detail = detail.to_string().replace('\n', " ");
+    MeshProblem::Malformed { format, detail }
+}
+
+/// Adds a polygon as a fan.
+fn push_polygon(triangles: &mut Vec<[u32; 3]>, polygon: &[u32]) {
+    for pair in polygon.get(1..).unwrap_or_default().windows(2) {
+        triangles.push([polygon[0], pair[0], pair[1]]);
+    }
+}

@@ -1,0 +1,314 @@
+//! From triangles as they come to a closed surface that is oriented outward.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use super::weld::{Welded, weld, without_unused};
+use super::{Mesh, close, sides, wrap};
+use crate::error::MeshProblem;
+use crate::recipe::Closing;
+
+/// Organs are between these sizes across, m.
+const EXTENT_MIN_M: f64 = 0.002;
+const EXTENT_MAX_M: f64 = 2.0;
+/// Vertices nearer than this share of the mesh's extent are one vertex.
+const WELD_SHARE: f64 = 1e-6;
+/// Least volume, as a share of area^1.5 (a ball has 0.094, a sheet of paper 1e-5).
+const VOLUME_SHARE_MIN: f64 = 2e-5;
+/// Pieces smaller than this share of the largest are dust.
+const DUST_SHARE: f64 = 1e-3;
+
+/// A mended mesh and what was done to it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Mended {
+    /// Closed, outward.
+    pub mesh: Mesh,
+    /// Its volume, m³.
+    pub volume_m3: f64,
+    welded: Welded,
+    turned: bool,
+    patched_loops: usize,
+    wrapped: bool,
+    dropped_pieces: usize,
+}
+
+impl fmt::Display for Mended {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let notes = [
+            (self.welded.merged, "vertices merged"),
+            (self.welded.degenerate, "degenerate triangles dropped"),
+            (self.welded.duplicate, "duplicate triangles dropped"),
+            (self.dropped_pieces, "inner or tiny pieces dropped"),
+            (usize::from(self.turned), "inside-out surface turned"),
+            (self.patched_loops, "open loops closed"),
+            (usize::from(self.wrapped), "new surface wrapped around it"),
+        ];
+        let mut notes = notes.iter().filter(|(count, _)| *count > 0).peekable();
+        if notes.peek().is_none() {
+            return write!(f, "closed as it came");
+        }
+        for (i, (count, what)) in notes.enumerate() {
+            let comma = if i > 0 { ", " } else { "" };
+            write!(f, "{comma}{count} {what}")?;
+        }
+        Ok(())
+    }
+}
+
+/// Mends a mesh: welds seams, drops what is degenerate, orients every piece outward, closes or
+/// wraps what is open.
+///
+/// # Errors
+/// Says what cannot be mended.
+pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
+    check_numbers(mesh)?;
+    let [min, max] = mesh.bounds();
+    let extent_m = (max - min).max();
+    let (mut mesh, welded) = weld(mesh, WELD_SHARE * extent_m);
+    if mesh.triangles.is_empty() {
+        return Err(MeshProblem::NoTriangles);
+    }
+    let mut mended = Mended {
+        mesh: Mesh::default(),
+        volume_m3: 0.0,
+        welded,
+        turned: false,
+        patched_loops: 0,
+        wrapped: false,
+        dropped_pieces: 0,
+    };
+    let many = edges_of_many_triangles(&mesh);
+    let mut wrapping = closing == Closing::Wrap;
+    if many > 0 {
+        match closing {
+            Closing::Refuse | Closing::Fill => {
+                return Err(MeshProblem::NonManifold { edges: many });
+            }
+            Closing::Auto | Closing::Wrap => wrapping = true,
+        }
+    }
+    orient_consistently(&mut mesh)?;
+    let loops = close::open_loops(&mesh);
+    if !wrapping && !loops.is_empty() {
+        if closing == Closing::Refuse {
+            let edges = loops.iter().map(Vec::len).sum();
+            return Err(MeshProblem::Open {
+                loops: loops.len(),
+                edges,
+            });
+        }
+        close::fill(&mut mesh, &loops);
+        mended.patched_loops = loops.len();
+        if !mesh.is_closed() {
+            if closing == Closing::Fill {
+                return Err(MeshProblem::NonManifold {
+                    edges: edges_of_many_triangles(&mesh),
+                });
+            }
+            wrapping = true;
+            mended.patched_loops = 0;
+        }
+    }
+    if wrapping {
+        orient_pieces_outward(&mut mesh);
+        mesh = wrap::wrap(&mesh).ok_or(MeshProblem::NoVolume { volume_ml: 0.0 })?;
+        mended.wrapped = true;
+    }
+    mended.turned = orient_pieces_outward(&mut mesh);
+    mended.dropped_pieces = drop_pieces(&mut mesh);
+    mended.volume_m3 = mesh.volume();
+    if mended.volume_m3 < VOLUME_SHARE_MIN * mesh.area().powf(1.5) {
+        return Err(MeshProblem::NoVolume {
+            volume_ml: mended.volume_m3 * 1e6,
+        });
+    }
+    mended.mesh = mesh;
+    Ok(mended)
+}
+
+fn check_numbers(mesh: &Mesh) -> Result<(), MeshProblem> {
+    if mesh.triangles.is_empty() {
+        return Err(MeshProblem::NoTriangles);
+    }
+    let bad = mesh
+        .vertices
+        .iter()
+        .position(|p| !p.iter().all(|x| x.is_finite()));
+    if let Some(index) = bad {
+        return Err(MeshProblem::NotFinite { index });
+    }
+    let vertices = mesh.vertices.len();
+    for (triangle, t) in mesh.triangles.iter().enumerate() {
+        if let Some(&vertex) = t.iter().find(|&&i| i as usize >= vertices) {
+            let vertex = u64::from(vertex);
+            return Err(MeshProblem::IndexOutOfRange {
+                triangle,
+                vertex,
+                vertices,
+            });
+        }
+    }
+    let [min, max] = mesh.bounds();
+    let extent_m = (max - min).max();
+    if !(EXTENT_MIN_M..=EXTENT_MAX_M).contains(&extent_m) {
+        let hint = match extent_m {
+            x if (20.0..=2000.0).contains(&x) => "; this looks like millimetres",
+            x if x < EXTENT_MIN_M && x * 1e3 >= EXTENT_MIN_M => {
+                "; this looks like metres read as millimetres"
+            }
+            _ => "",
+        };
+        return Err(MeshProblem::Extent {
+            extent_m,
+            min_m: EXTENT_MIN_M,
+            max_m: EXTENT_MAX_M,
+            hint,
+        });
+    }
+    Ok(())
+}
+
+fn undirected([a, b]: [u32; 2]) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}
+
+fn edges_of_many_triangles(mesh: &Mesh) -> usize {
+    let mut edges: Vec<[u32; 2]> = mesh
+        .triangles
+        .iter()
+        .flat_map(|&t| sides(t))
+        .map(undirected)
+        .collect();
+    edges.sort_unstable();
+    edges
+        .chunk_by(|a, b| a == b)
+        .filter(|same| same.len() > 2)
+        .count()
+}
+
+/// Turns triangles until neighbours agree, piece by piece, starting with the piece's first.
+/// Edges with more than two triangles do not count as neighbourhood.
+fn orient_consistently(mesh: &mut Mesh) -> Result<(), MeshProblem> {
+    let mut by_edge: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
+    for (i, &t) in mesh.triangles.iter().enumerate() {
+        for side in sides(t) {
+            by_edge.entry(undirected(side)).or_default().push(i as u32);
+        }
+    }
+    let mut visited = vec![false; mesh.triangles.len()];
+    for first in 0..mesh.triangles.len() {
+        if visited[first] {
+            continue;
+        }
+        visited[first] = true;
+        let mut stack = vec![first];
+        while let Some(i) = stack.pop() {
+            for side in sides(mesh.triangles[i]) {
+                let around = &by_edge[&undirected(side)];
+                if around.len() != 2 {
+                    continue;
+                }
+                let other = around[usize::from(around[0] as usize == i)] as usize;
+                let agrees = sides(mesh.triangles[other]).contains(&[side[1], side[0]]);
+                if visited[other] {
+                    if !agrees {
+                        return Err(MeshProblem::NotOrientable);
+                    }
+                    continue;
+                }
+                visited[other] = true;
+                if !agrees {
+                    mesh.triangles[other].swap(1, 2);
+                }
+                stack.push(other);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Which piece each triangle belongs to (joined through vertices), and how many there are.
+fn pieces(mesh: &Mesh) -> (Vec<usize>, usize) {
+    let mut parent: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+    fn root(parent: &mut [u32], mut i: u32) -> u32 {
+        while parent[i as usize] != i {
+            parent[i as usize] = parent[parent[i as usize] as usize];
+            i = parent[i as usize];
+        }
+        i
+    }
+    for t in &mesh.triangles {
+        let a = root(&mut parent, t[0]);
+        for &other in &t[1..] {
+            let b = root(&mut parent, other);
+            parent[b as usize] = a;
+        }
+    }
+    let mut number: HashMap<u32, usize> = HashMap::new();
+    let of_triangle = mesh
+        .triangles
+        .iter()
+        .map(|t| {
+            let next = number.len();
+            *number.entry(root(&mut parent, t[0])).or_insert(next)
+        })
+        .collect();
+    (of_triangle, number.len())
+}
+
+fn piece_meshes(mesh: &Mesh) -> Vec<Mesh> {
+    let (of_triangle, count) = pieces(mesh);
+    let mut triangles = vec![Vec::new(); count];
+    for (t, &piece) in mesh.triangles.iter().zip(&of_triangle) {
+        triangles[piece].push(*t);
+    }
+    triangles
+        .iter()
+        .map(|t| without_unused(&mesh.vertices, t))
+        .collect()
+}
+
+/// Turns every piece whose volume is negative; says whether one was.
+fn orient_pieces_outward(mesh: &mut Mesh) -> bool {
+    let (of_triangle, count) = pieces(mesh);
+    let mut volume = vec![0.0; count];
+    let [min, max] = mesh.bounds();
+    let origin = (min + max) / 2.0;
+    for (&t, &piece) in mesh.triangles.iter().zip(&of_triangle) {
+        let [a, b, c] = mesh.corners(t).map(|p| p - origin);
+        volume[piece] += a.dot(&b.cross(&c));
+    }
+    for (t, &piece) in mesh.triangles.iter_mut().zip(&of_triangle) {
+        if volume[piece] < 0.0 {
+            t.swap(1, 2);
+        }
+    }
+    volume.iter().any(|&v| v < 0.0)
+}
+
+/// Drops pieces that lie inside a larger one (the inner side of a wall) and dust; returns how
+/// many.
+fn drop_pieces(mesh: &mut Mesh) -> usize {
+    let mut all = piece_meshes(mesh);
+    if all.len() < 2 {
+        return 0;
+    }
+    all.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
+    let dust = DUST_SHARE * all[0].volume();
+    let mut kept: Vec<Mesh> = Vec::new();
+    let count = all.len();
+    for piece in all {
+        let inside = |other: &Mesh| wrap::winding(other, &piece.vertices[0]) > 0.5;
+        if piece.volume() >= dust && !kept.iter().any(inside) {
+            kept.push(piece);
+        }
+    }
+    let dropped = count - kept.len();
+    if dropped > 0 {
+        *mesh = Mesh::default();
+        for piece in &kept {
+            mesh.append(piece);
+        }
+    }
+    dropped
+}

@@ -1,0 +1,91 @@
+//! Merging vertices that are split along seams, and dropping triangles that mean nothing.
+
+use std::collections::{HashMap, HashSet};
+
+use super::Mesh;
+use crate::Vec3;
+
+/// What was dropped or merged.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Welded {
+    pub(super) merged: usize,
+    pub(super) degenerate: usize,
+    pub(super) duplicate: usize,
+}
+
+/// Merges vertices nearer than `tolerance_m`, then drops triangles that lost a corner or that
+/// repeat another (in either direction), then unused vertices.
+pub(super) fn weld(mesh: &Mesh, tolerance_m: f64) -> (Mesh, Welded) {
+    let mut report = Welded::default();
+    let mut kept: Vec<Vec3> = Vec::new();
+    let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
+    // Cells much larger than the tolerance: nearly every lookup stays in one cell.
+    let cell_m = 64.0 * tolerance_m;
+    let cell = |x: f64| (x / cell_m).floor() as i64;
+    let mut new_index = Vec::with_capacity(mesh.vertices.len());
+    for p in &mesh.vertices {
+        let low = p.map(|x| cell(x - tolerance_m));
+        let high = p.map(|x| cell(x + tolerance_m));
+        let mut found = None;
+        for x in low.x..=high.x {
+            for y in low.y..=high.y {
+                for z in low.z..=high.z {
+                    let near = cells.get(&[x, y, z]).into_iter().flatten();
+                    let near = near.filter(|&&i| (kept[i as usize] - p).norm() <= tolerance_m);
+                    found = near.copied().chain(found).min();
+                }
+            }
+        }
+        new_index.push(found.unwrap_or_else(|| {
+            let index = kept.len() as u32;
+            kept.push(*p);
+            cells
+                .entry([cell(p.x), cell(p.y), cell(p.z)])
+                .or_default()
+                .push(index);
+            index
+        }));
+    }
+    report.merged = mesh.vertices.len() - kept.len();
+
+    let mut seen = HashSet::new();
+    let mut triangles = Vec::with_capacity(mesh.triangles.len());
+    for t in &mesh.triangles {
+        let t = t.map(|i| new_index[i as usize]);
+        if t[0] == t[1] || t[1] == t[2] || t[2] == t[0] {
+            report.degenerate += 1;
+            continue;
+        }
+        let mut corners = t;
+        corners.sort_unstable();
+        if seen.insert(corners) {
+            triangles.push(t);
+        } else {
+            report.duplicate += 1;
+        }
+    }
+    (without_unused(&kept, &triangles), report)
+}
+
+/// The same surface without vertices that no triangle uses.
+pub(super) fn without_unused(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Mesh {
+    let mut used = vec![false; vertices.len()];
+    for &i in triangles.as_flattened() {
+        used[i as usize] = true;
+    }
+    let mut new_index = vec![0u32; vertices.len()];
+    let mut kept = Vec::new();
+    for (i, p) in vertices.iter().enumerate() {
+        if used[i] {
+            new_index[i] = kept.len() as u32;
+            kept.push(*p);
+        }
+    }
+    Mesh {
+        vertices: kept,
+        triangles: triangles
+            .iter()
+            .map(|t| t.map(|i| new_index[i as usize]))
+            .collect(),
+    }
+}

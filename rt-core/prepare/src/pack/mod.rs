@@ -1,0 +1,96 @@
+//! Packing an organ with inner spheres.
+
+mod even;
+mod paper;
+mod quality;
+
+pub use even::pack_evenly;
+pub use paper::{filling_sphere, pack_as_paper};
+pub use quality::{Quality, isotropy};
+
+use crate::Vec3;
+use crate::field::{Field, Grid, Nearest, Sign};
+use crate::mesh::Mesh;
+
+/// Grid points along the mean spacing of the spheres.
+const POINTS_PER_SPACING: f64 = 4.5;
+/// Grid points of one organ, at most.
+const POINTS_MAX: f64 = 8e6;
+
+/// A sphere at rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ball {
+    /// Centre, m.
+    pub center: Vec3,
+    /// Radius, m.
+    pub radius_m: f64,
+}
+
+/// The inside of an organ, ready to be packed.
+pub struct Interior<'a> {
+    /// Signed distance on a grid.
+    pub field: Field,
+    /// Exact distance.
+    pub nearest: Nearest<'a>,
+    /// Numbers of the grid points inside.
+    pub points: Vec<u32>,
+    /// Mean spacing of the wanted spheres, the cube root of a sphere's share of the volume, m.
+    pub spacing_m: f64,
+}
+
+impl<'a> Interior<'a> {
+    /// Prepares a closed mesh for this many spheres. `None` when no grid point lies inside.
+    #[must_use]
+    pub fn new(mesh: &'a Mesh, volume_m3: f64, spheres: usize) -> Option<Self> {
+        let spacing_m = (volume_m3 / spheres as f64).cbrt();
+        let [min, max] = mesh.bounds();
+        let size = max - min;
+        let coarsest = (size.product() / POINTS_MAX).cbrt();
+        let cell_m = (spacing_m / POINTS_PER_SPACING).max(coarsest);
+        let field = Field::new(mesh, Grid::around([min, max], cell_m, 2), Sign::Closed);
+        let inside = (0..field.grid.len()).filter(|&i| field.is_inside(i));
+        let points: Vec<u32> = inside.map(|i| i as u32).collect();
+        let nearest = Nearest::new(mesh)?;
+        (!points.is_empty()).then_some(Self {
+            field,
+            nearest,
+            points,
+            spacing_m,
+        })
+    }
+
+    /// `D(c)` of paper Eq. 1, exact, negative outside, m.
+    #[must_use]
+    pub fn depth(&self, p: &Vec3) -> f64 {
+        let distance = self.nearest.distance(p);
+        if self.field.at(p) < 0.0 {
+            distance
+        } else {
+            -distance
+        }
+    }
+
+    /// A sphere that touches the surface from inside (paper Eq. 1), its radius not above
+    /// `radius_max_m` and never below a hundredth of the spacing.
+    #[must_use]
+    pub fn inscribed(&self, center: Vec3, radius_max_m: f64) -> Ball {
+        let radius_m = self
+            .depth(&center)
+            .clamp(0.01 * self.spacing_m, radius_max_m);
+        Ball { center, radius_m }
+    }
+
+    /// Position of a grid point.
+    #[must_use]
+    pub fn position(&self, point: u32) -> Vec3 {
+        self.field
+            .grid
+            .position(self.field.grid.coordinates(point as usize))
+    }
+}
+
+/// The nearest of these centres for every point inside, in the order of [`Interior::points`].
+#[must_use]
+pub fn owners(interior: &Interior<'_>, centers: &[Vec3]) -> Vec<u32> {
+    even::Owners::new(interior).assign(centers).to_vec()
+}

@@ -1,0 +1,224 @@
+//! The room around the organs: ports, camera, devices, and where the scripted hand works.
+//!
+//! What the recipe leaves out is placed as for a patient on her back, head a little up: the
+//! instrument through the navel, the endoscope from the pelvis, looking at the gallbladder.
+
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use shared_mem::message::PoseMsg;
+use shared_mem::scene::{OrganKind, RoomRecord, name_from_str};
+
+use crate::Vec3;
+use crate::error::PrepareError;
+use crate::field::Nearest;
+use crate::mesh::Mesh;
+use crate::recipe::{Frame, OrganPlan, Recipe};
+
+/// Length of the shaft outside of the body that a hand can work with, m.
+const OUTSIDE_M: std::ops::RangeInclusive<f64> = 0.08..=0.20;
+/// Cosine between the camera's axis and the edge of the picture that the target keeps within.
+const PICTURE_EDGE: f64 = 0.93;
+/// Tissue under the target is at least this thick, m.
+const TISSUE_M: f64 = 0.016;
+/// Free space before the target, m.
+const APPROACH_M: f64 = 0.03;
+/// The target lies about this far from what is looked at, m.
+const TARGET_OFFSET_M: f64 = 0.035;
+
+/// Default instrument port, seen from what is looked at: down, in front, to the left.
+const INSTRUMENT_PORT_FROM_VIEW: [f64; 3] = [0.095, -0.135, 0.115];
+/// Default endoscope port: from the pelvis.
+const ENDOSCOPE_PORT_FROM_VIEW: [f64; 3] = [0.035, -0.330, 0.030];
+const INSTRUMENT_LENGTH_M: f64 = 0.33;
+const CAMERA_DISTANCE_M: f64 = 0.13;
+
+/// Gravity of a patient on her back, head 20° up, m/s².
+#[must_use]
+pub fn default_gravity() -> Vec3 {
+    let tilt = 20f64.to_radians();
+    Vec3::new(0.0, -tilt.sin(), -tilt.cos()) * 9.81
+}
+
+/// The room as the recipe gives it, the rest derived from the organs' skins.
+///
+/// # Errors
+/// When the instrument reaches no suitable point of the target organ.
+pub fn place(recipe: &Recipe, skins: &[Mesh]) -> Result<RoomRecord, PrepareError> {
+    let plan = &recipe.room;
+    let organs: Vec<(&OrganPlan, &Mesh)> = recipe.organs.iter().zip(skins).collect();
+    let gravity = plan.gravity_m_s2.unwrap_or_else(default_gravity);
+    let target_organ = plan.target_organ.unwrap_or_else(|| {
+        let liver = recipe
+            .organs
+            .iter()
+            .position(|o| o.kind == OrganKind::Liver);
+        liver.unwrap_or(0)
+    });
+    let look_at = plan.look_at_m.unwrap_or_else(|| middle_of_view(&organs));
+    let endoscope_port = plan
+        .endoscope_port_m
+        .unwrap_or_else(|| look_at + Vec3::from(ENDOSCOPE_PORT_FROM_VIEW));
+    let instrument_port = plan
+        .instrument_port_m
+        .unwrap_or_else(|| look_at + Vec3::from(INSTRUMENT_PORT_FROM_VIEW));
+    let length = plan.instrument_length_m.unwrap_or(INSTRUMENT_LENGTH_M);
+
+    let forward = (look_at - endoscope_port)
+        .try_normalize(1e-6)
+        .ok_or_else(|| {
+            PrepareError::Room("room: endoscope_port_m and look_at_m are the same point".into())
+        })?;
+    let camera = look_at - forward * plan.camera_distance_m.unwrap_or(CAMERA_DISTANCE_M);
+    let upright = -gravity.try_normalize(1e-6).unwrap_or(-Vec3::z());
+    let up = plan.up.unwrap_or(upright);
+
+    let (target, normal) = find_target(
+        &Sight {
+            instrument_port,
+            length,
+            camera,
+            forward,
+        },
+        &organs,
+        target_organ,
+        plan.target_near_m.unwrap_or(look_at),
+        plan.target_near_m.is_some(),
+    )?;
+    let device = match plan.device {
+        Some(frame) => pose_of(&frame),
+        None => {
+            let inside = target - instrument_port;
+            let handle = instrument_port - inside.normalize() * (length - inside.norm());
+            pose(handle, facing(&forward, &upright))
+        }
+    };
+    let tracker = match plan.tracker {
+        Some(frame) => pose_of(&frame),
+        None => pose(endoscope_port, facing(&forward, &upright)),
+    };
+    let point = |p: Vec3| p.map(|x| x as f32).into();
+    Ok(RoomRecord {
+        name: name_from_str(&recipe.name),
+        gravity_m_s2: point(gravity),
+        world_from_device: device,
+        world_from_tracker: tracker,
+        instrument_port_m: point(instrument_port),
+        instrument_length_m: length as f32,
+        endoscope_port_m: point(endoscope_port),
+        world_from_camera: pose(camera, looking(&forward, &up)),
+        target_m: point(target),
+        target_normal: point(normal),
+        target_organ: target_organ as u32,
+    })
+}
+
+fn middle_of_view(organs: &[(&OrganPlan, &Mesh)]) -> Vec3 {
+    let gallbladder = organs
+        .iter()
+        .find(|(o, _)| o.kind == OrganKind::Gallbladder);
+    let chosen = gallbladder.or(organs.first());
+    chosen.map_or_else(Vec3::zeros, |(_, mesh)| {
+        let [min, max] = mesh.bounds();
+        (min + max) / 2.0
+    })
+}
+
+/// A frame that looks along `forward`: −z forward, y up.
+fn looking(forward: &Vec3, up: &Vec3) -> UnitQuaternion<f64> {
+    let right = forward.cross(up).try_normalize(1e-6).unwrap_or_else(|| {
+        // Looking straight up or down: any right will do.
+        forward.cross(&forward.yzx()).normalize()
+    });
+    let up = right.cross(forward);
+    let axes = Matrix3::from_columns(&[right, up, -forward]);
+    UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(axes))
+}
+
+/// A frame that stands upright and faces the way the camera looks: moving the hand to the right
+/// moves it to the right in the picture.
+fn facing(forward: &Vec3, upright: &Vec3) -> UnitQuaternion<f64> {
+    let level = forward - upright * forward.dot(upright);
+    looking(&level.try_normalize(1e-6).unwrap_or_else(Vec3::y), upright)
+}
+
+fn pose(position: Vec3, orientation: UnitQuaternion<f64>) -> PoseMsg {
+    PoseMsg {
+        position_m: position.map(|x| x as f32).into(),
+        orientation: orientation.coords.map(|x| x as f32).into(),
+    }
+}
+
+fn pose_of(frame: &Frame) -> PoseMsg {
+    PoseMsg {
+        position_m: frame.position_m.map(|x| x as f32).into(),
+        orientation: frame.orientation.map(|x| x as f32),
+    }
+}
+
+struct Sight {
+    instrument_port: Vec3,
+    length: f64,
+    camera: Vec3,
+    forward: Vec3,
+}
+
+/// The best point of the organ's skin for the scripted hand: the instrument reaches it and comes
+/// in steeply, the camera sees it, there is tissue behind it and free space before it.
+fn find_target(
+    sight: &Sight,
+    organs: &[(&OrganPlan, &Mesh)],
+    target_organ: usize,
+    near: Vec3,
+    exactly: bool,
+) -> Result<(Vec3, Vec3), PrepareError> {
+    let (plan, mesh) = organs[target_organ];
+    let normals = mesh.vertex_normals();
+    let inside: Vec<Nearest<'_>> = organs.iter().filter_map(|(_, m)| Nearest::new(m)).collect();
+    let own = Nearest::new(mesh);
+    let mut candidates: Vec<(f64, usize)> = Vec::new();
+    for (i, (p, n)) in mesh.vertices.iter().zip(&normals).enumerate() {
+        let shaft = p - sight.instrument_port;
+        let view = p - sight.camera;
+        let steep = -shaft.normalize().dot(n);
+        let seen = -view.normalize().dot(n);
+        let centred = view.normalize().dot(&sight.forward);
+        let reached = OUTSIDE_M.contains(&(sight.length - shaft.norm()));
+        if reached && steep > 0.35 && seen > 0.2 && centred > PICTURE_EDGE {
+            let wanted = if exactly { 0.0 } else { TARGET_OFFSET_M };
+            let off = ((p - near).norm() - wanted).abs();
+            candidates.push((steep + 0.5 * seen - 20.0 * off, i));
+        }
+    }
+    candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let suitable = candidates.iter().map(|&(_, i)| i).find(|&i| {
+        let (p, n) = (mesh.vertices[i], normals[i]);
+        let before = p + n * 0.002;
+        let start = p + n * APPROACH_M;
+        let free = |from: &Vec3, to: &Vec3| !inside.iter().any(|m| m.blocks(from, to));
+        let thick = own.as_ref().is_some_and(|own| {
+            own.distance(&(p - n * (TISSUE_M / 2.0))) > 0.4 * TISSUE_M
+                && !own.blocks(&(p - n * 0.001), &(p - n * TISSUE_M))
+        });
+        thick
+            && free(&before, &start)
+            && free(&before, &sight.instrument_port)
+            && free(&start, &sight.instrument_port)
+            && free(&before, &sight.camera)
+    });
+    let found = suitable.map(|i| (mesh.vertices[i], normals[i]));
+    found.ok_or_else(|| {
+        PrepareError::Room(format!(
+            "room: no point of '{}' can be reached and seen: from instrument_port_m {:.3?} the \
+             shaft must keep {:.2} to {:.2} m of its {:.2} m outside and the camera at {:.3?} must see \
+             it; {} of {} skin points lie in reach and in the picture; move the ports, \
+             or give target.near_m",
+            plan.name,
+            sight.instrument_port.as_slice(),
+            OUTSIDE_M.start(),
+            OUTSIDE_M.end(),
+            sight.length,
+            sight.camera.as_slice(),
+            candidates.len(),
+            mesh.vertices.len(),
+        ))
+    })
+}
