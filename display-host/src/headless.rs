@@ -130,8 +130,11 @@ pub fn run(
         last_state: Instant::now(),
         warnings: Vec::new(),
     };
-    run.wait_for_controller(observer)?;
-    let ended = run.watch(observer)?;
+    let ended = if run.wait_for_controller(observer)? {
+        run.watch(observer)?
+    } else {
+        Ended::Stopped
+    };
     run.finish(ended, observer)
 }
 
@@ -155,10 +158,11 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
+    /// `false`: asked to stop before the first state came.
     fn wait_for_controller(
         &mut self,
         observer: &mut dyn FnMut(Observed<'_>),
-    ) -> Result<(), DisplayError> {
+    ) -> Result<bool, DisplayError> {
         let start = Instant::now();
         let mut progress = Progress::new();
         while self.feed.state().is_none() || self.feed.tools().is_none() {
@@ -170,7 +174,10 @@ impl Run<'_> {
                     return Err(self.other_scene(running));
                 }
             }
-            if waited > self.config.patience || self.stop.load(Ordering::Relaxed) {
+            if self.stop.load(Ordering::Relaxed) {
+                return Ok(false);
+            }
+            if waited > self.config.patience {
                 return Err(DisplayError::NoController {
                     station: self.config.station.name().to_owned(),
                     waited_s: waited.as_secs_f64(),
@@ -181,7 +188,7 @@ impl Run<'_> {
             });
             std::thread::sleep(POLL);
         }
-        Ok(())
+        Ok(true)
     }
 
     fn watch(&mut self, observer: &mut dyn FnMut(Observed<'_>)) -> Result<Ended, DisplayError> {

@@ -17,7 +17,9 @@ pub mod headless;
 pub mod latency;
 mod painter;
 mod priority;
+pub mod render;
 pub mod report;
+pub mod skinning;
 pub mod window;
 
 pub use error::DisplayError;

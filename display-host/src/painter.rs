@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 
@@ -9,7 +10,9 @@ use shared_mem::message::{StateFrame, ToolFrame};
 use shared_mem::scene::SceneFile;
 
 use crate::DisplayError;
-use crate::latency::FrameRecord;
+use crate::latency::{FrameRecord, now_ns};
+use crate::render::gpu::Gpu;
+use crate::render::{Quality, Renderer};
 
 /// A moment to draw.
 pub(crate) struct Still {
@@ -45,7 +48,7 @@ pub(crate) struct Painter {
     orders: Option<Sender<Still>>,
     answers: Receiver<Answer>,
     thread: Option<JoinHandle<()>>,
-    drop_waiting: Arc<std::sync::atomic::AtomicBool>,
+    drop_waiting: Arc<AtomicBool>,
     adapter: Option<String>,
     software: bool,
     left: usize,
@@ -66,7 +69,7 @@ impl Painter {
         }
         let (orders, order_inbox) = channel::<Still>();
         let (answer_outbox, answers) = channel();
-        let drop_waiting = Arc::new(std::sync::atomic::AtomicBool::new(false));
+        let drop_waiting = Arc::new(AtomicBool::new(false));
         let dropped = drop_waiting.clone();
         let thread = std::thread::Builder::new()
             .name("calot-painter".into())
@@ -112,8 +115,7 @@ impl Painter {
 
     /// Gives up on stills that wait.
     pub(crate) fn drop_waiting(&mut self) {
-        self.drop_waiting
-            .store(true, std::sync::atomic::Ordering::Relaxed);
+        self.drop_waiting.store(true, Ordering::Relaxed);
         self.orders = None;
     }
 
@@ -159,10 +161,60 @@ fn work(
     size: Option<[u32; 2]>,
     orders: &Receiver<Still>,
     answers: &Sender<Answer>,
-    dropped: &std::sync::atomic::AtomicBool,
+    dropped: &AtomicBool,
 ) {
-    let _ = (scene, size, orders, dropped);
-    let _ = answers.send(Answer::Failed(DisplayError::NoAdapter {
-        detail: "the renderer is not built yet".into(),
-    }));
+    if let Err(error) = paint_all(scene, size, orders, answers, dropped) {
+        // The owner may be gone; nobody else wants to know.
+        let _ = answers.send(Answer::Failed(error));
+    }
+}
+
+fn paint_all(
+    scene: &SceneFile,
+    size: Option<[u32; 2]>,
+    orders: &Receiver<Still>,
+    answers: &Sender<Answer>,
+    dropped: &AtomicBool,
+) -> Result<(), DisplayError> {
+    let gpu = Gpu::open()?;
+    let mut quality = Quality::for_adapter(&gpu);
+    quality.size = size.unwrap_or(quality.size);
+    let mut renderer = Renderer::new(&gpu, scene, quality)?;
+    let ready = Answer::Ready {
+        adapter: gpu.describe(),
+        software: gpu.is_software(),
+    };
+    if answers.send(ready).is_err() {
+        return Ok(());
+    }
+    while let Ok(still) = orders.recv() {
+        if dropped.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let spheres = still.state.spheres().unwrap_or(&[]);
+        let time_s = (still.state.at_ns % 3_600_000_000_000) as f32 * 1e-9;
+        renderer.render(&gpu, spheres, &still.tools, time_s);
+        let submitted_ns = now_ns();
+        let picture = renderer.read(&gpu)?;
+        let shown_ns = now_ns();
+        picture
+            .save(&still.path)
+            .map_err(|error| DisplayError::Write {
+                path: still.path.clone(),
+                detail: error.to_string(),
+            })?;
+        let frame = FrameRecord {
+            tick: still.state.tick,
+            sample_ns: still.state.sample_ns,
+            state_ns: still.state.at_ns,
+            submitted_ns,
+            shown_ns,
+            live: still.live,
+            path: Some(still.path),
+        };
+        if answers.send(Answer::Painted(frame)).is_err() {
+            return Ok(());
+        }
+    }
+    Ok(())
 }

@@ -1,0 +1,124 @@
+//! The endoscope: where it looks, and its light.
+
+use glam::camera::rh::{proj::directx as projection, view};
+use glam::{Mat4, Quat, Vec3};
+use shared_mem::message::{PoseMsg, ToolFrame};
+
+use super::layout::{Frame, SHADING_CAPSULES};
+
+/// A rigid endoscope's optics.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scope {
+    /// Half of the angle that the circle shows, rad.
+    pub half_angle: f32,
+    /// Radius of the circle in half heights of the picture.
+    pub circle: f32,
+    /// The light's exit beside the lens, in the camera's frame, m.
+    pub light_offset: Vec3,
+    /// Strength of the light: irradiance at 1 m in arbitrary units; exposure is automatic.
+    pub light_strength: f32,
+    /// Half angle of the light's cone, rad.
+    pub light_half_angle: f32,
+    /// Nearest distance that is drawn, m.
+    pub near_m: f32,
+    /// Distance that the shadow map reaches, m.
+    pub far_m: f32,
+}
+
+impl Default for Scope {
+    fn default() -> Self {
+        Self {
+            half_angle: 0.61,
+            circle: 1.12,
+            light_offset: Vec3::new(0.0015, 0.0055, 0.0005),
+            light_strength: 0.01,
+            light_half_angle: 0.95,
+            near_m: 0.002,
+            far_m: 0.45,
+        }
+    }
+}
+
+/// How the camera takes the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Exposure {
+    /// Share of the way to the wanted exposure that this frame goes: 1 at once.
+    pub adapt: f32,
+    /// Mean brightness aimed at.
+    pub key: f32,
+    /// Least and largest gain.
+    pub range: [f32; 2],
+}
+
+impl Default for Exposure {
+    fn default() -> Self {
+        Self {
+            adapt: 1.0,
+            key: 0.21,
+            range: [0.2, 60.0],
+        }
+    }
+}
+
+/// `world_from_camera` as matrix; a rotation that is no rotation becomes the identity.
+#[must_use]
+pub fn matrix(pose: &PoseMsg) -> Mat4 {
+    let turn = Quat::from_array(pose.orientation);
+    let turn = if turn.length_squared() > 0.5 {
+        turn.normalize()
+    } else {
+        Quat::IDENTITY
+    };
+    Mat4::from_rotation_translation(turn, Vec3::from(pose.position_m))
+}
+
+/// Fills a frame's uniform. Depth is reversed and infinite: 1 at the near plane, 0 far away.
+#[must_use]
+pub fn frame(
+    tools: &ToolFrame,
+    scope: &Scope,
+    exposure: &Exposure,
+    size: [u32; 2],
+    time_s: f32,
+    number: u32,
+) -> Frame {
+    let world_from_camera = matrix(&tools.world_from_camera);
+    let [width, height] = size.map(|s| s as f32);
+    let aspect = width / height;
+    // The circle's top touches the picture's edge when its radius is 1.
+    let tangent = (scope.half_angle / scope.circle.max(1.0)).tan();
+    let clip_from_camera =
+        projection::perspective_infinite_reverse(2.0 * tangent.atan(), aspect, scope.near_m);
+    let direction = |v: Vec3| world_from_camera.transform_vector3(v);
+    let eye = world_from_camera.transform_point3(Vec3::ZERO);
+    let forward = direction(Vec3::NEG_Z);
+    let up = direction(Vec3::Y);
+    let light = world_from_camera.transform_point3(scope.light_offset);
+    let shadow_from_light =
+        projection::perspective(2.0 * (scope.half_angle + 0.12), 1.0, 0.010, scope.far_m);
+    let light_from_world = view::look_to_mat4(light, forward, up);
+    let mut capsules = [[0.0; 4]; 2 * SHADING_CAPSULES];
+    let used = tools.capsules().unwrap_or(&[]);
+    for (slot, capsule) in capsules.chunks_exact_mut(2).zip(used) {
+        slot[0] = Vec3::from(capsule.a_m).extend(capsule.radius_m).to_array();
+        slot[1] = Vec3::from(capsule.b_m).extend(0.0).to_array();
+    }
+    Frame {
+        clip_from_world: (clip_from_camera * world_from_camera.inverse()).to_cols_array_2d(),
+        shadow_from_world: (shadow_from_light * light_from_world).to_cols_array_2d(),
+        camera: eye.extend(time_s).to_array(),
+        forward: forward.extend(tangent).to_array(),
+        up: up.extend(aspect).to_array(),
+        light: light.extend(scope.light_strength).to_array(),
+        light_axis: forward.extend(scope.light_half_angle.cos()).to_array(),
+        scope: [scope.half_angle, scope.circle, width, height],
+        adapt: [
+            exposure.adapt,
+            exposure.key,
+            exposure.range[0],
+            exposure.range[1],
+        ],
+        counts: [used.len().min(SHADING_CAPSULES) as u32, number, 0, 0],
+        capsules,
+    }
+}

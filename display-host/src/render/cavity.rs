@@ -1,0 +1,219 @@
+//! What surrounds the organs: the abdominal wall as a shell, and the fatty apron below, made from
+//! the scene's size, so that nothing floats in the dark.
+
+use glam::{Vec2, Vec3};
+use shared_mem::scene::{OrganKind, SceneFile};
+
+use super::noise::{hash, noise};
+use crate::skinning::RestVertex;
+
+/// Points around and from pole to pole of the shell.
+const SHELL: [usize; 2] = [120, 72];
+/// Points along a side of the apron.
+const APRON: usize = 150;
+
+/// Vertices and triangles that never move.
+#[derive(Debug, Clone, Default)]
+pub struct Cavity {
+    /// Vertices.
+    pub vertices: Vec<RestVertex>,
+    /// Triangles, counter-clockwise as the camera inside sees them.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+/// Where the cavity lies.
+struct Space {
+    centre: Vec3,
+    radii: Vec3,
+    right: Vec3,
+    up: Vec3,
+    back: Vec3,
+    /// Height of the apron's middle, m, relative to the centre.
+    floor: f32,
+}
+
+/// The cavity of a scene. A scene with an abdominal wall of its own needs no shell.
+#[must_use]
+pub fn around(scene: &SceneFile) -> Cavity {
+    let space = Space::of(scene);
+    let mut cavity = Cavity::default();
+    let walls = OrganKind::AbdominalWall as u32;
+    if scene.organs().iter().all(|organ| organ.kind != walls) {
+        cavity.add_shell(&space);
+    }
+    let below = [OrganKind::Fat as u32, OrganKind::Intestine as u32];
+    if scene
+        .organs()
+        .iter()
+        .all(|organ| !below.contains(&organ.kind))
+    {
+        cavity.add_apron(&space);
+    }
+    cavity
+}
+
+impl Space {
+    fn of(scene: &SceneFile) -> Self {
+        let room = scene.room();
+        let up = (-Vec3::from(room.gravity_m_s2)).normalize_or(Vec3::Y);
+        let camera = super::camera::matrix(&room.world_from_camera);
+        let look = camera.transform_vector3(Vec3::NEG_Z);
+        let back = (-(look - up * look.dot(up))).normalize_or(up.any_orthonormal_vector());
+        let right = up.cross(back);
+        let within = |p: Vec3| Vec3::new(p.dot(right), p.dot(up), p.dot(back));
+        let (mut low, mut high) = (Vec3::MAX, Vec3::MIN);
+        for sphere in scene.spheres() {
+            let (at, r) = (within(Vec3::from(sphere.center_m)), sphere.radius_m);
+            low = low.min(at - r);
+            high = high.max(at + r);
+        }
+        let floor_at = low.y;
+        let eye = within(camera.transform_point3(Vec3::ZERO));
+        low = low.min(eye);
+        high = high.max(eye);
+        let centre = (low + high) / 2.0;
+        // Room to look around, and a wall behind the organs that the light still reaches.
+        let half = (high - low) / 2.0;
+        let radii = half * 1.45 + Vec3::new(0.035, 0.02, 0.02);
+        Self {
+            centre: right * centre.x + up * centre.y + back * centre.z,
+            radii,
+            right,
+            up,
+            back,
+            floor: (floor_at - centre.y - 0.004).max(-0.8 * radii.y),
+        }
+    }
+
+    fn world(&self, p: Vec3) -> Vec3 {
+        self.centre + self.right * p.x + self.up * p.y + self.back * p.z
+    }
+}
+
+fn fixed(position: Vec3, look: OrganKind, ambient: f32) -> RestVertex {
+    RestVertex {
+        position: position.to_array(),
+        look: look as u32,
+        normal: [0.0; 3],
+        ambient,
+        spheres: [0; 4],
+        weights: [0; 4],
+    }
+}
+
+impl Cavity {
+    fn add_shell(&mut self, space: &Space) {
+        let [around, down] = SHELL;
+        let first = self.vertices.len() as u32;
+        for k in 0..=down {
+            let height = (k as f32 / down as f32 * core::f32::consts::PI).cos();
+            let flat = (1.0 - height * height).max(0.0).sqrt();
+            for i in 0..around {
+                let turn = i as f32 / around as f32 * core::f32::consts::TAU;
+                let d = Vec3::new(flat * turn.cos(), height, flat * turn.sin());
+                // Folds of the wall: broad and soft.
+                let folds = noise(d * 2.1 + 3.7).1 * 0.10 + noise(d * 5.3 + 1.1).1 * 0.035;
+                let at = space.world(d * space.radii * (1.0 + folds));
+                self.vertices
+                    .push(fixed(at, OrganKind::AbdominalWall, 0.85));
+            }
+        }
+        let n = around as u32;
+        for k in 0..down as u32 {
+            for i in 0..n {
+                let j = (i + 1) % n;
+                let [a, b] = [first + k * n + i, first + k * n + j];
+                let [c, d] = [a + n, b + n];
+                if k > 0 {
+                    self.triangles.push([a, c, b]);
+                }
+                if k + 1 < down as u32 {
+                    self.triangles.push([b, c, d]);
+                }
+            }
+        }
+        self.set_normals(first, |v| space.centre - v);
+    }
+
+    fn add_apron(&mut self, space: &Space) {
+        let first = self.vertices.len() as u32;
+        let n = APRON;
+        for k in 0..n {
+            for i in 0..n {
+                let at = Vec2::new(i as f32, k as f32) / (n - 1) as f32 * 2.0 - 1.0;
+                let flat = at * Vec2::new(space.radii.x, space.radii.z) * 1.05;
+                let (lobes, crevice) = lobes(flat / 0.019);
+                let (small, small_crevice) = lobes_fine(flat / 0.0065);
+                let swell = noise(Vec3::new(flat.x, 0.3, flat.y) * 22.0).1 * 0.012;
+                // Sags in the middle, where the organs hang; climbs the walls.
+                let bowl = 0.55 * space.radii.y * at.length_squared().min(1.4) * 0.6;
+                let height = space.floor - 0.012 + bowl + swell + lobes * 0.0085 + small * 0.0016;
+                let p = space.world(Vec3::new(flat.x, height, flat.y));
+                let ambient = (0.35 + 0.65 * crevice) * (0.75 + 0.25 * small_crevice);
+                self.vertices.push(fixed(p, OrganKind::Fat, ambient));
+            }
+        }
+        let n = n as u32;
+        for k in 0..n - 1 {
+            for i in 0..n - 1 {
+                let a = first + k * n + i;
+                self.triangles.push([a, a + n, a + 1]);
+                self.triangles.push([a + 1, a + n, a + n + 1]);
+            }
+        }
+        self.set_normals(first, |_| space.up);
+    }
+
+    /// Area-weighted normals of the vertices from `first` on; every triangle is turned to face
+    /// along `facing`.
+    fn set_normals(&mut self, first: u32, facing: impl Fn(Vec3) -> Vec3) {
+        let at = |vertices: &[RestVertex], v: u32| Vec3::from(vertices[v as usize].position);
+        let mut sums = vec![Vec3::ZERO; self.vertices.len()];
+        for t in self.triangles.iter_mut().filter(|t| t[0] >= first) {
+            let [a, b, c] = t.map(|v| at(&self.vertices, v));
+            let mut area = (b - a).cross(c - a);
+            if area.dot(facing(a)) < 0.0 {
+                t.swap(1, 2);
+                area = -area;
+            }
+            for &v in t.iter() {
+                sums[v as usize] += area;
+            }
+        }
+        for (vertex, sum) in self.vertices.iter_mut().zip(sums).skip(first as usize) {
+            let fallback = facing(Vec3::from(vertex.position)).normalize_or(Vec3::Y);
+            vertex.normal = sum.normalize_or(fallback).to_array();
+        }
+    }
+}
+
+/// Rounded lobes packed side by side: height, and how open the place is (0 in a crevice).
+fn lobes(at: Vec2) -> (f32, f32) {
+    let warp = noise(Vec3::new(at.x, at.y, 2.0) * 0.6).0.truncate() * 0.35;
+    cells(at + warp, 11)
+}
+
+fn lobes_fine(at: Vec2) -> (f32, f32) {
+    let warp = noise(Vec3::new(at.x, at.y, 5.0) * 0.7).0.truncate() * 0.3;
+    cells(at + warp, 29)
+}
+
+/// Smooth cellular bumps: a soft maximum over domes at jittered grid points.
+fn cells(at: Vec2, seed: u32) -> (f32, f32) {
+    let cell = at.floor();
+    let (mut sum, mut most) = (0.0f32, 0.0f32);
+    for dy in -1..=1 {
+        for dx in -1..=1 {
+            let c = cell + Vec2::new(dx as f32, dy as f32);
+            let [x, y] = [c.x as i32 as u32, c.y as i32 as u32];
+            let jitter = Vec2::new(hash(x, y, seed), hash(x, y, seed + 1));
+            let size = 0.75 + 0.5 * hash(x, y, seed + 2);
+            let d2 = (c + jitter - at).length_squared() / (size * size);
+            let dome = (1.0 - d2).max(0.0);
+            sum += (8.0 * dome).exp();
+            most = most.max(dome);
+        }
+    }
+    let soft = ((sum / 9.0).ln() / 8.0).max(0.0);
+    (soft.sqrt().min(1.2), (most * 1.6).min(1.0))
+}

@@ -1,0 +1,211 @@
+//! The graphics device.
+
+use std::sync::{Arc, Mutex};
+use std::time::Duration;
+
+use crate::DisplayError;
+
+/// An open graphics device.
+#[derive(Debug)]
+pub struct Gpu {
+    /// Where surfaces come from.
+    pub instance: wgpu::Instance,
+    /// The adapter.
+    pub adapter: wgpu::Adapter,
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// What the adapter is.
+    pub info: wgpu::AdapterInfo,
+    fault: Arc<Mutex<Option<String>>>,
+}
+
+/// How long a frame may take before the device counts as hung. A software driver compiles its
+/// shaders in the first one.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+impl Gpu {
+    /// Opens the best adapter without a window. `WGPU_BACKEND` and the driver's own variables
+    /// choose another.
+    ///
+    /// # Errors
+    /// [`DisplayError::NoAdapter`], [`DisplayError::Device`].
+    pub fn open() -> Result<Self, DisplayError> {
+        let mut choice = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+        if std::env::var_os("WGPU_BACKEND").is_some() {
+            return Self::from_instance(wgpu::Instance::new(choice), None);
+        }
+        // OpenGL only where there is nothing better: asking it starts a second driver.
+        choice.backends = wgpu::Backends::PRIMARY;
+        Self::from_instance(wgpu::Instance::new(choice), None).or_else(|_| {
+            let mut choice = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+            choice.backends = wgpu::Backends::SECONDARY;
+            Self::from_instance(wgpu::Instance::new(choice), None)
+        })
+    }
+
+    /// Opens the best adapter that can draw on `surface`.
+    ///
+    /// # Errors
+    /// [`DisplayError::NoAdapter`], [`DisplayError::Device`].
+    pub fn from_instance(
+        instance: wgpu::Instance,
+        surface: Option<&wgpu::Surface<'_>>,
+    ) -> Result<Self, DisplayError> {
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            compatible_surface: surface,
+            ..Default::default()
+        };
+        let adapter = pollster::block_on(instance.request_adapter(&options)).map_err(|error| {
+            DisplayError::NoAdapter {
+                detail: error.to_string(),
+            }
+        })?;
+        let info = adapter.get_info();
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("calot"),
+            required_features: adapter.features() & wgpu::Features::TIMESTAMP_QUERY,
+            required_limits: adapter.limits(),
+            ..Default::default()
+        }))
+        .map_err(|error| DisplayError::Device {
+            doing: "opening it",
+            detail: error.to_string(),
+        })?;
+        let fault = Arc::new(Mutex::new(None));
+        let (on_error, on_loss) = (fault.clone(), fault.clone());
+        // The first fault is the cause; what follows it is noise.
+        device.on_uncaptured_error(Arc::new(move |error| note(&on_error, &error.to_string())));
+        device.set_device_lost_callback(move |reason, detail| {
+            if !matches!(reason, wgpu::DeviceLostReason::Destroyed) {
+                note(&on_loss, &format!("lost: {detail}"));
+            }
+        });
+        Ok(Self {
+            instance,
+            adapter,
+            device,
+            queue,
+            info,
+            fault,
+        })
+    }
+
+    /// Whether the adapter is the CPU itself.
+    #[must_use]
+    pub fn is_software(&self) -> bool {
+        let name = self.info.name.to_lowercase();
+        self.info.device_type == wgpu::DeviceType::Cpu
+            || ["llvmpipe", "lavapipe", "softpipe", "swiftshader"]
+                .iter()
+                .any(|software| name.contains(software))
+    }
+
+    /// Adapter and driver, for people.
+    #[must_use]
+    pub fn describe(&self) -> String {
+        let info = &self.info;
+        format!("{} ({:?}, {})", info.name, info.backend, info.driver_info)
+    }
+
+    /// The first thing that went wrong since the device was opened.
+    ///
+    /// # Errors
+    /// [`DisplayError::Device`].
+    pub fn check(&self, doing: &'static str) -> Result<(), DisplayError> {
+        let fault = self.fault.lock().map_or(None, |fault| fault.clone());
+        fault.map_or(Ok(()), |detail| Err(DisplayError::Device { doing, detail }))
+    }
+
+    /// Waits for all submitted work.
+    ///
+    /// # Errors
+    /// [`DisplayError::Device`] if the device hangs.
+    pub fn wait(&self, doing: &'static str) -> Result<(), DisplayError> {
+        let all = wgpu::PollType::Wait {
+            submission_index: None,
+            timeout: Some(PATIENCE),
+        };
+        self.device
+            .poll(all)
+            .map_err(|error| DisplayError::Device {
+                doing,
+                detail: error.to_string(),
+            })?;
+        self.check(doing)
+    }
+
+    /// The content of a buffer with usage `COPY_SRC`.
+    ///
+    /// # Errors
+    /// [`DisplayError::Device`].
+    pub fn read_buffer(&self, buffer: &wgpu::Buffer) -> Result<Vec<u8>, DisplayError> {
+        let bytes = buffer.size();
+        let staging = self.staging(bytes);
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(buffer, 0, &staging, 0, bytes);
+        self.queue.submit([encoder.finish()]);
+        self.map(&staging)
+    }
+
+    /// The pixels of an RGBA texture of four bytes a pixel, row by row, top first.
+    ///
+    /// # Errors
+    /// [`DisplayError::Device`].
+    pub fn read_texture(&self, texture: &wgpu::Texture) -> Result<Vec<u8>, DisplayError> {
+        let (width, height) = (texture.width(), texture.height());
+        let row = (width * 4).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let staging = self.staging(u64::from(row) * u64::from(height));
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_texture_to_buffer(
+            texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &staging,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(row),
+                    rows_per_image: Some(height),
+                },
+            },
+            texture.size(),
+        );
+        self.queue.submit([encoder.finish()]);
+        let padded = self.map(&staging)?;
+        let rows = padded.chunks_exact(row as usize);
+        Ok(rows
+            .flat_map(|r| &r[..width as usize * 4])
+            .copied()
+            .collect())
+    }
+
+    fn staging(&self, size: u64) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("readback"),
+            size,
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        })
+    }
+
+    fn map(&self, staging: &wgpu::Buffer) -> Result<Vec<u8>, DisplayError> {
+        let doing = "reading back";
+        staging.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+        self.wait(doing)?;
+        let range = staging
+            .slice(..)
+            .get_mapped_range()
+            .map_err(|error| DisplayError::Device {
+                doing,
+                detail: error.to_string(),
+            })?;
+        Ok(range.to_vec())
+    }
+}
+
+fn note(fault: &Mutex<Option<String>>, detail: &str) {
+    if let Ok(mut fault) = fault.lock() {
+        fault.get_or_insert_with(|| detail.to_owned());
+    }
+}

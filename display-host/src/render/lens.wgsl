@@ -1,0 +1,56 @@
+// From light to picture: the scope's lens and circle, exposure, camera sharpening, tone, grain.
+
+override BLOOM: bool = true;
+struct Exposure { value: f32, unused0: f32, unused1: f32, unused2: f32 }
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var light: texture_2d<f32>;
+@group(0) @binding(2) var glare: texture_2d<f32>;
+@group(0) @binding(3) var linear: sampler;
+@group(0) @binding(4) var<storage, read> exposure: Exposure;
+
+struct VertexOut { @builtin(position) clip: vec4f, @location(0) ndc: vec2f }
+
+@vertex fn vertex(@builtin(vertex_index) index: u32) -> VertexOut {
+  let at = full_screen(index);
+  return VertexOut(at, at.xy);
+}
+
+// The lens maps angle to radius evenly; the source picture maps tangent to radius.
+fn through_lens(at: vec2f) -> vec2f {
+  let r = length(at);
+  let angle = r / frame.scope.y * frame.scope.x;
+  let k = select(tan(angle) / max(r, 1e-6), frame.scope.x / frame.scope.y, r < 1e-4) / frame.forward.w;
+  return vec2f(at.x / frame.up.w, -at.y) * k * 0.5 + 0.5;
+}
+
+// Fitted ACES curve (Narkowicz 2016).
+fn tone(x: vec3f) -> vec3f {
+  return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), vec3f(0.0), vec3f(1.0));
+}
+
+@fragment fn fragment(in: VertexOut) -> @location(0) vec4f {
+  let at = vec2f(in.ndc.x * frame.up.w, in.ndc.y);
+  let r = length(at) / frame.scope.y;
+  let soft = 3.0 / frame.scope.w;
+  let open = 1.0 - smoothstep(1.0 - 2.0 * soft, 1.0 + soft, r);
+  if (open <= 0.0) { return vec4f(0.004, 0.004, 0.005, 1.0); }
+  let uv = through_lens(at);
+  let texel = 1.0 / frame.scope.zw;
+  let fringe = (uv - 0.5) * r * r * 0.003;
+  var c = textureSampleLevel(light, linear, uv, 0.0).rgb;
+  c.r = textureSampleLevel(light, linear, uv + fringe, 0.0).r;
+  c.b = textureSampleLevel(light, linear, uv - fringe, 0.0).b;
+  // A camera sharpens brightness.
+  let around = textureSampleLevel(light, linear, uv + vec2f(texel.x, 0.0), 0.0).g
+    + textureSampleLevel(light, linear, uv - vec2f(texel.x, 0.0), 0.0).g
+    + textureSampleLevel(light, linear, uv + vec2f(0.0, texel.y), 0.0).g
+    + textureSampleLevel(light, linear, uv - vec2f(0.0, texel.y), 0.0).g;
+  c *= 1.0 + 0.3 * clamp((c.g * 4.0 - around) / max(c.g * 4.0 + around, 1e-4), -0.6, 0.6);
+  c *= exposure.value;
+  if (BLOOM) { c += textureSampleLevel(glare, linear, uv, 0.0).rgb * 0.09; }
+  c *= 1.0 - 0.42 * smoothstep(0.35, 1.05, r);
+  var shown = pow(tone(c), vec3f(1.0 / 2.2));
+  shown += hash3(vec3u(vec2u(in.clip.xy), frame.counts.y)) * 0.010 * (1.2 - shown);
+  return vec4f(mix(vec3f(0.004), clamp(shown, vec3f(0.0), vec3f(1.0)), open), 1.0);
+}

@@ -1,0 +1,143 @@
+// One light beside the lens, a wet two-layer surface, and what the red cavity throws back.
+
+override SHADOW: bool = true;
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<uniform> looks: array<Look, 16>;
+@group(0) @binding(2) var noise_texture: texture_3d<f32>;
+@group(0) @binding(3) var noise_sampler: sampler;
+@group(0) @binding(4) var shadow_map: texture_depth_2d;
+@group(0) @binding(5) var shadow_sampler: sampler_comparison;
+
+// A row of the material table (see look.rs).
+struct Look {
+  low: vec4f,       // darkest albedo; w: coarse frequency, 1/cm
+  high: vec4f,      // lightest albedo; w: middle frequency, 1/cm
+  streak: vec4f,    // colour of streaks; w: their share
+  slope: vec4f,     // steepness of the bumps: middle, lobules, grain; w: of the wet film
+  wet: vec4f,       // roughness, film strength, film roughness, reflectance head on
+  scatter: vec4f,   // how far light of each colour wraps around; w: fine albedo contrast
+  lobule: vec4f,    // lobule frequency, grain frequency (1/cm), metal, brushed
+}
+
+struct Surface {
+  albedo: vec3f,
+  smooth_normal: vec3f,  // of the mesh
+  normal: vec3f,         // of the tissue, bumped
+  film_normal: vec3f,    // of the wet film on it
+  roughness: f32,
+  film: f32,
+  film_roughness: f32,
+  reflectance: f32,
+  scatter: vec3f,
+  metal: f32,
+  ambient: f32,
+}
+
+// Gradient noise: xyz its gradient, w its value; eight cells a tile.
+fn noise(at: vec3f) -> vec4f { return textureSampleLevel(noise_texture, noise_sampler, at * 0.125, 0.0); }
+
+// Noise that fades out before it becomes smaller than a pixel (`footprint`: cm a pixel).
+fn octave(at_cm: vec3f, frequency: f32, footprint: f32) -> vec4f {
+  return noise(at_cm * frequency) * (1.0 - smoothstep(0.2, 0.6, footprint * frequency));
+}
+
+// Slope of the surface from a height's gradient in rest space: the chain rule through screen space
+// carries it to the deformed surface, so that bumps stick to the tissue.
+struct Sheet { across: vec3f, down: vec3f, scale: f32, rest_x: vec3f, rest_y: vec3f }
+fn sheet(world_x: vec3f, world_y: vec3f, rest_x: vec3f, rest_y: vec3f, normal: vec3f) -> Sheet {
+  let across = cross(world_y, normal);
+  let down = cross(normal, world_x);
+  let det = dot(world_x, across);
+  return Sheet(across, down, sign(det) / max(abs(det), 1e-16), rest_x, rest_y);
+}
+fn lean(s: Sheet, gradient: vec3f) -> vec3f {
+  return (dot(gradient, s.rest_x) * s.across + dot(gradient, s.rest_y) * s.down) * s.scale;
+}
+
+fn ggx(nh: f32, a: f32) -> f32 { let d = nh * nh * (a * a - 1.0) + 1.0; return a * a / (PI * d * d); }
+fn visibility(nl: f32, nv: f32, a: f32) -> f32 {
+  let a2 = a * a;
+  return 0.5 / max(nl * sqrt(nv * nv * (1.0 - a2) + a2) + nv * sqrt(nl * nl * (1.0 - a2) + a2), 1e-4);
+}
+fn fifth(x: f32) -> f32 { let x2 = x * x; return x2 * x2 * x; }
+
+fn shadow(world: vec3f, normal: vec3f) -> f32 {
+  if (!SHADOW) { return 1.0; }
+  let h = frame.shadow_from_world * vec4f(world + normal * 0.0006, 1.0);
+  let q = h.xyz / h.w;
+  let uv = q.xy * vec2f(0.5, -0.5) + 0.5;
+  let texel = 1.4 / f32(textureDimensions(shadow_map).x);
+  var lit = 0.0;
+  for (var y = -1; y <= 1; y++) {
+    for (var x = -1; x <= 1; x++) {
+      lit += textureSampleCompareLevel(shadow_map, shadow_sampler, uv + vec2f(f32(x), f32(y)) * texel, q.z - 0.0005);
+    }
+  }
+  return lit / 9.0;
+}
+
+// Sky that a capsule hides (Quilez, "capsule occlusion").
+fn hidden_by_tools(world: vec3f, normal: vec3f) -> f32 {
+  var open = 1.0;
+  for (var i = 0u; i < frame.counts.x; i++) {
+    let a = frame.capsules[2u * i];
+    let b = frame.capsules[2u * i + 1u].xyz;
+    let along = b - a.xyz;
+    let offset = world - a.xyz;
+    let h = clamp(dot(offset, along) / max(dot(along, along), 1e-12), 0.0, 1.0);
+    let d = along * h - offset;
+    let l = length(d);
+    let r = min(a.w / max(l, 1e-6), 1.0);
+    open *= 1.0 - 0.85 * clamp(dot(normal, d) / max(l, 1e-6), 0.0, 1.0) * r * r;
+  }
+  return open;
+}
+
+fn shade(s: Surface, world: vec3f) -> vec3f {
+  let view = normalize(frame.camera.xyz - world);
+  let to_light = frame.light.xyz - world;
+  let d2 = dot(to_light, to_light);
+  let light = to_light * inverseSqrt(d2);
+  let cone = smoothstep(frame.light_axis.w, mix(frame.light_axis.w, 1.0, 0.7), dot(-light, frame.light_axis.xyz));
+  let irradiance = frame.light.w * cone / (d2 + 0.0001);
+  let half_way = normalize(light + view);
+  let vh = max(dot(view, half_way), 0.0);
+  let lit = shadow(world, s.smooth_normal);
+  let ambient = s.ambient;
+
+  // Below the surface: red travels furthest, so it sees the smoothest normal and leaks into shadow.
+  let nl = vec3f(
+    dot(mix(s.smooth_normal, s.normal, 0.35), light),
+    dot(mix(s.smooth_normal, s.normal, 0.85), light),
+    dot(s.normal, light));
+  let wrapped = clamp((nl + s.scatter) / ((1.0 + s.scatter) * (1.0 + s.scatter)), vec3f(0.0), vec3f(1.0));
+  let diffuse = wrapped * pow(vec3f(lit), vec3f(0.65, 1.0, 1.1));
+  // What the cavity throws back is red, and what reaches a fold is redder still.
+  let folds = pow(vec3f(ambient), vec3f(0.75, 1.15, 1.25));
+  let bounce = vec3f(0.135, 0.062, 0.047) * (0.65 + 0.35 * dot(s.smooth_normal, frame.up.xyz)) * folds * frame.light.w * 45.0;
+
+  let f0 = mix(vec3f(s.reflectance), s.albedo, s.metal);
+  let a = s.roughness * s.roughness;
+  let nl_base = max(dot(s.normal, light), 0.0);
+  let nv_base = max(dot(s.normal, view), 0.02);
+  let fresnel = f0 + (1.0 - f0) * fifth(1.0 - vh);
+  let base = fresnel * ggx(max(dot(s.normal, half_way), 0.0), a) * visibility(nl_base, nv_base, a) * nl_base * lit;
+
+  let af = s.film_roughness * s.film_roughness;
+  let nl_film = max(dot(s.film_normal, light), 0.0);
+  let nv_film = max(dot(s.film_normal, view), 0.02);
+  let film_fresnel = (0.028 + 0.972 * fifth(1.0 - vh)) * s.film;
+  let film = film_fresnel * ggx(max(dot(s.film_normal, half_way), 0.0), af) * visibility(nl_film, nv_film, af) * nl_film * lit;
+
+  // A dim mirror of the cavity: what lies before the camera is lit, what lies behind it is not.
+  let mirror = reflect(-view, s.film_normal);
+  let before = smoothstep(-0.5, 0.9, dot(mirror, frame.forward.xyz));
+  let mottled = 0.75 + 0.5 * noise(mirror * 2.3 + vec3f(5.0)).w;
+  let cavity = mix(vec3f(0.010, 0.004, 0.003), vec3f(0.30, 0.125, 0.095) * mottled, before) * frame.light.w * 45.0;
+  let mirrored = (0.028 + 0.972 * fifth(1.0 - nv_film)) * s.film + s.metal * 0.75;
+
+  let body = s.albedo * (1.0 - s.metal) * (diffuse * irradiance / PI * (1.0 - film_fresnel) + bounce * ambient);
+  let tint = mix(vec3f(1.0), s.albedo, s.metal);
+  return max(body + (base + film) * irradiance + cavity * mirrored * tint * ambient, vec3f(0.0));
+}

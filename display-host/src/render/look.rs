@@ -1,0 +1,193 @@
+//! The material table: what each kind of organ, and each material of an instrument, looks like.
+//!
+//! Albedos are linear, dark and saturated: wet tissue gets its brightness from its film. Colours
+//! were set by eye against laparoscopic pictures.
+
+use shared_mem::scene::OrganKind;
+
+use super::layout::{LOOKS, Look};
+
+/// Rows for materials that are no organ's.
+pub const STEEL: u32 = 12;
+/// Black insulation of a shaft.
+pub const INSULATION: u32 = 13;
+/// White ceramic of an electrode's collar.
+pub const CERAMIC: u32 = 14;
+/// Bright, worn steel of blades and teeth.
+pub const BLADE: u32 = 15;
+
+/// A tissue in plain words; lengths in cm.
+struct Tissue {
+    low: [f32; 3],
+    high: [f32; 3],
+    streak: ([f32; 3], f32),
+    /// Frequencies, 1/cm: coarse, middle, lobules, grain.
+    frequencies: [f32; 4],
+    /// Slopes: middle, lobules, grain, wet film.
+    slopes: [f32; 4],
+    roughness: f32,
+    /// Wet film: strength, roughness.
+    film: [f32; 2],
+    /// Light that wraps around, by colour.
+    scatter: [f32; 3],
+    /// Contrast of lobules and grain.
+    contrast: f32,
+}
+
+impl Tissue {
+    fn row(&self) -> Look {
+        let with = |[r, g, b]: [f32; 3], w: f32| [r, g, b, w];
+        let [coarse, middle, lobule, grain] = self.frequencies;
+        Look {
+            low: with(self.low, coarse),
+            high: with(self.high, middle),
+            streak: with(self.streak.0, self.streak.1),
+            slope: self.slopes,
+            wet: [self.roughness, self.film[0], self.film[1], 0.03],
+            scatter: with(self.scatter, self.contrast),
+            lobule: [lobule, grain, 0.0, 0.0],
+        }
+    }
+}
+
+const LIVER: Tissue = Tissue {
+    low: [0.110, 0.0155, 0.0115],
+    high: [0.185, 0.036, 0.024],
+    streak: ([0.230, 0.070, 0.042], 0.22),
+    frequencies: [0.35, 1.3, 6.5, 17.0],
+    slopes: [0.030, 0.034, 0.020, 0.022],
+    roughness: 0.42,
+    film: [1.0, 0.105],
+    scatter: [0.45, 0.18, 0.14],
+    contrast: 0.22,
+};
+
+const GALLBLADDER: Tissue = Tissue {
+    low: [0.125, 0.140, 0.058],
+    high: [0.290, 0.250, 0.125],
+    streak: ([0.470, 0.290, 0.105], 0.50),
+    frequencies: [0.55, 1.6, 5.0, 12.0],
+    slopes: [0.034, 0.022, 0.022, 0.018],
+    roughness: 0.38,
+    film: [1.0, 0.075],
+    scatter: [0.50, 0.40, 0.25],
+    contrast: 0.12,
+};
+
+const DUCT: Tissue = Tissue {
+    low: [0.260, 0.200, 0.085],
+    high: [0.420, 0.330, 0.170],
+    streak: ([0.430, 0.150, 0.090], 0.35),
+    frequencies: [0.9, 2.6, 7.0, 16.0],
+    slopes: [0.040, 0.030, 0.015, 0.020],
+    roughness: 0.40,
+    film: [1.0, 0.10],
+    scatter: [0.50, 0.35, 0.22],
+    contrast: 0.12,
+};
+
+const ARTERY: Tissue = Tissue {
+    low: [0.330, 0.060, 0.045],
+    high: [0.470, 0.145, 0.105],
+    streak: ([0.560, 0.300, 0.210], 0.40),
+    frequencies: [1.0, 3.0, 8.0, 18.0],
+    slopes: [0.035, 0.025, 0.015, 0.018],
+    roughness: 0.36,
+    film: [1.0, 0.09],
+    scatter: [0.50, 0.22, 0.16],
+    contrast: 0.12,
+};
+
+const GUT: Tissue = Tissue {
+    low: [0.400, 0.150, 0.105],
+    high: [0.580, 0.300, 0.215],
+    streak: ([0.560, 0.115, 0.080], 0.40),
+    frequencies: [0.45, 1.5, 4.5, 11.0],
+    slopes: [0.050, 0.030, 0.016, 0.026],
+    roughness: 0.44,
+    film: [1.0, 0.12],
+    scatter: [0.50, 0.30, 0.22],
+    contrast: 0.14,
+};
+
+const FAT: Tissue = Tissue {
+    low: [0.520, 0.265, 0.055],
+    high: [0.740, 0.470, 0.140],
+    streak: ([0.520, 0.130, 0.060], 0.30),
+    frequencies: [0.5, 1.7, 4.5, 12.0],
+    slopes: [0.130, 0.110, 0.030, 0.060],
+    roughness: 0.48,
+    film: [0.9, 0.17],
+    scatter: [0.60, 0.50, 0.30],
+    contrast: 0.16,
+};
+
+const MEMBRANE: Tissue = Tissue {
+    low: [0.430, 0.250, 0.165],
+    high: [0.600, 0.420, 0.300],
+    streak: ([0.480, 0.120, 0.090], 0.30),
+    frequencies: [0.7, 2.2, 6.0, 15.0],
+    slopes: [0.060, 0.050, 0.025, 0.045],
+    roughness: 0.46,
+    film: [1.0, 0.14],
+    scatter: [0.60, 0.45, 0.35],
+    contrast: 0.18,
+};
+
+const PERITONEUM: Tissue = Tissue {
+    low: [0.330, 0.090, 0.068],
+    high: [0.520, 0.225, 0.165],
+    streak: ([0.600, 0.330, 0.190], 0.35),
+    frequencies: [0.22, 0.8, 3.2, 9.0],
+    slopes: [0.060, 0.030, 0.018, 0.030],
+    roughness: 0.50,
+    film: [0.8, 0.21],
+    scatter: [0.50, 0.30, 0.25],
+    contrast: 0.14,
+};
+
+/// A solid: albedo dark and light, roughness, reflectance, metal, brushed.
+const fn solid(low: f32, tint: [f32; 3], gain: f32, wet: [f32; 4], metal: [f32; 2]) -> Look {
+    let [r, g, b] = tint;
+    Look {
+        low: [r * low, g * low, b * low, 1.1],
+        high: [r * low * gain, g * low * gain, b * low * gain, 1.0],
+        streak: [0.0; 4],
+        slope: [0.0; 4],
+        wet,
+        scatter: [0.0; 4],
+        lobule: [1.0, 1.0, metal[0], metal[1]],
+    }
+}
+
+/// The table, indexed by [`OrganKind`] and the constants above.
+#[must_use]
+pub fn table() -> [Look; LOOKS] {
+    let mut rows = [PERITONEUM.row(); LOOKS];
+    for kind in OrganKind::ALL {
+        rows[kind as usize] = match kind {
+            OrganKind::Liver => LIVER,
+            OrganKind::Gallbladder => GALLBLADDER,
+            OrganKind::CysticDuct | OrganKind::BileDuct => DUCT,
+            OrganKind::CysticArtery | OrganKind::Vessel => ARTERY,
+            OrganKind::Stomach | OrganKind::Intestine => GUT,
+            OrganKind::Fat => FAT,
+            OrganKind::ConnectiveTissue => MEMBRANE,
+            OrganKind::AbdominalWall => PERITONEUM,
+        }
+        .row();
+    }
+    let steel = [1.0, 0.97, 0.93];
+    let grey = [1.0, 1.0, 1.0];
+    rows[STEEL as usize] = solid(0.46, steel, 1.20, [0.30, 0.0, 0.3, 0.5], [1.0, 1.0]);
+    rows[BLADE as usize] = solid(0.60, steel, 1.15, [0.22, 0.0, 0.3, 0.5], [1.0, 0.5]);
+    rows[INSULATION as usize] = solid(0.010, grey, 1.6, [0.42, 0.35, 0.22, 0.045], [0.0, 0.2]);
+    rows[CERAMIC as usize] = solid(
+        0.62,
+        [1.0, 0.98, 0.93],
+        1.1,
+        [0.28, 0.6, 0.15, 0.05],
+        [0.0, 0.0],
+    );
+    rows
+}

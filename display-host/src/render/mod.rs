@@ -1,0 +1,553 @@
+//! One frame: skin, shadow, scene, exposure, glare, lens. Plain inputs: a compiled scene, a state
+//! and a tool frame that passed their checks.
+//!
+//! ```text
+//! state ─ skinning ─► vertices ─► shadow map ─► light (16 bit float) ─► exposure, glare ─► lens ─► picture
+//!                                 tools ────────┘ (behind the scope's mask)
+//! ```
+
+mod ambient;
+pub mod camera;
+mod cavity;
+pub mod gpu;
+pub mod instrument;
+pub mod layout;
+pub mod look;
+mod noise;
+mod pipeline;
+mod quality;
+mod solid;
+
+use bytemuck::{bytes_of, cast_slice};
+use shared_mem::message::{SphereState, ToolFrame};
+use shared_mem::scene::{SceneFile, SphereRecord};
+use wgpu::util::DeviceExt;
+
+use self::camera::{Exposure, Scope};
+use self::gpu::Gpu;
+use self::pipeline::{DEPTH, LIGHT, Layouts, PICTURE, Pipelines};
+pub use self::quality::Quality;
+use crate::DisplayError;
+use crate::skinning::gpu::GpuSkinning;
+use crate::skinning::{SkinMesh, SkinnedVertex, displace};
+
+/// Draws a scene into a texture.
+pub struct Renderer {
+    quality: Quality,
+    scope: Scope,
+    exposure: Exposure,
+    rest: Vec<SphereRecord>,
+    mesh: SkinMesh,
+    skinning: GpuSkinning,
+    displacements: Vec<[f32; 4]>,
+    skinned: Vec<SkinnedVertex>,
+    layouts: Layouts,
+    pipelines: Pipelines,
+    instruments: [Drawable; 4],
+    frame: wgpu::Buffer,
+    parts: wgpu::Buffer,
+    exposure_value: wgpu::Buffer,
+    filter: wgpu::Sampler,
+    shadow: wgpu::TextureView,
+    scene_group: wgpu::BindGroup,
+    parts_group: wgpu::BindGroup,
+    frame_group: wgpu::BindGroup,
+    targets: Targets,
+    number: u32,
+}
+
+/// What depends on the picture's size.
+struct Targets {
+    light: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    glare: [wgpu::TextureView; 3],
+    picture: wgpu::Texture,
+    picture_view: wgpu::TextureView,
+    exposure_group: wgpu::BindGroup,
+    glare_groups: [wgpu::BindGroup; 3],
+    lens_group: wgpu::BindGroup,
+}
+
+struct Drawable {
+    vertices: wgpu::Buffer,
+    corners: wgpu::Buffer,
+    count: u32,
+}
+
+impl Renderer {
+    /// Prepares a scene for drawing: skin, cavity, ambient light, instruments, pipelines.
+    ///
+    /// # Errors
+    /// [`DisplayError::TooLarge`], [`DisplayError::Size`], [`DisplayError::Device`].
+    pub fn new(gpu: &Gpu, scene: &SceneFile, quality: Quality) -> Result<Self, DisplayError> {
+        let [width, height] = quality.size;
+        if !quality.size.iter().all(|s| (64..=8192).contains(s)) {
+            return Err(DisplayError::Size { width, height });
+        }
+        let mut mesh = SkinMesh::from_scene(scene);
+        let cavity = cavity::around(scene);
+        mesh.add_fixed(&cavity.vertices, &cavity.triangles);
+        ambient::bake(&mut mesh, scene.spheres());
+        let skinning = GpuSkinning::new(gpu, &mesh, scene.spheres().len())?;
+
+        let device = &gpu.device;
+        use wgpu::BufferUsages as Usage;
+        let buffer = |label, contents: &[u8], usage| {
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(label),
+                contents,
+                usage,
+            })
+        };
+        let changing = Usage::UNIFORM | Usage::COPY_DST;
+        let frame = buffer("frame", bytes_of(&layout::Frame::default()), changing);
+        let parts = buffer(
+            "parts",
+            cast_slice(&[glam::Mat4::IDENTITY; layout::PARTS]),
+            changing,
+        );
+        let looks = buffer("looks", cast_slice(&look::table()), Usage::UNIFORM);
+        let exposure_value = buffer(
+            "exposure",
+            cast_slice(&[1.0f32, 0.0, 0.0, 0.0]),
+            Usage::STORAGE | Usage::COPY_DST | Usage::COPY_SRC,
+        );
+        let instruments = instrument::all().map(|model| Drawable {
+            vertices: buffer("instrument", cast_slice(&model.vertices), Usage::VERTEX),
+            corners: buffer(
+                "instrument triangles",
+                cast_slice(model.triangles.as_flattened()),
+                Usage::INDEX,
+            ),
+            count: model.triangles.len() as u32 * 3,
+        });
+
+        let layouts = Layouts::new(device);
+        let pipelines = Pipelines::new(device, &layouts, &quality);
+        let filter = sampler(device, wgpu::AddressMode::ClampToEdge, None);
+        let side = quality.shadow_side.unwrap_or(1);
+        let shadow = target(device, "shadow", [side; 2], DEPTH);
+        let shadow = shadow.create_view(&Default::default());
+        let scene_group = bind(
+            device,
+            &layouts.scene,
+            &[
+                frame.as_entire_binding(),
+                looks.as_entire_binding(),
+                wgpu::BindingResource::TextureView(&noise_texture(gpu)),
+                wgpu::BindingResource::Sampler(&sampler(device, wgpu::AddressMode::Repeat, None)),
+                wgpu::BindingResource::TextureView(&shadow),
+                wgpu::BindingResource::Sampler(&sampler(
+                    device,
+                    wgpu::AddressMode::ClampToEdge,
+                    Some(wgpu::CompareFunction::LessEqual),
+                )),
+            ],
+        );
+        let targets = Targets::new(
+            gpu,
+            &layouts,
+            &frame,
+            &exposure_value,
+            &filter,
+            quality.size,
+        );
+        let renderer = Self {
+            parts_group: bind(device, &layouts.parts, &[parts.as_entire_binding()]),
+            frame_group: bind(device, &layouts.frame, &[frame.as_entire_binding()]),
+            quality,
+            scope: Scope::default(),
+            exposure: Exposure::default(),
+            rest: scene.spheres().to_vec(),
+            skinned: mesh.at_rest(),
+            mesh,
+            skinning,
+            displacements: Vec::new(),
+            layouts,
+            pipelines,
+            instruments,
+            frame,
+            parts,
+            exposure_value,
+            filter,
+            shadow,
+            scene_group,
+            targets,
+            number: 0,
+        };
+        gpu.check("preparing the scene")?;
+        Ok(renderer)
+    }
+
+    /// Quality and size in use.
+    #[must_use]
+    pub fn quality(&self) -> &Quality {
+        &self.quality
+    }
+
+    /// The endoscope's optics.
+    pub fn scope_mut(&mut self) -> &mut Scope {
+        &mut self.scope
+    }
+
+    /// How the camera sets its exposure.
+    pub fn exposure_mut(&mut self) -> &mut Exposure {
+        &mut self.exposure
+    }
+
+    /// The finished picture.
+    #[must_use]
+    pub fn picture(&self) -> &wgpu::TextureView {
+        &self.targets.picture_view
+    }
+
+    /// Changes the picture's size; the last picture is lost.
+    ///
+    /// # Errors
+    /// [`DisplayError::Size`].
+    pub fn resize(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<(), DisplayError> {
+        let [width, height] = size;
+        if !size.iter().all(|s| (64..=8192).contains(s)) {
+            return Err(DisplayError::Size { width, height });
+        }
+        let (frame, exposure) = (&self.frame, &self.exposure_value);
+        self.targets = Targets::new(gpu, &self.layouts, frame, exposure, &self.filter, size);
+        self.quality.size = size;
+        gpu.check("resizing")
+    }
+
+    /// Skins and draws one frame and submits it. `time_s` moves what moves by itself.
+    pub fn render(&mut self, gpu: &Gpu, spheres: &[SphereState], tools: &ToolFrame, time_s: f32) {
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        self.skin(gpu, spheres, &mut encoder);
+        let size = self.quality.size;
+        let frame = camera::frame(
+            tools,
+            &self.scope,
+            &self.exposure,
+            size,
+            time_s,
+            self.number,
+        );
+        gpu.queue.write_buffer(&self.frame, 0, bytes_of(&frame));
+        let parts = instrument::parts(tools);
+        gpu.queue.write_buffer(&self.parts, 0, cast_slice(&parts));
+        let instrument = &self.instruments[(tools.instrument as usize).min(3)];
+
+        if self.quality.shadow_side.is_some() {
+            self.draw_shadow(&mut encoder, instrument);
+        }
+        self.draw_scene(&mut encoder, instrument);
+        self.develop(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        self.number = self.number.wrapping_add(1);
+    }
+
+    /// Waits for the last frame and copies it, RGBA.
+    ///
+    /// # Errors
+    /// [`DisplayError::Device`].
+    pub fn read(&self, gpu: &Gpu) -> Result<image::RgbaImage, DisplayError> {
+        let [width, height] = self.quality.size;
+        let pixels = gpu.read_texture(&self.targets.picture)?;
+        image::RgbaImage::from_raw(width, height, pixels).ok_or(DisplayError::Device {
+            doing: "reading back",
+            detail: "picture of the wrong size".into(),
+        })
+    }
+
+    fn skin(&mut self, gpu: &Gpu, spheres: &[SphereState], encoder: &mut wgpu::CommandEncoder) {
+        displace(&self.rest, spheres, &mut self.displacements);
+        if self.quality.skin_on_cpu {
+            self.mesh.skin(&self.displacements, &mut self.skinned);
+            let moving = &self.skinned[..self.mesh.skinned];
+            gpu.queue
+                .write_buffer(&self.skinning.now, 0, cast_slice(moving));
+        } else {
+            self.skinning.upload(gpu, &self.displacements);
+            self.skinning.encode(encoder);
+        }
+    }
+
+    fn draw_shadow(&self, encoder: &mut wgpu::CommandEncoder, instrument: &Drawable) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("shadow"),
+            depth_stencil_attachment: Some(depth(&self.shadow, 1.0)),
+            ..Default::default()
+        });
+        pass.set_bind_group(0, &self.frame_group, &[]);
+        pass.set_pipeline(&self.pipelines.tissue_shadow);
+        self.draw_tissue(&mut pass, false);
+        pass.set_pipeline(&self.pipelines.rigid_shadow);
+        pass.set_bind_group(1, &self.parts_group, &[]);
+        instrument.draw(&mut pass);
+    }
+
+    fn draw_scene(&self, encoder: &mut wgpu::CommandEncoder, instrument: &Drawable) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("scene"),
+            color_attachments: &[colour(&self.targets.light)],
+            depth_stencil_attachment: Some(depth(&self.targets.depth, 0.0)),
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipelines.mask);
+        pass.set_bind_group(0, &self.frame_group, &[]);
+        pass.draw(0..3, 0..1);
+        pass.set_bind_group(0, &self.scene_group, &[]);
+        // What hides most comes first.
+        pass.set_pipeline(&self.pipelines.rigid);
+        pass.set_bind_group(1, &self.parts_group, &[]);
+        instrument.draw(&mut pass);
+        pass.set_pipeline(&self.pipelines.tissue);
+        self.draw_tissue(&mut pass, true);
+    }
+
+    fn draw_tissue(&self, pass: &mut wgpu::RenderPass<'_>, with_rest: bool) {
+        pass.set_vertex_buffer(0, self.skinning.now.slice(..));
+        if with_rest {
+            pass.set_vertex_buffer(1, self.skinning.rest.slice(..));
+        }
+        pass.set_index_buffer(self.skinning.corners.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..self.skinning.corner_count, 0, 0..1);
+    }
+
+    /// Exposure, glare, lens.
+    fn develop(&self, encoder: &mut wgpu::CommandEncoder) {
+        let targets = &self.targets;
+        {
+            let mut pass = encoder.begin_compute_pass(&Default::default());
+            pass.set_pipeline(&self.pipelines.exposure);
+            pass.set_bind_group(0, &targets.exposure_group, &[]);
+            pass.dispatch_workgroups(1, 1, 1);
+        }
+        if self.quality.bloom {
+            for (k, view) in targets.glare.iter().enumerate() {
+                let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                    label: Some("glare"),
+                    color_attachments: &[colour(view)],
+                    ..Default::default()
+                });
+                pass.set_pipeline(&self.pipelines.glare[k.min(1)]);
+                pass.set_bind_group(0, &targets.glare_groups[k], &[]);
+                pass.draw(0..3, 0..1);
+            }
+        }
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("lens"),
+            color_attachments: &[colour(&targets.picture_view)],
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipelines.lens);
+        pass.set_bind_group(0, &targets.lens_group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+impl Drawable {
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_vertex_buffer(0, self.vertices.slice(..));
+        pass.set_index_buffer(self.corners.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..self.count, 0, 0..1);
+    }
+}
+
+impl Targets {
+    fn new(
+        gpu: &Gpu,
+        layouts: &Layouts,
+        frame: &wgpu::Buffer,
+        exposure: &wgpu::Buffer,
+        filter: &wgpu::Sampler,
+        size: [u32; 2],
+    ) -> Self {
+        let device = &gpu.device;
+        let view = |texture: wgpu::Texture| texture.create_view(&Default::default());
+        let light = view(target(device, "light", size, LIGHT));
+        let glare = [2, 4, 8].map(|part| {
+            let small = size.map(|s| (s / part).max(1));
+            view(target(device, "glare", small, LIGHT))
+        });
+        let picture = target(device, "picture", size, PICTURE);
+        let picture_view = picture.create_view(&Default::default());
+        let texture = wgpu::BindingResource::TextureView;
+        let sampler = || wgpu::BindingResource::Sampler(filter);
+        Self {
+            exposure_group: bind(
+                device,
+                &layouts.exposure,
+                &[
+                    frame.as_entire_binding(),
+                    texture(&light),
+                    exposure.as_entire_binding(),
+                ],
+            ),
+            glare_groups: [&light, &glare[0], &glare[1]].map(|source| {
+                bind(
+                    device,
+                    &layouts.bloom,
+                    &[texture(source), sampler(), exposure.as_entire_binding()],
+                )
+            }),
+            lens_group: bind(
+                device,
+                &layouts.lens,
+                &[
+                    frame.as_entire_binding(),
+                    texture(&light),
+                    texture(&glare[2]),
+                    sampler(),
+                    exposure.as_entire_binding(),
+                ],
+            ),
+            depth: view(target(device, "depth", size, DEPTH)),
+            light,
+            glare,
+            picture,
+            picture_view,
+        }
+    }
+}
+
+fn target(
+    device: &wgpu::Device,
+    label: &str,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+fn noise_texture(gpu: &Gpu) -> wgpu::TextureView {
+    let side = noise::SIDE as u32;
+    let voxels: Vec<u16> = noise::tile()
+        .as_flattened()
+        .iter()
+        .map(|&x| half(x))
+        .collect();
+    let texture = gpu.device.create_texture_with_data(
+        &gpu.queue,
+        &wgpu::TextureDescriptor {
+            label: Some("noise"),
+            size: wgpu::Extent3d {
+                width: side,
+                height: side,
+                depth_or_array_layers: side,
+            },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D3,
+            format: wgpu::TextureFormat::Rgba16Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        },
+        wgpu::util::TextureDataOrder::LayerMajor,
+        cast_slice(&voxels),
+    );
+    texture.create_view(&Default::default())
+}
+
+/// Half precision, for numbers of ordinary size: rounds to nearest, flushes tiny ones to zero.
+fn half(x: f32) -> u16 {
+    let bits = x.to_bits();
+    let sign = (bits >> 16 & 0x8000) as u16;
+    let magnitude = (bits & 0x7fff_ffff) + 0x1000;
+    let exponent = (magnitude >> 23) as i32 - 112;
+    match exponent {
+        ..=0 => sign,
+        1..=30 => sign | (exponent as u16) << 10 | (magnitude >> 13 & 0x3ff) as u16,
+        _ => sign | 0x7bff,
+    }
+}
+
+fn sampler(
+    device: &wgpu::Device,
+    address: wgpu::AddressMode,
+    compare: Option<wgpu::CompareFunction>,
+) -> wgpu::Sampler {
+    device.create_sampler(&wgpu::SamplerDescriptor {
+        address_mode_u: address,
+        address_mode_v: address,
+        address_mode_w: address,
+        mag_filter: wgpu::FilterMode::Linear,
+        min_filter: wgpu::FilterMode::Linear,
+        compare,
+        ..Default::default()
+    })
+}
+
+fn bind(
+    device: &wgpu::Device,
+    layout: &wgpu::BindGroupLayout,
+    resources: &[wgpu::BindingResource<'_>],
+) -> wgpu::BindGroup {
+    let entries: Vec<_> = (0..)
+        .zip(resources)
+        .map(|(binding, resource)| wgpu::BindGroupEntry {
+            binding,
+            resource: resource.clone(),
+        })
+        .collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout,
+        entries: &entries,
+    })
+}
+
+fn colour(view: &wgpu::TextureView) -> Option<wgpu::RenderPassColorAttachment<'_>> {
+    Some(wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+            store: wgpu::StoreOp::Store,
+        },
+    })
+}
+
+fn depth(view: &wgpu::TextureView, clear: f32) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view,
+        depth_ops: Some(wgpu::Operations {
+            load: wgpu::LoadOp::Clear(clear),
+            store: wgpu::StoreOp::Store,
+        }),
+        stencil_ops: None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::half;
+
+    #[test]
+    fn half_precision_rounds_to_nearest() {
+        for (x, bits) in [
+            (0.0, 0),
+            (1.0, 0x3c00),
+            (-2.0, 0xc000),
+            (0.333_333_34, 0x3555),
+            (65504.0, 0x7bff),
+            (1e9, 0x7bff),
+            (1e-9, 0),
+        ] {
+            assert_eq!(half(x), bits, "{x}");
+        }
+    }
+}

@@ -1,0 +1,119 @@
+//! A tile of gradient noise with its gradient, made once: one texture fetch gives a shader a bump
+//! and its slope, far below the cost of computing it there.
+
+use glam::Vec3;
+
+/// Voxels along a side.
+pub const SIDE: usize = 64;
+/// Noise cells along a side; `light.wgsl` divides by it.
+pub const CELLS: usize = 8;
+
+/// RGBA voxels, x fastest: gradient per cell, and the value.
+#[must_use]
+pub fn tile() -> Vec<[f32; 4]> {
+    let mut voxels = Vec::with_capacity(SIDE * SIDE * SIDE);
+    let step = CELLS as f32 / SIDE as f32;
+    for z in 0..SIDE {
+        for y in 0..SIDE {
+            for x in 0..SIDE {
+                let centre = Vec3::new(x as f32, y as f32, z as f32) + 0.5;
+                let (gradient, value) = noise(centre * step);
+                voxels.push(gradient.extend(value).to_array());
+            }
+        }
+    }
+    voxels
+}
+
+/// Perlin's improved noise and its exact gradient; repeats every [`CELLS`].
+#[must_use]
+pub fn noise(at: Vec3) -> (Vec3, f32) {
+    let cell = at.floor();
+    let w = at - cell;
+    let fade = |t: f32| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
+    let slope = |t: f32| 30.0 * t * t * (t * (t - 2.0) + 1.0);
+    let (fade, slope) = (
+        [fade(w.x), fade(w.y), fade(w.z)],
+        [slope(w.x), slope(w.y), slope(w.z)],
+    );
+    let (mut gradient, mut value) = (Vec3::ZERO, 0.0);
+    for corner in 0..8u32 {
+        let side = [corner & 1, corner >> 1 & 1, corner >> 2];
+        let corner_at = Vec3::from_array(side.map(|s| s as f32));
+        let direction = direction((cell + corner_at).to_array());
+        let height = direction.dot(w - corner_at);
+        let share: [f32; 3] =
+            core::array::from_fn(|i| if side[i] == 1 { fade[i] } else { 1.0 - fade[i] });
+        let change: [f32; 3] =
+            core::array::from_fn(|i| if side[i] == 1 { slope[i] } else { -slope[i] });
+        let all = share[0] * share[1] * share[2];
+        value += height * all;
+        gradient += direction * all
+            + height
+                * Vec3::new(
+                    change[0] * share[1] * share[2],
+                    share[0] * change[1] * share[2],
+                    share[0] * share[1] * change[2],
+                );
+    }
+    (gradient, value)
+}
+
+/// A number from 0 to 1 for a grid point.
+#[must_use]
+pub fn hash(x: u32, y: u32, z: u32) -> f32 {
+    let mut h =
+        x.wrapping_mul(0x8da6_b343) ^ y.wrapping_mul(0xd816_3841) ^ z.wrapping_mul(0xcb1a_b31f);
+    h ^= h >> 16;
+    h = h.wrapping_mul(0x7feb_352d);
+    h ^= h >> 15;
+    h = h.wrapping_mul(0x846c_a68b);
+    h ^= h >> 16;
+    (h >> 8) as f32 / 16_777_216.0
+}
+
+fn direction(cell: [f32; 3]) -> Vec3 {
+    let [x, y, z] = cell.map(|c| (c as i32).rem_euclid(CELLS as i32) as u32);
+    let height = hash(x, y, z) * 2.0 - 1.0;
+    let turn = hash(x + 101, y + 57, z + 13) * core::f32::consts::TAU;
+    let flat = (1.0 - height * height).max(0.0).sqrt();
+    // Perlin's gradients have length √2.
+    Vec3::new(flat * turn.cos(), flat * turn.sin(), height) * core::f32::consts::SQRT_2
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gradient_is_the_value_s_derivative() {
+        for i in 0..200u32 {
+            let at = Vec3::new(hash(i, 0, 0), hash(i, 1, 0), hash(i, 2, 0)) * 8.0;
+            let (gradient, _) = noise(at);
+            for axis in 0..3 {
+                let mut step = Vec3::ZERO;
+                step[axis] = 1e-2;
+                let numeric = (noise(at + step).1 - noise(at - step).1) / 2e-2;
+                let error = (numeric - gradient[axis]).abs();
+                assert!(
+                    error < 5e-3,
+                    "axis {axis} at {at}: {numeric} and {gradient}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn tile_repeats_and_is_centred() {
+        let a = noise(Vec3::new(0.3, 1.2, 7.9)).1;
+        let b = noise(Vec3::new(0.3 + CELLS as f32, 1.2, 7.9 - CELLS as f32)).1;
+        assert!((a - b).abs() < 1e-4);
+        let tile = tile();
+        let mean: f32 = tile.iter().map(|v| v[3]).sum::<f32>() / tile.len() as f32;
+        let most = tile.iter().map(|v| v[3].abs()).fold(0.0, f32::max);
+        assert!(
+            mean.abs() < 0.03 && most > 0.5 && most < 1.3,
+            "{mean} {most}"
+        );
+    }
+}

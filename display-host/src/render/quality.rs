@@ -1,0 +1,47 @@
+//! How much a frame may cost.
+
+use super::gpu::Gpu;
+
+/// Quality tier. Every one shows the same scene; they differ in detail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Quality {
+    /// Skin on the CPU: faster where the graphics device is one.
+    pub skin_on_cpu: bool,
+    /// Octaves of tissue detail: 1 two, 2 four.
+    pub detail: u32,
+    /// Side of the shadow map, pixels.
+    pub shadow_side: Option<u32>,
+    /// Glare around highlights.
+    pub bloom: bool,
+    /// Picture, pixels.
+    pub size: [u32; 2],
+}
+
+impl Quality {
+    /// For a graphics device.
+    pub const GPU: Self = Self {
+        skin_on_cpu: false,
+        detail: 2,
+        shadow_side: Some(2048),
+        bloom: true,
+        size: [1280, 720],
+    };
+    /// For a software driver.
+    pub const SOFTWARE: Self = Self {
+        skin_on_cpu: true,
+        detail: 2,
+        shadow_side: Some(768),
+        bloom: true,
+        size: [640, 480],
+    };
+
+    /// What fits an adapter.
+    #[must_use]
+    pub fn for_adapter(gpu: &Gpu) -> Self {
+        if gpu.is_software() {
+            Self::SOFTWARE
+        } else {
+            Self::GPU
+        }
+    }
+}

@@ -1,0 +1,187 @@
+//! Skinning on the graphics device.
+
+use bytemuck::cast_slice;
+use wgpu::util::DeviceExt;
+
+use super::SkinMesh;
+use crate::DisplayError;
+use crate::render::gpu::Gpu;
+
+/// The shader, for tests that read it without a device.
+pub const SHADER: &str = include_str!("skinning.wgsl");
+const GROUP: u32 = 64;
+
+/// Buffers of the skin, and the two passes that fill [`GpuSkinning::now`].
+#[derive(Debug)]
+pub struct GpuSkinning {
+    /// Vertices at rest; also a vertex buffer.
+    pub rest: wgpu::Buffer,
+    /// Vertices now; also a vertex buffer.
+    pub now: wgpu::Buffer,
+    /// Triangles; also an index buffer.
+    pub corners: wgpu::Buffer,
+    /// Indices in `corners`.
+    pub corner_count: u32,
+    displacements: wgpu::Buffer,
+    bind_group: wgpu::BindGroup,
+    move_vertices: wgpu::ComputePipeline,
+    gather_normals: wgpu::ComputePipeline,
+    skinned: u32,
+}
+
+impl GpuSkinning {
+    /// Uploads a skin for `spheres` spheres.
+    ///
+    /// # Errors
+    /// [`DisplayError::TooLarge`] if the device cannot hold it.
+    pub fn new(gpu: &Gpu, mesh: &SkinMesh, spheres: usize) -> Result<Self, DisplayError> {
+        let device = &gpu.device;
+        let limits = device.limits();
+        let max = limits
+            .max_storage_buffer_binding_size
+            .min(u64::from(limits.max_compute_workgroups_per_dimension) * u64::from(GROUP) * 64);
+        for (what, bytes) in [
+            ("skin vertices", mesh.vertices.len() * 64),
+            ("skin triangles", mesh.triangles.len() * 12),
+        ] {
+            if bytes as u64 > max {
+                let each = if what == "skin vertices" { 64 } else { 12 };
+                return Err(DisplayError::TooLarge {
+                    what,
+                    found: bytes as u64 / each,
+                    max: max / each,
+                });
+            }
+        }
+        use wgpu::BufferUsages as Usage;
+        let buffer = |label, contents: &[u8], usage| {
+            device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some(label),
+                contents,
+                usage,
+            })
+        };
+        let counts = [mesh.skinned as u32, 0, 0, 0];
+        let counts = buffer("skin counts", cast_slice(&counts), Usage::UNIFORM);
+        let rest = buffer(
+            "skin at rest",
+            cast_slice(&mesh.vertices),
+            Usage::STORAGE | Usage::VERTEX,
+        );
+        let now = buffer(
+            "skin now",
+            cast_slice(&mesh.at_rest()),
+            Usage::STORAGE | Usage::VERTEX | Usage::COPY_SRC | Usage::COPY_DST,
+        );
+        let corners = buffer(
+            "skin triangles",
+            cast_slice(mesh.triangles.as_flattened()),
+            Usage::STORAGE | Usage::INDEX,
+        );
+        let ring_first = buffer("ring first", cast_slice(&mesh.ring_first), Usage::STORAGE);
+        let ring = buffer("ring", cast_slice(&mesh.ring), Usage::STORAGE);
+        let ring_rest = buffer("ring at rest", cast_slice(&mesh.ring_rest), Usage::STORAGE);
+        let displacements = buffer(
+            "sphere displacements",
+            cast_slice(&vec![[0f32; 4]; spheres.max(1)]),
+            Usage::STORAGE | Usage::COPY_DST,
+        );
+
+        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: wgpu::BindingType::Buffer {
+                ty,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let read = wgpu::BufferBindingType::Storage { read_only: true };
+        let write = wgpu::BufferBindingType::Storage { read_only: false };
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("skinning"),
+            entries: &[
+                entry(0, wgpu::BufferBindingType::Uniform),
+                entry(1, read),
+                entry(2, read),
+                entry(3, write),
+                entry(4, read),
+                entry(5, read),
+                entry(6, read),
+                entry(7, read),
+            ],
+        });
+        let bound = [
+            &counts,
+            &rest,
+            &displacements,
+            &now,
+            &ring_first,
+            &ring,
+            &ring_rest,
+            &corners,
+        ];
+        let entries: Vec<_> = (0..)
+            .zip(bound)
+            .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                binding,
+                resource: buffer.as_entire_binding(),
+            })
+            .collect();
+        let bind_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("skinning"),
+            layout: &layout,
+            entries: &entries,
+        });
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("skinning"),
+            source: wgpu::ShaderSource::Wgsl(SHADER.into()),
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("skinning"),
+            bind_group_layouts: &[Some(&layout)],
+            ..Default::default()
+        });
+        let pipeline = |entry_point| {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(entry_point),
+                layout: Some(&pipeline_layout),
+                module: &module,
+                entry_point: Some(entry_point),
+                compilation_options: Default::default(),
+                cache: None,
+            })
+        };
+        Ok(Self {
+            move_vertices: pipeline("move_vertices"),
+            gather_normals: pipeline("gather_normals"),
+            bind_group,
+            displacements,
+            rest,
+            now,
+            corners,
+            corner_count: mesh.triangles.len() as u32 * 3,
+            skinned: mesh.skinned as u32,
+        })
+    }
+
+    /// Takes the spheres' displacements for the next [`GpuSkinning::encode`].
+    pub fn upload(&self, gpu: &Gpu, displacements: &[[f32; 4]]) {
+        gpu.queue
+            .write_buffer(&self.displacements, 0, cast_slice(displacements));
+    }
+
+    /// Records both passes.
+    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("skinning"),
+            timestamp_writes: None,
+        });
+        pass.set_bind_group(0, &self.bind_group, &[]);
+        for pipeline in [&self.move_vertices, &self.gather_normals] {
+            pass.set_pipeline(pipeline);
+            pass.dispatch_workgroups(self.skinned.div_ceil(GROUP), 1, 1);
+        }
+    }
+}

@@ -1,0 +1,207 @@
+//! Skinning (paper Eq. 9–12): every vertex follows the spheres that it is bound to.
+//!
+//! The paper stores `L_v = v − c_center` and shows `v' = c_center' + L_v`, where
+//! `c_center = Σ f_i c_i / Σ f_i`. With the weights normalised at preparation this is
+//! `v' = v + Σ w_i (c'_i − c_i)`: the same in exact numbers, better in `f32`, and only the
+//! spheres' displacements have to reach the graphics device. Normals are gathered: every vertex
+//! sums the area-weighted normals of its triangles, in a fixed order, without atomics.
+//!
+//! Two twins, compared in a test: [`SkinMesh::skin`] on the CPU (also the faster one when the
+//! "graphics device" is a CPU: 14 to 40 times), and [`gpu::GpuSkinning`].
+
+pub mod gpu;
+
+use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
+use shared_mem::message::SphereState;
+use shared_mem::scene::{SceneFile, SphereRecord, WEIGHT_SUM};
+
+/// A vertex at rest, as shaders see it: 64 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct RestVertex {
+    /// Position, world frame, m.
+    pub position: [f32; 3],
+    /// Look: row of the material table.
+    pub look: u32,
+    /// Outward unit normal.
+    pub normal: [f32; 3],
+    /// Ambient light that reaches it at rest, 0 to 1.
+    pub ambient: f32,
+    /// Spheres that it follows: eight `u16`.
+    pub spheres: [u32; 4],
+    /// Their weights: eight `u16`, 65535 together.
+    pub weights: [u32; 4],
+}
+
+/// A vertex now: 32 bytes.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct SkinnedVertex {
+    /// Position, world frame, m; the fourth is unused.
+    pub position: [f32; 4],
+    /// Unit normal; the fourth is how much more the skin is bent inwards than at rest, 1/m.
+    pub normal: [f32; 4],
+}
+
+/// Vertices that spheres move, with the triangles around each.
+#[derive(Debug, Clone, Default)]
+pub struct SkinMesh {
+    /// Vertices at rest. Those from `skinned` on never move.
+    pub vertices: Vec<RestVertex>,
+    /// Triangles, counter-clockwise from outside.
+    pub triangles: Vec<[u32; 3]>,
+    /// How many of `vertices` follow spheres.
+    pub skinned: usize,
+    /// Triangles of vertex `i`: `ring[ring_first[i]..ring_first[i + 1]]`.
+    pub ring_first: Vec<u32>,
+    /// Triangles by vertex.
+    pub ring: Vec<u32>,
+    /// At rest, by vertex: how far the middle of the neighbours lies above it (m), and 2 over
+    /// their mean squared distance (1/m²).
+    pub ring_rest: Vec<[f32; 2]>,
+}
+
+impl SkinMesh {
+    /// The organs' skins, with full ambient light and the organ's kind as look.
+    #[must_use]
+    pub fn from_scene(scene: &SceneFile) -> Self {
+        let mut vertices: Vec<RestVertex> = Vec::with_capacity(scene.vertices().len());
+        for organ in scene.organs() {
+            let [first, count] = organ.vertices.map(|x| x as usize);
+            vertices.extend(
+                scene.vertices()[first..first + count]
+                    .iter()
+                    .map(|v| RestVertex {
+                        position: v.position_m,
+                        look: organ.kind,
+                        normal: v.normal,
+                        ambient: 1.0,
+                        spheres: pairs(v.spheres),
+                        weights: pairs(v.weights),
+                    }),
+            );
+        }
+        let mut mesh = Self {
+            skinned: vertices.len(),
+            vertices,
+            triangles: scene.triangles().to_vec(),
+            ..Self::default()
+        };
+        mesh.find_rings();
+        mesh
+    }
+
+    /// Adds vertices that never move; `triangles` count from the first of them.
+    pub fn add_fixed(&mut self, vertices: &[RestVertex], triangles: &[[u32; 3]]) {
+        let base = self.vertices.len() as u32;
+        self.vertices.extend_from_slice(vertices);
+        let moved = triangles.iter().map(|t| t.map(|i| i + base));
+        self.triangles.extend(moved);
+        self.find_rings();
+    }
+
+    /// The vertices as they lie at rest.
+    #[must_use]
+    pub fn at_rest(&self) -> Vec<SkinnedVertex> {
+        let rest = self.vertices.iter().map(|v| SkinnedVertex {
+            position: [v.position[0], v.position[1], v.position[2], 0.0],
+            normal: [v.normal[0], v.normal[1], v.normal[2], 0.0],
+        });
+        rest.collect()
+    }
+
+    /// Moves the skinned vertices by the spheres' displacements (m). Twin of `skinning.wgsl`.
+    /// `out` holds every vertex; only the skinned ones are written.
+    pub fn skin(&self, displacements: &[[f32; 4]], out: &mut [SkinnedVertex]) {
+        let rest = &self.vertices[..self.skinned];
+        for (vertex, now) in rest.iter().zip(out.iter_mut()) {
+            let mut moved = Vec3::ZERO;
+            for (pair, weights) in vertex.spheres.iter().zip(&vertex.weights) {
+                for shift in [0, 16] {
+                    let sphere = (pair >> shift & 0xffff) as usize;
+                    let weight = (weights >> shift & 0xffff) as f32 / WEIGHT_SUM as f32;
+                    moved += Vec3::from_slice(&displacements[sphere]) * weight;
+                }
+            }
+            let position = Vec3::from(vertex.position) + moved;
+            now.position = position.extend(0.0).to_array();
+        }
+        for i in 0..self.skinned {
+            let (normal, lift) = self.gather(i, |v| Vec3::from_slice(&out[v].position));
+            let [rest_lift, per_area] = self.ring_rest[i];
+            out[i].normal = normal.extend((lift - rest_lift) * per_area).to_array();
+        }
+    }
+
+    /// Normal of vertex `i`, and how far the middle of its neighbours lies above it, m.
+    fn gather(&self, i: usize, at: impl Fn(usize) -> Vec3) -> (Vec3, f32) {
+        let ring = &self.ring[self.ring_first[i] as usize..self.ring_first[i + 1] as usize];
+        let here = at(i);
+        let (mut normal, mut lean) = (Vec3::ZERO, Vec3::ZERO);
+        for &triangle in ring {
+            let [a, b, c] = self.triangles[triangle as usize].map(|v| at(v as usize));
+            normal += (b - a).cross(c - a);
+            lean += (a - here) + (b - here) + (c - here);
+        }
+        let length = normal.length();
+        if length <= 1e-20 {
+            return (Vec3::from(self.vertices[i].normal), 0.0);
+        }
+        let normal = normal / length;
+        // Every neighbour is met twice.
+        (normal, lean.dot(normal) / (2 * ring.len()) as f32)
+    }
+
+    fn find_rings(&mut self) {
+        let mut first = vec![0u32; self.vertices.len() + 1];
+        for &v in self.triangles.as_flattened() {
+            first[v as usize + 1] += 1;
+        }
+        for i in 1..first.len() {
+            first[i] += first[i - 1];
+        }
+        let mut next = first.clone();
+        let mut ring = vec![0u32; self.triangles.len() * 3];
+        for (t, triangle) in self.triangles.iter().enumerate() {
+            for &v in triangle {
+                ring[next[v as usize] as usize] = t as u32;
+                next[v as usize] += 1;
+            }
+        }
+        self.ring_first = first;
+        self.ring = ring;
+        let at = |v: usize| Vec3::from(self.vertices[v].position);
+        self.ring_rest = (0..self.vertices.len())
+            .map(|i| {
+                let (_, lift) = self.gather(i, at);
+                let ring = &self.ring[self.ring_first[i] as usize..self.ring_first[i + 1] as usize];
+                let corners = ring.iter().flat_map(|&t| self.triangles[t as usize]);
+                let reach2: f32 = corners
+                    .map(|v| at(v as usize).distance_squared(at(i)))
+                    .sum();
+                // Mean squared distance of the neighbours; a parabola of curvature k lifts them
+                // by k/2 of it.
+                let mean2 = reach2 / (2 * ring.len()).max(1) as f32;
+                [lift, if mean2 > 1e-12 { 2.0 / mean2 } else { 0.0 }]
+            })
+            .collect();
+    }
+}
+
+/// Displacement of every sphere from rest, m; the fourth is zero. `spheres` are as
+/// many as `rest` (a [`crate::feed::Feed`] has seen to it; missing ones stay at rest).
+pub fn displace(rest: &[SphereRecord], spheres: &[SphereState], out: &mut Vec<[f32; 4]>) {
+    out.clear();
+    out.resize(rest.len(), [0.0; 4]);
+    for ((rest, now), out) in rest.iter().zip(spheres).zip(out.iter_mut()) {
+        let moved = Vec3::from(now.center_m) - Vec3::from(rest.center_m);
+        *out = moved.extend(0.0).to_array();
+    }
+}
+
+fn pairs(numbers: [u16; 8]) -> [u32; 4] {
+    core::array::from_fn(|i| u32::from(numbers[2 * i]) | u32::from(numbers[2 * i + 1]) << 16)
+}
+
+const _: () = assert!(size_of::<RestVertex>() == 64 && size_of::<SkinnedVertex>() == 32);

@@ -1,0 +1,271 @@
+//! The headless display over real shared memory, with a controller played by the test.
+
+mod support;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
+
+use display_host::DisplayError;
+use display_host::headless::{Ended, HeadlessConfig, Observed, run};
+use display_host::latency::now_ns;
+use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
+use shared_mem::scene::SceneFile;
+use shared_mem::service::{Controller, Station};
+
+/// The scene as a file that every test maps, and its checked twin.
+fn scene() -> &'static (tempfile::TempPath, SceneFile) {
+    static SCENE: OnceLock<(tempfile::TempPath, SceneFile)> = OnceLock::new();
+    SCENE.get_or_init(|| {
+        let path = tempfile::NamedTempFile::new().unwrap().into_temp_path();
+        std::fs::write(&path, support::scene_bytes(24)).unwrap();
+        let scene = SceneFile::open(&path).unwrap();
+        (path, scene)
+    })
+}
+
+fn config(name: &str, seconds: f64, frames: u32) -> (HeadlessConfig, tempfile::TempDir) {
+    let out = tempfile::tempdir().unwrap();
+    let config = HeadlessConfig {
+        station: Station::new(&format!("{name}-{}", std::process::id())).unwrap(),
+        scene: scene().0.to_path_buf(),
+        seconds,
+        out_dir: out.path().join("frames"),
+        size: Some([160, 120]),
+        frames,
+        patience: Duration::from_secs(20),
+        tick_cpu: None,
+        need_pictures: frames > 0,
+    };
+    (config, out)
+}
+
+/// What a played controller publishes.
+struct Play {
+    state: Box<StateFrame>,
+    tools: ToolFrame,
+    tick: u64,
+    events: u64,
+}
+
+impl Play {
+    fn new() -> Self {
+        let scene = &scene().1;
+        Self {
+            state: support::state(scene, 0.006),
+            tools: support::tools(scene, 0.006, 0.3),
+            tick: 0,
+            events: 0,
+        }
+    }
+
+    fn step(&mut self, controller: &Controller) {
+        self.tick += 1;
+        let now = now_ns();
+        (self.state.tick, self.tools.tick) = (self.tick, self.tick);
+        (self.state.sample_ns, self.tools.sample_ns) = (now - 700_000, now - 700_000);
+        (self.state.at_ns, self.tools.at_ns) = (now, now);
+        self.tools.contact_count = 3;
+        controller.state.send_copy(*self.state).unwrap();
+        controller.tools.send_copy(self.tools).unwrap();
+    }
+
+    fn event(&mut self, controller: &Controller, kind: u32) {
+        let mut event: EventMsg = bytemuck::Zeroable::zeroed();
+        event.sequence = self.events;
+        event.kind = kind;
+        self.events += 1;
+        controller.events.send_copy(event).unwrap();
+    }
+}
+
+/// Plays a controller until `stop`.
+fn play(
+    station: &Station,
+    stop: &Arc<AtomicBool>,
+    mut each: impl FnMut(&mut Play, &Controller) + Send + 'static,
+) -> std::thread::JoinHandle<()> {
+    let (station, stop) = (station.clone(), stop.clone());
+    std::thread::spawn(move || {
+        let controller = Controller::open(&station).unwrap();
+        let mut play = Play::new();
+        while !stop.load(Ordering::Relaxed) {
+            each(&mut play, &controller);
+            std::thread::sleep(Duration::from_millis(4));
+        }
+    })
+}
+
+#[test]
+fn a_run_leaves_pictures_latencies_and_everything_it_heard() {
+    let (config, out) = config("pictures", 2.0, 3);
+    let over = Arc::new(AtomicBool::new(false));
+    let controller = play(&config.station, &over, |play, controller| {
+        play.step(controller);
+        if play.tick == 50 {
+            play.event(controller, EventMsg::GRASP);
+        }
+        let mut batch: Box<TimingBatch> = bytemuck::allocation::zeroed_box();
+        batch.sequence = play.tick;
+        controller.timing.send_copy(*batch).unwrap();
+    });
+    let (mut events, mut batches, mut progress) = (0, 0, 0);
+    let outcome = run(&config, &AtomicBool::new(false), &mut |seen| match seen {
+        Observed::Event(_) => events += 1,
+        Observed::Timing(_) => batches += 1,
+        Observed::Progress(_) => progress += 1,
+        _ => {}
+    });
+    over.store(true, Ordering::Relaxed);
+    controller.join().unwrap();
+    let outcome = outcome.unwrap();
+
+    assert_eq!(outcome.ended, Ended::TimeOver);
+    assert!(outcome.adapter.is_some());
+    assert_eq!(events, 1);
+    assert!(batches > 50 && progress >= 3, "{batches} {progress}");
+    assert_eq!(outcome.counters.malformed, 0);
+    let mut names: Vec<_> = std::fs::read_dir(out.path().join("frames"))
+        .unwrap()
+        .map(|file| file.unwrap().file_name().into_string().unwrap())
+        .collect();
+    names.sort();
+    let wanted = [
+        "deepest_press.png",
+        "frame_0000.png",
+        "frame_0001.png",
+        "frame_0002.png",
+        "grasp.png",
+    ];
+    assert_eq!(names, wanted);
+    assert_eq!(outcome.frames.len(), 5);
+    for frame in &outcome.frames {
+        let picture = image::open(frame.path.as_ref().unwrap()).unwrap();
+        assert_eq!((picture.width(), picture.height()), (160, 120));
+        // Photon after motion by the 0.7 ms that the play put between sample and state, at least.
+        let [motion, publish] = [frame.motion_to_photon_ns(), frame.publish_to_frame_ns()];
+        assert!(motion >= publish + 700_000, "{motion} {publish}");
+    }
+    assert!(outcome.frames.iter().any(|frame| frame.live));
+}
+
+#[test]
+fn silence_from_the_start_is_an_error_that_names_the_command() {
+    let (mut config, _out) = config("silent", 1.0, 0);
+    config.patience = Duration::from_millis(300);
+    let mut progress = 0;
+    let error = run(&config, &AtomicBool::new(false), &mut |seen| {
+        progress += u32::from(matches!(seen, Observed::Progress(_)));
+    });
+    let Err(error @ DisplayError::NoController { .. }) = error else {
+        panic!("{error:?}");
+    };
+    assert!(error.to_string().contains("calot rt"), "{error}");
+    assert!(progress > 0);
+}
+
+#[test]
+fn another_scene_is_refused_by_name() {
+    let (mut config, _out) = config("other-scene", 1.0, 0);
+    config.patience = Duration::from_millis(800);
+    let over = Arc::new(AtomicBool::new(false));
+    let controller = play(&config.station, &over, |play, controller| {
+        play.state.scene_id = [0xab; 16];
+        play.tools.scene_id = [0xab; 16];
+        play.step(controller);
+    });
+    let error = run(&config, &AtomicBool::new(false), &mut |_| {}).unwrap_err();
+    over.store(true, Ordering::Relaxed);
+    controller.join().unwrap();
+    let text = error.to_string();
+    assert!(matches!(error, DisplayError::OtherScene { .. }), "{text}");
+    assert!(
+        text.contains("abababab") && text.contains("blobs"),
+        "{text}"
+    );
+}
+
+#[test]
+fn garbage_is_counted_and_skipped() {
+    let (config, _out) = config("garbage", 0.6, 0);
+    let over = Arc::new(AtomicBool::new(false));
+    let controller = play(&config.station, &over, |play, controller| {
+        match play.tick % 4 {
+            1 => play.state.spheres[3].center_m[1] = f32::NAN,
+            2 => play.state.sphere_count = u32::MAX,
+            3 => play.tools.capsule_count = 4000,
+            _ => {
+                *play = Play {
+                    tick: play.tick,
+                    ..Play::new()
+                }
+            }
+        }
+        play.step(controller);
+    });
+    let mut bad = 0;
+    let outcome = run(&config, &AtomicBool::new(false), &mut |seen| match seen {
+        Observed::State(state) => bad += u32::from(state.spheres().is_none()),
+        Observed::Tools(tools) => bad += u32::from(tools.capsules().is_none()),
+        _ => {}
+    });
+    over.store(true, Ordering::Relaxed);
+    controller.join().unwrap();
+    let counters = outcome.unwrap().counters;
+    assert_eq!(bad, 0);
+    assert!(
+        counters.malformed > 3 && counters.states > 3,
+        "{counters:?}"
+    );
+}
+
+#[test]
+fn a_controller_that_dies_ends_the_run_and_one_that_returns_does_not() {
+    let (mut config, _out) = config("dies", 30.0, 0);
+    config.patience = Duration::from_millis(1500);
+    let station = config.station.clone();
+    let controllers = std::thread::spawn(move || {
+        for _ in 0..2 {
+            let over = Arc::new(AtomicBool::new(false));
+            let controller = play(&station, &over, |play, controller| play.step(controller));
+            std::thread::sleep(Duration::from_millis(700));
+            over.store(true, Ordering::Relaxed);
+            controller.join().unwrap();
+        }
+    });
+    let start = Instant::now();
+    let outcome = run(&config, &AtomicBool::new(false), &mut |_| {}).unwrap();
+    controllers.join().unwrap();
+    assert_eq!(outcome.ended, Ended::ControllerGone);
+    assert_eq!(outcome.counters.restarts, 1, "{:?}", outcome.counters);
+    assert!(start.elapsed() < Duration::from_secs(25));
+    assert_eq!(outcome.warnings.len(), 1);
+}
+
+#[test]
+fn a_stop_ends_it_at_once() {
+    let (config, _out) = config("stop", 60.0, 0);
+    let over = Arc::new(AtomicBool::new(false));
+    let controller = play(&config.station, &over, |play, controller| {
+        play.step(controller)
+    });
+    let stop = AtomicBool::new(false);
+    let outcome = run(&config, &stop, &mut |seen| {
+        if let Observed::State(_) = seen {
+            stop.store(true, Ordering::Relaxed);
+        }
+    });
+    over.store(true, Ordering::Relaxed);
+    controller.join().unwrap();
+    assert_eq!(outcome.unwrap().ended, Ended::Stopped);
+}
+
+#[test]
+fn a_picture_that_cannot_be_and_a_run_without_end_are_refused() {
+    let (mut bad, _out) = config("bad", f64::NAN, 0);
+    let refused = run(&bad, &AtomicBool::new(false), &mut |_| {});
+    assert!(matches!(refused, Err(DisplayError::Seconds(_))));
+    (bad.seconds, bad.frames, bad.size) = (1.0, 1, Some([16, 9000]));
+    let refused = run(&bad, &AtomicBool::new(false), &mut |_| {});
+    assert!(matches!(refused, Err(DisplayError::Size { .. })));
+}
