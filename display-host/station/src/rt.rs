@@ -29,7 +29,7 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
     if let Some(seconds) = args.seconds {
         config.periods_max = Some((seconds.max(0.0) * 1e9) as u64 / config.period_ns);
     }
-    let summary = rt_process::run(&config, &stop, &mut |ready| {
+    let summary = rt_process::run(&config, &stop, |ready| {
         let json = serde_json::to_string(ready).unwrap_or_default();
         println!("{READY} {json}");
     })?;
