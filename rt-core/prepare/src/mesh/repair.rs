@@ -77,15 +77,18 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
         wrapped: false,
         dropped_pieces: 0,
     };
+    if closing == Closing::Solid {
+        let sealed = wrap::seal(&mesh).ok_or(MeshProblem::NoVolume { volume_ml: 0.0 })?;
+        mended.wrapped = true;
+        return finish(mended, sealed);
+    }
     let many = edges_of_many_triangles(&mesh);
     let mut wrapping = closing == Closing::Wrap;
     if many > 0 {
-        match closing {
-            Closing::Refuse | Closing::Fill => {
-                return Err(MeshProblem::NonManifold { edges: many });
-            }
-            Closing::Auto | Closing::Wrap => wrapping = true,
+        if matches!(closing, Closing::Refuse | Closing::Fill) {
+            return Err(MeshProblem::NonManifold { edges: many });
         }
+        wrapping = true;
     }
     orient_consistently(&mut mesh)?;
     let loops = close::open_loops(&mesh);
@@ -114,6 +117,10 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
         mesh = wrap::wrap(&mesh).ok_or(MeshProblem::NoVolume { volume_ml: 0.0 })?;
         mended.wrapped = true;
     }
+    finish(mended, mesh)
+}
+
+fn finish(mut mended: Mended, mut mesh: Mesh) -> Result<Mended, MeshProblem> {
     mended.turned = orient_pieces_outward(&mut mesh);
     mended.dropped_pieces = drop_pieces(&mut mesh);
     mended.volume_m3 = mesh.volume();

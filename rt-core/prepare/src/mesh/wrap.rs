@@ -50,6 +50,105 @@ pub(super) fn wrap(mesh: &Mesh) -> Option<Mesh> {
     Some(wrapped)
 }
 
+/// The outermost surface, closed: what a ball as wide as a tenth of the mesh cannot reach from
+/// outside counts as inside. `None` if that is nothing.
+pub(super) fn seal(mesh: &Mesh) -> Option<Mesh> {
+    let [min, max] = mesh.bounds();
+    let extent = (max - min).max();
+    let cell_m = extent / CELLS;
+    let radius_m = extent / 20.0;
+    let margin = (radius_m / cell_m).ceil() as usize + 3;
+    let grid = Grid::around([min, max], cell_m, margin);
+    let everywhere_outside = vec![false; grid.len()];
+    let mut field = Field::new(mesh, grid, Sign::Given(&everywhere_outside));
+    let outside = reached_from_outside(&field, radius_m);
+    for (distance, outside) in field.distance_m.iter_mut().zip(&outside) {
+        if !outside {
+            *distance = -*distance;
+        }
+    }
+    let values: Vec<f64> = field.distance_m.iter().map(|&d| f64::from(d)).collect();
+    let mut sealed = surface_nets::surface(&field.grid, &values);
+    if sealed.triangles.is_empty() {
+        return None;
+    }
+    // Settle onto the outer triangles only, not onto the inner side of a thin wall.
+    let is_outer = |&t: &[u32; 3]| {
+        let corners = mesh.corners(t);
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let normal = scaled_normal(corners)
+            .try_normalize(0.0)
+            .unwrap_or_default();
+        [1.0, -1.0].iter().any(|side| {
+            let p = (middle + normal * (side * 1.2 * cell_m) - field.grid.origin) / cell_m;
+            let at =
+                [0, 1, 2].map(|k| (p[k].round().max(0.0) as usize).min(field.grid.size[k] - 1));
+            outside[field.grid.index(at)]
+        })
+    };
+    let outer = Mesh {
+        vertices: mesh.vertices.clone(),
+        triangles: mesh
+            .triangles
+            .iter()
+            .filter(|t| is_outer(t))
+            .copied()
+            .collect(),
+    };
+    settle(&mut sealed, &Nearest::new(&outer)?, cell_m);
+    Some(sealed)
+}
+
+/// Grid points that a ball of this radius covers somewhere on its way in from the border without
+/// touching the surface.
+fn reached_from_outside(field: &Field, radius_m: f64) -> Vec<bool> {
+    let grid = &field.grid;
+    let free = |i: usize| f64::from(field.distance_m[i]) > radius_m;
+    let mut core = vec![false; grid.len()];
+    let mut stack = vec![0];
+    core[0] = true;
+    while let Some(i) = stack.pop() {
+        for next in around(grid, i) {
+            if !core[next] && free(next) {
+                core[next] = true;
+                stack.push(next);
+            }
+        }
+    }
+    let mut reached = core.clone();
+    // Half a cell more, as the ball's true path lies between the points.
+    let reach_m = radius_m + 0.5 * grid.cell_m;
+    for i in (0..grid.len()).filter(|&i| core[i] && around(grid, i).any(|next| !core[next])) {
+        let p = grid.position(grid.coordinates(i));
+        for z in grid.span(2, p.z - reach_m, p.z + reach_m) {
+            for y in grid.span(1, p.y - reach_m, p.y + reach_m) {
+                let line = grid.position([0, y, z]);
+                let off = (line.y - p.y).powi(2) + (line.z - p.z).powi(2);
+                let half = (reach_m * reach_m - off).max(0.0).sqrt();
+                if half > 0.0 {
+                    let row = grid.index([0, y, z]);
+                    for x in grid.span(0, p.x - half, p.x + half) {
+                        reached[row + x] = true;
+                    }
+                }
+            }
+        }
+    }
+    reached
+}
+
+/// The up to six neighbours of a grid point.
+fn around(grid: &Grid, i: usize) -> impl Iterator<Item = usize> {
+    let at = grid.coordinates(i);
+    let stride = [1, grid.size[0], grid.size[0] * grid.size[1]];
+    let size = grid.size;
+    (0..3).flat_map(move |k| {
+        let down = (at[k] > 0).then(|| i - stride[k]);
+        let up = (at[k] + 1 < size[k]).then(|| i + stride[k]);
+        down.into_iter().chain(up)
+    })
+}
+
 /// Smooths the surface, and pulls vertices that are near the triangles onto them.
 fn settle(wrapped: &mut Mesh, nearest: &Nearest<'_>, cell_m: f64) {
     let mut neighbours = vec![Vec::new(); wrapped.vertices.len()];

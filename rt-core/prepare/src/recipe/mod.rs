@@ -120,6 +120,9 @@ pub enum Closing {
     Auto,
     /// Build a new closed surface around it.
     Wrap,
+    /// Build a new closed surface from what is seen from outside: hollow organs become solid,
+    /// openings narrower than a tenth of the organ are closed.
+    Solid,
 }
 
 /// How spheres are packed.

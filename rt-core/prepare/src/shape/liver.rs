@@ -12,17 +12,28 @@ pub(super) const BOUNDS: [[f64; 3]; 2] = [[-0.165, 0.235, -0.165], [0.135, 0.455
 /// Length of a triangle's side.
 pub(super) const EDGE_M: f64 = 0.0037;
 
+/// The body is drawn, then scaled about this point to a healthy adult's volume.
+const MIDDLE: [f64; 3] = [-0.062, 0.290, -0.030];
+const SIZE: f64 = 0.94;
 /// The fossa is this much wider than the gallbladder that lies in it.
 const FOSSA_GAP_M: f64 = 0.0012;
+
+/// Spine and vena cava.
+static SPINE: LazyLock<Tube> = LazyLock::new(|| {
+    Tube::new(
+        &[([-0.005, 0.2, -0.14], 0.03), ([-0.005, 0.45, -0.14], 0.03)],
+        1,
+    )
+});
 
 /// Fissure of the round ligament, from the inferior edge to the porta.
 static LIGAMENT_NOTCH: LazyLock<Tube> = LazyLock::new(|| {
     Tube::new(
         &[
-            ([-0.020, 0.268, 0.040], 0.006),
-            ([-0.020, 0.285, 0.010], 0.005),
-            ([-0.022, 0.302, -0.030], 0.004),
-            ([-0.028, 0.310, -0.060], 0.003),
+            ([-0.018, 0.258, 0.024], 0.009),
+            ([-0.018, 0.275, 0.006], 0.006),
+            ([-0.020, 0.295, -0.025], 0.005),
+            ([-0.024, 0.314, -0.055], 0.003),
         ],
         6,
     )
@@ -32,36 +43,35 @@ static LIGAMENT_NOTCH: LazyLock<Tube> = LazyLock::new(|| {
 static PORTA: LazyLock<Tube> = LazyLock::new(|| {
     Tube::new(
         &[
-            ([-0.062, 0.296, -0.075], 0.006),
-            ([-0.045, 0.300, -0.068], 0.010),
-            ([-0.025, 0.310, -0.062], 0.009),
+            ([-0.064, 0.311, -0.072], 0.006),
+            ([-0.045, 0.313, -0.068], 0.010),
+            ([-0.025, 0.317, -0.062], 0.009),
         ],
         6,
     )
 });
 
 pub(super) fn distance(p: &Vec3) -> f64 {
-    let right = ellipsoid(p, [-0.068, 0.340, -0.070], [0.080, 0.092, 0.085]);
-    let middle = ellipsoid(p, [-0.005, 0.350, -0.040], [0.080, 0.070, 0.062]);
-    let left = ellipsoid(p, [0.055, 0.362, -0.025], [0.072, 0.040, 0.042]);
-    let mut d = join(join(right, middle, 0.05), left, 0.05);
+    let middle = Vec3::from(MIDDLE);
+    let body = SIZE * body(&(middle + (p - middle) / SIZE));
+    carve(body, gallbladder::distance(p) - FOSSA_GAP_M, 0.006)
+}
+
+fn body(p: &Vec3) -> f64 {
+    let right = ellipsoid(p, [-0.070, 0.345, -0.066], [0.068, 0.086, 0.068]);
+    let middle = ellipsoid(p, [-0.012, 0.338, -0.040], [0.070, 0.066, 0.048]);
+    let left = ellipsoid(p, [0.060, 0.345, -0.028], [0.070, 0.037, 0.030]);
+    let mut d = join(join(right, middle, 0.035), left, 0.035);
     // The visceral side: a plane that rises to the left and to the back, hollowed by the organs
-    // below.
-    let visceral = half_space(p, [-0.060, 0.262, 0.010], [0.32, -0.86, -0.40]);
-    d = meet(d, visceral, 0.012);
-    d = carve(d, ball(p, [0.060, 0.235, -0.060], 0.095), 0.02);
-    d = carve(d, ball(p, [-0.110, 0.215, -0.090], 0.075), 0.02);
+    // below: stomach on the left, colon and kidney on the right.
+    let visceral = half_space(p, [-0.060, 0.268, 0.000], [0.22, -0.82, -0.52]);
+    d = meet(d, visceral, 0.006);
+    d = carve(d, ball(p, [0.080, 0.255, -0.095], 0.090), 0.015);
+    d = carve(d, ball(p, [-0.115, 0.225, -0.110], 0.080), 0.015);
+    // The heart rests on top of the left lobe.
+    d = carve(d, ball(p, [0.045, 0.480, -0.030], 0.095), 0.03);
     // Vena cava and spine behind.
-    d = carve(
-        d,
-        Tube::new(
-            &[([-0.02, 0.2, -0.15], 0.03), ([-0.02, 0.45, -0.15], 0.03)],
-            1,
-        )
-        .distance(p),
-        0.03,
-    );
-    d = carve(d, LIGAMENT_NOTCH.distance(p), 0.010);
-    d = carve(d, PORTA.distance(p), 0.012);
-    carve(d, gallbladder::distance(p) - FOSSA_GAP_M, 0.006)
+    d = carve(d, SPINE.distance(p), 0.03);
+    d = carve(d, LIGAMENT_NOTCH.distance(p), 0.008);
+    carve(d, PORTA.distance(p), 0.012)
 }
