@@ -253,8 +253,19 @@ pub struct TickRecord {
     pub missed: u32,
     /// Time of each stage.
     pub stage_ns: [u32; STAGES],
-    /// Bits: 1 overran its deadline, 2 no free slot to publish, 4 stale sample, 8 in contact.
+    /// Bit set of [`TickRecord::OVERRAN`], `NOT_PUBLISHED`, `STALE`, `CONTACT`.
     pub bits: u32,
+}
+
+impl TickRecord {
+    /// It ended after its deadline.
+    pub const OVERRAN: u32 = 1;
+    /// A frame was due and no slot was free.
+    pub const NOT_PUBLISHED: u32 = 2;
+    /// The device sample was older than its limit, or the device lost.
+    pub const STALE: u32 = 4;
+    /// The instrument touched something.
+    pub const CONTACT: u32 = 8;
 }
 
 /// Service `timing`: batches of records, with the thread's counters since its start.
@@ -264,7 +275,7 @@ pub struct TickRecord {
 pub struct TimingBatch {
     /// Batch number; a gap is a loss.
     pub sequence: u64,
-    /// Heap allocations of the realtime thread since it was armed.
+    /// Heap allocations of the realtime thread since it was armed; `u64::MAX`: not counted.
     pub allocations: u64,
     /// Page faults (minor and major) of the realtime thread since it was armed.
     pub page_faults: u64,
