@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use rt_core::sim::Parameters;
+
 use crate::alloc_counter::OnAllocation;
 use crate::error::RtError;
 
@@ -44,6 +46,8 @@ pub struct RtConfig {
     pub publish_every: u32,
     /// Ends by itself after so many periods (run or missed); none: runs until stopped.
     pub periods_max: Option<u64>,
+    /// Iterations, force ramp, and whether force may leave from the start.
+    pub parameters: Parameters,
     /// What an allocation of the tick's thread leads to.
     pub on_allocation: OnAllocation,
 }
@@ -66,6 +70,11 @@ impl RtConfig {
             spin_ns: 0,
             publish_every: 4,
             periods_max: None,
+            // The ramp takes the place of a person who enables the force.
+            parameters: Parameters {
+                force_enabled: true,
+                ..Parameters::default()
+            },
             on_allocation: OnAllocation::BUILD_DEFAULT,
         }
     }

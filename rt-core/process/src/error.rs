@@ -22,8 +22,8 @@ pub enum RtError {
     #[error("scene: {0}")]
     Scene(#[from] SceneError),
     /// The core does not take the scene.
-    #[error("scene does not fit the simulation: {0}; prepare it at a coarser level")]
-    SceneContent(String),
+    #[error("scene does not fit the simulation: {0}")]
+    Core(rt_core::scene::SceneError),
     /// The station is taken, or the services do not open.
     #[error(transparent)]
     Service(#[from] ServiceError),
@@ -33,7 +33,7 @@ pub enum RtError {
         /// Which: haptic device, tracker, pedal.
         device: &'static str,
         /// What `hardware` says.
-        source: Box<dyn std::error::Error + Send + Sync>,
+        source: hardware::HardwareError,
     },
     /// The system refused a thread.
     #[error("cannot start the {thread} thread: {source}; is memory or the process limit used up?")]
@@ -50,5 +50,14 @@ pub enum RtError {
         thread: &'static str,
         /// Its last words.
         message: String,
+    },
+    /// The tick did not end when asked: a bug, or a machine that stands still.
+    #[error(
+        "the tick did not end within {waited_ms} ms after it was asked to; it was taken off the \
+         realtime scheduler; the device's own watchdog takes its force away"
+    )]
+    Wedged {
+        /// How long was waited.
+        waited_ms: u64,
     },
 }

@@ -13,32 +13,24 @@
 pub mod alloc_counter;
 mod config;
 pub mod control;
+mod devices;
 mod error;
 pub mod executor;
+mod frames;
+mod handover;
+mod publisher;
 pub mod realtime;
+mod run;
+mod scene;
 pub mod schedule;
+mod shared;
 mod summary;
+mod tick;
+mod tick_thread;
 pub mod time_driver;
-
-use core::sync::atomic::AtomicBool;
+mod watch;
 
 pub use config::{Realtime, RtConfig};
 pub use error::RtError;
+pub use run::run;
 pub use summary::{Ended, Ready, RtSummary};
-
-/// Runs the realtime process until `stop` is set, a host's command ends it, or
-/// [`RtConfig::periods_max`] periods are over. Calls `on_ready` once, when it ticks.
-///
-/// Blocks the calling thread, which should take the signals (`signal_hook::flag` on `stop`). The
-/// force is zero when it returns, however it returns.
-///
-/// # Errors
-/// As [`RtError`] says: why it did not start, or broke off.
-pub fn run(
-    config: &RtConfig,
-    _stop: &AtomicBool,
-    _on_ready: impl FnOnce(&Ready),
-) -> Result<RtSummary, RtError> {
-    config.check()?;
-    Err(RtError::SceneContent("the tick is being built".into()))
-}

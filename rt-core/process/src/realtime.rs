@@ -153,11 +153,10 @@ pub fn take_fifo(priority: u8) -> Result<(), String> {
 }
 
 /// Gives a thread of this process back to the ordinary scheduler: the answer to a runaway tick.
-pub(crate) fn demote(thread: rustix::thread::Pid) {
+pub(crate) fn demote(thread: libc::pid_t) {
     let parameter = libc::sched_param { sched_priority: 0 };
-    let id = thread.as_raw_nonzero().get();
     // SAFETY: a thread id of this process; the parameter is a valid, initialised struct.
-    unsafe { libc::sched_setscheduler(id, libc::SCHED_OTHER, &raw const parameter) };
+    unsafe { libc::sched_setscheduler(thread, libc::SCHED_OTHER, &raw const parameter) };
 }
 
 /// Keeps signals away from the calling thread, so that the main thread takes them all. Faults of

@@ -1,0 +1,143 @@
+//! From what a tick shows to what crosses the process border. Runs in the tick: fills in place.
+
+use rt_core::event::{Event, EventKind};
+use rt_core::math::{Pose, Vec3};
+use rt_core::port::LineCounters;
+use rt_core::sim::{Status, TickView};
+use rt_core::tool::{Capsule, Switches};
+use shared_mem::message::{
+    CapsuleMsg, EventMsg, MAX_CAPSULES, MAX_SPHERES, PoseMsg, SphereState, StateFrame, TickRecord,
+    ToolFrame,
+};
+
+use crate::devices;
+
+// The two sides agree on what fits and on the bits.
+const _: () = {
+    assert!(MAX_SPHERES == rt_core::capacity::MAX_SPHERES);
+    assert!(MAX_CAPSULES == rt_core::capacity::MAX_CAPSULES);
+    assert!(crate::shared::FAULTS == rt_core::fault::FAULT_COUNT);
+    assert!(shared_mem::message::STAGES == rt_core::sim::Stage::ALL.len());
+    assert!(SphereState::AWAKE == rt_core::state::SphereBits::AWAKE.0 as u32);
+    assert!(SphereState::CONTACT == rt_core::state::SphereBits::CONTACT.0 as u32);
+    assert!(SphereState::GRASPED == rt_core::state::SphereBits::GRASPED.0 as u32);
+};
+
+/// Fills a sphere frame.
+pub(crate) fn fill_state(
+    frame: &mut StateFrame,
+    view: &TickView<'_>,
+    scene_id: [u8; 16],
+    now_ns: u64,
+) {
+    frame.tick = view.tick;
+    frame.sample_ns = view.sample_ns;
+    frame.at_ns = now_ns;
+    frame.scene_id = scene_id;
+    frame.reserved = 0;
+    let mut count = 0;
+    for (to, from) in frame.spheres.iter_mut().zip(view.spheres()) {
+        *to = SphereState {
+            center_m: from.center_m.into(),
+            bits: from.bits.0.into(),
+        };
+        count += 1;
+    }
+    frame.sphere_count = count;
+}
+
+/// Fills a tool frame.
+pub(crate) fn fill_tools(
+    frame: &mut ToolFrame,
+    view: &TickView<'_>,
+    lines: [Option<LineCounters>; 3],
+    scene_id: [u8; 16],
+    now_ns: u64,
+) {
+    let tool = view.tool;
+    frame.tick = view.tick;
+    frame.sample_ns = view.sample_ns;
+    frame.at_ns = now_ns;
+    frame.scene_id = scene_id;
+    frame.world_from_handle = pose(&tool.world_from_handle);
+    frame.world_from_instrument = pose(&tool.world_from_instrument);
+    frame.world_from_camera = pose(&tool.world_from_camera);
+    frame.jaw = tool.jaw;
+    frame.instrument = u32::from(tool.instrument as u8);
+    frame.force_n = tool.force_n.into();
+    frame.contact_count = tool.contact_count;
+    frame.switches = switches(&tool.switches);
+    frame.buttons = tool.buttons.0.into();
+    frame.reserved = [0; 2];
+    let mut count = 0;
+    for (to, from) in frame.capsules.iter_mut().zip(&tool.capsules) {
+        *to = capsule(from);
+        count += 1;
+    }
+    frame.capsule_count = count;
+    let [haptic, tracker, pedal] = lines;
+    frame.health = [
+        devices::health(view.device, haptic),
+        devices::health(view.tracker, tracker),
+        devices::health(view.pedal, pedal),
+    ];
+}
+
+/// An event's message.
+pub(crate) fn event(event: &Event, sequence: u64, tick: u64, at_ns: u64) -> EventMsg {
+    EventMsg {
+        sequence,
+        tick,
+        at_ns,
+        kind: match event.kind {
+            EventKind::Contact => EventMsg::CONTACT,
+            EventKind::Release => EventMsg::RELEASE,
+            EventKind::Grasp => EventMsg::GRASP,
+            EventKind::LetGo => EventMsg::LET_GO,
+            EventKind::Fault => EventMsg::FAULT,
+            EventKind::Electro => EventMsg::ELECTRO,
+        },
+        organ: event.organ.unwrap_or(u32::MAX),
+        at_m: event.at_m.into(),
+        value: event.value,
+    }
+}
+
+/// What a tick's record says of its content.
+pub(crate) fn record_bits(view: &TickView<'_>) -> u32 {
+    let stale = matches!(view.device.status, Status::Stale | Status::Lost);
+    let contact = view.tool.contact_count > 0;
+    (u32::from(stale) * TickRecord::STALE) | (u32::from(contact) * TickRecord::CONTACT)
+}
+
+fn pose(pose: &Pose) -> PoseMsg {
+    let q = pose.rotation.coords;
+    PoseMsg {
+        position_m: pose.translation.vector.into(),
+        orientation: [q.x, q.y, q.z, q.w],
+    }
+}
+
+fn capsule(capsule: &Capsule) -> CapsuleMsg {
+    let point = |v: Vec3| v.into();
+    CapsuleMsg {
+        a_m: point(capsule.a_m),
+        radius_m: capsule.radius_m,
+        b_m: point(capsule.b_m),
+        role: u32::from(capsule.role as u8),
+    }
+}
+
+fn switches(switches: &Switches) -> u32 {
+    let pedal = &switches.pedal;
+    [
+        pedal.cut,
+        pedal.coagulate,
+        pedal.camera_lock,
+        switches.paused,
+        switches.force_enabled,
+    ]
+    .iter()
+    .enumerate()
+    .fold(0, |bits, (i, &on)| bits | (u32::from(on) << i))
+}

@@ -1,0 +1,273 @@
+//! Loan handover: the publishing thread lends shared-memory samples to the tick as plain memory.
+//!
+//! ```text
+//! publishing thread                      tick
+//! loan, touch ── slot ──► free ──────►  fill in place
+//! send, loan again ◄───── full ◄──────  give back
+//! ```
+//!
+//! The tick never calls iceoryx2: it takes a slot, fills it, gives it back, and allocates, faults
+//! and blocks nowhere. With no free slot it skips the frame and says so.
+#![expect(
+    unsafe_code,
+    reason = "loaned samples cross to the tick as pointers: iceoryx2's types are not Send"
+)]
+
+use core::mem::ManuallyDrop;
+use core::ptr::NonNull;
+
+use bytemuck::Pod;
+use heapless::spsc::{Consumer, Producer, Queue};
+
+/// Samples in circulation for each service.
+pub(crate) const SLOTS: usize = 5;
+const QUEUE: usize = SLOTS + 1;
+
+/// Where slots come from: a publisher, or memory in tests.
+///
+/// # Safety
+/// A loan's memory is initialised, stays where it is and is written by nobody else until the loan
+/// is sent or dropped; it may be written from another thread.
+pub(crate) unsafe trait Lender<T> {
+    /// Exclusive use of one sample's memory.
+    type Loan;
+    /// A free sample, or `None` if there is none just now.
+    fn loan(&mut self) -> Option<Self::Loan>;
+    /// Its memory.
+    fn memory(loan: &mut Self::Loan) -> NonNull<T>;
+    /// Publishes it.
+    fn send(&mut self, loan: Self::Loan);
+}
+
+/// A lent sample on its way. Whoever holds it may use the memory.
+struct Slot<T> {
+    index: usize,
+    memory: NonNull<T>,
+}
+
+// SAFETY: a slot is the only way to its memory while it travels, and `Lender` promises that the
+// memory may be written from another thread. `T: Pod` wherever it is used.
+unsafe impl<T: Send> Send for Slot<T> {}
+
+/// The tick's end.
+pub(crate) struct Filler<T: 'static> {
+    free: Consumer<'static, Slot<T>>,
+    full: Producer<'static, Slot<T>>,
+}
+
+/// The publishing thread's end: owns the loans.
+pub(crate) struct Sender<T: 'static, L: Lender<T>> {
+    lender: L,
+    /// Never dropped while the tick may still write: see [`Sender::finish`].
+    loans: [Option<ManuallyDrop<L::Loan>>; SLOTS],
+    free: Producer<'static, Slot<T>>,
+    full: Consumer<'static, Slot<T>>,
+}
+
+/// Makes a pair; lives for ever, as the threads that use it do. Allocates.
+pub(crate) struct Handover<T: 'static> {
+    to_tick: (Producer<'static, Slot<T>>, Consumer<'static, Slot<T>>),
+    from_tick: (Producer<'static, Slot<T>>, Consumer<'static, Slot<T>>),
+}
+
+impl<T: Pod + Send> Handover<T> {
+    pub(crate) fn new() -> Self {
+        let queue = || Box::leak(Box::new(Queue::<Slot<T>, QUEUE>::new())).split();
+        Self {
+            to_tick: queue(),
+            from_tick: queue(),
+        }
+    }
+
+    /// The two ends; the sender still needs its lender.
+    pub(crate) fn split(self) -> (Filler<T>, SenderEnds<T>) {
+        let (free_in, free_out) = self.to_tick;
+        let (full_in, full_out) = self.from_tick;
+        let filler = Filler {
+            free: free_out,
+            full: full_in,
+        };
+        let ends = SenderEnds {
+            free: free_in,
+            full: full_out,
+        };
+        (filler, ends)
+    }
+}
+
+/// The publishing thread's queues, before it has opened its publisher.
+pub(crate) struct SenderEnds<T: 'static> {
+    free: Producer<'static, Slot<T>>,
+    full: Consumer<'static, Slot<T>>,
+}
+
+impl<T: Pod + Send> SenderEnds<T> {
+    /// Begins to lend: every sample is touched before the tick gets it.
+    pub(crate) fn lend<L: Lender<T>>(self, lender: L) -> Sender<T, L> {
+        let mut sender = Sender {
+            lender,
+            loans: [const { None }; SLOTS],
+            free: self.free,
+            full: self.full,
+        };
+        sender.refill();
+        sender
+    }
+}
+
+impl<T: Pod + Send> Filler<T> {
+    /// Lets `fill` write the next free sample and gives it back for sending. The memory holds
+    /// whatever an earlier frame left. False, and `fill` is not called, when none is free.
+    pub(crate) fn fill(&mut self, fill: impl FnOnce(&mut T)) -> bool {
+        let Some(mut slot) = self.free.dequeue() else {
+            return false;
+        };
+        // SAFETY: the sender lent this memory and waits for the slot before it touches it again;
+        // it is initialised (`Lender`) and any content is valid (`Pod`).
+        fill(unsafe { slot.memory.as_mut() });
+        // There are no more slots than the queue holds.
+        self.full.enqueue(slot).is_ok()
+    }
+}
+
+impl<T: Pod + Send, L: Lender<T>> Sender<T, L> {
+    /// Publishes what the tick has filled, oldest first, and lends anew. Gives how many.
+    pub(crate) fn send_filled(&mut self) -> usize {
+        let mut sent = 0;
+        while let Some(slot) = self.full.dequeue() {
+            if let Some(loan) = self.loans.get_mut(slot.index).and_then(Option::take) {
+                self.lender.send(ManuallyDrop::into_inner(loan));
+                sent += 1;
+            }
+        }
+        self.refill();
+        sent
+    }
+
+    fn refill(&mut self) {
+        for (index, place) in self.loans.iter_mut().enumerate() {
+            if place.is_some() {
+                continue;
+            }
+            let Some(mut loan) = self.lender.loan() else {
+                return;
+            };
+            let memory = L::memory(&mut loan);
+            touch(memory);
+            *place = Some(ManuallyDrop::new(loan));
+            // There are no more slots than the queue holds.
+            let _ = self.free.enqueue(Slot { index, memory });
+        }
+    }
+
+    /// Gives the loans back. Only for when the tick's thread has ended: dropping a sender without
+    /// it (a panic) leaks the loans instead of pulling memory from under the tick.
+    pub(crate) fn finish(mut self) {
+        self.send_filled();
+        for loan in self.loans.iter_mut().filter_map(Option::take) {
+            drop(ManuallyDrop::into_inner(loan));
+        }
+    }
+}
+
+/// Writes to every page, so that the tick's first write does not fault.
+fn touch<T>(memory: NonNull<T>) {
+    let start = memory.cast::<u8>();
+    for offset in (0..size_of::<T>()).step_by(4096) {
+        // SAFETY: inside the sample's memory, which this thread owns until it lends it.
+        unsafe {
+            let byte = start.add(offset);
+            byte.write_volatile(byte.read_volatile());
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::RefCell;
+    use std::rc::Rc;
+
+    /// Boxes as samples; at most `left` loans, what is sent is kept.
+    struct Boxes {
+        left: usize,
+        sent: Rc<RefCell<Vec<[u64; 1024]>>>,
+    }
+
+    // SAFETY: a box's memory is initialised, stays in place and has one owner.
+    unsafe impl Lender<[u64; 1024]> for Boxes {
+        type Loan = Box<[u64; 1024]>;
+        fn loan(&mut self) -> Option<Self::Loan> {
+            self.left = self.left.checked_sub(1)?;
+            Some(Box::new([0; 1024]))
+        }
+        fn memory(loan: &mut Self::Loan) -> NonNull<[u64; 1024]> {
+            NonNull::from(&mut **loan)
+        }
+        fn send(&mut self, loan: Self::Loan) {
+            self.sent.borrow_mut().push(*loan);
+            self.left += 1;
+        }
+    }
+
+    fn pair(left: usize) -> (Filler<[u64; 1024]>, Sender<[u64; 1024], Boxes>) {
+        let (filler, ends) = Handover::new().split();
+        let sent = Rc::default();
+        (filler, ends.lend(Boxes { left, sent }))
+    }
+
+    #[test]
+    fn a_slow_publisher_costs_frames_and_never_blocks() {
+        let (mut filler, mut sender) = pair(100);
+        let filled = (0..20).filter(|&i| filler.fill(|f| *f = [i; 1024])).count();
+        assert_eq!(filled, SLOTS);
+        assert_eq!(sender.send_filled(), SLOTS);
+        assert!(filler.fill(|f| *f = [77; 1024]), "slots are lent anew");
+        let sent = Rc::clone(&sender.lender.sent);
+        sender.finish();
+        let heads: Vec<u64> = sent.borrow().iter().map(|f| f[0]).collect();
+        assert_eq!(
+            heads,
+            [0, 1, 2, 3, 4, 77],
+            "in order, none lost, none twice"
+        );
+    }
+
+    #[test]
+    fn a_lender_that_runs_dry_comes_back() {
+        let (mut filler, mut sender) = pair(2);
+        assert!(filler.fill(|_| ()) && filler.fill(|_| ()));
+        assert!(!filler.fill(|_| ()));
+        sender.send_filled();
+        assert!(filler.fill(|_| ()) && filler.fill(|_| ()));
+        assert!(!filler.fill(|_| ()));
+        sender.finish();
+    }
+
+    #[test]
+    fn frames_arrive_whole_from_another_thread() {
+        let (mut filler, mut sender) = pair(100);
+        let tick = std::thread::spawn(move || {
+            let mut next = 0;
+            while next < 2000 {
+                if filler.fill(|frame| *frame = [next; 1024]) {
+                    next += 1;
+                } else {
+                    std::thread::yield_now();
+                }
+            }
+        });
+        while !tick.is_finished() {
+            sender.send_filled();
+            std::thread::yield_now();
+        }
+        tick.join().unwrap();
+        let sent = Rc::clone(&sender.lender.sent);
+        sender.finish();
+        let sent = sent.borrow();
+        assert_eq!(sent.len(), 2000);
+        for (i, frame) in sent.iter().enumerate() {
+            assert!(frame.iter().all(|&word| word == i as u64), "frame {i}");
+        }
+    }
+}

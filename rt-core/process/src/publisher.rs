@@ -1,0 +1,277 @@
+//! The publishing thread: owns every iceoryx2 object, sends what the tick has filled, passes
+//! commands on. Woken by time, late in each period, when the tick is expected to be done.
+
+use core::mem::MaybeUninit;
+use core::ptr::NonNull;
+use core::sync::atomic::Ordering::{Acquire, Relaxed};
+use std::collections::VecDeque;
+
+use bytemuck::{Pod, Zeroable};
+use heapless::spsc::{Consumer, Producer};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::prelude::{ZeroCopySend, ipc};
+use iceoryx2::sample_mut_uninit::SampleMutUninit;
+use rt_core::sim::Command;
+use rt_core::tool::Instrument;
+use shared_mem::message::{
+    CommandMsg, EventMsg, ReplyMsg, StateFrame, TIMING_BATCH, TickRecord, TimingBatch, ToolFrame,
+};
+use shared_mem::service::{Controller, Request};
+
+use crate::handover::{Lender, SenderEnds};
+use crate::shared::Shared;
+use crate::summary::Ended;
+use crate::time_driver::{monotonic_ns, sleep_until};
+
+/// Events that can wait for the publishing thread: 32 ticks full of them.
+pub(crate) const EVENT_QUEUE: usize = 1025;
+/// Timing records that can wait: a second.
+pub(crate) const RECORD_QUEUE: usize = 1025;
+/// Commands on their way to the tick, which takes one a tick.
+pub(crate) const COMMAND_QUEUE: usize = 9;
+/// How often hosts that died are forgotten.
+const FORGET_DEAD_NS: u64 = 1_000_000_000;
+
+/// The publishing thread's ends of all queues.
+pub(crate) struct Ends {
+    pub(crate) state: SenderEnds<StateFrame>,
+    pub(crate) tools: SenderEnds<ToolFrame>,
+    pub(crate) events: Consumer<'static, EventMsg>,
+    pub(crate) records: Consumer<'static, TickRecord>,
+    pub(crate) commands: Producer<'static, Command>,
+    /// The tick at which each command took effect, in the commands' order.
+    pub(crate) accepted: Consumer<'static, u64>,
+}
+
+/// Publishes until the tick's thread has ended and all it left is sent.
+pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, period_ns: u64) {
+    let mut state = ends.state.lend(Samples(&controller.state));
+    let mut tools = ends.tools.lend(Samples(&controller.tools));
+    let mut events = ends.events;
+    let mut timing = Timing::new(ends.records);
+    let mut desk = Desk {
+        commands: ends.commands,
+        accepted: ends.accepted,
+        waiting: VecDeque::with_capacity(COMMAND_QUEUE),
+    };
+    let mut forget_at_ns = monotonic_ns() + FORGET_DEAD_NS;
+    loop {
+        // Read first: what the tick left before it ended is then still sent below.
+        let last_round = shared.tick_ended.load(Acquire);
+        state.send_filled();
+        tools.send_filled();
+        while let Some(event) = events.dequeue() {
+            // Sending fails only when the service is gone; the reader then sees the gap.
+            let _ = controller.events.send_copy(event);
+        }
+        timing.send_full(controller, shared);
+        desk.serve(controller, shared);
+        if last_round {
+            break;
+        }
+        if monotonic_ns() > forget_at_ns {
+            controller.forget_dead();
+            forget_at_ns = monotonic_ns() + FORGET_DEAD_NS;
+        }
+        sleep_until(next_round_ns(shared, period_ns), 0);
+    }
+    timing.send_rest(controller, shared);
+    state.finish();
+    tools.finish();
+}
+
+/// Eight tenths into a period of the tick, so that the frames of that period are complete.
+fn next_round_ns(shared: &Shared, period_ns: u64) -> u64 {
+    let now = monotonic_ns();
+    let phase = shared.scheduled_ns.load(Relaxed) + period_ns / 10 * 8;
+    let behind = now.saturating_sub(phase);
+    if now < phase && phase - now <= period_ns {
+        return phase;
+    }
+    now + period_ns - behind % period_ns
+}
+
+/// iceoryx2 samples as lent memory.
+struct Samples<'a, T: core::fmt::Debug + ZeroCopySend + 'static>(
+    &'a Publisher<ipc::Service, T, ()>,
+);
+
+#[expect(unsafe_code, reason = "promises what iceoryx2's loans are")]
+// SAFETY: a loaned sample is memory mapped from a file, hence initialised; it stays where it is
+// and belongs to nobody else until it is sent or dropped; plain memory may be written by any
+// thread.
+unsafe impl<T: Pod + core::fmt::Debug + ZeroCopySend> Lender<T> for Samples<'_, T> {
+    type Loan = SampleMutUninit<ipc::Service, MaybeUninit<T>, ()>;
+
+    fn loan(&mut self) -> Option<Self::Loan> {
+        self.0.loan_uninit().ok()
+    }
+
+    fn memory(loan: &mut Self::Loan) -> NonNull<T> {
+        NonNull::from(loan.payload_mut()).cast()
+    }
+
+    fn send(&mut self, loan: Self::Loan) {
+        // SAFETY: the tick filled it, and any content is valid (`Pod`).
+        let sample = unsafe { loan.assume_init() };
+        // Fails only when the service is gone.
+        let _ = sample.send();
+    }
+}
+
+/// Collects records into batches.
+struct Timing {
+    records: Consumer<'static, TickRecord>,
+    batch: Box<TimingBatch>,
+    next_sequence: u64,
+}
+
+impl Timing {
+    fn new(records: Consumer<'static, TickRecord>) -> Self {
+        Self {
+            records,
+            batch: Box::new(TimingBatch::zeroed()),
+            next_sequence: 0,
+        }
+    }
+
+    fn send_full(&mut self, controller: &Controller, shared: &Shared) {
+        while let Some(record) = self.records.dequeue() {
+            if let Some(place) = self.batch.records.get_mut(self.batch.count as usize) {
+                *place = record;
+                self.batch.count += 1;
+            }
+            if self.batch.count as usize == TIMING_BATCH {
+                self.send(controller, shared);
+            }
+        }
+    }
+
+    fn send_rest(&mut self, controller: &Controller, shared: &Shared) {
+        self.send_full(controller, shared);
+        self.send(controller, shared);
+    }
+
+    fn send(&mut self, controller: &Controller, shared: &Shared) {
+        let batch = &mut *self.batch;
+        batch.sequence = self.next_sequence;
+        self.next_sequence += 1;
+        batch.allocations = shared.allocations.load(Relaxed);
+        batch.page_faults = shared.page_faults.load(Relaxed);
+        batch.involuntary_switches = shared.involuntary_switches.load(Relaxed);
+        batch.ticks = shared.ticks.load(Relaxed);
+        batch.deadline_misses = shared.deadline_misses.load(Relaxed);
+        batch.overruns = shared.overruns.load(Relaxed);
+        batch.realtime = shared.realtime.load(Relaxed);
+        for (to, from) in batch.faults.iter_mut().zip(&shared.faults) {
+            *to = from.load(Relaxed);
+        }
+        let _ = controller.timing.send_copy(*batch);
+        *batch = TimingBatch::zeroed();
+    }
+}
+
+/// Where commands come in and replies go out.
+struct Desk {
+    commands: Producer<'static, Command>,
+    accepted: Consumer<'static, u64>,
+    waiting: VecDeque<Request>,
+}
+
+impl Desk {
+    fn serve(&mut self, controller: &Controller, shared: &Shared) {
+        while let Some(tick) = self.accepted.dequeue() {
+            if let Some(request) = self.waiting.pop_front() {
+                request.reply(reply(ReplyMsg::DONE, tick));
+            }
+        }
+        while let Some(request) = controller.next_request() {
+            let tick = shared.ticks.load(Relaxed);
+            match parse(request.command()) {
+                Ok(Asked::Stop) => {
+                    request.reply(reply(ReplyMsg::DONE, tick));
+                    shared.ask_to_end(Ended::Commanded);
+                }
+                Ok(Asked::Tick(command)) => match self.commands.enqueue(command) {
+                    Ok(()) => self.waiting.push_back(request),
+                    Err(_) => request.reply(reply(ReplyMsg::BUSY, tick)),
+                },
+                Err(outcome) => request.reply(reply(outcome, tick)),
+            }
+        }
+    }
+}
+
+#[derive(Debug, PartialEq)]
+enum Asked {
+    Stop,
+    Tick(Command),
+}
+
+fn reply(outcome: u32, tick: u64) -> ReplyMsg {
+    ReplyMsg {
+        outcome,
+        reserved: 0,
+        tick,
+    }
+}
+
+/// What a message asks, or the outcome that refuses it.
+fn parse(message: CommandMsg) -> Result<Asked, u32> {
+    let flag = match message.argument {
+        0 => Ok(false),
+        1 => Ok(true),
+        _ => Err(ReplyMsg::OUT_OF_RANGE),
+    };
+    Ok(match message.kind {
+        CommandMsg::PAUSE => Asked::Tick(Command::Pause(flag?)),
+        CommandMsg::RESET => Asked::Tick(Command::Reset),
+        CommandMsg::ENABLE_FORCE => Asked::Tick(Command::EnableForce(flag?)),
+        CommandMsg::INSTRUMENT => Asked::Tick(Command::Instrument(match message.argument {
+            0 => Instrument::Grasper,
+            1 => Instrument::Hook,
+            2 => Instrument::Scissors,
+            3 => Instrument::ClipApplier,
+            _ => return Err(ReplyMsg::OUT_OF_RANGE),
+        })),
+        CommandMsg::STOP => Asked::Stop,
+        _ => return Err(ReplyMsg::UNKNOWN),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn any_message_is_understood_or_refused(kind in 0u32..9, argument in 0u32..6) {
+            let outcome = parse(CommandMsg { kind, argument });
+            let known = (1..=5).contains(&kind);
+            let flag_ok = argument < 2;
+            match kind {
+                CommandMsg::PAUSE | CommandMsg::ENABLE_FORCE =>
+                    prop_assert_eq!(outcome.is_ok(), flag_ok),
+                CommandMsg::INSTRUMENT => prop_assert_eq!(outcome.is_ok(), argument < 4),
+                _ => prop_assert_eq!(outcome.is_ok(), known),
+            }
+            if let Err(refusal) = outcome {
+                let expected = if known { ReplyMsg::OUT_OF_RANGE } else { ReplyMsg::UNKNOWN };
+                prop_assert_eq!(refusal, expected);
+            }
+        }
+
+        #[test]
+        fn the_next_round_is_within_a_period_and_in_phase(ago in 0u64..50_000_000) {
+            let shared = Shared::default();
+            let period = 1_000_000;
+            let scheduled = monotonic_ns() - ago;
+            shared.scheduled_ns.store(scheduled, Relaxed);
+            let before = monotonic_ns();
+            let next = next_round_ns(&shared, period);
+            prop_assert!(next > before && next <= monotonic_ns() + period);
+            prop_assert_eq!((next - scheduled) % period, 800_000);
+        }
+    }
+}

@@ -1,0 +1,341 @@
+//! From a configuration to a running station and back: what the main thread does.
+
+use core::sync::atomic::{AtomicBool, Ordering::Relaxed, Ordering::Release};
+use core::time::Duration;
+use std::any::Any;
+use std::sync::Arc;
+use std::sync::mpsc;
+use std::thread::{Builder, JoinHandle, sleep};
+
+use heapless::spsc::{Consumer, Producer, Queue};
+use rt_core::fault::Fault;
+use shared_mem::message::TimingBatch;
+use shared_mem::service::{Controller, ServiceError, Station};
+
+use crate::config::{Realtime, RtConfig};
+use crate::devices::Devices;
+use crate::error::RtError;
+use crate::handover::Handover;
+use crate::publisher::{self, COMMAND_QUEUE, EVENT_QUEUE, RECORD_QUEUE};
+use crate::realtime::{self, NoDeepIdle, Standing};
+use crate::scene::LoadedScene;
+use crate::shared::Shared;
+use crate::summary::{Ended, Ready, RtSummary};
+use crate::tick;
+use crate::tick_thread::{self, Start};
+use crate::time_driver::monotonic_ns;
+use crate::watch::Watch;
+
+/// Stack of the tick's thread: holds a simulation state while it is built, and far more than the
+/// tick needs.
+const TICK_STACK_BYTES: usize = 8 << 20;
+/// How long the tick may take to end when it is asked to.
+const PATIENCE_TO_END_NS: u64 = 2_000_000_000;
+/// How often the main thread looks.
+const LOOK_EVERY: Duration = Duration::from_millis(5);
+
+/// Runs the realtime process until `stop` is set, a host's command ends it, or
+/// [`RtConfig::periods_max`] periods are over. Calls `on_ready` once, when it ticks.
+///
+/// Blocks the calling thread, which should take the signals (`signal_hook::flag` on `stop`). The
+/// force is zero when it returns, however it returns. What Linux refuses and what goes wrong on
+/// the way is written to standard error.
+///
+/// The simulation's storage lives as long as the process, as embassy's tasks must.
+///
+/// # Errors
+/// As [`RtError`] says: why it did not start, or broke off.
+pub fn run(
+    config: &RtConfig,
+    stop: &AtomicBool,
+    on_ready: impl FnOnce(&Ready),
+) -> Result<RtSummary, RtError> {
+    config.check()?;
+    let cores = realtime::allowed_cores();
+    let run = Run {
+        config,
+        scene: Box::leak(Box::new(LoadedScene::load(&config.scene)?)),
+        core: config.core.or(cores.last().copied()).unwrap_or(0),
+        cores,
+        shared: Arc::default(),
+    };
+    let (tick_ends, publisher_ends) = queues();
+
+    // The station first: a second controller must not touch the first one's devices.
+    let publisher = run.start_publisher(publisher_ends)?;
+    let outcome = run
+        .start_tick(tick_ends)
+        .and_then(|tick| run.supervise(tick, &publisher, stop, on_ready));
+    if let Err(wedged @ RtError::Wedged { .. }) = outcome {
+        // The tick may still write into the publisher's memory: leave both as they are.
+        return Err(wedged);
+    }
+    run.shared.tick_ended.store(true, Release);
+    let published = join("publishing", publisher);
+    let supervised = outcome?;
+    published?;
+    Ok(run.summary(supervised))
+}
+
+/// A run's constants.
+struct Run<'a> {
+    config: &'a RtConfig,
+    scene: &'static LoadedScene,
+    /// Cores that this process may use.
+    cores: Vec<usize>,
+    /// The tick's.
+    core: usize,
+    shared: Arc<Shared>,
+}
+
+/// The tick's thread, about to tick.
+struct TickThread {
+    thread: JoinHandle<()>,
+    standing: Standing,
+    /// The request holds as long as it lives.
+    _no_deep_idle: Option<NoDeepIdle>,
+}
+
+/// What watching came to.
+struct Supervised {
+    ended: Ended,
+    standing: Standing,
+    stalls_seen: u64,
+}
+
+impl Run<'_> {
+    /// Starts the publishing thread and waits until it has the station.
+    fn start_publisher(&self, ends: publisher::Ends) -> Result<JoinHandle<()>, RtError> {
+        let station = Station::new(&self.config.station)?;
+        let shared = Arc::clone(&self.shared);
+        let asks = self.config.realtime == Realtime::Ask;
+        let priority = self.config.publisher_priority;
+        let period_ns = self.config.period_ns;
+        let others: Vec<usize> = self
+            .cores
+            .iter()
+            .copied()
+            .filter(|&c| c != self.core)
+            .collect();
+        let (tell, told) = mpsc::sync_channel::<Result<(), ServiceError>>(1);
+        let body = move || {
+            realtime::leave_signals_to_main();
+            let controller = match Controller::open(&station) {
+                Ok(controller) => controller,
+                Err(error) => {
+                    let _ = tell.send(Err(error));
+                    return;
+                }
+            };
+            if asks {
+                // What is refused here is refused to the tick as well, and told there.
+                if !others.is_empty() {
+                    let _ = realtime::pin_to(&others);
+                }
+                let _ = realtime::take_fifo(priority);
+            }
+            let _ = tell.send(Ok(()));
+            publisher::publish(&controller, ends, &shared, period_ns);
+        };
+        let thread = spawn("publishing", 2 << 20, body)?;
+        match told.recv() {
+            Ok(Ok(())) => Ok(thread),
+            Ok(Err(error)) => Err(error.into()),
+            Err(_) => Err(without_a_word("publishing", thread)),
+        }
+    }
+
+    /// Opens the devices, locks memory, starts the tick's thread and waits until it is ready.
+    fn start_tick(&self, ends: tick::Ends) -> Result<TickThread, RtError> {
+        let devices = Devices::open(self.config)?;
+        let mut standing = Standing::default();
+        let mut no_deep_idle = None;
+        match self.config.realtime {
+            Realtime::Ask => {
+                standing.note(TimingBatch::LOCKED, realtime::lock_memory());
+                match NoDeepIdle::ask() {
+                    Ok(request) => no_deep_idle = Some(request),
+                    Err(why) => standing.refused.push(why),
+                }
+            }
+            Realtime::Never => standing
+                .refused
+                .push("realtime was not asked for".to_owned()),
+        }
+        let start = Start {
+            scene: self.scene.scene()?,
+            scene_id: self.scene.short_id,
+            devices,
+            ends,
+            shared: Arc::clone(&self.shared),
+            core: self.core,
+            standing,
+            settings: self.config.into(),
+        };
+        let (tell, told) = mpsc::sync_channel(1);
+        let thread = spawn("tick", TICK_STACK_BYTES, move || {
+            tick_thread::run(start, &tell);
+        })?;
+        match told.recv() {
+            Ok(standing) => Ok(TickThread {
+                thread,
+                standing,
+                _no_deep_idle: no_deep_idle,
+            }),
+            Err(_) => Err(without_a_word("tick", thread)),
+        }
+    }
+
+    /// Watches until the tick has ended.
+    fn supervise(
+        &self,
+        tick: TickThread,
+        publisher: &JoinHandle<()>,
+        stop: &AtomicBool,
+        on_ready: impl FnOnce(&Ready),
+    ) -> Result<Supervised, RtError> {
+        for why in &tick.standing.refused {
+            eprintln!("calot rt: {why}");
+        }
+        if !tick.standing.is_realtime() {
+            eprintln!("calot rt: NOT REALTIME; every report says so");
+        }
+        let mut on_ready = Some(on_ready);
+        let mut watch = Watch::new();
+        let mut asked_at_ns = None;
+        while !tick.thread.is_finished() {
+            sleep(LOOK_EVERY);
+            if self.shared.ticks.load(Relaxed) > 0
+                && let Some(on_ready) = on_ready.take()
+            {
+                on_ready(&self.ready(&tick.standing));
+            }
+            if stop.load(Relaxed) || publisher.is_finished() {
+                self.shared.ask_to_end(Ended::Asked);
+            }
+            watch.look(&self.shared);
+            if self.shared.asked_to_end().is_some() {
+                let asked_at_ns = *asked_at_ns.get_or_insert_with(monotonic_ns);
+                let waited_ns = monotonic_ns() - asked_at_ns;
+                if waited_ns > PATIENCE_TO_END_NS {
+                    realtime::demote(self.shared.tick_thread.load(Relaxed));
+                    let waited_ms = waited_ns / 1_000_000;
+                    return Err(RtError::Wedged { waited_ms });
+                }
+            }
+        }
+        join("tick", tick.thread)?;
+        Ok(Supervised {
+            ended: self.shared.asked_to_end().unwrap_or(Ended::Asked),
+            standing: tick.standing,
+            stalls_seen: watch.stalls_seen(),
+        })
+    }
+
+    fn ready(&self, standing: &Standing) -> Ready {
+        Ready {
+            station: self.config.station.clone(),
+            scene: self.scene.name.clone(),
+            scene_id: self.scene.id.clone(),
+            spheres: self.scene.sphere_count(),
+            core: self.core,
+            realtime: standing.is_realtime(),
+            refused: standing.refused.clone(),
+        }
+    }
+
+    fn summary(&self, supervised: Supervised) -> RtSummary {
+        let shared = &*self.shared;
+        let allocations = shared.allocations.load(Relaxed);
+        let faults = Fault::ALL.into_iter().zip(&shared.faults);
+        RtSummary {
+            station: self.config.station.clone(),
+            scene: self.scene.name.clone(),
+            scene_id: self.scene.id.clone(),
+            ended: supervised.ended,
+            ticks: shared.ticks.load(Relaxed),
+            deadline_misses: shared.deadline_misses.load(Relaxed),
+            overruns: shared.overruns.load(Relaxed),
+            allocations_after_start: (allocations != u64::MAX).then_some(allocations),
+            page_faults_after_start: shared.page_faults.load(Relaxed),
+            involuntary_switches: shared.involuntary_switches.load(Relaxed),
+            realtime: supervised.standing.is_realtime(),
+            refused: supervised.standing.refused,
+            core: self.core,
+            faults: faults
+                .map(|(fault, count)| (fault.name().to_owned(), count.load(Relaxed)))
+                .filter(|(_, count)| *count > 0)
+                .collect(),
+            force_max_n: f32::from_bits(shared.force_max_n.load(Relaxed)),
+            frames_skipped: shared.frames_skipped.load(Relaxed),
+            events_lost: shared.events_lost.load(Relaxed),
+            records_lost: shared.records_lost.load(Relaxed),
+            stalls_seen: supervised.stalls_seen,
+        }
+    }
+}
+
+/// The queues between the tick and the publishing thread. They live as long as the process.
+fn queues() -> (tick::Ends, publisher::Ends) {
+    fn queue<T, const N: usize>() -> (Producer<'static, T>, Consumer<'static, T>) {
+        Box::leak(Box::new(Queue::<T, N>::new())).split()
+    }
+    let (state, state_sender) = Handover::new().split();
+    let (tools, tools_sender) = Handover::new().split();
+    let (events, events_out) = queue::<_, EVENT_QUEUE>();
+    let (records, records_out) = queue::<_, RECORD_QUEUE>();
+    let (commands_in, commands) = queue::<_, COMMAND_QUEUE>();
+    let (accepted, accepted_out) = queue::<_, COMMAND_QUEUE>();
+    (
+        tick::Ends {
+            state,
+            tools,
+            events,
+            records,
+            commands,
+            accepted,
+        },
+        publisher::Ends {
+            state: state_sender,
+            tools: tools_sender,
+            events: events_out,
+            records: records_out,
+            commands: commands_in,
+            accepted: accepted_out,
+        },
+    )
+}
+
+fn spawn(
+    thread: &'static str,
+    stack_bytes: usize,
+    body: impl FnOnce() + Send + 'static,
+) -> Result<JoinHandle<()>, RtError> {
+    Builder::new()
+        .name(format!("calot-{thread}"))
+        .stack_size(stack_bytes)
+        .spawn(body)
+        .map_err(|source| RtError::Thread { thread, source })
+}
+
+fn join(thread: &'static str, handle: JoinHandle<()>) -> Result<(), RtError> {
+    handle.join().map_err(|panic| RtError::Panicked {
+        thread,
+        message: last_words(&*panic),
+    })
+}
+
+/// A thread that ended before it told anything has panicked.
+fn without_a_word(thread: &'static str, handle: JoinHandle<()>) -> RtError {
+    let silent = RtError::Panicked {
+        thread,
+        message: "ended without a word".to_owned(),
+    };
+    join(thread, handle).err().unwrap_or(silent)
+}
+
+fn last_words(panic: &(dyn Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(ToString::to_string);
+    text.or_else(|| panic.downcast_ref::<String>().cloned())
+        .unwrap_or_else(|| "no message".to_owned())
+}

@@ -1,0 +1,83 @@
+//! What the three threads know of each other: atomics, nothing that blocks.
+
+use core::sync::atomic::{
+    AtomicBool, AtomicI32, AtomicU8, AtomicU32, AtomicU64, Ordering::Relaxed,
+};
+
+use crate::summary::Ended;
+
+/// Kinds of faults that the reports have room for.
+pub(crate) const FAULTS: usize = 16;
+
+/// Counters and flags. Written by the tick's thread unless said otherwise.
+#[derive(Debug, Default)]
+pub(crate) struct Shared {
+    /// Asks the tick to end: 0 no, else an [`Ended`] + 1. Anybody writes it.
+    stop: AtomicU8,
+    /// The tick's thread is past its last tick; nothing more comes.
+    pub(crate) tick_ended: AtomicBool,
+    /// Kernel's number of the tick's thread.
+    pub(crate) tick_thread: AtomicI32,
+    /// Bits of `TimingBatch::realtime`, fixed before the first tick.
+    pub(crate) realtime: AtomicU32,
+    pub(crate) ticks: AtomicU64,
+    /// When the newest tick should have started: the publishing thread follows it.
+    pub(crate) scheduled_ns: AtomicU64,
+    /// When the newest tick ended: the watch looks at it.
+    pub(crate) heartbeat_ns: AtomicU64,
+    pub(crate) deadline_misses: AtomicU64,
+    pub(crate) overruns: AtomicU64,
+    /// `u64::MAX`: not counted.
+    pub(crate) allocations: AtomicU64,
+    pub(crate) page_faults: AtomicU64,
+    pub(crate) involuntary_switches: AtomicU64,
+    pub(crate) faults: [AtomicU64; FAULTS],
+    /// Largest force sent, N, as bits.
+    pub(crate) force_max_n: AtomicU32,
+    pub(crate) frames_skipped: AtomicU64,
+    pub(crate) events_lost: AtomicU64,
+    pub(crate) records_lost: AtomicU64,
+}
+
+impl Shared {
+    /// Asks the tick to end. The first reason stays.
+    pub(crate) fn ask_to_end(&self, why: Ended) {
+        let _ = self
+            .stop
+            .compare_exchange(0, why as u8 + 1, Relaxed, Relaxed);
+    }
+
+    /// Why the tick shall end, if it shall.
+    pub(crate) fn asked_to_end(&self) -> Option<Ended> {
+        match self.stop.load(Relaxed) {
+            0 => None,
+            1 => Some(Ended::Asked),
+            2 => Some(Ended::Commanded),
+            _ => Some(Ended::Finished),
+        }
+    }
+
+    /// Counts one.
+    pub(crate) fn count(counter: &AtomicU64) {
+        counter.fetch_add(1, Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_reason_to_end_stays() {
+        let shared = Shared::default();
+        assert_eq!(shared.asked_to_end(), None);
+        shared.ask_to_end(Ended::Commanded);
+        shared.ask_to_end(Ended::Asked);
+        assert_eq!(shared.asked_to_end(), Some(Ended::Commanded));
+        for why in [Ended::Asked, Ended::Finished] {
+            let shared = Shared::default();
+            shared.ask_to_end(why);
+            assert_eq!(shared.asked_to_end(), Some(why));
+        }
+    }
+}

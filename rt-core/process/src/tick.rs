@@ -1,0 +1,239 @@
+//! The tick's way to the world: devices, clock, queues. Nothing here blocks or allocates.
+
+use core::ops::ControlFlow;
+use core::sync::atomic::Ordering::Relaxed;
+use std::sync::Arc;
+
+use heapless::spsc::{Consumer, Producer};
+use rt_core::port::{ForceCommand, Polled};
+use rt_core::sim::{Command, Ports, Samples, Sim, Stage, TickView};
+use shared_mem::message::{EventMsg, STAGES, StateFrame, TickRecord, ToolFrame};
+
+use crate::devices::Devices;
+use crate::frames;
+use crate::handover::Filler;
+use crate::schedule::Due;
+use crate::shared::Shared;
+use crate::summary::Ended;
+use crate::time_driver::now_ns;
+
+/// The tick's ends of all queues.
+pub(crate) struct Ends {
+    pub(crate) state: Filler<StateFrame>,
+    pub(crate) tools: Filler<ToolFrame>,
+    pub(crate) events: Producer<'static, EventMsg>,
+    pub(crate) records: Producer<'static, TickRecord>,
+    pub(crate) commands: Consumer<'static, Command>,
+    pub(crate) accepted: Producer<'static, u64>,
+}
+
+/// What the tick needs besides the simulation.
+pub(crate) struct World {
+    devices: Devices,
+    ends: Ends,
+    shared: Arc<Shared>,
+    scene_id: [u8; 16],
+    publish_every: u64,
+    next_event: u64,
+    /// When the device sample of this tick was read, if it is new.
+    fresh_at_ns: Option<u64>,
+    last_stamp_ns: u64,
+    record: TickRecord,
+}
+
+/// Simulation and world: one control period after the other.
+pub(crate) struct Tick {
+    sim: Sim<'static>,
+    world: World,
+    shared: Arc<Shared>,
+    periods_max: Option<u64>,
+    /// Ticks and missed periods so far.
+    periods: u64,
+}
+
+const NO_RECORD: TickRecord = TickRecord {
+    tick: 0,
+    scheduled_ns: 0,
+    wake_latency_ns: 0,
+    tick_ns: 0,
+    motion_to_force_ns: 0,
+    missed: 0,
+    stage_ns: [0; STAGES],
+    bits: 0,
+};
+
+impl World {
+    pub(crate) fn new(
+        devices: Devices,
+        ends: Ends,
+        shared: Arc<Shared>,
+        scene_id: [u8; 16],
+        publish_every: u32,
+    ) -> Self {
+        Self {
+            devices,
+            ends,
+            shared,
+            scene_id,
+            publish_every: u64::from(publish_every).max(1),
+            next_event: 0,
+            fresh_at_ns: None,
+            last_stamp_ns: 0,
+            record: NO_RECORD,
+        }
+    }
+
+    fn raise(&mut self, event: &rt_core::event::Event, tick: u64, at_ns: u64) {
+        // Numbered before it is queued: a lost event leaves a gap that the reader sees.
+        let message = frames::event(event, self.next_event, tick, at_ns);
+        self.next_event += 1;
+        if self.ends.events.enqueue(message).is_err() {
+            Shared::count(&self.shared.events_lost);
+        }
+    }
+}
+
+impl Ports for World {
+    fn sample(&mut self) -> Samples {
+        let now = now_ns();
+        let haptic = &mut self.devices.haptic;
+        let device = haptic.as_mut().map_or(Polled::Nothing, |d| d.poll(now));
+        let tracker = &mut self.devices.tracker;
+        let tracker = tracker.as_mut().map_or(Polled::Nothing, |t| t.poll(now));
+        let pedal = &mut self.devices.pedal;
+        let pedal = pedal.as_mut().map_or(Polled::Nothing, |p| p.poll(now));
+        self.fresh_at_ns = match &device {
+            Polled::Fresh(sample) => Some(sample.at_ns),
+            _ => None,
+        };
+        let command = self.ends.commands.dequeue();
+        if command.is_some() {
+            // As many places as commands can be under way.
+            let _ = self.ends.accepted.enqueue(self.record.tick);
+        }
+        Samples {
+            now_ns: now,
+            device,
+            tracker,
+            pedal,
+            command,
+        }
+    }
+
+    fn send_force(&mut self, command: ForceCommand) {
+        if let Some(haptic) = &mut self.devices.haptic {
+            haptic.send(command, now_ns());
+            if let Some(read_ns) = self.fresh_at_ns {
+                self.record.motion_to_force_ns = saturate(now_ns().saturating_sub(read_ns)).max(1);
+            }
+        }
+    }
+
+    fn publish(&mut self, view: &TickView<'_>) {
+        let now = now_ns();
+        for event in view.events {
+            self.raise(event, view.tick, now);
+        }
+        self.record.bits |= frames::record_bits(view);
+        for (to, from) in self
+            .shared
+            .faults
+            .iter()
+            .zip(view.fault_counters.as_array())
+        {
+            to.store(*from, Relaxed);
+        }
+        // Non-negative floats are ordered as their bits.
+        let force_n = rt_core::math::norm(&view.tool.force_n).max(0.0);
+        self.shared
+            .force_max_n
+            .fetch_max(force_n.to_bits(), Relaxed);
+        if !view.tick.is_multiple_of(self.publish_every) {
+            return;
+        }
+        let id = self.scene_id;
+        let lines = self.devices.counters();
+        let shown = self
+            .ends
+            .state
+            .fill(|frame| frames::fill_state(frame, view, id, now))
+            & self
+                .ends
+                .tools
+                .fill(|frame| frames::fill_tools(frame, view, lines, id, now));
+        if !shown {
+            self.record.bits |= TickRecord::NOT_PUBLISHED;
+            Shared::count(&self.shared.frames_skipped);
+        }
+    }
+
+    fn stamp(&mut self, stage: Stage) {
+        let now = now_ns();
+        if let Some(place) = self.record.stage_ns.get_mut(stage as usize) {
+            *place = saturate(now.saturating_sub(self.last_stamp_ns));
+        }
+        self.last_stamp_ns = now;
+    }
+}
+
+impl Tick {
+    pub(crate) fn new(sim: Sim<'static>, world: World, periods_max: Option<u64>) -> Self {
+        Self {
+            sim,
+            shared: Arc::clone(&world.shared),
+            world,
+            periods_max,
+            periods: 0,
+        }
+    }
+
+    /// One control period, and its record.
+    pub(crate) fn run(&mut self, due: Due) -> ControlFlow<()> {
+        let start = now_ns();
+        let world = &mut self.world;
+        let shared = &*self.shared;
+        world.last_stamp_ns = start;
+        world.fresh_at_ns = None;
+        world.record = TickRecord {
+            tick: shared.ticks.load(Relaxed),
+            scheduled_ns: due.scheduled_ns,
+            wake_latency_ns: saturate(start.saturating_sub(due.scheduled_ns)),
+            missed: due.missed,
+            ..NO_RECORD
+        };
+        shared.scheduled_ns.store(due.scheduled_ns, Relaxed);
+        shared.deadline_misses.fetch_add(due.missed.into(), Relaxed);
+
+        self.sim.tick(world);
+
+        let end = now_ns();
+        world.record.tick_ns = saturate(end.saturating_sub(start));
+        if end > due.deadline_ns {
+            world.record.bits |= TickRecord::OVERRAN;
+            Shared::count(&shared.overruns);
+            self.sim.note_overrun();
+        }
+        if world.ends.records.enqueue(world.record).is_err() {
+            Shared::count(&shared.records_lost);
+        }
+        shared.heartbeat_ns.store(end, Relaxed);
+        shared.ticks.fetch_add(1, Relaxed);
+        self.periods += 1 + u64::from(due.missed);
+        if self.periods_max.is_some_and(|max| self.periods >= max) {
+            shared.ask_to_end(Ended::Finished);
+        }
+        match shared.asked_to_end() {
+            None => ControlFlow::Continue(()),
+            Some(_) => ControlFlow::Break(()),
+        }
+    }
+
+    /// Zero force.
+    pub(crate) fn make_safe(&mut self) {
+        self.world.devices.make_safe(now_ns());
+    }
+}
+
+fn saturate(ns: u64) -> u32 {
+    u32::try_from(ns).unwrap_or(u32::MAX)
+}

@@ -1,0 +1,128 @@
+//! A small scene and a station of its own for each test.
+#![allow(dead_code, missing_docs, unreachable_pub)] // each test file uses its part
+#![allow(clippy::unwrap_used)] // a panic is how a test fails
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use rt_process::RtConfig;
+use rt_process::alloc_counter::CountingAllocator;
+use shared_mem::message::PoseMsg;
+use shared_mem::scene::{
+    LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SphereRecord,
+    name_from_str,
+};
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator::new();
+
+/// Spheres of the test scene: a 5 × 5 × 5 block of tissue, its bottom held.
+pub const SPHERES: usize = 125;
+
+/// A folder with a compiled scene, and a station name that nobody else has.
+pub struct Bench {
+    pub folder: tempfile::TempDir,
+    pub station: String,
+}
+
+impl Bench {
+    pub fn new() -> Self {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let n = NEXT.fetch_add(1, Ordering::Relaxed);
+        let folder = tempfile::tempdir().unwrap();
+        block().write(&folder.path().join("block.calot")).unwrap();
+        Self {
+            folder,
+            station: format!("rt-test-{}-{n}", std::process::id()),
+        }
+    }
+
+    pub fn scene(&self) -> PathBuf {
+        self.folder.path().join("block.calot")
+    }
+
+    pub fn config(&self) -> RtConfig {
+        RtConfig::new(&self.station, self.scene())
+    }
+}
+
+/// A block of 5 × 5 × 5 spheres 2 cm apart, 10 cm below the port.
+fn block() -> SceneData {
+    const N: usize = 5;
+    const STEP_M: f32 = 0.02;
+    let mut spheres = Vec::new();
+    let mut links = Vec::new();
+    let index = |x: usize, y: usize, z: usize| ((z * N + y) * N + x) as u32;
+    for (z, y, x) in (0..N * N * N).map(|i| (i / (N * N), i / N % N, i % N)) {
+        let at = |i: usize| (i as f32 - 2.0) * STEP_M;
+        spheres.push(SphereRecord {
+            center_m: [at(x), at(y), at(z) - 0.1],
+            radius_m: 0.01,
+            mass_kg: 0.004,
+            held: u32::from(z == 0),
+        });
+        let mut link = |b| {
+            links.push(LinkRecord {
+                a: index(x, y, z),
+                b,
+                rest_length_m: STEP_M,
+            });
+        };
+        if x + 1 < N {
+            link(index(x + 1, y, z));
+        }
+        if y + 1 < N {
+            link(index(x, y + 1, z));
+        }
+        if z + 1 < N {
+            link(index(x, y, z + 1));
+        }
+    }
+    assert_eq!(spheres.len(), SPHERES);
+    let organ = OrganRecord {
+        name: name_from_str("block"),
+        kind: OrganKind::Liver as u32,
+        spheres: [0, spheres.len() as u32],
+        links: [0, links.len() as u32],
+        vertices: [0, 0],
+        triangles: [0, 0],
+        volume_m3: 0.0005,
+        material: MaterialRecord {
+            density_kg_m3: 1060.0,
+            young_pa: 5000.0,
+            poisson: 0.45,
+            stretch_stiffness: 0.5,
+            laplacian_stiffness: 0.1,
+            damping_per_s: 2.0,
+            contact_stiffness_n_m: 200.0,
+            reserved: 0,
+        },
+    };
+    let lifted = |z| PoseMsg {
+        position_m: [0.0, 0.0, z],
+        ..PoseMsg::IDENTITY
+    };
+    SceneData {
+        room: Some(RoomRecord {
+            name: name_from_str("block"),
+            gravity_m_s2: [0.0, 0.0, -9.81],
+            world_from_device: lifted(0.2),
+            world_from_tracker: PoseMsg {
+                position_m: [-0.3, 0.0, 0.0],
+                ..PoseMsg::IDENTITY
+            },
+            instrument_port_m: [0.0, 0.0, 0.05],
+            instrument_length_m: 0.3,
+            endoscope_port_m: [0.05, 0.0, 0.05],
+            world_from_camera: lifted(0.05),
+            target_m: [0.0, 0.0, -0.05],
+            target_normal: [0.0, 0.0, 1.0],
+            target_organ: 0,
+        }),
+        organs: vec![organ],
+        spheres,
+        links,
+        vertices: Vec::new(),
+        triangles: Vec::new(),
+    }
+}
