@@ -12,7 +12,7 @@ use crate::config::RtConfig;
 use crate::error::RtError;
 
 /// What the core is told when there is no haptic device: nothing is rendered anyway.
-const NO_DEVICE: DeviceCapabilities = DeviceCapabilities {
+pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities {
     force_max_n: 3.3,
     force_continuous_n: 0.88,
     stiffness_max_n_m: 1000.0,

@@ -276,7 +276,7 @@ impl Run<'_> {
 }
 
 /// The queues between the tick and the publishing thread. They live as long as the process.
-fn queues() -> (tick::Ends, publisher::Ends) {
+pub(crate) fn queues() -> (tick::Ends, publisher::Ends) {
     fn queue<T, const N: usize>() -> (Producer<'static, T>, Consumer<'static, T>) {
         Box::leak(Box::new(Queue::<T, N>::new())).split()
     }

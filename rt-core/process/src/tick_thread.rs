@@ -179,3 +179,168 @@ async fn account(batch_done: Rc<BatchDone>, shared: Arc<Shared>, on_allocation: 
         last = batch_done.wait().await;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::run::queues;
+    use crate::summary::Ended;
+    use crate::time_driver::{advance_simulated, simulate_from};
+    use rt_core::math::{Pose, Vec3};
+    use rt_core::port::{
+        DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
+    };
+    use rt_core::scene::Room;
+    use std::sync::{Mutex, mpsc};
+
+    /// A device that answers every poll; `step` may stall or panic; forces are kept.
+    struct Fake<F> {
+        polls: u64,
+        step: F,
+        forces: Arc<Mutex<Vec<ForceCommand>>>,
+    }
+
+    impl<F: FnMut(u64)> HapticDevice for Fake<F> {
+        fn capabilities(&self) -> DeviceCapabilities {
+            crate::devices::NO_DEVICE
+        }
+        fn poll(&mut self, now_ns: u64) -> Polled<DeviceSample> {
+            (self.step)(self.polls);
+            self.polls += 1;
+            Polled::Fresh(DeviceSample {
+                device_from_handle: Pose::translation(0.0, 0.0, 0.1),
+                velocity_m_s: None,
+                buttons: rt_core::port::Buttons(0),
+                sequence: self.polls as u16,
+                at_ns: now_ns,
+            })
+        }
+        fn send(&mut self, command: ForceCommand, _now_ns: u64) {
+            self.forces.lock().unwrap().push(command);
+        }
+        fn counters(&self) -> LineCounters {
+            LineCounters::default()
+        }
+    }
+
+    struct Outcome {
+        panicked: bool,
+        shared: Arc<Shared>,
+        forces: Vec<ForceCommand>,
+        ends: crate::publisher::Ends,
+    }
+
+    /// The whole thread in simulated time, over an empty room.
+    fn simulate(periods: u64, step: impl FnMut(u64) + Send + 'static) -> Outcome {
+        let forces = Arc::default();
+        let fake = Fake {
+            polls: 0,
+            step,
+            forces: Arc::clone(&forces),
+        };
+        let shared = Arc::<Shared>::default();
+        let (ends, publisher_ends) = queues();
+        let room = Room {
+            gravity_m_s2: Vec3::zeros(),
+            world_from_device: Pose::identity(),
+            world_from_tracker: Pose::identity(),
+            instrument_port_m: Vec3::zeros(),
+            instrument_length_m: 0.3,
+            endoscope_port_m: Vec3::zeros(),
+            world_from_camera: Pose::identity(),
+        };
+        let mut config = RtConfig::new("simulated", "none");
+        config.realtime = Realtime::Never;
+        config.periods_max = Some(periods);
+        let start = Start {
+            scene: Scene::new(&[], &[], &[], room).unwrap(),
+            scene_id: [7; 16],
+            devices: Devices {
+                haptic: Some(Box::new(fake)),
+                ..Devices::default()
+            },
+            ends,
+            shared: Arc::clone(&shared),
+            core: 0,
+            standing: Standing::default(),
+            settings: (&config).into(),
+        };
+        let (tell, _told) = mpsc::sync_channel(1);
+        let thread = std::thread::spawn(move || {
+            simulate_from(1_000_000_000);
+            run(start, &tell);
+        });
+        let panicked = thread.join().is_err();
+        assert!(shared.tick_ended.load(Relaxed));
+        let forces = forces.lock().unwrap().clone();
+        Outcome {
+            panicked,
+            shared,
+            forces,
+            ends: publisher_ends,
+        }
+    }
+
+    const ZERO: ForceCommand = ForceCommand {
+        force_n: Vec3::new(0.0, 0.0, 0.0),
+        torque_n_m: Vec3::new(0.0, 0.0, 0.0),
+    };
+
+    #[test]
+    fn every_tick_sends_one_force_and_the_end_sends_zero() {
+        let outcome = simulate(500, |_| ());
+        assert!(!outcome.panicked);
+        assert_eq!(outcome.shared.asked_to_end(), Some(Ended::Finished));
+        assert_eq!(outcome.shared.ticks.load(Relaxed), 500);
+        assert_eq!(outcome.forces.len(), 500 + 3, "and three zeros");
+        assert_eq!(outcome.forces[500..], [ZERO; 3]);
+    }
+
+    #[test]
+    fn a_panic_in_the_tick_still_sends_zero_force() {
+        let outcome = simulate(500, |poll| assert!(poll < 40, "injected"));
+        assert!(outcome.panicked);
+        assert_eq!(outcome.shared.ticks.load(Relaxed), 40);
+        assert_eq!(outcome.forces[40..], [ZERO; 3]);
+    }
+
+    #[test]
+    fn a_slow_tick_is_an_overrun_and_its_lost_periods_are_counted() {
+        let mut outcome = simulate(100, |poll| {
+            advance_simulated(if poll == 50 { 7_300_000 } else { 200_000 });
+        });
+        assert_eq!(outcome.shared.overruns.load(Relaxed), 1);
+        // Due at 0, done at 7.3: the periods at 1 to 6 are over, the one at 7 starts late.
+        assert_eq!(outcome.shared.deadline_misses.load(Relaxed), 6);
+        assert_eq!(outcome.shared.ticks.load(Relaxed), 94);
+        let overruns = &outcome.shared.faults[rt_core::fault::Fault::Overrun.code() as usize];
+        assert_eq!(overruns.load(Relaxed), 1);
+        let mut records = Vec::new();
+        while let Some(record) = outcome.ends.records.dequeue() {
+            records.push(record);
+        }
+        assert_eq!(records.len(), 94);
+        assert_eq!((records[50].tick_ns, records[50].missed), (7_300_000, 0));
+        assert_eq!(
+            records[50].stage_ns[0], 7_300_000,
+            "it was lost while sampling"
+        );
+        assert_eq!(records[51].wake_latency_ns, 300_000);
+        assert_eq!(records[51].missed, 6);
+        assert_eq!(records[52].wake_latency_ns, 0, "back on the grid");
+        assert!(records.iter().all(|r| r.motion_to_force_ns > 0));
+    }
+
+    #[test]
+    fn without_a_publishing_thread_frames_and_records_are_counted_as_lost_not_waited_for() {
+        let mut outcome = simulate(3000, |_| ());
+        let shared = &outcome.shared;
+        assert_eq!(shared.frames_skipped.load(Relaxed), 3000 / 4);
+        let mut kept = 0;
+        while outcome.ends.records.dequeue().is_some() {
+            kept += 1;
+        }
+        assert_eq!(shared.records_lost.load(Relaxed) + kept, 3000);
+        assert!(kept > 1000);
+    }
+}

@@ -106,6 +106,28 @@ fn two_seconds_tick_publish_and_cost_no_allocation_and_no_page_fault() {
 }
 
 #[test]
+fn hosts_that_join_and_leave_cost_the_tick_nothing() {
+    let bench = Bench::new();
+    let (stop, thread) = start(bench.config());
+    let mut state = StateFrame::zeroed();
+    for _ in 0..10 {
+        let host = host(&bench);
+        let mut frames = 0;
+        for _ in 0..10 {
+            frames += u32::from(host.newest_state(&mut state));
+            thread::sleep(Duration::from_millis(5));
+        }
+        assert!(frames > 0, "who joins gets the newest state");
+    }
+    stop.store(true, Relaxed);
+    let summary = thread.join().unwrap().unwrap();
+    assert_eq!(summary.allocations_after_start, Some(0));
+    if summary.realtime {
+        assert_eq!(summary.page_faults_after_start, 0);
+    }
+}
+
+#[test]
 fn a_second_controller_is_refused_by_name_and_the_first_goes_on() {
     let bench = Bench::new();
     let (stop, first) = start(bench.config());
