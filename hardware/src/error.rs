@@ -93,6 +93,14 @@ pub enum HardwareError {
         /// What is allowed.
         allowed: &'static str,
     },
+    /// The device answers but reports an error after which it must not be used.
+    #[error("{path}: the device reports error {code}. See its manual; switch it off and on")]
+    Fault {
+        /// Device path as given.
+        path: PathBuf,
+        /// The device's number of the error.
+        code: u32,
+    },
     /// The emulated station cannot be set up as asked.
     #[error("emulation: {what} is {value}, allowed is {allowed}. {remedy}")]
     Emulation {

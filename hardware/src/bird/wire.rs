@@ -1,0 +1,303 @@
+//! Commands and records of the bird protocol.
+//!
+//! A record is a row of 16-bit words of which the upper 14 bits travel: seven in each of two
+//! bytes, low part first. Bit 7 is set in a record's first byte alone, so a reader that lost
+//! its place finds the next record. There is no checksum: what a record says must be plausible
+//! before it is believed. Source: laserBIRD manual, VRPN's and IGSTK's drivers.
+
+use nalgebra::{Quaternion, UnitQuaternion};
+
+/// Host to bird: one byte each, some with arguments.
+pub mod command {
+    /// One record; ends the stream.
+    pub const POINT: u8 = b'B';
+    /// Records until `POINT`.
+    pub const STREAM: u8 = b'@';
+    /// Records are position and quaternion, seven words.
+    pub const POSITION_QUATERNION: u8 = b']';
+    /// Which half of the room the sensor is in; two bytes follow.
+    pub const HEMISPHERE: u8 = b'L';
+    /// Asks for a parameter; its number follows.
+    pub const EXAMINE: u8 = b'O';
+    /// Sets a parameter; its number and its bytes follow.
+    pub const CHANGE: u8 = b'P';
+    /// Wakes.
+    pub const RUN: u8 = b'F';
+    /// Sleeps.
+    pub const SLEEP: u8 = b'G';
+}
+
+/// Numbers of parameters.
+pub mod parameter {
+    /// Status word, two bytes.
+    pub const STATUS: u8 = 0;
+    /// Full scale of positions, two bytes: 0 is 36 in, 1 is 72 in.
+    pub const SCALING: u8 = 3;
+    /// Last error, one byte; reading clears it.
+    pub const ERROR: u8 = 10;
+    /// Model, ten characters.
+    pub const MODEL: u8 = 15;
+}
+
+/// Bits of the status word.
+pub mod status {
+    /// An error waits to be read.
+    pub const ERROR: u16 = 1 << 13;
+    /// The bird measures.
+    pub const RUNNING: u16 = 1 << 12;
+    /// Records are streamed.
+    pub const STREAMING: u16 = 1;
+}
+
+/// Half of the room around the transmitter in which the sensor stays. The fields of the two
+/// halves differ in sign only, so the bird has to be told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Hemisphere {
+    /// x > 0.
+    Forward,
+    /// x < 0.
+    Aft,
+    /// y > 0.
+    Right,
+    /// y < 0.
+    Left,
+    /// z > 0.
+    Lower,
+    /// z < 0.
+    Upper,
+}
+
+impl Hemisphere {
+    /// Every one.
+    pub const ALL: [Self; 6] = [
+        Self::Forward,
+        Self::Aft,
+        Self::Right,
+        Self::Left,
+        Self::Lower,
+        Self::Upper,
+    ];
+
+    /// The command's two arguments.
+    #[must_use]
+    pub const fn bytes(self) -> [u8; 2] {
+        match self {
+            Self::Forward => [0x00, 0x00],
+            Self::Aft => [0x00, 0x01],
+            Self::Right => [0x06, 0x00],
+            Self::Left => [0x06, 0x01],
+            Self::Lower => [0x0C, 0x00],
+            Self::Upper => [0x0C, 0x01],
+        }
+    }
+
+    /// The hemisphere of the command's arguments.
+    #[must_use]
+    pub fn from_bytes(bytes: [u8; 2]) -> Option<Self> {
+        Self::ALL
+            .into_iter()
+            .find(|hemisphere| hemisphere.bytes() == bytes)
+    }
+
+    /// How far inside this half a position lies, in the position's unit; negative outside.
+    #[must_use]
+    pub fn depth(self, position: [f32; 3]) -> f32 {
+        let [x, y, z] = position;
+        match self {
+            Self::Forward => x,
+            Self::Aft => -x,
+            Self::Right => y,
+            Self::Left => -y,
+            Self::Lower => z,
+            Self::Upper => -z,
+        }
+    }
+}
+
+/// Metres at full scale of a position word: 36 inches.
+pub const FULL_SCALE_M: f32 = 36.0 * 0.0254;
+/// Words of a position-and-quaternion record.
+const WORDS: usize = 7;
+/// Bytes of a position-and-quaternion record.
+pub const RECORD_BYTES: usize = 2 * WORDS;
+/// First byte of a record.
+const PHASE: u8 = 0x80;
+
+/// A record as parsed: position in m, rotation of the sensor in the transmitter's frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Record {
+    /// Sensor in the transmitter's frame, m; in steps of 0.11 mm, up to ±0.914 m.
+    pub position_m: [f32; 3],
+    /// Its rotation; in steps of 1/8192.
+    pub rotation: UnitQuaternion<f32>,
+}
+
+impl Record {
+    /// Reads the words of a record. `None` when its quaternion is not of length one (to 1 %):
+    /// the only sign of a damaged record.
+    #[must_use]
+    pub fn parse(bytes: &[u8; RECORD_BYTES]) -> Option<Self> {
+        let words = words(bytes);
+        let [x, y, z, q0, q1, q2, q3] = words.map(|word| f32::from(word) / 32768.0);
+        let quaternion = Quaternion::new(q0, q1, q2, q3);
+        if !(0.98..=1.02).contains(&quaternion.norm_squared()) {
+            return None;
+        }
+        Some(Self {
+            position_m: [x, y, z].map(|part| part * FULL_SCALE_M),
+            rotation: UnitQuaternion::new_normalize(quaternion),
+        })
+    }
+
+    /// The bytes of the record. What is out of reach saturates.
+    #[must_use]
+    pub fn bytes(&self) -> [u8; RECORD_BYTES] {
+        let [x, y, z] = self.position_m.map(|part| part / FULL_SCALE_M);
+        let q = self.rotation.quaternion();
+        // `as` saturates.
+        let words = [x, y, z, q.w, q.i, q.j, q.k].map(|part| (part * 32768.0).round() as i16);
+        pack(&words)
+    }
+}
+
+fn pack(words: &[i16; WORDS]) -> [u8; RECORD_BYTES] {
+    let mut bytes = [0; RECORD_BYTES];
+    for (pair, &word) in bytes.chunks_exact_mut(2).zip(words) {
+        let upper = word as u16 >> 2;
+        pair[0] = (upper & 0x7F) as u8;
+        pair[1] = (upper >> 7) as u8;
+    }
+    bytes[0] |= PHASE;
+    bytes
+}
+
+fn words(bytes: &[u8; RECORD_BYTES]) -> [i16; WORDS] {
+    let mut words = [0; WORDS];
+    for (word, pair) in words.iter_mut().zip(bytes.chunks_exact(2)) {
+        let upper = u16::from(pair[0] & 0x7F) | u16::from(pair[1] & 0x7F) << 7;
+        *word = (upper << 2) as i16;
+    }
+    words
+}
+
+/// Finds records in a stream of bytes.
+#[derive(Debug, Clone, Default)]
+pub struct RecordReader {
+    bytes: [u8; RECORD_BYTES],
+    len: usize,
+    /// Bytes without a start are being dropped; counted once.
+    lost: bool,
+}
+
+impl RecordReader {
+    /// Takes one byte. `Some(Ok)` when it completes a record, `Some(Err)` when it shows that
+    /// one was broken.
+    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8; RECORD_BYTES], PhaseError>> {
+        if byte & PHASE != 0 {
+            let broken = self.len != 0;
+            self.bytes[0] = byte;
+            self.len = 1;
+            self.lost = false;
+            return broken.then_some(Err(PhaseError));
+        }
+        if self.len == 0 {
+            let first = !std::mem::replace(&mut self.lost, true);
+            return first.then_some(Err(PhaseError));
+        }
+        if let Some(slot) = self.bytes.get_mut(self.len) {
+            *slot = byte;
+            self.len += 1;
+        }
+        if self.len < RECORD_BYTES {
+            return None;
+        }
+        self.len = 0;
+        Some(Ok(&self.bytes))
+    }
+}
+
+/// A record was shorter or longer than it should be.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PhaseError;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn words_travel_as_in_the_laserbird_manual() {
+        let bytes = pack(&[0x1122, 0x3344, 0x5566, 0, 0, 0, 0]);
+        assert_eq!(bytes[..6], [0xC8, 0x08, 0x51, 0x19, 0x59, 0x2A]);
+        assert_eq!(words(&bytes)[..3], [0x1120, 0x3344, 0x5564]);
+    }
+
+    #[test]
+    fn a_position_in_inches_is_its_known_record() {
+        let bytes = [
+            0xE3, 0x11, 0x0E, 0x77, 0x39, 0x04, 0x7F, 0x3F, 0, 0, 0, 0, 0, 0,
+        ];
+        assert_eq!(words(&bytes), [9100, -4552, 2276, 32764, 0, 0, 0]);
+        let record = Record::parse(&bytes).unwrap();
+        for (read_m, inches) in record.position_m.iter().zip([10.0, -5.0, 2.5]) {
+            assert!((read_m - inches * 0.0254).abs() < 2e-4, "{read_m} {inches}");
+        }
+        assert!(record.rotation.angle() < 1e-3);
+    }
+
+    #[test]
+    fn hemispheres_are_their_bytes() {
+        for hemisphere in Hemisphere::ALL {
+            assert_eq!(Hemisphere::from_bytes(hemisphere.bytes()), Some(hemisphere));
+        }
+        assert_eq!(Hemisphere::from_bytes([1, 1]), None);
+        assert!(Hemisphere::Upper.depth([0.0, 0.0, -0.2]) > 0.0);
+    }
+
+    #[test]
+    fn a_lost_byte_costs_one_record() {
+        let record = pack(&[100, 200, 300, 32764, 0, 0, 0]);
+        let mut stream = record.to_vec();
+        stream.remove(5);
+        stream.extend_from_slice(&record);
+        stream.extend_from_slice(&record);
+        let mut reader = RecordReader::default();
+        let read: Vec<_> = stream
+            .iter()
+            .filter_map(|&byte| reader.push(byte).map(|r| r.is_ok()))
+            .collect();
+        assert_eq!(read, [false, true, true]);
+    }
+
+    proptest! {
+        #[test]
+        fn records_come_back_within_a_step(
+            position_m in prop::array::uniform3(-0.9..0.9f32),
+            turn in prop::array::uniform3(-3.0..3.0f32),
+        ) {
+            let sent = Record {
+                position_m,
+                rotation: UnitQuaternion::from_scaled_axis(turn.into()),
+            };
+            let read = Record::parse(&sent.bytes()).unwrap();
+            for (read, sent) in read.position_m.iter().zip(position_m) {
+                prop_assert!((read - sent).abs() < 1.2e-4);
+            }
+            prop_assert!(read.rotation.angle_to(&sent.rotation) < 1e-3);
+        }
+
+        #[test]
+        fn arbitrary_bytes_give_finite_records_in_range_or_none(
+            bytes in prop::collection::vec(any::<u8>(), 0..4096),
+        ) {
+            let mut reader = RecordReader::default();
+            for byte in bytes {
+                let Some(Ok(record)) = reader.push(byte) else { continue };
+                if let Some(record) = Record::parse(record) {
+                    prop_assert!(record.position_m.iter().all(|x| x.abs() <= FULL_SCALE_M));
+                    prop_assert!((record.rotation.norm() - 1.0).abs() < 1e-4);
+                }
+            }
+        }
+    }
+}
