@@ -1,11 +1,29 @@
 //! The devices of a station, emulated behind ptys, with a scripted hand at the handle.
+//!
+//! Each device is a pty and the device's side of its protocol: the very code that a rig's
+//! firmware would run ([`crate::rig::device`]), a bird ([`crate::bird::device`]) and, for the
+//! haptic device, a body with mass and friction between the motors and the hand. A controller
+//! opens them as it opens real ones.
+
+mod fault;
+mod hand;
+mod pty;
+mod random;
+mod station;
+mod touch;
 
 use std::path::PathBuf;
-use std::sync::atomic::AtomicBool;
-
-use rt_core::math::{Pose, Vec3};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
 
 use crate::HardwareError;
+
+pub use fault::Faults;
+pub use hand::{Hand, HandScript, Intent, ROUND_S};
+pub use touch::{Body, Grip, Touch};
+
+use station::Station;
 
 /// What to emulate.
 #[derive(Debug, Clone)]
@@ -17,28 +35,19 @@ pub struct EmulateConfig {
     pub script: HandScript,
     /// Tremor and faults; the same seed gives the same movements.
     pub seed: u64,
+    /// What goes wrong on each line.
+    pub faults: LineFaults,
 }
 
-/// What the scripted hand works on, world frame, SI: the room of a scene.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HandScript {
-    /// The instrument's trocar, m.
-    pub instrument_port_m: Vec3,
-    /// From the handle to the tip, m.
-    pub instrument_length_m: f32,
-    /// Base frame of the haptic device.
-    pub world_from_device: Pose,
-    /// Transmitter frame of the tracker. The protocol reaches 0.91 m and sees one hemisphere:
-    /// the endoscope must stay at x > 0 of this frame.
-    pub world_from_tracker: Pose,
-    /// Where the endoscope's camera rests.
-    pub world_from_camera: Pose,
-    /// The endoscope sweeps about its port, m.
-    pub endoscope_port_m: Vec3,
-    /// Point on the organ's skin that is pressed and grasped, m.
-    pub target_m: Vec3,
-    /// Outward normal there.
-    pub target_normal: Vec3,
+/// The faults of each line.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct LineFaults {
+    /// The haptic device's.
+    pub haptic: Faults,
+    /// The tracker's.
+    pub tracker: Faults,
+    /// The pedal's.
+    pub pedal: Faults,
 }
 
 /// Where the emulated devices are.
@@ -52,15 +61,42 @@ pub struct Lines {
     pub pedal: PathBuf,
 }
 
+const MILLISECOND: Duration = Duration::from_millis(1);
+/// A machine that was asleep for longer than this has not lived through the time: the hand
+/// goes on where it was.
+const CATCH_UP_LIMIT: Duration = Duration::from_millis(200);
+
 /// Emulates until `stop` is set. Calls `ready` once, when the lines can be opened.
 ///
 /// The hand begins with the first force that the controller sends, so that nothing is missed
-/// while it starts.
+/// while it starts, and begins anew after the controller was silent for a second. A second
+/// emulator in the same directory is refused.
 pub fn run(
     config: &EmulateConfig,
     stop: &AtomicBool,
     ready: &mut dyn FnMut(&Lines),
 ) -> Result<(), HardwareError> {
-    let _ = (config, stop, ready);
+    let mut station = Station::new(config)?;
+    ready(station.lines());
+    let mut start = Instant::now();
+    let mut tick = 0;
+    while !stop.load(Ordering::Relaxed) {
+        let due = start + MILLISECOND * tick;
+        match due.checked_duration_since(Instant::now()) {
+            Some(early) => thread::sleep(early),
+            None => {
+                let late = due.elapsed();
+                if late > CATCH_UP_LIMIT {
+                    start += late;
+                }
+            }
+        }
+        station.tick()?;
+        // u32: 49 days of emulation, then a new start.
+        match tick.checked_add(1) {
+            Some(next) => tick = next,
+            None => (start, tick) = (Instant::now(), 0),
+        }
+    }
     Ok(())
 }

@@ -73,6 +73,7 @@ pub struct Device {
     sequence: u16,
     force: Option<Rendered>,
     tripped: bool,
+    limited: bool,
     counters: DeviceCounters,
 }
 
@@ -102,6 +103,7 @@ impl Device {
             sequence: 0,
             force: None,
             tripped: false,
+            limited: false,
             counters: DeviceCounters::default(),
         }
     }
@@ -207,6 +209,9 @@ impl Device {
         if self.tripped {
             status |= Status::WATCHDOG.0;
         }
+        if self.limited {
+            status |= Status::LIMITED.0;
+        }
         let state = State {
             status: Status(status),
             buttons: motion.buttons,
@@ -229,6 +234,17 @@ impl Device {
         Some(switches.frame(sequence))
     }
 
+    /// Tells the host, from the next sample on, whether heat or current hold the force down.
+    pub fn set_limited(&mut self, limited: bool) {
+        self.limited = limited;
+    }
+
+    /// Whether a force (a zero one counts) is in effect.
+    #[must_use]
+    pub const fn is_commanded(&self) -> bool {
+        self.force.is_some()
+    }
+
     /// Whether a host listens.
     #[must_use]
     pub const fn is_streaming(&self) -> bool {
@@ -248,6 +264,7 @@ impl Device {
 }
 
 /// What a host can say.
+#[derive(Clone, Copy)]
 enum Heard {
     Hello,
     Force(Force, u16),
@@ -255,7 +272,6 @@ enum Heard {
 }
 
 impl Heard {
-    #[expect(clippy::needless_pass_by_value, reason = "fits and_then")]
     fn new(message: Message<'_>) -> Option<Self> {
         match message.kind() {
             Kind::Hello => Hello::parse(&message).ok().map(|_| Self::Hello),
@@ -268,7 +284,7 @@ impl Heard {
     }
 }
 
-/// `vector`, no longer than `max`, without a square root: halved by bisection of its scale.
+/// `vector`, no longer than `max`.
 fn shorten(vector: [f32; 3], max: f32) -> [f32; 3] {
     let squared: f32 = vector.iter().map(|x| x * x).sum();
     let limit = max * max;

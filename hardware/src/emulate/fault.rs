@@ -1,0 +1,207 @@
+//! Faults of a line, seeded: what cables, adapters and firmware do to bytes.
+
+use super::random::Random;
+
+/// What goes wrong on one device's line, from device to controller. The default is nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Faults {
+    /// Share of bytes that vanish.
+    pub lost: f32,
+    /// Share of bytes that come twice.
+    pub duplicated: f32,
+    /// Share of bytes of which one bit turns.
+    pub corrupted: f32,
+    /// Share of writes of which only a part arrives, the rest with the next.
+    pub split: f32,
+    /// Share of writes that arrive only with the next.
+    pub merged: f32,
+    /// Bytes arrive in batches of so many ms (an FTDI adapter's default is 16); 0: at once.
+    pub batch_ms: u32,
+    /// Share of samples with a rotation of no length, which a careless host makes NaN of.
+    pub degenerate: f32,
+    /// From so many seconds on the last write is repeated for ever.
+    pub stuck_from_s: Option<f32>,
+    /// After so many seconds the line hangs up…
+    pub hang_up_at_s: Option<f32>,
+    /// …and comes back so many seconds later.
+    pub back_after_s: Option<f32>,
+    /// Noise while nobody asked: share of milliseconds with a few random bytes.
+    pub babble: f32,
+}
+
+/// The faults of one line at work.
+#[derive(Debug)]
+pub(super) struct FaultyLine {
+    faults: Faults,
+    random: Random,
+    held: Vec<u8>,
+    last: Vec<u8>,
+}
+
+/// More than a pty holds: a line that is held back for longer loses the oldest bytes.
+const HELD_LIMIT: usize = 8192;
+
+impl FaultyLine {
+    pub(super) fn new(faults: Faults, random: Random) -> Self {
+        Self {
+            faults,
+            random,
+            held: Vec::new(),
+            last: Vec::new(),
+        }
+    }
+
+    pub(super) fn faults(&self) -> &Faults {
+        &self.faults
+    }
+
+    /// Whether this sample's rotation has no length.
+    pub(super) fn degenerate(&mut self) -> bool {
+        self.faults.degenerate > 0.0 && self.random.chance(self.faults.degenerate)
+    }
+
+    /// Takes what the device sends at `time_s`.
+    pub(super) fn send(&mut self, bytes: &[u8], time_s: f64) {
+        if self
+            .faults
+            .stuck_from_s
+            .is_some_and(|from| time_s >= f64::from(from))
+        {
+            self.held.extend_from_slice(&self.last);
+            return;
+        }
+        self.last.clear();
+        self.last.extend_from_slice(bytes);
+        for &byte in bytes {
+            if self.random.chance(self.faults.lost) {
+                continue;
+            }
+            let byte = if self.random.chance(self.faults.corrupted) {
+                byte ^ 1 << (self.random.next() % 8)
+            } else {
+                byte
+            };
+            self.held.push(byte);
+            if self.random.chance(self.faults.duplicated) {
+                self.held.push(byte);
+            }
+        }
+    }
+
+    /// Once per millisecond: the bytes that arrive now.
+    pub(super) fn arrive(&mut self, tick: u64, mut write: impl FnMut(&[u8])) {
+        if self.random.chance(self.faults.babble) {
+            for _ in 0..1 + self.random.next() % 32 {
+                self.held.push(self.random.next() as u8);
+            }
+        }
+        if self.held.len() > HELD_LIMIT {
+            self.held.drain(..self.held.len() - HELD_LIMIT);
+        }
+        if self.faults.batch_ms > 0 && !tick.is_multiple_of(self.faults.batch_ms.into()) {
+            return;
+        }
+        if self.held.is_empty() || self.random.chance(self.faults.merged) {
+            return;
+        }
+        let count = if self.random.chance(self.faults.split) {
+            self.random.next() as usize % self.held.len()
+        } else {
+            self.held.len()
+        };
+        write(&self.held[..count]);
+        self.held.drain(..count);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn through(faults: Faults, seed: u64) -> Vec<u8> {
+        let mut line = FaultyLine::new(faults, Random::new(seed, 0));
+        let mut arrived = Vec::new();
+        for tick in 0..1000 {
+            line.send(&[1, 2, 3, 4], tick as f64 * 1e-3);
+            line.arrive(tick, |bytes| arrived.extend_from_slice(bytes));
+        }
+        arrived
+    }
+
+    #[test]
+    fn without_faults_everything_arrives() {
+        assert_eq!(through(Faults::default(), 1), [1, 2, 3, 4].repeat(1000));
+    }
+
+    #[test]
+    fn the_same_seed_does_the_same_harm() {
+        let faults = Faults {
+            lost: 0.01,
+            corrupted: 0.01,
+            split: 0.3,
+            merged: 0.3,
+            ..Faults::default()
+        };
+        assert_eq!(through(faults, 5), through(faults, 5));
+        assert_ne!(through(faults, 5), through(faults, 6));
+    }
+
+    #[test]
+    fn splitting_merging_and_batching_lose_nothing_but_the_tail() {
+        let faults = Faults {
+            split: 0.5,
+            merged: 0.5,
+            batch_ms: 16,
+            ..Faults::default()
+        };
+        let arrived = through(faults, 3);
+        assert!([1, 2, 3, 4].repeat(1000).starts_with(&arrived));
+        assert!(arrived.len() > 3500, "{}", arrived.len());
+    }
+
+    #[test]
+    fn each_fault_does_its_harm() {
+        let clean = 4000;
+        assert!(
+            through(
+                Faults {
+                    lost: 0.1,
+                    ..Faults::default()
+                },
+                1
+            )
+            .len()
+                < clean - 200
+        );
+        assert!(
+            through(
+                Faults {
+                    duplicated: 0.1,
+                    ..Faults::default()
+                },
+                1
+            )
+            .len()
+                > clean + 200
+        );
+        assert!(
+            through(
+                Faults {
+                    babble: 0.1,
+                    ..Faults::default()
+                },
+                1
+            )
+            .len()
+                > clean + 200
+        );
+        let corrupted = through(
+            Faults {
+                corrupted: 0.1,
+                ..Faults::default()
+            },
+            1,
+        );
+        assert!(corrupted.iter().any(|byte| !(1..=4).contains(byte)));
+    }
+}

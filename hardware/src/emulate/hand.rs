@@ -1,0 +1,384 @@
+//! The scripted hand: where it wants the instrument's tip, which switches it presses, and how
+//! the endoscope sways. A pure function of time and seed.
+
+use rt_core::math::{Pose, Vec3};
+use rt_core::port::Buttons;
+use rt_core::tool::Kinematics;
+
+use super::random::Random;
+use crate::HardwareError;
+use crate::bird::wire::{FULL_SCALE_M, Hemisphere};
+use crate::rig::wire::Switches;
+
+/// What the scripted hand works on, world frame, SI: the room of a scene.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HandScript {
+    /// The instrument's trocar, m.
+    pub instrument_port_m: Vec3,
+    /// From the handle to the tip, m.
+    pub instrument_length_m: f32,
+    /// Base frame of the haptic device.
+    pub world_from_device: Pose,
+    /// Transmitter frame of the tracker. The protocol reaches 0.91 m and sees one hemisphere:
+    /// the endoscope has to stay at z < 0 of this frame.
+    pub world_from_tracker: Pose,
+    /// Where the endoscope's camera rests.
+    pub world_from_camera: Pose,
+    /// The endoscope sways about its port, m.
+    pub endoscope_port_m: Vec3,
+    /// Point on the organ's skin that is pressed and grasped, m.
+    pub target_m: Vec3,
+    /// Outward normal there.
+    pub target_normal: Vec3,
+}
+
+/// One moment that the hand passes, s and mm.
+struct Moment {
+    at_s: f32,
+    /// Height of the tip over the skin along the normal; negative is pressed in.
+    height_mm: f32,
+    /// What it does until the next moment.
+    name: &'static str,
+}
+
+const fn moment(at_s: f32, height_mm: f32, name: &'static str) -> Moment {
+    Moment {
+        at_s,
+        height_mm,
+        name,
+    }
+}
+
+/// What the hand does in one round: everything shows within 10 s. Between moments it moves
+/// smoothly, starting and ending at rest.
+const ROUND: [Moment; 13] = [
+    moment(0.0, 45.0, "rest"),
+    moment(0.3, 45.0, "approach"),
+    moment(1.4, 3.0, "hover"),
+    moment(1.7, 3.0, "press"),
+    moment(2.9, -12.0, "hold"),
+    moment(4.1, -12.0, "release"),
+    moment(4.6, 2.0, "touch"),
+    moment(5.1, -4.0, "grasp"),
+    moment(5.6, -4.0, "pull"),
+    moment(6.8, 20.0, "hold the tissue"),
+    moment(8.0, 20.0, "let go"),
+    moment(8.4, 20.0, "retreat"),
+    moment(9.4, 45.0, "rest"),
+];
+/// Length of a round, s.
+pub const ROUND_S: f32 = 10.0;
+/// Everything repeats after so many seconds: whole rounds, sways and tremors.
+pub(super) const REPEAT_S: f32 = 630.0;
+/// The jaws are closed from when to when.
+const GRASP_S: std::ops::Range<f32> = 5.3..8.0;
+/// The foot coagulates from when to when…
+const COAGULATE_S: std::ops::Range<f32> = 3.3..3.9;
+/// …and holds the camera.
+const CAMERA_LOCK_S: std::ops::Range<f32> = 9.4..9.7;
+/// Amplitude of the tremor, m, in each of its oscillations (physiological: 8–12 Hz).
+const TREMOR_M: f32 = 0.05e-3;
+/// The endoscope sways by so much, rad, this slowly, s.
+const SWAY: [(f32, f32); 2] = [(0.05, 9.0), (0.03, 7.0)];
+
+/// What the hand wants at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Intent {
+    /// Tip of the instrument, world frame, m.
+    pub tip_m: Vec3,
+    /// Handle that brings the tip there, device frame.
+    pub device_from_handle: Pose,
+    /// Buttons pressed.
+    pub buttons: Buttons,
+    /// What the foot presses.
+    pub switches: Switches,
+    /// What it is doing, in a word or two.
+    pub doing: &'static str,
+}
+
+/// The script with its seed.
+#[derive(Debug, Clone)]
+pub struct Hand {
+    script: HandScript,
+    kinematics: Kinematics,
+    tremor: [[Oscillation; 2]; 3],
+    sway_phase: [f32; 2],
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Oscillation {
+    hz: f32,
+    phase: f32,
+}
+
+impl Hand {
+    /// Checks that the devices reach what the script asks of them.
+    pub fn new(script: HandScript, seed: u64) -> Result<Self, HardwareError> {
+        let mut random = Random::new(seed, 1);
+        let tremor = [(); 3].map(|()| {
+            [(); 2].map(|()| Oscillation {
+                hz: (random.between(8.0, 12.0) * REPEAT_S).round() / REPEAT_S,
+                phase: random.between(0.0, std::f32::consts::TAU),
+            })
+        });
+        let sway_phase = [(); 2].map(|()| random.between(0.0, std::f32::consts::TAU));
+        let kinematics = Kinematics {
+            port_m: script.instrument_port_m,
+            length_m: script.instrument_length_m,
+        };
+        let hand = Self {
+            script,
+            kinematics,
+            tremor,
+            sway_phase,
+        };
+        hand.check()?;
+        Ok(hand)
+    }
+
+    fn check(&self) -> Result<(), HardwareError> {
+        let normal = self.script.target_normal.norm();
+        let refuse = |what, value: f32, allowed, remedy| {
+            Err(HardwareError::Emulation {
+                what,
+                value: value.into(),
+                allowed,
+                remedy,
+            })
+        };
+        if !(0.99..=1.01).contains(&normal) {
+            let remedy = "Give the target's outward normal";
+            return refuse("the length of the target's normal", normal, "1", remedy);
+        }
+        for step in 0..=100 {
+            let time_s = ROUND_S * step as f32 / 100.0;
+            let handle = self.intent(time_s).device_from_handle.translation.vector;
+            if !(0.0..HANDLE_REACH_M).contains(&handle.norm()) {
+                let what = "the handle's distance from the haptic device's base frame, m";
+                let remedy = "Place world_from_device where the handle is at rest";
+                return refuse(what, handle.norm(), "less than 0.1", remedy);
+            }
+            let sensor = self.tracker_from_sensor(time_s).translation.vector;
+            if !(0.0..FULL_SCALE_M).contains(&sensor.amax()) {
+                let what = "the endoscope's distance from the tracker's transmitter, m";
+                let remedy = "Place world_from_tracker nearer to the endoscope";
+                return refuse(
+                    what,
+                    sensor.amax(),
+                    "less than 0.91 along each axis",
+                    remedy,
+                );
+            }
+            let depth = Hemisphere::Upper.depth(sensor.into());
+            if depth <= 0.0 {
+                let what = "the endoscope's z in the tracker's frame, m";
+                let remedy = "Turn world_from_tracker so that its -z points to the endoscope";
+                return refuse(what, -depth, "less than 0", remedy);
+            }
+        }
+        Ok(())
+    }
+
+    /// What the hand wants `time_s` after it began.
+    #[must_use]
+    pub fn intent(&self, time_s: f32) -> Intent {
+        let round_s = time_s.rem_euclid(ROUND_S);
+        let (height_m, doing) = height(round_s);
+        let tremor = Vec3::from(self.tremor.map(|axis| {
+            axis.iter()
+                .map(|o| TREMOR_M * (std::f32::consts::TAU * o.hz * time_s + o.phase).sin())
+                .sum()
+        }));
+        let tip_m = self.script.target_m + self.script.target_normal * height_m + tremor;
+        let up = self.script.world_from_device.rotation * Vec3::y();
+        let world_from_handle = self.kinematics.handle_from_tip(&tip_m, &up);
+        Intent {
+            tip_m,
+            device_from_handle: self.script.world_from_device.inverse() * world_from_handle,
+            buttons: if GRASP_S.contains(&round_s) {
+                Buttons::GRASP
+            } else {
+                Buttons::default()
+            },
+            switches: Switches {
+                cut: false,
+                coagulate: COAGULATE_S.contains(&round_s),
+                camera_lock: CAMERA_LOCK_S.contains(&round_s),
+            },
+            doing,
+        }
+    }
+
+    /// The handle's rotation when it is at `position_m` of the device frame: the shaft goes
+    /// through the port whatever the hand wants.
+    #[must_use]
+    pub fn handle_at(&self, position_m: Vec3) -> Pose {
+        let device = &self.script.world_from_device;
+        let world = device * nalgebra::Point3::from(position_m);
+        let at = Pose::from_parts(world.into(), device.rotation);
+        let up = device.rotation * Vec3::y();
+        device.inverse()
+            * self
+                .kinematics
+                .handle_from_tip(&self.kinematics.tip(&at), &up)
+    }
+
+    /// The endoscope's sensor in the transmitter's frame; it sits on the camera.
+    #[must_use]
+    pub fn tracker_from_sensor(&self, time_s: f32) -> Pose {
+        let [yaw, pitch]: [f32; 2] = std::array::from_fn(|axis| {
+            let (angle, period_s) = SWAY[axis];
+            let phase = self.sway_phase[axis];
+            let turn = std::f32::consts::TAU * time_s / period_s;
+            // From rest, so that the picture begins where the scene puts the camera.
+            angle * ((turn + phase).sin() - phase.sin())
+        });
+        let camera = self.script.world_from_camera;
+        let about = camera.rotation * Vec3::new(pitch, yaw, 0.0);
+        let turn = nalgebra::UnitQuaternion::from_scaled_axis(about);
+        let port = self.script.endoscope_port_m;
+        let position = port + turn * (camera.translation.vector - port);
+        let world_from_sensor = Pose::from_parts(position.into(), turn * camera.rotation);
+        self.script.world_from_tracker.inverse() * world_from_sensor
+    }
+}
+
+/// The Touch's stops, less a little for the tremor.
+const HANDLE_REACH_M: f32 = 0.099;
+
+/// Height of the tip over the skin, m, and what the hand does, at a moment of the round.
+fn height(round_s: f32) -> (f32, &'static str) {
+    let next = ROUND
+        .iter()
+        .position(|moment| moment.at_s > round_s)
+        .unwrap_or(ROUND.len());
+    let from = &ROUND[next.saturating_sub(1)];
+    let Some(to) = ROUND.get(next) else {
+        return (from.height_mm * 1e-3, from.name);
+    };
+    let part = ((round_s - from.at_s) / (to.at_s - from.at_s)).clamp(0.0, 1.0);
+    let smooth = part * part * (3.0 - 2.0 * part);
+    (
+        (from.height_mm + (to.height_mm - from.height_mm) * smooth) * 1e-3,
+        from.name,
+    )
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use nalgebra::{Translation3, UnitQuaternion};
+
+    /// A room like a prepared scene's: the handle at rest in the device's origin.
+    pub(crate) fn room() -> HandScript {
+        let port = Vec3::new(0.0, 0.0, 0.0);
+        let target = Vec3::new(0.02, -0.01, -0.2);
+        let length = 0.33;
+        let handle = port - target.normalize() * (length - target.norm());
+        let camera = Vec3::new(0.05, 0.05, -0.1);
+        HandScript {
+            instrument_port_m: port,
+            instrument_length_m: length,
+            world_from_device: Pose::from_parts(handle.into(), UnitQuaternion::identity()),
+            world_from_tracker: Translation3::new(0.05, 0.05, 0.1).into(),
+            world_from_camera: Pose::from_parts(camera.into(), UnitQuaternion::identity()),
+            endoscope_port_m: Vec3::new(0.05, 0.05, 0.05),
+            target_m: target,
+            target_normal: Vec3::new(0.0, 0.6, 0.8),
+        }
+    }
+
+    fn hand() -> Hand {
+        Hand::new(room(), 1).unwrap()
+    }
+
+    #[test]
+    fn a_round_presses_grasps_pulls_and_lets_go_within_ten_seconds() {
+        let hand = hand();
+        let height_mm = |time_s: f32| {
+            let script = room();
+            (hand.intent(time_s).tip_m - script.target_m).dot(&script.target_normal) * 1e3
+        };
+        assert!(height_mm(0.0) > 40.0);
+        assert!((-12.5..-11.5).contains(&height_mm(3.5)));
+        assert!(hand.intent(3.5).switches.coagulate);
+        assert!(hand.intent(5.5).buttons.contains(Buttons::GRASP) && height_mm(5.5) < -3.0);
+        assert!(hand.intent(7.0).buttons.contains(Buttons::GRASP) && height_mm(7.0) > 19.0);
+        assert!(!hand.intent(8.2).buttons.contains(Buttons::GRASP));
+        assert!(
+            (height_mm(12.0) - height_mm(2.0)).abs() < 0.5,
+            "the next round does the same"
+        );
+    }
+
+    #[test]
+    fn it_moves_without_jumps_at_the_speed_of_a_hand() {
+        let hand = hand();
+        let mut last = hand.intent(0.0).device_from_handle.translation.vector;
+        for ms in 1..20_000 {
+            let next = hand
+                .intent(ms as f32 * 1e-3)
+                .device_from_handle
+                .translation
+                .vector;
+            let speed = (next - last).norm() / 1e-3;
+            assert!(speed < 0.2, "{speed} m/s at {ms} ms");
+            last = next;
+        }
+    }
+
+    #[test]
+    fn the_seed_decides_the_tremor() {
+        let other = Hand::new(room(), 2).unwrap();
+        assert_eq!(hand().intent(1.234), hand().intent(1.234));
+        assert_ne!(hand().intent(1.234).tip_m, other.intent(1.234).tip_m);
+    }
+
+    #[test]
+    fn the_handle_that_it_wants_has_its_tip_where_it_wants_it() {
+        let hand = hand();
+        for step in 0..100 {
+            let intent = hand.intent(step as f32 * 0.1);
+            let world = room().world_from_device * intent.device_from_handle;
+            let tip = hand.kinematics.tip(&world);
+            assert!((tip - intent.tip_m).norm() < 1e-5);
+            let position = intent.device_from_handle.translation.vector;
+            let again = hand.handle_at(position);
+            assert!(again.rotation.angle_to(&intent.device_from_handle.rotation) < 1e-3);
+        }
+    }
+
+    #[test]
+    fn devices_that_cannot_reach_are_refused_by_name() {
+        let far = Translation3::new(0.0, 0.0, 0.5);
+        let script = HandScript {
+            world_from_device: far.into(),
+            ..room()
+        };
+        let error = Hand::new(script, 0).unwrap_err().to_string();
+        assert!(error.contains("world_from_device"), "{error}");
+        let script = HandScript {
+            world_from_tracker: (-far.vector).into(),
+            ..room()
+        };
+        let error = Hand::new(script, 0).unwrap_err().to_string();
+        assert!(error.contains("world_from_tracker"), "{error}");
+        let script = HandScript {
+            target_normal: Vec3::zeros(),
+            ..room()
+        };
+        assert!(Hand::new(script, 0).is_err());
+    }
+
+    #[test]
+    fn the_endoscope_begins_where_the_scene_puts_it_and_sways_slowly() {
+        let hand = hand();
+        let rest = room().world_from_tracker.inverse() * room().world_from_camera;
+        let begin = hand.tracker_from_sensor(0.0);
+        assert!((begin.translation.vector - rest.translation.vector).norm() < 1e-6);
+        for step in 0..200 {
+            let now = hand.tracker_from_sensor(step as f32 * 0.1);
+            assert!((now.translation.vector - rest.translation.vector).norm() < 0.04);
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! The three devices, a millisecond at a time.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use rt_core::math::Vec3;
+use rustix::fs::{FlockOperation, flock};
+
+use super::fault::{Faults, FaultyLine};
+use super::hand::{Hand, REPEAT_S};
+use super::pty::Pty;
+use super::random::Random;
+use super::touch::{Body, Grip, Touch};
+use super::{EmulateConfig, Lines};
+use crate::HardwareError;
+use crate::bird::device::Bird;
+use crate::bird::wire::Record;
+use crate::rig::device::{Device, Motion};
+use crate::rig::frame::Frame;
+use crate::rig::wire::{Capabilities, State};
+
+/// The bird measures every so many milliseconds.
+const TRACKER_PERIOD: u64 = 10;
+/// The pedal reports every so many milliseconds.
+const PEDAL_PERIOD: u64 = 10;
+/// A controller that was silent for so long finds the hand at rest again, ms.
+const ABANDONED_MS: u32 = 1000;
+/// A bird's noise, m.
+const TRACKER_NOISE_M: f32 = 0.1e-3;
+/// A line's exclusive use is looked after every so many milliseconds.
+const EXCLUSIVE_PERIOD: u64 = 50;
+
+/// Everything that is emulated.
+pub(super) struct Station {
+    lines: Lines,
+    /// Locked while this emulator runs.
+    _lock: File,
+    started: Instant,
+    tick: u64,
+    hand: Hand,
+    hand_time_ms: u32,
+    silent_ms: u32,
+    touch: Touch,
+    haptic: Device,
+    haptic_line: Plug,
+    bird: Bird,
+    tracker_noise: Random,
+    tracker_line: Plug,
+    pedal: Device,
+    pedal_line: Plug,
+}
+
+impl Station {
+    pub(super) fn new(config: &EmulateConfig) -> Result<Self, HardwareError> {
+        let hand = Hand::new(config.script, config.seed)?;
+        let directory = &config.directory;
+        fs::create_dir_all(directory).map_err(|error| HardwareError::Line {
+            path: directory.clone(),
+            doing: "making the directory",
+            what: error.to_string(),
+        })?;
+        let lock = lock(directory)?;
+        let plug = |name: &str, faults: Faults, stream: u64| {
+            let line = FaultyLine::new(faults, Random::new(config.seed, stream));
+            Plug::new(directory.join(name), line)
+        };
+        let rest = hand.intent(0.0).device_from_handle.translation.vector;
+        Ok(Self {
+            lines: Lines {
+                haptic: directory.join("haptic"),
+                tracker: directory.join("tracker"),
+                pedal: directory.join("pedal"),
+            },
+            _lock: lock,
+            started: Instant::now(),
+            tick: 0,
+            bird: Bird::new(record(&hand, 0.0, Vec3::zeros())),
+            hand,
+            hand_time_ms: 0,
+            silent_ms: 0,
+            touch: Touch::new(Body::TOUCH, Grip::STYLUS, rest),
+            haptic: Device::new(Capabilities::touch_class()),
+            haptic_line: plug("haptic", config.faults.haptic, 10)?,
+            tracker_noise: Random::new(config.seed, 2),
+            tracker_line: plug("tracker", config.faults.tracker, 11)?,
+            pedal: Device::new(Capabilities::pedal(1000 / PEDAL_PERIOD as u16)),
+            pedal_line: plug("pedal", config.faults.pedal, 12)?,
+        })
+    }
+
+    pub(super) fn lines(&self) -> &Lines {
+        &self.lines
+    }
+
+    /// One millisecond of everything.
+    pub(super) fn tick(&mut self) -> Result<(), HardwareError> {
+        self.follow_controller();
+        self.haptic_millisecond()?;
+        self.tracker_millisecond()?;
+        self.pedal_millisecond()?;
+        self.tick += 1;
+        Ok(())
+    }
+
+    fn time_s(&self) -> f64 {
+        self.tick as f64 * 1e-3
+    }
+
+    /// The hand works while a controller renders forces, and starts anew with a new one.
+    fn follow_controller(&mut self) {
+        if self.haptic.is_commanded() {
+            self.silent_ms = 0;
+            self.hand_time_ms = self.hand_time_ms.wrapping_add(1);
+        } else {
+            self.silent_ms = self.silent_ms.saturating_add(1);
+            if self.silent_ms >= ABANDONED_MS {
+                self.hand_time_ms = 0;
+            }
+        }
+    }
+
+    fn hand_time_s(&self) -> f32 {
+        // Taken off while it is still an integer: no precision is lost however long it runs.
+        (self.hand_time_ms % (REPEAT_S * 1e3) as u32) as f32 * 1e-3
+    }
+
+    fn haptic_millisecond(&mut self) -> Result<(), HardwareError> {
+        // The watchdog runs on real time: a slow machine must not make it patient.
+        let now_us = self.started.elapsed().as_micros() as u32;
+        let mut bytes = [0; 4096];
+        let count = self.haptic_line.read(&mut bytes, self.tick)?;
+        self.haptic
+            .receive(bytes.get(..count).unwrap_or(&[]), now_us);
+        let time_s = self.time_s();
+        if let Some(answer) = self.haptic.answer() {
+            self.haptic_line.send(&answer, time_s);
+        }
+
+        let force_n = Vec3::from(self.haptic.force(now_us).force_n);
+        let at_s = self.hand_time_s();
+        let intent = self.hand.intent(at_s);
+        let target_m = intent.device_from_handle.translation.vector;
+        let before_m = self
+            .hand
+            .intent(at_s - 1e-3)
+            .device_from_handle
+            .translation
+            .vector;
+        let target_velocity_m_s = (target_m - before_m) / 1e-3;
+        self.touch.step(target_m, target_velocity_m_s, force_n);
+        self.haptic.set_limited(self.touch.is_limited());
+
+        let position_m = self.touch.measured_m();
+        let q = self.hand.handle_at(position_m).rotation;
+        let degenerate = self.haptic_line.line.degenerate();
+        let motion = Motion {
+            position_m: position_m.into(),
+            velocity_m_s: self.touch.measured_velocity_m_s().into(),
+            rotation_xyzw: if degenerate {
+                [0.0; 4]
+            } else {
+                [q.i, q.j, q.k, q.w]
+            },
+            buttons: intent.buttons.0,
+        };
+        if let Some(state) = self.haptic.state(&motion, now_us) {
+            self.haptic_line.send(&state, time_s);
+        }
+        self.haptic_line.arrive(self.tick);
+        Ok(())
+    }
+
+    fn tracker_millisecond(&mut self) -> Result<(), HardwareError> {
+        let time_s = self.time_s();
+        let mut bytes = [0; 256];
+        let count = self.tracker_line.read(&mut bytes, self.tick)?;
+        let line = &mut self.tracker_line.line;
+        self.bird
+            .receive(bytes.get(..count).unwrap_or(&[]), |answer| {
+                line.send(answer, time_s);
+            });
+        if self.tick.is_multiple_of(TRACKER_PERIOD) {
+            let noise = Vec3::from_fn(|_, _| self.tracker_noise.between(-1.0, 1.0));
+            let at_s = self.hand_time_s();
+            self.bird
+                .set_pose(record(&self.hand, at_s, noise * TRACKER_NOISE_M));
+            if self.bird.is_streaming() {
+                let record = self.bird.record();
+                self.tracker_line.line.send(&record, time_s);
+            }
+        }
+        self.tracker_line.arrive(self.tick);
+        Ok(())
+    }
+
+    fn pedal_millisecond(&mut self) -> Result<(), HardwareError> {
+        let time_s = self.time_s();
+        let mut bytes = [0; 256];
+        let count = self.pedal_line.read(&mut bytes, self.tick)?;
+        self.pedal.receive(bytes.get(..count).unwrap_or(&[]), 0);
+        if let Some(answer) = self.pedal.answer() {
+            self.pedal_line.send(&answer, time_s);
+        }
+        if self.tick.is_multiple_of(PEDAL_PERIOD) {
+            let switches = self.hand.intent(self.hand_time_s()).switches;
+            if let Some(report) = self.pedal.switches(switches) {
+                self.pedal_line.send(&report, time_s);
+            }
+        }
+        self.pedal_line.arrive(self.tick);
+        Ok(())
+    }
+}
+
+fn record(hand: &Hand, time_s: f32, noise_m: Vec3) -> Record {
+    let pose = hand.tracker_from_sensor(time_s);
+    Record {
+        position_m: (pose.translation.vector + noise_m).into(),
+        rotation: pose.rotation,
+    }
+}
+
+/// A line that is plugged in, or not just now.
+struct Plug {
+    path: PathBuf,
+    pty: Option<Pty>,
+    line: FaultyLine,
+}
+
+impl Plug {
+    fn new(path: PathBuf, line: FaultyLine) -> Result<Self, HardwareError> {
+        Ok(Self {
+            pty: Some(Pty::plug_in(&path)?),
+            path,
+            line,
+        })
+    }
+
+    fn send(&mut self, frame: &Frame, time_s: f64) {
+        self.line.send(frame.as_bytes(), time_s);
+    }
+
+    /// Hangs up and comes back as the faults say; reads what the controller sent.
+    fn read(&mut self, bytes: &mut [u8], tick: u64) -> Result<usize, HardwareError> {
+        let at_s = tick as f32 * 1e-3;
+        let faults = *self.line.faults();
+        let gone = faults.hang_up_at_s.is_some_and(|hang_up| {
+            let back = faults
+                .back_after_s
+                .map_or(f32::INFINITY, |after| hang_up + after);
+            (hang_up..back).contains(&at_s)
+        });
+        if gone {
+            self.pty = None;
+        } else if self.pty.is_none() {
+            self.pty = Some(Pty::plug_in(&self.path)?);
+        }
+        let Some(pty) = &mut self.pty else {
+            return Ok(0);
+        };
+        if tick.is_multiple_of(EXCLUSIVE_PERIOD) {
+            pty.lift_exclusive_use();
+        }
+        Ok(pty.read(bytes))
+    }
+
+    fn arrive(&mut self, tick: u64) {
+        let pty = &mut self.pty;
+        self.line.arrive(tick, |bytes| {
+            if let Some(pty) = pty {
+                pty.write(bytes);
+            }
+        });
+    }
+}
+
+/// One emulator per directory: the lock ends with the process, however it ends.
+fn lock(directory: &Path) -> Result<File, HardwareError> {
+    let path = directory.join("emulator.lock");
+    let file = File::create(&path).map_err(|error| HardwareError::Line {
+        path: path.clone(),
+        doing: "making the lock",
+        what: error.to_string(),
+    })?;
+    match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+        Ok(()) => Ok(file),
+        Err(_) => Err(HardwareError::Busy { path }),
+    }
+}
+
+const _: () = assert!(
+    State::POSITION_LIMIT_M > 0.2,
+    "the handle's whole reach travels"
+);

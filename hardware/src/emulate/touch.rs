@@ -1,0 +1,223 @@
+//! A Touch-class haptic device as a body: a handle with mass, friction and damping between
+//! the motors and the hand that holds it.
+
+use rt_core::math::Vec3;
+
+/// Steps per millisecond.
+const SUBSTEPS: u32 = 10;
+/// Length of one step, s.
+const STEP_S: f32 = 1e-3 / SUBSTEPS as f32;
+
+/// The device's body. Figures of the Touch's data sheet.
+#[derive(Debug, Clone, Copy)]
+pub struct Body {
+    /// Apparent mass at the tip, kg.
+    pub mass_kg: f32,
+    /// Force that moves it slowly (dry friction), N.
+    pub friction_n: f32,
+    /// Damping of the mechanism, N s/m.
+    pub damping_n_s_m: f32,
+    /// Encoder step at the tip, m.
+    pub encoder_step_m: f32,
+    /// Mechanical stops, m from the base frame's origin.
+    pub workspace_radius_m: f32,
+    /// Motors: peak force, N.
+    pub force_max_n: f32,
+    /// Motors: force that they bear for ever, N.
+    pub force_continuous_n: f32,
+}
+
+impl Body {
+    /// 45 g, 0.26 N, 0.055 mm, 3.3 N, 0.88 N. The damping is the hinges', small.
+    pub const TOUCH: Self = Self {
+        mass_kg: 0.045,
+        friction_n: 0.26,
+        damping_n_s_m: 0.2,
+        encoder_step_m: 0.055e-3,
+        workspace_radius_m: 0.1,
+        force_max_n: 3.3,
+        force_continuous_n: 0.88,
+    };
+}
+
+/// The hand on the handle: a spring and a damper to where it wants the handle.
+#[derive(Debug, Clone, Copy)]
+pub struct Grip {
+    /// N/m.
+    pub stiffness_n_m: f32,
+    /// N s/m.
+    pub damping_n_s_m: f32,
+}
+
+impl Grip {
+    /// A precision grip on a stylus: a few hundred N/m, a few N s/m.
+    pub const STYLUS: Self = Self {
+        stiffness_n_m: 400.0,
+        damping_n_s_m: 4.0,
+    };
+}
+
+/// Stiffness of the mechanical stops, N/m.
+const STOP_STIFFNESS_N_M: f32 = 8000.0;
+/// Time over which the motors' heat averages, s.
+const HEAT_TIME_S: f32 = 20.0;
+/// Smoothing of the reported velocity per sample, as the vendor's driver smooths it.
+const VELOCITY_BLEND: f32 = 0.2;
+
+/// The device in motion, in its base frame.
+#[derive(Debug, Clone)]
+pub struct Touch {
+    body: Body,
+    grip: Grip,
+    position_m: Vec3,
+    velocity_m_s: Vec3,
+    measured_m: Vec3,
+    measured_velocity_m_s: Vec3,
+    /// Force asked for in the last millisecond: motors answer one millisecond late.
+    pending_n: Vec3,
+    /// Average of the squared force, N².
+    heat_n2: f32,
+}
+
+impl Touch {
+    /// At rest at `position_m`.
+    #[must_use]
+    pub fn new(body: Body, grip: Grip, position_m: Vec3) -> Self {
+        Self {
+            body,
+            grip,
+            position_m,
+            velocity_m_s: Vec3::zeros(),
+            measured_m: quantise(position_m, body.encoder_step_m),
+            measured_velocity_m_s: Vec3::zeros(),
+            pending_n: Vec3::zeros(),
+            heat_n2: 0.0,
+        }
+    }
+
+    /// One millisecond: the motors render `force_n`, the hand pulls towards `target_m` moving
+    /// at `target_velocity_m_s`.
+    pub fn step(&mut self, target_m: Vec3, target_velocity_m_s: Vec3, force_n: Vec3) {
+        let asked_n = std::mem::replace(&mut self.pending_n, force_n);
+        let motors_n = self.motors(asked_n);
+        for _ in 0..SUBSTEPS {
+            let hand_n = (target_m - self.position_m) * self.grip.stiffness_n_m
+                + (target_velocity_m_s - self.velocity_m_s) * self.grip.damping_n_s_m;
+            let mut sum_n = hand_n + motors_n - self.velocity_m_s * self.body.damping_n_s_m;
+            let outside_m = self.position_m.norm() - self.body.workspace_radius_m;
+            if outside_m > 0.0 {
+                sum_n -= self.position_m.normalize() * (outside_m * STOP_STIFFNESS_N_M);
+            }
+            self.velocity_m_s += sum_n * (STEP_S / self.body.mass_kg);
+            // Dry friction takes speed away but never turns it round.
+            let speed = self.velocity_m_s.norm();
+            let braked = (speed - self.body.friction_n * STEP_S / self.body.mass_kg).max(0.0);
+            self.velocity_m_s *= if speed > 0.0 { braked / speed } else { 0.0 };
+            self.position_m += self.velocity_m_s * STEP_S;
+        }
+        let measured_m = quantise(self.position_m, self.body.encoder_step_m);
+        let rate_m_s = (measured_m - self.measured_m) / (SUBSTEPS as f32 * STEP_S);
+        self.measured_velocity_m_s += (rate_m_s - self.measured_velocity_m_s) * VELOCITY_BLEND;
+        self.measured_m = measured_m;
+    }
+
+    fn motors(&mut self, asked_n: Vec3) -> Vec3 {
+        let warm = self.heat_n2.sqrt() >= self.body.force_continuous_n;
+        let limit_n = if warm {
+            self.body.force_continuous_n
+        } else {
+            self.body.force_max_n
+        };
+        let norm = asked_n.norm();
+        let force_n = if norm > limit_n {
+            asked_n * (limit_n / norm)
+        } else {
+            asked_n
+        };
+        self.heat_n2 += (force_n.norm_squared() - self.heat_n2) * (1e-3 / HEAT_TIME_S);
+        force_n
+    }
+
+    /// What the encoders say, m.
+    #[must_use]
+    pub fn measured_m(&self) -> Vec3 {
+        self.measured_m
+    }
+
+    /// What the device reports as velocity, m/s: smoothed encoder steps.
+    #[must_use]
+    pub fn measured_velocity_m_s(&self) -> Vec3 {
+        self.measured_velocity_m_s
+    }
+
+    /// Whether heat holds the motors to what they bear for ever.
+    #[must_use]
+    pub fn is_limited(&self) -> bool {
+        self.heat_n2.sqrt() >= self.body.force_continuous_n
+    }
+}
+
+fn quantise(position_m: Vec3, step_m: f32) -> Vec3 {
+    position_m.map(|part| (part / step_m).round() * step_m)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn settle(touch: &mut Touch, target: Vec3, force: Vec3) -> Vec3 {
+        for _ in 0..2000 {
+            touch.step(target, Vec3::zeros(), force);
+        }
+        touch.measured_m()
+    }
+
+    #[test]
+    fn a_force_moves_the_hand_by_its_stiffness_less_friction() {
+        let mut touch = Touch::new(Body::TOUCH, Grip::STYLUS, Vec3::zeros());
+        let force_n = 2.0;
+        let x = settle(&mut touch, Vec3::zeros(), Vec3::new(force_n, 0.0, 0.0)).x;
+        let free = force_n / Grip::STYLUS.stiffness_n_m;
+        let stuck = Body::TOUCH.friction_n / Grip::STYLUS.stiffness_n_m;
+        assert!((free - stuck - 1e-4..=free + stuck).contains(&x), "{x}");
+    }
+
+    #[test]
+    fn friction_holds_a_small_force() {
+        let mut touch = Touch::new(Body::TOUCH, Grip::STYLUS, Vec3::zeros());
+        assert_eq!(
+            settle(&mut touch, Vec3::zeros(), Vec3::new(0.2, 0.0, 0.0)),
+            Vec3::zeros()
+        );
+    }
+
+    #[test]
+    fn the_stops_hold_the_handle_in_the_workspace() {
+        let mut touch = Touch::new(Body::TOUCH, Grip::STYLUS, Vec3::zeros());
+        let reached = settle(&mut touch, Vec3::new(0.2, 0.0, 0.0), Vec3::zeros());
+        assert!(reached.x < 0.106, "{reached}");
+    }
+
+    #[test]
+    fn positions_come_in_encoder_steps() {
+        let mut touch = Touch::new(Body::TOUCH, Grip::STYLUS, Vec3::zeros());
+        let x = settle(&mut touch, Vec3::new(0.0123, 0.0, 0.0), Vec3::zeros()).x;
+        let steps = x / Body::TOUCH.encoder_step_m;
+        assert!((steps - steps.round()).abs() < 1e-2, "{steps}");
+    }
+
+    #[test]
+    fn a_long_strong_force_makes_it_limit_itself() {
+        let mut touch = Touch::new(Body::TOUCH, Grip::STYLUS, Vec3::zeros());
+        let force = Vec3::new(3.3, 0.0, 0.0);
+        settle(&mut touch, Vec3::zeros(), force);
+        assert!(touch.is_limited());
+        // Held at what it bears for ever, the heat no longer falls below the limit for long.
+        for _ in 0..20_000 {
+            touch.step(Vec3::zeros(), Vec3::zeros(), force);
+        }
+        let x = touch.measured_m().x;
+        let expected = Body::TOUCH.force_continuous_n / Grip::STYLUS.stiffness_n_m;
+        assert!(x < 2.0 * expected, "{x} {expected}");
+    }
+}

@@ -1,0 +1,372 @@
+//! The drivers on real ptys, against the emulated station.
+
+mod support;
+
+use std::time::Duration;
+
+use hardware::HardwareError;
+use hardware::bird::BirdTracker;
+use hardware::emulate::{Faults, LineFaults};
+use hardware::rig::wire::Status;
+use hardware::rig::{RigHaptic, RigPedal};
+use rt_core::math::Vec3;
+use rt_core::port::{Buttons, ForceCommand, HapticDevice, Pedal, Polled, Tracker};
+
+use support::{Emulator, now_ns, poll_for};
+
+const NO_FORCE: ForceCommand = ForceCommand {
+    force_n: Vec3::new(0.0, 0.0, 0.0),
+    torque_n_m: Vec3::new(0.0, 0.0, 0.0),
+};
+
+#[test]
+fn the_haptic_device_answers_streams_and_works_through_its_script() {
+    let emulator = Emulator::start();
+    let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
+    let capabilities = device.capabilities();
+    assert!((capabilities.force_max_n - 3.3).abs() < 1e-3);
+    assert!((capabilities.rate_hz - 1000.0).abs() < 1.0);
+
+    let mut heights = Vec::new();
+    let mut grasped = false;
+    poll_for(Duration::from_secs(7), |now_ns| {
+        device.send(NO_FORCE, now_ns);
+        if let Polled::Fresh(sample) = device.poll(now_ns) {
+            assert!(sample.device_from_handle.translation.vector.norm() < 0.11);
+            grasped |= sample.buttons.contains(Buttons::GRASP);
+            heights.push(sample.device_from_handle.translation.vector);
+        }
+        true
+    });
+    assert!(heights.len() > 1000, "{} samples", heights.len());
+    assert!(grasped, "the script closes the jaws after 5.3 s");
+    let moved = heights
+        .iter()
+        .map(|h| (h - heights[0]).norm())
+        .fold(0.0, f32::max);
+    assert!(moved > 0.03, "the hand moved the handle by {moved} m only");
+    let counters = device.counters();
+    assert_eq!(counters.bad_frames, 0);
+}
+
+#[test]
+fn a_force_pushes_the_hand_back() {
+    let emulator = Emulator::start();
+    let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
+    let mut mean_x = |force_n: f32| {
+        let mut xs = Vec::new();
+        poll_for(Duration::from_millis(250), |now_ns| {
+            device.send(
+                ForceCommand {
+                    force_n: Vec3::new(force_n, 0.0, 0.0),
+                    ..NO_FORCE
+                },
+                now_ns,
+            );
+            if let Polled::Fresh(sample) = device.poll(now_ns) {
+                xs.push(sample.device_from_handle.translation.vector.x);
+            }
+            true
+        });
+        let late = &xs[xs.len() / 2..];
+        late.iter().sum::<f32>() / late.len() as f32
+    };
+    // The hand rests for the first 0.3 s and starts slowly.
+    let pushed = mean_x(-2.0);
+    let free = mean_x(0.0);
+    assert!(free - pushed > 2e-3, "{free} {pushed}");
+}
+
+#[test]
+fn a_silent_controller_loses_the_force_and_may_come_back() {
+    let emulator = Emulator::start();
+    let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
+    let push = ForceCommand {
+        force_n: Vec3::new(1.0, 0.0, 0.0),
+        ..NO_FORCE
+    };
+    let status_is = |device: &mut RigHaptic, wanted: Status, force: Option<ForceCommand>| {
+        let mut seen = false;
+        poll_for(Duration::from_secs(10), |now_ns| {
+            if let Some(force) = force {
+                device.send(force, now_ns);
+            }
+            seen = matches!(device.poll(now_ns), Polled::Fresh(_))
+                && device.status().status.contains(wanted);
+            !seen
+        });
+        seen
+    };
+    assert!(status_is(&mut device, Status::FORCE_ON, Some(push)));
+    assert!(status_is(&mut device, Status::WATCHDOG, None));
+    assert!(status_is(&mut device, Status::FORCE_ON, Some(push)));
+}
+
+#[test]
+fn the_tracker_streams_the_endoscope() {
+    let emulator = Emulator::start();
+    let mut tracker = BirdTracker::open(&emulator.lines.tracker).unwrap();
+    let expected = support::camera_in_tracker();
+    let mut samples = 0;
+    poll_for(Duration::from_secs(10), |now_ns| {
+        if let Polled::Fresh(sample) = tracker.poll(now_ns) {
+            let off = sample.tracker_from_sensor.translation.vector - expected;
+            assert!(off.norm() < 0.05, "{off}");
+            samples += 1;
+        }
+        samples < 50
+    });
+    assert_eq!(samples, 50);
+    assert_eq!(tracker.counters().bad_frames, 0);
+}
+
+#[test]
+fn the_pedal_reports_its_switches_when_the_script_presses_them() {
+    let emulator = Emulator::start();
+    let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
+    let mut pedal = RigPedal::open(&emulator.lines.pedal).unwrap();
+    let mut pressed = false;
+    let mut released_again = false;
+    poll_for(Duration::from_secs(20), |now_ns| {
+        device.poll(now_ns);
+        device.send(NO_FORCE, now_ns);
+        if let Polled::Fresh(sample) = pedal.poll(now_ns) {
+            released_again |= pressed && !sample.coagulate;
+            pressed |= sample.coagulate;
+        }
+        !released_again
+    });
+    assert!(pressed && released_again);
+}
+
+#[test]
+fn every_device_can_be_opened_again_after_it_was_closed() {
+    let emulator = Emulator::start();
+    for _ in 0..3 {
+        let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
+        let mut tracker = BirdTracker::open(&emulator.lines.tracker).unwrap();
+        let mut pedal = RigPedal::open(&emulator.lines.pedal).unwrap();
+        let (mut d, mut t, mut p) = (false, false, false);
+        poll_for(Duration::from_secs(10), |now_ns| {
+            d |= matches!(device.poll(now_ns), Polled::Fresh(_));
+            t |= matches!(tracker.poll(now_ns), Polled::Fresh(_));
+            p |= matches!(pedal.poll(now_ns), Polled::Fresh(_));
+            !(d && t && p)
+        });
+        assert!(d && t && p);
+    }
+}
+
+#[test]
+fn an_unplugged_line_is_lost_and_a_new_driver_finds_it_again() {
+    let hang_up = Faults {
+        hang_up_at_s: Some(0.7),
+        back_after_s: Some(0.3),
+        ..Faults::default()
+    };
+    let emulator = Emulator::with(LineFaults {
+        haptic: hang_up,
+        ..LineFaults::default()
+    });
+    let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
+    let mut lost = false;
+    poll_for(Duration::from_secs(10), |now_ns| {
+        lost = matches!(device.poll(now_ns), Polled::Lost);
+        !lost
+    });
+    assert!(lost && device.is_lost());
+    assert!(
+        matches!(device.poll(now_ns()), Polled::Lost),
+        "it stays lost"
+    );
+    device.send(NO_FORCE, now_ns());
+
+    let mut found = None;
+    poll_for(Duration::from_secs(10), |_| {
+        found = RigHaptic::open(&emulator.lines.haptic).ok();
+        found.is_none()
+    });
+    let mut device = found.expect("plugged in again");
+    let mut fresh = false;
+    poll_for(Duration::from_secs(10), |now_ns| {
+        fresh = matches!(device.poll(now_ns), Polled::Fresh(_));
+        !fresh
+    });
+    assert!(fresh);
+}
+
+#[test]
+fn a_second_controller_is_told_that_the_line_is_taken() {
+    let emulator = Emulator::start();
+    let _first = RigHaptic::open(&emulator.lines.haptic).unwrap();
+    let error = RigHaptic::open(&emulator.lines.haptic).unwrap_err();
+    assert!(matches!(error, HardwareError::Busy { .. }), "{error}");
+}
+
+#[test]
+fn a_second_emulator_in_the_same_directory_is_refused() {
+    let emulator = Emulator::start();
+    let error = emulator.try_another().unwrap_err();
+    assert!(matches!(error, HardwareError::Busy { .. }), "{error}");
+}
+
+#[test]
+fn the_wrong_line_is_named() {
+    let emulator = Emulator::start();
+    let error = RigHaptic::open(&emulator.lines.pedal).unwrap_err();
+    assert!(
+        matches!(error, HardwareError::WrongDevice { .. }),
+        "{error}"
+    );
+    let error = RigHaptic::open(&emulator.lines.tracker).unwrap_err();
+    assert!(matches!(error, HardwareError::Silent { .. }), "{error}");
+    let error = BirdTracker::open(&emulator.lines.haptic).unwrap_err();
+    assert!(matches!(error, HardwareError::Silent { .. }), "{error}");
+}
+
+#[test]
+fn paths_that_are_no_devices_say_so() {
+    let directory = tempfile::tempdir().unwrap();
+    let missing = RigHaptic::open(&directory.path().join("nothing")).unwrap_err();
+    assert!(
+        matches!(missing, HardwareError::Missing { .. }),
+        "{missing}"
+    );
+    let file = directory.path().join("file");
+    std::fs::write(&file, "text").unwrap();
+    let error = RigHaptic::open(&file).unwrap_err();
+    assert!(matches!(error, HardwareError::NotSerial { .. }), "{error}");
+}
+
+#[test]
+fn the_links_go_when_the_emulator_ends() {
+    let emulator = Emulator::start();
+    let lines = emulator.lines.clone();
+    assert!(lines.haptic.exists());
+    let directory = emulator.stop();
+    for line in [lines.haptic, lines.tracker, lines.pedal] {
+        assert!(
+            std::fs::symlink_metadata(&line).is_err(),
+            "{}",
+            line.display()
+        );
+    }
+    drop(directory);
+}
+
+#[test]
+fn a_noisy_line_still_gives_good_samples_and_counts_the_bad_ones() {
+    let noisy = Faults {
+        lost: 0.001,
+        duplicated: 0.001,
+        corrupted: 0.001,
+        split: 0.2,
+        merged: 0.2,
+        degenerate: 0.05,
+        babble: 0.05,
+        ..Faults::default()
+    };
+    let emulator = Emulator::with(LineFaults {
+        haptic: noisy,
+        tracker: noisy,
+        pedal: noisy,
+    });
+    // The greeting itself may be hit: a person would try again.
+    let again = |error: HardwareError| {
+        assert!(
+            matches!(
+                error,
+                HardwareError::Silent { .. } | HardwareError::WrongDevice { .. }
+            ),
+            "{error}"
+        )
+    };
+    let mut device = loop {
+        match RigHaptic::open(&emulator.lines.haptic) {
+            Ok(device) => break device,
+            Err(error) => again(error),
+        }
+    };
+    let mut tracker = loop {
+        match BirdTracker::open(&emulator.lines.tracker) {
+            Ok(tracker) => break tracker,
+            Err(error) => again(error),
+        }
+    };
+    let expected = support::camera_in_tracker();
+    let (mut good, mut seen) = (0, 0);
+    poll_for(Duration::from_secs(3), |now_ns| {
+        device.send(NO_FORCE, now_ns);
+        if let Polled::Fresh(sample) = device.poll(now_ns) {
+            good += 1;
+            let pose = sample.device_from_handle;
+            assert!(pose.translation.vector.norm() < 0.11, "{pose}");
+            assert!((pose.rotation.norm() - 1.0).abs() < 1e-3, "{pose}");
+        }
+        if let Polled::Fresh(sample) = tracker.poll(now_ns) {
+            seen += 1;
+            let off = sample.tracker_from_sensor.translation.vector - expected;
+            assert!(off.norm() < 0.3, "{off}");
+        }
+        true
+    });
+    let counters = device.counters();
+    assert!(good > 500 && seen > 50, "{good} {seen}");
+    assert!(
+        counters.bad_frames > 10 && counters.lost_frames > 10,
+        "{counters:?}"
+    );
+    assert!(tracker.counters().bad_frames > 0);
+}
+
+#[test]
+fn a_stuck_line_gives_nothing_new() {
+    let stuck = Faults {
+        stuck_from_s: Some(0.5),
+        ..Faults::default()
+    };
+    let emulator = Emulator::with(LineFaults {
+        haptic: stuck,
+        ..LineFaults::default()
+    });
+    let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
+    std::thread::sleep(Duration::from_secs(1));
+    poll_for(Duration::from_millis(200), |now_ns| {
+        device.poll(now_ns);
+        true
+    });
+    let before = device.counters();
+    poll_for(Duration::from_millis(500), |now_ns| {
+        assert_eq!(device.poll(now_ns), Polled::Nothing);
+        true
+    });
+    assert!(
+        device.counters().bad_frames > before.bad_frames,
+        "it does send"
+    );
+}
+
+#[test]
+fn a_pedal_that_falls_silent_reads_as_released() {
+    // It is stuck while the script presses: the last report says "pressed" for ever.
+    let stuck = Faults {
+        stuck_from_s: Some(3.9),
+        ..Faults::default()
+    };
+    let emulator = Emulator::with(LineFaults {
+        pedal: stuck,
+        ..LineFaults::default()
+    });
+    let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
+    let mut pedal = RigPedal::open(&emulator.lines.pedal).unwrap();
+    let mut last = None;
+    poll_for(Duration::from_secs(6), |now_ns| {
+        device.poll(now_ns);
+        device.send(NO_FORCE, now_ns);
+        if let Polled::Fresh(sample) = pedal.poll(now_ns) {
+            last = Some(sample.coagulate);
+        }
+        true
+    });
+    assert_eq!(last, Some(false));
+}

@@ -1,0 +1,124 @@
+//! An emulated station in a directory of its own, and a patient loop around a driver.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use hardware::HardwareError;
+use hardware::emulate::{EmulateConfig, HandScript, LineFaults, Lines, run};
+use nalgebra::{Translation3, UnitQuaternion};
+use rt_core::math::{Pose, Vec3};
+use tempfile::TempDir;
+
+/// A running emulator; stops when dropped.
+pub(crate) struct Emulator {
+    pub(crate) lines: Lines,
+    config: EmulateConfig,
+    directory: Option<TempDir>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<Result<(), HardwareError>>>,
+}
+
+impl Emulator {
+    pub(crate) fn start() -> Self {
+        Self::with(LineFaults::default())
+    }
+
+    pub(crate) fn with(faults: LineFaults) -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let config = EmulateConfig {
+            directory: directory.path().join("devices"),
+            script: room(),
+            seed: 1,
+            faults,
+        };
+        let stop = Arc::new(AtomicBool::new(false));
+        let (sender, receiver) = mpsc::channel();
+        let thread = std::thread::spawn({
+            let (config, stop) = (config.clone(), Arc::clone(&stop));
+            move || {
+                run(&config, &stop, &mut |lines| {
+                    sender.send(lines.clone()).unwrap()
+                })
+            }
+        });
+        let lines = receiver.recv().expect("the emulator starts");
+        Self {
+            lines,
+            config,
+            directory: Some(directory),
+            stop,
+            thread: Some(thread),
+        }
+    }
+
+    /// Tries to start a second one in the same directory.
+    pub(crate) fn try_another(&self) -> Result<(), HardwareError> {
+        run(&self.config, &AtomicBool::new(true), &mut |_| {})
+    }
+
+    /// Ends it, and gives its directory.
+    pub(crate) fn stop(mut self) -> TempDir {
+        self.end();
+        self.directory.take().unwrap()
+    }
+
+    fn end(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            thread.join().unwrap().unwrap();
+        }
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            self.end();
+        }
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Calls `step` with the time every millisecond or so, until it returns false or time is up.
+pub(crate) fn poll_for(limit: Duration, mut step: impl FnMut(u64) -> bool) {
+    let start = Instant::now();
+    while start.elapsed() < limit && step(now_ns()) {
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Host time.
+pub(crate) fn now_ns() -> u64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
+}
+
+/// A room like a prepared scene's: the handle at rest in the device's origin.
+pub(crate) fn room() -> HandScript {
+    let port = Vec3::zeros();
+    let target = Vec3::new(0.02, -0.01, -0.2);
+    let length = 0.33;
+    let handle = port - target.normalize() * (length - target.norm());
+    let camera = Vec3::new(0.05, 0.05, -0.1);
+    HandScript {
+        instrument_port_m: port,
+        instrument_length_m: length,
+        world_from_device: Pose::from_parts(handle.into(), UnitQuaternion::identity()),
+        world_from_tracker: Translation3::new(0.05, 0.05, 0.1).into(),
+        world_from_camera: Pose::from_parts(camera.into(), UnitQuaternion::identity()),
+        endoscope_port_m: Vec3::new(0.05, 0.05, 0.05),
+        target_m: target,
+        target_normal: Vec3::new(0.0, 0.6, 0.8),
+    }
+}
+
+/// Where the endoscope rests in the tracker's frame.
+pub(crate) fn camera_in_tracker() -> Vec3 {
+    let room = room();
+    (room.world_from_tracker.inverse() * room.world_from_camera)
+        .translation
+        .vector
+}
