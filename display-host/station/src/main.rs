@@ -16,7 +16,7 @@ use clap::Parser as _;
 /// Counts what the realtime thread allocates, so that "none" is a measurement.
 #[global_allocator]
 static ALLOCATOR: rt_process::alloc_counter::CountingAllocator =
-    rt_process::alloc_counter::CountingAllocator;
+    rt_process::alloc_counter::CountingAllocator::new();
 
 fn main() -> ExitCode {
     // Bad usage exits with 2 here, `--help` with 0.
