@@ -11,7 +11,7 @@ const DEGREE_MIN: usize = 3;
 const APART: usize = 8;
 
 /// Links each sphere to its nearest overlapping ones, then adds what is missing for
-/// [`DEGREE_MIN`] and for one connected piece; ordered for the solver.
+/// three links a sphere and for one connected piece; ordered for the solver.
 #[must_use]
 pub fn link(balls: &[Ball]) -> Vec<[u32; 2]> {
     let near = neighbours(balls);
@@ -131,7 +131,7 @@ fn connect(balls: &[Ball], links: &mut Vec<[u32; 2]>) {
     }
 }
 
-/// Orders links so that any [`APART`] consecutive ones share no sphere, as far as possible.
+/// Orders links so that any eight consecutive ones share no sphere, as far as possible.
 #[must_use]
 pub fn order(links: &[[u32; 2]], count: usize) -> Vec<[u32; 2]> {
     let mut remaining: Vec<[u32; 2]> = links.to_vec();

@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         mesh => Recipe::from_mesh(Path::new(mesh), None)?,
     };
     let prepared = prepare(&recipe, &mut |p| {
-        eprintln!("{:3.0} % {}", 100.0 * p.done, p.doing)
+        eprintln!("{:3.0} % {}", 100.0 * p.done, p.doing);
     })?;
     print!("{}", prepared.report);
     draw(&prepared.scene, Path::new(out))

@@ -18,6 +18,11 @@ const VOLUME_SHARE_MIN: f64 = 2e-5;
 /// Pieces smaller than this share of the largest are dust.
 const DUST_SHARE: f64 = 1e-3;
 
+/// A mesh whose volume over half its area is below this share of its extent may be hollow.
+const THIN_SHARE: f64 = 0.05;
+/// It is, when its outer surface alone holds this many times its volume.
+const HOLLOW_GAIN: f64 = 1.6;
+
 /// A mended mesh and what was done to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mended {
@@ -29,6 +34,7 @@ pub struct Mended {
     turned: bool,
     patched_loops: usize,
     wrapped: bool,
+    hollow: bool,
     dropped_pieces: usize,
 }
 
@@ -41,6 +47,7 @@ impl fmt::Display for Mended {
             (self.dropped_pieces, "inner or tiny pieces dropped"),
             (usize::from(self.turned), "inside-out surface turned"),
             (self.patched_loops, "open loops closed"),
+            (usize::from(self.hollow), "hollow made solid"),
             (usize::from(self.wrapped), "new surface wrapped around it"),
         ];
         let mut notes = notes.iter().filter(|(count, _)| *count > 0).peekable();
@@ -75,6 +82,7 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
         turned: false,
         patched_loops: 0,
         wrapped: false,
+        hollow: false,
         dropped_pieces: 0,
     };
     if closing == Closing::Solid {
@@ -117,7 +125,37 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
         mesh = wrap::wrap(&mesh).ok_or(MeshProblem::NoVolume { volume_ml: 0.0 })?;
         mended.wrapped = true;
     }
-    finish(mended, mesh)
+    let mended = finish(mended, mesh)?;
+    if closing == Closing::Auto && is_thin(&mended) {
+        return Ok(solid_if_hollow(mended));
+    }
+    Ok(mended)
+}
+
+/// A wall, a sheet or a tube rather than a body.
+fn is_thin(mended: &Mended) -> bool {
+    let [min, max] = mended.mesh.bounds();
+    2.0 * mended.volume_m3 / mended.mesh.area() < THIN_SHARE * (max - min).max()
+}
+
+/// Takes the outer surface of a hollow organ; anything else stays as it is.
+fn solid_if_hollow(mended: Mended) -> Mended {
+    let sealed = wrap::seal(&mended.mesh);
+    let solid = sealed.and_then(|sealed| {
+        let blank = Mended {
+            mesh: Mesh::default(),
+            volume_m3: 0.0,
+            ..mended.clone()
+        };
+        finish(blank, sealed).ok()
+    });
+    match solid {
+        Some(solid) if solid.volume_m3 > HOLLOW_GAIN * mended.volume_m3 => Mended {
+            hollow: true,
+            ..solid
+        },
+        _ => mended,
+    }
 }
 
 fn finish(mut mended: Mended, mut mesh: Mesh) -> Result<Mended, MeshProblem> {

@@ -116,7 +116,8 @@ pub enum Closing {
     Refuse,
     /// Close each loop with a patch; refuse what cannot be closed so.
     Fill,
-    /// Close each loop with a patch; wrap what cannot be closed so.
+    /// Close each loop with a patch; wrap what cannot be closed so; make solid what is a hollow
+    /// wall.
     Auto,
     /// Build a new closed surface around it.
     Wrap,

@@ -7,6 +7,8 @@ mod liver;
 mod primitive;
 mod skin;
 
+pub use skin::skin;
+
 use serde::Deserialize;
 
 use crate::Vec3;

@@ -13,11 +13,8 @@ const ROUNDS: usize = 12;
 /// The surface of `distance` within the bounds, its triangles' sides about `edge_m` long: surface
 /// nets, then vertices slide along the surface until they lie evenly, and Newton steps put them
 /// onto it, so that the grid does not show.
-pub(super) fn skin(
-    distance: &(dyn Fn(&Vec3) -> f64 + Sync),
-    bounds: [Vec3; 2],
-    edge_m: f64,
-) -> Mesh {
+#[must_use]
+pub fn skin(distance: &(dyn Fn(&Vec3) -> f64 + Sync), bounds: [Vec3; 2], edge_m: f64) -> Mesh {
     let grid = Grid::around(bounds, edge_m, 1);
     let values: Vec<f64> = (0..grid.len())
         .into_par_iter()

@@ -21,7 +21,7 @@ struct Reading<'a> {
 }
 
 pub(super) fn parse(content: &[u8], folder: &Path, wanted: &[String]) -> Result<Mesh, MeshProblem> {
-    let bad = |error: gltf::Error| malformed("glTF", error);
+    let bad = |error: gltf::Error| malformed("glTF", &error);
     let mut file = gltf::Gltf::from_slice(content).map_err(bad)?;
     let blob = file.blob.take();
     let mut reading = Reading {
@@ -62,10 +62,10 @@ fn read_buffers(
                 let plain = !uri.contains(['/', '\\']) && !uri.contains("..");
                 if !plain {
                     let detail = format!("its data '{uri}' must be a file beside it");
-                    return Err(malformed("glTF", detail));
+                    return Err(malformed("glTF", &detail));
                 }
                 std::fs::read(folder.join(uri))
-                    .map_err(|error| malformed("glTF", format!("its data '{uri}': {error}")))?
+                    .map_err(|error| malformed("glTF", &format!("its data '{uri}': {error}")))?
             }
         };
         if content.len() < buffer.length() {
@@ -75,7 +75,7 @@ fn read_buffers(
                 content.len(),
                 buffer.length()
             );
-            return Err(malformed("glTF", detail));
+            return Err(malformed("glTF", &detail));
         }
         buffers.push(content);
     }
@@ -93,7 +93,7 @@ impl Reading<'_> {
         if depth > DEPTH_MAX {
             return Err(malformed(
                 "glTF",
-                format!("nodes are nested deeper than {DEPTH_MAX}"),
+                &format!("nodes are nested deeper than {DEPTH_MAX}"),
             ));
         }
         let own = Matrix4::from(node.transform().matrix()).map(f64::from);
@@ -188,7 +188,7 @@ fn check_accessor(accessor: &gltf::Accessor<'_>) -> Result<(), MeshProblem> {
     let outside = || {
         malformed(
             "glTF",
-            format!("accessor {} leaves its data", accessor.index()),
+            &format!("accessor {} leaves its data", accessor.index()),
         )
     };
     if accessor.sparse().is_some() {

@@ -94,7 +94,7 @@ fn too_large(bytes: u64, triangles: u64) -> MeshProblem {
     }
 }
 
-fn malformed(format: &'static str, detail: impl ToString) -> MeshProblem {
+fn malformed(format: &'static str, detail: &(impl ToString + ?Sized)) -> MeshProblem {
     let detail = detail.to_string().replace('\n', " ");
     MeshProblem::Malformed { format, detail }
 }

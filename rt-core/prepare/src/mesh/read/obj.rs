@@ -19,7 +19,7 @@ pub(super) fn parse(content: &[u8]) -> Result<Parts, MeshProblem> {
     let no_materials = |_: &std::path::Path| Ok(Default::default());
     let mut reader = std::io::Cursor::new(content);
     let (models, _) = tobj::load_obj_buf(&mut reader, &options, no_materials)
-        .map_err(|error| malformed("OBJ", error))?;
+        .map_err(|error| malformed("OBJ", &error))?;
     let part = |model: tobj::Model| {
         let points = model.mesh.positions.as_chunks::<3>().0;
         let mesh = Mesh {

@@ -69,8 +69,8 @@ impl PropertyAccess for Face {
     }
 }
 
-fn bad(error: impl ToString) -> MeshProblem {
-    malformed("PLY", error)
+fn bad(error: impl std::error::Error) -> MeshProblem {
+    malformed("PLY", &error)
 }
 
 pub(super) fn parse(content: &[u8]) -> Result<Mesh, MeshProblem> {

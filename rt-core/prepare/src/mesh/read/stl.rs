@@ -23,15 +23,15 @@ pub(super) fn parse(content: &[u8]) -> Result<Mesh, MeshProblem> {
                 "truncated: {announced} triangles need {needed} bytes, it has {}",
                 content.len()
             );
-            return Err(malformed("STL", detail));
+            return Err(malformed("STL", &detail));
         }
     }
     let mut reader = std::io::Cursor::new(content);
     let triangles =
-        stl_io::create_stl_reader(&mut reader).map_err(|error| malformed("STL", error))?;
+        stl_io::create_stl_reader(&mut reader).map_err(|error| malformed("STL", &error))?;
     let mut mesh = Mesh::default();
     for triangle in triangles {
-        let triangle = triangle.map_err(|error| malformed("STL", error))?;
+        let triangle = triangle.map_err(|error| malformed("STL", &error))?;
         let first = mesh.vertices.len() as u32;
         let corner = |p: &stl_io::Vertex| Vec3::from([p[0], p[1], p[2]].map(f64::from));
         mesh.vertices.extend(triangle.vertices.iter().map(corner));

@@ -1,0 +1,284 @@
+//! Meshes as real ones come: open, inside out, non-manifold, hollow, contradictory.
+
+use proptest::prelude::*;
+use scene_prepare::Vec3;
+use scene_prepare::error::MeshProblem;
+use scene_prepare::mesh::{Mesh, mend};
+use scene_prepare::recipe::Closing;
+use scene_prepare::shape::skin;
+
+/// An outward box with its lowest corner at `low`.
+fn cuboid(low: [f64; 3], size: [f64; 3]) -> Mesh {
+    let corner = |i: usize| {
+        let step = [i & 1, i >> 1 & 1, i >> 2];
+        Vec3::from(std::array::from_fn(|k| low[k] + size[k] * step[k] as f64))
+    };
+    let sides = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    Mesh {
+        vertices: (0..8).map(corner).collect(),
+        triangles: sides
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+            .collect(),
+    }
+}
+
+fn unit_box() -> Mesh {
+    cuboid([0.0; 3], [0.1; 3])
+}
+
+fn ball(radius: f64, edge: f64) -> Mesh {
+    let bounds = [Vec3::repeat(-1.1 * radius), Vec3::repeat(1.1 * radius)];
+    skin(&|p: &Vec3| p.norm() - radius, bounds, edge)
+}
+
+#[test]
+fn inside_out_box_is_turned() {
+    let mut mesh = unit_box();
+    for t in &mut mesh.triangles {
+        t.swap(0, 1);
+    }
+    assert!(mesh.volume() < 0.0);
+    let mended = mend(&mesh, Closing::Refuse).unwrap();
+    assert!((mended.volume_m3 - 1e-3).abs() < 1e-9);
+    assert!(
+        mended.to_string().contains("inside-out surface turned"),
+        "{mended}"
+    );
+}
+
+#[test]
+fn triangles_turned_at_random_are_made_to_agree() {
+    let mut mesh = unit_box();
+    for i in [1, 4, 5, 9] {
+        mesh.triangles[i].swap(1, 2);
+    }
+    let mended = mend(&mesh, Closing::Refuse).unwrap();
+    assert!(mended.mesh.is_closed());
+    assert!((mended.volume_m3 - 1e-3).abs() < 1e-9);
+}
+
+#[test]
+fn open_box_is_closed_or_refused_as_asked() {
+    let mut mesh = unit_box();
+    mesh.triangles.truncate(10);
+    match mend(&mesh, Closing::Refuse) {
+        Err(MeshProblem::Open { loops: 1, edges: 4 }) => {}
+        other => panic!("{other:?}"),
+    }
+    for closing in [Closing::Fill, Closing::Auto] {
+        let mended = mend(&mesh, closing).unwrap();
+        assert!(mended.mesh.is_closed());
+        assert!(
+            (mended.volume_m3 - 1e-3).abs() < 1e-9,
+            "{}",
+            mended.volume_m3
+        );
+        assert!(mended.to_string().contains("1 open loops closed"));
+    }
+}
+
+#[test]
+fn a_ball_with_two_large_holes_keeps_its_volume() {
+    let mut mesh = ball(0.05, 0.004);
+    let whole = mesh.volume();
+    let keep = |t: &[u32; 3]| {
+        let x = mesh.vertices[t[0] as usize].x;
+        (-0.04..0.042).contains(&x)
+    };
+    let triangles = mesh.triangles.iter().filter(|t| keep(t)).copied().collect();
+    mesh.triangles = triangles;
+    let filled = mend(&mesh, Closing::Fill).unwrap();
+    assert!(filled.mesh.is_closed());
+    // The two caps, flattened, hold 2.8 and 2.1 % of the ball.
+    let share = filled.volume_m3 / whole;
+    assert!((0.93..0.97).contains(&share), "{share}");
+    let wrapped = mend(&mesh, Closing::Wrap).unwrap();
+    assert!(wrapped.mesh.is_closed());
+    let share = wrapped.volume_m3 / whole;
+    assert!((0.92..1.02).contains(&share), "{share}");
+}
+
+#[test]
+fn hollow_wall_with_an_opening_becomes_solid() {
+    // A ball with an inner side, joined through a hole at the top.
+    let wall = |p: &Vec3| {
+        let shell = (p.norm() - 0.0485).abs() - 0.0015;
+        let hole = (p.x.hypot(p.y) - 0.003).max(-p.z);
+        shell.max(-hole)
+    };
+    let bounds = [Vec3::repeat(-0.055), Vec3::repeat(0.055)];
+    let mesh = skin(&wall, bounds, 0.0025);
+    let full = 4.0 / 3.0 * std::f64::consts::PI * 0.05f64.powi(3);
+    assert!(mesh.volume() < 0.5 * full, "it is hollow");
+    let auto = mend(&mesh, Closing::Auto).unwrap();
+    assert!(auto.to_string().contains("hollow made solid"), "{auto}");
+    let solid = mend(&mesh, Closing::Solid).unwrap();
+    assert_eq!(solid.mesh, auto.mesh);
+    assert!(solid.mesh.is_closed());
+    assert!(
+        (0.95..1.03).contains(&(solid.volume_m3 / full)),
+        "{}",
+        solid.volume_m3 / full
+    );
+}
+
+#[test]
+fn wall_that_crosses_the_box_is_wrapped() {
+    // Three triangles at an edge.
+    let mut mesh = unit_box();
+    mesh.vertices.push(Vec3::new(0.05, 0.05, 0.05));
+    mesh.triangles.push([0, 1, 8]);
+    assert!(matches!(
+        mend(&mesh, Closing::Fill),
+        Err(MeshProblem::NonManifold { .. })
+    ));
+    let wrapped = mend(&mesh, Closing::Auto).unwrap();
+    assert!(wrapped.mesh.is_closed());
+    assert!(
+        (0.9..1.1).contains(&(wrapped.volume_m3 / 1e-3)),
+        "{}",
+        wrapped.volume_m3
+    );
+}
+
+#[test]
+fn inner_wall_and_dust_are_dropped() {
+    let mut mesh = unit_box();
+    mesh.append(&cuboid([0.02; 3], [0.06; 3]));
+    mesh.append(&cuboid([0.2; 3], [0.003; 3]));
+    let mended = mend(&mesh, Closing::Refuse).unwrap();
+    assert_eq!(mended.mesh.triangles.len(), 12);
+    assert!(
+        mended
+            .to_string()
+            .contains("2 inner or tiny pieces dropped"),
+        "{mended}"
+    );
+}
+
+#[test]
+fn duplicate_and_degenerate_triangles_are_dropped() {
+    let mut mesh = unit_box();
+    let again = mesh.triangles.clone();
+    mesh.triangles
+        .extend(again.iter().map(|[a, b, c]| [*b, *a, *c]));
+    mesh.triangles.push([3, 3, 4]);
+    let mended = mend(&mesh, Closing::Refuse).unwrap();
+    assert_eq!(mended.mesh.triangles.len(), 12);
+}
+
+#[test]
+fn what_cannot_be_mended_says_why() {
+    let mut sheet = unit_box();
+    sheet.triangles.truncate(2);
+    let refused = mend(&sheet, Closing::Auto).unwrap_err();
+    assert!(matches!(refused, MeshProblem::NoVolume { .. }), "{refused}");
+
+    let mut broken = unit_box();
+    broken.vertices[3].y = f64::NAN;
+    assert_eq!(
+        mend(&broken, Closing::Auto).unwrap_err(),
+        MeshProblem::NotFinite { index: 3 }
+    );
+
+    let mut broken = unit_box();
+    broken.triangles[7][1] = 99;
+    let expected = MeshProblem::IndexOutOfRange {
+        triangle: 7,
+        vertex: 99,
+        vertices: 8,
+    };
+    assert_eq!(mend(&broken, Closing::Auto).unwrap_err(), expected);
+
+    assert_eq!(
+        mend(&Mesh::default(), Closing::Auto).unwrap_err(),
+        MeshProblem::NoTriangles
+    );
+
+    let millimetres = cuboid([0.0; 3], [100.0; 3]);
+    let message = mend(&millimetres, Closing::Auto).unwrap_err().to_string();
+    assert!(message.contains("looks like millimetres"), "{message}");
+
+    // A Moebius band.
+    let count = 24;
+    let mut band = Mesh::default();
+    for i in 0..count {
+        let turn = f64::from(i) / f64::from(count) * std::f64::consts::TAU;
+        let across = Vec3::new(
+            (turn / 2.0).cos() * turn.cos(),
+            (turn / 2.0).cos() * turn.sin(),
+            (turn / 2.0).sin(),
+        );
+        let middle = Vec3::new(turn.cos(), turn.sin(), 0.0) * 0.1;
+        band.vertices
+            .extend([middle - across * 0.02, middle + across * 0.02]);
+    }
+    let count = count as u32;
+    for i in 0..count {
+        let (a, b) = (2 * i, 2 * i + 1);
+        let (c, d) = if i + 1 < count {
+            (a + 2, b + 2)
+        } else {
+            (1, 0)
+        };
+        band.triangles.extend([[a, b, d], [a, d, c]]);
+    }
+    assert_eq!(
+        mend(&band, Closing::Auto).unwrap_err(),
+        MeshProblem::NotOrientable
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(10))]
+
+    /// A ball with triangles deleted, repeated, turned and moved: either mended into a closed
+    /// surface with a volume, or refused, never a panic.
+    #[test]
+    fn mutilated_balls_never_panic(
+        edits in prop::collection::vec((0usize..4, 0usize..10_000, -0.004f64..0.004), 0..60),
+        closing in prop::sample::select(vec![Closing::Auto, Closing::Fill, Closing::Solid]),
+    ) {
+        let mut mesh = ball(0.03, 0.006);
+        for (what, at, by) in edits {
+            let at_triangle = at % mesh.triangles.len();
+            match what {
+                0 => { mesh.triangles.swap_remove(at_triangle); }
+                1 => mesh.triangles.push(mesh.triangles[at_triangle]),
+                2 => mesh.triangles[at_triangle].swap(0, 2),
+                _ => {
+                    let i = at % mesh.vertices.len();
+                    mesh.vertices[i].x += by;
+                }
+            }
+        }
+        if let Ok(mended) = mend(&mesh, closing) {
+            prop_assert!(mended.mesh.is_closed());
+            let full = 4.0 / 3.0 * std::f64::consts::PI * 0.03f64.powi(3);
+            prop_assert!((0.5..1.3).contains(&(mended.volume_m3 / full)), "{}", mended.volume_m3 / full);
+        }
+    }
+
+    /// Any bytes at all, in any format: an error, never a panic.
+    #[test]
+    fn arbitrary_bytes_never_panic(
+        bytes in prop::collection::vec(any::<u8>(), 0..400),
+        extension in prop::sample::select(vec!["obj", "stl", "ply", "glb", "gltf"]),
+        head in prop::sample::select(vec![&b""[..], b"ply\nformat ascii 1.0\n", b"solid x\n", b"glTF\x02\0\0\0", b"v 0 0 0\nf "]),
+    ) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(format!("any.{extension}"));
+        std::fs::write(&path, [head, &bytes[..]].concat()).unwrap();
+        if let Ok(mesh) = scene_prepare::mesh::read(&path, &[]) {
+            let _ = mend(&mesh, Closing::Auto);
+        }
+    }
+}

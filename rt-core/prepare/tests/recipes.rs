@@ -1,0 +1,211 @@
+//! Recipes: what is accepted, and what each mistake is told.
+
+use std::path::Path;
+
+use scene_prepare::recipe::{BUILT_IN, Material, Surface};
+use scene_prepare::{PrepareError, Recipe, prepare};
+use shared_mem::scene::OrganKind;
+
+const GOOD: &str = r#"name = "test"
+
+[room]
+instrument_length_m = 0.3
+
+[[organ]]
+name = "liver"
+kind = "liver"
+mesh = "liver.obj"
+unit = "mm"
+spheres = 100
+material = { young_pa = 4000.0 }
+held = [{ base = 0.2 }, { ball = { center_m = [0, 0, 0], radius_m = 0.02 } }]
+"#;
+
+fn parse(text: &str) -> Result<Recipe, scene_prepare::RecipeError> {
+    Recipe::parse(text, "test.toml", Path::new("meshes"))
+}
+
+#[test]
+fn good_recipe_is_read_in_metres_with_defaults() {
+    let recipe = parse(GOOD).unwrap();
+    let organ = &recipe.organs[0];
+    assert_eq!(
+        (organ.spheres, organ.kind, organ.held.len()),
+        (100, OrganKind::Liver, 2)
+    );
+    let Surface::Mesh { path, unit_m, .. } = &organ.surface else {
+        panic!()
+    };
+    assert_eq!(
+        (path.as_path(), *unit_m),
+        (Path::new("meshes/liver.obj"), Some(1e-3))
+    );
+    let expected = Material {
+        young_pa: 4000.0,
+        ..Material::typical(OrganKind::Liver)
+    };
+    assert_eq!(organ.material, expected);
+    assert_eq!(recipe.room.instrument_length_m, Some(0.3));
+}
+
+/// Each mistake: what is replaced, by what, the line and key and words of the error.
+#[test]
+fn mistakes_name_line_key_value_and_remedy() {
+    let cases = [
+        (
+            "spheres = 100",
+            "sphere = 100",
+            11,
+            "recipe",
+            "unknown field `sphere`",
+        ),
+        (
+            "unit = \"mm\"",
+            "unit = \"inch\"",
+            10,
+            "recipe",
+            "`m` or `mm`",
+        ),
+        (
+            "spheres = 100",
+            "spheres = 3",
+            11,
+            "organ[0].spheres",
+            "is 3, allowed are 8 to 4096",
+        ),
+        (
+            "kind = \"liver\"",
+            "kind = \"spleen\"",
+            8,
+            "organ[0].kind",
+            "one of liver, gallbladder",
+        ),
+        (
+            "young_pa = 4000.0",
+            "young_pa = -1.0",
+            12,
+            "organ[0].material.young_pa",
+            "allowed are 10",
+        ),
+        (
+            "base = 0.2",
+            "base = 1.2",
+            13,
+            "organ[0].held[0]",
+            "allowed are 0 to 1",
+        ),
+        (
+            "radius_m = 0.02",
+            "radius_m = 9",
+            13,
+            "organ[0].held[1]",
+            "allowed are 0.0001 to 1",
+        ),
+        (
+            "{ base = 0.2 }",
+            "{ near = { organ = \"x\", within_m = 0.0 } }",
+            13,
+            "organ[0].held[0]",
+            "'x' is not another organ",
+        ),
+        (
+            "_length_m = 0.3",
+            "_length_m = 3",
+            4,
+            "room.instrument_length_m",
+            "is 3, allowed are 0.1 to 0.6",
+        ),
+        (
+            "mesh = \"liver.obj\"",
+            "",
+            7,
+            "organ[0].name",
+            "needs either `mesh",
+        ),
+        (
+            "mesh = \"liver.obj\"",
+            "shape = { form = \"cube\" }",
+            9,
+            "organ[0].shape",
+            "unknown variant `cube`",
+        ),
+        (
+            "name = \"test\"",
+            "name = \"\"",
+            1,
+            "name",
+            "must have 1 to 63 bytes",
+        ),
+        ("[[organ]]", "[[organ]", 6, "recipe", ""),
+        (
+            "[room]",
+            "[room]\ntarget = { organ = \"liver2\" }",
+            4,
+            "room.target",
+            "'liver2' is not an organ",
+        ),
+    ];
+    for (from, to, line, key, words) in cases {
+        assert!(GOOD.contains(from), "{from}");
+        let error = parse(&GOOD.replacen(from, to, 1)).expect_err(to);
+        assert_eq!((error.line, error.key.as_str()), (line, key), "{error}");
+        assert!(
+            error
+                .to_string()
+                .starts_with(&format!("test.toml:{line}: ")),
+            "{error}"
+        );
+        assert!(error.problem.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn two_organs_of_one_name_and_too_many_spheres_are_refused() {
+    let organ = &GOOD[GOOD.find("[[organ]]").unwrap()..];
+    let twice = parse(&format!("{GOOD}\n{organ}")).unwrap_err();
+    assert!(twice.problem.contains("used twice"), "{twice}");
+    let second = organ
+        .replace("\"liver\"\nkind", "\"liver2\"\nkind")
+        .replace("100", "4000");
+    let too_many = parse(&format!("{GOOD}\n{second}")).unwrap_err();
+    assert!(
+        too_many.problem.contains("4100 spheres together"),
+        "{too_many}"
+    );
+}
+
+#[test]
+fn missing_files_are_named() {
+    let missing = Recipe::load(Path::new("no/such.toml"), None)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        missing.contains("no/such.toml") && missing.contains("cannot be read"),
+        "{missing}"
+    );
+    let recipe = parse(GOOD).unwrap();
+    let error = prepare(&recipe, &mut |_| {}).unwrap_err();
+    assert!(matches!(error, PrepareError::Mesh { .. }));
+    let error = error.to_string();
+    for words in ["organ 'liver'", "meshes/liver.obj", "--meshes DIR"] {
+        assert!(error.contains(words), "{error}");
+    }
+}
+
+#[test]
+fn built_in_recipe_is_valid() {
+    assert!(!Recipe::built_in().unwrap().organs.is_empty());
+    assert!(BUILT_IN.is_ascii());
+}
+
+proptest::proptest! {
+    /// Any text: an error with a line in it, never a panic.
+    #[test]
+    fn arbitrary_recipes_never_panic(cut in 0usize..400, insert in "\\PC{0,20}") {
+        let at = (0..=cut.min(GOOD.len())).rev().find(|&i| GOOD.is_char_boundary(i)).unwrap();
+        let text = format!("{}{insert}{}", &GOOD[..at], &GOOD[at..]);
+        if let Err(error) = parse(&text) {
+            proptest::prop_assert!(error.line >= 1);
+        }
+    }
+}

@@ -1,0 +1,319 @@
+//! Whole scenes: the built-in one, the atlas', and random blobs.
+
+use std::path::{Path, PathBuf};
+
+use proptest::prelude::*;
+use scene_prepare::mesh::mend;
+use scene_prepare::pack::{Interior, Quality, isotropy, pack_as_paper, pack_evenly};
+use scene_prepare::recipe::Closing;
+use scene_prepare::{Prepared, Recipe, Vec3, bind, links, prepare};
+use shared_mem::scene::{SceneFile, WEIGHT_SUM};
+
+fn check(prepared: &Prepared) {
+    let scene = &prepared.scene;
+    let file =
+        SceneFile::from_bytes(&scene.to_bytes().expect("scene writes")).expect("scene reads");
+    for (organ, report) in file.organs().iter().zip(&prepared.report.organs) {
+        assert_eq!(report.components, 1, "{}", report.name);
+        assert!(report.min_degree >= 3, "{}", report.name);
+        assert!(report.protrusion_max_mm < 0.1, "{}", report.name);
+        assert!(
+            report.coverage > 0.7,
+            "{}: {}",
+            report.name,
+            report.coverage
+        );
+        let [first, count] = organ.spheres.map(|x| x as usize);
+        let spheres = &file.spheres()[first..first + count];
+        let mass: f64 = spheres.iter().map(|s| f64::from(s.mass_kg)).sum();
+        let expected = f64::from(organ.material.density_kg_m3) * f64::from(organ.volume_m3);
+        assert!(
+            (mass / expected - 1.0).abs() < 1e-5,
+            "mass is density times volume"
+        );
+        assert!(
+            spheres.iter().any(|s| s.held == 1),
+            "{} is held somewhere",
+            report.name
+        );
+        assert!(
+            spheres.iter().any(|s| s.held == 0),
+            "{} is free somewhere",
+            report.name
+        );
+
+        let [first, count] = organ.links.map(|x| x as usize);
+        let list = &file.links()[first..first + count];
+        let clashes = (1..list.len())
+            .filter(|&i| {
+                let recent = &list[i.saturating_sub(7)..i];
+                let shares = |l: &shared_mem::scene::LinkRecord| {
+                    [l.a, l.b]
+                        .iter()
+                        .any(|s| [list[i].a, list[i].b].contains(s))
+                };
+                recent.iter().any(shares)
+            })
+            .count();
+        assert!(
+            clashes * 50 < list.len(),
+            "{}: {clashes} of {} links wait",
+            report.name,
+            list.len()
+        );
+        for link in list {
+            let at = |i: u32| Vec3::from(file.spheres()[i as usize].center_m.map(f64::from));
+            let length = (at(link.a) - at(link.b)).norm();
+            assert!((length - f64::from(link.rest_length_m)).abs() < 1e-6);
+        }
+    }
+    for v in file.vertices() {
+        let normal = Vec3::from(v.normal.map(f64::from)).norm();
+        assert!((normal - 1.0).abs() < 1e-4);
+        assert_eq!(
+            v.weights.iter().map(|&w| u32::from(w)).sum::<u32>(),
+            WEIGHT_SUM
+        );
+    }
+    check_room(&file);
+}
+
+/// The instrument can work on the target: the handle stays within the device's reach.
+fn check_room(file: &SceneFile) {
+    let room = file.room();
+    let port = Vec3::from(room.instrument_port_m.map(f64::from));
+    let base = Vec3::from(room.world_from_device.position_m.map(f64::from));
+    let target = Vec3::from(room.target_m.map(f64::from));
+    let normal = Vec3::from(room.target_normal.map(f64::from));
+    let length = f64::from(room.instrument_length_m);
+    for offset in [-0.02, 0.0, 0.03, 0.05] {
+        let tip = target + normal * offset;
+        let inside = (tip - port).norm();
+        assert!(
+            (0.06..0.22).contains(&(length - inside)),
+            "{} m outside",
+            length - inside
+        );
+        let handle = port - (tip - port) / inside * (length - inside);
+        assert!(
+            (handle - base).norm() < 0.08,
+            "handle {} m off",
+            (handle - base).norm()
+        );
+    }
+    assert!(
+        (target - port).normalize().dot(&normal) < -0.3,
+        "the shaft comes in steeply"
+    );
+}
+
+#[test]
+fn built_in_scene_is_sound_and_anatomical() {
+    let mut steps = Vec::new();
+    let prepared = prepare(&Recipe::built_in().unwrap(), &mut |p| steps.push(p.done)).unwrap();
+    check(&prepared);
+    assert!(steps.iter().all(|done| (0.0..=1.0).contains(done)) && steps.len() >= 4);
+    let volume = |name: &str| {
+        prepared
+            .report
+            .organs
+            .iter()
+            .find(|o| o.name == name)
+            .unwrap()
+            .volume_ml
+    };
+    assert!(
+        (1200.0..1800.0).contains(&volume("liver")),
+        "{}",
+        volume("liver")
+    );
+    assert!(
+        (30.0..50.0).contains(&volume("gallbladder")),
+        "{}",
+        volume("gallbladder")
+    );
+    let json = serde_json::to_value(&prepared.report).unwrap();
+    for key in [
+        "build_s",
+        "spheres",
+        "springs",
+        "coverage",
+        "gap_95_mm",
+        "gap_max_mm",
+    ] {
+        assert!(json[key].is_number(), "{key}");
+    }
+}
+
+#[test]
+fn same_bytes_on_any_number_of_threads() {
+    let recipe = Recipe::built_in().unwrap();
+    let bytes = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new()
+            .num_threads(threads)
+            .build()
+            .unwrap();
+        pool.install(|| {
+            prepare(&recipe, &mut |_| {})
+                .unwrap()
+                .scene
+                .to_bytes()
+                .unwrap()
+        })
+    };
+    assert!(bytes(1) == bytes(3));
+}
+
+/// The folder of real organ meshes, if this machine has it.
+fn anatomy() -> Option<PathBuf> {
+    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/anatomy");
+    let folder = std::env::var_os("CALOT_ANATOMY").map_or(beside, PathBuf::from);
+    if folder.join("hra-female").is_dir() {
+        return Some(folder);
+    }
+    println!(
+        "skipped: no anatomy in {}; set CALOT_ANATOMY to its folder",
+        folder.display()
+    );
+    None
+}
+
+#[test]
+fn atlas_scene_is_sound() {
+    let Some(folder) = anatomy() else { return };
+    let recipe = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/assets/hra-female.toml");
+    let recipe = Recipe::load(&recipe, Some(&folder.join("hra-female"))).unwrap();
+    let prepared = prepare(&recipe, &mut |_| {}).unwrap();
+    check(&prepared);
+    assert!(
+        prepared.report.organs[0]
+            .mesh
+            .contains("1 open loops closed")
+    );
+}
+
+#[test]
+fn paper_meshes_of_table_1_prepare_with_both_packings() {
+    let Some(folder) = anatomy() else { return };
+    for (file, spheres) in [("liver_8128.obj", 581), ("gallbladder_1461.obj", 475)] {
+        let mesh = scene_prepare::mesh::read(&folder.join("derived").join(file), &[]).unwrap();
+        let mended = mend(&mesh, Closing::Auto).unwrap();
+        let interior = Interior::new(&mended.mesh, mended.volume_m3, spheres).unwrap();
+        for balls in [
+            pack_evenly(&interior, spheres),
+            pack_as_paper(&interior, spheres),
+        ] {
+            let quality = Quality::measure(&interior, &mended.mesh, &balls);
+            println!("{file}: {} spheres, {quality:?}", balls.len());
+            assert!(balls.len() > spheres * 9 / 10);
+            assert!(
+                quality.coverage > 0.8 && quality.protrusion_max_m < 1e-4,
+                "{quality:?}"
+            );
+        }
+    }
+}
+
+/// Equation 1 by hand: in a box 2 × 4 × 6 cm the middle is 1 cm from the nearest side, and a
+/// point 3 mm from a side has D = 3 mm.
+#[test]
+fn equation_1_by_hand() {
+    let sides = [
+        [0, 2, 3, 1],
+        [4, 5, 7, 6],
+        [0, 1, 5, 4],
+        [2, 6, 7, 3],
+        [0, 4, 6, 2],
+        [1, 3, 7, 5],
+    ];
+    let mesh = scene_prepare::mesh::Mesh {
+        vertices: (0..8)
+            .map(|i| {
+                let step = |bit: usize, size: f64| size * (i >> bit & 1) as f64;
+                Vec3::new(step(0, 0.02), step(1, 0.04), step(2, 0.06))
+            })
+            .collect(),
+        triangles: sides
+            .iter()
+            .flat_map(|&[a, b, c, d]: &[u32; 4]| [[a, b, c], [a, c, d]])
+            .collect(),
+    };
+    let interior = Interior::new(&mesh, mesh.volume(), 40).unwrap();
+    let cases = [
+        ([0.01, 0.02, 0.03], 0.01),
+        ([0.01, 0.003, 0.03], 0.003),
+        ([0.01, 0.02, 0.0599], 0.0001),
+    ];
+    for (center, expected) in cases {
+        assert!(
+            (interior.depth(&Vec3::from(center)) - expected).abs() < 1e-8,
+            "{center:?}"
+        );
+    }
+    assert!(
+        (interior.depth(&Vec3::new(0.01, 0.02, 0.065)) + 0.005).abs() < 1e-8,
+        "outside is negative"
+    );
+    let ball = interior.inscribed(Vec3::new(0.01, 0.02, 0.03), f64::INFINITY);
+    assert!((ball.radius_m - 0.01).abs() < 1e-8);
+}
+
+#[test]
+fn links_are_the_nearest_overlapping_ones() {
+    use scene_prepare::pack::Ball;
+    // A row of overlapping balls and one far away.
+    let at = |x: f64| Ball {
+        center: Vec3::new(x, 0.0, 0.0),
+        radius_m: 0.6,
+    };
+    let mut balls: Vec<Ball> = (0..12).map(|i| at(f64::from(i))).collect();
+    balls.push(at(30.0));
+    let list = links::link(&balls);
+    let (_, pieces) = links::pieces(&list, balls.len());
+    assert_eq!(pieces, 1);
+    for i in 0..12u32 {
+        let degree = list.iter().flatten().filter(|&&j| j == i).count();
+        assert!(degree >= 3, "{i} has {degree}");
+    }
+    // Neighbours overlap, so they are linked.
+    assert!((0..11).all(|i| list.contains(&[i, i + 1])));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+
+    /// Random blobs: spheres inside, one piece, degree, weights; the same again on every run.
+    #[test]
+    fn blobs_are_packed_soundly(
+        lumps in prop::collection::vec(
+            ((-0.03f64..0.03), (-0.03f64..0.03), (-0.03f64..0.03), 0.008f64..0.03), 1..5),
+        spheres in 8usize..220,
+        paper in any::<bool>(),
+    ) {
+        let blob = |p: &Vec3| {
+            let lump = |(x, y, z, r): &(f64, f64, f64, f64)| (p - Vec3::new(*x, *y, *z)).norm() - r;
+            let nearest = lumps.iter().map(lump).fold(f64::INFINITY, f64::min);
+            // One blob in any case: a core joins the lumps.
+            nearest.min(p.norm() - 0.02)
+        };
+        let bounds = [Vec3::repeat(-0.065), Vec3::repeat(0.065)];
+        let mended = mend(&scene_prepare::shape::skin(&blob, bounds, 0.004), Closing::Auto).unwrap();
+        let interior = Interior::new(&mended.mesh, mended.volume_m3, spheres).unwrap();
+        let balls = if paper { pack_as_paper(&interior, spheres) } else { pack_evenly(&interior, spheres) };
+        prop_assert!(balls.len() >= 4 && balls.len() <= spheres);
+        let quality = Quality::measure(&interior, &mended.mesh, &balls);
+        prop_assert!(quality.protrusion_max_m < 0.02 * interior.spacing_m, "{quality:?}");
+        let list = links::link(&balls);
+        prop_assert_eq!(links::pieces(&list, balls.len()).1, 1);
+        let mut degree = vec![0; balls.len()];
+        for &i in list.as_flattened() {
+            degree[i as usize] += 1;
+        }
+        prop_assert!(degree.iter().all(|&d| d >= 3));
+        prop_assert!((0.0..=1.0).contains(&isotropy(&balls, &list)));
+        for v in bind::bind(&mended.mesh, &balls, 0) {
+            prop_assert_eq!(v.weights.iter().map(|&w| u32::from(w)).sum::<u32>(), WEIGHT_SUM);
+            prop_assert!(v.spheres.iter().all(|&s| usize::from(s) < balls.len()));
+        }
+    }
+}
