@@ -179,7 +179,9 @@ impl Recorder {
         let mut motion_to_photon = Distribution::new();
         for frame in outcome.frames.iter().filter(|frame| frame.live) {
             publish_to_frame.record(frame.publish_to_frame_ns());
-            motion_to_photon.record(frame.motion_to_photon_ns());
+            if frame.sample_ns > 0 {
+                motion_to_photon.record(frame.motion_to_photon_ns());
+            }
         }
         let stages = STAGE_NAMES.iter().zip(&self.stages);
         let faults = counters.map_or([0; 16], |c| c.faults);
