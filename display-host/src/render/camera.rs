@@ -54,7 +54,7 @@ impl Default for Exposure {
     fn default() -> Self {
         Self {
             adapt: 1.0,
-            key: 0.21,
+            key: 0.105,
             range: [0.2, 60.0],
         }
     }

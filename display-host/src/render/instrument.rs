@@ -1,7 +1,7 @@
 //! The instruments: shapes, and how their jaws stand.
 //!
 //! Frame of every instrument as [`ToolFrame::world_from_instrument`] defines it: origin at the jaw
-//! joint, −z along the shaft towards the tip. Jaws are modelled closed, the biting face of the
+//! joint, −z along the shaft towards the tip, the upper jaw at +y. Jaws are modelled closed, the biting face of the
 //! upper one towards −y, and turn about x.
 
 use glam::{Mat4, Quat, Vec2, Vec3};
@@ -20,6 +20,8 @@ const LOWER: u32 = 2;
 const SHAFT_M: f32 = 0.34;
 /// Opening of each jaw at `jaw` = 1 when the controller shows no jaws, rad.
 const OPEN_RAD: f32 = 0.40;
+/// Closed jaws lie beside each other: their capsules' ends are this far off the axis, m.
+const CLOSED_OFF_M: f32 = 0.001;
 /// Faces that meet at less than this look round, rad.
 const CREASE_RAD: f32 = 0.62;
 
@@ -61,9 +63,9 @@ fn jaw_angles(tools: &ToolFrame, body: &Mat4) -> [f32; 2] {
         let capsules = tools.capsules().unwrap_or(&[]);
         let capsule = capsules.iter().find(|c| c.role == role)?;
         let along = Vec3::from(capsule.b_m) - Vec3::from(capsule.a_m);
-        let d = into_body.transform_vector3(along).try_normalize()?;
-        let d = if d.z > 0.0 { -d } else { d };
-        Some(Vec2::new(d.x, d.y).length().atan2(-d.z))
+        let d = into_body.transform_vector3(along);
+        let off = (d.y.abs() - CLOSED_OFF_M).max(0.0);
+        Some(off.atan2(d.z.abs()))
     };
     let shown = tools.jaw.clamp(0.0, 1.0) * OPEN_RAD;
     [1, 2].map(|role| angle(role).unwrap_or(shown).clamp(0.0, 1.2))
@@ -244,12 +246,12 @@ fn hook() -> Solid {
     let path = curve(
         &[
             mm(0.0, 0.0, 2.0),
-            mm(0.0, 0.0, -6.0),
-            mm(0.0, -0.1, -11.0),
-            mm(0.0, 0.3, -13.4),
-            mm(0.0, 1.6, -14.6),
-            mm(0.0, 3.6, -14.8),
-            mm(0.0, 5.2, -14.4),
+            mm(0.0, 0.0, -5.0),
+            mm(0.0, 0.1, -9.4),
+            mm(0.0, -0.2, -11.2),
+            mm(0.0, -1.2, -12.2),
+            mm(0.0, -2.8, -12.3),
+            mm(0.0, -4.2, -11.9),
         ],
         8,
     );
@@ -277,7 +279,7 @@ fn scissors() -> Solid {
         let rings: Vec<Vec<Vec3>> = (0..=40)
             .map(|k| {
                 let t = k as f32 / 40.0;
-                let z = 0.002 - t * 0.019;
+                let z = 0.002 - t * 0.018;
                 let curve_x = 0.0022 * t * t;
                 let height = 0.0019 * (1.0 - 0.72 * t * t) * tip(t, 0.85);
                 // Blades pass each other: each lies on its own side of the middle.
@@ -313,7 +315,7 @@ fn clip_applier() -> Solid {
         jaw(
             &mut solid,
             part,
-            0.018,
+            0.014,
             60,
             |_, t| {
                 let half_width = 0.0022 * (1.0 - 0.15 * t) * tip(t, 0.82);

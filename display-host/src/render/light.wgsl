@@ -115,7 +115,7 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
   let diffuse = wrapped * pow(vec3f(lit), vec3f(0.65, 1.0, 1.1));
   // What the cavity throws back is red, and what reaches a fold is redder still.
   let folds = pow(vec3f(ambient), vec3f(0.75, 1.15, 1.25));
-  let bounce = vec3f(0.135, 0.062, 0.047) * (0.65 + 0.35 * dot(s.smooth_normal, frame.up.xyz)) * folds * frame.light.w * 45.0;
+  let bounce = vec3f(0.055, 0.022, 0.017) * (0.65 + 0.35 * dot(s.smooth_normal, frame.up.xyz)) * folds * frame.light.w * 45.0;
 
   let f0 = mix(vec3f(s.reflectance), s.albedo, s.metal);
   let a = s.roughness * s.roughness;
@@ -134,10 +134,13 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
   let mirror = reflect(-view, s.film_normal);
   let before = smoothstep(-0.5, 0.9, dot(mirror, frame.forward.xyz));
   let mottled = 0.75 + 0.5 * noise(mirror * 2.3 + vec3f(5.0)).w;
-  let cavity = mix(vec3f(0.010, 0.004, 0.003), vec3f(0.30, 0.125, 0.095) * mottled, before) * frame.light.w * 45.0;
-  let mirrored = (0.028 + 0.972 * fifth(1.0 - nv_film)) * s.film + s.metal * 0.75;
+  let cavity = mix(vec3f(0.006, 0.0025, 0.002), vec3f(0.100, 0.040, 0.030) * mottled, before * before) * frame.light.w * 45.0;
+  // Rough film and grazing folds mirror less than a still lake would.
+  let mirrored = (0.028 + 0.45 * fifth(1.0 - nv_film)) * s.film + s.metal;
 
-  let body = s.albedo * (1.0 - s.metal) * (diffuse * irradiance / PI * (1.0 - film_fresnel) + bounce * ambient);
+  // The light is no point: folds and pits lose some of it too.
+  let open = mix(1.0, ambient, 0.5);
+  let body = s.albedo * (1.0 - s.metal) * (diffuse * open * irradiance / PI * (1.0 - film_fresnel) + bounce * ambient);
   let tint = mix(vec3f(1.0), s.albedo, s.metal);
   return max(body + (base + film) * irradiance + cavity * mirrored * tint * ambient, vec3f(0.0));
 }

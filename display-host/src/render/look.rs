@@ -51,8 +51,8 @@ impl Tissue {
 }
 
 const LIVER: Tissue = Tissue {
-    low: [0.110, 0.0155, 0.0115],
-    high: [0.185, 0.036, 0.024],
+    low: [0.095, 0.0120, 0.0085],
+    high: [0.170, 0.0310, 0.0200],
     streak: ([0.230, 0.070, 0.042], 0.22),
     frequencies: [0.35, 1.3, 6.5, 17.0],
     slopes: [0.030, 0.034, 0.020, 0.022],
@@ -63,9 +63,9 @@ const LIVER: Tissue = Tissue {
 };
 
 const GALLBLADDER: Tissue = Tissue {
-    low: [0.125, 0.140, 0.058],
-    high: [0.290, 0.250, 0.125],
-    streak: ([0.470, 0.290, 0.105], 0.50),
+    low: [0.060, 0.078, 0.030],
+    high: [0.150, 0.145, 0.062],
+    streak: ([0.240, 0.130, 0.045], 0.50),
     frequencies: [0.55, 1.6, 5.0, 12.0],
     slopes: [0.034, 0.022, 0.022, 0.018],
     roughness: 0.38,
@@ -111,8 +111,8 @@ const GUT: Tissue = Tissue {
 };
 
 const FAT: Tissue = Tissue {
-    low: [0.520, 0.265, 0.055],
-    high: [0.740, 0.470, 0.140],
+    low: [0.430, 0.205, 0.040],
+    high: [0.640, 0.385, 0.105],
     streak: ([0.520, 0.130, 0.060], 0.30),
     frequencies: [0.5, 1.7, 4.5, 12.0],
     slopes: [0.130, 0.110, 0.030, 0.060],
@@ -135,9 +135,9 @@ const MEMBRANE: Tissue = Tissue {
 };
 
 const PERITONEUM: Tissue = Tissue {
-    low: [0.330, 0.090, 0.068],
-    high: [0.520, 0.225, 0.165],
-    streak: ([0.600, 0.330, 0.190], 0.35),
+    low: [0.270, 0.062, 0.047],
+    high: [0.420, 0.150, 0.110],
+    streak: ([0.480, 0.230, 0.130], 0.30),
     frequencies: [0.22, 0.8, 3.2, 9.0],
     slopes: [0.060, 0.030, 0.018, 0.030],
     roughness: 0.50,
@@ -179,7 +179,7 @@ pub fn table() -> [Look; LOOKS] {
     }
     let steel = [1.0, 0.97, 0.93];
     let grey = [1.0, 1.0, 1.0];
-    rows[STEEL as usize] = solid(0.46, steel, 1.20, [0.30, 0.0, 0.3, 0.5], [1.0, 1.0]);
+    rows[STEEL as usize] = solid(0.52, steel, 1.15, [0.27, 0.0, 0.3, 0.5], [1.0, 1.0]);
     rows[BLADE as usize] = solid(0.60, steel, 1.15, [0.22, 0.0, 0.3, 0.5], [1.0, 0.5]);
     rows[INSULATION as usize] = solid(0.010, grey, 1.6, [0.42, 0.35, 0.22, 0.045], [0.0, 0.2]);
     rows[CERAMIC as usize] = solid(

@@ -59,6 +59,8 @@ pub struct Renderer {
 /// What depends on the picture's size.
 struct Targets {
     light: wgpu::TextureView,
+    /// Several samples a pixel, resolved into `light`.
+    sampled_light: Option<wgpu::TextureView>,
     depth: wgpu::TextureView,
     glare: [wgpu::TextureView; 3],
     picture: wgpu::Texture,
@@ -126,7 +128,7 @@ impl Renderer {
         let pipelines = Pipelines::new(device, &layouts, &quality);
         let filter = sampler(device, wgpu::AddressMode::ClampToEdge, None);
         let side = quality.shadow_side.unwrap_or(1);
-        let shadow = target(device, "shadow", [side; 2], DEPTH);
+        let shadow = target(device, "shadow", [side; 2], DEPTH, 1);
         let shadow = shadow.create_view(&Default::default());
         let scene_group = bind(
             device,
@@ -144,14 +146,7 @@ impl Renderer {
                 )),
             ],
         );
-        let targets = Targets::new(
-            gpu,
-            &layouts,
-            &frame,
-            &exposure_value,
-            &filter,
-            quality.size,
-        );
+        let targets = Targets::new(gpu, &layouts, &frame, &exposure_value, &filter, &quality);
         let renderer = Self {
             parts_group: bind(device, &layouts.parts, &[parts.as_entire_binding()]),
             frame_group: bind(device, &layouts.frame, &[frame.as_entire_binding()]),
@@ -211,8 +206,9 @@ impl Renderer {
             return Err(DisplayError::Size { width, height });
         }
         let (frame, exposure) = (&self.frame, &self.exposure_value);
-        self.targets = Targets::new(gpu, &self.layouts, frame, exposure, &self.filter, size);
         self.quality.size = size;
+        let (layouts, filter) = (&self.layouts, &self.filter);
+        self.targets = Targets::new(gpu, layouts, frame, exposure, filter, &self.quality);
         gpu.check("resizing")
     }
 
@@ -284,9 +280,16 @@ impl Renderer {
     }
 
     fn draw_scene(&self, encoder: &mut wgpu::CommandEncoder, instrument: &Drawable) {
+        let light = match &self.targets.sampled_light {
+            Some(sampled) => colour(sampled).map(|attachment| wgpu::RenderPassColorAttachment {
+                resolve_target: Some(&self.targets.light),
+                ..attachment
+            }),
+            None => colour(&self.targets.light),
+        };
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("scene"),
-            color_attachments: &[colour(&self.targets.light)],
+            color_attachments: &[light],
             depth_stencil_attachment: Some(depth(&self.targets.depth, 0.0)),
             ..Default::default()
         });
@@ -358,16 +361,17 @@ impl Targets {
         frame: &wgpu::Buffer,
         exposure: &wgpu::Buffer,
         filter: &wgpu::Sampler,
-        size: [u32; 2],
+        quality: &Quality,
     ) -> Self {
-        let device = &gpu.device;
+        let (device, size) = (&gpu.device, quality.size);
+        let samples = quality.samples;
         let view = |texture: wgpu::Texture| texture.create_view(&Default::default());
-        let light = view(target(device, "light", size, LIGHT));
+        let light = view(target(device, "light", size, LIGHT, 1));
         let glare = [2, 4, 8].map(|part| {
             let small = size.map(|s| (s / part).max(1));
-            view(target(device, "glare", small, LIGHT))
+            view(target(device, "glare", small, LIGHT, 1))
         });
-        let picture = target(device, "picture", size, PICTURE);
+        let picture = target(device, "picture", size, PICTURE, 1);
         let picture_view = picture.create_view(&Default::default());
         let texture = wgpu::BindingResource::TextureView;
         let sampler = || wgpu::BindingResource::Sampler(filter);
@@ -399,7 +403,9 @@ impl Targets {
                     exposure.as_entire_binding(),
                 ],
             ),
-            depth: view(target(device, "depth", size, DEPTH)),
+            depth: view(target(device, "depth", size, DEPTH, samples)),
+            sampled_light: (samples > 1)
+                .then(|| view(target(device, "sampled light", size, LIGHT, samples))),
             light,
             glare,
             picture,
@@ -413,6 +419,7 @@ fn target(
     label: &str,
     [width, height]: [u32; 2],
     format: wgpu::TextureFormat,
+    samples: u32,
 ) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
@@ -422,12 +429,16 @@ fn target(
             depth_or_array_layers: 1,
         },
         mip_level_count: 1,
-        sample_count: 1,
+        sample_count: samples,
         dimension: wgpu::TextureDimension::D2,
         format,
-        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
-            | wgpu::TextureUsages::TEXTURE_BINDING
-            | wgpu::TextureUsages::COPY_SRC,
+        usage: if samples > 1 {
+            wgpu::TextureUsages::RENDER_ATTACHMENT
+        } else {
+            wgpu::TextureUsages::RENDER_ATTACHMENT
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC
+        },
         view_formats: &[],
     })
 }

@@ -173,6 +173,7 @@ struct Draw<'a> {
     target: Option<wgpu::TextureFormat>,
     depth: Option<wgpu::CompareFunction>,
     cull: bool,
+    samples: u32,
     constants: &'a [(&'a str, f64)],
 }
 
@@ -191,6 +192,7 @@ impl Pipelines {
         let rigid = [vertices::<RigidVertex>(&RIGID)];
         let near_first = Some(wgpu::CompareFunction::Greater);
         let shadow = Some(wgpu::CompareFunction::LessEqual);
+        let samples = quality.samples;
         let full_screen = |shader, layout, target, depth, constants: Option<(&str, f64)>| {
             draw(
                 device,
@@ -203,6 +205,8 @@ impl Pipelines {
                     target: Some(target),
                     depth,
                     cull: false,
+                    // With depth, it is the mask within the scene's own pass.
+                    samples: if depth.is_some() { samples } else { 1 },
                     constants: constants.as_slice(),
                 },
             )
@@ -220,6 +224,7 @@ impl Pipelines {
                     target: Some(LIGHT),
                     depth: near_first,
                     cull: true,
+                    samples,
                     constants: &shaded,
                 },
             ),
@@ -234,6 +239,7 @@ impl Pipelines {
                     target: Some(LIGHT),
                     depth: near_first,
                     cull: true,
+                    samples,
                     constants: &shaded[1..],
                 },
             ),
@@ -248,6 +254,7 @@ impl Pipelines {
                     target: None,
                     depth: shadow,
                     cull: false,
+                    samples: 1,
                     constants: &[],
                 },
             ),
@@ -262,6 +269,7 @@ impl Pipelines {
                     target: None,
                     depth: shadow,
                     cull: false,
+                    samples: 1,
                     constants: &[],
                 },
             ),
@@ -352,7 +360,10 @@ fn draw(device: &Device, what: &Draw<'_>) -> RenderPipeline {
             stencil: Default::default(),
             bias: Default::default(),
         }),
-        multisample: Default::default(),
+        multisample: wgpu::MultisampleState {
+            count: what.samples,
+            ..Default::default()
+        },
         fragment: what.fragment.map(|entry| wgpu::FragmentState {
             module: &module,
             entry_point: Some(entry),

@@ -13,6 +13,8 @@ pub struct Quality {
     pub shadow_side: Option<u32>,
     /// Glare around highlights.
     pub bloom: bool,
+    /// Samples a pixel: 1 or 4.
+    pub samples: u32,
     /// Picture, pixels.
     pub size: [u32; 2],
 }
@@ -24,6 +26,7 @@ impl Quality {
         detail: 2,
         shadow_side: Some(2048),
         bloom: true,
+        samples: 4,
         size: [1280, 720],
     };
     /// For a software driver.
@@ -32,6 +35,7 @@ impl Quality {
         detail: 2,
         shadow_side: Some(768),
         bloom: true,
+        samples: 4,
         size: [640, 480],
     };
 

@@ -54,15 +54,16 @@ struct VertexOut {
 
   var s: Surface;
   s.albedo = mix(look.low.rgb, look.high.rgb, clamp(0.5 + 0.75 * coarse.w + 0.45 * middle.w, 0.0, 1.0));
-  let streak = smoothstep(0.08, 0.42, middle.w - 0.35 * coarse.w) * look.streak.w;
+  let streak = smoothstep(0.0, 0.75, middle.w - 0.45 * coarse.w + 0.35 * lobule.w) * look.streak.w;
   s.albedo = mix(s.albedo, look.streak.rgb, streak);
   s.albedo *= 1.0 + look.scatter.w * (lobule.w + 0.5 * grain.w);
 
   // Pressed skin: blood leaves it on the ridge, the pit lies in its own shade.
   let bend = in.ambient_bend.y;
-  let pressed = smoothstep(15.0, 120.0, -bend);
-  let pit = smoothstep(10.0, 140.0, bend);
-  s.albedo = mix(s.albedo, s.albedo * vec3f(1.25, 1.6, 1.5), 0.6 * pressed);
+  let pressed = smoothstep(8.0, 70.0, -bend);
+  let pit = smoothstep(6.0, 90.0, bend);
+  s.albedo *= mix(vec3f(1.0), vec3f(1.2, 1.5, 1.4), 0.6 * pressed);
+  s.albedo *= mix(vec3f(1.0), vec3f(0.72, 0.55, 0.55), pit);
 
   s.smooth_normal = normalize(in.normal);
   let skin = sheet(world_x, world_y, rest_x, rest_y, s.smooth_normal);
@@ -76,6 +77,6 @@ struct VertexOut {
   s.reflectance = look.wet.w;
   s.scatter = look.scatter.rgb;
   s.metal = 0.0;
-  s.ambient = in.ambient_bend.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.55 * pit);
+  s.ambient = in.ambient_bend.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.6 * pit);
   return vec4f(shade(s, in.world), 1.0);
 }
