@@ -18,6 +18,7 @@ mod error;
 pub mod executor;
 mod frames;
 mod handover;
+pub mod probe;
 mod publisher;
 pub mod realtime;
 mod run;

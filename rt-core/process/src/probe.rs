@@ -1,0 +1,185 @@
+//! Bare loops for measuring: what waking up costs on this machine, without a simulation.
+//!
+//! The executor's loop is the very one that the tick runs on; the plain loop is the least that any
+//! program can do. Compare both with `cyclictest` in the same minutes: figures of this kind are
+//! only comparable between runs that are interleaved.
+
+use core::cell::RefCell;
+use core::ops::ControlFlow;
+use std::rc::Rc;
+
+use shared_mem::message::TimingBatch;
+
+use crate::control::control;
+use crate::error::RtError;
+use crate::executor::Executor;
+use crate::realtime::{self, NoDeepIdle, Standing, ThreadUsage};
+use crate::schedule::Schedule;
+use crate::time_driver::{monotonic_ns, now_ns, simulate_from, sleep_until};
+
+/// Which loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Loop {
+    /// embassy's executor with our time driver, spinning the last so many ns.
+    Executor {
+        /// As in `RtConfig`.
+        spin_ns: u64,
+    },
+    /// `clock_nanosleep` to the next absolute deadline, nothing else.
+    Plain,
+}
+
+/// What is measured.
+#[derive(Debug, Clone, Copy)]
+pub struct Probe {
+    /// Which loop.
+    pub kind: Loop,
+    /// Periods of 1 ms to run or miss.
+    pub periods: u64,
+    /// Core of the thread.
+    pub core: usize,
+    /// `SCHED_FIFO` priority.
+    pub priority: u8,
+    /// Time burnt in each tick, ns: a stand-in for the tick's work.
+    pub work_ns: u64,
+}
+
+/// What was found.
+#[derive(Debug, Clone)]
+pub struct Latencies {
+    /// Actual − scheduled wake-up of every tick, ns, in order.
+    pub wake_latency_ns: Vec<u32>,
+    /// Periods that were skipped.
+    pub missed: u64,
+    /// How realtime the thread was.
+    pub standing: Standing,
+    /// Page faults and involuntary switches during the run.
+    pub usage: ThreadUsage,
+}
+
+const PERIOD_NS: u64 = 1_000_000;
+
+impl Probe {
+    /// Measures, in a thread of its own.
+    ///
+    /// # Errors
+    /// When the thread does not start.
+    pub fn run(self) -> Result<Latencies, RtError> {
+        let mut standing = Standing::default();
+        let _awake = NoDeepIdle::ask();
+        standing.note(TimingBatch::LOCKED, realtime::lock_memory());
+        let thread = "probe";
+        std::thread::Builder::new()
+            .spawn(move || self.measure(standing))
+            .map_err(|source| RtError::Thread { thread, source })?
+            .join()
+            .map_err(|_| RtError::Panicked {
+                thread,
+                message: "while measuring".to_owned(),
+            })
+    }
+
+    fn measure(self, mut standing: Standing) -> Latencies {
+        realtime::leave_signals_to_main();
+        standing.note(TimingBatch::PINNED, realtime::pin_to(&[self.core]));
+        standing.note(TimingBatch::FIFO, realtime::take_fifo(self.priority));
+        let mut latencies = Vec::with_capacity(usize::try_from(self.periods).unwrap_or(0));
+        // Touched now, not in the loop.
+        latencies.resize(latencies.capacity(), 1u32);
+        latencies.clear();
+        let found = Rc::new(RefCell::new((latencies, 0)));
+        let schedule = Schedule::new(monotonic_ns() + 5 * PERIOD_NS, PERIOD_NS);
+        realtime::prefault_stack();
+        let before = ThreadUsage::now();
+        let keep = Rc::clone(&found);
+        let tick = move |due: crate::schedule::Due| {
+            let now = now_ns();
+            let mut found = keep.borrow_mut();
+            let latency_ns = now.saturating_sub(due.scheduled_ns);
+            found.0.push(u32::try_from(latency_ns).unwrap_or(u32::MAX));
+            found.1 += u64::from(due.missed);
+            while now_ns() < now + self.work_ns {
+                core::hint::spin_loop();
+            }
+            if found.0.len() as u64 + found.1 >= self.periods {
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
+        };
+        match self.kind {
+            Loop::Executor { spin_ns } => {
+                let executor = Executor::new();
+                executor.spawn(control(schedule, tick));
+                executor.run(spin_ns);
+            }
+            Loop::Plain => {
+                let mut schedule = schedule;
+                loop {
+                    sleep_until(schedule.next_ns(), 0);
+                    if tick(schedule.begin(now_ns())).is_break() {
+                        break;
+                    }
+                }
+            }
+        }
+        let usage = ThreadUsage::now().since(before);
+        let (wake_latency_ns, missed) = found.take();
+        Latencies {
+            wake_latency_ns,
+            missed,
+            standing,
+            usage,
+        }
+    }
+}
+
+/// Mean time that executor, timer queue and schedule cost a tick, ns: `ticks` empty ticks in
+/// simulated time.
+#[must_use]
+pub fn executor_cost_ns(ticks: u64) -> f64 {
+    let measure = move || {
+        simulate_from(PERIOD_NS);
+        let executor = Executor::new();
+        let mut left = ticks;
+        executor.spawn(control(Schedule::new(PERIOD_NS, PERIOD_NS), move |_| {
+            left = left.saturating_sub(1);
+            if left == 0 {
+                return ControlFlow::Break(());
+            }
+            ControlFlow::Continue(())
+        }));
+        let start = monotonic_ns();
+        executor.run(0);
+        (monotonic_ns() - start) as f64 / ticks.max(1) as f64
+    };
+    // Simulated time is a property of the thread.
+    std::thread::spawn(measure).join().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_period_is_measured_or_missed() {
+        for kind in [Loop::Plain, Loop::Executor { spin_ns: 100_000 }] {
+            let probe = Probe {
+                kind,
+                periods: 50,
+                core: realtime::allowed_cores()[0],
+                priority: 50,
+                work_ns: 10_000,
+            };
+            let found = probe.run().unwrap();
+            let ticks = found.wake_latency_ns.len() as u64;
+            assert!(ticks > 0 && ticks + found.missed >= 50, "{kind:?}");
+            assert!(found.wake_latency_ns.iter().all(|&ns| ns < 1_000_000));
+        }
+    }
+
+    #[test]
+    fn an_empty_tick_costs_something_but_far_less_than_a_period() {
+        let cost_ns = executor_cost_ns(100_000);
+        assert!(cost_ns > 1.0 && cost_ns < 100_000.0, "{cost_ns}");
+    }
+}
