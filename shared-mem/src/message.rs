@@ -241,7 +241,7 @@ impl EventMsg {
 pub struct TickRecord {
     /// Tick's number.
     pub tick: u64,
-    /// When it should have started (`CLOCK_MONOTONIC`).
+    /// When it should have started (`CLOCK_MONOTONIC`): the first deadline that no tick served.
     pub scheduled_ns: u64,
     /// Actual start − scheduled start, saturating.
     pub wake_latency_ns: u32,
@@ -249,7 +249,7 @@ pub struct TickRecord {
     pub tick_ns: u32,
     /// Device sample read → force written. 0: no fresh sample this tick.
     pub motion_to_force_ns: u32,
-    /// Periods skipped before this tick (deadline misses).
+    /// Whole periods between scheduled and actual start: skipped (deadline misses).
     pub missed: u32,
     /// Time of each stage.
     pub stage_ns: [u32; STAGES],
