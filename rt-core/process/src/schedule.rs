@@ -12,11 +12,12 @@ pub struct Schedule {
 /// A tick that is due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Due {
-    /// When it should have started.
+    /// When it should have started: the first deadline that no tick has served. The lateness
+    /// against it is the whole truth, lost periods included.
     pub scheduled_ns: u64,
-    /// When it must have ended: one period later.
+    /// When it must have ended: the start of the next period.
     pub deadline_ns: u64,
-    /// Periods skipped just before it.
+    /// Whole periods that passed between its scheduled and its actual start: skipped.
     pub missed: u32,
 }
 
@@ -43,14 +44,14 @@ impl Schedule {
         self.missed
     }
 
-    /// The tick that is due at `now_ns`, and moves on. A tick that starts late but within its own
-    /// period keeps its place; whole periods that passed are skipped.
+    /// The tick that starts at `now_ns`, and moves on: the next one is due on the grid, after
+    /// `now_ns`. Whole periods that passed meanwhile are skipped.
     pub fn begin(&mut self, now_ns: u64) -> Due {
         let late_ns = now_ns.saturating_sub(self.next_ns);
         let missed = late_ns / self.period_ns;
-        let scheduled_ns = self.next_ns + missed * self.period_ns;
+        let scheduled_ns = self.next_ns;
         self.missed += missed;
-        self.next_ns = scheduled_ns + self.period_ns;
+        self.next_ns += (missed + 1) * self.period_ns;
         Due {
             scheduled_ns,
             deadline_ns: self.next_ns,
@@ -71,7 +72,7 @@ mod tests {
         let late = schedule.begin(1_199);
         assert_eq!((late.scheduled_ns, late.missed), (1_100, 0));
         let stalled = schedule.begin(1_750);
-        assert_eq!((stalled.scheduled_ns, stalled.missed), (1_700, 5));
+        assert_eq!((stalled.scheduled_ns, stalled.missed), (1_200, 5));
         assert_eq!(schedule.next_ns(), 1_800);
         assert_eq!(schedule.missed(), 5);
     }
@@ -92,9 +93,10 @@ mod tests {
                 ticks += 1;
                 prop_assert_eq!((due.scheduled_ns - start) % period, 0);
                 prop_assert!(due.scheduled_ns <= now && now < due.deadline_ns);
+                prop_assert!(due.deadline_ns - now <= period);
                 prop_assert!(last.is_none_or(|last| due.scheduled_ns > last));
                 last = Some(due.scheduled_ns);
-                let periods = (due.scheduled_ns - start) / period + 1;
+                let periods = (due.deadline_ns - start) / period;
                 prop_assert_eq!(periods, ticks + schedule.missed());
             }
         }

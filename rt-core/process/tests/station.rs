@@ -99,7 +99,7 @@ fn two_seconds_tick_publish_and_cost_no_allocation_and_no_page_fault() {
     for (i, pair) in records.windows(2).enumerate() {
         assert_eq!(pair[1].tick, i as u64 + 1);
         let step_ns = pair[1].scheduled_ns - pair[0].scheduled_ns;
-        assert_eq!(step_ns, 1_000_000 * (1 + u64::from(pair[1].missed)));
+        assert_eq!(step_ns, 1_000_000 * (1 + u64::from(pair[0].missed)));
         let stages: u32 = pair[0].stage_ns.iter().sum();
         assert!(stages <= pair[0].tick_ns, "stages are parts of their tick");
     }

@@ -108,7 +108,7 @@ fn block() -> SceneData {
             gravity_m_s2: [0.0, 0.0, -9.81],
             world_from_device: lifted(0.2),
             world_from_tracker: PoseMsg {
-                position_m: [-0.3, 0.0, 0.0],
+                position_m: [-0.3, 0.0, 0.4],
                 ..PoseMsg::IDENTITY
             },
             instrument_port_m: [0.0, 0.0, 0.05],
