@@ -28,7 +28,7 @@ pub enum Fault {
     ContactOverflow = 10,
     /// More overlapping sphere pairs than kept. Answer: the first found stay.
     PairOverflow = 11,
-    /// More spheres between the jaws than can be held. Answer: the nearest are held.
+    /// More spheres between the jaws than can be held. Answer: the first found are held.
     GraspOverflow = 12,
     /// More events than kept. Answer: later ones are lost.
     EventOverflow = 13,

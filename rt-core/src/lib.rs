@@ -14,11 +14,18 @@
 #![deny(unsafe_code)]
 
 pub mod capacity;
+pub mod collision;
 pub mod event;
 pub mod fault;
+mod force;
+mod grasp;
+mod hash;
 pub mod math;
+pub mod output_limit;
 pub mod port;
+mod sample;
 pub mod scene;
 pub mod sim;
+pub mod soft_body;
 pub mod state;
 pub mod tool;

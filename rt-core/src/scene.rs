@@ -19,6 +19,16 @@ pub struct PbdMaterial {
     pub contact_stiffness_n_m: f32,
 }
 
+impl PbdMaterial {
+    /// Neither holds together nor pushes back.
+    const NONE: Self = Self {
+        stretch_stiffness: 0.0,
+        laplacian_stiffness: 0.0,
+        damping_per_s: 0.0,
+        contact_stiffness_n_m: 0.0,
+    };
+}
+
 /// An organ: ranges into the scene's arrays, and its material.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Organ {
@@ -248,6 +258,21 @@ impl<'a> Scene<'a> {
     #[must_use]
     pub const fn links(&self) -> &'a [Link] {
         self.links
+    }
+
+    /// The links of `organ`.
+    pub(crate) fn links_of(&self, organ: &Organ) -> &'a [Link] {
+        let start = organ.link_start as usize;
+        self.links
+            .get(start..start.saturating_add(organ.link_count as usize))
+            .unwrap_or(&[])
+    }
+
+    /// The material of the organ with this index; one that does nothing if there is none.
+    pub(crate) fn material_of(&self, organ: u8) -> PbdMaterial {
+        self.organs
+            .get(usize::from(organ))
+            .map_or(PbdMaterial::NONE, |organ| organ.material)
     }
 
     /// Where things stand.

@@ -1,12 +1,14 @@
 //! What changes while the simulation runs, in storage of fixed size.
 
-use crate::capacity::MAX_SPHERES;
+use crate::collision::pairs::Pairs;
+use crate::soft_body::Bodies;
 
-/// Everything per sphere. Large: build it in a `static` ([`State::new`] is `const`) or a box.
+/// Everything per sphere. About half a megabyte, all zeros at first: build it in a `static`
+/// ([`State::new`] is `const`) or on the heap.
 #[derive(Debug)]
 pub struct State {
-    pub(crate) displacement_m: [[f32; 3]; MAX_SPHERES],
-    pub(crate) bits: [u8; MAX_SPHERES],
+    pub(crate) bodies: Bodies,
+    pub(crate) pairs: Pairs,
 }
 
 impl State {
@@ -14,8 +16,8 @@ impl State {
     #[must_use]
     pub const fn new() -> Self {
         Self {
-            displacement_m: [[0.0; 3]; MAX_SPHERES],
-            bits: [0; MAX_SPHERES],
+            bodies: Bodies::new(),
+            pairs: Pairs::new(),
         }
     }
 }
@@ -42,5 +44,17 @@ impl SphereBits {
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
+    }
+
+    /// With the bits of `other` as well.
+    #[must_use]
+    pub const fn with(self, other: Self) -> Self {
+        Self(self.0 | other.0)
+    }
+
+    /// Without the bits of `other`.
+    #[must_use]
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
     }
 }

@@ -1,0 +1,108 @@
+//! A uniform grid over all spheres.
+
+use crate::capacity::MAX_SPHERES;
+use crate::math::Vec3;
+use crate::soft_body::Bodies;
+
+/// Cells along each axis.
+const SIDE: usize = 16;
+const CELLS: usize = SIDE * SIDE * SIDE;
+
+/// Which spheres lie in which cell. Cells are at least one search reach wide, so that what is
+/// within reach of a sphere lies in its own cell or a neighbouring one.
+#[derive(Debug)]
+pub(super) struct Grid {
+    low_m: Vec3,
+    per_m: f32,
+    /// End of each cell's run in `spheres`; it starts where the one before ends.
+    ends: [u16; CELLS],
+    spheres: [u16; MAX_SPHERES],
+}
+
+type Cell = [usize; 3];
+
+fn slot(cell: Cell) -> usize {
+    let [x, y, z] = cell;
+    x + SIDE * (y + SIDE * z)
+}
+
+impl Grid {
+    pub(super) const fn new() -> Self {
+        Self {
+            low_m: Vec3::new(0.0, 0.0, 0.0),
+            per_m: 0.0,
+            ends: [0; CELLS],
+            spheres: [0; MAX_SPHERES],
+        }
+    }
+
+    /// Sorts the first `count` spheres into cells at least `reach_m` wide. O(count + cells).
+    pub(super) fn build(&mut self, bodies: &Bodies, count: u32, reach_m: f32) {
+        let nodes = bodies.nodes.range(0, count);
+        let big = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
+        let (low, high) = nodes.iter().fold((big, -big), |(low, high), node| {
+            let center = node.center_m();
+            (low.inf(&center), high.sup(&center))
+        });
+        self.low_m = low;
+        self.per_m = reach_m
+            .max((high - low).max() / SIDE as f32)
+            .max(1.0e-6)
+            .recip();
+        self.ends.fill(0);
+        for node in nodes {
+            let cell = slot(self.cell(&node.center_m()));
+            if let Some(end) = self.ends.get_mut(cell) {
+                *end += 1;
+            }
+        }
+        // Running sums; then each cell's end walks down to its start as the cell is filled …
+        let mut sum = 0;
+        for end in &mut self.ends {
+            sum += *end;
+            *end = sum;
+        }
+        for (sphere, node) in (0..nodes.len() as u16).zip(nodes).rev() {
+            let cell = slot(self.cell(&node.center_m()));
+            let Some(end) = self.ends.get_mut(cell) else {
+                continue;
+            };
+            *end = end.saturating_sub(1);
+            if let Some(place) = self.spheres.get_mut(usize::from(*end)) {
+                *place = sphere;
+            }
+        }
+        // … and so each holds its start, which is the end of the one before.
+        self.ends.rotate_left(1);
+        if let Some(last) = self.ends.last_mut() {
+            *last = sum;
+        }
+    }
+
+    fn cell(&self, center_m: &Vec3) -> Cell {
+        let at = (center_m - self.low_m) * self.per_m;
+        // `as` saturates and takes NaN to 0.
+        [at.x, at.y, at.z].map(|x| (x as usize).min(SIDE - 1))
+    }
+
+    /// Runs of spheres within reach of `center_m`, in a fixed order.
+    pub(super) fn near(&self, center_m: &Vec3) -> impl Iterator<Item = &[u16]> {
+        let [x, y, z] = self.cell(center_m);
+        let around = |i: usize| i.saturating_sub(1)..=(i + 1).min(SIDE - 1);
+        around(z)
+            .flat_map(move |z| around(y).map(move |y| (y, z)))
+            .map(move |(y, z)| {
+                let first = slot([x.saturating_sub(1), y, z]);
+                let last = slot([(x + 1).min(SIDE - 1), y, z]);
+                let start = first
+                    .checked_sub(1)
+                    .and_then(|i| self.ends.get(i))
+                    .copied()
+                    .unwrap_or(0);
+                let end = self.ends.get(last).copied().unwrap_or(0);
+                self.spheres
+                    .get(usize::from(start)..usize::from(end))
+                    .unwrap_or(&[])
+            })
+    }
+}

@@ -1,0 +1,225 @@
+//! The instrument against tissue: which spheres its parts touch, how deep, and the push that
+//! follows.
+//!
+//! Stage `contact` ([`ToolContacts::find`]) keeps the spheres near the instrument: organs whose
+//! box comes near, then their spheres, O(spheres of touched organs · parts). Stage `solve`
+//! ([`ToolContacts::push_out`]) measures them again where the tissue has gone meanwhile, before
+//! it moves them out of the way: that penetration is the one of the paper's Hooke force.
+
+use core::cmp::Ordering;
+
+use heapless::Vec;
+use heapless::binary_heap::{BinaryHeap, Min};
+
+use crate::capacity::{MAX_CAPSULES, MAX_CONTACTS, MAX_ORGANS};
+use crate::collision::cylinder::{Touch, touch};
+use crate::fault::{Fault, FaultSet};
+use crate::math::{self, Vec3};
+use crate::scene::Scene;
+use crate::sim::TICK_S;
+use crate::soft_body::{Bodies, Bounds};
+use crate::state::SphereBits;
+use crate::tool::Capsule;
+
+/// How far a sphere may be from the instrument and still be looked at again after the solve, m:
+/// what the fastest sphere moves in a tick.
+const NEAR_M: f32 = 0.003;
+
+/// A sphere near the instrument; ordered by depth, then by index, so that the same ones stay.
+#[derive(Debug, Clone, Copy)]
+struct Near {
+    /// Depth before the solve, of a capsule with round ends, m: quick, and never too small.
+    depth_m: f32,
+    sphere: u32,
+}
+
+impl Ord for Near {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // A lower index counts as deeper: it was there first.
+        let depth = self.depth_m.total_cmp(&other.depth_m);
+        depth.then_with(|| other.sphere.cmp(&self.sphere))
+    }
+}
+
+impl PartialOrd for Near {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Near {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Near {}
+
+/// A sphere that the instrument touches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Contact {
+    /// Its organ.
+    pub(crate) organ: u8,
+    /// Where it touches the instrument, world frame, m.
+    pub(crate) at_m: Vec3,
+    /// From tissue to tool.
+    pub(crate) normal: Vec3,
+    /// Force of tissue on tool along the normal, N.
+    pub(crate) force_n: f32,
+    /// Stiffness of that force, N/m.
+    pub(crate) stiffness_n_m: f32,
+}
+
+/// Every sphere that the instrument is near to, and those that it touches.
+#[derive(Debug, Default)]
+pub(crate) struct ToolContacts {
+    near: BinaryHeap<Near, Min, MAX_CONTACTS>,
+    /// This tick's contacts; written by [`ToolContacts::push_out`].
+    pub(crate) list: Vec<Contact, MAX_CONTACTS>,
+}
+
+impl ToolContacts {
+    /// Forgets everything.
+    pub(crate) fn clear(&mut self) {
+        self.near.clear();
+        self.list.clear();
+    }
+
+    /// Collects the spheres near `parts`, as they lie before the solve. When there are more than
+    /// [`MAX_CONTACTS`] the deepest stay.
+    pub(crate) fn find(
+        &mut self,
+        parts: &[Capsule],
+        scene: &Scene<'_>,
+        bounds: &[Bounds; MAX_ORGANS],
+        bodies: &Bodies,
+        faults: &mut FaultSet,
+    ) {
+        self.clear();
+        for (organ, organ_box) in scene.organs.iter().zip(bounds) {
+            let mut parts_near: Vec<Segment, MAX_CAPSULES> = Vec::new();
+            for part in parts
+                .iter()
+                .filter(|part| part_box(part).is_near(organ_box, NEAR_M))
+            {
+                let _ = parts_near.push(Segment::new(part)); // as many as `parts` at most
+            }
+            if parts_near.is_empty() {
+                continue;
+            }
+            let first = organ.sphere_start;
+            let nodes = bodies.nodes.range(first, organ.sphere_count);
+            for (sphere, node) in (first..).zip(nodes) {
+                let depth = |part: &Segment| part.depth_m(&node.center_m(), node.radius_m);
+                let deepest = parts_near.iter().filter_map(depth).fold(f32::MIN, f32::max);
+                let is_free = !bodies.bits.at(sphere).contains(SphereBits::GRASPED);
+                if deepest > -NEAR_M && is_free {
+                    self.keep(
+                        Near {
+                            depth_m: deepest,
+                            sphere,
+                        },
+                        faults,
+                    );
+                }
+            }
+        }
+    }
+
+    fn keep(&mut self, near: Near, faults: &mut FaultSet) {
+        let Err(near) = self.near.push(near) else {
+            return;
+        };
+        let Some(mut shallowest) = self.near.peek_mut() else {
+            return;
+        };
+        let lost = if near > *shallowest {
+            core::mem::replace(&mut *shallowest, near)
+        } else {
+            near
+        };
+        faults.raise_if(lost.depth_m > 0.0, Fault::ContactOverflow);
+    }
+
+    /// Moves the spheres that overlap `parts` out of the way, and lists what they do to them.
+    ///
+    /// The force is Hooke's, on the penetration. A sphere gives way by what this force does to
+    /// its mass within the tick, `dx = w dt² F`, so that tissue and tool feel the same (third
+    /// law). Taken together with `F = k (depth − dx)` that is `dx = depth · s / (1 + s)` with
+    /// `s = k dt² w`: never too far, at any stiffness. Differs: the paper names only "Hooke's law
+    /// on the penetration", and not how the tool moves the tissue. Immovable spheres only push.
+    pub(crate) fn push_out(&mut self, parts: &[Capsule], scene: &Scene<'_>, bodies: &mut Bodies) {
+        self.list.clear();
+        for near in &self.near {
+            let organ = *bodies.organ.at(near.sphere);
+            let node = bodies.nodes.at_mut(near.sphere);
+            let Some(touch) = deepest_touch(&node.center_m(), node.radius_m, parts) else {
+                continue;
+            };
+            let stiffness = scene.material_of(organ).contact_stiffness_n_m;
+            let softness = stiffness * TICK_S * TICK_S * node.inverse_mass_per_kg;
+            let stiffness_n_m = stiffness / (1.0 + softness);
+            let force_n = stiffness_n_m * touch.depth_m;
+            node.moved_m -= touch.normal * (touch.depth_m * softness / (1.0 + softness));
+            let at_m = node.center_m() + touch.normal * node.radius_m;
+            let contact = Contact {
+                organ,
+                at_m,
+                normal: touch.normal,
+                force_n,
+                stiffness_n_m,
+            };
+            let _ = self.list.push(contact); // holds as many as `near`
+            let bits = bodies.bits.at_mut(near.sphere);
+            *bits = bits.with(SphereBits::CONTACT);
+        }
+    }
+}
+
+/// The deepest overlap of a sphere with any part. One contact a sphere: parts overlap at joints.
+fn deepest_touch(center_m: &Vec3, radius_m: f32, parts: &[Capsule]) -> Option<Touch> {
+    let touches = parts.iter().map(|part| touch(center_m, radius_m, part));
+    touches
+        .filter(|touch| touch.depth_m > 0.0)
+        .reduce(|a, b| if b.depth_m > a.depth_m { b } else { a })
+}
+
+fn part_box(part: &Capsule) -> Bounds {
+    let mut bounds = Bounds::EMPTY;
+    bounds.add(&part.a_m, part.radius_m);
+    bounds.add(&part.b_m, part.radius_m);
+    bounds
+}
+
+/// A part with round ends, prepared for many spheres. It holds the flat-ended cylinder.
+#[derive(Debug, Clone, Copy)]
+struct Segment {
+    a_m: Vec3,
+    along_m: Vec3,
+    inverse_length_squared: f32,
+    radius_m: f32,
+}
+
+impl Segment {
+    fn new(part: &Capsule) -> Self {
+        let along_m = part.b_m - part.a_m;
+        let inverse_length_squared = along_m.norm_squared().max(1.0e-12).recip();
+        Self {
+            a_m: part.a_m,
+            along_m,
+            inverse_length_squared,
+            radius_m: part.radius_m,
+        }
+    }
+
+    /// How deep a sphere overlaps it, or `None` if it is not even near.
+    #[inline]
+    fn depth_m(&self, center_m: &Vec3, radius_m: f32) -> Option<f32> {
+        let from_a = center_m - self.a_m;
+        let t = (from_a.dot(&self.along_m) * self.inverse_length_squared).clamp(0.0, 1.0);
+        let squared = (from_a - self.along_m * t).norm_squared();
+        let reach = radius_m + self.radius_m;
+        let near = reach + NEAR_M;
+        (squared < near * near).then(|| reach - math::sqrt(squared))
+    }
+}

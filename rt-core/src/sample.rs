@@ -1,0 +1,193 @@
+//! Stage `sample`: what the devices said, checked, and how old it is.
+
+use crate::fault::{Fault, FaultSet};
+use crate::math::{self, Pose, Vec3};
+use crate::port::{Buttons, DeviceSample, PedalSample, Polled, TimeNs, TrackerSample};
+use crate::sim::{Health, Samples, Status};
+
+/// Age at which a device sample is stale: force begins to fall.
+const DEVICE_STALE_NS: u64 = 5_000_000;
+/// Age at which a tracker sample is stale: the camera stands.
+const TRACKER_STALE_NS: u64 = 100_000_000;
+/// Age at which the pedal's state is stale.
+const PEDAL_STALE_NS: u64 = 500_000_000;
+/// Farthest that a pose may be from its device, m.
+const REACH_MAX_M: f32 = 10.0;
+/// Two samples nearer in time than this are taken as this far apart when a speed is computed
+/// from them, s: a batch that arrives at once must not trip the speed limit.
+const SAMPLE_PERIOD_MIN_S: f32 = 0.0005;
+
+/// One device's line: its newest sample, and whether there is more to come.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Line<T> {
+    newest: Option<T>,
+    at_ns: TimeNs,
+    is_fresh: bool,
+    is_lost: bool,
+}
+
+impl<T> Default for Line<T> {
+    fn default() -> Self {
+        Self {
+            newest: None,
+            at_ns: 0,
+            is_fresh: false,
+            is_lost: false,
+        }
+    }
+}
+
+impl<T: Copy> Line<T> {
+    fn take(&mut self, polled: Polled<T>, at_ns: impl Fn(&T) -> TimeNs) {
+        self.is_fresh = false;
+        match polled {
+            Polled::Fresh(sample) => {
+                self.at_ns = at_ns(&sample);
+                self.newest = Some(sample);
+                self.is_fresh = true;
+                self.is_lost = false;
+            }
+            Polled::Nothing => {}
+            Polled::Lost => self.is_lost = true,
+        }
+    }
+
+    pub(crate) const fn newest(&self) -> Option<&T> {
+        self.newest.as_ref()
+    }
+
+    /// When the newest sample was read; 0 if there is none.
+    pub(crate) const fn at_ns(&self) -> TimeNs {
+        self.at_ns
+    }
+
+    /// Whether this tick brought it.
+    pub(crate) const fn is_fresh(&self) -> bool {
+        self.is_fresh
+    }
+
+    fn health(&self, now_ns: TimeNs, stale_ns: u64) -> Health {
+        if self.newest.is_none() {
+            let status = if self.is_lost {
+                Status::Lost
+            } else {
+                Status::Absent
+            };
+            return Health { status, age_ns: 0 };
+        }
+        let age_ns = now_ns.saturating_sub(self.at_ns);
+        let status = match (self.is_lost, age_ns > stale_ns) {
+            (true, _) => Status::Lost,
+            (false, true) => Status::Stale,
+            (false, false) => Status::Live,
+        };
+        Health { status, age_ns }
+    }
+}
+
+/// All devices.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Inputs {
+    pub(crate) device: Line<DeviceSample>,
+    pub(crate) tracker: Line<TrackerSample>,
+    pedal: Line<PedalSample>,
+    /// Velocity of the handle in the device's frame: as measured, else from the last two samples.
+    pub(crate) velocity_m_s: Vec3,
+    newly_pressed: Buttons,
+    now_ns: TimeNs,
+}
+
+impl Inputs {
+    /// Takes what the ports brought. What is no pose is not taken; the line then grows stale.
+    pub(crate) fn take(&mut self, samples: &Samples, faults: &mut FaultSet) {
+        faults.raise_if(
+            self.now_ns > 0 && samples.now_ns <= self.now_ns,
+            Fault::BadClock,
+        );
+        self.now_ns = self.now_ns.max(samples.now_ns);
+
+        let before = self
+            .device
+            .newest()
+            .copied()
+            .filter(|_| !self.device.is_lost);
+        let device = checked(samples.device, is_device_sample, faults);
+        self.device.take(device, |sample| sample.at_ns);
+        self.newly_pressed = Buttons::default();
+        if let Polled::Fresh(sample) = device {
+            self.velocity_m_s = sample
+                .velocity_m_s
+                .unwrap_or_else(|| velocity(before.as_ref(), &sample));
+            // A button held down from the start does nothing until it is pressed again.
+            let held = before.map_or(sample.buttons, |before| before.buttons);
+            self.newly_pressed = Buttons(sample.buttons.0 & !held.0);
+        }
+        let is_tracker_sample = |sample: &TrackerSample| is_pose(&sample.tracker_from_sensor);
+        let tracker = checked(samples.tracker, is_tracker_sample, faults);
+        self.tracker.take(tracker, |sample| sample.at_ns);
+        self.pedal.take(samples.pedal, |sample| sample.at_ns);
+    }
+
+    /// The pedal; a lost one reads as released.
+    pub(crate) fn pedal(&self) -> PedalSample {
+        self.pedal
+            .newest()
+            .copied()
+            .filter(|_| !self.pedal.is_lost)
+            .unwrap_or_default()
+    }
+
+    /// Buttons that this tick's sample pressed.
+    pub(crate) const fn newly_pressed(&self) -> Buttons {
+        self.newly_pressed
+    }
+
+    pub(crate) fn device_health(&self) -> Health {
+        self.device.health(self.now_ns, DEVICE_STALE_NS)
+    }
+
+    pub(crate) fn tracker_health(&self) -> Health {
+        self.tracker.health(self.now_ns, TRACKER_STALE_NS)
+    }
+
+    pub(crate) fn pedal_health(&self) -> Health {
+        self.pedal.health(self.now_ns, PEDAL_STALE_NS)
+    }
+}
+
+/// Velocity between two samples, m/s; none before the second.
+fn velocity(before: Option<&DeviceSample>, now: &DeviceSample) -> Vec3 {
+    let Some(before) = before else {
+        return Vec3::zeros();
+    };
+    let passed_s = now.at_ns.saturating_sub(before.at_ns) as f32 * 1.0e-9;
+    let way =
+        now.device_from_handle.translation.vector - before.device_from_handle.translation.vector;
+    way / passed_s.max(SAMPLE_PERIOD_MIN_S)
+}
+
+/// `polled`, or nothing and a fault if its sample is none.
+fn checked<T: Copy>(
+    polled: Polled<T>,
+    is_good: impl Fn(&T) -> bool,
+    faults: &mut FaultSet,
+) -> Polled<T> {
+    match polled {
+        Polled::Fresh(sample) if !is_good(&sample) => {
+            faults.raise(Fault::BadSample);
+            Polled::Nothing
+        }
+        polled => polled,
+    }
+}
+
+fn is_pose(pose: &Pose) -> bool {
+    math::is_rigid(pose) && pose.translation.vector.amax() <= REACH_MAX_M
+}
+
+fn is_device_sample(sample: &DeviceSample) -> bool {
+    is_pose(&sample.device_from_handle)
+        && sample
+            .velocity_m_s
+            .is_none_or(|velocity| math::is_finite(&velocity))
+}

@@ -1,0 +1,72 @@
+//! What a tick takes from the world and asks of it.
+
+use crate::port::{DeviceSample, ForceCommand, PedalSample, Polled, TimeNs, TrackerSample};
+use crate::sim::TickView;
+use crate::tool::Instrument;
+
+/// What the world asks of the simulation; at most one a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Command {
+    /// Stand still (true) or go on.
+    Pause(bool),
+    /// Put every organ back to rest and let go.
+    Reset,
+    /// Let force through (true; also after a trip) or cut it.
+    EnableForce(bool),
+    /// Put another instrument on the shaft.
+    Instrument(Instrument),
+}
+
+/// What stage `sample` brings in.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Samples {
+    /// Host time now.
+    pub now_ns: TimeNs,
+    /// Haptic device.
+    pub device: Polled<DeviceSample>,
+    /// Endoscope's tracker.
+    pub tracker: Polled<TrackerSample>,
+    /// Foot pedal.
+    pub pedal: Polled<PedalSample>,
+    /// Next command of the host.
+    pub command: Option<Command>,
+}
+
+/// Stages of a tick, in order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+#[allow(missing_docs)]
+pub enum Stage {
+    Sample = 0,
+    Tool = 1,
+    Contact = 2,
+    Solve = 3,
+    Force = 4,
+    Procedure = 5,
+    Publish = 6,
+}
+
+impl Stage {
+    /// All stages, in order.
+    pub const ALL: [Self; 7] = [
+        Self::Sample,
+        Self::Tool,
+        Self::Contact,
+        Self::Solve,
+        Self::Force,
+        Self::Procedure,
+        Self::Publish,
+    ];
+}
+
+/// How the tick meets the world. No call may block or allocate.
+pub trait Ports {
+    /// Time, newest samples, command.
+    fn sample(&mut self) -> Samples;
+    /// Sends the force to the device; called once a tick, as soon as stage `force` knows it.
+    fn send_force(&mut self, command: ForceCommand);
+    /// Shows what the tick did.
+    fn publish(&mut self, view: &TickView<'_>);
+    /// Called at the end of each stage: the process reads its clock.
+    fn stamp(&mut self, stage: Stage);
+}

@@ -1,0 +1,368 @@
+//! The tick.
+
+mod exchange;
+mod view;
+
+pub use exchange::{Command, Ports, Samples, Stage};
+pub use view::{Health, SphereView, Status, TickView};
+
+use crate::capacity::MAX_ORGANS;
+use crate::collision::tool_contact::ToolContacts;
+use crate::event::{Event, EventKind, Journal};
+use crate::fault::{Fault, FaultCounters, FaultSet};
+use crate::force;
+use crate::grasp::Grasp;
+use crate::hash::Hash;
+use crate::math::{self, Vec3};
+use crate::output_limit::{Demand, OutputLimit};
+use crate::port::{Buttons, DeviceCapabilities, ForceCommand};
+use crate::sample::Inputs;
+use crate::scene::Scene;
+use crate::soft_body::pbd::PaperPbd;
+use crate::soft_body::{Bounds, Solver};
+use crate::state::State;
+use crate::tool::{Instrument, Kinematics, ToolState, capsules};
+
+/// One control period, s.
+pub const TICK_S: f32 = 0.001;
+/// Time in which the jaws close or open, s.
+const JAW_TIME_S: f32 = 0.15;
+/// Opening at which closing jaws hold what is between them.
+const JAW_HOLDS: f32 = 0.35;
+
+/// What can be chosen when the simulation starts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameters {
+    /// Iterations of the constraints in a tick. The paper's stiffness grows with it.
+    pub iterations: u32,
+    /// Time over which the force rises after each enable, s.
+    pub force_ramp_s: f32,
+    /// Whether force may leave from the start, without [`Command::EnableForce`].
+    pub force_enabled: bool,
+}
+
+impl Default for Parameters {
+    fn default() -> Self {
+        Self {
+            iterations: 10,
+            force_ramp_s: 2.0,
+            force_enabled: false,
+        }
+    }
+}
+
+/// The simulation: an immutable scene, its state, and the control law.
+#[derive(Debug)]
+pub struct Sim<'a> {
+    scene: Scene<'a>,
+    state: &'a mut State,
+    solver: PaperPbd,
+    kinematics: Kinematics,
+    inputs: Inputs,
+    tool: ToolState,
+    bounds: [Bounds; MAX_ORGANS],
+    contacts: ToolContacts,
+    grasp: Grasp,
+    limit: OutputLimit,
+    journal: Journal,
+    fault_counters: FaultCounters,
+    tick: u64,
+}
+
+impl<'a> Sim<'a> {
+    /// Puts `scene` at rest into `state`.
+    #[must_use]
+    pub fn new(
+        scene: Scene<'a>,
+        state: &'a mut State,
+        device: DeviceCapabilities,
+        parameters: Parameters,
+    ) -> Self {
+        state.bodies.load(&scene);
+        state.pairs.load(&scene);
+        let mut limit = OutputLimit::new(&device, parameters.force_ramp_s);
+        limit.enable(parameters.force_enabled);
+        let room = scene.room();
+        let mut sim = Self {
+            solver: PaperPbd {
+                iterations: parameters.iterations,
+            },
+            kinematics: Kinematics {
+                port_m: room.instrument_port_m,
+                length_m: room.instrument_length_m,
+            },
+            inputs: Inputs::default(),
+            tool: ToolState::new(room.instrument_port_m, room.world_from_camera),
+            bounds: [Bounds::EMPTY; MAX_ORGANS],
+            contacts: ToolContacts::default(),
+            grasp: Grasp::default(),
+            limit,
+            journal: Journal::default(),
+            fault_counters: FaultCounters::ZERO,
+            tick: 0,
+            scene,
+            state,
+        };
+        sim.measure_bounds();
+        sim
+    }
+
+    /// One control period, in the data's order. What it costs is bounded by the scene's counts
+    /// and by [`crate::capacity`]; it neither blocks, allocates nor panics.
+    pub fn tick(&mut self, ports: &mut impl Ports) {
+        let mut faults = FaultSet::NONE;
+        self.journal.begin();
+
+        let samples = ports.sample();
+        self.inputs.take(&samples, &mut faults);
+        self.obey(samples.command);
+        ports.stamp(Stage::Sample);
+
+        self.move_tool();
+        ports.stamp(Stage::Tool);
+
+        self.find_contacts(&mut faults);
+        ports.stamp(Stage::Contact);
+
+        self.solve(&mut faults);
+        ports.stamp(Stage::Solve);
+
+        let command = self.render_force(&mut faults);
+        ports.send_force(command);
+        ports.stamp(Stage::Force);
+
+        self.work_instrument(&mut faults);
+        self.note_events(&mut faults);
+        ports.stamp(Stage::Procedure);
+
+        self.fault_counters.count(faults);
+        ports.publish(&self.view(faults));
+        ports.stamp(Stage::Publish);
+        self.tick = self.tick.wrapping_add(1);
+    }
+
+    fn obey(&mut self, command: Option<Command>) {
+        match command {
+            Some(Command::Pause(paused)) => self.tool.switches.paused = paused,
+            Some(Command::EnableForce(enabled)) => self.limit.enable(enabled),
+            Some(Command::Instrument(instrument)) => self.change_instrument(instrument),
+            Some(Command::Reset) => {
+                self.let_go();
+                self.contacts.clear();
+                self.state.bodies.rest(&self.scene);
+                self.state.pairs.load(&self.scene);
+                self.measure_bounds();
+            }
+            None => {}
+        }
+    }
+
+    /// Device pose → instrument pose through the port, and its shapes; tracker → camera.
+    fn move_tool(&mut self) {
+        let room = self.scene.room();
+        if let Some(sample) = self.inputs.device.newest() {
+            let tool = &mut self.tool;
+            tool.world_from_handle = room.world_from_device * sample.device_from_handle;
+            tool.handle_velocity_m_s = room.world_from_device.rotation * self.inputs.velocity_m_s;
+            tool.buttons = sample.buttons;
+            let handle = &tool.world_from_handle;
+            let length = tool.instrument.jaw_length_m();
+            tool.tip_m = self.kinematics.tip(handle);
+            tool.world_from_instrument = self.kinematics.instrument(handle, length);
+            tool.capsules = capsules(
+                tool.instrument,
+                &tool.world_from_instrument,
+                &room.instrument_port_m,
+                tool.jaw,
+            );
+        }
+        let pedal = self.inputs.pedal();
+        self.tool.switches.pedal = pedal;
+        if let (Some(sample), false) = (self.inputs.tracker.newest(), pedal.camera_lock) {
+            self.tool.world_from_camera = room.world_from_tracker * sample.tracker_from_sensor;
+        }
+    }
+
+    fn find_contacts(&mut self, faults: &mut FaultSet) {
+        let (scene, bodies) = (&self.scene, &mut self.state.bodies);
+        let paused = self.tool.switches.paused;
+        bodies.begin(scene, !paused);
+        if paused {
+            self.contacts.clear();
+        } else {
+            self.contacts
+                .find(&self.tool.capsules, scene, &self.bounds, bodies, faults);
+            self.state.pairs.find(scene, bodies, faults);
+        }
+    }
+
+    /// One position-based step of every organ, contacts included.
+    fn solve(&mut self, faults: &mut FaultSet) {
+        if self.tool.switches.paused {
+            return;
+        }
+        let (scene, bodies) = (&self.scene, &mut self.state.bodies);
+        for organ in scene.organs {
+            bodies.predict(scene, organ);
+        }
+        self.grasp.carry(&self.tool.world_from_instrument, bodies);
+        for organ in scene.organs {
+            self.solver.project(scene, organ, bodies);
+        }
+        self.state.pairs.project(bodies);
+        self.contacts.push_out(&self.tool.capsules, scene, bodies);
+        for (organ, bounds) in scene.organs.iter().zip(&mut self.bounds) {
+            let put_back;
+            (*bounds, put_back) = bodies.advance(organ);
+            faults.raise_if(put_back > 0, Fault::BadSphere);
+        }
+    }
+
+    /// What the tissue does to the hand, through the limits, in the device's frame.
+    fn render_force(&mut self, faults: &mut FaultSet) -> ForceCommand {
+        let paused = self.tool.switches.paused;
+        let pull = self
+            .grasp
+            .pull(&self.scene, &self.state.bodies)
+            .filter(|_| !paused);
+        let handle = &self.tool.world_from_handle;
+        let felt = force::felt(&self.contacts.list, pull.as_ref(), &self.kinematics, handle);
+        let world_from_device = &self.scene.room().world_from_device.rotation;
+        let demand = Demand {
+            force_n: world_from_device.inverse() * felt.force_n,
+            stiffness_n_m: felt.stiffness_n_m,
+            speed_m_s: math::norm(&self.tool.handle_velocity_m_s),
+            device: self.inputs.device_health().status,
+            paused,
+        };
+        let force_n = self.limit.apply(&demand, faults);
+        self.tool.force_n = world_from_device * force_n;
+        self.tool.switches.force_enabled = self.limit.is_open();
+        ForceCommand {
+            force_n,
+            torque_n_m: Vec3::zeros(),
+        }
+    }
+
+    /// Buttons: the jaws close, hold, open; the instrument is changed.
+    fn work_instrument(&mut self, faults: &mut FaultSet) {
+        let pressed = self.inputs.newly_pressed();
+        if pressed.contains(Buttons::CHANGE) {
+            self.change_instrument(self.tool.instrument.next());
+        }
+        let closing = self.tool.buttons.contains(Buttons::GRASP);
+        if !closing && self.grasp.count() > 0 {
+            self.let_go();
+        }
+        let step = TICK_S / JAW_TIME_S * if closing { -1.0 } else { 1.0 };
+        let jaw = (self.tool.jaw + step).clamp(0.0, 1.0);
+        let bites = self.tool.jaw > JAW_HOLDS && jaw <= JAW_HOLDS && self.grasp.count() == 0;
+        if bites && self.tool.instrument == Instrument::Grasper && !self.tool.switches.paused {
+            self.close_jaws(faults);
+        }
+        // Jaws that hold something do not close further.
+        if self.grasp.count() == 0 || jaw > self.tool.jaw {
+            self.tool.jaw = jaw;
+        }
+        self.tool.grasped_count = self.grasp.count();
+    }
+
+    fn close_jaws(&mut self, faults: &mut FaultSet) {
+        let bodies = &mut self.state.bodies;
+        let (instrument, tip_m) = (&self.tool.world_from_instrument, &self.tool.tip_m);
+        self.grasp
+            .close(instrument, tip_m, &self.scene, bodies, faults);
+        if let Some(first) = self.grasp.spheres().next() {
+            self.journal.raise(Event {
+                kind: EventKind::Grasp,
+                organ: Some(u32::from(*bodies.organ.at(first))),
+                at_m: *tip_m,
+                value: self.grasp.count() as f32,
+            });
+        }
+    }
+
+    fn let_go(&mut self) {
+        if let Some(first) = self.grasp.spheres().next() {
+            self.journal.raise(Event {
+                kind: EventKind::LetGo,
+                organ: Some(u32::from(*self.state.bodies.organ.at(first))),
+                at_m: self.tool.tip_m,
+                value: self.grasp.count() as f32,
+            });
+        }
+        self.grasp.open(&self.scene, &mut self.state.bodies);
+    }
+
+    fn change_instrument(&mut self, instrument: Instrument) {
+        self.let_go();
+        self.tool.instrument = instrument;
+        self.tool.jaw = 1.0;
+    }
+
+    fn note_events(&mut self, faults: &mut FaultSet) {
+        let list = &self.contacts.list;
+        self.tool.contact_count = list.len() as u32;
+        self.journal
+            .note_contacts(list, self.scene.organs, math::norm(&self.tool.force_n));
+        self.journal
+            .note_electro(&self.tool.switches.pedal, self.tool.tip_m);
+        self.journal.note_faults(faults, self.tool.tip_m);
+    }
+
+    fn measure_bounds(&mut self) {
+        for (organ, bounds) in self.scene.organs.iter().zip(&mut self.bounds) {
+            *bounds = self.state.bodies.bounds(organ);
+        }
+    }
+
+    fn view(&self, faults: FaultSet) -> TickView<'_> {
+        TickView {
+            tick: self.tick,
+            sample_ns: self.inputs.device.at_ns(),
+            sample_is_fresh: self.inputs.device.is_fresh(),
+            tool: &self.tool,
+            events: self.journal.events(),
+            faults,
+            fault_counters: &self.fault_counters,
+            device: self.inputs.device_health(),
+            tracker: self.inputs.tracker_health(),
+            pedal: self.inputs.pedal_health(),
+            scene: &self.scene,
+            bodies: &self.state.bodies,
+        }
+    }
+
+    /// Told by the process: the last tick ended after its deadline.
+    pub fn note_overrun(&mut self) {
+        let mut set = FaultSet::NONE;
+        set.raise(Fault::Overrun);
+        self.fault_counters.count(set);
+    }
+
+    /// What each fault counted so far.
+    #[must_use]
+    pub const fn fault_counters(&self) -> &FaultCounters {
+        &self.fault_counters
+    }
+
+    /// Hash of what the simulation computed: spheres, tool, force. Equal after equal inputs, bit
+    /// for bit, in every build.
+    #[must_use]
+    pub fn state_hash(&self) -> u64 {
+        let mut hash = Hash::new();
+        let (bodies, count) = (&self.state.bodies, self.scene.spheres.len() as u32);
+        for i in 0..count {
+            hash.vector(bodies.displacement_m.at(i));
+            hash.vector(bodies.velocity_m_s.at(i));
+            hash.word(u32::from(bodies.bits.at(i).0));
+        }
+        hash.pose(&self.tool.world_from_handle);
+        hash.pose(&self.tool.world_from_instrument);
+        hash.pose(&self.tool.world_from_camera);
+        hash.vector(&self.tool.force_n);
+        hash.float(self.tool.jaw);
+        hash.word(self.tick as u32);
+        hash.finish()
+    }
+}

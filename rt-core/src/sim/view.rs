@@ -1,0 +1,87 @@
+//! What a tick shows.
+
+use crate::event::Event;
+use crate::fault::{FaultCounters, FaultSet};
+use crate::math::Vec3;
+use crate::port::TimeNs;
+use crate::scene::Scene;
+use crate::soft_body::Bodies;
+use crate::state::SphereBits;
+use crate::tool::ToolState;
+
+/// Whether a device can be relied on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+pub enum Status {
+    /// Nothing came from it since the start.
+    #[default]
+    Absent = 0,
+    /// Samples arrive in time.
+    Live = 1,
+    /// The newest sample is older than its limit.
+    Stale = 2,
+    /// The line is gone.
+    Lost = 3,
+}
+
+/// Health of one device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Health {
+    /// Status.
+    pub status: Status,
+    /// Age of its newest sample, ns. 0 if there is none.
+    pub age_ns: u64,
+}
+
+/// A sphere as a tick leaves it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SphereView {
+    /// Centre, world frame, m.
+    pub center_m: Vec3,
+    /// What it is doing.
+    pub bits: SphereBits,
+}
+
+/// What a tick shows.
+#[derive(Debug)]
+pub struct TickView<'a> {
+    /// Number of the tick, from 0.
+    pub tick: u64,
+    /// When the device sample that this tick used was read; 0 before the first.
+    pub sample_ns: TimeNs,
+    /// Whether that sample is new in this tick.
+    pub sample_is_fresh: bool,
+    /// Tools and switches.
+    pub tool: &'a ToolState,
+    /// What happened, in order.
+    pub events: &'a [Event],
+    /// Faults of this tick.
+    pub faults: FaultSet,
+    /// Ticks that each fault happened in so far.
+    pub fault_counters: &'a FaultCounters,
+    /// Haptic device.
+    pub device: Health,
+    /// Tracker.
+    pub tracker: Health,
+    /// Pedal.
+    pub pedal: Health,
+    pub(super) scene: &'a Scene<'a>,
+    pub(super) bodies: &'a Bodies,
+}
+
+impl<'a> TickView<'a> {
+    /// The spheres, in the scene's order.
+    pub fn spheres(&self) -> impl ExactSizeIterator<Item = SphereView> + use<'a> {
+        let count = self.scene.spheres.len() as u32;
+        let displacements = self.bodies.displacement_m.range(0, count);
+        let moved = displacements.iter().zip(self.bodies.bits.range(0, count));
+        self.scene
+            .spheres
+            .iter()
+            .zip(moved)
+            .map(|(rest, (u, bits))| SphereView {
+                center_m: rest.center_m + u,
+                bits: *bits,
+            })
+    }
+}

@@ -1,0 +1,283 @@
+//! A synthetic organ and a scripted hand, for tests, the bench and the example: no files, no
+//! randomness, so that they are the same everywhere.
+
+#![allow(dead_code)] // every user takes what it needs
+
+use rt_core::event::Event;
+use rt_core::fault::FaultCounters;
+use rt_core::math::{Pose, Quat, Vec3, norm};
+use rt_core::port::{
+    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample,
+};
+use rt_core::scene::{Link, Organ, PbdMaterial, RestSphere, Room, Scene};
+use rt_core::sim::{Ports, Samples, Stage, TickView};
+use rt_core::state::SphereBits;
+use rt_core::tool::Kinematics;
+
+/// A Touch-class device.
+pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 3.3,
+    force_continuous_n: 0.88,
+    stiffness_max_n_m: 1000.0,
+    damping_max_n_s_m: 5.0,
+    workspace_radius_m: 0.2,
+    renders_torque: false,
+    rate_hz: 1000.0,
+};
+
+/// Soft tissue.
+pub(crate) const SOFT: PbdMaterial = PbdMaterial {
+    stretch_stiffness: 0.02,
+    laplacian_stiffness: 0.005,
+    damping_per_s: 5.0,
+    contact_stiffness_n_m: 400.0,
+};
+
+/// Where the shaft passes through the wall.
+pub(crate) const LEVER: Kinematics = Kinematics {
+    port_m: Vec3::new(0.0, 0.0, 0.18),
+    length_m: 0.33,
+};
+
+/// Spheres and links of a scene that is being built.
+#[derive(Default)]
+pub(crate) struct Anatomy {
+    pub(crate) organs: Vec<Organ>,
+    pub(crate) spheres: Vec<RestSphere>,
+    pub(crate) links: Vec<Link>,
+}
+
+impl Anatomy {
+    /// An ellipsoid of `count` spheres on a lattice and the `link_count` shortest links, in an
+    /// order in which neighbours share no sphere. Its lowest tenth is held.
+    pub(crate) fn with_ellipsoid(
+        mut self,
+        center_m: Vec3,
+        half_axes_m: Vec3,
+        count: usize,
+        link_count: usize,
+    ) -> Self {
+        let volume = 4.0 / 3.0 * std::f32::consts::PI * half_axes_m.product();
+        let spacing_m = (volume / count as f32).cbrt();
+        let inside = |p: &Vec3| p.component_div(&half_axes_m).norm_squared();
+        let mut centers = lattice(spacing_m, 24);
+        centers.sort_by(|a, b| inside(a).total_cmp(&inside(b)));
+        centers.truncate(count);
+        let mut lengths: Vec<(f32, u32, u32)> = Vec::new();
+        for (i, a) in centers.iter().enumerate() {
+            for (j, b) in centers.iter().enumerate().skip(i + 1) {
+                lengths.push((norm(&(a - b)), i as u32, j as u32));
+            }
+        }
+        lengths.sort_by(|a, b| a.0.total_cmp(&b.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        lengths.truncate(link_count);
+        let first = self.spheres.len() as u32;
+        self.organs.push(Organ {
+            sphere_start: first,
+            sphere_count: centers.len() as u32,
+            link_start: self.links.len() as u32,
+            link_count: lengths.len() as u32,
+            material: SOFT,
+        });
+        for (rest_length_m, a, b) in in_colours(&lengths, centers.len()) {
+            self.links.push(Link {
+                a: first + a,
+                b: first + b,
+                rest_length_m,
+            });
+        }
+        let mass_kg = 1060.0 * volume / count as f32;
+        let mut heights: Vec<f32> = centers.iter().map(|c| c.z).collect();
+        heights.sort_by(f32::total_cmp);
+        let held_below = heights[count / 10];
+        self.spheres.extend(centers.iter().map(|c| RestSphere {
+            center_m: center_m + c,
+            radius_m: 0.8 * spacing_m,
+            mass_kg,
+            held: c.z < held_below,
+        }));
+        self
+    }
+
+    /// The paper's liver: 581 spheres, 3588 links, 1.2 litres, its middle in the origin.
+    pub(crate) fn liver() -> Self {
+        let half_axes_m = Vec3::new(0.1, 0.06, 0.048);
+        Self::default().with_ellipsoid(Vec3::zeros(), half_axes_m, 581, 3588)
+    }
+
+    /// The liver and, 1 mm above its left lobe, the paper's gallbladder (475, 3293).
+    pub(crate) fn liver_and_gallbladder() -> Self {
+        let half_axes_m = Vec3::new(0.04, 0.018, 0.018);
+        Self::liver().with_ellipsoid(Vec3::new(-0.04, 0.0, 0.067), half_axes_m, 475, 3293)
+    }
+
+    /// The scene, checked.
+    pub(crate) fn scene(&self) -> Scene<'_> {
+        Scene::new(&self.organs, &self.spheres, &self.links, room()).expect("a good scene")
+    }
+}
+
+/// Devices stand where the world's origin is.
+pub(crate) fn room() -> Room {
+    Room {
+        gravity_m_s2: Vec3::new(0.0, 0.0, -9.81),
+        world_from_device: Pose::identity(),
+        world_from_tracker: Pose::identity(),
+        instrument_port_m: LEVER.port_m,
+        instrument_length_m: LEVER.length_m,
+        endoscope_port_m: Vec3::new(0.05, 0.0, 0.18),
+        world_from_camera: Pose::identity(),
+    }
+}
+
+/// Body-centred lattice of `side`³ cells around the origin, with a point per `spacing_m`³.
+fn lattice(spacing_m: f32, side: i32) -> Vec<Vec3> {
+    let cell = spacing_m * 2.0f32.cbrt();
+    let mut points = Vec::new();
+    for x in -side..side {
+        for y in -side..side {
+            for z in -side..side {
+                let corner = Vec3::new(x as f32, y as f32, z as f32) * cell;
+                points.push(corner);
+                points.push(corner + Vec3::repeat(0.5 * cell));
+            }
+        }
+    }
+    points
+}
+
+/// Links sorted so that those of one colour, which share no sphere, follow each other.
+fn in_colours(links: &[(f32, u32, u32)], spheres: usize) -> Vec<(f32, u32, u32)> {
+    let mut used = vec![0u64; spheres];
+    let mut coloured: Vec<(u32, (f32, u32, u32))> = Vec::new();
+    for &(length, a, b) in links {
+        let colour = (used[a as usize] | used[b as usize]).trailing_ones();
+        used[a as usize] |= 1 << colour;
+        used[b as usize] |= 1 << colour;
+        coloured.push((colour, (length, a, b)));
+    }
+    coloured.sort_by_key(|&(colour, _)| colour);
+    coloured.into_iter().map(|(_, link)| link).collect()
+}
+
+/// A device sample with the instrument's tip at `tip_m`.
+pub(crate) fn at_tip(tip_m: &Vec3, buttons: Buttons, at_ns: u64) -> DeviceSample {
+    DeviceSample {
+        device_from_handle: LEVER.handle_from_tip(tip_m, &Vec3::new(0.0, 1.0, 0.0)),
+        velocity_m_s: None,
+        buttons,
+        sequence: (at_ns / 1_000_000) as u16,
+        at_ns,
+    }
+}
+
+/// Ports that a test fills before each tick and reads after it.
+pub(crate) struct Bench {
+    pub(crate) samples: Samples,
+    pub(crate) sent: Vec<ForceCommand>,
+    pub(crate) stages: Vec<Stage>,
+    pub(crate) events: Vec<Event>,
+    pub(crate) counters: FaultCounters,
+    pub(crate) force_n: Vec3,
+    pub(crate) contact_count: u32,
+    pub(crate) grasped_count: u32,
+    pub(crate) camera: Pose,
+    pub(crate) centers_m: Vec<Vec3>,
+    pub(crate) bits: Vec<SphereBits>,
+    pub(crate) status: [rt_core::sim::Status; 3],
+}
+
+impl Bench {
+    pub(crate) fn new() -> Self {
+        Self {
+            samples: Samples {
+                now_ns: 1_000_000,
+                device: Polled::Nothing,
+                tracker: Polled::Nothing,
+                pedal: Polled::Nothing,
+                command: None,
+            },
+            sent: Vec::new(),
+            stages: Vec::new(),
+            events: Vec::new(),
+            counters: FaultCounters::ZERO,
+            force_n: Vec3::zeros(),
+            contact_count: 0,
+            grasped_count: 0,
+            camera: Pose::identity(),
+            centers_m: Vec::new(),
+            bits: Vec::new(),
+            status: [rt_core::sim::Status::Absent; 3],
+        }
+    }
+
+    /// Goes on by one period; nothing new arrives unless the caller says so.
+    pub(crate) fn next(&mut self) -> &mut Samples {
+        self.samples = Samples {
+            now_ns: self.samples.now_ns + 1_000_000,
+            device: Polled::Nothing,
+            tracker: Polled::Nothing,
+            pedal: Polled::Nothing,
+            command: None,
+        };
+        self.sent.clear();
+        self.stages.clear();
+        &mut self.samples
+    }
+
+    /// Goes on by one period with the tip at `tip_m`.
+    pub(crate) fn next_at(&mut self, tip_m: &Vec3, buttons: Buttons) -> &mut Samples {
+        let samples = self.next();
+        samples.device = Polled::Fresh(at_tip(tip_m, buttons, samples.now_ns));
+        samples
+    }
+}
+
+impl Ports for Bench {
+    fn sample(&mut self) -> Samples {
+        self.samples
+    }
+
+    fn send_force(&mut self, command: ForceCommand) {
+        self.sent.push(command);
+    }
+
+    fn publish(&mut self, view: &TickView<'_>) {
+        self.events.extend_from_slice(view.events);
+        self.counters = *view.fault_counters;
+        self.force_n = view.tool.force_n;
+        self.contact_count = view.tool.contact_count;
+        self.grasped_count = view.tool.grasped_count;
+        self.camera = view.tool.world_from_camera;
+        self.status = [view.device.status, view.tracker.status, view.pedal.status];
+        self.centers_m.clear();
+        self.bits.clear();
+        for sphere in view.spheres() {
+            self.centers_m.push(sphere.center_m);
+            self.bits.push(sphere.bits);
+        }
+    }
+
+    fn stamp(&mut self, stage: Stage) {
+        self.stages.push(stage);
+    }
+}
+
+/// A tracker sample at `position_m`.
+pub(crate) fn tracker_at(position_m: Vec3, at_ns: u64) -> TrackerSample {
+    let tracker_from_sensor = Pose::from_parts(position_m.into(), Quat::identity());
+    TrackerSample {
+        tracker_from_sensor,
+        at_ns,
+    }
+}
+
+/// A pedal sample.
+pub(crate) fn pedal(cut: bool, camera_lock: bool, at_ns: u64) -> PedalSample {
+    PedalSample {
+        cut,
+        coagulate: false,
+        camera_lock,
+        at_ns,
+    }
+}
