@@ -22,6 +22,7 @@ pub mod probe;
 mod publisher;
 pub mod realtime;
 mod run;
+pub mod runaway;
 mod scene;
 pub mod schedule;
 mod shared;

@@ -42,6 +42,47 @@ impl Standing {
             Err(why) => self.refused.push(why),
         }
     }
+
+    /// Takes away what `thread` no longer has; gives a sentence for each.
+    pub(crate) fn lose(&mut self, thread: libc::pid_t) -> Vec<String> {
+        let still = [
+            (
+                TimingBatch::FIFO,
+                runs_fifo(thread),
+                "SCHED_FIFO was taken from the tick",
+            ),
+            (
+                TimingBatch::LOCKED,
+                locked_bytes() > 0,
+                "its memory was unlocked",
+            ),
+            (
+                TimingBatch::PINNED,
+                is_pinned(thread),
+                "it was allowed on more than one core",
+            ),
+        ];
+        let mut lost = Vec::new();
+        for (bit, has, what) in still {
+            if self.bits & bit != 0 && !has {
+                self.bits &= !bit;
+                let why = format!("{what} from outside (chrt, taskset, a cgroup?)");
+                self.refused.push(why.clone());
+                lost.push(why);
+            }
+        }
+        lost
+    }
+}
+
+fn runs_fifo(thread: libc::pid_t) -> bool {
+    // SAFETY: no pointers.
+    unsafe { libc::sched_getscheduler(thread) == libc::SCHED_FIFO }
+}
+
+fn is_pinned(thread: libc::pid_t) -> bool {
+    let thread = rustix::thread::Pid::from_raw(thread);
+    rustix::thread::sched_getaffinity(thread).is_ok_and(|set| set.count() == 1)
 }
 
 /// Keeps freed memory in the process, then locks all of it, present and future.
@@ -88,7 +129,7 @@ fn may_lock_without_limit() -> bool {
 }
 
 fn locked_bytes() -> u64 {
-    status_field("VmLck").unwrap_or(u64::MAX >> 10) << 10
+    status_field("VmLck").unwrap_or(0) << 10
 }
 
 /// Touches the stack that the tick will use, so that it never faults there.

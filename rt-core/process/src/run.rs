@@ -18,6 +18,7 @@ use crate::error::RtError;
 use crate::handover::Handover;
 use crate::publisher::{self, COMMAND_QUEUE, EVENT_QUEUE, RECORD_QUEUE};
 use crate::realtime::{self, NoDeepIdle, Standing};
+use crate::runaway::RunawayGuard;
 use crate::scene::LoadedScene;
 use crate::shared::Shared;
 use crate::summary::{Ended, Ready, RtSummary};
@@ -189,7 +190,7 @@ impl Run<'_> {
     /// Watches until the tick has ended.
     fn supervise(
         &self,
-        tick: TickThread,
+        mut tick: TickThread,
         publisher: &JoinHandle<()>,
         stop: &AtomicBool,
         on_ready: impl FnOnce(&Ready),
@@ -201,6 +202,10 @@ impl Run<'_> {
             eprintln!("calot rt: NOT REALTIME; every report says so");
         }
         let mut on_ready = Some(on_ready);
+        let runaway = RunawayGuard::arm();
+        if let Err(error) = &runaway {
+            eprintln!("calot rt: a runaway tick would not be stopped: RLIMIT_RTTIME: {error}");
+        }
         let mut watch = Watch::new();
         let mut asked_at_ns = None;
         while !tick.thread.is_finished() {
@@ -214,6 +219,11 @@ impl Run<'_> {
                 self.shared.ask_to_end(Ended::Asked);
             }
             watch.look(&self.shared);
+            watch.look_at_standing(&self.shared, &mut tick.standing);
+            if runaway.as_ref().is_ok_and(RunawayGuard::tripped) {
+                realtime::demote(self.shared.tick_thread.load(Relaxed));
+                self.shared.ask_to_end(Ended::Runaway);
+            }
             if self.shared.asked_to_end().is_some() {
                 let asked_at_ns = *asked_at_ns.get_or_insert_with(monotonic_ns);
                 let waited_ns = monotonic_ns() - asked_at_ns;

@@ -44,6 +44,15 @@ impl Schedule {
         self.missed
     }
 
+    /// Gives up the period that runs at `now_ns`, if its tick has not begun: the next one is due at
+    /// the grid's first point after it. For a loop that has not slept for too long.
+    pub fn rest(&mut self, now_ns: u64) {
+        if now_ns >= self.next_ns {
+            let _ = self.begin(now_ns);
+            self.missed += 1;
+        }
+    }
+
     /// The tick that starts at `now_ns`, and moves on: the next one is due on the grid, after
     /// `now_ns`. Whole periods that passed meanwhile are skipped.
     pub fn begin(&mut self, now_ns: u64) -> Due {

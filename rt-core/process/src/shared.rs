@@ -53,7 +53,8 @@ impl Shared {
             0 => None,
             1 => Some(Ended::Asked),
             2 => Some(Ended::Commanded),
-            _ => Some(Ended::Finished),
+            3 => Some(Ended::Finished),
+            _ => Some(Ended::Runaway),
         }
     }
 
@@ -74,7 +75,7 @@ mod tests {
         shared.ask_to_end(Ended::Commanded);
         shared.ask_to_end(Ended::Asked);
         assert_eq!(shared.asked_to_end(), Some(Ended::Commanded));
-        for why in [Ended::Asked, Ended::Finished] {
+        for why in [Ended::Asked, Ended::Finished, Ended::Runaway] {
             let shared = Shared::default();
             shared.ask_to_end(why);
             assert_eq!(shared.asked_to_end(), Some(why));

@@ -14,6 +14,9 @@ pub enum Ended {
     Commanded,
     /// The configured number of periods is over.
     Finished,
+    /// A tick ran for 200 ms without an end and came back when it was taken off the realtime
+    /// scheduler.
+    Runaway,
 }
 
 /// What a run comes to. Counts are since the first tick.

@@ -1,18 +1,22 @@
-//! The main thread's look at the tick: does it still beat?
+//! The main thread's look at the tick: does it still beat, and is it still realtime?
 
 use core::sync::atomic::Ordering::Relaxed;
 
+use crate::realtime::Standing;
 use crate::shared::Shared;
 use crate::time_driver::monotonic_ns;
 
 /// A tick that stands still for longer is reported.
 const STALL_NS: u64 = 50_000_000;
+/// How often the thread's standing is asked for: it reads a file.
+const STANDING_EVERY_NS: u64 = 500_000_000;
 
 /// Reports each standstill once, and how long it was.
 #[derive(Debug, Default)]
 pub(crate) struct Watch {
-    standing_since_ns: Option<u64>,
+    silent_since_ns: Option<u64>,
     stalls_seen: u64,
+    standing_at_ns: u64,
 }
 
 /// What a look found.
@@ -41,6 +45,20 @@ impl Watch {
         }
     }
 
+    /// Looks, now and then, whether somebody took from the tick what makes it realtime. Takes it
+    /// from `standing` and from every report too, and says so.
+    pub(crate) fn look_at_standing(&mut self, shared: &Shared, standing: &mut Standing) {
+        let now_ns = monotonic_ns();
+        if now_ns < self.standing_at_ns {
+            return;
+        }
+        self.standing_at_ns = now_ns + STANDING_EVERY_NS;
+        for why in standing.lose(shared.tick_thread.load(Relaxed)) {
+            eprintln!("calot rt: NOT REALTIME any more: {why}");
+        }
+        shared.realtime.store(standing.bits, Relaxed);
+    }
+
     /// Standstills so far.
     pub(crate) fn stalls_seen(&self) -> u64 {
         self.stalls_seen
@@ -52,15 +70,15 @@ impl Watch {
             0 => 0,
             beat => now_ns.saturating_sub(beat),
         };
-        match self.standing_since_ns {
+        match self.silent_since_ns {
             None if silent_ns > STALL_NS => {
-                self.standing_since_ns = Some(heartbeat_ns);
+                self.silent_since_ns = Some(heartbeat_ns);
                 self.stalls_seen += 1;
                 let silent_ms = silent_ns / 1_000_000;
                 Finding::Stopped { silent_ms }
             }
             Some(since_ns) if heartbeat_ns != since_ns => {
-                self.standing_since_ns = None;
+                self.silent_since_ns = None;
                 let stood_ms = heartbeat_ns.saturating_sub(since_ns) / 1_000_000;
                 Finding::WentOn { stood_ms }
             }

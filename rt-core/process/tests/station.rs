@@ -312,3 +312,73 @@ fn an_ordinary_user_gets_a_run_that_says_what_is_missing() {
         assert!(line.contains(word), "{line}");
     }
 }
+
+#[test]
+fn who_takes_the_core_from_the_tick_is_reported() {
+    let bench = Bench::new();
+    let mut child = spawn_controller(&bench, 6000, |_| ());
+    assert!(line_with(&mut child, "ready").is_some());
+    let tasks = format!("/proc/{}/task", child.id());
+    let is_tick = |task: &std::path::Path| {
+        std::fs::read_to_string(task.join("comm")).is_ok_and(|name| name.trim() == "calot-tick")
+    };
+    let task = std::fs::read_dir(tasks)
+        .unwrap()
+        .find_map(|entry| Some(entry.unwrap().path()).filter(|path| is_tick(path)))
+        .unwrap();
+    let id: i32 = task.file_name().unwrap().to_str().unwrap().parse().unwrap();
+    let thread = rustix::thread::Pid::from_raw(id);
+    let pinned = rustix::thread::sched_getaffinity(thread).unwrap();
+    let mut wider = rustix::thread::sched_getaffinity(None).unwrap();
+    if pinned.count() != 1 || wider.count() < 2 {
+        child.kill().unwrap();
+        child.wait().unwrap();
+        return; // nothing to take: one core, or not allowed to pin
+    }
+    wider.set(0);
+    rustix::thread::sched_setaffinity(thread, &wider).unwrap();
+    let line = line_with(&mut child, "realtime").unwrap();
+    assert!(child.wait().unwrap().success());
+    assert!(line.starts_with("realtime false"), "{line}");
+    assert!(line.contains("more than one core"), "{line}");
+}
+
+/// Body of a process whose realtime thread never sleeps.
+#[test]
+#[ignore = "started by another test as a process"]
+fn runaway_process() {
+    let guard = rt_process::runaway::RunawayGuard::arm().unwrap();
+    let told = std::sync::Arc::new(AtomicBool::new(false));
+    let core = rt_process::realtime::allowed_cores()[0];
+    let flag = Arc::clone(&told);
+    thread::spawn(move || {
+        let _ = rt_process::realtime::pin_to(&[core]);
+        let fifo = rt_process::realtime::take_fifo(50);
+        println!("\nfifo {}", fifo.is_ok());
+        while !flag.load(Relaxed) {
+            core::hint::spin_loop();
+        }
+    });
+    while !guard.tripped() {
+        thread::sleep(Duration::from_millis(1));
+    }
+    told.store(true, Relaxed);
+    println!("\ntripped");
+}
+
+#[test]
+fn a_realtime_thread_that_never_sleeps_is_noticed() {
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args(["--exact", "runaway_process", "--ignored", "--nocapture"])
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let fifo = line_with(&mut child, "fifo").unwrap();
+    if fifo == "fifo false" {
+        child.kill().unwrap(); // an ordinary user has no realtime threads
+        child.wait().unwrap();
+        return;
+    }
+    assert!(line_with(&mut child, "tripped").is_some());
+    assert!(child.wait().unwrap().success());
+}
