@@ -23,6 +23,8 @@
 #[cfg(feature = "std")]
 pub mod bird;
 #[cfg(feature = "std")]
+pub mod conformance;
+#[cfg(feature = "std")]
 pub mod emulate;
 #[cfg(feature = "std")]
 mod error;

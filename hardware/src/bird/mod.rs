@@ -5,4 +5,5 @@ pub mod device;
 mod tracker;
 pub mod wire;
 
+pub(crate) use tracker::BAUD;
 pub use tracker::BirdTracker;

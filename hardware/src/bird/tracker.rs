@@ -12,7 +12,7 @@ use crate::HardwareError;
 use crate::line::{Line, Read, Written};
 
 /// The fastest of the bird's rates: a record takes 1.2 ms on the wire.
-const BAUD: u32 = 115_200;
+pub(crate) const BAUD: u32 = 115_200;
 /// A bird answers a question within milliseconds; one that sleeps or resets takes longer.
 const ANSWER: Duration = Duration::from_millis(500);
 /// Tries per question: bytes of an old stream may stand before the first answer.

@@ -56,6 +56,13 @@ impl RigHaptic {
         self.status
     }
 
+    /// Sequence number of the last force sent: [`RigStatus::applied_force`] names it once it is
+    /// in effect.
+    #[must_use]
+    pub fn sent_sequence(&self) -> u16 {
+        self.host.sent_sequence()
+    }
+
     /// The line.
     #[must_use]
     pub fn path(&self) -> &Path {

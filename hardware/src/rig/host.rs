@@ -13,7 +13,7 @@ use super::frame::{Frame, FrameReader};
 use super::wire::{Capabilities, DeviceKind, Hello, Message, VERSION, stop_frame};
 
 /// USB adapters ignore it; a UART at this rate carries 1 kHz of `STATE` in half its time.
-const BAUD: u32 = 1_000_000;
+pub(crate) const BAUD: u32 = 1_000_000;
 /// A device that has not answered by then is not there.
 const HANDSHAKE: Duration = Duration::from_secs(2);
 /// Between two greetings.
@@ -164,6 +164,11 @@ impl Host {
     /// The number of the next message to send.
     pub(super) fn next_sequence(&mut self) -> u16 {
         self.send_sequence = self.send_sequence.wrapping_add(1);
+        self.send_sequence
+    }
+
+    /// The number of the last message sent.
+    pub(super) fn sent_sequence(&self) -> u16 {
         self.send_sequence
     }
 

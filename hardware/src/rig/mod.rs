@@ -16,4 +16,6 @@ pub mod wire;
 #[cfg(feature = "std")]
 pub use haptic::{RigHaptic, RigStatus};
 #[cfg(feature = "std")]
+pub(crate) use host::BAUD;
+#[cfg(feature = "std")]
 pub use pedal::RigPedal;

@@ -27,7 +27,7 @@ impl Emulator {
     }
 
     pub(crate) fn with(faults: LineFaults) -> Self {
-        let directory = tempfile::tempdir().unwrap();
+        let directory = tempfile::tempdir().expect("a directory");
         let config = EmulateConfig {
             directory: directory.path().join("devices"),
             script: room(),
@@ -40,7 +40,7 @@ impl Emulator {
             let (config, stop) = (config.clone(), Arc::clone(&stop));
             move || {
                 run(&config, &stop, &mut |lines| {
-                    sender.send(lines.clone()).unwrap()
+                    sender.send(lines.clone()).expect("the test waits");
                 })
             }
         });
@@ -62,13 +62,16 @@ impl Emulator {
     /// Ends it, and gives its directory.
     pub(crate) fn stop(mut self) -> TempDir {
         self.end();
-        self.directory.take().unwrap()
+        self.directory.take().expect("only stopped once")
     }
 
     fn end(&mut self) {
         self.stop.store(true, Ordering::Relaxed);
         if let Some(thread) = self.thread.take() {
-            thread.join().unwrap().unwrap();
+            thread
+                .join()
+                .expect("the emulator does not panic")
+                .expect("nor fail");
         }
     }
 }
@@ -121,4 +124,16 @@ pub(crate) fn camera_in_tracker() -> Vec3 {
     (room.world_from_tracker.inverse() * room.world_from_camera)
         .translation
         .vector
+}
+
+/// Opens a device on a bad line as a person would: again, a few times.
+pub(crate) fn persist<T>(open: impl Fn() -> Result<T, HardwareError>) -> T {
+    let mut last = None;
+    for _ in 0..8 {
+        match open() {
+            Ok(driver) => return driver,
+            Err(error) => last = Some(error),
+        }
+    }
+    panic!("eight times in a row: {last:?}");
 }

@@ -1,0 +1,119 @@
+//! What the checks of every device share.
+
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rt_core::port::{Polled, TimeNs};
+
+use super::{Options, Report};
+use crate::line::{Line, Read};
+
+/// Longest wait for something that must happen.
+pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+
+/// Host time.
+pub(super) fn now_ns() -> TimeNs {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
+}
+
+/// Calls `step` about 4000 times a second until it returns false or `limit` is over; returns
+/// whether it returned false.
+pub(super) fn until(limit: Duration, mut step: impl FnMut(TimeNs) -> bool) -> bool {
+    let start = Instant::now();
+    while start.elapsed() < limit {
+        if !step(now_ns()) {
+            return true;
+        }
+        thread::sleep(Duration::from_micros(250));
+    }
+    false
+}
+
+/// When samples came.
+#[derive(Debug, Default)]
+pub(super) struct Arrivals {
+    at_ns: Vec<TimeNs>,
+}
+
+impl Arrivals {
+    pub(super) fn add(&mut self, at_ns: TimeNs) {
+        self.at_ns.push(at_ns);
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.at_ns.len()
+    }
+
+    /// Median, 99th percentile and largest interval, as text.
+    pub(super) fn intervals(&self) -> String {
+        let mut intervals: Vec<u64> = self
+            .at_ns
+            .windows(2)
+            .map(|pair| pair[1].saturating_sub(pair[0]))
+            .collect();
+        quantiles(&mut intervals)
+    }
+}
+
+/// Median, 99th percentile and maximum of times, as text.
+pub(super) fn quantiles(times_ns: &mut [u64]) -> String {
+    times_ns.sort_unstable();
+    let at = |share: f64| {
+        let index = (times_ns.len().saturating_sub(1) as f64 * share) as usize;
+        times_ns.get(index).map_or(f64::NAN, |&ns| ns as f64 * 1e-6)
+    };
+    format!(
+        "p50 {:.2} ms, p99 {:.2} ms, max {:.2} ms",
+        at(0.5),
+        at(0.99),
+        at(1.0)
+    )
+}
+
+/// After the driver has closed, the line must fall silent.
+pub(super) fn silent_after_close(report: &mut Report, path: &Path, baud: u32) {
+    let heard = Line::open(path, baud).map(|mut line| {
+        let mut bytes = [0; 256];
+        let mut heard = 0;
+        until(Duration::from_millis(300), |_| {
+            if let Read::Bytes(count) = line.read(&mut bytes) {
+                heard += count;
+            }
+            true
+        });
+        heard
+    });
+    match heard {
+        // What was under way when it closed may still arrive.
+        Ok(heard) => report.judge(
+            "close",
+            heard < 256,
+            format!("{heard} bytes in 300 ms after closing, allowed are fewer than 256"),
+        ),
+        Err(error) => report.judge("close", false, error.to_string()),
+    }
+}
+
+/// Pulls the plug and waits for `poll` to say so.
+pub(super) fn unplugged<T>(
+    report: &mut Report,
+    options: &mut Options<'_>,
+    mut poll: impl FnMut(TimeNs) -> Polled<T>,
+) {
+    let Some(unplug) = &mut options.unplug else {
+        report.skip("unplug", "nobody to pull the plug");
+        return;
+    };
+    unplug();
+    let start = Instant::now();
+    let lost = until(PATIENCE, |now_ns| !matches!(poll(now_ns), Polled::Lost));
+    let stays = matches!(poll(now_ns()), Polled::Lost);
+    let ms = start.elapsed().as_millis();
+    report.judge(
+        "unplug",
+        lost && stays,
+        format!("lost is reported after {ms} ms, and stays"),
+    );
+}

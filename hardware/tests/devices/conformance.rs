@@ -1,0 +1,73 @@
+//! The conformance suite on the emulated devices, well and ill.
+
+use std::time::Duration;
+
+use hardware::conformance::{Options, Outcome, haptic, pedal, tracker};
+use hardware::emulate::{Faults, LineFaults};
+
+use crate::support::Emulator;
+
+fn shortly() -> Options<'static> {
+    Options {
+        watch: Duration::from_secs(1),
+        unplug: None,
+    }
+}
+
+#[test]
+fn the_emulated_devices_pass() {
+    let emulator = Emulator::start();
+    let lines = &emulator.lines;
+    for report in [
+        haptic(&lines.haptic, &mut shortly()),
+        tracker(&lines.tracker, &mut shortly()),
+        pedal(&lines.pedal, &mut shortly()),
+    ] {
+        print!("{report}");
+        assert!(report.passed(), "{report}");
+        assert_eq!(
+            report.check("unplug").map(|check| check.outcome),
+            Some(Outcome::Skipped)
+        );
+    }
+}
+
+#[test]
+fn a_pulled_plug_is_noticed() {
+    let path = |emulator: &Emulator| emulator.lines.haptic.clone();
+    let mut emulator = Some(Emulator::start());
+    let path = path(emulator.as_ref().unwrap());
+    let mut pull = || drop(emulator.take());
+    let mut options = Options {
+        unplug: Some(&mut pull),
+        ..shortly()
+    };
+    let report = haptic(&path, &mut options);
+    assert_eq!(
+        report.check("unplug").map(|check| check.outcome),
+        Some(Outcome::Pass),
+        "{report}"
+    );
+}
+
+#[test]
+fn a_device_behind_a_bad_cable_fails() {
+    let bad = Faults {
+        lost: 0.002,
+        ..Faults::default()
+    };
+    let emulator = Emulator::with(LineFaults {
+        haptic: bad,
+        ..LineFaults::default()
+    });
+    // The greeting itself may be hit: then that is what is reported.
+    let report = haptic(&emulator.lines.haptic, &mut shortly());
+    assert!(!report.passed(), "{report}");
+}
+
+#[test]
+fn a_missing_device_is_a_report_too() {
+    let report = tracker("/dev/there-is-no-such-device".as_ref(), &mut shortly());
+    assert!(!report.passed());
+    assert!(report.to_string().contains("no such device"), "{report}");
+}

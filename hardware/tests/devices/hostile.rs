@@ -1,0 +1,138 @@
+//! A greeted device that then sends anything at all.
+
+use std::cell::RefCell;
+use std::fs::File;
+use std::io::{Read, Write};
+use std::os::fd::OwnedFd;
+use std::path::PathBuf;
+
+use hardware::rig::RigHaptic;
+use hardware::rig::device::{Device, Motion};
+use hardware::rig::frame::Frame;
+use hardware::rig::wire::Capabilities;
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+use rt_core::port::{HapticDevice, Polled};
+use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+
+use crate::support::now_ns;
+
+/// The device's end of a line, played by the test.
+struct Played {
+    line: File,
+    device: Device,
+}
+
+/// A pty, its path and its master.
+fn pty() -> (PathBuf, OwnedFd) {
+    let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a pty");
+    grantpt(&master).expect("a pty");
+    unlockpt(&master).expect("a pty");
+    let name = ptsname(&master, Vec::new()).expect("its name");
+    (PathBuf::from(name.to_str().expect("ASCII")), master)
+}
+
+/// Opens a driver on a device that the test plays.
+fn greeted() -> (RigHaptic, Played) {
+    let (path, master) = pty();
+    let player = std::thread::spawn(move || {
+        let mut line = File::from(master);
+        let mut device = Device::new(Capabilities::touch_class());
+        let mut bytes = [0; 256];
+        loop {
+            // Until the driver opens the line, reading fails.
+            let count = line.read(&mut bytes).unwrap_or(0);
+            device.receive(&bytes[..count], 0);
+            if let Some(answer) = device.answer() {
+                line.write_all(answer.as_bytes()).expect("an open line");
+                return Played { line, device };
+            }
+        }
+    });
+    let driver = RigHaptic::open(&path).expect("a greeted device");
+    (driver, player.join().expect("it plays"))
+}
+
+/// What a hostile device may send.
+fn anything() -> impl Strategy<Value = Vec<u8>> {
+    let noise = prop::collection::vec(any::<u8>(), 0..300);
+    // Well framed, with a good checksum, saying anything.
+    let framed = (
+        prop::sample::select(vec![0x81u8, 0x82, 0x82, 0x82, 0x83, 0x01, 0x7F]),
+        prop::collection::vec(any::<u8>(), 0..59),
+    )
+        .prop_map(|(kind, mut body)| {
+            body.insert(0, kind);
+            if kind == 0x82 {
+                body.resize(43, 0);
+            }
+            Frame::new(&body).expect("short").as_bytes().to_vec()
+        });
+    prop_oneof![noise, framed]
+}
+
+#[test]
+fn whatever_comes_samples_are_sane_and_the_next_good_one_is_found() {
+    let line = RefCell::new(greeted());
+    let mut runner = TestRunner::default();
+    runner
+        .run(&prop::collection::vec(anything(), 0..8), |chunks| {
+            let (driver, played) = &mut *line.borrow_mut();
+            for chunk in chunks {
+                played.line.write_all(&chunk).unwrap();
+                let mut polls = 0;
+                loop {
+                    match driver.poll(now_ns()) {
+                        Polled::Fresh(sample) => {
+                            let pose = sample.device_from_handle;
+                            prop_assert!(pose.translation.vector.norm() <= 0.2001);
+                            prop_assert!((pose.rotation.norm() - 1.0).abs() < 1e-3);
+                            let speed = sample.velocity_m_s.unwrap().norm();
+                            prop_assert!(speed.is_finite() && speed < 40.0);
+                        }
+                        Polled::Nothing => {}
+                        Polled::Lost => prop_assert!(false, "noise is no hang-up"),
+                    }
+                    polls += 1;
+                    if polls > 3 {
+                        break;
+                    }
+                }
+            }
+            // A zero ends whatever was begun; two good samples follow (the first may happen to
+            // repeat the last hostile number).
+            played.line.write_all(&[0]).unwrap();
+            for _ in 0..2 {
+                let good = played.device.state(&Motion::default(), 0).unwrap();
+                played.line.write_all(good.as_bytes()).unwrap();
+            }
+            let mut found = false;
+            for _ in 0..1000 {
+                if matches!(driver.poll(now_ns()), Polled::Fresh(_)) {
+                    found = true;
+                    break;
+                }
+                std::thread::sleep(std::time::Duration::from_millis(1));
+            }
+            prop_assert!(found);
+            Ok(())
+        })
+        .unwrap();
+}
+
+#[test]
+fn a_flood_is_read_in_bounded_portions() {
+    let (mut driver, mut played) = greeted();
+    let flood = vec![0x55; 4000];
+    played.line.write_all(&flood).unwrap();
+    let mut polls = 0;
+    let before = driver.counters();
+    // 4000 bytes, at most 1024 per poll: the driver needs several.
+    played.line.write_all(&[0]).unwrap();
+    while driver.counters() == before {
+        driver.poll(now_ns());
+        polls += 1;
+        assert!(polls < 100_000);
+    }
+    assert!(polls >= 4, "{polls}");
+}

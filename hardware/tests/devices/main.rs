@@ -1,0 +1,8 @@
+//! Devices on real ptys: the drivers against the emulated station, the conformance suite, lines
+//! that say anything at all, and the promise that a poll allocates nothing.
+
+mod conformance;
+mod drivers;
+mod hostile;
+mod no_alloc;
+mod support;
