@@ -11,6 +11,8 @@ mod haptic;
 mod host;
 #[cfg(feature = "std")]
 mod pedal;
+#[cfg(test)]
+mod vectors;
 pub mod wire;
 
 #[cfg(feature = "std")]
