@@ -10,7 +10,8 @@ pub enum Fault {
     BadForce = 1,
     /// A sphere was not finite. Answer: put back to where it was, at rest.
     BadSphere = 2,
-    /// The newest device sample is older than its limit. Answer: force falls to zero.
+    /// The newest device sample is older than its limit, or no tick ran for longer. Answer: force
+    /// falls to zero.
     StaleDevice = 3,
     /// The device's line is gone. Answer: zero force.
     LostDevice = 4,

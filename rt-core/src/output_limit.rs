@@ -94,6 +94,12 @@ impl OutputLimit {
         self.enabled && !self.tripped
     }
 
+    /// No tick ran for so long that nobody answered for the force: it rises from nothing again.
+    pub fn restart(&mut self) {
+        self.gain = 0.0;
+        self.last_n = Vec3::zeros();
+    }
+
     /// The force that may leave in this tick, N, in the demand's frame. Never longer than the
     /// device's peak, always finite.
     pub fn apply(&mut self, demand: &Demand, faults: &mut FaultSet) -> Vec3 {

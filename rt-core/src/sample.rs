@@ -7,6 +7,9 @@ use crate::sim::{Health, Samples, Status};
 
 /// Age at which a device sample is stale: force begins to fall.
 const DEVICE_STALE_NS: u64 = 5_000_000;
+/// Time between two ticks after which force starts again from nothing: as long as a stale sample
+/// takes to fade.
+const STANDSTILL_NS: u64 = 20_000_000;
 /// Age at which a tracker sample is stale: the camera stands.
 const TRACKER_STALE_NS: u64 = 100_000_000;
 /// Age at which the pedal's state is stale.
@@ -94,6 +97,7 @@ pub(crate) struct Inputs {
     /// Velocity of the handle in the device's frame: as measured, else from the last two samples.
     pub(crate) velocity_m_s: Vec3,
     newly_pressed: Buttons,
+    stood_still: bool,
     now_ns: TimeNs,
 }
 
@@ -104,6 +108,9 @@ impl Inputs {
             self.now_ns > 0 && samples.now_ns <= self.now_ns,
             Fault::BadClock,
         );
+        self.stood_still =
+            self.now_ns > 0 && samples.now_ns.saturating_sub(self.now_ns) > STANDSTILL_NS;
+        faults.raise_if(self.stood_still, Fault::StaleDevice);
         self.now_ns = self.now_ns.max(samples.now_ns);
 
         let before = self
@@ -140,6 +147,12 @@ impl Inputs {
     /// Buttons that this tick's sample pressed.
     pub(crate) const fn newly_pressed(&self) -> Buttons {
         self.newly_pressed
+    }
+
+    /// Whether so much time passed since the tick before (a stopped process, a stalled machine)
+    /// that the hand may be anywhere.
+    pub(crate) const fn stood_still(&self) -> bool {
+        self.stood_still
     }
 
     pub(crate) fn device_health(&self) -> Health {

@@ -115,6 +115,9 @@ impl<'a> Sim<'a> {
 
         let samples = ports.sample();
         self.inputs.take(&samples, &mut faults);
+        if self.inputs.stood_still() {
+            self.limit.restart();
+        }
         self.obey(samples.command);
         ports.stamp(Stage::Sample);
 
