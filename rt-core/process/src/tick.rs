@@ -62,6 +62,25 @@ const NO_RECORD: TickRecord = TickRecord {
     bits: 0,
 };
 
+/// Missed periods after which a line holds more than one poll reads.
+const BACKLOG_AFTER: u32 = 10;
+/// Polls that empty any line: the kernel keeps 4 KiB of a terminal, a poll reads 1 KiB.
+const BACKLOG_POLLS: usize = 8;
+
+/// What `poll` brings; with a backlog, the last of what waits.
+fn newest<T>(backlog: bool, mut poll: impl FnMut() -> Polled<T>) -> Polled<T> {
+    let mut newest = poll();
+    if backlog {
+        for _ in 1..BACKLOG_POLLS {
+            match poll() {
+                Polled::Nothing => break,
+                later => newest = later,
+            }
+        }
+    }
+    newest
+}
+
 impl World {
     pub(crate) fn new(
         devices: Devices,
@@ -96,12 +115,13 @@ impl World {
 impl Ports for World {
     fn sample(&mut self) -> Samples {
         let now = now_ns();
-        let haptic = &mut self.devices.haptic;
-        let device = haptic.as_mut().map_or(Polled::Nothing, |d| d.poll(now));
-        let tracker = &mut self.devices.tracker;
-        let tracker = tracker.as_mut().map_or(Polled::Nothing, |t| t.poll(now));
-        let pedal = &mut self.devices.pedal;
-        let pedal = pedal.as_mut().map_or(Polled::Nothing, |p| p.poll(now));
+        let backlog = self.record.missed >= BACKLOG_AFTER;
+        let haptic = self.devices.haptic.as_mut();
+        let device = haptic.map_or(Polled::Nothing, |d| newest(backlog, || d.poll(now)));
+        let tracker = self.devices.tracker.as_mut();
+        let tracker = tracker.map_or(Polled::Nothing, |t| newest(backlog, || t.poll(now)));
+        let pedal = self.devices.pedal.as_mut();
+        let pedal = pedal.map_or(Polled::Nothing, |p| newest(backlog, || p.poll(now)));
         self.fresh_at_ns = match &device {
             Polled::Fresh(sample) => Some(sample.at_ns),
             _ => None,

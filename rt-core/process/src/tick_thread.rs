@@ -186,6 +186,7 @@ mod tests {
     use crate::run::queues;
     use crate::summary::Ended;
     use crate::time_driver::{advance_simulated, simulate_from};
+    use core::sync::atomic::AtomicU64;
     use rt_core::math::{Pose, Vec3};
     use rt_core::port::{
         DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
@@ -195,7 +196,7 @@ mod tests {
 
     /// A device that answers every poll; `step` may stall or panic; forces are kept.
     struct Fake<F> {
-        polls: u64,
+        polls: Arc<AtomicU64>,
         step: F,
         forces: Arc<Mutex<Vec<ForceCommand>>>,
     }
@@ -205,13 +206,13 @@ mod tests {
             crate::devices::NO_DEVICE
         }
         fn poll(&mut self, now_ns: u64) -> Polled<DeviceSample> {
-            (self.step)(self.polls);
-            self.polls += 1;
+            let poll = self.polls.fetch_add(1, Relaxed);
+            (self.step)(poll);
             Polled::Fresh(DeviceSample {
                 device_from_handle: Pose::translation(0.0, 0.0, 0.1),
                 velocity_m_s: None,
                 buttons: rt_core::port::Buttons(0),
-                sequence: self.polls as u16,
+                sequence: poll as u16,
                 at_ns: now_ns,
             })
         }
@@ -227,14 +228,16 @@ mod tests {
         panicked: bool,
         shared: Arc<Shared>,
         forces: Vec<ForceCommand>,
+        polls: u64,
         ends: crate::publisher::Ends,
     }
 
     /// The whole thread in simulated time, over an empty room.
     fn simulate(periods: u64, step: impl FnMut(u64) + Send + 'static) -> Outcome {
         let forces = Arc::default();
+        let polls = Arc::<AtomicU64>::default();
         let fake = Fake {
-            polls: 0,
+            polls: Arc::clone(&polls),
             step,
             forces: Arc::clone(&forces),
         };
@@ -277,6 +280,7 @@ mod tests {
             panicked,
             shared,
             forces,
+            polls: polls.load(Relaxed),
             ends: publisher_ends,
         }
     }
@@ -329,6 +333,17 @@ mod tests {
         assert_eq!(records[51].missed, 6);
         assert_eq!(records[52].wake_latency_ns, 0, "back on the grid");
         assert!(records.iter().all(|r| r.motion_to_force_ns > 0));
+    }
+
+    #[test]
+    fn after_a_standstill_old_samples_are_thrown_away_and_force_starts_again() {
+        let outcome = simulate(200, |poll| {
+            advance_simulated(if poll == 100 { 60_000_000 } else { 0 });
+        });
+        let stale = &outcome.shared.faults[rt_core::fault::Fault::StaleDevice.code() as usize];
+        assert_eq!(stale.load(Relaxed), 1);
+        // One poll a tick, and seven more in the tick after the standstill.
+        assert_eq!(outcome.polls, outcome.shared.ticks.load(Relaxed) + 7);
     }
 
     #[test]
