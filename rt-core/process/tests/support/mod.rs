@@ -3,15 +3,20 @@
 #![allow(clippy::unwrap_used)] // a panic is how a test fails
 
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering, Ordering::Relaxed};
+use std::sync::{Arc, mpsc};
+use std::thread::{self, JoinHandle};
 
+use hardware::emulate::{EmulateConfig, HandScript, LineFaults, Lines};
+use rt_core::math::{Pose, Quat, Vec3};
 use rt_process::RtConfig;
 use rt_process::alloc_counter::CountingAllocator;
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
-    LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SphereRecord,
-    name_from_str,
+    LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SceneFile,
+    SphereRecord, name_from_str,
 };
+use shared_mem::service::{Host, Station};
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator::new();
@@ -44,6 +49,75 @@ impl Bench {
     pub fn config(&self) -> RtConfig {
         RtConfig::new(&self.station, self.scene())
     }
+}
+
+/// The end that a display holds.
+pub fn host(bench: &Bench) -> Host {
+    Host::open(&Station::new(&bench.station).unwrap()).unwrap()
+}
+
+/// Emulated devices in a thread; they go away when `stop` is set.
+pub struct Emulated {
+    pub stop: Arc<AtomicBool>,
+    pub thread: JoinHandle<()>,
+    pub lines: Lines,
+}
+
+impl Emulated {
+    pub fn start(bench: &Bench) -> Self {
+        let scene = SceneFile::open(&bench.scene()).unwrap();
+        let room = scene.room();
+        let config = EmulateConfig {
+            directory: bench.folder.path().join("devices"),
+            script: HandScript {
+                instrument_port_m: room.instrument_port_m.into(),
+                instrument_length_m: room.instrument_length_m,
+                world_from_device: pose(&room.world_from_device),
+                world_from_tracker: pose(&room.world_from_tracker),
+                world_from_camera: pose(&room.world_from_camera),
+                endoscope_port_m: room.endoscope_port_m.into(),
+                target_m: room.target_m.into(),
+                target_normal: room.target_normal.into(),
+            },
+            seed: 1,
+            faults: LineFaults::default(),
+        };
+        let stop = Arc::new(AtomicBool::new(false));
+        let flag = Arc::clone(&stop);
+        let (tell, told) = mpsc::channel();
+        let thread = thread::spawn(move || {
+            hardware::emulate::run(&config, &flag, &mut |lines| {
+                tell.send(lines.clone()).unwrap();
+            })
+            .unwrap();
+        });
+        let lines = told.recv().unwrap();
+        Self {
+            stop,
+            thread,
+            lines,
+        }
+    }
+
+    pub fn unplug(self) {
+        self.stop.store(true, Relaxed);
+        self.thread.join().unwrap();
+    }
+
+    pub fn config(&self, bench: &Bench) -> RtConfig {
+        RtConfig {
+            haptic: Some(self.lines.haptic.clone()),
+            tracker: Some(self.lines.tracker.clone()),
+            pedal: Some(self.lines.pedal.clone()),
+            ..bench.config()
+        }
+    }
+}
+
+fn pose(message: &PoseMsg) -> Pose {
+    let [x, y, z, w] = message.orientation;
+    let rotation = Quat::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
+    Pose::from_parts(Vec3::from(message.position_m).into(), rotation)
 }
 
 /// A block of 5 × 5 × 5 spheres 2 cm apart, 10 cm below the port.
