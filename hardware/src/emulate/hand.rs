@@ -70,8 +70,9 @@ const ROUND: [Moment; 13] = [
 pub const ROUND_S: f32 = 10.0;
 /// Everything repeats after so many seconds: whole rounds, sways and tremors.
 pub(super) const REPEAT_S: f32 = 630.0;
-/// The jaws are closed from when to when.
-const GRASP_S: std::ops::Range<f32> = 5.3..8.0;
+/// The jaws are closed from when to when: a press is done with closed jaws, for open ones would
+/// straddle what they press; then they open over the tissue, and close on it.
+const CLOSED_S: [std::ops::Range<f32>; 2] = [0.3..4.7, 5.3..8.0];
 /// The foot coagulates from when to when…
 const COAGULATE_S: std::ops::Range<f32> = 3.3..3.9;
 /// …and holds the camera.
@@ -195,7 +196,7 @@ impl Hand {
         Intent {
             tip_m,
             device_from_handle: self.script.world_from_device.inverse() * world_from_handle,
-            buttons: if GRASP_S.contains(&round_s) {
+            buttons: if CLOSED_S.iter().any(|closed| closed.contains(&round_s)) {
                 Buttons::GRASP
             } else {
                 Buttons::default()
