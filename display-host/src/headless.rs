@@ -61,6 +61,8 @@ pub enum Observed<'a> {
     Progress(&'a str),
     /// Something that the user should know.
     Warning(&'a str),
+    /// The run is over; what follows is only drawing. Whoever runs the controller may end it now.
+    Over,
 }
 
 /// How a run ended.
@@ -135,6 +137,7 @@ pub fn run(
     } else {
         Ended::Stopped
     };
+    observer(Observed::Over);
     run.finish(ended, observer)
 }
 

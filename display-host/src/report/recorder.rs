@@ -100,7 +100,7 @@ impl Recorder {
             Observed::Event(event) => {
                 *self.events.entry(event_name(event.kind)).or_default() += 1;
             }
-            Observed::State(_) | Observed::Progress(_) | Observed::Warning(_) => {}
+            Observed::State(_) | Observed::Progress(_) | Observed::Warning(_) | Observed::Over => {}
         }
     }
 

@@ -21,6 +21,8 @@ use crate::stop;
 const HEADLESS_SECONDS: f64 = 10.0;
 /// How long a child may take to be ready: a real device's handshake takes seconds.
 const PATIENCE_TO_START: Duration = Duration::from_secs(60);
+/// How often a waiting user is told how far it is.
+const PROGRESS: Duration = Duration::from_secs(1);
 /// How long the display waits for a state.
 const PATIENCE_FOR_STATE: Duration = Duration::from_secs(30);
 
@@ -37,7 +39,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     let watch = Watch::begin(children, stop.clone());
 
     let mut recorder = Recorder::new();
-    let outcome = show(args, &station, &scene, &stop, &mut recorder);
+    let outcome = show(args, &station, &scene, &stop, &watch.over, &mut recorder);
     let dead = watch.end();
 
     let mut outcome = outcome?;
@@ -75,12 +77,19 @@ fn show(
     station: &Station,
     scene: &Path,
     stop: &AtomicBool,
+    over: &AtomicBool,
     recorder: &mut Recorder,
 ) -> Result<Outcome, Problem> {
+    let mut said = std::time::Instant::now();
     let mut observe = |observed: Observed<'_>| {
         match &observed {
-            Observed::Progress(text) => eprintln!("{text}"),
+            Observed::Progress(text) if said.elapsed() >= PROGRESS => {
+                eprintln!("{text}");
+                said = std::time::Instant::now();
+            }
             Observed::Warning(text) => eprintln!("warning: {text}"),
+            // The controller ends while the last pictures are drawn.
+            Observed::Over => over.store(true, Ordering::Relaxed),
             _ => {}
         }
         recorder.observe(&observed);
