@@ -16,6 +16,18 @@ pub enum Realtime {
     Never,
 }
 
+/// Whether a scene must prove that it fits this machine ([`crate::admission`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AdmissionPolicy {
+    /// Measured; a scene that does not fit gives way to the next coarser level. When no level
+    /// fits, the coarsest runs and says so.
+    Measure,
+    /// As `Measure`, but when no level fits, nothing runs.
+    Strict,
+    /// Not measured: a test that must start at once.
+    Skip,
+}
+
 /// Everything that a run is given. `RtConfig::new` fills in the defaults.
 #[derive(Debug, Clone)]
 pub struct RtConfig {
@@ -23,6 +35,10 @@ pub struct RtConfig {
     pub station: String,
     /// The compiled scene.
     pub scene: PathBuf,
+    /// Coarser levels of it, finest first, for a machine that the scene does not fit.
+    pub coarser: Vec<PathBuf>,
+    /// Whether the scene must prove that it fits.
+    pub admission: AdmissionPolicy,
     /// Serial device of the haptic device; none: the force stays zero.
     pub haptic: Option<PathBuf>,
     /// Serial device of the endoscope's tracker.
@@ -59,6 +75,8 @@ impl RtConfig {
         Self {
             station: station.into(),
             scene: scene.into(),
+            coarser: Vec::new(),
+            admission: AdmissionPolicy::Measure,
             haptic: None,
             tracker: None,
             pedal: None,

@@ -24,6 +24,9 @@ pub enum RtError {
     /// The core does not take the scene.
     #[error("scene does not fit the simulation: {0}")]
     Core(rt_core::scene::SceneError),
+    /// No level of the scene fits this machine, and the run is strict.
+    #[error("{}; take a coarser scene (`calot prepare --spheres`) or run without --strict", .0.in_words())]
+    DoesNotFit(Box<crate::admission::Admission>),
     /// The station is taken, or the services do not open.
     #[error(transparent)]
     Service(#[from] ServiceError),

@@ -10,6 +10,7 @@
 //!
 //! Between the threads are only lock-free queues (loan handover for frames) and atomics.
 
+pub mod admission;
 pub mod alloc_counter;
 mod config;
 pub mod control;
@@ -32,7 +33,7 @@ mod tick_thread;
 pub mod time_driver;
 mod watch;
 
-pub use config::{Realtime, RtConfig};
+pub use config::{AdmissionPolicy, Realtime, RtConfig};
 pub use error::RtError;
 pub use run::run;
 pub use summary::{Ended, Ready, RtSummary};

@@ -173,7 +173,8 @@ mod tests {
             let found = probe.run().unwrap();
             let ticks = found.wake_latency_ns.len() as u64;
             assert!(ticks > 0 && ticks + found.missed >= 50, "{kind:?}");
-            assert!(found.wake_latency_ns.iter().all(|&ns| ns < 1_000_000));
+            let late = found.wake_latency_ns.iter().filter(|&&ns| ns > 1_000_000);
+            assert!(late.count() as u64 <= found.missed, "a late period is told");
         }
     }
 

@@ -75,14 +75,17 @@ impl Standing {
     }
 }
 
+/// A thread that has ended has lost nothing.
 fn runs_fifo(thread: libc::pid_t) -> bool {
     // SAFETY: no pointers.
-    unsafe { libc::sched_getscheduler(thread) == libc::SCHED_FIFO }
+    let policy = unsafe { libc::sched_getscheduler(thread) };
+    policy < 0 || policy == libc::SCHED_FIFO
 }
 
+/// A thread that has ended has lost nothing.
 fn is_pinned(thread: libc::pid_t) -> bool {
     let thread = rustix::thread::Pid::from_raw(thread);
-    rustix::thread::sched_getaffinity(thread).is_ok_and(|set| set.count() == 1)
+    rustix::thread::sched_getaffinity(thread).map_or(true, |set| set.count() == 1)
 }
 
 /// Keeps freed memory in the process, then locks all of it, present and future.

@@ -12,7 +12,8 @@ use rt_core::fault::Fault;
 use shared_mem::message::TimingBatch;
 use shared_mem::service::{Controller, ServiceError, Station};
 
-use crate::config::{Realtime, RtConfig};
+use crate::admission::{self, Admission};
+use crate::config::{AdmissionPolicy, Realtime, RtConfig};
 use crate::devices::Devices;
 use crate::error::RtError;
 use crate::handover::Handover;
@@ -29,7 +30,7 @@ use crate::watch::Watch;
 
 /// Stack of the tick's thread: holds a simulation state while it is built, and far more than the
 /// tick needs.
-const TICK_STACK_BYTES: usize = 8 << 20;
+pub(crate) const TICK_STACK_BYTES: usize = 8 << 20;
 /// How long the tick may take to end when it is asked to.
 const PATIENCE_TO_END_NS: u64 = 2_000_000_000;
 /// How often the main thread looks.
@@ -53,9 +54,10 @@ pub fn run(
 ) -> Result<RtSummary, RtError> {
     config.check()?;
     let cores = realtime::allowed_cores();
-    let run = Run {
+    let mut run = Run {
         config,
-        scene: Box::leak(Box::new(LoadedScene::load(&config.scene)?)),
+        scene: LoadedScene::load(&config.scene)?.keep(),
+        admission: None,
         core: config.core.or(cores.last().copied()).unwrap_or(0),
         cores,
         shared: Arc::default(),
@@ -65,7 +67,8 @@ pub fn run(
     // The station first: a second controller must not touch the first one's devices.
     let publisher = run.start_publisher(publisher_ends)?;
     let outcome = run
-        .start_tick(tick_ends)
+        .admit()
+        .and_then(|()| run.start_tick(tick_ends))
         .and_then(|tick| run.supervise(tick, &publisher, stop, on_ready));
     if let Err(wedged @ RtError::Wedged { .. }) = outcome {
         // The tick may still write into the publisher's memory: leave both as they are.
@@ -82,6 +85,8 @@ pub fn run(
 struct Run<'a> {
     config: &'a RtConfig,
     scene: &'static LoadedScene,
+    /// What the scene costs, if it was measured.
+    admission: Option<Admission>,
     /// Cores that this process may use.
     cores: Vec<usize>,
     /// The tick's.
@@ -143,6 +148,35 @@ impl Run<'_> {
             Ok(Ok(())) => Ok(thread),
             Ok(Err(error)) => Err(error.into()),
             Err(_) => Err(without_a_word("publishing", thread)),
+        }
+    }
+
+    /// Takes the finest level whose worst tick fits this machine; when none does, refuses (strict)
+    /// or takes the coarsest and says so.
+    fn admit(&mut self) -> Result<(), RtError> {
+        if self.config.admission == AdmissionPolicy::Skip {
+            return Ok(());
+        }
+        let mut coarser = self.config.coarser.iter();
+        loop {
+            let scene = self.scene.scene()?;
+            let found = admission::measure(&self.scene.name, scene, self.config, self.core)?;
+            eprintln!("calot rt: {}", found.in_words());
+            let fits = found.fits;
+            self.admission = Some(found.clone());
+            if fits {
+                return Ok(());
+            }
+            match coarser.next() {
+                Some(level) => self.scene = LoadedScene::load(level)?.keep(),
+                None if self.config.admission == AdmissionPolicy::Strict => {
+                    return Err(RtError::DoesNotFit(Box::new(found)));
+                }
+                None => {
+                    eprintln!("calot rt: it runs all the same; expect missed deadlines");
+                    return Ok(());
+                }
+            }
         }
     }
 
@@ -251,6 +285,7 @@ impl Run<'_> {
             core: self.core,
             realtime: standing.is_realtime(),
             refused: standing.refused.clone(),
+            admission: self.admission.clone(),
         }
     }
 
@@ -271,6 +306,7 @@ impl Run<'_> {
             involuntary_switches: shared.involuntary_switches.load(Relaxed),
             realtime: supervised.standing.is_realtime(),
             refused: supervised.standing.refused,
+            admission: self.admission.clone(),
             core: self.core,
             faults: faults
                 .map(|(fault, count)| (fault.name().to_owned(), count.load(Relaxed)))
@@ -316,7 +352,7 @@ pub(crate) fn queues() -> (tick::Ends, publisher::Ends) {
     )
 }
 
-fn spawn(
+pub(crate) fn spawn(
     thread: &'static str,
     stack_bytes: usize,
     body: impl FnOnce() + Send + 'static,
@@ -328,7 +364,7 @@ fn spawn(
         .map_err(|source| RtError::Thread { thread, source })
 }
 
-fn join(thread: &'static str, handle: JoinHandle<()>) -> Result<(), RtError> {
+pub(crate) fn join(thread: &'static str, handle: JoinHandle<()>) -> Result<(), RtError> {
     handle.join().map_err(|panic| RtError::Panicked {
         thread,
         message: last_words(&*panic),

@@ -30,6 +30,11 @@ impl LoadedScene {
         Self::from_file(&SceneFile::open(path)?)
     }
 
+    /// Keeps it for as long as the process lives, as the simulation does.
+    pub(crate) fn keep(self) -> &'static Self {
+        Box::leak(Box::new(self))
+    }
+
     fn from_file(file: &SceneFile) -> Result<Self, RtError> {
         let sphere = |s: &shared_mem::scene::SphereRecord| RestSphere {
             center_m: Vec3::from(s.center_m),

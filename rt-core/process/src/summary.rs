@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 
+use crate::admission::Admission;
+
 /// Why a run ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -46,6 +48,8 @@ pub struct RtSummary {
     pub realtime: bool,
     /// What Linux refused, with the mending command each.
     pub refused: Vec<String>,
+    /// What the scene costs on this machine; none: not measured.
+    pub admission: Option<Admission>,
     /// Core that the tick ran on.
     pub core: usize,
     /// Faults by name.
@@ -79,4 +83,6 @@ pub struct Ready {
     pub realtime: bool,
     /// What Linux refused, with the mending command each.
     pub refused: Vec<String>,
+    /// What the scene costs on this machine; none: not measured.
+    pub admission: Option<Admission>,
 }

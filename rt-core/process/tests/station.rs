@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::thread;
 
 use bytemuck::Zeroable;
-use rt_process::{Ended, Realtime, RtConfig, RtError, RtSummary};
+use rt_process::{AdmissionPolicy, Ended, Realtime, RtConfig, RtError, RtSummary};
 use shared_mem::message::{
     CommandMsg, DeviceHealth, ReplyMsg, StateFrame, TickRecord, TimingBatch, ToolFrame,
 };
@@ -222,4 +222,70 @@ fn what_is_missing_is_named_and_leaves_the_station_free() {
         ..bench.config()
     };
     assert!(run(&config).is_ok());
+}
+
+/// Iterations at which the block of 125 spheres takes more than a period a tick and the one of 8
+/// spheres less than half of one.
+const HEAVY: u32 = 650;
+
+fn heavy(bench: &Bench, admission: AdmissionPolicy) -> RtConfig {
+    let mut config = bench.config();
+    config.admission = admission;
+    config.parameters.iterations = HEAVY;
+    config.periods_max = Some(20);
+    config
+}
+
+#[test]
+fn a_scene_that_fits_is_admitted_with_its_cost() {
+    let bench = Bench::new();
+    let config = RtConfig {
+        admission: AdmissionPolicy::Strict,
+        periods_max: Some(20),
+        ..bench.config()
+    };
+    let admission = run(&config).unwrap().admission.unwrap();
+    assert!(admission.fits, "{admission:?}");
+    assert_eq!(
+        (admission.scene.as_str(), admission.spheres),
+        ("block", SPHERES)
+    );
+    assert_eq!(admission.budget_ns, 700_000);
+    assert!(
+        admission.contacts_max > 3,
+        "the course touches: {admission:?}"
+    );
+    assert!(admission.median_tick_ns <= admission.worst_tick_ns);
+    let stages: u64 = admission.worst_stage_ns.iter().sum();
+    assert!(stages > 0 && stages <= admission.worst_tick_ns);
+}
+
+#[test]
+fn a_scene_that_does_not_fit_gives_way_to_a_coarser_one() {
+    let bench = Bench::new();
+    let mut config = heavy(&bench, AdmissionPolicy::Strict);
+    config.coarser = vec![bench.coarse_scene()];
+    let summary = run(&config).unwrap();
+    assert_eq!(summary.scene, "coarse block");
+    let admission = summary.admission.unwrap();
+    assert!(admission.fits);
+    assert_eq!(admission.spheres, 8);
+}
+
+#[test]
+fn a_strict_run_refuses_what_does_not_fit_and_another_one_says_so() {
+    let bench = Bench::new();
+    let error = run(&heavy(&bench, AdmissionPolicy::Strict)).unwrap_err();
+    assert!(
+        matches!(&error, RtError::DoesNotFit(found) if !found.fits),
+        "{error:?}"
+    );
+    let text = error.to_string();
+    assert!(
+        text.contains("DOES NOT FIT") && text.contains("--strict"),
+        "{text}"
+    );
+
+    let summary = run(&heavy(&bench, AdmissionPolicy::Measure)).unwrap();
+    assert!(!summary.admission.unwrap().fits);
 }

@@ -9,8 +9,8 @@ use std::thread::{self, JoinHandle};
 
 use hardware::emulate::{EmulateConfig, HandScript, LineFaults, Lines};
 use rt_core::math::{Pose, Quat, Vec3};
-use rt_process::RtConfig;
 use rt_process::alloc_counter::CountingAllocator;
+use rt_process::{AdmissionPolicy, RtConfig};
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
     LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SceneFile,
@@ -35,7 +35,8 @@ impl Bench {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let n = NEXT.fetch_add(1, Ordering::Relaxed);
         let folder = tempfile::tempdir().unwrap();
-        block().write(&folder.path().join("block.calot")).unwrap();
+        block(5).write(&folder.path().join("block.calot")).unwrap();
+        block(2).write(&folder.path().join("coarse.calot")).unwrap();
         Self {
             folder,
             station: format!("rt-test-{}-{n}", std::process::id()),
@@ -46,8 +47,17 @@ impl Bench {
         self.folder.path().join("block.calot")
     }
 
+    /// The same in 8 spheres.
+    pub fn coarse_scene(&self) -> PathBuf {
+        self.folder.path().join("coarse.calot")
+    }
+
+    /// Without admission, which takes a second.
     pub fn config(&self) -> RtConfig {
-        RtConfig::new(&self.station, self.scene())
+        RtConfig {
+            admission: AdmissionPolicy::Skip,
+            ..RtConfig::new(&self.station, self.scene())
+        }
     }
 }
 
@@ -120,39 +130,37 @@ fn pose(message: &PoseMsg) -> Pose {
     Pose::from_parts(Vec3::from(message.position_m).into(), rotation)
 }
 
-/// A block of 5 × 5 × 5 spheres 2 cm apart, 10 cm below the port.
-fn block() -> SceneData {
-    const N: usize = 5;
-    const STEP_M: f32 = 0.02;
+/// A block of `n`³ spheres, 8 cm wide, 10 cm below the port.
+fn block(n: usize) -> SceneData {
+    let step_m = 0.08 / (n - 1) as f32;
     let mut spheres = Vec::new();
     let mut links = Vec::new();
-    let index = |x: usize, y: usize, z: usize| ((z * N + y) * N + x) as u32;
-    for (z, y, x) in (0..N * N * N).map(|i| (i / (N * N), i / N % N, i % N)) {
-        let at = |i: usize| (i as f32 - 2.0) * STEP_M;
+    let index = |x: usize, y: usize, z: usize| ((z * n + y) * n + x) as u32;
+    for (z, y, x) in (0..n * n * n).map(|i| (i / (n * n), i / n % n, i % n)) {
+        let at = |i: usize| i as f32 * step_m - 0.04;
         spheres.push(SphereRecord {
             center_m: [at(x), at(y), at(z) - 0.1],
-            radius_m: 0.01,
-            mass_kg: 0.004,
+            radius_m: step_m / 2.0,
+            mass_kg: 0.5 / (n * n * n) as f32,
             held: u32::from(z == 0),
         });
         let mut link = |b| {
             links.push(LinkRecord {
                 a: index(x, y, z),
                 b,
-                rest_length_m: STEP_M,
+                rest_length_m: step_m,
             });
         };
-        if x + 1 < N {
+        if x + 1 < n {
             link(index(x + 1, y, z));
         }
-        if y + 1 < N {
+        if y + 1 < n {
             link(index(x, y + 1, z));
         }
-        if z + 1 < N {
+        if z + 1 < n {
             link(index(x, y, z + 1));
         }
     }
-    assert_eq!(spheres.len(), SPHERES);
     let organ = OrganRecord {
         name: name_from_str("block"),
         kind: OrganKind::Liver as u32,
@@ -178,7 +186,7 @@ fn block() -> SceneData {
     };
     SceneData {
         room: Some(RoomRecord {
-            name: name_from_str("block"),
+            name: name_from_str(if n == 5 { "block" } else { "coarse block" }),
             gravity_m_s2: [0.0, 0.0, -9.81],
             world_from_device: lifted(0.2),
             world_from_tracker: PoseMsg {
