@@ -14,6 +14,7 @@
 //! Offline: it may allocate and use threads, but the same recipe and meshes give the same bytes
 //! on any number of threads. Lengths are metres, everything is computed in `f64`.
 
+pub mod delaunay;
 pub mod error;
 pub mod field;
 pub mod mesh;
@@ -24,10 +25,12 @@ pub mod shape;
 pub mod bind;
 mod held;
 pub mod links;
+pub mod order;
 pub mod pack;
 mod prepare;
 pub mod room;
 mod surface_nets;
+pub mod tetra;
 
 pub use error::{MeshError, PrepareError, RecipeError};
 pub use prepare::{Prepared, Progress, prepare};

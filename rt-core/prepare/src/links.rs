@@ -1,15 +1,13 @@
 //! Springs between spheres.
 
+use crate::order;
 use crate::pack::Ball;
+use crate::tetra::Tetra;
 
 /// Overlapping neighbours that each sphere chooses, at most (the paper's number).
 const CHOSEN_MAX: usize = 6;
 /// Every sphere has at least this many links.
 const DEGREE_MIN: usize = 3;
-/// Links that stand this near to each other in the list share no sphere, where that is possible:
-/// a solver that walks the list then does not wait for its own results.
-const APART: usize = 8;
-
 /// Links each sphere to its nearest overlapping ones, then adds what is missing for
 /// three links a sphere and for one connected piece; ordered for the solver.
 #[must_use]
@@ -26,12 +24,39 @@ pub fn link(balls: &[Ball]) -> Vec<[u32; 2]> {
                 .map(|&(b, _)| pair(a as u32, b)),
         );
     }
+    complete(balls, &near, links)
+}
+
+/// Links the spheres along the edges of their tetrahedra, then adds what is missing as
+/// [`link`] does.
+#[must_use]
+pub fn link_edges(balls: &[Ball], tets: &[Tetra]) -> Vec<[u32; 2]> {
+    let edges = |t: &Tetra| {
+        let [a, b, c, d] = t.spheres;
+        [
+            pair(a, b),
+            pair(a, c),
+            pair(a, d),
+            pair(b, c),
+            pair(b, d),
+            pair(c, d),
+        ]
+    };
+    complete(
+        balls,
+        &neighbours(balls),
+        tets.iter().flat_map(edges).collect(),
+    )
+}
+
+fn complete(balls: &[Ball], near: &[Vec<(u32, f64)>], mut links: Vec<[u32; 2]>) -> Vec<[u32; 2]> {
     links.sort_unstable();
     links.dedup();
-    raise_degree(&near, &mut links, balls.len());
+    raise_degree(near, &mut links, balls.len());
     connect(balls, &mut links);
     links.sort_unstable();
-    order(&links, balls.len())
+    let order = order::spread(&links, balls.len());
+    order.into_iter().map(|i| links[i]).collect()
 }
 
 fn pair(a: u32, b: u32) -> [u32; 2] {
@@ -129,43 +154,4 @@ fn connect(balls: &[Ball], links: &mut Vec<[u32; 2]>) {
         let same = bridges.iter().filter(|(_, _, j)| piece[*j as usize] == to);
         links.extend(same.take(DEGREE_MIN).map(|&(_, i, j)| pair(i, j)));
     }
-}
-
-/// Orders links so that any eight consecutive ones share no sphere, as far as possible.
-#[must_use]
-pub fn order(links: &[[u32; 2]], count: usize) -> Vec<[u32; 2]> {
-    let mut remaining: Vec<[u32; 2]> = links.to_vec();
-    let mut degree = vec![0usize; count];
-    for &i in links.as_flattened() {
-        degree[i as usize] += 1;
-    }
-    // Spheres with many links first: else theirs are left over for the end.
-    remaining.sort_by_key(|[a, b]| {
-        (
-            std::cmp::Reverse(degree[*a as usize].max(degree[*b as usize])),
-            *a,
-            *b,
-        )
-    });
-    let mut ordered: Vec<[u32; 2]> = Vec::with_capacity(links.len());
-    let mut last_use = vec![None::<usize>; count];
-    while !remaining.is_empty() {
-        let position = ordered.len();
-        let age = |[a, b]: &[u32; 2]| {
-            let age_of = |i: u32| last_use[i as usize].map_or(usize::MAX, |at| position - at);
-            age_of(*a).min(age_of(*b))
-        };
-        let free = remaining.iter().position(|link| age(link) >= APART);
-        // Where none is free, the one used longest ago.
-        let oldest = || (0..remaining.len()).max_by_key(|&i| (age(&remaining[i]), usize::MAX - i));
-        let Some(chosen) = free.or_else(oldest) else {
-            break;
-        };
-        let link = remaining.remove(chosen);
-        for i in link {
-            last_use[i as usize] = Some(position);
-        }
-        ordered.push(link);
-    }
-    ordered
 }

@@ -11,6 +11,7 @@ use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
 use crate::recipe::{OrganPlan, Packing, Recipe, Surface};
 use crate::report::{OrganReport, Report};
+use crate::tetra::{self, Tetra};
 use crate::{bind, held, links, room};
 
 /// How far the preparation is.
@@ -36,6 +37,7 @@ struct Organ {
     balls: Vec<Ball>,
     masses_kg: Vec<f64>,
     links: Vec<[u32; 2]>,
+    tets: Vec<Tetra>,
     vertices: Vec<VertexRecord>,
     quality: Quality,
 }
@@ -49,19 +51,17 @@ pub fn prepare(
     progress: &mut dyn FnMut(Progress),
 ) -> Result<Prepared, PrepareError> {
     let start = Instant::now();
-    let count = recipe.organs.len() as f64;
-    // Of an organ's share of the work, its surface is about a third.
-    let mut tell = |organ: usize, share: f64, doing: String| {
-        progress(Progress {
-            doing,
-            done: (organ as f64 + share) / count * 0.95,
-        });
+    let count = recipe.organs.len();
+    // Surfaces take about a third of the work, packing the rest.
+    let mut tell = |organ: usize, from: f64, to: f64, doing: String| {
+        let done = from + (to - from) * organ as f64 / count as f64;
+        progress(Progress { doing, done });
     };
     let mut surfaces: Vec<Mended> = Vec::new();
     let mut times = Vec::new();
     for (i, plan) in recipe.organs.iter().enumerate() {
         let begun = Instant::now();
-        tell(i, 0.0, format!("{}: surface", plan.name));
+        tell(i, 0.0, 0.35, format!("{}: surface", plan.name));
         surfaces.push(surface(plan)?);
         times.push(begun.elapsed());
     }
@@ -80,7 +80,8 @@ pub fn prepare(
         let begun = Instant::now();
         tell(
             i,
-            0.3,
+            0.35,
+            0.95,
             format!("{}: packing {} spheres", plan.name, plan.spheres),
         );
         let organ = build(plan, &surfaces[i], scene.spheres.len() as u32)?;
@@ -160,16 +161,21 @@ fn build(plan: &OrganPlan, surface: &Mended, first_sphere: u32) -> Result<Organ,
         Packing::Even => pack::pack_evenly(&interior, plan.spheres),
         Packing::Paper => pack::pack_as_paper(&interior, plan.spheres),
     };
+    let tets = tetra::fill(&interior, &balls, surface.volume_m3);
     Ok(Organ {
         masses_kg: masses(
             &interior,
             &balls,
             plan.material.density_kg_m3 * surface.volume_m3,
         ),
-        links: links::link(&balls),
+        links: match plan.packing {
+            Packing::Even => links::link_edges(&balls, &tets),
+            Packing::Paper => links::link(&balls),
+        },
         vertices: bind::bind(mesh, &balls, first_sphere),
         quality: Quality::measure(&interior, mesh, &balls),
         balls,
+        tets,
     })
 }
 
@@ -204,6 +210,8 @@ fn figures(plan: &OrganPlan, surface: &Mended, organ: &Organ, held: &[bool]) -> 
         spheres: count,
         held: held.iter().filter(|held| **held).count(),
         springs: organ.links.len(),
+        tetrahedra: organ.tets.len(),
+        tetra_shape_min: worst_shape(organ),
         coverage: quality.coverage,
         gap_mean_mm: 1e3 * quality.gap_mean_m,
         gap_95_mm: 1e3 * quality.gap_95_m,
@@ -215,6 +223,15 @@ fn figures(plan: &OrganPlan, surface: &Mended, organ: &Organ, held: &[bool]) -> 
         volume_ml: 1e6 * surface.volume_m3,
         mass_g: 1e3 * organ.masses_kg.iter().sum::<f64>(),
     }
+}
+
+fn worst_shape(organ: &Organ) -> f64 {
+    let centers: Vec<_> = organ.balls.iter().map(|b| b.center).collect();
+    let shapes = organ
+        .tets
+        .iter()
+        .map(|t| tetra::shape(&centers, &t.spheres));
+    shapes.reduce(f64::min).unwrap_or(0.0)
 }
 
 fn append(scene: &mut SceneData, plan: &OrganPlan, surface: &Mended, organ: &Organ, held: &[bool]) {

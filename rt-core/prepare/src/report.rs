@@ -15,6 +15,8 @@ pub struct Report {
     pub spheres: usize,
     /// Links of all organs.
     pub springs: usize,
+    /// Tetrahedra between sphere centres, of all organs.
+    pub tetrahedra: usize,
     /// Share of the organs' volume inside at least one sphere, 0..1.
     pub coverage: f64,
     /// Distance from skin to the nearest sphere: 95 % of the skin is nearer, worst organ, mm.
@@ -52,6 +54,11 @@ pub struct OrganReport {
     pub held: usize,
     /// Links.
     pub springs: usize,
+    /// Tetrahedra between sphere centres; together they carry the organ's whole volume.
+    pub tetrahedra: usize,
+    /// Worst shape of a tetrahedron: volume over the cube of its longest edge; 0.118 is regular,
+    /// below 0.006 it would be a sliver.
+    pub tetra_shape_min: f64,
     /// Share of the volume inside at least one sphere, 0..1.
     pub coverage: f64,
     /// Mean distance from skin to the nearest sphere, mm.
@@ -81,6 +88,7 @@ impl Report {
         let worst = |get: fn(&OrganReport) -> f64| organs.iter().map(get).fold(0.0, f64::max);
         self.spheres = organs.iter().map(|o| o.spheres).sum();
         self.springs = organs.iter().map(|o| o.springs).sum();
+        self.tetrahedra = organs.iter().map(|o| o.tetrahedra).sum();
         self.volume_ml = organs.iter().map(|o| o.volume_ml).sum();
         let covered: f64 = organs.iter().map(|o| o.coverage * o.volume_ml).sum();
         self.coverage = if self.volume_ml > 0.0 {
@@ -101,14 +109,15 @@ impl fmt::Display for Report {
         writeln!(f, "{}: built in {:.2} s", self.scene, self.build_s)?;
         writeln!(
             f,
-            "{:<14}{:>8}{:>8}{:>8}{:>7}{:>8}{:>9}{:>9}{:>9}{:>7}{:>7}{:>9}{:>8}",
+            "{:<14}{:>8}{:>8}{:>7}{:>8}{:>7}{:>8}{:>9}{:>9}{:>9}{:>7}{:>7}{:>9}{:>8}",
             "organ",
             "spheres",
             "springs",
+            "tetra",
             "cover",
             "gap95",
             "gap max",
-            "stick out",
+            "outside",
             "isotropy",
             "pieces",
             "degree",
@@ -119,10 +128,11 @@ impl fmt::Display for Report {
         for o in &self.organs {
             writeln!(
                 f,
-                "{:<14}{:>8}{:>8}{:>6.1} %{:>5.1}mm{:>6.1}mm{:>7.2}mm{:>9.2}{:>9}{:>7}{:>7}{:>7.1}mL{:>7.2}s",
+                "{:<14}{:>8}{:>8}{:>7}{:>6.1} %{:>5.1}mm{:>6.1}mm{:>7.2}mm{:>9.2}{:>9}{:>7}{:>7}{:>7.1}mL{:>7.2}s",
                 o.name,
                 o.spheres,
                 o.springs,
+                o.tetrahedra,
                 100.0 * o.coverage,
                 o.gap_95_mm,
                 o.gap_max_mm,

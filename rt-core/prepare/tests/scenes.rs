@@ -42,6 +42,25 @@ fn check(prepared: &Prepared) {
             report.name
         );
 
+        assert!(
+            report.tetrahedra > 2 * report.spheres,
+            "{}: {} tetrahedra",
+            report.name,
+            report.tetrahedra
+        );
+        assert!(
+            report.tetra_shape_min >= 0.006,
+            "{}: {}",
+            report.name,
+            report.tetra_shape_min
+        );
+        assert!(
+            report.isotropy > 0.45,
+            "{}: {}",
+            report.name,
+            report.isotropy
+        );
+
         let [first, count] = organ.links.map(|x| x as usize);
         let list = &file.links()[first..first + count];
         let clashes = (1..list.len())
@@ -112,7 +131,8 @@ fn built_in_scene_is_sound_and_anatomical() {
     let mut steps = Vec::new();
     let prepared = prepare(&Recipe::built_in().unwrap(), &mut |p| steps.push(p.done)).unwrap();
     check(&prepared);
-    assert!(steps.iter().all(|done| (0.0..=1.0).contains(done)) && steps.len() >= 4);
+    assert!(steps.is_sorted() && steps.len() >= 4, "{steps:?}");
+    assert!(steps.iter().all(|done| (0.0..=1.0).contains(done)));
     let volume = |name: &str| {
         prepared
             .report

@@ -56,6 +56,18 @@ impl Grid {
         self.origin + Vec3::new(x as f64, y as f64, z as f64) * self.cell_m
     }
 
+    /// The up to six neighbours of a point.
+    pub(crate) fn neighbours(&self, index: usize) -> impl Iterator<Item = usize> + use<> {
+        let at = self.coordinates(index);
+        let size = self.size;
+        let stride = [1, size[0], size[0] * size[1]];
+        (0..3).flat_map(move |k| {
+            let down = (at[k] > 0).then(|| index - stride[k]);
+            let up = (at[k] + 1 < size[k]).then(|| index + stride[k]);
+            down.into_iter().chain(up)
+        })
+    }
+
     /// Range of coordinates along one axis whose points lie between two positions.
     pub(crate) fn span(&self, axis: usize, from_m: f64, to_m: f64) -> std::ops::Range<usize> {
         let low = ((from_m - self.origin[axis]) / self.cell_m).ceil().max(0.0) as usize;

@@ -108,7 +108,7 @@ fn reached_from_outside(field: &Field, radius_m: f64) -> Vec<bool> {
     let mut stack = vec![0];
     core[0] = true;
     while let Some(i) = stack.pop() {
-        for next in around(grid, i) {
+        for next in grid.neighbours(i) {
             if !core[next] && free(next) {
                 core[next] = true;
                 stack.push(next);
@@ -118,7 +118,7 @@ fn reached_from_outside(field: &Field, radius_m: f64) -> Vec<bool> {
     let mut reached = core.clone();
     // Half a cell more, as the ball's true path lies between the points.
     let reach_m = radius_m + 0.5 * grid.cell_m;
-    for i in (0..grid.len()).filter(|&i| core[i] && around(grid, i).any(|next| !core[next])) {
+    for i in (0..grid.len()).filter(|&i| core[i] && grid.neighbours(i).any(|next| !core[next])) {
         let p = grid.position(grid.coordinates(i));
         for z in grid.span(2, p.z - reach_m, p.z + reach_m) {
             for y in grid.span(1, p.y - reach_m, p.y + reach_m) {
@@ -135,18 +135,6 @@ fn reached_from_outside(field: &Field, radius_m: f64) -> Vec<bool> {
         }
     }
     reached
-}
-
-/// The up to six neighbours of a grid point.
-fn around(grid: &Grid, i: usize) -> impl Iterator<Item = usize> {
-    let at = grid.coordinates(i);
-    let stride = [1, grid.size[0], grid.size[0] * grid.size[1]];
-    let size = grid.size;
-    (0..3).flat_map(move |k| {
-        let down = (at[k] > 0).then(|| i - stride[k]);
-        let up = (at[k] + 1 < size[k]).then(|| i + stride[k]);
-        down.into_iter().chain(up)
-    })
 }
 
 /// Smooths the surface, and pulls vertices that are near the triangles onto them.

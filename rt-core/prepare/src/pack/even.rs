@@ -8,13 +8,17 @@ use super::{Ball, Interior};
 use crate::Vec3;
 
 /// Lloyd iterations before the outer layer is set.
-const ITERATIONS: usize = 24;
+const ITERATIONS: usize = 12;
 /// Iterations that set the outer layer and let the rest follow.
-const SETTING: usize = 6;
-/// Depth of the outer layer, in spacings.
-const LAYER_DEPTH: f64 = 0.55;
+const SETTING: usize = 8;
+/// Centres go this much farther than the middle: the same evenness in half the iterations.
+const OVERSTEP: f64 = 1.4;
+/// Depth of the outer layer, in spacings. Deeper covers more and leaves smaller gaps (0.55: 88 %
+/// of the liver, 95 % gap 0.27; 0.65: 90 %, 0.24; 0.75: 92 %, 0.21), but takes mass and nodes away
+/// from the skin.
+const LAYER_DEPTH: f64 = 0.65;
 /// Centres nearer to the skin than this belong to the outer layer, in spacings.
-const LAYER_LIMIT: f64 = 0.85;
+const LAYER_LIMIT: f64 = 0.95;
 /// Largest radius, in spacings: more would hide dents.
 const RADIUS_MAX: f64 = 1.15;
 /// Centres own points up to this far in the first try, in spacings.
@@ -177,7 +181,12 @@ impl<'a, 'm> Owners<'a, 'm> {
         }
         for (center, (sum, weight)) in centers.iter_mut().zip(sums) {
             if weight > 0.0 {
-                *center = sum / weight;
+                let ahead = *center + (sum / weight - *center) * OVERSTEP;
+                *center = if field.at(&ahead) < 0.0 {
+                    ahead
+                } else {
+                    sum / weight
+                };
             }
         }
     }

@@ -3,9 +3,11 @@
 //! Axes as in the atlas: x to the patient's left, y to the head, z to the front; metres.
 
 mod gallbladder;
+mod intestine;
 mod liver;
 mod primitive;
 mod skin;
+mod stomach;
 
 pub use skin::skin;
 
@@ -22,6 +24,10 @@ pub enum Shape {
     Liver,
     /// A gallbladder with fundus, body, infundibulum and neck, in that fossa.
     Gallbladder,
+    /// A stomach under the liver's left lobe.
+    Stomach,
+    /// Loops of small intestine below the liver.
+    Intestine,
 }
 
 impl Shape {
@@ -37,6 +43,8 @@ impl Shape {
         match self {
             Self::Liver => liver::distance(p),
             Self::Gallbladder => gallbladder::distance(p),
+            Self::Stomach => stomach::distance(p),
+            Self::Intestine => intestine::distance(p),
         }
     }
 
@@ -46,6 +54,8 @@ impl Shape {
         let (bounds, edge_m) = match self {
             Self::Liver => (liver::BOUNDS, liver::EDGE_M),
             Self::Gallbladder => (gallbladder::BOUNDS, gallbladder::EDGE_M),
+            Self::Stomach => (stomach::BOUNDS, stomach::EDGE_M),
+            Self::Intestine => (intestine::BOUNDS, intestine::EDGE_M),
         };
         let bounds = bounds.map(Vec3::from);
         skin::skin(&|p: &Vec3| self.distance(p), bounds, edge_m)

@@ -45,7 +45,12 @@ pub(super) fn half_space(p: &Vec3, point: [f64; 3], outward: [f64; 3]) -> f64 {
 #[derive(Debug, Clone)]
 pub(super) struct Tube {
     points: Vec<(Vec3, f64)>,
+    /// A ball around all of it.
+    around: (Vec3, f64),
 }
+
+/// Farther away than this from a tube, its exact distance does not matter, m.
+const FAR_M: f64 = 0.03;
 
 impl Tube {
     /// Through these points with these radii, `steps` cones between two of them.
@@ -70,12 +75,25 @@ impl Tube {
         }
         let last = knot(through.len() as isize - 1);
         points.push((last.xyz(), last.w));
-        Self { points }
+        let middle = points.iter().map(|(p, _)| p).sum::<Vec3>() / points.len() as f64;
+        let reach = points
+            .iter()
+            .map(|(p, r)| (p - middle).norm() + r)
+            .fold(0.0, f64::max);
+        Self {
+            points,
+            around: (middle, reach),
+        }
     }
 
     /// About the distance to the tube: to the nearest cone, its radius taken at the foot of the
-    /// perpendicular.
+    /// perpendicular. Far away it is a lower bound.
     pub(super) fn distance(&self, p: &Vec3) -> f64 {
+        let (middle, reach) = self.around;
+        let at_least = (p - middle).norm() - reach;
+        if at_least > FAR_M {
+            return at_least;
+        }
         let cone = |pair: &[(Vec3, f64)]| {
             let ((a, ra), (b, rb)) = (pair[0], pair[1]);
             let ab = b - a;

@@ -1,0 +1,93 @@
+//! The four organs of the paper's Table 1 at its own sphere counts, on one thread:
+//! `cargo bench -p scene-prepare --bench table1`. The paper needed 2207, 1179, 754 and 2050 s.
+//!
+//! Liver and gallbladder are the built-in ones, stomach and intestine too: shapes of the same
+//! kind and size as the paper's, not its meshes.
+
+use std::time::Instant;
+
+use scene_prepare::mesh::mend;
+use scene_prepare::pack::{Ball, Interior, Quality, isotropy, pack_as_paper, pack_evenly};
+use scene_prepare::recipe::Closing;
+use scene_prepare::shape::Shape;
+use scene_prepare::{Vec3, bind, links, tetra};
+
+type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+const ORGANS: [(&str, Shape, usize, f64); 4] = [
+    ("liver", Shape::Liver, 581, 2207.0),
+    ("gallbladder", Shape::Gallbladder, 475, 1179.0),
+    ("intestine", Shape::Intestine, 383, 754.0),
+    ("stomach", Shape::Stomach, 452, 2050.0),
+];
+
+fn main() -> Result<(), Failure> {
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    pool.install(table)
+}
+
+fn table() -> Result<(), Failure> {
+    println!(
+        "organ        packing spheres springs  tets  pieces deg  iso  cover  gap95/h  gap max   out  sliver | mend  field  pack  link  tets  bind  total (paper)"
+    );
+    for even in [true, false] {
+        let mut sum_s = 0.0;
+        for (name, shape, count, paper_s) in &ORGANS {
+            let mesh = shape.mesh();
+            let mut clock = Instant::now();
+            let mut lap = || {
+                std::mem::replace(&mut clock, Instant::now())
+                    .elapsed()
+                    .as_secs_f64()
+            };
+            let mended = mend(&mesh, Closing::Refuse)?;
+            let mend_s = lap();
+            let interior =
+                Interior::new(&mended.mesh, mended.volume_m3, *count).ok_or("nothing inside")?;
+            let field_s = lap();
+            let balls: Vec<Ball> = if even {
+                pack_evenly(&interior, *count)
+            } else {
+                pack_as_paper(&interior, *count)
+            };
+            let pack_s = lap();
+            let tets = tetra::fill(&interior, &balls, mended.volume_m3);
+            let tets_s = lap();
+            let list = if even {
+                links::link_edges(&balls, &tets)
+            } else {
+                links::link(&balls)
+            };
+            let link_s = lap();
+            let bound = bind::bind(&mended.mesh, &balls, 0);
+            let bind_s = lap();
+            let total = mend_s + field_s + pack_s + link_s + tets_s + bind_s;
+            sum_s += total;
+            let quality = Quality::measure(&interior, &mended.mesh, &balls);
+            let mut degree = vec![0; balls.len()];
+            for &i in list.as_flattened() {
+                degree[i as usize] += 1;
+            }
+            let centers: Vec<Vec3> = balls.iter().map(|b| b.center).collect();
+            let sliver = tets.iter().map(|t| tetra::shape(&centers, &t.spheres));
+            println!(
+                "{name:<12} {:<7} {:>7} {:>7} {:>5} {:>7} {:>3} {:>4.2} {:>5.1}% {:>7.2} {:>6.2}mm {:>4.2}mm {:>6.3} | {mend_s:>5.3} {field_s:>5.3} {pack_s:>5.3} {link_s:>5.3} {tets_s:>5.3} {bind_s:>5.3} {total:>6.3} s ({paper_s} s), {} vertices",
+                if even { "even" } else { "paper" },
+                balls.len(),
+                list.len(),
+                tets.len(),
+                links::pieces(&list, balls.len()).1,
+                degree.iter().min().unwrap_or(&0),
+                isotropy(&balls, &list),
+                100.0 * quality.coverage,
+                quality.gap_95_m / interior.spacing_m,
+                1e3 * quality.gap_max_m,
+                1e3 * quality.protrusion_max_m,
+                sliver.fold(f64::INFINITY, f64::min),
+                bound.len(),
+            );
+        }
+        println!("all four: {sum_s:.3} s");
+    }
+    Ok(())
+}

@@ -1,0 +1,153 @@
+//! Tetrahedra between sphere centres, which together carry the organ's whole volume.
+
+use crate::Vec3;
+use crate::delaunay;
+use crate::pack::{Ball, Interior};
+
+/// Smallest `V/L³` (volume over the cube of the longest edge). A regular tetrahedron has 0.118;
+/// below this one is a sliver, whose stiffness depends on rounding.
+pub const SHAPE_MIN: f64 = 0.006;
+
+/// A tetrahedron of four spheres.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tetra {
+    /// Its corners; `det(b − a, c − a, d − a)` is positive at rest.
+    pub spheres: [u32; 4],
+    /// The share of the organ's volume that it carries, m³: its own and what lies nearest to it.
+    pub volume_m3: f64,
+}
+
+/// Fills the space between the centres: Delaunay, without what leaves the organ and without
+/// slivers, except where a sphere would be left out. The volumes sum to `volume_m3`.
+#[must_use]
+pub fn fill(interior: &Interior<'_>, balls: &[Ball], volume_m3: f64) -> Vec<Tetra> {
+    let centers: Vec<Vec3> = balls.iter().map(|b| b.center).collect();
+    let all = delaunay::tetrahedra(&centers);
+    let mut kept: Vec<[u32; 4]> = Vec::new();
+    let mut in_use = vec![false; balls.len()];
+    for t in all
+        .iter()
+        .filter(|t| shape(&centers, t) >= SHAPE_MIN && lies_inside(interior, &centers, t))
+    {
+        kept.push(*t);
+        for &i in t {
+            in_use[i as usize] = true;
+        }
+    }
+    // A sphere that is left out takes its best-shaped tetrahedron, if that is no sliver.
+    for i in 0..balls.len() as u32 {
+        if in_use[i as usize] {
+            continue;
+        }
+        let around = all.iter().filter(|t| t.contains(&i));
+        let best = around.max_by(|a, b| shape(&centers, a).total_cmp(&shape(&centers, b)));
+        if let Some(t) = best.filter(|t| shape(&centers, t) >= SHAPE_MIN) {
+            kept.push(*t);
+            for &i in t {
+                in_use[i as usize] = true;
+            }
+        }
+    }
+    kept.sort_unstable();
+    let shares = shares(interior, &centers, &kept);
+    let total: f64 = shares.iter().sum();
+    let carry = |(&spheres, share): (&[u32; 4], f64)| Tetra {
+        spheres,
+        volume_m3: volume_m3 * share / total,
+    };
+    kept.iter().zip(shares).map(carry).collect()
+}
+
+/// `V/L³`: 0.118 for a regular tetrahedron, 0 for a flat one, negative for an inverted one.
+#[must_use]
+pub fn shape(centers: &[Vec3], t: &[u32; 4]) -> f64 {
+    let [a, b, c, d] = t.map(|i| centers[i as usize]);
+    let longest = [b - a, c - a, d - a, c - b, d - b, d - c]
+        .iter()
+        .map(Vec3::norm)
+        .fold(0.0, f64::max);
+    (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0 / longest.powi(3)
+}
+
+fn lies_inside(interior: &Interior<'_>, centers: &[Vec3], t: &[u32; 4]) -> bool {
+    let p = t.map(|i| centers[i as usize]);
+    let inside = |q: &Vec3| interior.field.at(q) < 0.0;
+    let middle = p.iter().sum::<Vec3>() / 4.0;
+    let edges = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
+    inside(&middle) && edges.iter().all(|&(i, j)| inside(&((p[i] + p[j]) / 2.0)))
+}
+
+const NONE: u32 = u32::MAX;
+
+/// Grid points inside the organ that each tetrahedron contains or, of those in none, is nearest
+/// to (in steps of the grid); at least its own volume's worth of a point.
+fn shares(interior: &Interior<'_>, centers: &[Vec3], tets: &[[u32; 4]]) -> Vec<f64> {
+    let grid = &interior.field.grid;
+    let mut owner = vec![NONE; grid.len()];
+    for (number, t) in tets.iter().enumerate() {
+        claim(
+            interior,
+            t.map(|i| centers[i as usize]),
+            number as u32,
+            &mut owner,
+        );
+    }
+    // Carry ownership from point to point, one step a round.
+    let mut front: Vec<u32> = interior
+        .points
+        .iter()
+        .copied()
+        .filter(|&i| owner[i as usize] != NONE)
+        .collect();
+    while !front.is_empty() {
+        let mut reached = Vec::new();
+        for &i in &front {
+            for next in grid.neighbours(i as usize) {
+                if owner[next] == NONE && interior.field.is_inside(next) {
+                    owner[next] = owner[i as usize];
+                    reached.push(next as u32);
+                }
+            }
+        }
+        front = reached;
+    }
+    let mut shares = vec![0.0; tets.len()];
+    for &i in &interior.points {
+        if let Some(share) = shares.get_mut(owner[i as usize] as usize) {
+            *share += 1.0;
+        }
+    }
+    let cell_m3 = grid.cell_m.powi(3);
+    for (share, t) in shares.iter_mut().zip(tets) {
+        let [a, b, c, d] = t.map(|i| centers[i as usize]);
+        let own = (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0 / cell_m3;
+        *share = f64::max(*share, own.max(1e-3));
+    }
+    shares
+}
+
+/// Marks the grid points in a tetrahedron that no other has.
+fn claim(interior: &Interior<'_>, [a, b, c, d]: [Vec3; 4], number: u32, owner: &mut [u32]) {
+    let grid = &interior.field.grid;
+    let low = a.inf(&b).inf(&c).inf(&d);
+    let high = a.sup(&b).sup(&c).sup(&d);
+    let axes = nalgebra::Matrix3::from_columns(&[b - a, c - a, d - a]);
+    let Some(inverse) = axes.try_inverse() else {
+        return;
+    };
+    let span = |k: usize| grid.span(k, low[k], high[k]);
+    for z in span(2) {
+        for y in span(1) {
+            for x in span(0) {
+                let index = grid.index([x, y, z]);
+                if owner[index] != NONE || !interior.field.is_inside(index) {
+                    continue;
+                }
+                let w = inverse * (grid.position([x, y, z]) - a);
+                if w.min() >= 0.0 && w.sum() <= 1.0 {
+                    owner[index] = number;
+                }
+            }
+        }
+    }
+}
