@@ -50,10 +50,11 @@ impl Grasp {
     ) {
         let joint_m = world_from_instrument.translation.vector;
         for i in 0..scene.spheres.len() as u32 {
+            let radius_m = *bodies.radius_m.at(i);
             let node = bodies.nodes.at_mut(i);
             let center = node.center_m();
-            let is_between = meets(&center, node.radius_m, &joint_m, tip_m, REACH_M);
-            if !is_between || node.inverse_mass_per_kg <= 0.0 {
+            let is_between = meets(&center, radius_m, &joint_m, tip_m, REACH_M);
+            if !is_between || node.inverse_mass_per_kg() <= 0.0 {
                 continue;
             }
             let in_instrument_m = world_from_instrument.rotation.inverse() * (center - joint_m);
@@ -68,7 +69,7 @@ impl Grasp {
                 faults.raise(Fault::GraspOverflow);
                 return;
             }
-            node.inverse_mass_per_kg = 0.0;
+            node.set_inverse_mass_per_kg(0.0);
             let bits = bodies.bits.at_mut(i);
             *bits = bits.with(SphereBits::GRASPED);
         }
@@ -78,7 +79,10 @@ impl Grasp {
     pub(crate) fn open(&mut self, scene: &Scene<'_>, bodies: &mut Bodies) {
         for held in &self.held {
             if let Some(rest) = scene.spheres.get(held.sphere as usize) {
-                bodies.nodes.at_mut(held.sphere).inverse_mass_per_kg = inverse_mass_per_kg(rest);
+                bodies
+                    .nodes
+                    .at_mut(held.sphere)
+                    .set_inverse_mass_per_kg(inverse_mass_per_kg(rest));
                 let bits = bodies.bits.at_mut(held.sphere);
                 *bits = bits.without(SphereBits::GRASPED);
             }
@@ -92,7 +96,7 @@ impl Grasp {
             let node = bodies.nodes.at_mut(held.sphere);
             let center = world_from_instrument.rotation * held.in_instrument_m
                 + world_from_instrument.translation.vector;
-            node.moved_m = center - node.rest_m;
+            node.move_to(&(center - node.rest_m()));
         }
     }
 
@@ -114,8 +118,8 @@ impl Grasp {
                     continue;
                 }
                 let other = bodies.nodes.at(linked);
-                let now = (other.rest_m - node.rest_m) + (other.moved_m - node.moved_m);
-                let rest_length_m = math::norm(&(other.rest_m - node.rest_m));
+                let now = other.from(node).vec3();
+                let rest_length_m = math::norm(&(other.rest_m() - node.rest_m()));
                 if let Some(direction) = math::unit(&now) {
                     stretch_m += direction * (math::norm(&now) - rest_length_m);
                 }

@@ -440,3 +440,148 @@ fn check_link(j: usize, link: &Link, organ: &Organ) -> Result<(), SceneError> {
         "1 um to 10 m",
     )
 }
+
+#[cfg(test)]
+pub(crate) mod tests {
+    extern crate std;
+    use super::*;
+    use std::string::ToString;
+
+    pub(crate) fn sphere(center_m: Vec3, radius_m: f32) -> RestSphere {
+        RestSphere {
+            center_m,
+            radius_m,
+            mass_kg: 0.002,
+            held: false,
+        }
+    }
+
+    pub(crate) fn organ(
+        sphere_start: u32,
+        sphere_count: u32,
+        link_start: u32,
+        link_count: u32,
+    ) -> Organ {
+        let material = PbdMaterial {
+            stretch_stiffness: 0.5,
+            laplacian_stiffness: 0.1,
+            damping_per_s: 1.0,
+            contact_stiffness_n_m: 500.0,
+        };
+        Organ {
+            sphere_start,
+            sphere_count,
+            link_start,
+            link_count,
+            material,
+        }
+    }
+
+    pub(crate) fn room() -> Room {
+        Room {
+            gravity_m_s2: Vec3::new(0.0, 0.0, -9.81),
+            world_from_device: Pose::identity(),
+            world_from_tracker: Pose::identity(),
+            instrument_port_m: Vec3::new(0.0, 0.0, 0.2),
+            instrument_length_m: 0.33,
+            endoscope_port_m: Vec3::new(0.1, 0.0, 0.2),
+            world_from_camera: Pose::identity(),
+        }
+    }
+
+    const LINK: Link = Link {
+        a: 0,
+        b: 1,
+        rest_length_m: 0.01,
+    };
+
+    fn two() -> [RestSphere; 2] {
+        [sphere(Vec3::zeros(), 0.01), sphere(Vec3::x() * 0.01, 0.01)]
+    }
+
+    #[test]
+    fn a_good_scene_and_an_empty_one_are_taken() {
+        assert!(Scene::new(&[organ(0, 2, 0, 1)], &two(), &[LINK], room()).is_ok());
+        assert!(Scene::new(&[], &[], &[], room()).is_ok());
+    }
+
+    #[test]
+    fn every_refusal_names_place_and_value() {
+        let good = organ(0, 2, 0, 1);
+        let refused = |organs: &[Organ], spheres: &[RestSphere], links: &[Link], word: &str| {
+            let error = Scene::new(organs, spheres, links, room()).unwrap_err();
+            assert!(error.to_string().contains(word), "{error}");
+        };
+        refused(&[good; MAX_ORGANS + 1], &two(), &[LINK], "17 organs");
+        refused(&[organ(1, 1, 0, 0)], &two(), &[], "should start at 0");
+        refused(&[organ(0, 3, 0, 0)], &two(), &[], "end within 2");
+        refused(&[organ(0, u32::MAX, 0, 0)], &two(), &[], "end within 2");
+        refused(&[organ(0, 1, 0, 0)], &two(), &[], "should start at 1");
+        refused(
+            &[organ(0, 2, 0, 0)],
+            &two(),
+            &[LINK],
+            "links 1..+1 should start at 0",
+        );
+        refused(&[good], &two(), &[Link { b: 2, ..LINK }], "spheres 0 and 2");
+        refused(&[good], &two(), &[Link { b: 0, ..LINK }], "spheres 0 and 0");
+        refused(
+            &[good],
+            &two(),
+            &[Link {
+                rest_length_m: 0.0,
+                ..LINK
+            }],
+            "rest length",
+        );
+        for (change, word) in [
+            (
+                RestSphere {
+                    mass_kg: 0.0,
+                    ..two()[1]
+                },
+                "sphere mass (index 1) is 0",
+            ),
+            (
+                RestSphere {
+                    radius_m: f32::NAN,
+                    ..two()[1]
+                },
+                "radius (index 1) is NaN",
+            ),
+            (
+                RestSphere {
+                    center_m: Vec3::x() * 1.0e9,
+                    ..two()[1]
+                },
+                "centre (index 1)",
+            ),
+        ] {
+            refused(&[good], &[two()[0], change], &[LINK], word);
+        }
+        let mut stiff = good;
+        stiff.material.stretch_stiffness = 1.5;
+        refused(
+            &[stiff],
+            &two(),
+            &[LINK],
+            "stretch stiffness (index 0) is 1.5",
+        );
+    }
+
+    #[test]
+    fn a_room_that_is_no_room_is_refused() {
+        let refused = |room: Room| Scene::new(&[], &[], &[], room).is_err();
+        assert!(refused(Room {
+            instrument_length_m: f32::INFINITY,
+            ..room()
+        }));
+        assert!(refused(Room {
+            gravity_m_s2: Vec3::repeat(f32::NAN),
+            ..room()
+        }));
+        let mut crooked = room();
+        crooked.world_from_device.rotation.as_mut_unchecked().coords *= 2.0;
+        assert!(refused(crooked));
+    }
+}

@@ -95,14 +95,14 @@ impl Pairs {
                 bodies.nodes.at(u32::from(pair.a)),
                 bodies.nodes.at(u32::from(pair.b)),
             );
-            let difference = (a.rest_m - b.rest_m) + (a.moved_m - b.moved_m);
+            let difference = a.from(b).vec3();
             if difference.norm_squared() >= pair.apart_m * pair.apart_m {
                 continue;
             }
-            let (wa, wb) = (a.inverse_mass_per_kg, b.inverse_mass_per_kg);
+            let (wa, wb) = (a.inverse_mass_per_kg(), b.inverse_mass_per_kg());
             let (da, db) = push_apart(&difference, wa, wb, pair.apart_m);
-            bodies.nodes.at_mut(u32::from(pair.a)).moved_m += da;
-            bodies.nodes.at_mut(u32::from(pair.b)).moved_m += db;
+            bodies.nodes.at_mut(u32::from(pair.a)).move_by(&da);
+            bodies.nodes.at_mut(u32::from(pair.b)).move_by(&db);
         }
     }
 }
@@ -122,21 +122,144 @@ fn push_apart(difference: &Vec3, wa: f32, wb: f32, apart_m: f32) -> (Vec3, Vec3)
 /// The pair, if it is near and must be kept apart.
 fn near_pair(bodies: &Bodies, a: u32, b: u32) -> Option<Pair> {
     let (node_a, node_b) = (bodies.nodes.at(a), bodies.nodes.at(b));
-    let reach = node_a.radius_m + node_b.radius_m;
-    let squared = (node_a.center_m() - node_b.center_m()).norm_squared();
+    let reach = bodies.radius_m.at(a) + bodies.radius_m.at(b);
+    let squared = node_a.from(node_b).norm_squared();
     if squared >= (reach + MARGIN_M) * (reach + MARGIN_M) {
         return None;
     }
-    let at_rest_m = math::norm(&(node_a.rest_m - node_b.rest_m));
-    let apart_m = reach.min(at_rest_m);
-    let same_organ = bodies.organ.at(a) == bodies.organ.at(b);
-    let linked = || bodies.adjacency.of(a).iter().any(|&n| u32::from(n) == b);
+    let at_rest_squared = (node_a.rest_m() - node_b.rest_m()).norm_squared();
+    if bodies.organ.at(a) == bodies.organ.at(b) {
+        let was_apart = at_rest_squared >= reach * reach;
+        let has_closed = squared < HAS_CLOSED * at_rest_squared;
+        let linked = || bodies.adjacency.of(a).iter().any(|&n| u32::from(n) == b);
+        if !was_apart || !has_closed || linked() {
+            return None;
+        }
+    }
+    let apart_m = reach.min(math::sqrt(at_rest_squared));
     let near = squared < (apart_m + MARGIN_M) * (apart_m + MARGIN_M);
-    let has_closed = squared < HAS_CLOSED * at_rest_m * at_rest_m;
-    let kept = near && (!same_organ || (has_closed && at_rest_m >= reach && !linked()));
-    kept.then_some(Pair {
+    near.then_some(Pair {
         a: a as u16,
         b: b as u16,
         apart_m,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::scene::tests::{organ, room, sphere};
+    use crate::scene::{Link, Organ, RestSphere};
+    use std::boxed::Box;
+    use std::vec::Vec as List;
+
+    /// `Pairs` and `Bodies` over spheres of radius 1 cm, with every pair found.
+    fn found(
+        organs: &[Organ],
+        spheres: &[RestSphere],
+        links: &[Link],
+        moved: &[(u32, Vec3)],
+    ) -> (Box<Pairs>, Box<Bodies>) {
+        let scene = Scene::new(organs, spheres, links, room()).unwrap();
+        let (mut pairs, mut bodies) = (Box::new(Pairs::new()), Box::new(Bodies::new()));
+        bodies.load(&scene);
+        pairs.load(&scene);
+        for (i, u) in moved {
+            bodies.nodes.at_mut(*i).move_to(u);
+        }
+        let mut faults = FaultSet::NONE;
+        for _ in 0..=CYCLE {
+            pairs.find(&scene, &bodies, &mut faults);
+        }
+        (pairs, bodies)
+    }
+
+    fn listed(pairs: &Pairs) -> List<(u16, u16)> {
+        let mut list: List<_> = pairs.current.iter().map(|pair| (pair.a, pair.b)).collect();
+        list.sort_unstable();
+        list
+    }
+
+    #[test]
+    fn push_apart_by_hand() {
+        // 3 apart, to be 5 apart, w = 1 and 3: 2 to share as 1 : 3.
+        let (da, db) = push_apart(&Vec3::new(0.0, 3.0, 0.0), 1.0, 3.0, 5.0);
+        assert!(math::norm(&(da - Vec3::new(0.0, 0.5, 0.0))) < 1.0e-6);
+        assert!(math::norm(&(db - Vec3::new(0.0, -1.5, 0.0))) < 1.0e-6);
+        let (da, db) = push_apart(&Vec3::zeros(), 1.0, 1.0, 2.0);
+        assert!(math::norm(&(da - db - Vec3::new(2.0, 0.0, 0.0))) < 1.0e-6);
+        let (da, db) = push_apart(&Vec3::zeros(), 0.0, 0.0, 2.0);
+        assert!(math::norm(&(da - db)) < f32::EPSILON);
+    }
+
+    #[test]
+    fn which_pairs_are_kept_apart() {
+        // Organ 0: spheres 0, 1 overlap at rest; 2 is 3 cm off, 3 linked to 2; organ 1: sphere 4.
+        let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
+        let spheres = [at(0.0), at(0.015), at(0.045), at(0.075), at(0.1)];
+        let links = [Link {
+            a: 2,
+            b: 3,
+            rest_length_m: 0.03,
+        }];
+        let organs = [organ(0, 4, 0, 1), organ(4, 1, 1, 0)];
+        // At rest nothing is near enough.
+        assert!(listed(&found(&organs, &spheres, &links, &[]).0).is_empty());
+        // 2 and 3 come together (linked: not kept), and 1 and 2 (kept), and 3 and 4 (kept).
+        let moved = [
+            (1, Vec3::new(0.012, 0.0, 0.0)),
+            (0, Vec3::new(0.012, 0.0, 0.0)),
+            (3, Vec3::new(-0.011, 0.0, 0.0)),
+            (4, Vec3::new(-0.018, 0.0, 0.0)),
+        ];
+        let (pairs, mut bodies) = found(&organs, &spheres, &links, &moved);
+        assert_eq!(listed(&pairs), [(1, 2), (3, 4)]);
+        // 1 at 27, 2 at 45 mm: 2 mm too near; after the projection they touch.
+        pairs.project(&mut bodies);
+        let gap = bodies.nodes.at(2).center_m() - bodies.nodes.at(1).center_m();
+        assert!((gap.x - 0.02).abs() < 1.0e-6, "{gap}");
+    }
+
+    #[test]
+    fn organs_that_overlap_at_rest_stay_as_they_are() {
+        let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
+        let (spheres, organs) = ([at(0.0), at(0.012)], [organ(0, 1, 0, 0), organ(1, 1, 0, 0)]);
+        let (pairs, mut bodies) = found(&organs, &spheres, &[], &[(1, Vec3::x() * -0.002)]);
+        pairs.project(&mut bodies);
+        let gap = bodies.nodes.at(1).center_m() - bodies.nodes.at(0).center_m();
+        assert!((gap.x - 0.012).abs() < 1.0e-6, "{gap}");
+    }
+
+    #[test]
+    fn the_grid_finds_what_brute_force_finds() {
+        let mut seed = 7_u32;
+        let mut random = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) as f32 / (1 << 24) as f32
+        };
+        let spheres: List<_> = (0..400)
+            .map(|i| {
+                let center = Vec3::new(random(), random(), random()) * 0.2;
+                let radius = 0.004 + 0.006 * random();
+                (i, sphere(center, radius))
+            })
+            .collect();
+        let spheres: List<_> = spheres.into_iter().map(|(_, s)| s).collect();
+        let organs: List<_> = (0..16).map(|i| organ(i * 25, 25, 0, 0)).collect();
+        let moved: List<_> = (0..400)
+            .map(|i| (i, Vec3::new(random(), random(), random()) * 0.05))
+            .collect();
+        let (pairs, bodies) = found(&organs, &spheres, &[], &moved);
+        let mut expected = List::new();
+        for a in 0..400 {
+            for b in a + 1..400 {
+                if near_pair(&bodies, a, b).is_some() {
+                    expected.push((a as u16, b as u16));
+                }
+            }
+        }
+        assert!(expected.len() > 100, "{}", expected.len());
+        assert_eq!(listed(&pairs), expected);
+    }
 }

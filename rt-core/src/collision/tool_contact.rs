@@ -108,9 +108,11 @@ impl ToolContacts {
                 continue;
             }
             let first = organ.sphere_start;
-            let nodes = bodies.nodes.range(first, organ.sphere_count);
-            for (sphere, node) in (first..).zip(nodes) {
-                let depth = |part: &Segment| part.depth_m(&node.center_m(), node.radius_m);
+            let nodes = bodies.nodes.range(first, organ.sphere_count).iter();
+            let radii = bodies.radius_m.range(first, organ.sphere_count);
+            for (sphere, (node, &radius_m)) in (first..).zip(nodes.zip(radii)) {
+                let center_m = node.center_m();
+                let depth = |part: &Segment| part.depth_m(&center_m, radius_m);
                 let deepest = parts_near.iter().filter_map(depth).fold(f32::MIN, f32::max);
                 let is_free = !bodies.bits.at(sphere).contains(SphereBits::GRASPED);
                 if deepest > -NEAR_M && is_free {
@@ -152,16 +154,17 @@ impl ToolContacts {
         self.list.clear();
         for near in &self.near {
             let organ = *bodies.organ.at(near.sphere);
+            let radius_m = *bodies.radius_m.at(near.sphere);
             let node = bodies.nodes.at_mut(near.sphere);
-            let Some(touch) = deepest_touch(&node.center_m(), node.radius_m, parts) else {
+            let Some(touch) = deepest_touch(&node.center_m(), radius_m, parts) else {
                 continue;
             };
             let stiffness = scene.material_of(organ).contact_stiffness_n_m;
-            let softness = stiffness * TICK_S * TICK_S * node.inverse_mass_per_kg;
+            let softness = stiffness * TICK_S * TICK_S * node.inverse_mass_per_kg();
             let stiffness_n_m = stiffness / (1.0 + softness);
             let force_n = stiffness_n_m * touch.depth_m;
-            node.moved_m -= touch.normal * (touch.depth_m * softness / (1.0 + softness));
-            let at_m = node.center_m() + touch.normal * node.radius_m;
+            node.move_by(&(touch.normal * (-touch.depth_m * softness / (1.0 + softness))));
+            let at_m = node.center_m() + touch.normal * radius_m;
             let contact = Contact {
                 organ,
                 at_m,

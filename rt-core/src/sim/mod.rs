@@ -349,6 +349,22 @@ impl<'a> Sim<'a> {
         &self.fault_counters
     }
 
+    /// Speed of the fastest sphere, m/s.
+    #[must_use]
+    pub fn speed_max_m_s(&self) -> f32 {
+        let velocities = self
+            .state
+            .bodies
+            .velocity_m_s
+            .range(0, self.scene.spheres.len() as u32);
+        math::sqrt(
+            velocities
+                .iter()
+                .map(Vec3::norm_squared)
+                .fold(0.0, f32::max),
+        )
+    }
+
     /// Hash of what the simulation computed: spheres, tool, force. Equal after equal inputs, bit
     /// for bit, in every build.
     #[must_use]

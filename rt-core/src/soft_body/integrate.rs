@@ -50,12 +50,12 @@ impl Bodies {
         let displacements = self.displacement_m.range(start, count);
         let velocities = self.velocity_m_s.range_mut(start, count);
         for ((node, u), v) in nodes.zip(displacements).zip(velocities) {
-            if node.inverse_mass_per_kg > 0.0 {
+            if node.inverse_mass_per_kg() > 0.0 {
                 *v = (*v + fall) * keep;
             } else {
                 *v = Vec3::zeros();
             }
-            node.moved_m = u + *v * TICK_S;
+            node.move_to(&(u + *v * TICK_S));
         }
     }
 
@@ -68,19 +68,20 @@ impl Bodies {
         let nodes = self.nodes.range_mut(start, count).iter_mut();
         let displacements = self.displacement_m.range_mut(start, count);
         let velocities = self.velocity_m_s.range_mut(start, count);
-        for ((node, u), v) in nodes.zip(displacements).zip(velocities) {
+        let radii = self.radius_m.range(start, count);
+        for (((node, u), v), radius_m) in nodes.zip(displacements).zip(velocities).zip(radii) {
+            let moved_m = node.moved_m();
             // Not `>`: a comparison with NaN is false.
-            let is_good =
-                node.moved_m.amax() <= DISPLACEMENT_MAX_M && math::is_finite(&node.moved_m);
+            let is_good = moved_m.amax() <= DISPLACEMENT_MAX_M && math::is_finite(&moved_m);
             if is_good {
-                *v = limited((node.moved_m - *u) / TICK_S);
-                *u = node.moved_m;
+                *v = limited((moved_m - *u) / TICK_S);
+                *u = moved_m;
             } else {
-                node.moved_m = *u;
+                node.move_to(u);
                 *v = Vec3::zeros();
                 put_back += 1;
             }
-            bounds.add(&(node.rest_m + *u), node.radius_m);
+            bounds.add(&(node.rest_m() + *u), *radius_m);
         }
         (bounds, put_back)
     }

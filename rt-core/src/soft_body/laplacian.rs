@@ -10,24 +10,33 @@
 //! Known faults, kept because this is the paper's method: `L` does not turn with the tissue, so
 //! a rotated organ is pulled back; only the one sphere moves, so momentum is not conserved.
 
-use crate::math::Vec3;
+use crate::soft_body::lanes::Lanes;
 
 /// The step of a sphere displaced by `own` whose `linked` spheres' displacements sum to `sum`,
 /// over the share `stiffness` of the way (paper Eq. 8). No neighbours, no step.
 #[must_use]
 #[inline(always)]
-pub fn laplacian(own: &Vec3, sum: &Vec3, linked: usize, stiffness: f32) -> Vec3 {
+pub fn laplacian(own: Lanes, sum: Lanes, linked: usize, stiffness: f32) -> Lanes {
     if linked == 0 {
-        Vec3::zeros()
-    } else {
-        (sum / linked as f32 - own) * stiffness
+        return Lanes::ZERO;
     }
+    (sum * Lanes::splat((linked as f32).recip()) - own) * Lanes::splat(stiffness)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math;
+    use crate::math::{self, Vec3};
+
+    fn step(own: &Vec3, sum: &Vec3, linked: usize, stiffness: f32) -> Vec3 {
+        laplacian(
+            Lanes::new(own, 0.0),
+            Lanes::new(sum, 0.0),
+            linked,
+            stiffness,
+        )
+        .vec3()
+    }
 
     /// Eq. 6–8 in the paper's own form, on centres.
     fn paper(rest: &[Vec3], now: &[Vec3]) -> Vec3 {
@@ -55,25 +64,25 @@ mod tests {
         ];
         let now = [0, 1, 2, 3].map(|i| rest[i] + moved[i]);
         assert!(math::norm(&(paper(&rest, &now) - Vec3::new(1.0, 1.0, 4.0))) < 1.0e-6);
-        let step = laplacian(&moved[0], &(moved[1] + moved[2] + moved[3]), 3, 1.0);
-        assert!(math::norm(&(now[0] + step - Vec3::new(1.0, 1.0, 4.0))) < 1.0e-6);
-        let half = laplacian(&moved[0], &(moved[1] + moved[2] + moved[3]), 3, 0.5);
-        assert!(math::norm(&(half * 2.0 - step)) < 1.0e-6);
+        let whole = step(&moved[0], &(moved[1] + moved[2] + moved[3]), 3, 1.0);
+        assert!(math::norm(&(now[0] + whole - Vec3::new(1.0, 1.0, 4.0))) < 1.0e-6);
+        let half = step(&moved[0], &(moved[1] + moved[2] + moved[3]), 3, 0.5);
+        assert!(math::norm(&(half * 2.0 - whole)) < 1.0e-6);
     }
 
     #[test]
     fn a_rigid_shift_is_no_error_but_a_rotation_is() {
         let shift = Vec3::new(0.1, -0.2, 0.3);
-        assert!(math::norm(&laplacian(&shift, &(shift * 4.0), 4, 1.0)) < 1.0e-6);
+        assert!(math::norm(&step(&shift, &(shift * 4.0), 4, 1.0)) < 1.0e-6);
         // A quarter turn about z of a sphere at (1, 0, 0) with one neighbour at the origin:
         // Eq. 8 wants it back at (1, 0, 0). This is the paper's fault, shown.
         let turned = Vec3::new(-1.0, 1.0, 0.0);
-        let step = laplacian(&turned, &Vec3::zeros(), 1, 1.0);
-        assert!(math::norm(&(step + turned)) < 1.0e-6);
+        let back = step(&turned, &Vec3::zeros(), 1, 1.0);
+        assert!(math::norm(&(back + turned)) < 1.0e-6);
     }
 
     #[test]
     fn a_lone_sphere_stays() {
-        assert!(math::norm(&laplacian(&Vec3::x(), &Vec3::zeros(), 0, 1.0)) < f32::EPSILON);
+        assert!(math::norm(&step(&Vec3::x(), &Vec3::zeros(), 0, 1.0)) < f32::EPSILON);
     }
 }

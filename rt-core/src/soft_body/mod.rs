@@ -8,6 +8,7 @@
 
 mod adjacency;
 mod integrate;
+pub mod lanes;
 pub mod laplacian;
 pub mod pbd;
 pub(crate) mod per_sphere;
@@ -19,6 +20,7 @@ use crate::math::Vec3;
 use crate::scene::{Organ, RestSphere, Scene};
 use crate::state::SphereBits;
 use adjacency::Adjacency;
+use lanes::Lanes;
 use per_sphere::PerSphere;
 
 /// Corrects the predicted displacements of one organ for one tick by its inner constraints.
@@ -32,28 +34,64 @@ pub trait Solver {
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(32))]
 pub(crate) struct Node {
-    /// Centre at rest, world frame, m.
-    pub(crate) rest_m: Vec3,
-    /// 0: immovable.
-    pub(crate) inverse_mass_per_kg: f32,
-    /// Displacement from rest at the end of this tick, as predicted and corrected so far, m.
-    pub(crate) moved_m: Vec3,
-    /// Radius, m.
-    pub(crate) radius_m: f32,
+    /// Centre at rest, world frame, m; beside it the inverse mass, 1/kg, 0 if immovable.
+    rest_m: Lanes,
+    /// Displacement from rest at the end of this tick, as predicted and corrected so far, m;
+    /// beside it zero.
+    moved_m: Lanes,
 }
 
 impl Node {
     const ZERO: Self = Self {
-        rest_m: Vec3::new(0.0, 0.0, 0.0),
-        inverse_mass_per_kg: 0.0,
-        moved_m: Vec3::new(0.0, 0.0, 0.0),
-        radius_m: 0.0,
+        rest_m: Lanes::ZERO,
+        moved_m: Lanes::ZERO,
     };
+
+    #[inline(always)]
+    pub(crate) fn inverse_mass_per_kg(&self) -> f32 {
+        self.rest_m.spare()
+    }
+
+    pub(crate) fn set_inverse_mass_per_kg(&mut self, inverse_mass_per_kg: f32) {
+        self.rest_m = self.rest_m.with_spare(inverse_mass_per_kg);
+    }
+
+    /// Centre at rest, world frame, m.
+    #[inline]
+    pub(crate) fn rest_m(&self) -> Vec3 {
+        self.rest_m.vec3()
+    }
+
+    /// Predicted displacement from rest, m.
+    #[inline]
+    pub(crate) fn moved_m(&self) -> Vec3 {
+        self.moved_m.vec3()
+    }
+
+    /// Puts the sphere to this displacement from rest, m.
+    #[inline]
+    pub(crate) fn move_to(&mut self, moved_m: &Vec3) {
+        self.moved_m = Lanes::new(moved_m, 0.0);
+    }
+
+    /// Moves the sphere on, m.
+    #[inline]
+    pub(crate) fn move_by(&mut self, step_m: &Vec3) {
+        self.moved_m = self.moved_m + Lanes::new(step_m, 0.0);
+    }
 
     /// Predicted centre, world frame, m.
     #[inline]
     pub(crate) fn center_m(&self) -> Vec3 {
-        self.rest_m + self.moved_m
+        (self.rest_m + self.moved_m).vec3()
+    }
+
+    /// Predicted centre, as seen from that of `other`, m; what stands beside is of no meaning.
+    /// Rest positions and displacements are subtracted apart: both differences keep bits that
+    /// the difference of centres has lost.
+    #[inline(always)]
+    pub(crate) fn from(&self, other: &Self) -> Lanes {
+        (self.rest_m - other.rest_m) + (self.moved_m - other.moved_m)
     }
 }
 
@@ -62,6 +100,8 @@ impl Node {
 pub struct Bodies {
     /// What the solver works on; `moved_m` is scratch between predict and advance.
     pub(crate) nodes: PerSphere<Node>,
+    /// Radius, m.
+    pub(crate) radius_m: PerSphere<f32>,
     /// Displacement from rest at the end of the last tick, m; written by advance.
     pub(crate) displacement_m: PerSphere<Vec3>,
     /// Velocity at the end of the last tick, m/s; written by advance.
@@ -77,6 +117,7 @@ impl Bodies {
     pub(crate) const fn new() -> Self {
         Self {
             nodes: PerSphere::new(Node::ZERO),
+            radius_m: PerSphere::new(0.0),
             displacement_m: PerSphere::new(Vec3::new(0.0, 0.0, 0.0)),
             velocity_m_s: PerSphere::new(Vec3::new(0.0, 0.0, 0.0)),
             bits: PerSphere::new(SphereBits(0)),
@@ -94,12 +135,8 @@ impl Bodies {
                 .fill(index);
         }
         for (i, rest) in (0u32..).zip(scene.spheres) {
-            *self.nodes.at_mut(i) = Node {
-                rest_m: rest.center_m,
-                inverse_mass_per_kg: inverse_mass_per_kg(rest),
-                moved_m: Vec3::zeros(),
-                radius_m: rest.radius_m,
-            };
+            self.nodes.at_mut(i).rest_m = Lanes::new(&rest.center_m, 0.0);
+            *self.radius_m.at_mut(i) = rest.radius_m;
         }
         self.rest(scene);
     }
@@ -119,8 +156,10 @@ impl Bodies {
     /// The box around an organ as it lies now.
     pub(crate) fn bounds(&self, organ: &Organ) -> Bounds {
         let mut bounds = Bounds::EMPTY;
-        for node in self.nodes.range(organ.sphere_start, organ.sphere_count) {
-            bounds.add(&node.center_m(), node.radius_m);
+        let (start, count) = (organ.sphere_start, organ.sphere_count);
+        let radii = self.radius_m.range(start, count);
+        for (node, radius_m) in self.nodes.range(start, count).iter().zip(radii) {
+            bounds.add(&node.center_m(), *radius_m);
         }
         bounds
     }
@@ -129,8 +168,8 @@ impl Bodies {
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
-            node.moved_m = Vec3::zeros();
-            node.inverse_mass_per_kg = inverse_mass_per_kg(rest);
+            node.move_to(&Vec3::zeros());
+            node.set_inverse_mass_per_kg(inverse_mass_per_kg(rest));
             *self.displacement_m.at_mut(i) = Vec3::zeros();
             *self.velocity_m_s.at_mut(i) = Vec3::zeros();
             *self.bits.at_mut(i) = SphereBits(0);

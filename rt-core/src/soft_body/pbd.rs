@@ -1,7 +1,10 @@
 //! The paper's solver: stretching and Laplacian coordinates, a fixed number of iterations.
 
-use crate::math::Vec3;
+use core::ops::Add;
+
+use crate::math;
 use crate::scene::{Organ, Scene};
+use crate::soft_body::lanes::Lanes;
 use crate::soft_body::laplacian::laplacian;
 use crate::soft_body::stretch::stretch;
 use crate::soft_body::{Bodies, Solver};
@@ -29,15 +32,15 @@ impl Solver for PaperPbd {
 
 fn project_stretch(scene: &Scene<'_>, organ: &Organ, bodies: &mut Bodies) {
     let stiffness = organ.material.stretch_stiffness;
+    let nodes = &mut bodies.nodes;
     for link in scene.links_of(organ) {
-        let (a, b) = (bodies.nodes.at(link.a), bodies.nodes.at(link.b));
-        let (wa, wb) = (a.inverse_mass_per_kg, b.inverse_mass_per_kg);
-        // Rest positions and displacements apart: their differences are exact where a
-        // difference of centres would have lost the last bits.
-        let difference = (a.rest_m - b.rest_m) + (a.moved_m - b.moved_m);
-        let g = stretch(&difference, wa + wb, link.rest_length_m, stiffness);
-        bodies.nodes.at_mut(link.a).moved_m -= g * wa;
-        bodies.nodes.at_mut(link.b).moved_m += g * wb;
+        let (a, b) = (*nodes.at(link.a), *nodes.at(link.b));
+        let (wa, wb) = (a.inverse_mass_per_kg(), b.inverse_mass_per_kg());
+        let difference = a.from(&b);
+        let length = math::sqrt(difference.norm_squared());
+        let step = difference.scaled(stretch(length, wa + wb, link.rest_length_m, stiffness));
+        nodes.at_mut(link.a).moved_m = a.moved_m - step * Lanes::splat(wa);
+        nodes.at_mut(link.b).moved_m = b.moved_m + step * Lanes::splat(wb);
     }
 }
 
@@ -46,17 +49,16 @@ fn project_laplacian(organ: &Organ, bodies: &mut Bodies) {
     if stiffness <= 0.0 {
         return;
     }
+    let nodes = &mut bodies.nodes;
     for i in organ.sphere_start..organ.sphere_start.saturating_add(organ.sphere_count) {
-        if bodies.nodes.at(i).inverse_mass_per_kg <= 0.0 {
+        let own = *nodes.at(i);
+        if own.inverse_mass_per_kg() <= 0.0 {
             continue;
         }
         let linked = bodies.adjacency.of(i);
-        let moved = |&n: &u16| bodies.nodes.at(u32::from(n)).moved_m;
-        let sum = linked
-            .iter()
-            .map(moved)
-            .fold(Vec3::zeros(), |sum, u| sum + u);
-        let step = laplacian(&bodies.nodes.at(i).moved_m, &sum, linked.len(), stiffness);
-        bodies.nodes.at_mut(i).moved_m += step;
+        let moved = |&n: &u16| nodes.at(u32::from(n)).moved_m;
+        let sum = linked.iter().map(moved).fold(Lanes::ZERO, Lanes::add);
+        let step = laplacian(own.moved_m, sum, linked.len(), stiffness);
+        nodes.at_mut(i).moved_m = own.moved_m + step;
     }
 }

@@ -1,37 +1,38 @@
 //! Stretching (paper Eq. 3–5).
 
-use crate::math::{self, Vec3};
-
-/// The stretch of a link and how to remove the share `stiffness` of it.
+/// How far the two spheres of a link move along their difference `p1 − p2`, per inverse mass.
 ///
 /// | paper | here |
 /// |---|---|
-/// | `p1 − p2` | `difference` |
-/// | `C = |p1 − p2| − d0` (Eq. 3) | length of `difference` − `rest_length` |
-/// | `dp1 = −w1 / (w1 + w2) C n` (Eq. 4) | `−w1` × result |
-/// | `dp2 = +w2 / (w1 + w2) C n` (Eq. 5) | `+w2` × result |
+/// | `C = |p1 − p2| − d0` (Eq. 3) | `length − rest_length` |
+/// | `dp1 = −w1 / (w1 + w2) C n` (Eq. 4) | `−w1 · result · (p1 − p2)` |
+/// | `dp2 = +w2 / (w1 + w2) C n` (Eq. 5) | `+w2 · result · (p1 − p2)` |
 ///
-/// `weight_sum` is `w1 + w2`. Two immovable spheres, and two in one place (whose direction nobody
-/// knows), are left alone.
+/// `length` is `|p1 − p2|`, `weight_sum` is `w1 + w2`, `stiffness` the share of the stretch that is
+/// removed (the paper's is 1). Two immovable spheres, and two in one place (whose direction
+/// nobody knows), are left alone.
 #[must_use]
 #[inline(always)]
-pub fn stretch(difference: &Vec3, weight_sum: f32, rest_length: f32, stiffness: f32) -> Vec3 {
-    let length = math::norm(difference);
+pub fn stretch(length: f32, weight_sum: f32, rest_length: f32, stiffness: f32) -> f32 {
     let scale = length * weight_sum;
     let share = stiffness * (length - rest_length) / scale;
-    difference
-        * if scale > f32::MIN_POSITIVE {
-            share
-        } else {
-            0.0
-        }
+    if scale > f32::MIN_POSITIVE {
+        share
+    } else {
+        0.0
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Quat;
+    use crate::math::{self, Quat, Vec3};
     use proptest::prelude::*;
+
+    /// What both spheres move by, per inverse mass.
+    fn step(d: &Vec3, weight_sum: f32, rest_length: f32, stiffness: f32) -> Vec3 {
+        d * stretch(math::norm(d), weight_sum, rest_length, stiffness)
+    }
 
     fn near(a: Vec3, b: Vec3) -> bool {
         math::norm(&(a - b)) < 1.0e-6
@@ -41,7 +42,7 @@ mod tests {
     fn eq_3_to_5_by_hand() {
         // 3-4-5: length 5, rest 4, so C = 1, n = (0.6, 0.8, 0); w1 = 1, w2 = 3.
         let (p1, p2, w1, w2) = (Vec3::new(3.0, 4.0, 0.0), Vec3::zeros(), 1.0, 3.0);
-        let g = stretch(&(p1 - p2), w1 + w2, 4.0, 1.0);
+        let g = step(&(p1 - p2), w1 + w2, 4.0, 1.0);
         let (dp1, dp2) = (-w1 * g, w2 * g);
         assert!(near(dp1, Vec3::new(-0.15, -0.2, 0.0)), "{dp1}");
         assert!(near(dp2, Vec3::new(0.45, 0.6, 0.0)), "{dp2}");
@@ -53,7 +54,7 @@ mod tests {
     fn half_stiffness_moves_half_the_way_and_compression_pushes() {
         let difference = Vec3::new(0.0, 0.0, 2.0);
         assert!(near(
-            stretch(&difference, 2.0, 3.0, 0.5),
+            step(&difference, 2.0, 3.0, 0.5),
             Vec3::new(0.0, 0.0, -0.25)
         ));
     }
@@ -61,10 +62,10 @@ mod tests {
     #[test]
     fn nothing_to_move_and_nowhere_to_move() {
         assert!(near(
-            stretch(&Vec3::new(1.0, 0.0, 0.0), 0.0, 0.5, 1.0),
+            step(&Vec3::new(1.0, 0.0, 0.0), 0.0, 0.5, 1.0),
             Vec3::zeros()
         ));
-        assert!(near(stretch(&Vec3::zeros(), 2.0, 0.5, 1.0), Vec3::zeros()));
+        assert!(near(step(&Vec3::zeros(), 2.0, 0.5, 1.0), Vec3::zeros()));
     }
 
     fn vector() -> impl Strategy<Value = Vec3> {
@@ -77,7 +78,7 @@ mod tests {
         fn conserves_momentum(d in vector(), m1 in 0.001f32..1.0, m2 in 0.001f32..1.0,
                               rest in 0.01f32..1.0, k in 0.0f32..1.0) {
             let (w1, w2) = (1.0 / m1, 1.0 / m2);
-            let g = stretch(&d, w1 + w2, rest, k);
+            let g = step(&d, w1 + w2, rest, k);
             let momentum = m1 * (-w1 * g) + m2 * (w2 * g);
             prop_assert!(math::norm(&momentum) < 1.0e-5 * (1.0 + math::norm(&g)));
         }
@@ -87,7 +88,7 @@ mod tests {
         fn leaves_the_rest_of_the_stretch(d in vector(), w1 in 0.0f32..10.0, w2 in 0.1f32..10.0,
                                           rest in 0.01f32..1.0, k in 0.0f32..1.0) {
             prop_assume!(math::norm(&d) > 0.01);
-            let g = stretch(&d, w1 + w2, rest, k);
+            let g = step(&d, w1 + w2, rest, k);
             let after = math::unit(&d).unwrap().dot(&(d - (w1 + w2) * g)) - rest;
             let before = math::norm(&d) - rest;
             prop_assert!((after - (1.0 - k) * before).abs() < 1.0e-4);
@@ -97,8 +98,8 @@ mod tests {
         #[test]
         fn is_invariant_under_rotation(d in vector(), q in vector(), rest in 0.01f32..1.0) {
             let turn = Quat::from_quaternion(nalgebra::Quaternion::new(0.5, q.x, q.y, q.z));
-            let turned = stretch(&(turn * d), 2.0, rest, 0.7);
-            prop_assert!(math::norm(&(turned - turn * stretch(&d, 2.0, rest, 0.7))) < 1.0e-5);
+            let turned = step(&(turn * d), 2.0, rest, 0.7);
+            prop_assert!(math::norm(&(turned - turn * step(&d, 2.0, rest, 0.7))) < 1.0e-5);
         }
     }
 }

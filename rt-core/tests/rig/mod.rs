@@ -12,7 +12,7 @@ use rt_core::port::{
 use rt_core::scene::{Link, Organ, PbdMaterial, RestSphere, Room, Scene};
 use rt_core::sim::{Ports, Samples, Stage, TickView};
 use rt_core::state::SphereBits;
-use rt_core::tool::Kinematics;
+use rt_core::tool::{Instrument, Kinematics};
 
 /// A Touch-class device.
 pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities {
@@ -182,6 +182,8 @@ pub(crate) struct Bench {
     pub(crate) contact_count: u32,
     pub(crate) grasped_count: u32,
     pub(crate) camera: Pose,
+    pub(crate) tip_m: Vec3,
+    pub(crate) instrument: Instrument,
     pub(crate) centers_m: Vec<Vec3>,
     pub(crate) bits: Vec<SphereBits>,
     pub(crate) status: [rt_core::sim::Status; 3],
@@ -205,6 +207,8 @@ impl Bench {
             contact_count: 0,
             grasped_count: 0,
             camera: Pose::identity(),
+            tip_m: Vec3::zeros(),
+            instrument: Instrument::Grasper,
             centers_m: Vec::new(),
             bits: Vec::new(),
             status: [rt_core::sim::Status::Absent; 3],
@@ -249,6 +253,8 @@ impl Ports for Bench {
         self.contact_count = view.tool.contact_count;
         self.grasped_count = view.tool.grasped_count;
         self.camera = view.tool.world_from_camera;
+        self.tip_m = view.tool.tip_m;
+        self.instrument = view.tool.instrument;
         self.status = [view.device.status, view.tracker.status, view.pedal.status];
         self.centers_m.clear();
         self.bits.clear();

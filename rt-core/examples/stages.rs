@@ -1,0 +1,86 @@
+//! What each stage of the tick costs on this machine, with the liver under the instrument and
+//! the gallbladder beside it: `cargo run --release -p rt-core --example stages`. The smallest
+//! figure is what the code costs; the median holds what else the machine does.
+
+#[path = "../tests/rig/mod.rs"]
+mod rig;
+
+use std::time::Instant;
+
+use rig::{Anatomy, Bench, TOUCH};
+use rt_core::math::Vec3;
+use rt_core::port::{Buttons, ForceCommand};
+use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
+use rt_core::state::State;
+
+const TICKS: u32 = 4000;
+
+/// Passes on, and times the stages.
+struct Timed {
+    inner: Bench,
+    last: Instant,
+    stage_us: [Vec<f64>; 7],
+}
+
+impl Ports for Timed {
+    fn sample(&mut self) -> Samples {
+        self.last = Instant::now();
+        self.inner.samples
+    }
+
+    fn send_force(&mut self, _: ForceCommand) {}
+
+    fn publish(&mut self, view: &TickView<'_>) {
+        self.inner.publish(view);
+    }
+
+    fn stamp(&mut self, stage: Stage) {
+        let now = Instant::now();
+        self.stage_us[stage as usize].push((now - self.last).as_secs_f64() * 1.0e6);
+        self.last = now;
+    }
+}
+
+fn measure(name: &str, anatomy: &Anatomy) {
+    let mut state = Box::new(State::new());
+    let parameters = Parameters {
+        force_ramp_s: 0.01,
+        force_enabled: true,
+        ..Default::default()
+    };
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, parameters);
+    let stage_us = std::array::from_fn(|_| Vec::new());
+    let mut timed = Timed {
+        inner: Bench::new(),
+        last: Instant::now(),
+        stage_us,
+    };
+    for t in 0..TICKS {
+        let depth_m = 0.05 * (f64::from(t) / f64::from(TICKS)) as f32;
+        timed
+            .inner
+            .next_at(&Vec3::new(0.0, 0.0, 0.08 - depth_m), Buttons::default());
+        sim.tick(&mut timed);
+    }
+    println!(
+        "{name}: {} spheres, {} links",
+        anatomy.spheres.len(),
+        anatomy.links.len()
+    );
+    let mut sum = (0.0, 0.0);
+    for (stage, times_us) in Stage::ALL.iter().zip(&mut timed.stage_us) {
+        times_us.sort_by(f64::total_cmp);
+        let (least, median) = (times_us[0], times_us[times_us.len() / 2]);
+        println!(
+            "  {:<10} min {least:7.1} µs  p50 {median:7.1} µs",
+            format!("{stage:?}")
+        );
+        sum = (sum.0 + least, sum.1 + median);
+    }
+    println!("  {:<10} min {:7.1} µs  p50 {:7.1} µs", "sum", sum.0, sum.1);
+}
+
+fn main() {
+    measure("liver", &Anatomy::liver());
+    measure("liver and gallbladder", &Anatomy::liver_and_gallbladder());
+}

@@ -1,0 +1,96 @@
+//! Three coordinates and a spare, which compilers keep in one vector register.
+
+use core::ops::{Add, Mul, Sub};
+
+use crate::math::Vec3;
+
+/// x, y, z and a spare lane. Adds, subtracts and multiplies lane by lane.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(16))]
+pub struct Lanes([f32; 4]);
+
+impl Lanes {
+    /// All zero.
+    pub const ZERO: Self = Self([0.0; 4]);
+
+    /// `v`, and `spare` beside it.
+    #[must_use]
+    #[inline(always)]
+    pub const fn new(v: &Vec3, spare: f32) -> Self {
+        let [x, y, z] = v.data.0[0];
+        Self([x, y, z, spare])
+    }
+
+    /// `x` in all four lanes.
+    #[must_use]
+    #[inline(always)]
+    pub const fn splat(x: f32) -> Self {
+        Self([x; 4])
+    }
+
+    /// Without the spare.
+    #[must_use]
+    #[inline(always)]
+    pub const fn vec3(self) -> Vec3 {
+        let [x, y, z, _] = self.0;
+        Vec3::new(x, y, z)
+    }
+
+    /// What stands beside.
+    #[must_use]
+    #[inline(always)]
+    pub const fn spare(self) -> f32 {
+        let [.., spare] = self.0;
+        spare
+    }
+
+    /// With another spare.
+    #[must_use]
+    #[inline(always)]
+    pub const fn with_spare(self, spare: f32) -> Self {
+        let [x, y, z, _] = self.0;
+        Self([x, y, z, spare])
+    }
+
+    /// x, y and z times `factor`; the spare becomes zero (if it is finite).
+    #[must_use]
+    #[inline(always)]
+    pub fn scaled(self, factor: f32) -> Self {
+        self * Self([factor, factor, factor, 0.0])
+    }
+
+    /// Squared length of x, y, z.
+    #[must_use]
+    #[inline(always)]
+    pub fn norm_squared(self) -> f32 {
+        let [x, y, z, _] = (self * self).0;
+        x + y + z
+    }
+}
+
+impl Add for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        let ([a, b, c, d], [e, f, g, h]) = (self.0, other.0);
+        Self([a + e, b + f, c + g, d + h])
+    }
+}
+
+impl Sub for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        let ([a, b, c, d], [e, f, g, h]) = (self.0, other.0);
+        Self([a - e, b - f, c - g, d - h])
+    }
+}
+
+impl Mul for Lanes {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        let ([a, b, c, d], [e, f, g, h]) = (self.0, other.0);
+        Self([a * e, b * f, c * g, d * h])
+    }
+}

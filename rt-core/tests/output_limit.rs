@@ -1,0 +1,323 @@
+//! Every gate that force passes on its way out.
+
+use proptest::prelude::*;
+use rt_core::fault::{Fault, FaultSet};
+use rt_core::math::{Vec3, is_finite, norm};
+use rt_core::output_limit::{Demand, OutputLimit};
+use rt_core::port::DeviceCapabilities;
+use rt_core::sim::Status;
+
+const DEVICE: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 3.0,
+    force_continuous_n: 1.0,
+    stiffness_max_n_m: 500.0,
+    damping_max_n_s_m: 1.0,
+    workspace_radius_m: 0.2,
+    renders_torque: false,
+    rate_hz: 1000.0,
+};
+
+const HALF: Demand = Demand {
+    force_n: Vec3::new(0.0, 0.0, 0.5),
+    stiffness_n_m: 100.0,
+    speed_m_s: 0.0,
+    device: Status::Live,
+    paused: false,
+};
+
+/// Open, ramped up within a tick.
+fn open() -> OutputLimit {
+    let mut limit = OutputLimit::new(&DEVICE, 0.0);
+    limit.enable(true);
+    limit
+}
+
+/// Length of the force, and the faults raised.
+fn apply(limit: &mut OutputLimit, demand: &Demand) -> (f32, FaultSet) {
+    let mut faults = FaultSet::NONE;
+    let force = limit.apply(demand, &mut faults);
+    (norm(&force), faults)
+}
+
+/// Applies `demand` for so many ticks.
+fn repeat(limit: &mut OutputLimit, demand: &Demand, ticks: u32) {
+    for _ in 0..ticks {
+        apply(limit, demand);
+    }
+}
+
+fn only(fault: Fault) -> FaultSet {
+    let mut set = FaultSet::NONE;
+    set.raise(fault);
+    set
+}
+
+fn near(a: f32, b: f32) -> bool {
+    (a - b).abs() < 1.0e-4
+}
+
+#[test]
+fn a_small_force_passes_unchanged() {
+    let mut faults = FaultSet::NONE;
+    let force = open().apply(&HALF, &mut faults);
+    assert!(
+        norm(&(force - HALF.force_n)) < 1.0e-6 && faults.is_empty(),
+        "{force} {faults:?}"
+    );
+}
+
+#[test]
+fn closed_until_enabled_and_zero_at_once_when_cut() {
+    let mut limit = OutputLimit::new(&DEVICE, 0.0);
+    assert!(near(apply(&mut limit, &HALF).0, 0.0));
+    limit.enable(true);
+    assert!(near(apply(&mut limit, &HALF).0, 0.5));
+    limit.enable(false);
+    assert!(near(apply(&mut limit, &HALF).0, 0.0));
+}
+
+#[test]
+fn force_rises_over_the_ramp_after_each_enable() {
+    let mut limit = OutputLimit::new(&DEVICE, 2.0);
+    for _ in 0..2 {
+        limit.enable(true);
+        let rise: Vec<f32> = (0..2500).map(|_| apply(&mut limit, &HALF).0).collect();
+        assert!(near(rise[0], 0.5 / 2000.0) && near(rise[999], 0.25) && near(rise[2400], 0.5));
+        assert!(rise.windows(2).all(|pair| pair[1] >= pair[0]));
+    }
+}
+
+#[test]
+fn what_is_no_number_is_no_force() {
+    for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+        let mut limit = open();
+        apply(&mut limit, &HALF);
+        let demand = Demand {
+            force_n: Vec3::new(bad, 0.0, 0.0),
+            ..HALF
+        };
+        assert_eq!(apply(&mut limit, &demand), (0.0, only(Fault::BadForce)));
+    }
+    let demand = Demand {
+        stiffness_n_m: f32::NAN,
+        ..HALF
+    };
+    assert_eq!(apply(&mut open(), &demand), (0.0, only(Fault::BadForce)));
+}
+
+#[test]
+fn too_stiff_is_scaled_down() {
+    let (force, faults) = apply(
+        &mut open(),
+        &Demand {
+            stiffness_n_m: 1000.0,
+            ..HALF
+        },
+    );
+    assert!(
+        near(force, 0.25) && faults == only(Fault::StiffnessCapped),
+        "{force}"
+    );
+}
+
+#[test]
+fn too_strong_is_clamped_after_the_slew() {
+    let mut limit = open();
+    let strong = Demand {
+        force_n: Vec3::new(0.0, 9.0, 0.0),
+        ..HALF
+    };
+    for expected in [1.0, 2.0, 3.0, 3.0] {
+        let (force, faults) = apply(&mut limit, &strong);
+        assert!(
+            near(force, expected) && faults.contains(Fault::Clamped),
+            "{force}"
+        );
+        assert_eq!(faults.contains(Fault::Slewed), expected < 3.0);
+    }
+    // And back: no faster down than up.
+    let (force, faults) = apply(
+        &mut limit,
+        &Demand {
+            force_n: Vec3::zeros(),
+            ..HALF
+        },
+    );
+    assert!(near(force, 2.0) && faults == only(Fault::Slewed));
+}
+
+#[test]
+fn warm_motors_come_down_to_the_continuous_force_without_a_step() {
+    let mut limit = open();
+    let strong = Demand {
+        force_n: Vec3::new(0.0, 3.0, 0.0),
+        ..HALF
+    };
+    let forces: Vec<(f32, FaultSet)> = (0..120_000).map(|_| apply(&mut limit, &strong)).collect();
+    assert!(near(forces[1000].0, 3.0), "a second at the peak is fine");
+    let (last, faults) = forces[119_999];
+    assert!(
+        (1.0..1.1).contains(&last) && faults == only(Fault::ThermalLimited),
+        "{last}"
+    );
+    let steps = forces[10..]
+        .windows(2)
+        .map(|pair| (pair[1].0 - pair[0].0).abs());
+    assert!(steps.fold(0.0, f32::max) < 0.01);
+    // Rest cools them.
+    let rest = Demand {
+        force_n: Vec3::zeros(),
+        ..HALF
+    };
+    repeat(&mut limit, &rest, 120_000);
+    repeat(&mut limit, &strong, 3);
+    assert!(near(apply(&mut limit, &strong).0, 3.0));
+}
+
+#[test]
+fn stale_fades_in_20_ms_lost_is_zero_at_once_and_both_ramp_up_again() {
+    let mut limit = OutputLimit::new(&DEVICE, 0.1);
+    limit.enable(true);
+    repeat(&mut limit, &HALF, 200);
+    let stale = Demand {
+        device: Status::Stale,
+        ..HALF
+    };
+    let fall: Vec<_> = (0..21).map(|_| apply(&mut limit, &stale)).collect();
+    assert!(fall[0].0 < 0.5 && near(fall[20].0, 0.0), "{fall:?}");
+    assert!(
+        fall.iter()
+            .all(|(_, faults)| faults.contains(Fault::StaleDevice))
+    );
+    assert!(
+        near(apply(&mut limit, &HALF).0, 0.005),
+        "up again by the ramp"
+    );
+    repeat(&mut limit, &HALF, 200);
+    let lost = Demand {
+        device: Status::Lost,
+        ..HALF
+    };
+    assert_eq!(apply(&mut limit, &lost), (0.0, only(Fault::LostDevice)));
+    assert!(near(apply(&mut limit, &HALF).0, 0.005));
+}
+
+#[test]
+fn a_pause_fades_without_a_fault() {
+    let mut limit = open();
+    apply(&mut limit, &HALF);
+    let paused = Demand {
+        paused: true,
+        ..HALF
+    };
+    let last = (0..21).map(|_| apply(&mut limit, &paused)).last();
+    assert_eq!(last, Some((0.0, FaultSet::NONE)));
+}
+
+#[test]
+fn a_speed_trip_latches_until_a_person_enables() {
+    for speed_m_s in [1.3, f32::NAN, f32::INFINITY] {
+        let mut limit = open();
+        assert_eq!(
+            apply(
+                &mut limit,
+                &Demand {
+                    speed_m_s: 1.1,
+                    ..HALF
+                }
+            )
+            .1,
+            FaultSet::NONE
+        );
+        let fast = Demand { speed_m_s, ..HALF };
+        assert_eq!(apply(&mut limit, &fast), (0.0, only(Fault::SpeedTrip)));
+        assert_eq!(apply(&mut limit, &HALF), (0.0, FaultSet::NONE), "latched");
+        assert!(!limit.is_open());
+        limit.enable(true);
+        assert!(near(apply(&mut limit, &HALF).0, 0.5));
+    }
+}
+
+#[test]
+fn a_device_that_states_no_sane_limits_gets_no_force() {
+    for bad in [f32::NAN, f32::INFINITY, -1.0, 0.0] {
+        for device in [
+            DeviceCapabilities {
+                force_max_n: bad,
+                ..DEVICE
+            },
+            DeviceCapabilities {
+                stiffness_max_n_m: bad,
+                ..DEVICE
+            },
+        ] {
+            let mut limit = OutputLimit::new(&device, 0.0);
+            limit.enable(true);
+            assert!(near(apply(&mut limit, &HALF).0, 0.0), "{device:?}");
+        }
+    }
+}
+
+fn hostile() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        4 => -10.0f32..10.0,
+        1 => any::<f32>(),
+        1 => Just(f32::NAN),
+        1 => Just(f32::INFINITY),
+        1 => Just(f32::MAX),
+    ]
+}
+
+fn demand() -> impl Strategy<Value = Demand> {
+    let status = prop_oneof![
+        6 => Just(Status::Live),
+        1 => Just(Status::Absent),
+        1 => Just(Status::Stale),
+        1 => Just(Status::Lost),
+    ];
+    let force = (hostile(), hostile(), hostile());
+    (force, hostile(), hostile(), status, any::<bool>()).prop_map(|(f, k, v, device, paused)| {
+        let force_n = Vec3::new(f.0, f.1, f.2);
+        Demand {
+            force_n,
+            stiffness_n_m: k,
+            speed_m_s: v,
+            device,
+            paused,
+        }
+    })
+}
+
+proptest! {
+    /// Whatever is asked, of whatever device: finite, never over its peak, never a faster rise
+    /// than the slew limit, nothing while the device is not there.
+    #[test]
+    fn nothing_hostile_gets_out(
+        demands in prop::collection::vec((demand(), any::<bool>()), 1..200),
+        peak in hostile(), continuous in hostile(), stiffness in hostile(), ramp in hostile(),
+    ) {
+        let device = DeviceCapabilities {
+            force_max_n: peak,
+            force_continuous_n: continuous,
+            stiffness_max_n_m: stiffness,
+            ..DEVICE
+        };
+        let mut limit = OutputLimit::new(&device, ramp);
+        limit.enable(true);
+        let allowed = if peak.is_finite() { peak.max(0.0) } else { 0.0 };
+        let mut last = 0.0;
+        for (demand, enable) in demands {
+            if enable {
+                limit.enable(true);
+            }
+            let mut faults = FaultSet::NONE;
+            let force = limit.apply(&demand, &mut faults);
+            prop_assert!(is_finite(&force));
+            let length = norm(&force);
+            prop_assert!(length <= allowed * 1.000_01, "{length} of {allowed}");
+            prop_assert!(length <= last * 1.000_01 + 1.0001, "{last} to {length}");
+            prop_assert!(demand.device != Status::Lost || length <= 0.0);
+            last = length;
+        }
+    }
+}

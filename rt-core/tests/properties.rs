@@ -1,0 +1,217 @@
+//! Whatever the scene and whatever comes in: the tick ends, everything stays finite, the force
+//! stays within the device's peak.
+
+mod rig;
+
+use proptest::prelude::*;
+use rig::{Bench, TOUCH, at_tip, room, tracker_at};
+use rt_core::math::{Pose, Quat, Vec3, is_finite, norm};
+use rt_core::port::{Buttons, DeviceSample, PedalSample, Polled};
+use rt_core::scene::{Link, Organ, PbdMaterial, RestSphere, Scene};
+use rt_core::sim::{Command, Parameters, Sim};
+use rt_core::state::State;
+use rt_core::tool::Instrument;
+
+#[derive(Debug, Clone)]
+struct Parts {
+    organs: Vec<Organ>,
+    spheres: Vec<RestSphere>,
+    links: Vec<Link>,
+}
+
+fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+    (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+}
+
+fn sphere() -> impl Strategy<Value = RestSphere> {
+    (
+        vector(0.05),
+        -4.0f32..-1.5,
+        -6.0f32..0.0,
+        prop::bool::weighted(0.1),
+    )
+        .prop_map(|(center_m, radius, mass, held)| RestSphere {
+            center_m,
+            radius_m: 10.0f32.powf(radius),
+            mass_kg: 10.0f32.powf(mass),
+            held,
+        })
+}
+
+fn material() -> impl Strategy<Value = PbdMaterial> {
+    (0.0f32..=1.0, 0.0f32..=1.0, 0.0f32..=1000.0, 0.0f32..=1.0e6).prop_map(
+        |(stretch_stiffness, laplacian_stiffness, damping_per_s, contact_stiffness_n_m)| {
+            PbdMaterial {
+                stretch_stiffness,
+                laplacian_stiffness,
+                damping_per_s,
+                contact_stiffness_n_m,
+            }
+        },
+    )
+}
+
+/// One or two organs of random spheres; links at random, also doubled and of absurd lengths.
+fn parts() -> impl Strategy<Value = Parts> {
+    let organ = || {
+        let links = prop::collection::vec((any::<u16>(), any::<u16>(), -5.0f32..0.5), 0..80);
+        (prop::collection::vec(sphere(), 1..40), links, material())
+    };
+    prop::collection::vec(organ(), 1..3).prop_map(|organs| {
+        let mut parts = Parts {
+            organs: vec![],
+            spheres: vec![],
+            links: vec![],
+        };
+        for (spheres, links, material) in organs {
+            let (first, count) = (parts.spheres.len() as u32, spheres.len() as u32);
+            let first_link = parts.links.len() as u32;
+            for (a, b, length) in links {
+                let (a, b) = (first + u32::from(a) % count, first + u32::from(b) % count);
+                if a != b {
+                    parts.links.push(Link {
+                        a,
+                        b,
+                        rest_length_m: 10.0f32.powf(length),
+                    });
+                }
+            }
+            parts.spheres.extend(spheres);
+            parts.organs.push(Organ {
+                sphere_start: first,
+                sphere_count: count,
+                link_start: first_link,
+                link_count: parts.links.len() as u32 - first_link,
+                material,
+            });
+        }
+        parts
+    })
+}
+
+#[derive(Debug, Clone)]
+enum Input {
+    Tip(Vec3, u8),
+    Raw([f32; 7], Option<Vec3>),
+    Lost,
+    Silence,
+    Tracker(Vec3),
+    Pedal(bool, bool, bool),
+    Command(Command),
+}
+
+fn command() -> impl Strategy<Value = Command> {
+    prop_oneof![
+        any::<bool>().prop_map(Command::Pause),
+        Just(Command::Reset),
+        Just(Command::EnableForce(true)),
+        any::<bool>().prop_map(Command::EnableForce),
+        Just(Command::Instrument(Instrument::Hook)),
+        Just(Command::Instrument(Instrument::Grasper)),
+    ]
+}
+
+fn any_number() -> impl Strategy<Value = f32> {
+    prop_oneof![
+        any::<f32>(),
+        -1.0f32..1.0,
+        Just(f32::NAN),
+        Just(f32::MAX),
+        Just(f32::INFINITY)
+    ]
+}
+
+fn input() -> impl Strategy<Value = Input> {
+    let wild = [(); 7].map(|()| any_number());
+    let velocity = prop::option::of((any_number(), any_number(), any_number()));
+    let velocity = velocity.prop_map(|v| v.map(|(x, y, z)| Vec3::new(x, y, z)));
+    prop_oneof![
+        8 => (vector(0.08), 0u8..4).prop_map(|(tip, buttons)| Input::Tip(tip, buttons)),
+        2 => (wild, velocity).prop_map(|(raw, velocity)| Input::Raw(raw, velocity)),
+        1 => Just(Input::Lost),
+        1 => Just(Input::Silence),
+        1 => (any_number(), any_number()).prop_map(|(x, y)| Input::Tracker(Vec3::new(x, y, 0.0))),
+        1 => any::<(bool, bool, bool)>().prop_map(|(a, b, c)| Input::Pedal(a, b, c)),
+        2 => command().prop_map(Input::Command),
+    ]
+}
+
+fn feed(bench: &mut Bench, input: &Input) {
+    let samples = bench.next();
+    let now = samples.now_ns;
+    match input {
+        Input::Tip(tip, buttons) => {
+            samples.device = Polled::Fresh(at_tip(tip, Buttons(*buttons), now));
+        }
+        Input::Raw(raw, velocity_m_s) => {
+            let [x, y, z, i, j, k, w] = *raw;
+            let turn = Quat::new_unchecked(nalgebra::Quaternion::new(w, i, j, k));
+            samples.device = Polled::Fresh(DeviceSample {
+                device_from_handle: Pose::from_parts(Vec3::new(x, y, z).into(), turn),
+                velocity_m_s: *velocity_m_s,
+                buttons: Buttons(255),
+                sequence: 0,
+                at_ns: now,
+            });
+        }
+        Input::Lost => samples.device = Polled::Lost,
+        Input::Silence => {}
+        Input::Tracker(at) => samples.tracker = Polled::Fresh(tracker_at(*at, now)),
+        Input::Pedal(cut, coagulate, camera_lock) => {
+            samples.pedal = Polled::Fresh(PedalSample {
+                cut: *cut,
+                coagulate: *coagulate,
+                camera_lock: *camera_lock,
+                at_ns: now,
+            });
+        }
+        Input::Command(command) => samples.command = Some(*command),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(128))]
+
+    #[test]
+    fn random_scenes_and_hostile_input_stay_finite(
+        parts in parts(),
+        inputs in prop::collection::vec((input(), 1usize..6), 1..40),
+        iterations in 0u32..20,
+    ) {
+        let scene = Scene::new(&parts.organs, &parts.spheres, &parts.links, room()).unwrap();
+        let mut state = Box::new(State::new());
+        let parameters = Parameters { iterations, force_ramp_s: 0.002, force_enabled: true };
+        let mut sim = Sim::new(scene, &mut state, TOUCH, parameters);
+        let mut bench = Bench::new();
+        for (input, times) in &inputs {
+            for _ in 0..*times {
+                feed(&mut bench, input);
+                sim.tick(&mut bench);
+                prop_assert_eq!(bench.sent.len(), 1);
+                let sent = bench.sent[0].force_n;
+                prop_assert!(is_finite(&sent) && norm(&sent) <= 3.3001, "{}", sent);
+                prop_assert!(bench.contact_count > 0 || bench.grasped_count > 0
+                    || norm(&bench.force_n) < f32::EPSILON || !bench.events.is_empty());
+                prop_assert!(bench.centers_m.iter().all(is_finite));
+                prop_assert!(is_finite(&bench.tip_m));
+            }
+        }
+    }
+
+    /// Equal inputs, equal bits.
+    #[test]
+    fn every_run_repeats(parts in parts(), inputs in prop::collection::vec(input(), 1..20)) {
+        let run = || {
+            let scene = Scene::new(&parts.organs, &parts.spheres, &parts.links, room()).unwrap();
+            let mut state = Box::new(State::new());
+            let mut sim = Sim::new(scene, &mut state, TOUCH, Parameters::default());
+            let mut bench = Bench::new();
+            for input in &inputs {
+                feed(&mut bench, input);
+                sim.tick(&mut bench);
+            }
+            sim.state_hash()
+        };
+        prop_assert_eq!(run(), run());
+    }
+}

@@ -1,0 +1,62 @@
+//! Same input, same bits: in debug and in release, today and tomorrow.
+
+mod rig;
+
+use rig::{Anatomy, Bench, TOUCH, pedal, tracker_at};
+use rt_core::math::Vec3;
+use rt_core::port::{Buttons, Polled};
+use rt_core::sim::{Command, Parameters, Sim};
+use rt_core::state::State;
+
+/// Of the run below. It changes only when the physics is meant to change: then run the test,
+/// look at what `poke` prints, and put the new one here.
+const GOLDEN: u64 = 0x61d6_13d1_04f8_b637;
+
+/// Comes, presses, slides, grasps, lifts, lets go, is lost and comes back.
+fn run() -> u64 {
+    let anatomy = Anatomy::liver_and_gallbladder();
+    let mut state = Box::new(State::new());
+    let parameters = Parameters {
+        iterations: 10,
+        force_ramp_s: 0.1,
+        force_enabled: true,
+    };
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, parameters);
+    let mut bench = Bench::new();
+    let way = [
+        (0, Vec3::new(0.0, 0.0, 0.12), Buttons(0)),
+        (200, Vec3::new(0.01, 0.0, 0.038), Buttons(0)),
+        (350, Vec3::new(-0.01, 0.005, 0.040), Buttons(0)),
+        (600, Vec3::new(-0.01, 0.005, 0.040), Buttons::GRASP),
+        (850, Vec3::new(-0.01, 0.02, 0.065), Buttons::GRASP),
+        (1000, Vec3::new(0.02, 0.01, 0.09), Buttons(0)),
+    ];
+    for leg in way.windows(2) {
+        let [(start, from, _), (end, to, buttons)] = [leg[0], leg[1]];
+        for t in start..end {
+            let share = (t - start) as f32 / (end - start) as f32;
+            let samples = bench.next_at(&(from + (to - from) * share), buttons);
+            let now = samples.now_ns;
+            samples.tracker = Polled::Fresh(tracker_at(Vec3::new(0.1, share, 0.0), now));
+            samples.pedal = Polled::Fresh(pedal(t % 300 > 200, t > 500, now));
+            samples.command = (t == 120).then_some(Command::EnableForce(true));
+            if t % 100 > 90 {
+                samples.device = Polled::Nothing;
+            }
+            sim.tick(&mut bench);
+        }
+    }
+    assert!(
+        bench.events.len() >= 4,
+        "it did something: {:?}",
+        bench.events
+    );
+    sim.state_hash()
+}
+
+#[test]
+fn the_golden_run_repeats_bit_for_bit() {
+    let hash = run();
+    assert_eq!(hash, run(), "twice in one process");
+    assert_eq!(hash, GOLDEN, "0x{hash:016x}");
+}
