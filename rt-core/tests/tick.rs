@@ -552,3 +552,24 @@ fn a_resting_organ_rests() {
     }
     assert!(sim.speed_max_m_s() < 5.0e-5, "{}", sim.speed_max_m_s());
 }
+
+#[test]
+fn a_standstill_starts_the_force_from_nothing() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    let full = norm(&bench.force_n);
+    let standstill = |bench: &mut Bench, ms: u64| {
+        bench.samples.now_ns += ms * 1_000_000;
+        bench.next_at(&PRESSED, NONE);
+    };
+    standstill(&mut bench, 18);
+    sim.tick(&mut bench);
+    assert!(norm(&bench.force_n) > 0.9 * full, "a hiccup is not felt");
+    standstill(&mut bench, 200);
+    sim.tick(&mut bench);
+    assert!(norm(&bench.force_n) < 0.2 * full, "{}", bench.force_n);
+    assert_eq!(bench.counters.of(Fault::StaleDevice), 1);
+}
