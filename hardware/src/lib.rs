@@ -3,6 +3,7 @@
 //! ```text
 //! rig      our own serial protocol: haptic devices and pedals of rig builders (PROTOCOL.md)
 //! bird     Ascension Flock-of-Birds protocol: the endoscope's tracker
+//! woody    WoodenHaptics' text protocol and linkage
 //! line     a serial line that neither blocks nor allocates
 //! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
 //! conformance  one suite for every driver, emulated device and real device
@@ -31,6 +32,8 @@ mod error;
 #[cfg(feature = "std")]
 mod line;
 pub mod rig;
+#[cfg(feature = "std")]
+pub mod woody;
 
 #[cfg(feature = "std")]
 pub use error::HardwareError;

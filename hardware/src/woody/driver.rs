@@ -1,0 +1,227 @@
+//! Driver of a WoodenHaptics device.
+
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rt_core::math::{Pose, Quat, Vec3};
+use rt_core::port::{
+    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
+    TimeNs,
+};
+
+use super::mechanism::Mechanism;
+use super::wire::{Currents, Encoders, ListReader, Model};
+use crate::HardwareError;
+use crate::line::{Line, Read, Written};
+
+/// The Teensy's USB ignores it.
+pub(crate) const BAUD: u32 = 115_200;
+const NAME: &str = "WoodenHaptics device";
+const HANDSHAKE: Duration = Duration::from_secs(2);
+const ASK_INTERVAL: Duration = Duration::from_millis(50);
+/// Most bytes that one poll reads: 15 of the longest lines.
+const BYTES_PER_POLL: usize = 1024;
+/// A sample further out than so many workspace radii is no sample.
+const REACH: f32 = 3.0;
+/// Codes below this are about a joint's sensor; from it on a command was not understood.
+const COMMAND_ERROR: i32 = 8;
+
+/// A WoodenHaptics device. It answers commands: without [`HapticDevice::send`] there are no
+/// samples.
+#[derive(Debug)]
+pub struct WoodyHaptic {
+    line: Line,
+    mechanism: Mechanism,
+    reader: ListReader,
+    counters: LineCounters,
+    sequence: u16,
+    angles_rad: [f64; 3],
+    /// A write broke off: the next needs a newline in front.
+    torn: bool,
+}
+
+impl WoodyHaptic {
+    /// Opens the line with the published mechanism. The device must have been set to zero in its
+    /// home position. Not for the tick: waits up to 2 s for an answer.
+    pub fn open(path: &Path) -> Result<Self, HardwareError> {
+        Self::open_as(path, Mechanism::WOODY)
+    }
+
+    /// The same, for a device of other dimensions.
+    pub fn open_as(path: &Path, mechanism: Mechanism) -> Result<Self, HardwareError> {
+        let mut woody = Self {
+            line: Line::open(path, BAUD)?,
+            mechanism,
+            reader: ListReader::default(),
+            counters: LineCounters::default(),
+            sequence: 0,
+            angles_rad: mechanism.home_rad,
+            torn: true,
+        };
+        let found = woody.greet()?;
+        if found.model != Model::Woody {
+            return Err(HardwareError::WrongDevice {
+                path: path.to_path_buf(),
+                expected: NAME,
+                found: format!(
+                    "a {:?}, whose linkage this driver does not know",
+                    found.model
+                ),
+            });
+        }
+        woody.counters = LineCounters::default();
+        Ok(woody)
+    }
+
+    /// The line.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.line.path()
+    }
+
+    /// Whether the line is gone; see [`crate::rig::RigHaptic::is_lost`].
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.line.is_lost()
+    }
+
+    /// Asks with zero currents until the device answers.
+    fn greet(&mut self) -> Result<Encoders, HardwareError> {
+        let path = self.path().to_path_buf();
+        let start = Instant::now();
+        let mut next = start;
+        let mut heard = 0;
+        while start.elapsed() < HANDSHAKE {
+            if Instant::now() >= next {
+                self.write(Currents::default());
+                next += ASK_INTERVAL;
+            }
+            let mut bytes = [0; BYTES_PER_POLL];
+            match self.line.read(&mut bytes) {
+                Read::Bytes(count) => {
+                    heard += count as u64;
+                    let mut found = None;
+                    for &byte in bytes.iter().take(count) {
+                        if let Some(Ok(text)) = self.reader.push(byte) {
+                            found = Encoders::parse(text).or(found);
+                        }
+                    }
+                    if let Some(found) = found {
+                        return Ok(found);
+                    }
+                }
+                Read::Empty => thread::sleep(Duration::from_millis(1)),
+                Read::Lost => return Err(HardwareError::Missing { path }),
+            }
+        }
+        let waited_ms = HANDSHAKE.as_millis() as u64;
+        Err(HardwareError::Silent {
+            path,
+            expected: NAME,
+            waited_ms,
+            heard,
+        })
+    }
+
+    fn write(&mut self, currents: Currents) {
+        if self.torn {
+            // Ends whatever was begun; the firmware answers it with an error at most.
+            match self.line.write(b"\n") {
+                Written::All => self.torn = false,
+                Written::Part | Written::Nothing => {
+                    self.counters.dropped_writes += 1;
+                    return;
+                }
+            }
+        }
+        let written = self.line.write(currents.line().as_bytes());
+        if written != Written::All {
+            self.torn = written == Written::Part;
+            self.counters.dropped_writes += 1;
+        }
+    }
+}
+
+impl Drop for WoodyHaptic {
+    /// Not left to the watchdog.
+    fn drop(&mut self) {
+        self.write(Currents::default());
+    }
+}
+
+impl HapticDevice for WoodyHaptic {
+    fn capabilities(&self) -> DeviceCapabilities {
+        DeviceCapabilities {
+            force_max_n: self.mechanism.force_max_n as f32,
+            force_continuous_n: self.mechanism.force_continuous_n as f32,
+            stiffness_max_n_m: self.mechanism.stiffness_max_n_m as f32,
+            damping_max_n_s_m: self.mechanism.damping_max_n_s_m as f32,
+            workspace_radius_m: self.mechanism.radius_m as f32,
+            renders_torque: false,
+            // As often as it is asked.
+            rate_hz: 1000.0,
+        }
+    }
+
+    fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
+        let mut bytes = [0; BYTES_PER_POLL];
+        let count = match self.line.read(&mut bytes) {
+            Read::Bytes(count) => count,
+            Read::Empty => return Polled::Nothing,
+            Read::Lost => return Polled::Lost,
+        };
+        let reach_m = self.mechanism.radius_m as f32 * REACH;
+        let mut newest = None;
+        for &byte in bytes.iter().take(count) {
+            let Some(read) = self.reader.push(byte) else {
+                continue;
+            };
+            let sample = read.ok().and_then(Encoders::parse).and_then(|encoders| {
+                let [a, b, c, ..] = encoders.counts;
+                let angles_rad = self.mechanism.angles_rad([a, b, c]);
+                let position_m = self.mechanism.position_m(angles_rad);
+                let good = encoders.model == Model::Woody
+                    && encoders.error < COMMAND_ERROR
+                    && position_m.norm() <= reach_m;
+                good.then_some((angles_rad, position_m))
+            });
+            match sample {
+                Some((angles_rad, position_m)) => {
+                    self.counters.frames += 1;
+                    self.sequence = self.sequence.wrapping_add(1);
+                    self.angles_rad = angles_rad;
+                    newest = Some(position_m);
+                }
+                None => self.counters.bad_frames += 1,
+            }
+        }
+        newest.map_or(Polled::Nothing, |position_m| {
+            Polled::Fresh(DeviceSample {
+                device_from_handle: Pose::from_parts(position_m.into(), Quat::identity()),
+                velocity_m_s: None,
+                buttons: Buttons::default(),
+                sequence: self.sequence,
+                at_ns: now_ns,
+            })
+        })
+    }
+
+    fn send(&mut self, command: ForceCommand, _now_ns: TimeNs) {
+        let mut force_n = command.force_n;
+        let norm = force_n.norm();
+        let max_n = self.mechanism.force_max_n as f32;
+        if !norm.is_finite() {
+            force_n = Vec3::zeros();
+        } else if norm > max_n {
+            force_n *= max_n / norm;
+        }
+        self.write(Currents(
+            self.mechanism.currents_ma(self.angles_rad, force_n),
+        ));
+    }
+
+    fn counters(&self) -> LineCounters {
+        self.counters
+    }
+}

@@ -1,0 +1,12 @@
+//! WoodenHaptics: the open, laser-cut device with a Teensy, and its text protocol.
+//!
+//! The host sends motor currents, the firmware answers each with its encoders. It sends nothing
+//! unasked, has no checksum, and drops the motors 100 ms after the last command.
+
+pub mod device;
+mod driver;
+pub mod mechanism;
+pub mod wire;
+
+pub(crate) use driver::BAUD;
+pub use driver::WoodyHaptic;
