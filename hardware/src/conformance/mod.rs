@@ -1,13 +1,15 @@
 //! One suite for every device, emulated or real: what a rig builder runs on the bench.
 //!
-//! [`haptic`], [`tracker`] and [`pedal`] open a line, watch the device and try what must hold
+//! [`haptic`], [`woody`], [`tracker`] and [`pedal`] open a line, watch the device and try what must hold
 //! whatever happens: the watchdog, silence after closing, a clean second opening, a plug pulled
 //! out. No force is asked for but zero: the device may stand free on a table.
 
 mod haptic;
 mod pedal;
+mod samples;
 mod tracker;
 mod watch;
+mod woody;
 
 use std::fmt;
 use std::time::Duration;
@@ -15,6 +17,7 @@ use std::time::Duration;
 pub use haptic::haptic;
 pub use pedal::pedal;
 pub use tracker::tracker;
+pub use woody::woody;
 
 /// How a device is tested.
 pub struct Options<'a> {

@@ -1,18 +1,17 @@
 //! The checks of a pedal that speaks the rig protocol.
 
 use std::path::Path;
-use std::time::Instant;
 
 use rt_core::port::{Pedal, PedalSample, Polled};
 
-use super::watch::{Arrivals, silent_after_close, unplugged, until};
+use super::watch::{Arrivals, open, silent_after_close, unplugged, until};
 use super::{Options, Report};
 use crate::rig::{BAUD, RigPedal};
 
 /// Tests the pedal behind `path`. Nobody's foot should be on it.
 pub fn pedal(path: &Path, options: &mut Options<'_>) -> Report {
     let mut report = Report::new("foot pedal");
-    let Some(mut pedal) = open(&mut report, "handshake", path) else {
+    let Some(mut pedal) = open(&mut report, "handshake", || RigPedal::open(path)) else {
         return report;
     };
     let mut arrivals = Arrivals::default();
@@ -48,26 +47,8 @@ pub fn pedal(path: &Path, options: &mut Options<'_>) -> Report {
     );
     drop(pedal);
     silent_after_close(&mut report, path, BAUD);
-    if let Some(mut pedal) = open(&mut report, "reopen", path) {
+    if let Some(mut pedal) = open(&mut report, "reopen", || RigPedal::open(path)) {
         unplugged(&mut report, options, |now_ns| pedal.poll(now_ns));
     }
     report
-}
-
-fn open(report: &mut Report, name: &'static str, path: &Path) -> Option<RigPedal> {
-    let start = Instant::now();
-    match RigPedal::open(path) {
-        Ok(pedal) => {
-            report.judge(
-                name,
-                true,
-                format!("answered in {} ms", start.elapsed().as_millis()),
-            );
-            Some(pedal)
-        }
-        Err(error) => {
-            report.judge(name, false, error.to_string());
-            None
-        }
-    }
 }

@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use rt_core::port::{Polled, Tracker};
 
-use super::watch::{Arrivals, silent_after_close, unplugged, until};
+use super::watch::{Arrivals, open, silent_after_close, unplugged, until};
 use super::{Options, Report};
 use crate::bird::wire::FULL_SCALE_M;
 use crate::bird::{BAUD, BirdTracker};
@@ -16,7 +16,7 @@ const RATE_MIN_HZ: f32 = 40.0;
 /// Tests the tracker behind `path`.
 pub fn tracker(path: &Path, options: &mut Options<'_>) -> Report {
     let mut report = Report::new("tracker");
-    let Some(mut tracker) = open(&mut report, "handshake", path) else {
+    let Some(mut tracker) = open(&mut report, "handshake", || BirdTracker::open(path)) else {
         return report;
     };
     let mut arrivals = Arrivals::default();
@@ -62,26 +62,8 @@ pub fn tracker(path: &Path, options: &mut Options<'_>) -> Report {
     );
     drop(tracker);
     silent_after_close(&mut report, path, BAUD);
-    if let Some(mut tracker) = open(&mut report, "reopen", path) {
+    if let Some(mut tracker) = open(&mut report, "reopen", || BirdTracker::open(path)) {
         unplugged(&mut report, options, |now_ns| tracker.poll(now_ns));
     }
     report
-}
-
-fn open(report: &mut Report, name: &'static str, path: &Path) -> Option<BirdTracker> {
-    let start = Instant::now();
-    match BirdTracker::open(path) {
-        Ok(tracker) => {
-            report.judge(
-                name,
-                true,
-                format!("answered in {} ms", start.elapsed().as_millis()),
-            );
-            Some(tracker)
-        }
-        Err(error) => {
-            report.judge(name, false, error.to_string());
-            None
-        }
-    }
 }

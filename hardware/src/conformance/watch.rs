@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 use rt_core::port::{Polled, TimeNs};
 
 use super::{Options, Report};
+use crate::HardwareError;
 use crate::line::{Line, Read};
 
 /// Longest wait for something that must happen.
@@ -116,4 +117,27 @@ pub(super) fn unplugged<T>(
         lost && stays,
         format!("lost is reported after {ms} ms, and stays"),
     );
+}
+
+/// Opens a device and reports how that went.
+pub(super) fn open<D>(
+    report: &mut Report,
+    name: &'static str,
+    open: impl FnOnce() -> Result<D, HardwareError>,
+) -> Option<D> {
+    let start = Instant::now();
+    match open() {
+        Ok(device) => {
+            report.judge(
+                name,
+                true,
+                format!("answered in {} ms", start.elapsed().as_millis()),
+            );
+            Some(device)
+        }
+        Err(error) => {
+            report.judge(name, false, error.to_string());
+            None
+        }
+    }
 }

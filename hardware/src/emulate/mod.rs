@@ -5,6 +5,7 @@
 //! haptic device, a body with mass and friction between the motors and the hand. A controller
 //! opens them as it opens real ones.
 
+mod electronics;
 mod fault;
 mod hand;
 mod pty;
@@ -19,6 +20,7 @@ use std::time::{Duration, Instant};
 
 use crate::HardwareError;
 
+pub use electronics::HapticModel;
 pub use fault::Faults;
 pub use hand::{Hand, HandScript, Intent, ROUND_S};
 pub use touch::{Body, Grip, Touch};
@@ -33,6 +35,8 @@ pub struct EmulateConfig {
     pub directory: PathBuf,
     /// Where the devices stand and what the hand does.
     pub script: HandScript,
+    /// Which haptic device.
+    pub haptic: HapticModel,
     /// Tremor and faults; the same seed gives the same movements.
     pub seed: u64,
     /// What goes wrong on each line.

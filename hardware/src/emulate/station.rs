@@ -7,11 +7,12 @@ use std::time::Instant;
 use rt_core::math::Vec3;
 use rustix::fs::{FlockOperation, flock};
 
+use super::electronics::Electronics;
 use super::fault::{Faults, FaultyLine};
 use super::hand::{Hand, REPEAT_S};
 use super::pty::Pty;
 use super::random::Random;
-use super::touch::{Body, Grip, Touch};
+use super::touch::{Grip, Touch};
 use super::{EmulateConfig, Lines};
 use crate::HardwareError;
 use crate::bird::device::Bird;
@@ -42,7 +43,7 @@ pub(super) struct Station {
     hand_time_ms: u32,
     silent_ms: u32,
     touch: Touch,
-    haptic: Device,
+    haptic: Electronics,
     haptic_line: Plug,
     bird: Bird,
     tracker_noise: Random,
@@ -65,6 +66,7 @@ impl Station {
             let line = FaultyLine::new(faults, Random::new(config.seed, stream));
             Plug::new(directory.join(name), line)
         };
+        let haptic = Electronics::new(config.haptic);
         let rest = hand.intent(0.0).device_from_handle.translation.vector;
         Ok(Self {
             lines: Lines {
@@ -79,8 +81,8 @@ impl Station {
             hand,
             hand_time_ms: 0,
             silent_ms: 0,
-            touch: Touch::new(Body::TOUCH, Grip::STYLUS, rest),
-            haptic: Device::new(Capabilities::touch_class()),
+            touch: Touch::new(haptic.body(), Grip::STYLUS, rest),
+            haptic,
             haptic_line: plug("haptic", config.faults.haptic, 10)?,
             tracker_noise: Random::new(config.seed, 2),
             tracker_line: plug("tracker", config.faults.tracker, 11)?,
@@ -130,14 +132,13 @@ impl Station {
         let now_us = self.started.elapsed().as_micros() as u32;
         let mut bytes = [0; 4096];
         let count = self.haptic_line.read(&mut bytes, self.tick)?;
-        self.haptic
-            .receive(bytes.get(..count).unwrap_or(&[]), now_us);
         let time_s = self.time_s();
-        if let Some(answer) = self.haptic.answer() {
-            self.haptic_line.send(&answer, time_s);
-        }
+        let line = &mut self.haptic_line.line;
+        let bytes = bytes.get(..count).unwrap_or(&[]);
+        let force_n = self.haptic.receive(bytes, &self.touch, now_us, |answer| {
+            line.send(answer, time_s);
+        });
 
-        let force_n = Vec3::from(self.haptic.force(now_us).force_n);
         let at_s = self.hand_time_s();
         let intent = self.hand.intent(at_s);
         let target_m = intent.device_from_handle.translation.vector;
@@ -149,7 +150,6 @@ impl Station {
             .vector;
         let target_velocity_m_s = (target_m - before_m) / 1e-3;
         self.touch.step(target_m, target_velocity_m_s, force_n);
-        self.haptic.set_limited(self.touch.is_limited());
 
         let position_m = self.touch.measured_m();
         let q = self.hand.handle_at(position_m).rotation;
@@ -164,9 +164,10 @@ impl Station {
             },
             buttons: intent.buttons.0,
         };
-        if let Some(state) = self.haptic.state(&motion, now_us) {
-            self.haptic_line.send(&state, time_s);
-        }
+        let line = &mut self.haptic_line.line;
+        self.haptic.report(&motion, &self.touch, now_us, |sample| {
+            line.send(sample, time_s);
+        });
         self.haptic_line.arrive(self.tick);
         Ok(())
     }

@@ -16,7 +16,7 @@ use crate::HardwareError;
 use crate::line::{Line, Read, Written};
 
 /// The Teensy's USB ignores it.
-pub(crate) const BAUD: u32 = 115_200;
+const BAUD: u32 = 115_200;
 const NAME: &str = "WoodenHaptics device";
 const HANDSHAKE: Duration = Duration::from_secs(2);
 const ASK_INTERVAL: Duration = Duration::from_millis(50);

@@ -8,5 +8,4 @@ mod driver;
 pub mod mechanism;
 pub mod wire;
 
-pub(crate) use driver::BAUD;
 pub use driver::WoodyHaptic;

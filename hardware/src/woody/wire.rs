@@ -301,10 +301,10 @@ mod tests {
             prop::sample::select(b"[],-0123456789\nx".to_vec()), 0..1000)) {
             let mut reader = ListReader::default();
             for byte in bytes {
-                if let Some(Ok(text)) = reader.push(byte) {
-                    if let Some(encoders) = Encoders::parse(text) {
-                        prop_assert!(encoders.counts.iter().all(|c| c.abs() <= COUNT_LIMIT));
-                    }
+                if let Some(Ok(text)) = reader.push(byte)
+                    && let Some(encoders) = Encoders::parse(text)
+                {
+                    prop_assert!(encoders.counts.iter().all(|c| c.abs() <= COUNT_LIMIT));
                 }
             }
         }

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use hardware::conformance::{Options, Outcome, haptic, pedal, tracker};
-use hardware::emulate::{Faults, LineFaults};
+use hardware::conformance::{Options, Outcome, haptic, pedal, tracker, woody};
+use hardware::emulate::{Faults, HapticModel, LineFaults};
 
 use crate::support::Emulator;
 
@@ -70,4 +70,12 @@ fn a_missing_device_is_a_report_too() {
     let report = tracker("/dev/there-is-no-such-device".as_ref(), &mut shortly());
     assert!(!report.passed());
     assert!(report.to_string().contains("no such device"), "{report}");
+}
+
+#[test]
+fn the_emulated_woody_passes() {
+    let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
+    let report = woody(&emulator.lines.haptic, &mut shortly());
+    print!("{report}");
+    assert!(report.passed(), "{report}");
 }

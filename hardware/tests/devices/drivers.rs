@@ -4,9 +4,10 @@ use std::time::Duration;
 
 use hardware::HardwareError;
 use hardware::bird::BirdTracker;
-use hardware::emulate::{Faults, LineFaults};
+use hardware::emulate::{Faults, HapticModel, LineFaults};
 use hardware::rig::wire::Status;
 use hardware::rig::{RigHaptic, RigPedal};
+use hardware::woody::WoodyHaptic;
 use rt_core::math::Vec3;
 use rt_core::port::{Buttons, ForceCommand, HapticDevice, Pedal, Polled, Tracker};
 
@@ -50,7 +51,12 @@ fn the_haptic_device_answers_streams_and_works_through_its_script() {
 #[test]
 fn a_force_pushes_the_hand_back() {
     let emulator = Emulator::start();
-    let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
+    pushes_back(RigHaptic::open(&emulator.lines.haptic).unwrap());
+    let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
+    pushes_back(WoodyHaptic::open(&emulator.lines.haptic).unwrap());
+}
+
+fn pushes_back(mut device: impl HapticDevice) {
     let mut mean_x = |force_n: f32| {
         let mut xs = Vec::new();
         poll_for(Duration::from_millis(250), |now_ns| {

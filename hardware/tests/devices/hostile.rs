@@ -74,7 +74,10 @@ fn anything() -> impl Strategy<Value = Vec<u8>> {
 #[test]
 fn whatever_comes_samples_are_sane_and_the_next_good_one_is_found() {
     let line = RefCell::new(greeted());
-    let mut runner = TestRunner::default();
+    let mut runner = TestRunner::new(ProptestConfig {
+        failure_persistence: None,
+        ..ProptestConfig::default()
+    });
     runner
         .run(&prop::collection::vec(anything(), 0..8), |chunks| {
             let (driver, played) = &mut *line.borrow_mut();

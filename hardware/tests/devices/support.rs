@@ -7,7 +7,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
-use hardware::emulate::{EmulateConfig, HandScript, LineFaults, Lines, run};
+use hardware::emulate::{EmulateConfig, HandScript, HapticModel, LineFaults, Lines, run};
 use nalgebra::{Translation3, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use tempfile::TempDir;
@@ -27,11 +27,16 @@ impl Emulator {
     }
 
     pub(crate) fn with(faults: LineFaults) -> Self {
+        Self::of(HapticModel::default(), faults)
+    }
+
+    pub(crate) fn of(haptic: HapticModel, faults: LineFaults) -> Self {
         let directory = tempfile::tempdir().expect("a directory");
         let config = EmulateConfig {
             directory: directory.path().join("devices"),
             script: room(),
             seed: 1,
+            haptic,
             faults,
         };
         let stop = Arc::new(AtomicBool::new(false));

@@ -1,0 +1,91 @@
+//! The checks of the samples that any haptic device gives.
+
+use std::time::{Duration, Instant};
+
+use rt_core::port::{HapticDevice, Polled};
+
+use super::Report;
+use super::haptic::NO_FORCE;
+use super::watch::{Arrivals, until};
+
+/// Watches the samples of an open device for `watch`, commanding no force: rate, gaps, ranges.
+pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, watch: Duration) {
+    let capabilities = device.capabilities();
+    let period_ns = (1e9 / capabilities.rate_hz) as u64;
+    let before = device.counters();
+    let mut arrivals = Arrivals::default();
+    let mut farthest_m = 0.0f32;
+    let mut fastest_m_s = 0.0f32;
+    let mut finite = true;
+    let mut due_ns = 0;
+    let start = Instant::now();
+    until(watch, |now_ns| {
+        if now_ns >= due_ns {
+            device.send(NO_FORCE, now_ns);
+            // At the declared rate, as a tick does; what was missed is not made up for.
+            due_ns = if now_ns < due_ns + period_ns {
+                due_ns
+            } else {
+                now_ns
+            } + period_ns;
+        }
+        if let Polled::Fresh(sample) = device.poll(now_ns) {
+            arrivals.add(now_ns);
+            let pose = sample.device_from_handle;
+            let velocity_m_s = sample.velocity_m_s.unwrap_or_default();
+            farthest_m = farthest_m.max(pose.translation.vector.norm());
+            fastest_m_s = fastest_m_s.max(velocity_m_s.norm());
+            finite &= pose.translation.vector.iter().all(|part| part.is_finite())
+                && velocity_m_s.iter().all(|part| part.is_finite())
+                && (pose.rotation.norm() - 1.0).abs() < 1e-3;
+        }
+        true
+    });
+    let seconds = start.elapsed().as_secs_f32();
+    let after = device.counters();
+    let frames = after.frames - before.frames;
+    let lost = after.lost_frames - before.lost_frames;
+    let bad = after.bad_frames - before.bad_frames;
+    let sent_hz = (frames + lost) as f32 / seconds;
+
+    let declared_hz = capabilities.rate_hz;
+    report.judge(
+        "rate",
+        (0.5..=1.5).contains(&(sent_hz / declared_hz)),
+        format!("{sent_hz:.0} samples/s, declared are {declared_hz:.0}, allowed is half of it off"),
+    );
+    report.judge(
+        "intervals",
+        arrivals.count() > 1,
+        format!("between fresh samples {}", arrivals.intervals()),
+    );
+    let share = |part: u64| part as f32 / (frames + lost + bad).max(1) as f32;
+    report.judge(
+        "gaps",
+        share(lost) < 0.01,
+        format!("{lost} of {} samples lost, allowed is 1 %", frames + lost),
+    );
+    report.judge(
+        "bad frames",
+        share(bad) < 0.01,
+        format!("{bad} bad frames, allowed is 1 %"),
+    );
+    report.judge("finite", finite, "every pose and velocity is finite".into());
+    let radius_m = capabilities.workspace_radius_m;
+    report.judge(
+        "workspace",
+        farthest_m <= radius_m * 1.1,
+        format!("farthest {farthest_m:.3} m, declared are {radius_m:.3} m, allowed is 10 % more"),
+    );
+    report.judge(
+        "speed",
+        fastest_m_s < 5.0,
+        format!("fastest {fastest_m_s:.2} m/s, allowed is 5 m/s"),
+    );
+    let dropped = after.dropped_writes - before.dropped_writes;
+    report.judge(
+        "writes",
+        dropped == 0,
+        format!("{dropped} forces that the line did not take"),
+    );
+}

@@ -1,0 +1,28 @@
+//! The checks of a WoodenHaptics device.
+
+use std::path::Path;
+
+use rt_core::port::HapticDevice;
+
+use super::samples::samples;
+use super::watch::{open, unplugged};
+use super::{Options, Report};
+use crate::woody::WoodyHaptic;
+
+/// Tests the device behind `path`.
+pub fn woody(path: &Path, options: &mut Options<'_>) -> Report {
+    let mut report = Report::new("WoodenHaptics device");
+    let Some(mut device) = open(&mut report, "handshake", || WoodyHaptic::open(path)) else {
+        return report;
+    };
+    samples(&mut report, &mut device, options.watch);
+    report.skip(
+        "watchdog",
+        "the firmware does not tell: end the host and feel that it is free",
+    );
+    drop(device);
+    if let Some(mut device) = open(&mut report, "reopen", || WoodyHaptic::open(path)) {
+        unplugged(&mut report, options, |now_ns| device.poll(now_ns));
+    }
+    report
+}
