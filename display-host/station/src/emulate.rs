@@ -23,6 +23,7 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
         directory: args.dir.clone(),
         script: script(scene.room()),
         seed: args.seed,
+        haptic: hardware::emulate::HapticModel::default(),
         faults: hardware::emulate::LineFaults::default(),
     };
     hardware::emulate::run(&config, &stop, &mut |lines| {

@@ -90,6 +90,7 @@ impl Emulated {
                 target_normal: room.target_normal.into(),
             },
             seed: 1,
+            haptic: hardware::emulate::HapticModel::default(),
             faults: LineFaults::default(),
         };
         let stop = Arc::new(AtomicBool::new(false));
