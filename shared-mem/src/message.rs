@@ -253,7 +253,7 @@ pub struct TickRecord {
     pub missed: u32,
     /// Time of each stage.
     pub stage_ns: [u32; STAGES],
-    /// Bit set of [`TickRecord::OVERRAN`], `NOT_PUBLISHED`, `STALE`, `CONTACT`.
+    /// Bit set of [`TickRecord::OVERRAN`], `NOT_PUBLISHED`, `STALE`, `CONTACT`, `DROPPED_…`.
     pub bits: u32,
 }
 
@@ -266,6 +266,8 @@ impl TickRecord {
     pub const STALE: u32 = 4;
     /// The instrument touched something.
     pub const CONTACT: u32 = 8;
+    /// A frame was due and there was no time for it.
+    pub const DROPPED_PUBLISH: u32 = 16;
 }
 
 /// Service `timing`: batches of records, with the thread's counters since its start.
@@ -298,11 +300,11 @@ pub struct TimingBatch {
 }
 
 impl TimingBatch {
-    /// `realtime` bit: the thread runs under SCHED_FIFO.
+    /// `realtime` bit: the thread runs under SCHED_FIFO or SCHED_DEADLINE.
     pub const FIFO: u32 = 1;
     /// `realtime` bit: all memory is locked.
     pub const LOCKED: u32 = 2;
-    /// `realtime` bit: the thread is pinned to one core.
+    /// `realtime` bit: the thread is pinned to one core (or SCHED_DEADLINE guarantees its time).
     pub const PINNED: u32 = 4;
 }
 
