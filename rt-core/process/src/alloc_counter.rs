@@ -9,16 +9,16 @@ use core::cell::Cell;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 
-/// What an armed thread's allocation leads to.
+/// What breaking a rule of the realtime thread (no allocation, no page fault) leads to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum OnAllocation {
+pub enum OnViolation {
     /// It is counted.
     Count,
     /// It ends the process, with a backtrace: for debugging.
     Abort,
 }
 
-impl OnAllocation {
+impl OnViolation {
     /// Debug builds abort on the first, release builds count.
     pub const BUILD_DEFAULT: Self = if cfg!(debug_assertions) {
         Self::Abort
@@ -54,16 +54,16 @@ thread_local! {
 
 /// Starts counting the calling thread's allocations at 0. Gives false, and stays off, when
 /// [`CountingAllocator`] is not the program's allocator.
-pub fn arm(on_allocation: OnAllocation) -> bool {
+pub fn arm(on_violation: OnViolation) -> bool {
     COUNT.set(0);
     ARMING.set(Arming::Counting);
     drop(core::hint::black_box(Box::new(0u8)));
     let installed = COUNT.get() > 0;
     COUNT.set(0);
-    ARMING.set(match (installed, on_allocation) {
+    ARMING.set(match (installed, on_violation) {
         (false, _) => Arming::Off,
-        (true, OnAllocation::Count) => Arming::Counting,
-        (true, OnAllocation::Abort) => Arming::Aborting,
+        (true, OnViolation::Count) => Arming::Counting,
+        (true, OnViolation::Abort) => Arming::Aborting,
     });
     installed
 }

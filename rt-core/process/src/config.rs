@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use rt_core::sim::Parameters;
 
-use crate::alloc_counter::OnAllocation;
+use crate::alloc_counter::OnViolation;
 use crate::error::RtError;
 
 /// Whether to ask Linux for realtime.
@@ -14,6 +14,16 @@ pub enum Realtime {
     Ask,
     /// Do not ask: every report is marked "not realtime".
     Never,
+}
+
+/// Which of Linux's realtime schedulers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Scheduler {
+    /// `SCHED_FIFO`, pinned to one core.
+    Fifo,
+    /// `SCHED_DEADLINE`: the kernel guarantees the tick its time in every period and stops it when
+    /// it takes more. Not pinned (Linux refuses that); priorities do not apply.
+    Deadline,
 }
 
 /// Whether a scene must prove that it fits this machine ([`crate::admission`]).
@@ -47,6 +57,8 @@ pub struct RtConfig {
     pub pedal: Option<PathBuf>,
     /// Whether to ask for realtime.
     pub realtime: Realtime,
+    /// Which realtime scheduler the tick's thread asks for.
+    pub scheduler: Scheduler,
     /// Core of the tick; none: the last one allowed.
     pub core: Option<usize>,
     /// `SCHED_FIFO` priority of the tick, 2 to 99.
@@ -64,8 +76,8 @@ pub struct RtConfig {
     pub periods_max: Option<u64>,
     /// Iterations, force ramp, and whether force may leave from the start.
     pub parameters: Parameters,
-    /// What an allocation of the tick's thread leads to.
-    pub on_allocation: OnAllocation,
+    /// What an allocation or page fault of the tick's thread leads to.
+    pub on_violation: OnViolation,
 }
 
 impl RtConfig {
@@ -81,6 +93,7 @@ impl RtConfig {
             tracker: None,
             pedal: None,
             realtime: Realtime::Ask,
+            scheduler: Scheduler::Fifo,
             core: None,
             priority: 80,
             publisher_priority: 40,
@@ -93,7 +106,7 @@ impl RtConfig {
                 force_enabled: true,
                 ..Parameters::default()
             },
-            on_allocation: OnAllocation::BUILD_DEFAULT,
+            on_violation: OnViolation::BUILD_DEFAULT,
         }
     }
 

@@ -12,6 +12,7 @@
 
 pub mod admission;
 pub mod alloc_counter;
+pub mod budget;
 mod config;
 pub mod control;
 mod devices;
@@ -33,7 +34,7 @@ mod tick_thread;
 pub mod time_driver;
 mod watch;
 
-pub use config::{AdmissionPolicy, Realtime, RtConfig};
+pub use config::{AdmissionPolicy, Realtime, RtConfig, Scheduler};
 pub use error::RtError;
 pub use run::run;
 pub use summary::{Ended, Ready, RtSummary};

@@ -48,8 +48,8 @@ impl Standing {
         let still = [
             (
                 TimingBatch::FIFO,
-                runs_fifo(thread),
-                "SCHED_FIFO was taken from the tick",
+                is_realtime(thread),
+                "its scheduler was taken from the tick",
             ),
             (
                 TimingBatch::LOCKED,
@@ -76,14 +76,21 @@ impl Standing {
 }
 
 /// A thread that has ended has lost nothing.
-fn runs_fifo(thread: libc::pid_t) -> bool {
+fn is_realtime(thread: libc::pid_t) -> bool {
+    policy(thread).is_none_or(|policy| [libc::SCHED_FIFO, libc::SCHED_DEADLINE].contains(&policy))
+}
+
+fn policy(thread: libc::pid_t) -> Option<libc::c_int> {
     // SAFETY: no pointers.
     let policy = unsafe { libc::sched_getscheduler(thread) };
-    policy < 0 || policy == libc::SCHED_FIFO
+    (policy >= 0).then_some(policy)
 }
 
 /// A thread that has ended has lost nothing.
 fn is_pinned(thread: libc::pid_t) -> bool {
+    if policy(thread) == Some(libc::SCHED_DEADLINE) {
+        return true; // the kernel's admission takes the place of a core of one's own
+    }
     let thread = rustix::thread::Pid::from_raw(thread);
     rustix::thread::sched_getaffinity(thread).map_or(true, |set| set.count() == 1)
 }
@@ -193,6 +200,33 @@ pub fn take_fifo(priority: u8) -> Result<(), String> {
         "SCHED_FIFO priority {priority} was refused: {error} (limit {limit}); run `sudo setcap \
          cap_ipc_lock,cap_sys_nice+ep $(command -v calot)`, or set rtprio to 95 in \
          /etc/security/limits.d and log in again"
+    ))
+}
+
+/// Gives the calling thread `SCHED_DEADLINE`: nine tenths of every period, by its end.
+///
+/// # Errors
+/// In words, with the mending command.
+pub fn take_deadline(period_ns: u64) -> Result<(), String> {
+    let attributes = libc::sched_attr {
+        size: size_of::<libc::sched_attr>() as u32,
+        sched_policy: libc::SCHED_DEADLINE.cast_unsigned(),
+        sched_flags: 0,
+        sched_nice: 0,
+        sched_priority: 0,
+        sched_runtime: period_ns / 10 * 9,
+        sched_deadline: period_ns,
+        sched_period: period_ns,
+    };
+    // SAFETY: 0 is the calling thread; the attributes are a valid, initialised struct.
+    let rc = unsafe { libc::syscall(libc::SYS_sched_setattr, 0, &raw const attributes, 0) };
+    if rc == 0 {
+        return Ok(());
+    }
+    let error = io::Error::last_os_error();
+    Err(format!(
+        "SCHED_DEADLINE was refused: {error}; EPERM: run as root or with cap_sys_nice, and let the \
+         process use all cores (`taskset -p $$`); EBUSY: other deadline threads have the time"
     ))
 }
 

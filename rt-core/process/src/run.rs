@@ -9,6 +9,7 @@ use std::thread::{Builder, JoinHandle, sleep};
 
 use heapless::spsc::{Consumer, Producer, Queue};
 use rt_core::fault::Fault;
+use rt_core::sim::Stage;
 use shared_mem::message::TimingBatch;
 use shared_mem::service::{Controller, ServiceError, Station};
 
@@ -292,6 +293,11 @@ impl Run<'_> {
     fn summary(&self, supervised: Supervised) -> RtSummary {
         let shared = &*self.shared;
         let allocations = shared.allocations.load(Relaxed);
+        let stages = Stage::ALL.into_iter().zip(&shared.stages_over);
+        let over = stages
+            .map(|(stage, count)| (format!("{stage:?}").to_lowercase(), count.load(Relaxed)))
+            .filter(|(_, count)| *count > 0)
+            .collect();
         let faults = Fault::ALL.into_iter().zip(&shared.faults);
         RtSummary {
             station: self.config.station.clone(),
@@ -314,6 +320,8 @@ impl Run<'_> {
                 .collect(),
             force_max_n: f32::from_bits(shared.force_max_n.load(Relaxed)),
             frames_skipped: shared.frames_skipped.load(Relaxed),
+            frames_dropped: shared.frames_dropped.load(Relaxed),
+            stages_over: over,
             events_lost: shared.events_lost.load(Relaxed),
             records_lost: shared.records_lost.load(Relaxed),
             stalls_seen: supervised.stalls_seen,

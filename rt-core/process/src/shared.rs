@@ -4,6 +4,8 @@ use core::sync::atomic::{
     AtomicBool, AtomicI32, AtomicU8, AtomicU32, AtomicU64, Ordering::Relaxed,
 };
 
+use shared_mem::message::STAGES;
+
 use crate::summary::Ended;
 
 /// Kinds of faults that the reports have room for.
@@ -31,10 +33,13 @@ pub(crate) struct Shared {
     pub(crate) allocations: AtomicU64,
     pub(crate) page_faults: AtomicU64,
     pub(crate) involuntary_switches: AtomicU64,
+    /// Ticks in which each stage took longer than its budget.
+    pub(crate) stages_over: [AtomicU64; STAGES],
     pub(crate) faults: [AtomicU64; FAULTS],
     /// Largest force sent, N, as bits.
     pub(crate) force_max_n: AtomicU32,
     pub(crate) frames_skipped: AtomicU64,
+    pub(crate) frames_dropped: AtomicU64,
     pub(crate) events_lost: AtomicU64,
     pub(crate) records_lost: AtomicU64,
 }

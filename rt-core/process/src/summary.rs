@@ -58,6 +58,10 @@ pub struct RtSummary {
     pub force_max_n: f32,
     /// Frames skipped because the publishing thread was behind.
     pub frames_skipped: u64,
+    /// Frames that a late tick dropped.
+    pub frames_dropped: u64,
+    /// Ticks in which a stage took longer than its budget ([`crate::budget`]), by stage.
+    pub stages_over: BTreeMap<String, u64>,
     /// Events that did not fit their queue.
     pub events_lost: u64,
     /// Timing records that did not fit their queue.

@@ -9,12 +9,14 @@ use rt_core::port::{ForceCommand, Polled};
 use rt_core::sim::{Command, Ports, Samples, Sim, Stage, TickView};
 use shared_mem::message::{EventMsg, STAGES, StateFrame, TickRecord, ToolFrame};
 
+use crate::budget::{self, PublishGate};
 use crate::devices::Devices;
 use crate::frames;
 use crate::handover::Filler;
 use crate::schedule::Due;
 use crate::shared::Shared;
 use crate::summary::Ended;
+use crate::tick_thread::Settings;
 use crate::time_driver::now_ns;
 
 /// The tick's ends of all queues.
@@ -34,6 +36,10 @@ pub(crate) struct World {
     shared: Arc<Shared>,
     scene_id: [u8; 16],
     publish_every: u64,
+    period_ns: u64,
+    gate: PublishGate,
+    /// When the tick must have ended.
+    deadline_ns: u64,
     next_event: u64,
     /// When the device sample of this tick was read, if it is new.
     fresh_at_ns: Option<u64>,
@@ -87,14 +93,17 @@ impl World {
         ends: Ends,
         shared: Arc<Shared>,
         scene_id: [u8; 16],
-        publish_every: u32,
+        settings: &Settings,
     ) -> Self {
         Self {
             devices,
             ends,
             shared,
             scene_id,
-            publish_every: u64::from(publish_every).max(1),
+            publish_every: u64::from(settings.publish_every).max(1),
+            period_ns: settings.period_ns,
+            gate: PublishGate::default(),
+            deadline_ns: 0,
             next_event: 0,
             fresh_at_ns: None,
             last_stamp_ns: 0,
@@ -171,6 +180,11 @@ impl Ports for World {
         if !view.tick.is_multiple_of(self.publish_every) {
             return;
         }
+        if !self.gate.may_publish(now, self.deadline_ns, self.period_ns) {
+            self.record.bits |= TickRecord::DROPPED_PUBLISH;
+            Shared::count(&self.shared.frames_dropped);
+            return;
+        }
         let id = self.scene_id;
         let lines = self.devices.counters();
         let shown = self
@@ -189,8 +203,14 @@ impl Ports for World {
 
     fn stamp(&mut self, stage: Stage) {
         let now = now_ns();
+        let taken_ns = now.saturating_sub(self.last_stamp_ns);
         if let Some(place) = self.record.stage_ns.get_mut(stage as usize) {
-            *place = saturate(now.saturating_sub(self.last_stamp_ns));
+            *place = saturate(taken_ns);
+        }
+        if taken_ns > budget::stage_ns(stage as usize, self.period_ns)
+            && let Some(counter) = self.shared.stages_over.get(stage as usize)
+        {
+            Shared::count(counter);
         }
         self.last_stamp_ns = now;
     }
@@ -213,6 +233,7 @@ impl Tick {
         let world = &mut self.world;
         let shared = &*self.shared;
         world.last_stamp_ns = start;
+        world.deadline_ns = due.deadline_ns;
         world.fresh_at_ns = None;
         world.record = TickRecord {
             tick: shared.ticks.load(Relaxed),

@@ -3,6 +3,7 @@
 use core::cell::RefCell;
 use core::ops::ControlFlow;
 use core::sync::atomic::Ordering::{Relaxed, Release};
+use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::rc::Rc;
 use std::sync::Arc;
@@ -15,8 +16,8 @@ use rt_core::sim::{Parameters, Sim};
 use rt_core::state::State;
 use shared_mem::message::{TIMING_BATCH, TimingBatch};
 
-use crate::alloc_counter::{self, OnAllocation};
-use crate::config::{Realtime, RtConfig};
+use crate::alloc_counter::{self, OnViolation};
+use crate::config::{Realtime, RtConfig, Scheduler};
 use crate::control::control;
 use crate::devices::Devices;
 use crate::executor::Executor;
@@ -47,12 +48,13 @@ pub(crate) struct Start {
 pub(crate) struct Settings {
     realtime: Realtime,
     priority: u8,
-    period_ns: u64,
+    scheduler: Scheduler,
+    pub(crate) period_ns: u64,
     spin_ns: u64,
-    publish_every: u32,
+    pub(crate) publish_every: u32,
     periods_max: Option<u64>,
     parameters: Parameters,
-    on_allocation: OnAllocation,
+    on_violation: OnViolation,
 }
 
 impl From<&RtConfig> for Settings {
@@ -60,12 +62,13 @@ impl From<&RtConfig> for Settings {
         Self {
             realtime: config.realtime,
             priority: config.priority,
+            scheduler: config.scheduler,
             period_ns: config.period_ns,
             spin_ns: config.spin_ns,
             publish_every: config.publish_every,
             periods_max: config.periods_max,
             parameters: config.parameters,
-            on_allocation: config.on_allocation,
+            on_violation: config.on_violation,
         }
     }
 }
@@ -92,7 +95,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
         start.ends,
         Arc::clone(&shared),
         start.scene_id,
-        settings.publish_every,
+        &settings,
     );
     let tick = Rc::new(RefCell::new(Tick::new(sim, world, settings.periods_max)));
 
@@ -107,7 +110,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     executor.spawn(account(
         batch_done,
         Arc::clone(&shared),
-        settings.on_allocation,
+        settings.on_violation,
     ));
     let _ = told.send(standing);
     realtime::prefault_stack();
@@ -126,9 +129,19 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
 
 /// Steps from an ordinary thread to a realtime one.
 fn become_realtime(mut standing: Standing, settings: Settings, core: usize) -> Standing {
-    if settings.realtime == Realtime::Ask {
-        standing.note(TimingBatch::PINNED, realtime::pin_to(&[core]));
-        standing.note(TimingBatch::FIFO, realtime::take_fifo(settings.priority));
+    match (settings.realtime, settings.scheduler) {
+        (Realtime::Never, _) => {}
+        (Realtime::Ask, Scheduler::Fifo) => {
+            standing.note(TimingBatch::PINNED, realtime::pin_to(&[core]));
+            standing.note(TimingBatch::FIFO, realtime::take_fifo(settings.priority));
+        }
+        (Realtime::Ask, Scheduler::Deadline) => {
+            let taken = realtime::take_deadline(settings.period_ns);
+            if taken.is_ok() {
+                standing.note(TimingBatch::PINNED, Ok(()));
+            }
+            standing.note(TimingBatch::FIFO, taken);
+        }
     }
     standing
 }
@@ -155,8 +168,12 @@ fn ticking(
 
 /// The accounting task: what only the kernel and the allocator know of this thread, once a batch,
 /// in the gap after a tick. Its first run arms the counters, just before the first tick.
-async fn account(batch_done: Rc<BatchDone>, shared: Arc<Shared>, on_allocation: OnAllocation) {
-    let counts = alloc_counter::arm(on_allocation);
+///
+/// With [`OnViolation::Abort`] a page fault in locked memory ends the process, as an allocation does.
+async fn account(batch_done: Rc<BatchDone>, shared: Arc<Shared>, on_violation: OnViolation) {
+    let is_locked = shared.realtime.load(Relaxed) & TimingBatch::LOCKED != 0;
+    let is_strict = is_locked && on_violation == OnViolation::Abort;
+    let counts = alloc_counter::arm(on_violation);
     let start = ThreadUsage::now();
     let mut last = false;
     loop {
@@ -167,6 +184,13 @@ async fn account(batch_done: Rc<BatchDone>, shared: Arc<Shared>, on_allocation: 
         };
         let usage = ThreadUsage::now().since(start);
         shared.allocations.store(allocations, Relaxed);
+        if is_strict && usage.page_faults > 0 {
+            alloc_counter::disarm();
+            // Not `eprintln`: a test harness would swallow the last words.
+            let said = "the realtime thread took a page fault after its start";
+            let _ = writeln!(std::io::stderr(), "{said} ({usage:?})");
+            std::process::abort();
+        }
         shared.page_faults.store(usage.page_faults, Relaxed);
         shared
             .involuntary_switches
@@ -192,6 +216,7 @@ mod tests {
         DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
     };
     use rt_core::scene::Room;
+    use shared_mem::message::TickRecord;
     use std::sync::{Mutex, mpsc};
 
     /// A device that answers every poll; `step` may stall or panic; forces are kept.
@@ -344,6 +369,22 @@ mod tests {
         assert_eq!(stale.load(Relaxed), 1);
         // One poll a tick, and seven more in the tick after the standstill.
         assert_eq!(outcome.polls, outcome.shared.ticks.load(Relaxed) + 7);
+    }
+
+    #[test]
+    fn a_tick_short_of_time_drops_frames_and_never_a_force() {
+        let mut outcome = simulate(400, |_| advance_simulated(950_000));
+        let shared = &outcome.shared;
+        assert_eq!(shared.ticks.load(Relaxed), 400);
+        assert_eq!(outcome.forces.len(), 400 + 3);
+        // Of 100 frames that were due every 26th is shown all the same.
+        assert_eq!(shared.frames_dropped.load(Relaxed), 97);
+        assert_eq!(shared.stages_over[0].load(Relaxed), 400, "sampling took it");
+        let mut dropped = 0;
+        while let Some(record) = outcome.ends.records.dequeue() {
+            dropped += u64::from(record.bits & TickRecord::DROPPED_PUBLISH != 0);
+        }
+        assert_eq!(dropped, 97);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::thread;
 
 use bytemuck::Zeroable;
-use rt_process::RtConfig;
+use rt_process::{AdmissionPolicy, RtConfig};
 use rustix::process::{Pid, Signal, kill_process};
 use shared_mem::message::ToolFrame;
 
@@ -39,6 +39,7 @@ fn controller_process() {
     };
     let mut config = RtConfig::new(station, std::env::var("RT_TEST_SCENE").unwrap());
     config.periods_max = Some(std::env::var("RT_TEST_PERIODS").unwrap().parse().unwrap());
+    config.admission = AdmissionPolicy::Skip;
     config.haptic = std::env::var_os("RT_TEST_HAPTIC").map(Into::into);
     let stop = Arc::new(AtomicBool::new(false));
     signal_hook::flag::register(signal_hook::consts::SIGTERM, Arc::clone(&stop)).unwrap();

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::thread;
 
 use bytemuck::Zeroable;
-use rt_process::{AdmissionPolicy, Ended, Realtime, RtConfig, RtError, RtSummary};
+use rt_process::{AdmissionPolicy, Ended, Realtime, RtConfig, RtError, RtSummary, Scheduler};
 use shared_mem::message::{
     CommandMsg, DeviceHealth, ReplyMsg, StateFrame, TickRecord, TimingBatch, ToolFrame,
 };
@@ -191,6 +191,25 @@ fn without_realtime_it_runs_and_every_report_says_so() {
     assert!(!summary.refused.is_empty());
     assert!(!batches.is_empty());
     assert!(batches.iter().all(|batch| batch.realtime == 0));
+}
+
+#[test]
+fn deadline_scheduling_is_an_option() {
+    let bench = Bench::new();
+    let config = RtConfig {
+        scheduler: Scheduler::Deadline,
+        periods_max: Some(300),
+        ..bench.config()
+    };
+    let summary = run(&config).unwrap();
+    assert!(summary.ticks > 0);
+    // Realtime, or it says why not; never silently something else.
+    let refused = summary
+        .refused
+        .iter()
+        .any(|why| why.contains("SCHED_DEADLINE"));
+    let locked = !summary.refused.iter().any(|why| why.contains("not locked"));
+    assert_eq!(summary.realtime, !refused && locked, "{summary:?}");
 }
 
 #[test]

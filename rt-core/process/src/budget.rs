@@ -1,0 +1,74 @@
+//! What each stage may take, and what a late tick leaves out.
+//!
+//! A tick must end before the next one starts. Force leaves after stage `force`, whatever happens;
+//! what comes after it, and what makes the picture rather than the force, is optional. A tick that
+//! has too little time left drops optional work, in this order:
+//!
+//! 1. publishing: frames for the display (events and timing records are never dropped), but never
+//!    more than [`DROPPED_MAX`] frames on end, so that the display goes on.
+//!
+//! Each drop is counted and stands in the tick's record.
+
+use shared_mem::message::STAGES;
+
+/// Thousandths of the period that each stage may take: sample, tool, contact, solve, force,
+/// procedure, publish. What is left over is for waking up late. From measured ticks (README of the
+/// results): solving is two thirds of the work, reading and writing serial lines a tenth.
+pub const STAGE_PER_MILLE: [u64; STAGES] = [80, 20, 200, 400, 50, 30, 80];
+
+const _: () = {
+    let mut sum = 0;
+    let mut i = 0;
+    while i < STAGES {
+        sum += STAGE_PER_MILLE[i];
+        i += 1;
+    }
+    assert!(sum <= 900, "a tenth of the period is for late wake-ups");
+};
+
+/// Frames that may be dropped on end: 100 ms at one in four ticks.
+pub const DROPPED_MAX: u32 = 25;
+
+/// What `stage` may take in a period, ns.
+#[must_use]
+pub fn stage_ns(stage: usize, period_ns: u64) -> u64 {
+    STAGE_PER_MILLE
+        .get(stage)
+        .map_or(0, |share| share * period_ns / 1000)
+}
+
+/// Decides whether a frame that is due is shown.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct PublishGate {
+    dropped: u32,
+}
+
+impl PublishGate {
+    /// Whether there is time for it before `deadline_ns`.
+    pub(crate) fn may_publish(&mut self, now_ns: u64, deadline_ns: u64, period_ns: u64) -> bool {
+        let publish_ns = stage_ns(STAGES - 1, period_ns);
+        let in_time = now_ns + publish_ns <= deadline_ns;
+        if in_time || self.dropped >= DROPPED_MAX {
+            self.dropped = 0;
+            return true;
+        }
+        self.dropped += 1;
+        false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_late_tick_drops_its_frame_and_the_display_still_goes_on() {
+        let mut gate = PublishGate::default();
+        let period = 1_000_000;
+        assert!(gate.may_publish(500_000, 1_000_000, period));
+        assert!(!gate.may_publish(950_000, 1_000_000, period));
+        assert!(gate.may_publish(900_000, 1_000_000, period));
+        let always_late = (0..260).map(|_| gate.may_publish(1_200_000, 1_000_000, period));
+        assert_eq!(always_late.filter(|&shown| shown).count(), 10);
+    }
+}
