@@ -1,0 +1,30 @@
+//! The reference that the fast solvers are measured against: static equilibrium of a neo-Hookean
+//! body by finite elements, verified against closed forms (`tests/`).
+//!
+//! ```text
+//! mesh::lattice / block / shell_octant   quadratic tetrahedra
+//! Material                               energy, stress, stiffness (SI)
+//! Problem { holds, gravity, tool }       what is asked
+//! Problem::solve                         Newton, line search, load steps, sparse Cholesky
+//! Locator                                the answer at any point
+//! ```
+//!
+//! Positions and displacements are metres in one right-handed frame, forces newtons. One thread,
+//! fixed order: the same input gives the same bits on the same machine.
+
+mod contact;
+mod element;
+mod equilibrium;
+mod error;
+mod material;
+pub mod mesh;
+mod sparse;
+
+pub use contact::Tool;
+pub use equilibrium::{Hold, Motion, Problem, Solution};
+pub use error::FemError;
+pub use material::Material;
+pub use mesh::{Locator, Mesh, block, lattice, shell_octant};
+
+/// A point or direction.
+pub type Vec3 = nalgebra::Vector3<f64>;
