@@ -101,6 +101,34 @@ pub enum HardwareError {
         /// The device's number of the error.
         code: u32,
     },
+    /// A vendor's library is missing or not what it should be.
+    #[error("{path}: {what}. Install the vendor's driver, or name its library in the station")]
+    Library {
+        /// Library as given.
+        path: PathBuf,
+        /// What the loader says.
+        what: String,
+    },
+    /// The vendor's library reports an error.
+    #[error("{path}: {doing} failed with error {code:04X}: {remedy}")]
+    Vendor {
+        /// Device as given.
+        path: PathBuf,
+        /// What was being done.
+        doing: &'static str,
+        /// The library's code.
+        code: u16,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// The device has to be calibrated by hand first.
+    #[error("{path}: not calibrated. {remedy}, then try again")]
+    Calibration {
+        /// Device as given.
+        path: PathBuf,
+        /// What to do.
+        remedy: &'static str,
+    },
     /// The emulated station cannot be set up as asked.
     #[error("emulation: {what} is {value}, allowed is {allowed}. {remedy}")]
     Emulation {

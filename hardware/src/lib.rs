@@ -3,6 +3,7 @@
 //! ```text
 //! rig      our own serial protocol: haptic devices and pedals of rig builders (PROTOCOL.md)
 //! bird     Ascension Flock-of-Birds protocol: the endoscope's tracker
+//! touch    3D Systems' Touch, through its own library opened at run time
 //! woody    WoodenHaptics' text protocol and linkage
 //! line     a serial line that neither blocks nor allocates
 //! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
@@ -32,6 +33,8 @@ mod error;
 #[cfg(feature = "std")]
 mod line;
 pub mod rig;
+#[cfg(feature = "std")]
+pub mod touch;
 #[cfg(feature = "std")]
 pub mod woody;
 

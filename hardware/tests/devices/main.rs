@@ -6,3 +6,4 @@ mod drivers;
 mod hostile;
 mod no_alloc;
 mod support;
+mod touch;

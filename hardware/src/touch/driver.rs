@@ -1,0 +1,393 @@
+//! Driver of a Touch behind the vendor's library.
+
+use std::ffi::CString;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, AtomicU16, AtomicU32, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use rt_core::math::{Pose, Quat, Vec3};
+use rt_core::port::{
+    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
+    TimeNs,
+};
+
+use super::hd::{Hd, Servo, name};
+use super::slot::Slot;
+use crate::HardwareError;
+
+/// Without a new force for so long the force is dropped: the vendor's thread lives on when ours
+/// hangs.
+const WATCHDOG_NS: u64 = 50_000_000;
+/// Handles beyond this are not handles but the sign of a failure.
+const HANDLE_MAX: u32 = 1024;
+/// A device that the last program left in use comes free after a moment.
+const INIT_TRIES: u32 = 10;
+const INIT_INTERVAL: Duration = Duration::from_millis(100);
+const ALREADY_INITIATED: u16 = 0x0301;
+/// Warm motors, and force, impulse and speed beyond the limits: the library mends them itself.
+const HARMLESS: std::ops::RangeInclusive<u16> = 0x0200..=0x0204;
+/// The scheduler's own rate.
+const RATE_HZ: f32 = 1000.0;
+
+/// The library knows one scheduler, so one driver at a time.
+static IN_USE: AtomicBool = AtomicBool::new(false);
+
+/// A Touch that is being served.
+#[derive(Debug)]
+pub struct TouchHaptic {
+    hd: &'static Hd,
+    shared: &'static Shared,
+    device: u32,
+    schedule: u64,
+    capabilities: DeviceCapabilities,
+    identity: String,
+    last_turn: u32,
+    counters: LineCounters,
+}
+
+/// What the vendor's thread and ours share.
+#[derive(Debug)]
+struct Shared {
+    hd: &'static Hd,
+    device: u32,
+    running: AtomicBool,
+    /// A fatal error of the library; 0: none.
+    failed: AtomicU16,
+    harmless_errors: AtomicU32,
+    force_max_n: f32,
+    /// Position (3), quaternion x y z w (4), velocity (3) as bits of f32; buttons; count.
+    sample: Slot<12>,
+    /// Force (3) as bits of f32; time as two words.
+    force: Slot<5>,
+}
+
+impl TouchHaptic {
+    /// Opens the device of that name (as in the vendor's set-up; none: the default one) through
+    /// `library` (usually `libHD.so`). Not for the tick: takes a second or so.
+    pub fn open(library: &Path, device: Option<&str>) -> Result<Self, HardwareError> {
+        let path = PathBuf::from(device.unwrap_or("default Touch"));
+        if IN_USE.swap(true, Ordering::AcqRel) {
+            return Err(HardwareError::Busy { path });
+        }
+        let opened = Self::open_only(library, device, &path);
+        if opened.is_err() {
+            IN_USE.store(false, Ordering::Release);
+        }
+        opened
+    }
+
+    fn open_only(library: &Path, device: Option<&str>, path: &Path) -> Result<Self, HardwareError> {
+        let hd = Hd::load(library)?;
+        let handle = init(hd, device, path)?;
+        hd.make_current(handle);
+        let capabilities = capabilities(hd);
+        let shared: &'static Shared = Box::leak(Box::new(Shared {
+            hd,
+            device: handle,
+            running: AtomicBool::new(true),
+            failed: AtomicU16::new(0),
+            harmless_errors: AtomicU32::new(0),
+            force_max_n: capabilities.force_max_n,
+            sample: Slot::new(),
+            force: Slot::new(),
+        }));
+        let identity = format!("{} {}", hd.string(name::MODEL), hd.string(name::SERIAL));
+        hd.enable_force();
+        hd.start_scheduler();
+        if let code @ 1.. = hd.error() {
+            hd.disable_device(handle);
+            return Err(vendor(path, "starting the scheduler", code));
+        }
+        if let Err(error) = calibrate(hd, handle, path) {
+            hd.stop_scheduler();
+            hd.disable_device(handle);
+            return Err(error);
+        }
+        let schedule = hd.schedule(shared);
+        Ok(Self {
+            hd,
+            shared,
+            device: handle,
+            schedule,
+            capabilities,
+            identity,
+            last_turn: 0,
+            counters: LineCounters::default(),
+        })
+    }
+
+    /// Model and serial number, as the library says.
+    #[must_use]
+    pub fn identity(&self) -> &str {
+        &self.identity
+    }
+
+    /// The library's error that ended the service, if one did.
+    #[must_use]
+    pub fn failure(&self) -> Option<u16> {
+        match self.shared.failed.load(Ordering::Acquire) {
+            0 => None,
+            code => Some(code),
+        }
+    }
+
+    /// Whether the device is gone; see [`crate::rig::RigHaptic::is_lost`].
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.failure().is_some()
+    }
+}
+
+fn init(hd: &Hd, device: Option<&str>, path: &Path) -> Result<u32, HardwareError> {
+    let name = device
+        .map(CString::new)
+        .transpose()
+        .map_err(|_| HardwareError::Vendor {
+            path: path.to_path_buf(),
+            doing: "naming the device",
+            code: 0,
+            remedy: "the name must not contain a zero byte",
+        })?;
+    for _ in 0..INIT_TRIES {
+        let handle = hd.init_device(name.as_ref());
+        let code = hd.error();
+        if code == 0 && handle <= HANDLE_MAX {
+            return Ok(handle);
+        }
+        // A failed call can leave a handle that looks good: only the error counts.
+        if code != ALREADY_INITIATED {
+            return Err(vendor(path, "opening the device", code));
+        }
+        thread::sleep(INIT_INTERVAL);
+    }
+    Err(vendor(path, "opening the device", ALREADY_INITIATED))
+}
+
+fn vendor(path: &Path, doing: &'static str, code: u16) -> HardwareError {
+    let remedy = match code {
+        0x0301 => "another program uses the device; end it, or unplug the device and plug it in",
+        0x0302 => "the device does not answer; check its cable, power and pairing",
+        0x0304 => "the library's timer failed; check the kernel's and the user's realtime limits",
+        0x0600 => "the vendor's licence is missing or over; renew it",
+        _ => "see the vendor's manual for the code",
+    };
+    HardwareError::Vendor {
+        path: path.to_path_buf(),
+        doing,
+        code,
+        remedy,
+    }
+}
+
+/// Limits and workspace as the device itself reports them. The library counts in mm.
+fn capabilities(hd: &Hd) -> DeviceCapabilities {
+    let one = |parameter| hd.doubles::<1>(parameter)[0] as f32;
+    let [x0, y0, z0, x1, y1, z1] = hd.doubles::<6>(name::USABLE_WORKSPACE);
+    // The largest sphere about the origin that stays usable is not asked for but the reach:
+    // samples beyond it cannot be.
+    let farthest_mm = [x0, y0, z0, x1, y1, z1]
+        .iter()
+        .fold(0.0f64, |most, mm| most.max(mm.abs()));
+    DeviceCapabilities {
+        force_max_n: one(name::MAX_FORCE),
+        force_continuous_n: one(name::MAX_CONTINUOUS_FORCE),
+        stiffness_max_n_m: one(name::MAX_STIFFNESS) * 1e3,
+        damping_max_n_s_m: one(name::MAX_DAMPING) * 1e3,
+        workspace_radius_m: farthest_mm as f32 * 1e-3,
+        renders_torque: hd.integer(name::OUTPUT_DOF) >= 6,
+        rate_hz: RATE_HZ,
+    }
+}
+
+fn calibrate(hd: &Hd, device: u32, path: &Path) -> Result<(), HardwareError> {
+    let style = hd.integer(name::CALIBRATION_STYLE) as u32;
+    let mut state = 0;
+    let mut code = 0;
+    hd.in_servo(|| {
+        hd.begin_frame(device);
+        state = hd.check_calibration();
+        if state == name::CALIBRATION_UPDATE {
+            hd.update_calibration(style);
+            state = hd.check_calibration();
+        }
+        hd.end_frame(device);
+        code = hd.error();
+    });
+    if code != 0 && !HARMLESS.contains(&code) {
+        return Err(vendor(path, "calibrating", code));
+    }
+    if state == name::CALIBRATION_OK {
+        return Ok(());
+    }
+    let remedy = match style {
+        1 => "Hold the stylus in its reset position",
+        4 => "Put the stylus into the inkwell",
+        _ => "Move the stylus through its whole range, then rest it",
+    };
+    Err(HardwareError::Calibration {
+        path: path.to_path_buf(),
+        remedy,
+    })
+}
+
+fn now_ns() -> u64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
+}
+
+impl Servo for Shared {
+    /// One millisecond on the vendor's thread.
+    fn call(&self) -> bool {
+        let hd = self.hd;
+        let running = self.running.load(Ordering::Acquire);
+        hd.begin_frame(self.device);
+        let transform = hd.doubles::<16>(name::TRANSFORM);
+        let velocity_mm_s = hd.doubles::<3>(name::VELOCITY);
+        let buttons = hd.integer(name::BUTTONS);
+        let force_n = if running {
+            self.wanted_force_n()
+        } else {
+            [0.0; 3]
+        };
+        hd.set_force(&force_n);
+        hd.end_frame(self.device);
+
+        if let Some(mut words) = sample_words(&transform, &velocity_mm_s, buttons) {
+            let count = self.sample.read().map_or(0, |(_, words)| words[11]);
+            words[11] = count.wrapping_add(1);
+            self.sample.write(words);
+        }
+        match hd.error() {
+            0 => running,
+            code if HARMLESS.contains(&code) => {
+                self.harmless_errors.fetch_add(1, Ordering::Relaxed);
+                running
+            }
+            code => {
+                self.failed.store(code, Ordering::Release);
+                false
+            }
+        }
+    }
+}
+
+impl Shared {
+    /// The newest force that is no older than the watchdog, no stronger than the device.
+    fn wanted_force_n(&self) -> [f64; 3] {
+        let Some((_, [x, y, z, low, high])) = self.force.read() else {
+            return [0.0; 3];
+        };
+        let sent_ns = u64::from(low) | u64::from(high) << 32;
+        if now_ns().saturating_sub(sent_ns) > WATCHDOG_NS {
+            return [0.0; 3];
+        }
+        let mut force_n = Vec3::new(f32::from_bits(x), f32::from_bits(y), f32::from_bits(z));
+        let norm = force_n.norm();
+        if !norm.is_finite() {
+            return [0.0; 3];
+        }
+        if norm > self.force_max_n {
+            force_n *= self.force_max_n / norm;
+        }
+        [force_n.x, force_n.y, force_n.z].map(f64::from)
+    }
+}
+
+/// The words of a sample; `None` when it is not finite or no rigid transform.
+fn sample_words(
+    transform: &[f64; 16],
+    velocity_mm_s: &[f64; 3],
+    buttons: i32,
+) -> Option<[u32; 12]> {
+    // Column-major, translation last, in mm.
+    let [a, b, c, _, d, e, f, _, g, h, i, _, x, y, z, _] = *transform;
+    let rotation = Matrix3::new(a, d, g, b, e, h, c, f, i);
+    let finite = transform
+        .iter()
+        .chain(velocity_mm_s)
+        .all(|part| part.is_finite());
+    let off = (rotation * rotation.transpose() - Matrix3::identity()).norm();
+    if !finite || off > 0.05 || rotation.determinant() < 0.0 {
+        return None;
+    }
+    let q = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(rotation));
+    let [vx, vy, vz] = *velocity_mm_s;
+    let metres = |mm: f64| (mm * 1e-3) as f32;
+    let parts = [metres(x), metres(y), metres(z)]
+        .into_iter()
+        .chain([q.i, q.j, q.k, q.w].map(|part| part as f32))
+        .chain([metres(vx), metres(vy), metres(vz)]);
+    let mut words = [0; 12];
+    for (word, part) in words.iter_mut().zip(parts) {
+        *word = part.to_bits();
+    }
+    words[10] = buttons as u32;
+    Some(words)
+}
+
+impl HapticDevice for TouchHaptic {
+    fn capabilities(&self) -> DeviceCapabilities {
+        self.capabilities
+    }
+
+    fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
+        if self.is_lost() {
+            return Polled::Lost;
+        }
+        let Some((turn, words)) = self.shared.sample.read() else {
+            return Polled::Nothing;
+        };
+        if turn == self.last_turn {
+            return Polled::Nothing;
+        }
+        let missed = u64::from(turn.wrapping_sub(self.last_turn) / 2).saturating_sub(1);
+        if self.last_turn != 0 {
+            self.counters.lost_frames += missed;
+        }
+        self.last_turn = turn;
+        self.counters.frames += 1;
+        let [x, y, z, qx, qy, qz, qw, vx, vy, vz, ..] = words.map(f32::from_bits);
+        let rotation = Quat::new_unchecked(nalgebra::Quaternion::new(qw, qx, qy, qz));
+        Polled::Fresh(DeviceSample {
+            device_from_handle: Pose::from_parts(Vec3::new(x, y, z).into(), rotation),
+            velocity_m_s: Some(Vec3::new(vx, vy, vz)),
+            buttons: Buttons(words[10] as u8),
+            sequence: words[11] as u16,
+            at_ns: now_ns,
+        })
+    }
+
+    fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
+        let [x, y, z] = <[f32; 3]>::from(command.force_n).map(f32::to_bits);
+        self.shared
+            .force
+            .write([x, y, z, now_ns as u32, (now_ns >> 32) as u32]);
+    }
+
+    fn counters(&self) -> LineCounters {
+        LineCounters {
+            bad_frames: self.shared.harmless_errors.load(Ordering::Relaxed).into(),
+            ..self.counters
+        }
+    }
+}
+
+impl Drop for TouchHaptic {
+    /// The last frame has no force; the library stays loaded.
+    fn drop(&mut self) {
+        self.shared.running.store(false, Ordering::Release);
+        self.hd.unschedule(self.schedule);
+        // Once more, should the callback have been taken off before it saw the end.
+        let (hd, device) = (self.hd, self.device);
+        hd.in_servo(|| {
+            hd.begin_frame(device);
+            hd.set_force(&[0.0; 3]);
+            hd.end_frame(device);
+        });
+        hd.stop_scheduler();
+        hd.disable_device(device);
+        IN_USE.store(false, Ordering::Release);
+    }
+}

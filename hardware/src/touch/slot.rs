@@ -1,0 +1,90 @@
+//! A value that one thread writes and another reads, without either waiting: a sequence lock of
+//! atomic words.
+
+use std::sync::atomic::{AtomicU32, Ordering, fence};
+
+/// Tries of a reader before it says that there is nothing: the writer is a thousand times
+/// slower than a copy.
+const TRIES: u32 = 8;
+
+/// `N` words, written together and read together.
+#[derive(Debug)]
+pub(super) struct Slot<const N: usize> {
+    /// Odd while it is being written; 0 before the first time.
+    turn: AtomicU32,
+    words: [AtomicU32; N],
+}
+
+impl<const N: usize> Slot<N> {
+    pub(super) const fn new() -> Self {
+        Self {
+            turn: AtomicU32::new(0),
+            words: [const { AtomicU32::new(0) }; N],
+        }
+    }
+
+    /// Replaces the value. For one thread only.
+    pub(super) fn write(&self, words: [u32; N]) {
+        let turn = self.turn.load(Ordering::Relaxed);
+        self.turn.store(turn.wrapping_add(1), Ordering::Relaxed);
+        fence(Ordering::Release);
+        for (slot, word) in self.words.iter().zip(words) {
+            slot.store(word, Ordering::Relaxed);
+        }
+        // Skips 0, which means "never written".
+        self.turn
+            .store(turn.wrapping_add(2).max(2), Ordering::Release);
+    }
+
+    /// The newest value and its turn; `None` before the first one, or when it keeps changing.
+    pub(super) fn read(&self) -> Option<(u32, [u32; N])> {
+        for _ in 0..TRIES {
+            let before = self.turn.load(Ordering::Acquire);
+            if before == 0 {
+                return None;
+            }
+            if before & 1 != 0 {
+                continue;
+            }
+            let words = std::array::from_fn(|at| self.words[at].load(Ordering::Relaxed));
+            fence(Ordering::Acquire);
+            if self.turn.load(Ordering::Relaxed) == before {
+                return Some((before, words));
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::atomic::AtomicBool;
+
+    #[test]
+    fn nothing_is_read_before_something_is_written() {
+        let slot = Slot::<2>::new();
+        assert!(slot.read().is_none());
+        slot.write([1, 2]);
+        assert_eq!(slot.read().unwrap().1, [1, 2]);
+    }
+
+    #[test]
+    fn a_value_is_never_torn() {
+        let slot = Slot::<8>::new();
+        let stop = AtomicBool::new(false);
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                for value in 1..200_000u32 {
+                    slot.write([value; 8]);
+                }
+                stop.store(true, Ordering::Relaxed);
+            });
+            while !stop.load(Ordering::Relaxed) {
+                if let Some((_, words)) = slot.read() {
+                    assert!(words.iter().all(|&word| word == words[0]), "{words:?}");
+                }
+            }
+        });
+    }
+}

@@ -1,0 +1,250 @@
+//! The Touch's driver against a fake `libHD.so` that the test builds.
+#![allow(unsafe_code)] // the fake library's own symbols
+
+use std::path::PathBuf;
+use std::process::Command;
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
+use std::time::Duration;
+
+use hardware::HardwareError;
+use hardware::touch::TouchHaptic;
+use libloading::Library;
+use rt_core::math::Vec3;
+use rt_core::port::{ForceCommand, HapticDevice, Polled};
+
+use crate::support::{now_ns, poll_for};
+
+/// The fake library, one test at a time: it has one device.
+struct Fake {
+    path: PathBuf,
+    library: Library,
+    _alone: MutexGuard<'static, ()>,
+}
+
+impl Fake {
+    fn new() -> Self {
+        static ALONE: Mutex<()> = Mutex::new(());
+        static BUILT: OnceLock<PathBuf> = OnceLock::new();
+        let alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
+        let path = BUILT.get_or_init(build).clone();
+        // SAFETY: our own library.
+        let library = unsafe { Library::new(&path) }.expect("the fake library loads");
+        let fake = Self {
+            path,
+            library,
+            _alone: alone,
+        };
+        fake.tell("fake_calibration", 0x5000);
+        fake.tell("fake_raise", 0);
+        fake
+    }
+
+    fn open(&self) -> Result<TouchHaptic, HardwareError> {
+        TouchHaptic::open(&self.path, Some("right"))
+    }
+
+    fn tell(&self, symbol: &str, value: u32) {
+        // SAFETY: the fake's own symbol, of this type.
+        unsafe {
+            let call = self.library.get::<extern "C" fn(u32)>(symbol.as_bytes());
+            call.expect("a symbol of the fake")(value);
+        }
+    }
+
+    fn fail_init(&self, times: u32, code: u32) {
+        // SAFETY: the fake's own symbol, of this type.
+        unsafe {
+            let call = self
+                .library
+                .get::<extern "C" fn(u32, u32)>(b"fake_fail_init");
+            call.expect("a symbol of the fake")(times, code);
+        }
+    }
+
+    /// What the motors render.
+    fn force_n(&self) -> f64 {
+        let mut force = [0.0; 3];
+        // SAFETY: the fake's own symbol, of this type; it writes three numbers.
+        unsafe {
+            let call = self.library.get::<extern "C" fn(*mut f64)>(b"fake_force");
+            call.expect("a symbol of the fake")(force.as_mut_ptr());
+        }
+        force.iter().map(|part| part * part).sum::<f64>().sqrt()
+    }
+}
+
+/// Builds the fake with the compiler that builds everything.
+fn build() -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("libHD.so");
+    let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fake_hd/libhd.rs");
+    let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
+    let built = Command::new(rustc)
+        .args([
+            "--edition=2024",
+            "--crate-type=cdylib",
+            "--crate-name=HD",
+            "-o",
+        ])
+        .arg(&path)
+        .arg(source)
+        .status();
+    assert!(
+        built.is_ok_and(|status| status.success()),
+        "the fake library does not build"
+    );
+    path
+}
+
+fn push(newtons: f32) -> ForceCommand {
+    ForceCommand {
+        force_n: Vec3::new(newtons, 0.0, 0.0),
+        torque_n_m: Vec3::zeros(),
+    }
+}
+
+#[test]
+fn poses_arrive_in_metres_and_forces_are_rendered_and_limited() {
+    let fake = Fake::new();
+    let mut device = fake.open().unwrap();
+    assert_eq!(device.identity(), "Fake Touch 12345");
+    let capabilities = device.capabilities();
+    assert!((capabilities.force_max_n - 3.3).abs() < 1e-6);
+    assert!((capabilities.stiffness_max_n_m - 700.0).abs() < 1e-3);
+    assert!((capabilities.damping_max_n_s_m - 5.0).abs() < 1e-3);
+    assert!((capabilities.workspace_radius_m - 0.08).abs() < 1e-6);
+    assert!(!capabilities.renders_torque);
+
+    let (mut samples, mut strongest, mut rendered) = (0, 0.0f64, false);
+    poll_for(Duration::from_secs(10), |now_ns| {
+        device.send(push(100.0), now_ns);
+        if let Polled::Fresh(sample) = device.poll(now_ns) {
+            samples += 1;
+            let pose = sample.device_from_handle;
+            let at = pose.translation.vector;
+            assert!(
+                (at.xy().norm() - 0.05).abs() < 1e-5 && (at.z + 0.01).abs() < 1e-6,
+                "{at}"
+            );
+            // Turned 90° about z.
+            assert!((pose.rotation * Vec3::x() - Vec3::y()).norm() < 1e-5);
+            assert!((sample.velocity_m_s.unwrap().y - 0.05).abs() < 1e-6);
+            assert_eq!(sample.buttons.0, 1);
+        }
+        strongest = strongest.max(fake.force_n());
+        rendered |= fake.force_n() > 3.29;
+        samples < 100 || !rendered
+    });
+    assert!(samples >= 100 && rendered, "{samples}");
+    assert!(strongest <= 3.3001, "{strongest}");
+}
+
+#[test]
+fn a_hung_host_loses_the_force_and_closing_takes_it_at_once() {
+    let fake = Fake::new();
+    let mut device = fake.open().unwrap();
+    let becomes = |wanted: bool, device: &mut TouchHaptic, send: bool| {
+        let mut seen = false;
+        poll_for(Duration::from_secs(10), |now_ns| {
+            if send {
+                device.send(push(1.0), now_ns);
+            }
+            seen = (fake.force_n() > 0.9) == wanted;
+            !seen
+        });
+        seen
+    };
+    assert!(becomes(true, &mut device, true));
+    assert!(becomes(false, &mut device, false), "nobody sends any more");
+    assert!(becomes(true, &mut device, true));
+    drop(device);
+    assert!(fake.force_n() < 1e-9);
+}
+
+#[test]
+fn what_is_no_number_is_rendered_as_nothing() {
+    let fake = Fake::new();
+    let mut device = fake.open().unwrap();
+    poll_for(Duration::from_millis(100), |now_ns| {
+        device.send(push(f32::NAN), now_ns);
+        let force_n = fake.force_n();
+        assert!(force_n < 1e-9, "{force_n}");
+        true
+    });
+}
+
+#[test]
+fn a_pose_that_is_no_number_is_no_sample() {
+    let fake = Fake::new();
+    fake.tell("fake_break_pose", 1);
+    let mut device = fake.open().unwrap();
+    poll_for(Duration::from_millis(100), |now_ns| {
+        assert_eq!(device.poll(now_ns), Polled::Nothing);
+        true
+    });
+    fake.tell("fake_break_pose", 0);
+    let mut fresh = false;
+    poll_for(Duration::from_secs(10), |now_ns| {
+        fresh = matches!(device.poll(now_ns), Polled::Fresh(_));
+        !fresh
+    });
+    assert!(fresh);
+}
+
+#[test]
+fn warm_motors_are_counted_and_a_broken_line_is_lost() {
+    let fake = Fake::new();
+    let mut device = fake.open().unwrap();
+    fake.tell("fake_raise", 0x0200);
+    poll_for(Duration::from_secs(10), |_| {
+        device.counters().bad_frames == 0
+    });
+    assert_eq!(device.counters().bad_frames, 1);
+    fake.tell("fake_raise", 0x0302);
+    let mut lost = false;
+    poll_for(Duration::from_secs(10), |now_ns| {
+        lost = device.poll(now_ns) == Polled::Lost;
+        !lost
+    });
+    assert!(lost);
+    assert_eq!(device.failure(), Some(0x0302));
+    drop(device);
+    let mut again = fake.open().unwrap();
+    assert_ne!(again.poll(now_ns()), Polled::Lost);
+}
+
+#[test]
+fn a_device_that_the_last_program_left_in_use_is_waited_for() {
+    let fake = Fake::new();
+    fake.fail_init(3, 0x0301);
+    assert!(fake.open().is_ok());
+    fake.fail_init(1, 0x0600);
+    let error = fake.open().unwrap_err().to_string();
+    assert!(
+        error.contains("0600") && error.contains("licence"),
+        "{error}"
+    );
+}
+
+#[test]
+fn calibration_is_updated_or_asked_for() {
+    let fake = Fake::new();
+    fake.tell("fake_calibration", 0x5001);
+    assert!(fake.open().is_ok(), "the library updates it");
+    fake.tell("fake_calibration", 0x5002);
+    let error = fake.open().unwrap_err().to_string();
+    assert!(error.contains("inkwell"), "{error}");
+}
+
+#[test]
+fn one_driver_at_a_time_and_a_missing_library_is_named() {
+    let fake = Fake::new();
+    let device = fake.open().unwrap();
+    assert!(matches!(fake.open(), Err(HardwareError::Busy { .. })));
+    drop(device);
+    let error = TouchHaptic::open("/there/is/no/libHD.so".as_ref(), None).unwrap_err();
+    assert!(matches!(error, HardwareError::Library { .. }), "{error}");
+    assert!(
+        fake.open().is_ok(),
+        "a failed opening leaves the device free"
+    );
+}
