@@ -168,8 +168,10 @@ impl Run<'_> {
     ) -> Result<bool, DisplayError> {
         let start = Instant::now();
         let mut progress = Progress::new();
-        while self.feed.state().is_none() || self.feed.tools().is_none() {
+        // Pictures are to show the newest state when their time comes: the run begins when they can.
+        while !self.is_ready() {
             self.receive(observer);
+            self.check_painter(observer)?;
             let waited = start.elapsed();
             if let Some(running) = self.feed.other_scene_id() {
                 // A controller that is about to be replaced may still publish: give it a moment.
@@ -180,18 +182,28 @@ impl Run<'_> {
             if self.stop.load(Ordering::Relaxed) {
                 return Ok(false);
             }
-            if waited > self.config.patience {
+            if waited > self.config.patience && self.feed.state().is_none() {
                 return Err(DisplayError::NoController {
                     station: self.config.station.name().to_owned(),
                     waited_s: waited.as_secs_f64(),
                 });
             }
+            let what = match self.feed.state() {
+                None => "waiting for the controller",
+                Some(_) => "preparing to draw",
+            };
             progress.say(observer, || {
-                format!("waiting for the controller ({:.0} s)", waited.as_secs_f64())
+                format!("{what} ({:.0} s)", waited.as_secs_f64())
             });
             std::thread::sleep(POLL);
         }
         Ok(true)
+    }
+
+    /// Frames came in, and pictures can be drawn, if any are wanted.
+    fn is_ready(&self) -> bool {
+        let painter = self.painter.as_ref().is_none_or(Painter::is_ready);
+        painter && self.feed.state().is_some() && self.feed.tools().is_some()
     }
 
     fn watch(&mut self, observer: &mut dyn FnMut(Observed<'_>)) -> Result<Ended, DisplayError> {

@@ -20,6 +20,7 @@ mod priority;
 pub mod render;
 pub mod report;
 pub mod skinning;
+pub mod ui;
 pub mod window;
 
 pub use error::DisplayError;

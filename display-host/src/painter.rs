@@ -98,6 +98,11 @@ impl Painter {
         self.adapter.is_some() && self.left == 0
     }
 
+    /// Ready to draw.
+    pub(crate) fn is_ready(&self) -> bool {
+        self.adapter.is_some()
+    }
+
     /// Stills not drawn yet.
     pub(crate) fn left(&self) -> usize {
         self.left
@@ -180,6 +185,9 @@ fn paint_all(
     let mut quality = Quality::for_adapter(&gpu);
     quality.size = size.unwrap_or(quality.size);
     let mut renderer = Renderer::new(&gpu, scene, quality)?;
+    // The first frame compiles shaders: seconds on a software driver. Nobody waits for it later.
+    renderer.render(&gpu, &[], &resting(scene), 0.0);
+    gpu.wait("drawing the first frame")?;
     let ready = Answer::Ready {
         adapter: gpu.describe(),
         software: gpu.is_software(),
@@ -217,4 +225,13 @@ fn paint_all(
         }
     }
     Ok(())
+}
+
+/// Tools before the controller has shown any: nothing in the picture, the camera where it starts.
+fn resting(scene: &SceneFile) -> ToolFrame {
+    let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
+    tools.world_from_camera = scene.room().world_from_camera;
+    tools.world_from_instrument = scene.room().world_from_camera;
+    tools.world_from_handle = scene.room().world_from_camera;
+    tools
 }

@@ -68,6 +68,7 @@ fn structs_lie_as_in_rust() {
                 light_axis,
                 scope,
                 adapt,
+                film,
                 counts,
                 capsules,
             ]

@@ -13,7 +13,7 @@ const REACH_M: f32 = 0.045;
 
 /// Fills [`RestVertex::ambient`] by casting rays against the spheres. O(vertices · (spheres +
 /// rays · near spheres)), on every core that the process may use.
-pub fn bake(mesh: &mut SkinMesh, spheres: &[SphereRecord]) {
+pub(super) fn bake(mesh: &mut SkinMesh, spheres: &[SphereRecord]) {
     let directions = hemisphere();
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let share = mesh.vertices.len().div_ceil(cores).max(1);

@@ -48,6 +48,8 @@ pub struct Exposure {
     pub key: f32,
     /// Least and largest gain.
     pub range: [f32; 2],
+    /// Noise of the camera's chip, share of white.
+    pub grain: f32,
 }
 
 impl Default for Exposure {
@@ -56,6 +58,7 @@ impl Default for Exposure {
             adapt: 1.0,
             key: 0.105,
             range: [0.2, 60.0],
+            grain: 0.010,
         }
     }
 }
@@ -118,6 +121,7 @@ pub fn frame(
             exposure.range[0],
             exposure.range[1],
         ],
+        film: [exposure.grain, 0.0, 0.0, 0.0],
         counts: [used.len().min(SHADING_CAPSULES) as u32, number, 0, 0],
         capsules,
     }

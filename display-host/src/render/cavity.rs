@@ -14,11 +14,11 @@ const APRON: usize = 150;
 
 /// Vertices and triangles that never move.
 #[derive(Debug, Clone, Default)]
-pub struct Cavity {
+pub(super) struct Cavity {
     /// Vertices.
-    pub vertices: Vec<RestVertex>,
+    pub(super) vertices: Vec<RestVertex>,
     /// Triangles, counter-clockwise as the camera inside sees them.
-    pub triangles: Vec<[u32; 3]>,
+    pub(super) triangles: Vec<[u32; 3]>,
 }
 
 /// Where the cavity lies.
@@ -34,7 +34,7 @@ struct Space {
 
 /// The cavity of a scene. A scene with an abdominal wall of its own needs no shell.
 #[must_use]
-pub fn around(scene: &SceneFile) -> Cavity {
+pub(super) fn around(scene: &SceneFile) -> Cavity {
     let space = Space::of(scene);
     let mut cavity = Cavity::default();
     let walls = OrganKind::AbdominalWall as u32;

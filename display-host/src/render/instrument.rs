@@ -27,16 +27,16 @@ const CREASE_RAD: f32 = 0.62;
 
 /// An instrument's geometry.
 #[derive(Debug, Clone, Default)]
-pub struct Model {
+pub(super) struct Model {
     /// Vertices.
-    pub vertices: Vec<RigidVertex>,
+    pub(super) vertices: Vec<RigidVertex>,
     /// Triangles.
-    pub triangles: Vec<[u32; 3]>,
+    pub(super) triangles: Vec<[u32; 3]>,
 }
 
 /// All instruments, in the order of [`ToolFrame::instrument`].
 #[must_use]
-pub fn all() -> [Model; 4] {
+pub(super) fn all() -> [Model; 4] {
     [grasper(), hook(), scissors(), clip_applier()].map(|solid| {
         let (vertices, triangles) = solid.finish(CREASE_RAD);
         Model {
@@ -48,7 +48,7 @@ pub fn all() -> [Model; 4] {
 
 /// Where the parts stand: body, upper jaw, lower jaw.
 #[must_use]
-pub fn parts(tools: &ToolFrame) -> [Mat4; 3] {
+pub(super) fn parts(tools: &ToolFrame) -> [Mat4; 3] {
     let body = super::camera::matrix(&tools.world_from_instrument);
     let jaws = jaw_angles(tools, &body);
     let turned = |angle: f32| body * Mat4::from_quat(Quat::from_rotation_x(angle));

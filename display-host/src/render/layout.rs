@@ -16,6 +16,7 @@ pub struct Frame {
     pub light_axis: [f32; 4],
     pub scope: [f32; 4],
     pub adapt: [f32; 4],
+    pub film: [f32; 4],
     pub counts: [u32; 4],
     pub capsules: [[f32; 4]; 8],
 }

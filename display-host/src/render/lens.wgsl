@@ -51,6 +51,6 @@ fn tone(x: vec3f) -> vec3f {
   if (BLOOM) { c += textureSampleLevel(glare, linear, uv, 0.0).rgb * 0.09; }
   c *= 1.0 - 0.42 * smoothstep(0.35, 1.05, r);
   var shown = pow(tone(c), vec3f(1.0 / 2.2));
-  shown += hash3(vec3u(vec2u(in.clip.xy), frame.counts.y)) * 0.010 * (1.2 - shown);
+  shown += hash3(vec3u(vec2u(in.clip.xy), frame.counts.y)) * frame.film.x * (1.2 - shown);
   return vec4f(mix(vec3f(0.004), clamp(shown, vec3f(0.0), vec3f(1.0)), open), 1.0);
 }

@@ -8,13 +8,13 @@ use shared_mem::scene::OrganKind;
 use super::layout::{LOOKS, Look};
 
 /// Rows for materials that are no organ's.
-pub const STEEL: u32 = 12;
+pub(super) const STEEL: u32 = 12;
 /// Black insulation of a shaft.
-pub const INSULATION: u32 = 13;
+pub(super) const INSULATION: u32 = 13;
 /// White ceramic of an electrode's collar.
-pub const CERAMIC: u32 = 14;
+pub(super) const CERAMIC: u32 = 14;
 /// Bright, worn steel of blades and teeth.
-pub const BLADE: u32 = 15;
+pub(super) const BLADE: u32 = 15;
 
 /// A tissue in plain words; lengths in cm.
 struct Tissue {
@@ -162,7 +162,7 @@ const fn solid(low: f32, tint: [f32; 3], gain: f32, wet: [f32; 4], metal: [f32; 
 
 /// The table, indexed by [`OrganKind`] and the constants above.
 #[must_use]
-pub fn table() -> [Look; LOOKS] {
+pub(super) fn table() -> [Look; LOOKS] {
     let mut rows = [PERITONEUM.row(); LOOKS];
     for kind in OrganKind::ALL {
         rows[kind as usize] = match kind {

@@ -4,13 +4,13 @@
 use glam::Vec3;
 
 /// Voxels along a side.
-pub const SIDE: usize = 64;
+pub(super) const SIDE: usize = 64;
 /// Noise cells along a side; `light.wgsl` divides by it.
-pub const CELLS: usize = 8;
+pub(super) const CELLS: usize = 8;
 
 /// RGBA voxels, x fastest: gradient per cell, and the value.
 #[must_use]
-pub fn tile() -> Vec<[f32; 4]> {
+pub(super) fn tile() -> Vec<[f32; 4]> {
     let mut voxels = Vec::with_capacity(SIDE * SIDE * SIDE);
     let step = CELLS as f32 / SIDE as f32;
     for z in 0..SIDE {
@@ -27,7 +27,7 @@ pub fn tile() -> Vec<[f32; 4]> {
 
 /// Perlin's improved noise and its exact gradient; repeats every [`CELLS`].
 #[must_use]
-pub fn noise(at: Vec3) -> (Vec3, f32) {
+pub(super) fn noise(at: Vec3) -> (Vec3, f32) {
     let cell = at.floor();
     let w = at - cell;
     let fade = |t: f32| t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
@@ -61,7 +61,7 @@ pub fn noise(at: Vec3) -> (Vec3, f32) {
 
 /// A number from 0 to 1 for a grid point.
 #[must_use]
-pub fn hash(x: u32, y: u32, z: u32) -> f32 {
+pub(super) fn hash(x: u32, y: u32, z: u32) -> f32 {
     let mut h =
         x.wrapping_mul(0x8da6_b343) ^ y.wrapping_mul(0xd816_3841) ^ z.wrapping_mul(0xcb1a_b31f);
     h ^= h >> 16;

@@ -9,38 +9,38 @@ use glam::{Quat, Vec2, Vec3};
 /// A vertex of an instrument: 32 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
-pub struct RigidVertex {
+pub(super) struct RigidVertex {
     /// Position in the part's frame, m.
-    pub position: [f32; 3],
+    pub(super) position: [f32; 3],
     /// Row of the material table.
-    pub look: u32,
+    pub(super) look: u32,
     /// Unit normal.
-    pub normal: [f32; 3],
+    pub(super) normal: [f32; 3],
     /// Part that it moves with.
-    pub part: u32,
+    pub(super) part: u32,
 }
 
 /// A solid under construction: triangles with a material and a part each.
 #[derive(Debug, Clone, Default)]
-pub struct Solid {
+pub(super) struct Solid {
     points: Vec<Vec3>,
     triangles: Vec<([u32; 3], u32, u32)>,
 }
 
 /// What new triangles are made of, and what they move with.
 #[derive(Debug, Clone, Copy)]
-pub struct Finish {
+pub(super) struct Finish {
     /// Row of the material table.
-    pub look: u32,
+    pub(super) look: u32,
     /// Part.
-    pub part: u32,
+    pub(super) part: u32,
 }
 
 impl Solid {
     /// Joins rings of equally many points to a closed skin with flat ends. Seen from outside and
     /// along the path, the points of a ring run counter-clockwise against the direction of the
     /// path.
-    pub fn loft(&mut self, rings: &[Vec<Vec3>], finish: Finish) {
+    pub(super) fn loft(&mut self, rings: &[Vec<Vec3>], finish: Finish) {
         let Some(around) = rings.first().map(Vec::len).filter(|&n| n >= 3) else {
             return;
         };
@@ -77,7 +77,7 @@ impl Solid {
     }
 
     /// A turned part: `profile` gives distance along `axis` from `from`, and radius.
-    pub fn turned(
+    pub(super) fn turned(
         &mut self,
         from: Vec3,
         axis: Vec3,
@@ -99,7 +99,12 @@ impl Solid {
 
     /// A wire along a path; `section` gives the outline in the wire's own frame at a share of the
     /// path from 0 to 1. The frame does not twist.
-    pub fn swept(&mut self, path: &[Vec3], section: impl Fn(f32) -> Vec<Vec2>, finish: Finish) {
+    pub(super) fn swept(
+        &mut self,
+        path: &[Vec3],
+        section: impl Fn(f32) -> Vec<Vec2>,
+        finish: Finish,
+    ) {
         if path.len() < 2 {
             return;
         }
@@ -121,7 +126,7 @@ impl Solid {
 
     /// Vertices and triangles. Faces that meet at less than `crease` (rad) share their normals.
     #[must_use]
-    pub fn finish(&self, crease: f32) -> (Vec<RigidVertex>, Vec<[u32; 3]>) {
+    pub(super) fn finish(&self, crease: f32) -> (Vec<RigidVertex>, Vec<[u32; 3]>) {
         let area = |t: &[u32; 3]| {
             let [a, b, c] = t.map(|i| self.points[i as usize]);
             (b - a).cross(c - a)
@@ -167,13 +172,13 @@ impl Solid {
 }
 
 /// Points of the unit circle, counter-clockwise.
-pub fn circle(around: usize) -> impl Iterator<Item = Vec2> {
+pub(super) fn circle(around: usize) -> impl Iterator<Item = Vec2> {
     (0..around).map(move |i| Vec2::from_angle(i as f32 / around as f32 * core::f32::consts::TAU))
 }
 
 /// A smooth curve through points (Catmull-Rom), `steps` pieces a stretch.
 #[must_use]
-pub fn curve(points: &[Vec3], steps: usize) -> Vec<Vec3> {
+pub(super) fn curve(points: &[Vec3], steps: usize) -> Vec<Vec3> {
     let mut path = Vec::new();
     for i in 0..points.len().saturating_sub(1) {
         let at = |k: isize| points[(i as isize + k).clamp(0, points.len() as isize - 1) as usize];

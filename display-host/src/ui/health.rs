@@ -1,0 +1,150 @@
+//! How the controller's ticks do, over the last seconds.
+
+use std::collections::VecDeque;
+
+use shared_mem::message::{TickRecord, TimingBatch};
+
+/// Ticks looked back: four seconds at 1 kHz.
+const WINDOW: usize = 4096;
+/// Bars of a histogram; each is twice as wide as the one before, the first ends at 1 µs.
+pub(super) const BARS: usize = 16;
+
+/// Rolling view of the timing records.
+#[derive(Debug, Clone, Default)]
+pub struct TickHealth {
+    recent: VecDeque<[u32; 2]>,
+    last: Option<(u64, u64)>,
+    /// Ticks a second, over the last batches.
+    pub rate_hz: f32,
+    /// Periods skipped since the controller started.
+    pub missed: u64,
+    /// Ticks that ended late since the controller started.
+    pub overruns: u64,
+    /// Heap allocations of the realtime thread.
+    pub allocations: u64,
+    /// Page faults of the realtime thread.
+    pub page_faults: u64,
+    /// What the realtime thread got from the system; `None`: no batch yet.
+    pub realtime: Option<u32>,
+}
+
+impl TickHealth {
+    /// Takes a batch whose record count is checked.
+    pub fn take(&mut self, batch: &TimingBatch) {
+        let records = batch.records().unwrap_or(&[]);
+        for record in records {
+            if self.recent.len() == WINDOW {
+                self.recent.pop_front();
+            }
+            self.recent
+                .push_back([record.wake_latency_ns, record.tick_ns]);
+        }
+        if let Some(newest) = records.last() {
+            self.note_rate(newest);
+        }
+        self.missed = batch.deadline_misses;
+        self.overruns = batch.overruns;
+        self.allocations = batch.allocations;
+        self.page_faults = batch.page_faults;
+        self.realtime = Some(batch.realtime);
+    }
+
+    fn note_rate(&mut self, newest: &TickRecord) {
+        let now = (newest.tick, newest.scheduled_ns);
+        let Some(last) = self.last.replace(now) else {
+            return;
+        };
+        let (ticks, ns) = (now.0.wrapping_sub(last.0), now.1.wrapping_sub(last.1));
+        // A controller that started afresh counts from zero: skip that pair.
+        if now.0 > last.0 && now.1 > last.1 {
+            let rate = ticks as f32 / (ns as f32 * 1e-9);
+            self.rate_hz += (rate - self.rate_hz) * if self.rate_hz == 0.0 { 1.0 } else { 0.2 };
+        }
+    }
+
+    /// Wake-up latency and tick time, µs: 99 of 100 are shorter, and the longest, of the last
+    /// four seconds.
+    #[must_use]
+    pub fn quantiles_us(&self) -> Option<[[f32; 2]; 2]> {
+        if self.recent.is_empty() {
+            return None;
+        }
+        Some([0, 1].map(|which| {
+            let mut values: Vec<u32> = self.recent.iter().map(|pair| pair[which]).collect();
+            values.sort_unstable();
+            let at = (values.len() * 99 / 100).min(values.len() - 1);
+            [values[at], values[values.len() - 1]].map(|ns| ns as f32 / 1000.0)
+        }))
+    }
+
+    /// Share of wake-up latencies in each bar.
+    pub(super) fn wake_bars(&self) -> [f64; BARS] {
+        let mut bars = [0.0; BARS];
+        for [wake_ns, _] in &self.recent {
+            let us = (wake_ns / 1000).max(1);
+            bars[(us.ilog2() as usize).min(BARS - 1)] += 1.0 / self.recent.len() as f64;
+        }
+        bars
+    }
+
+    /// What the thread lacks to be realtime, if anything.
+    #[must_use]
+    pub fn lacks(&self) -> Vec<&'static str> {
+        let Some(bits) = self.realtime else {
+            return Vec::new();
+        };
+        let wanted = [
+            (TimingBatch::FIFO, "SCHED_FIFO"),
+            (TimingBatch::LOCKED, "locked memory"),
+            (TimingBatch::PINNED, "its own core"),
+        ];
+        let missing = wanted.into_iter().filter(|(bit, _)| bits & bit == 0);
+        missing.map(|(_, name)| name).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn batch(first: u64, wake_ns: impl Fn(u64) -> u32) -> Box<TimingBatch> {
+        let mut batch: Box<TimingBatch> = bytemuck::allocation::zeroed_box();
+        batch.count = 50;
+        for (i, record) in batch.records.iter_mut().take(50).enumerate() {
+            record.tick = first + i as u64;
+            record.scheduled_ns = record.tick * 1_000_000;
+            record.wake_latency_ns = wake_ns(record.tick);
+            record.tick_ns = 200_000;
+        }
+        batch
+    }
+
+    #[test]
+    fn rate_and_quantiles_come_from_the_records() {
+        let mut health = TickHealth::default();
+        assert!(health.quantiles_us().is_none());
+        for k in 0..20 {
+            // Every 200th tick wakes 400 µs late: within 99 of 100 all are 20 µs.
+            let wake = |tick: u64| if tick % 200 == 7 { 400_000 } else { 20_000 };
+            health.take(&batch(k * 50, wake));
+        }
+        let [wake, tick] = health.quantiles_us().unwrap();
+        let found = [wake, tick]
+            .as_flattened()
+            .iter()
+            .map(|us| us.round() as i32);
+        assert_eq!(found.collect::<Vec<_>>(), [20, 400, 200, 200]);
+        assert!((health.rate_hz - 1000.0).abs() < 1.0, "{}", health.rate_hz);
+        assert!((health.wake_bars().iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        assert_eq!(health.lacks().len(), 3);
+    }
+
+    #[test]
+    fn a_controller_that_starts_afresh_does_not_upset_the_rate() {
+        let mut health = TickHealth::default();
+        for first in [5000, 5050, 0, 50, 100] {
+            health.take(&batch(first, |_| 10_000));
+        }
+        assert!((health.rate_hz - 1000.0).abs() < 1.0, "{}", health.rate_hz);
+    }
+}

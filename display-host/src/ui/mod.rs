@@ -1,0 +1,93 @@
+//! The panel: a pure function from what is known to widgets, and to what the user asks for.
+
+mod health;
+mod panel;
+
+pub use health::TickHealth;
+pub use panel::{Asked, ui};
+
+use shared_mem::message::{DeviceHealth, ToolFrame};
+
+/// How the controller does.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Link {
+    /// No state came yet.
+    #[default]
+    Waiting,
+    /// States arrive.
+    Live,
+    /// States came, but none for this long, s.
+    Silent(f32),
+    /// It runs another scene.
+    OtherScene,
+}
+
+/// Everything that the interface shows.
+#[derive(Debug, Clone, Default)]
+pub struct UiState {
+    /// Station's name.
+    pub station: String,
+    /// Scene's name.
+    pub scene: String,
+    /// What the trainee is to do.
+    pub task: String,
+    /// How the controller does.
+    pub link: Link,
+    /// Newest tools.
+    pub tools: Option<ToolFrame>,
+    /// How the ticks do.
+    pub health: TickHealth,
+    /// Force on the hand over the last seconds: time (s), N.
+    pub force: Vec<[f64; 2]>,
+    /// Newest frame's age when shown, ms: from the device sample.
+    pub motion_to_photon_ms: f32,
+    /// Frames a second.
+    pub frames_per_second: f32,
+    /// Graphics adapter.
+    pub adapter: String,
+    /// Something the user should know; shown until acknowledged.
+    pub alarm: Option<String>,
+    /// The endoscope's picture and its width over height.
+    pub picture: Option<(egui::TextureId, f32)>,
+    /// The panel is hidden.
+    pub panel_hidden: bool,
+}
+
+impl UiState {
+    /// Health of haptic device, tracker, pedal, with their names.
+    fn devices(&self) -> [(&'static str, Option<DeviceHealth>); 3] {
+        let health = |i: usize| self.tools.as_ref().map(|tools| tools.health[i]);
+        [
+            ("Haptic device", health(0)),
+            ("Endoscope tracker", health(1)),
+            ("Foot pedal", health(2)),
+        ]
+    }
+
+    /// Whether the controller stands still.
+    #[must_use]
+    pub fn is_paused(&self) -> bool {
+        self.has_switch(8)
+    }
+
+    /// Whether force may leave.
+    #[must_use]
+    pub fn is_force_enabled(&self) -> bool {
+        self.has_switch(16)
+    }
+
+    fn has_switch(&self, bit: u32) -> bool {
+        self.tools
+            .as_ref()
+            .is_some_and(|tools| tools.switches & bit != 0)
+    }
+}
+
+/// An instrument's name, as [`ToolFrame::instrument`] counts them.
+#[must_use]
+pub fn instrument_name(number: u32) -> &'static str {
+    ["Grasper", "Cautery hook", "Scissors", "Clip applier"]
+        .get(number as usize)
+        .copied()
+        .unwrap_or("Unknown instrument")
+}

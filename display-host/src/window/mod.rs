@@ -1,0 +1,195 @@
+//! The station's window: picture and panel, one frame after the other.
+
+mod screen;
+mod session;
+
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use shared_mem::scene::SceneFile;
+use shared_mem::service::{Host, Station};
+use winit::application::ApplicationHandler;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
+use winit::window::WindowId;
+
+use self::screen::{Screen, Shown};
+use self::session::Session;
+use crate::DisplayError;
+use crate::headless::{Ended, Observed, Outcome};
+
+/// How long the window rests when it cannot be seen.
+const UNSEEN: Duration = Duration::from_millis(50);
+
+/// How to run a window.
+#[derive(Debug, Clone)]
+pub struct WindowConfig {
+    /// Station to watch.
+    pub station: Station,
+    /// Compiled scene.
+    pub scene: PathBuf,
+    /// Inner size to start with, pixels.
+    pub size: [u32; 2],
+    /// End after this time; `None`: when the user closes it.
+    pub seconds: Option<f64>,
+    /// Core of the realtime thread, to stay off.
+    pub tick_cpu: Option<usize>,
+}
+
+/// Opens the window and runs it until it is closed, `stop` is set, or the time is over. Once a
+/// process; on systems other than Linux, from the main thread only. A controller need not run
+/// yet: the window waits for it, and for the next one when it ends.
+///
+/// # Errors
+/// See [`DisplayError`].
+pub fn run(
+    config: &WindowConfig,
+    stop: &AtomicBool,
+    observer: &mut dyn FnMut(Observed<'_>),
+) -> Result<Outcome, DisplayError> {
+    if let Some(seconds) = config.seconds
+        && !(seconds > 0.0 && seconds <= 86_400.0)
+    {
+        return Err(DisplayError::Seconds(seconds));
+    }
+    let scene = SceneFile::open(&config.scene)?;
+    let host = Host::open(&config.station)?;
+    crate::priority::step_aside(config.tick_cpu);
+    let event_loop = event_loop()?;
+    let mut app = App {
+        size: config.size,
+        session: Session::new(&scene, host, config.station.name()),
+        scene,
+        stop,
+        observer,
+        proxy: event_loop.create_proxy(),
+        end: config
+            .seconds
+            .map(|s| Instant::now() + Duration::from_secs_f64(s)),
+        screen: None,
+        ended: Ended::Stopped,
+        error: None,
+    };
+    event_loop
+        .run_app(&mut app)
+        .map_err(|error| DisplayError::NoWindow {
+            detail: error.to_string(),
+        })?;
+    if let Some(error) = app.error {
+        return Err(error);
+    }
+    let (adapter, software_adapter) = match &app.screen {
+        Some(screen) => (Some(screen.adapter()), screen.is_software()),
+        None => (None, false),
+    };
+    Ok(app.session.outcome(adapter, software_adapter, app.ended))
+}
+
+fn event_loop() -> Result<EventLoop<accesskit_winit::Event>, DisplayError> {
+    let mut builder = EventLoop::<accesskit_winit::Event>::with_user_event();
+    #[cfg(target_os = "linux")]
+    {
+        use winit::platform::{wayland, x11};
+        // Linux does not mind which thread it is; tests run on their own.
+        wayland::EventLoopBuilderExtWayland::with_any_thread(&mut builder, true);
+        x11::EventLoopBuilderExtX11::with_any_thread(&mut builder, true);
+    }
+    builder.build().map_err(|error| DisplayError::NoWindow {
+        detail: error.to_string(),
+    })
+}
+
+struct App<'a> {
+    size: [u32; 2],
+    scene: SceneFile,
+    session: Session,
+    stop: &'a AtomicBool,
+    observer: &'a mut dyn FnMut(Observed<'_>),
+    proxy: EventLoopProxy<accesskit_winit::Event>,
+    end: Option<Instant>,
+    screen: Option<Screen>,
+    ended: Ended,
+    error: Option<DisplayError>,
+}
+
+impl App<'_> {
+    fn fail(&mut self, events: &ActiveEventLoop, error: DisplayError) {
+        self.error.get_or_insert(error);
+        events.exit();
+    }
+
+    /// One frame: listen, show, do what was asked.
+    fn frame(&mut self, events: &ActiveEventLoop) {
+        self.session.receive(self.observer);
+        let Some(screen) = &mut self.screen else {
+            return;
+        };
+        match screen.show(&mut self.session) {
+            Ok(Shown::Frame { asked, quit }) => {
+                self.session.carry_out(&asked, self.observer);
+                if quit {
+                    self.ended = Ended::Stopped;
+                    events.exit();
+                }
+                events.set_control_flow(ControlFlow::Poll);
+                screen.redraw();
+            }
+            Ok(Shown::Unseen) => {
+                events.set_control_flow(ControlFlow::wait_duration(UNSEEN));
+            }
+            Err(error) => self.fail(events, error),
+        }
+    }
+}
+
+impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.screen.is_some() {
+            return;
+        }
+        let title = format!("Calot: {}", self.scene.name());
+        match Screen::open(events, &self.proxy, &title, self.size, &self.scene) {
+            Ok(screen) => {
+                self.session.set_adapter(screen.adapter());
+                self.screen = Some(screen);
+            }
+            Err(error) => self.fail(events, error),
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(screen) = &mut self.screen else {
+            return;
+        };
+        screen.take_event(&event);
+        match event {
+            WindowEvent::CloseRequested => {
+                self.ended = Ended::Stopped;
+                events.exit();
+            }
+            WindowEvent::RedrawRequested => self.frame(events),
+            _ => {}
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, event: accesskit_winit::Event) {
+        if let Some(screen) = &mut self.screen {
+            screen.take_accessibility(event);
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        if self.stop.load(Ordering::Relaxed) {
+            self.ended = Ended::Stopped;
+            events.exit();
+        } else if self.end.is_some_and(|end| Instant::now() >= end) {
+            self.ended = Ended::TimeOver;
+            events.exit();
+        }
+        // An unseen window gets no redraws: it asks again, and goes on listening.
+        if let Some(screen) = &self.screen {
+            screen.redraw();
+        }
+    }
+}

@@ -1,0 +1,216 @@
+//! What a window knows: the feed, what the panel shows, and what the user asked for.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use shared_mem::message::{CommandMsg, EventMsg, StateFrame, ToolFrame};
+use shared_mem::scene::SceneFile;
+use shared_mem::service::Host;
+
+use crate::feed::{Feed, Offer};
+use crate::headless::{Ended, Observed, Outcome, zeroed_state};
+use crate::latency::FrameRecord;
+use crate::ui::{Asked, Link, UiState, instrument_name};
+
+/// Frames whose records are kept: an hour and a half at 60 Hz; then the older half goes.
+const FRAMES_KEPT: usize = 400_000;
+/// Silence that is worth a word.
+const SILENCE: Duration = Duration::from_millis(500);
+/// How long a command may hold the picture up.
+const COMMAND_PATIENCE: Duration = Duration::from_millis(60);
+/// The force's plot looks back this far, s.
+const FORCE_S: f64 = 6.0;
+
+pub(super) struct Session {
+    host: Host,
+    feed: Feed,
+    inbox_state: Box<StateFrame>,
+    inbox_tools: ToolFrame,
+    last_state: Option<Instant>,
+    start: Instant,
+    forgot_dead: bool,
+    force: VecDeque<[f64; 2]>,
+    frames: Vec<FrameRecord>,
+    frame_times: VecDeque<Instant>,
+    warnings: Vec<String>,
+    /// What the panel shows.
+    pub(super) ui: UiState,
+}
+
+impl Session {
+    pub(super) fn new(scene: &SceneFile, host: Host, station: &str) -> Self {
+        Self {
+            host,
+            feed: Feed::new(scene),
+            inbox_state: zeroed_state(),
+            inbox_tools: bytemuck::Zeroable::zeroed(),
+            last_state: None,
+            start: Instant::now(),
+            forgot_dead: false,
+            force: VecDeque::new(),
+            frames: Vec::new(),
+            frame_times: VecDeque::new(),
+            warnings: Vec::new(),
+            ui: UiState {
+                station: station.to_owned(),
+                scene: scene.name().to_owned(),
+                task: "Press, grasp and pull: feel the organs".into(),
+                ..UiState::default()
+            },
+        }
+    }
+
+    pub(super) fn set_adapter(&mut self, adapter: String) {
+        self.ui.adapter = adapter;
+    }
+
+    /// The newest moment, if the controller ever showed one of this scene.
+    pub(super) fn moment(&self) -> Option<(&StateFrame, &ToolFrame)> {
+        self.feed.state().zip(self.feed.tools())
+    }
+
+    /// Seconds since the window opened.
+    pub(super) fn time_s(&self) -> f32 {
+        self.start.elapsed().as_secs_f32()
+    }
+
+    /// Takes what the services have.
+    pub(super) fn receive(&mut self, observer: &mut dyn FnMut(Observed<'_>)) {
+        if self.host.newest_state(&mut self.inbox_state)
+            && self.feed.offer_state(&self.inbox_state) == Offer::Taken
+        {
+            self.last_state = Some(Instant::now());
+            self.forgot_dead = false;
+            observer(Observed::State(&self.inbox_state));
+        }
+        if self.host.newest_tools(&mut self.inbox_tools)
+            && self.feed.offer_tools(&self.inbox_tools) == Offer::Taken
+        {
+            let [x, y, z] = self.inbox_tools.force_n.map(f64::from);
+            let force_n = (x * x + y * y + z * z).sqrt();
+            let now = self.start.elapsed().as_secs_f64();
+            self.force.push_back([now, force_n]);
+            while self.force.front().is_some_and(|old| old[0] < now - FORCE_S) {
+                self.force.pop_front();
+            }
+            observer(Observed::Tools(&self.inbox_tools));
+        }
+        let (feed, ui) = (&mut self.feed, &mut self.ui);
+        self.host.drain_events(|event| {
+            feed.note_event(event);
+            if let Some(alarm) = alarm(event) {
+                ui.alarm = Some(alarm);
+            }
+            observer(Observed::Event(event));
+        });
+        self.host.drain_timing(|batch| {
+            if feed.note_timing(batch) {
+                ui.health.take(batch);
+                observer(Observed::Timing(batch));
+            }
+        });
+        self.judge_link();
+        self.ui.tools = self.feed.tools().copied();
+        self.ui.force = self.force.iter().copied().collect();
+    }
+
+    fn judge_link(&mut self) {
+        let silence = self.last_state.map(|last| last.elapsed());
+        self.ui.link = match silence {
+            _ if self.feed.other_scene_id().is_some() => Link::OtherScene,
+            None => Link::Waiting,
+            Some(silence) if silence < SILENCE => Link::Live,
+            Some(silence) => Link::Silent(silence.as_secs_f32()),
+        };
+        if matches!(self.ui.link, Link::Silent(_)) && !self.forgot_dead {
+            self.host.forget_dead();
+            self.forgot_dead = true;
+        }
+    }
+
+    /// Does what was asked, as far as it is the controller's.
+    pub(super) fn carry_out(&mut self, asked: &[Asked], observer: &mut dyn FnMut(Observed<'_>)) {
+        for asked in asked {
+            let (kind, argument, what) = match *asked {
+                Asked::Pause(on) => (CommandMsg::PAUSE, u32::from(on), "pause".to_owned()),
+                Asked::Reset => (CommandMsg::RESET, 0, "reset".to_owned()),
+                Asked::EnableForce(on) => {
+                    (CommandMsg::ENABLE_FORCE, u32::from(on), "force".to_owned())
+                }
+                Asked::Instrument(number) => {
+                    let name = instrument_name(number);
+                    (CommandMsg::INSTRUMENT, number, format!("instrument {name}"))
+                }
+                Asked::Acknowledge => {
+                    self.ui.alarm = None;
+                    continue;
+                }
+                Asked::TogglePanel => {
+                    self.ui.panel_hidden = !self.ui.panel_hidden;
+                    continue;
+                }
+                Asked::ToggleFullScreen | Asked::Quit => continue,
+            };
+            let command = CommandMsg { kind, argument };
+            let problem = match self.host.command(command, COMMAND_PATIENCE) {
+                Ok(reply) if reply.outcome == 0 => continue,
+                Ok(reply) => format!("the controller refused: {what} (answer {})", reply.outcome),
+                Err(error) => format!("{what} not done: {error}"),
+            };
+            observer(Observed::Warning(&problem));
+            self.ui.alarm = Some(problem);
+        }
+    }
+
+    /// Notes a frame that was shown.
+    pub(super) fn note_frame(&mut self, frame: FrameRecord) {
+        let now = Instant::now();
+        self.frame_times.push_back(now);
+        while self.frame_times.len() > 2
+            && self
+                .frame_times
+                .front()
+                .is_some_and(|old| now - *old > Duration::from_secs(2))
+        {
+            self.frame_times.pop_front();
+        }
+        if let Some(first) = self.frame_times.front() {
+            let span = (now - *first).as_secs_f32().max(1e-3);
+            self.ui.frames_per_second = (self.frame_times.len() - 1) as f32 / span;
+        }
+        self.ui.motion_to_photon_ms = frame.motion_to_photon_ns() as f32 * 1e-6;
+        if self.frames.len() == FRAMES_KEPT {
+            self.frames.drain(..FRAMES_KEPT / 2);
+        }
+        self.frames.push(frame);
+    }
+
+    pub(super) fn outcome(
+        self,
+        adapter: Option<String>,
+        software_adapter: bool,
+        ended: Ended,
+    ) -> Outcome {
+        Outcome {
+            adapter,
+            software_adapter,
+            frames: self.frames,
+            counters: self.feed.counters(),
+            ended,
+            warnings: self.warnings,
+        }
+    }
+}
+
+/// What a trainee must be told of at once.
+fn alarm(event: &EventMsg) -> Option<String> {
+    // Codes of `rt_core::fault::Fault` that take the force away.
+    let text = match (event.kind, event.value as u32) {
+        (EventMsg::FAULT, 1) => "the force was not a number: it is off",
+        (EventMsg::FAULT, 3) => "the haptic device is late: force falls to zero",
+        (EventMsg::FAULT, 4) => "the haptic device is gone: force is off",
+        (EventMsg::FAULT, 5) => "the handle was too fast: force is off until enabled (F)",
+        _ => return None,
+    };
+    Some(text.to_owned())
+}

@@ -1,0 +1,145 @@
+//! The panel by accessible name, without a picture or a controller.
+
+use display_host::ui::{Asked, Link, TickHealth, UiState, ui};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+use shared_mem::message::{DeviceHealth, TimingBatch, ToolFrame};
+
+struct Seen {
+    state: UiState,
+    asked: Vec<Asked>,
+}
+
+fn harness(state: UiState) -> Harness<'static, Seen> {
+    let seen = Seen {
+        state,
+        asked: Vec::new(),
+    };
+    let show = |area: &mut egui::Ui, seen: &mut Seen| {
+        let (asked, _) = ui(area, &seen.state);
+        seen.asked.extend(asked);
+    };
+    Harness::builder()
+        .with_size([1100.0, 1000.0])
+        .build_ui_state(show, seen)
+}
+
+fn live() -> UiState {
+    let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
+    tools.switches = 16;
+    tools.force_n = [0.0, 3.0, 4.0];
+    tools.health[0].status = DeviceHealth::LIVE;
+    tools.health[0].age_us = 400;
+    tools.health[1].status = DeviceHealth::STALE;
+    tools.health[1].age_us = 81_000;
+    tools.health[2].status = DeviceHealth::LOST;
+    UiState {
+        station: "here".into(),
+        scene: "Liver and gallbladder".into(),
+        task: "Press the liver".into(),
+        link: Link::Live,
+        tools: Some(tools),
+        ..UiState::default()
+    }
+}
+
+#[test]
+fn every_control_works_by_pointer() {
+    let mut panel = harness(live());
+    for (name, asked) in [
+        ("Pause (P)", Asked::Pause(true)),
+        ("Reset organs (R)", Asked::Reset),
+        ("Cut force (F)", Asked::EnableForce(false)),
+        ("Scissors (3)", Asked::Instrument(2)),
+        ("Quit (Esc)", Asked::Quit),
+    ] {
+        panel.get_by_label(name).click();
+        panel.run();
+        assert_eq!(panel.state().asked.last(), Some(&asked), "{name}");
+    }
+}
+
+#[test]
+fn every_control_works_by_key() {
+    let mut panel = harness(live());
+    for (key, asked) in [
+        (egui::Key::P, Asked::Pause(true)),
+        (egui::Key::R, Asked::Reset),
+        (egui::Key::F, Asked::EnableForce(false)),
+        (egui::Key::Num4, Asked::Instrument(3)),
+        (egui::Key::H, Asked::TogglePanel),
+        (egui::Key::F11, Asked::ToggleFullScreen),
+        (egui::Key::Escape, Asked::Quit),
+    ] {
+        panel.key_press(key);
+        panel.run();
+        assert_eq!(panel.state().asked, [asked]);
+        panel.state_mut().asked.clear();
+    }
+}
+
+#[test]
+fn a_button_is_reached_and_pressed_by_keyboard_alone() {
+    let mut panel = harness(live());
+    for _ in 0..40 {
+        panel.key_press(egui::Key::Tab);
+        panel.run();
+        if panel.get_by_label("Reset organs (R)").is_focused() {
+            break;
+        }
+    }
+    panel.key_press(egui::Key::Enter);
+    panel.run();
+    assert_eq!(panel.state().asked, [Asked::Reset]);
+}
+
+#[test]
+fn devices_and_force_are_told_in_words() {
+    let mut panel = harness(live());
+    panel.run();
+    panel.get_by_label("Haptic device: live, 0.4 ms old");
+    panel.get_by_label("Endoscope tracker: stale, 81 ms old");
+    panel.get_by_label("Foot pedal: line lost: plug it in again");
+    panel.get_by_label("Force on the hand: 5.00 N");
+    panel.get_by_label("Controller: live");
+    panel.get_by_label("Ticks: no record yet");
+}
+
+#[test]
+fn ticks_that_are_not_realtime_say_what_they_lack() {
+    let mut health = TickHealth::default();
+    let mut batch: Box<TimingBatch> = bytemuck::allocation::zeroed_box();
+    batch.count = 1;
+    batch.records[0].wake_latency_ns = 52_000;
+    batch.records[0].tick_ns = 180_000;
+    batch.deadline_misses = 3;
+    batch.realtime = TimingBatch::LOCKED;
+    health.take(&batch);
+    let mut panel = harness(UiState { health, ..live() });
+    panel.run();
+    panel.get_by_label("Not realtime: lacks SCHED_FIFO, its own core");
+    panel.get_by_label("Missed 3, late 0, allocations 0, page faults 0");
+    panel.get_by_label("Wake-up: 99 % within 52 µs, worst 52 µs");
+}
+
+#[test]
+fn a_missing_controller_and_an_alarm_are_no_dead_ends() {
+    let mut panel = harness(UiState {
+        station: "here".into(),
+        alarm: Some("force was cut".into()),
+        ..UiState::default()
+    });
+    panel.run();
+    panel.get_by_label("Waiting for the controller on station 'here'.\nStart one with: calot rt");
+    panel.get_by_label("Alarm: force was cut");
+    panel.get_by_label("Acknowledge (A)").click();
+    panel.run();
+    assert_eq!(panel.state().asked, [Asked::Acknowledge]);
+
+    let mut panel = harness(UiState {
+        link: Link::Silent(2.5),
+        ..live()
+    });
+    panel.run();
+    panel.get_by_label("Controller: silent for 2.5 s");
+}

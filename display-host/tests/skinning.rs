@@ -1,0 +1,147 @@
+//! The skinning's twins, and hand-solved cases (paper Eq. 9–12).
+
+mod support;
+
+use display_host::render::gpu::Gpu;
+use display_host::skinning::gpu::GpuSkinning;
+use display_host::skinning::{SkinMesh, SkinnedVertex, displace};
+use glam::Vec3;
+use proptest::prelude::*;
+
+fn skinned(mesh: &SkinMesh, displacements: &[[f32; 4]]) -> Vec<SkinnedVertex> {
+    let mut out = mesh.at_rest();
+    mesh.skin(displacements, &mut out);
+    out
+}
+
+/// Some lively displacements, all different.
+fn lively(count: usize, size_m: f32) -> Vec<[f32; 4]> {
+    let wave = |i: usize, k: f32| (i as f32 * k).sin() * size_m;
+    (0..count)
+        .map(|i| [wave(i, 1.3), wave(i, 2.1), wave(i, 3.7), 0.0])
+        .collect()
+}
+
+#[test]
+fn gpu_and_cpu_agree() {
+    let scene = support::scene(40);
+    let mut mesh = SkinMesh::from_scene(&scene);
+    // Vertices that do not follow spheres stay where they are in both.
+    let fixed = mesh.vertices[..3].to_vec();
+    mesh.add_fixed(&fixed, &[[0, 1, 2]]);
+    let gpu = Gpu::open().expect("a driver: apt-get install mesa-vulkan-drivers");
+    let skinning = GpuSkinning::new(&gpu, &mesh, scene.spheres().len()).unwrap();
+    for size_m in [0.0, 0.001, 0.02] {
+        let displacements = lively(scene.spheres().len(), size_m);
+        skinning.upload(&gpu, &displacements);
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        skinning.encode(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        let bytes = gpu.read_buffer(&skinning.now).unwrap();
+        let there: &[SkinnedVertex] = bytemuck::cast_slice(&bytes);
+        let here = skinned(&mesh, &displacements);
+        assert_eq!(here.len(), there.len());
+        let worst = |part: fn(&SkinnedVertex) -> Vec3| {
+            let far = here
+                .iter()
+                .zip(there)
+                .map(|(a, b)| part(a).distance(part(b)));
+            // `f32::max` would swallow a NaN.
+            far.fold(0.0, |most: f32, x| if x <= most { most } else { x })
+        };
+        let position = worst(|v| Vec3::from_slice(&v.position));
+        let normal = worst(|v| Vec3::from_slice(&v.normal));
+        let bend = worst(|v| Vec3::splat(v.normal[3] * 1e-3));
+        assert!(
+            position <= 1e-6,
+            "position differs by {position} m at {size_m}"
+        );
+        assert!(normal <= 1e-5, "normal differs by {normal} at {size_m}");
+        assert!(bend <= 1e-3, "bend differs by {bend} per mm at {size_m}");
+    }
+}
+
+#[test]
+fn a_shift_of_all_spheres_shifts_the_skin() {
+    let scene = support::scene(16);
+    let mesh = SkinMesh::from_scene(&scene);
+    let shift = Vec3::new(0.01, -0.02, 0.03);
+    let now = skinned(
+        &mesh,
+        &vec![shift.extend(0.0).to_array(); scene.spheres().len()],
+    );
+    for (now, rest) in now.iter().zip(&mesh.vertices) {
+        let wanted = Vec3::from(rest.position) + shift;
+        assert!(Vec3::from_slice(&now.position).distance(wanted) < 1e-6);
+        assert!(now.normal[3].abs() < 0.5, "no bend: {}", now.normal[3]);
+    }
+}
+
+#[test]
+fn a_vertex_follows_the_weighted_mean_of_its_spheres() {
+    let scene = support::scene(16);
+    let mesh = SkinMesh::from_scene(&scene);
+    let displacements = lively(scene.spheres().len(), 0.01);
+    let now = skinned(&mesh, &displacements);
+    for (i, vertex) in scene.vertices().iter().enumerate() {
+        // As the paper prints it: v' = Σ f c' / Σ f + (v − Σ f c / Σ f).
+        let mean = |centre: &dyn Fn(usize) -> Vec3| -> Vec3 {
+            let parts = vertex.spheres.iter().zip(&vertex.weights);
+            parts
+                .map(|(&s, &w)| centre(usize::from(s)) * (f32::from(w) / 65535.0))
+                .sum()
+        };
+        let rest = |s: usize| Vec3::from(scene.spheres()[s].center_m);
+        let moved = |s: usize| rest(s) + Vec3::from_slice(&displacements[s]);
+        let wanted = mean(&moved) + (Vec3::from(vertex.position_m) - mean(&rest));
+        let found = Vec3::from_slice(&now[i].position);
+        assert!(
+            found.distance(wanted) < 2e-6,
+            "vertex {i}: {found} and {wanted}"
+        );
+    }
+}
+
+#[test]
+fn a_dent_is_felt_as_bent_inwards() {
+    let scene = support::scene(48);
+    let mesh = SkinMesh::from_scene(&scene);
+    let state = support::state(&scene, 0.010);
+    let mut displacements = Vec::new();
+    displace(
+        scene.spheres(),
+        state.spheres().unwrap(),
+        &mut displacements,
+    );
+    let now = skinned(&mesh, &displacements);
+    let liver = scene.organs()[0].vertices[1] as usize;
+    let deepest = (0..liver)
+        .max_by(|&a, &b| {
+            let depth = |i: usize| mesh.vertices[i].position[2] - now[i].position[2];
+            depth(a).total_cmp(&depth(b))
+        })
+        .unwrap();
+    let depth = mesh.vertices[deepest].position[2] - now[deepest].position[2];
+    assert!(depth > 0.003, "{depth}");
+    // A pit of 3 mm and more over a centimetre or two: some tens of 1/m.
+    assert!(now[deepest].normal[3] > 10.0, "{:?}", now[deepest].normal);
+    let far = now[..liver].iter().filter(|v| v.position[0] > 0.06);
+    assert!(far.clone().count() > 10);
+    far.for_each(|v| assert!(v.normal[3].abs() < 1.0, "{:?}", v.normal));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn normals_stay_unit_and_finite(size_m in 0.0f32..0.05, seed in 0usize..1000) {
+        let scene = support::scene(12);
+        let mesh = SkinMesh::from_scene(&scene);
+        let mut displacements = lively(scene.spheres().len() + seed, size_m);
+        let displacements = displacements.split_off(seed);
+        for vertex in skinned(&mesh, &displacements) {
+            let length = Vec3::from_slice(&vertex.normal).length();
+            prop_assert!((length - 1.0).abs() < 1e-4, "{length}");
+            prop_assert!(vertex.position.iter().chain(&vertex.normal).all(|x| x.is_finite()));
+        }
+    }
+}

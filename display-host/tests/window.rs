@@ -1,0 +1,194 @@
+//! A real window on a virtual screen (Xvfb). Where Xvfb is not installed the test says so.
+
+mod support;
+
+use std::io::{BufRead as _, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use display_host::DisplayError;
+use display_host::headless::Ended;
+use display_host::latency::now_ns;
+use display_host::window::{WindowConfig, run};
+use shared_mem::scene::SceneFile;
+use shared_mem::service::{Controller, Station};
+
+/// Set in the process that opens the window; names the scene's file.
+const IN_CHILD: &str = "CALOT_WINDOW_TEST_SCENE";
+
+/// A virtual screen that ends with its owner.
+struct VirtualScreen {
+    server: Child,
+    display: String,
+}
+
+impl VirtualScreen {
+    fn start(pixels_in: &Path) -> Option<Self> {
+        let mut server = Command::new("Xvfb")
+            .args([
+                "-displayfd",
+                "1",
+                "-screen",
+                "0",
+                "1000x640x24",
+                "-nolisten",
+                "tcp",
+                "-fbdir",
+            ])
+            .arg(pixels_in)
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .ok()?;
+        let mut line = String::new();
+        let stdout = server.stdout.take()?;
+        BufReader::new(stdout).read_line(&mut line).ok()?;
+        let display = format!(":{}", line.trim());
+        Some(Self { server, display })
+    }
+}
+
+impl Drop for VirtualScreen {
+    fn drop(&mut self) {
+        let _ = self.server.kill();
+        let _ = self.server.wait();
+    }
+}
+
+/// The screen's pixels as Xvfb keeps them (XWD: a header of big-endian words, then rows).
+fn pixels(dir: &Path) -> image::RgbImage {
+    let bytes = std::fs::read(dir.join("Xvfb_screen0")).unwrap();
+    let word = |i: usize| u32::from_be_bytes(bytes[4 * i..4 * i + 4].try_into().unwrap()) as usize;
+    let (header, width, height, row, colours) = (word(0), word(4), word(5), word(12), word(19));
+    let data = &bytes[header + 12 * colours..];
+    image::RgbImage::from_fn(width as u32, height as u32, |x, y| {
+        let at = y as usize * row + x as usize * 4;
+        image::Rgb([data[at + 2], data[at + 1], data[at]])
+    })
+}
+
+#[test]
+fn a_window_shows_picture_and_panel() {
+    let dir = tempfile::tempdir().unwrap();
+    let Some(screen) = VirtualScreen::start(dir.path()) else {
+        eprintln!("SKIPPED: Xvfb is not installed (apt-get install xvfb); no window was tested");
+        return;
+    };
+    let scene = dir.path().join("scene.calot");
+    std::fs::write(&scene, support::scene_bytes(32)).unwrap();
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args(["in_the_window_s_process", "--exact", "--nocapture"])
+        .env("DISPLAY", &screen.display)
+        .env_remove("WAYLAND_DISPLAY")
+        .env(IN_CHILD, &scene)
+        .spawn()
+        .unwrap();
+    // Judge the screen while the window is up.
+    let mut colourful = 0;
+    let end = loop {
+        std::thread::sleep(Duration::from_millis(200));
+        let shown = pixels(dir.path());
+        let distinct: std::collections::HashSet<_> = shown.pixels().map(|p| p.0).collect();
+        if distinct.len() > colourful {
+            colourful = distinct.len();
+            if let Some(path) = std::env::var_os("CALOT_WINDOW_PICTURE") {
+                shown.save(path).unwrap();
+            }
+        }
+        if let Some(end) = child.try_wait().unwrap() {
+            break end;
+        }
+    };
+    assert!(end.success(), "the window's process failed: {end}");
+    assert!(
+        colourful > 2000,
+        "only {colourful} colours were on the screen"
+    );
+}
+
+/// Runs in the process above; by itself it does nothing.
+#[test]
+fn in_the_window_s_process() {
+    let Some(path) = std::env::var_os(IN_CHILD) else {
+        return;
+    };
+    let scene = SceneFile::open(path.as_ref()).unwrap();
+    let station = Station::new(&format!("window-{}", std::process::id())).unwrap();
+    let over = Arc::new(AtomicBool::new(false));
+    let controller = std::thread::spawn({
+        let (station, over) = (station.clone(), over.clone());
+        move || {
+            let controller = Controller::open(&station).unwrap();
+            let mut state = support::state(&scene, 0.01);
+            let mut tools = support::tools(&scene, 0.01, 0.5);
+            tools.switches = 16;
+            while !over.load(Ordering::Relaxed) {
+                let now = now_ns();
+                (state.sample_ns, tools.sample_ns) = (now - 500_000, now - 500_000);
+                (state.at_ns, tools.at_ns) = (now, now);
+                state.tick += 1;
+                controller.state.send_copy(*state).unwrap();
+                controller.tools.send_copy(tools).unwrap();
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        }
+    });
+    let config = WindowConfig {
+        station,
+        scene: path.into(),
+        size: [1000, 640],
+        seconds: Some(12.0),
+        tick_cpu: None,
+    };
+    let outcome = run(&config, &AtomicBool::new(false), &mut |_| {});
+    over.store(true, Ordering::Relaxed);
+    controller.join().unwrap();
+    let outcome = outcome.unwrap();
+    assert_eq!(outcome.ended, Ended::TimeOver);
+    assert!(outcome.adapter.is_some());
+    assert!(outcome.frames.len() >= 2, "{} frames", outcome.frames.len());
+    for frame in &outcome.frames {
+        assert!(frame.live && frame.shown_ns >= frame.submitted_ns);
+        assert!(frame.motion_to_photon_ns() >= 500_000);
+    }
+}
+
+#[test]
+fn without_a_screen_the_error_names_the_way_on() {
+    let out = Command::new(std::env::current_exe().unwrap())
+        .args(["in_a_process_without_a_screen", "--exact", "--nocapture"])
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .env("CALOT_NO_SCREEN", "1")
+        .output()
+        .unwrap();
+    assert!(
+        out.status.success(),
+        "{}",
+        String::from_utf8_lossy(&out.stderr)
+    );
+}
+
+/// Runs in the process above; by itself it does nothing.
+#[test]
+fn in_a_process_without_a_screen() {
+    if std::env::var_os("CALOT_NO_SCREEN").is_none() {
+        return;
+    }
+    let scene = tempfile::NamedTempFile::new().unwrap();
+    std::fs::write(scene.path(), support::scene_bytes(12)).unwrap();
+    let config = WindowConfig {
+        station: Station::new(&format!("dark-{}", std::process::id())).unwrap(),
+        scene: scene.path().to_owned(),
+        size: [640, 480],
+        seconds: Some(1.0),
+        tick_cpu: None,
+    };
+    let error = run(&config, &AtomicBool::new(false), &mut |_| {}).unwrap_err();
+    assert!(matches!(error, DisplayError::NoWindow { .. }), "{error}");
+    assert!(error.to_string().contains("--headless"), "{error}");
+}
