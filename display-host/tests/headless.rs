@@ -17,17 +17,20 @@ use shared_mem::service::{Controller, Station};
 fn scene() -> &'static (tempfile::TempPath, SceneFile) {
     static SCENE: OnceLock<(tempfile::TempPath, SceneFile)> = OnceLock::new();
     SCENE.get_or_init(|| {
-        let path = tempfile::NamedTempFile::new().unwrap().into_temp_path();
-        std::fs::write(&path, support::scene_bytes(24)).unwrap();
-        let scene = SceneFile::open(&path).unwrap();
+        let path = tempfile::NamedTempFile::new()
+            .expect("the test's own set-up")
+            .into_temp_path();
+        std::fs::write(&path, support::scene_bytes(24)).expect("the test's own set-up");
+        let scene = SceneFile::open(&path).expect("the test's own set-up");
         (path, scene)
     })
 }
 
 fn config(name: &str, seconds: f64, frames: u32) -> (HeadlessConfig, tempfile::TempDir) {
-    let out = tempfile::tempdir().unwrap();
+    let out = tempfile::tempdir().expect("the test's own set-up");
     let config = HeadlessConfig {
-        station: Station::new(&format!("{name}-{}", std::process::id())).unwrap(),
+        station: Station::new(&format!("{name}-{}", std::process::id()))
+            .expect("the test's own set-up"),
         scene: scene().0.to_path_buf(),
         seconds,
         out_dir: out.path().join("frames"),
@@ -66,8 +69,14 @@ impl Play {
         (self.state.sample_ns, self.tools.sample_ns) = (now - 700_000, now - 700_000);
         (self.state.at_ns, self.tools.at_ns) = (now, now);
         self.tools.contact_count = 3;
-        controller.state.send_copy(*self.state).unwrap();
-        controller.tools.send_copy(self.tools).unwrap();
+        controller
+            .state
+            .send_copy(*self.state)
+            .expect("the test's own set-up");
+        controller
+            .tools
+            .send_copy(self.tools)
+            .expect("the test's own set-up");
     }
 
     fn event(&mut self, controller: &Controller, kind: u32) {
@@ -75,7 +84,10 @@ impl Play {
         event.sequence = self.events;
         event.kind = kind;
         self.events += 1;
-        controller.events.send_copy(event).unwrap();
+        controller
+            .events
+            .send_copy(event)
+            .expect("the test's own set-up");
     }
 }
 
@@ -87,7 +99,7 @@ fn play(
 ) -> std::thread::JoinHandle<()> {
     let (station, stop) = (station.clone(), stop.clone());
     std::thread::spawn(move || {
-        let controller = Controller::open(&station).unwrap();
+        let controller = Controller::open(&station).expect("the test's own set-up");
         let mut play = Play::new();
         while !stop.load(Ordering::Relaxed) {
             each(&mut play, &controller);
@@ -247,7 +259,7 @@ fn a_stop_ends_it_at_once() {
     let (config, _out) = config("stop", 60.0, 0);
     let over = Arc::new(AtomicBool::new(false));
     let controller = play(&config.station, &over, |play, controller| {
-        play.step(controller)
+        play.step(controller);
     });
     let stop = AtomicBool::new(false);
     let outcome = run(&config, &stop, &mut |seen| {

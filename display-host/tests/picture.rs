@@ -27,7 +27,7 @@ impl Studio {
     fn new(quality: Quality) -> Self {
         let gpu = Gpu::open().expect("a driver: apt-get install mesa-vulkan-drivers");
         let scene = support::scene(64);
-        let mut renderer = Renderer::new(&gpu, &scene, quality).unwrap();
+        let mut renderer = Renderer::new(&gpu, &scene, quality).expect("the test's own set-up");
         renderer.exposure_mut().grain = 0.0;
         Self {
             gpu,
@@ -45,9 +45,15 @@ impl Studio {
 
     fn take(&mut self, dent_m: f32, tools: &ToolFrame) -> RgbaImage {
         let state = support::state(&self.scene, dent_m);
+        self.renderer.render(
+            &self.gpu,
+            state.spheres().expect("the test's own set-up"),
+            tools,
+            0.0,
+        );
         self.renderer
-            .render(&self.gpu, state.spheres().unwrap(), tools, 0.0);
-        self.renderer.read(&self.gpu).unwrap()
+            .read(&self.gpu)
+            .expect("the test's own set-up")
     }
 }
 
@@ -70,7 +76,7 @@ fn compare(name: &str, picture: &RgbaImage) {
         .join("tests/pictures")
         .join(format!("{name}.png"));
     if std::env::var_os("UPDATE_PICTURES").is_some() {
-        picture.save(&path).unwrap();
+        picture.save(&path).expect("the test's own set-up");
     }
     let wanted = image::open(&path)
         .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
@@ -78,7 +84,7 @@ fn compare(name: &str, picture: &RgbaImage) {
     let score = likeness(picture, &wanted);
     if score < SAME {
         let made = std::env::temp_dir().join(format!("calot-{name}-made.png"));
-        picture.save(&made).unwrap();
+        picture.save(&made).expect("the test's own set-up");
         panic!(
             "{name} is like its reference by {score:.4}; see {}",
             made.display()

@@ -60,8 +60,10 @@ impl Drop for VirtualScreen {
 
 /// The screen's pixels as Xvfb keeps them (XWD: a header of big-endian words, then rows).
 fn pixels(dir: &Path) -> image::RgbImage {
-    let bytes = std::fs::read(dir.join("Xvfb_screen0")).unwrap();
-    let word = |i: usize| u32::from_be_bytes(bytes[4 * i..4 * i + 4].try_into().unwrap()) as usize;
+    let bytes = std::fs::read(dir.join("Xvfb_screen0")).expect("Xvfb keeps its pixels there");
+    let word = |i: usize| {
+        u32::from_be_bytes(bytes[4 * i..4 * i + 4].try_into().expect("four bytes")) as usize
+    };
     let (header, width, height, row, colours) = (word(0), word(4), word(5), word(12), word(19));
     let data = &bytes[header + 12 * colours..];
     image::RgbImage::from_fn(width as u32, height as u32, |x, y| {
