@@ -16,7 +16,6 @@ use crate::collision::cylinder::{Touch, touch};
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::Scene;
-use crate::sim::TICK_S;
 use crate::soft_body::{Bodies, Bounds};
 use crate::state::SphereBits;
 use crate::tool::Capsule;
@@ -143,13 +142,13 @@ impl ToolContacts {
         faults.raise_if(lost.depth_m > 0.0, Fault::ContactOverflow);
     }
 
-    /// Moves the spheres that overlap `parts` out of the way, and lists what they do to them.
+    /// Moves the spheres that overlap `parts` out of them, and lists what they do to them: the
+    /// force is Hooke's, on the penetration before the projection (paper). That is how far the
+    /// tissue came back into the instrument within a tick, so the force grows with the tissue's
+    /// own stiffness too. Immovable spheres stay and only push.
     ///
-    /// The force is Hooke's, on the penetration. A sphere gives way by what this force does to
-    /// its mass within the tick, `dx = w dt² F`, so that tissue and tool feel the same (third
-    /// law). Taken together with `F = k (depth − dx)` that is `dx = depth · s / (1 + s)` with
-    /// `s = k dt² w`: never too far, at any stiffness. Differs: the paper names only "Hooke's law
-    /// on the penetration", and not how the tool moves the tissue. Immovable spheres only push.
+    /// Known fault, kept because this is the paper's law: the tissue is moved by as much as it
+    /// takes, not by the force that the hand feels.
     pub(crate) fn push_out(&mut self, parts: &[Capsule], scene: &Scene<'_>, bodies: &mut Bodies) {
         self.list.clear();
         for near in &self.near {
@@ -159,11 +158,11 @@ impl ToolContacts {
             let Some(touch) = deepest_touch(&node.center_m(), radius_m, parts) else {
                 continue;
             };
-            let stiffness = scene.material_of(organ).contact_stiffness_n_m;
-            let softness = stiffness * TICK_S * TICK_S * node.inverse_mass_per_kg();
-            let stiffness_n_m = stiffness / (1.0 + softness);
+            let stiffness_n_m = scene.material_of(organ).contact_stiffness_n_m;
             let force_n = stiffness_n_m * touch.depth_m;
-            node.move_by(&(touch.normal * (-touch.depth_m * softness / (1.0 + softness))));
+            if node.inverse_mass_per_kg() > 0.0 {
+                node.move_by(&(touch.normal * -touch.depth_m));
+            }
             let at_m = node.center_m() + touch.normal * radius_m;
             let contact = Contact {
                 organ,
@@ -224,5 +223,74 @@ impl Segment {
         let reach = radius_m + self.radius_m;
         let near = reach + NEAR_M;
         (squared < near * near).then(|| reach - math::sqrt(squared))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::scene::tests::{organ, room, sphere};
+    use crate::tool::Role;
+    use std::boxed::Box;
+
+    /// A bar that stands on z, its lower end at `z`.
+    fn bar(z: f32) -> Capsule {
+        Capsule {
+            a_m: Vec3::new(0.0, 0.0, z + 0.1),
+            b_m: Vec3::new(0.0, 0.0, z),
+            radius_m: 0.002,
+            role: Role::Shaft,
+        }
+    }
+
+    fn meet(parts: &[Capsule], held: bool) -> (ToolContacts, Box<Bodies>) {
+        let mut ball = sphere(Vec3::zeros(), 0.01);
+        ball.held = held;
+        let (organs, spheres) = ([organ(0, 1, 0, 0)], [ball]);
+        let scene = Scene::new(&organs, &spheres, &[], room()).unwrap();
+        let mut bodies = Box::new(Bodies::new());
+        bodies.load(&scene);
+        let bounds = [bodies.bounds(&organs[0]); MAX_ORGANS];
+        let (mut contacts, mut faults) = (ToolContacts::default(), FaultSet::NONE);
+        contacts.find(parts, &scene, &bounds, &bodies, &mut faults);
+        contacts.push_out(parts, &scene, &mut bodies);
+        (contacts, bodies)
+    }
+
+    #[test]
+    fn hooke_on_the_penetration_and_then_the_projection_by_hand() {
+        // The end stands 8 mm over the middle of a 10 mm sphere: 2 mm deep, 500 N/m.
+        let (contacts, bodies) = meet(&[bar(0.008)], false);
+        let [contact] = contacts.list[..] else {
+            panic!("{:?}", contacts.list)
+        };
+        assert!((contact.force_n - 1.0).abs() < 1.0e-4, "{contact:?}");
+        assert!(math::norm(&(contact.normal - Vec3::z())) < 1.0e-5);
+        assert!(
+            math::norm(&(contact.at_m - Vec3::z() * 0.008)) < 1.0e-6,
+            "{contact:?}"
+        );
+        // The tissue goes the other way, until they touch.
+        let moved = bodies.nodes.at(0).moved_m();
+        assert!(math::norm(&(moved + Vec3::z() * 0.002)) < 1.0e-6, "{moved}");
+        assert!(bodies.bits.at(0).contains(SphereBits::CONTACT));
+    }
+
+    #[test]
+    fn what_is_held_stays_and_pushes_all_the_same() {
+        let (contacts, bodies) = meet(&[bar(0.008)], true);
+        assert!((contacts.list[0].force_n - 1.0).abs() < 1.0e-4);
+        assert!(math::norm(&bodies.nodes.at(0).moved_m()) < f32::EPSILON);
+    }
+
+    #[test]
+    fn near_is_no_contact_and_the_deepest_part_counts_once() {
+        let (contacts, _) = meet(&[bar(0.011)], false);
+        assert!(contacts.near.len() == 1 && contacts.list.is_empty());
+        assert!(meet(&[bar(0.05)], false).0.near.is_empty());
+        let (contacts, _) = meet(&[bar(0.009), bar(0.007), bar(0.008)], false);
+        assert_eq!(contacts.list.len(), 1);
+        assert!((contacts.list[0].force_n - 1.5).abs() < 1.0e-4);
     }
 }
