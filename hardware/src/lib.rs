@@ -3,6 +3,7 @@
 //! ```text
 //! rig      our own serial protocol: haptic devices and pedals of rig builders (PROTOCOL.md)
 //! bird     Ascension Flock-of-Birds protocol: the endoscope's tracker
+//! pedal    foot pedals that are USB keyboards, or switches on a serial line's CTS and DSR
 //! touch    3D Systems' Touch, through its own library opened at run time
 //! woody    WoodenHaptics' text protocol and linkage
 //! line     a serial line that neither blocks nor allocates
@@ -32,6 +33,8 @@ pub mod emulate;
 mod error;
 #[cfg(feature = "std")]
 mod line;
+#[cfg(feature = "std")]
+pub mod pedal;
 pub mod rig;
 #[cfg(feature = "std")]
 pub mod touch;

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use rustix::fs::OFlags;
 use rustix::io::Errno;
-use serialport::{ErrorKind, SerialPort};
+use serialport::{ErrorKind, SerialPort, TTYPort};
 
 use crate::HardwareError;
 
@@ -50,11 +50,7 @@ impl Line {
     /// Opens `path` for this program alone: raw, 8N1, RTS low where the line has one (high
     /// resets an Ascension tracker). Not for the tick.
     pub(crate) fn open(path: &Path, baud: u32) -> Result<Self, HardwareError> {
-        let name = path.to_string_lossy();
-        let mut port = serialport::new(name, baud)
-            .timeout(Duration::from_millis(100))
-            .open_native()
-            .map_err(|error| open_error(path, &error))?;
+        let mut port = open_port(path, baud)?;
         // Ptys and some USB adapters have no modem lines (ENOTTY): nothing to clear there.
         let _ = port.write_request_to_send(false);
         let _ = port.clear(serialport::ClearBuffer::Input);
@@ -118,6 +114,14 @@ impl Line {
         self.port = None;
         Read::Lost
     }
+}
+
+/// Opens `path` for this program alone, raw, 8N1.
+pub(crate) fn open_port(path: &Path, baud: u32) -> Result<TTYPort, HardwareError> {
+    serialport::new(path.to_string_lossy(), baud)
+        .timeout(Duration::from_millis(100))
+        .open_native()
+        .map_err(|error| open_error(path, &error))
 }
 
 fn open_error(path: &Path, error: &serialport::Error) -> HardwareError {

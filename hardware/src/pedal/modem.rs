@@ -1,0 +1,146 @@
+//! Plain switches on a serial line: one closes CTS, the other DSR. The cheapest pedal there is,
+//! and one wire from RTS or DTR feeds both.
+
+use std::path::Path;
+use std::time::Duration;
+
+use rt_core::port::{LineCounters, Pedal, PedalSample, Polled, TimeNs};
+use serialport::{SerialPort, TTYPort};
+
+use super::debounce::Debounced;
+use crate::HardwareError;
+
+/// Reads the two wires. A trait, because ptys have none: tests bring their own.
+pub trait ModemLines {
+    /// Whether CTS and DSR are closed; `None` when the line is gone.
+    fn closed(&mut self) -> Option<[bool; 2]>;
+}
+
+/// The wires of a real serial line.
+#[derive(Debug)]
+pub struct SerialLines(TTYPort);
+
+impl SerialLines {
+    /// Opens the line and feeds the switches from RTS and DTR. A line without such wires (a
+    /// pty, some adapters) is refused. Not for the tick.
+    pub fn open(path: &Path) -> Result<Self, HardwareError> {
+        let mut port = crate::line::open_port(path, 9600)?;
+        let no_wires = |error: serialport::Error| HardwareError::NotSerial {
+            path: path.to_path_buf(),
+            what: format!("it has no CTS and DSR: {}", error.description),
+        };
+        port.write_request_to_send(true).map_err(no_wires)?;
+        port.write_data_terminal_ready(true).map_err(no_wires)?;
+        std::thread::sleep(Duration::from_millis(10)); // the wires settle
+        port.read_clear_to_send().map_err(no_wires)?;
+        Ok(Self(port))
+    }
+}
+
+impl ModemLines for SerialLines {
+    fn closed(&mut self) -> Option<[bool; 2]> {
+        // Each is one short system call; only an error, the last call of all, allocates.
+        Some([
+            self.0.read_clear_to_send().ok()?,
+            self.0.read_data_set_ready().ok()?,
+        ])
+    }
+}
+
+/// Two debounced switches: CTS cuts, DSR coagulates.
+#[derive(Debug)]
+pub struct ModemPedal<L> {
+    lines: L,
+    lost: bool,
+    cut: Debounced,
+    coagulate: Debounced,
+    counters: LineCounters,
+}
+
+impl ModemPedal<SerialLines> {
+    /// Opens the line at `path`. Not for the tick.
+    pub fn open(path: &Path) -> Result<Self, HardwareError> {
+        Ok(Self::on(SerialLines::open(path)?))
+    }
+}
+
+impl<L: ModemLines> ModemPedal<L> {
+    /// A pedal on any two wires.
+    pub fn on(lines: L) -> Self {
+        Self {
+            lines,
+            lost: false,
+            cut: Debounced::default(),
+            coagulate: Debounced::default(),
+            counters: LineCounters::default(),
+        }
+    }
+}
+
+impl<L: ModemLines> Pedal for ModemPedal<L> {
+    fn poll(&mut self, now_ns: TimeNs) -> Polled<PedalSample> {
+        let read = if self.lost { None } else { self.lines.closed() };
+        let Some([cts, dsr]) = read else {
+            self.lost = true;
+            return Polled::Lost;
+        };
+        self.counters.frames += 1;
+        Polled::Fresh(PedalSample {
+            cut: self.cut.update(cts, now_ns),
+            coagulate: self.coagulate.update(dsr, now_ns),
+            camera_lock: false,
+            at_ns: now_ns,
+        })
+    }
+
+    fn counters(&self) -> LineCounters {
+        self.counters
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::cell::Cell;
+    use std::rc::Rc;
+
+    struct Wires(Rc<Cell<Option<[bool; 2]>>>);
+
+    impl ModemLines for Wires {
+        fn closed(&mut self) -> Option<[bool; 2]> {
+            self.0.get()
+        }
+    }
+
+    #[test]
+    fn wires_press_bouncing_is_smoothed_and_a_pulled_plug_is_lost() {
+        let wires = Rc::new(Cell::new(Some([false, false])));
+        let mut pedal = ModemPedal::on(Wires(Rc::clone(&wires)));
+        let mut at = |closed: Option<[bool; 2]>, ms: u64| {
+            wires.set(closed);
+            pedal.poll(ms * 1_000_000)
+        };
+        let is = |polled: Polled<PedalSample>, cut: bool, coagulate: bool| matches!(polled, Polled::Fresh(s) if s.cut == cut && s.coagulate == coagulate);
+        assert!(is(at(Some([false, false]), 0), false, false));
+        assert!(is(at(Some([true, false]), 1), true, false));
+        assert!(is(at(Some([false, false]), 2), true, false), "a bounce");
+        assert!(is(at(Some([true, true]), 3), true, true));
+        assert!(is(at(Some([false, true]), 20), true, true));
+        assert!(is(at(Some([false, true]), 41), false, true));
+        assert_eq!(at(None, 50), Polled::Lost);
+        assert_eq!(
+            at(Some([true, true]), 51),
+            Polled::Lost,
+            "until it is opened again"
+        );
+    }
+
+    #[test]
+    fn a_line_without_such_wires_is_refused() {
+        let (_master, slave) = TTYPort::pair().unwrap();
+        let path = slave.name().unwrap();
+        drop(slave);
+        let error = SerialLines::open(path.as_ref()).unwrap_err();
+        assert!(matches!(error, HardwareError::NotSerial { .. }), "{error}");
+    }
+}
