@@ -1,7 +1,7 @@
 //! Springs between spheres.
 
 use crate::order;
-use crate::pack::Ball;
+use crate::pack::{Ball, Line};
 use crate::tetra::Tetra;
 
 /// Overlapping neighbours that each sphere chooses, at most (the paper's number).
@@ -47,6 +47,23 @@ pub fn link_edges(balls: &[Ball], tets: &[Tetra]) -> Vec<[u32; 2]> {
         &neighbours(balls),
         tets.iter().flat_map(edges).collect(),
     )
+}
+
+/// Links the spheres of a tube to their neighbours along it and to those one farther, which keep
+/// it from bending like a chain; then adds what is missing as [`link`] does.
+#[must_use]
+pub fn link_line(line: &Line) -> Vec<[u32; 2]> {
+    let mut links = line.steps.clone();
+    for (i, first) in line.steps.iter().enumerate() {
+        for second in &line.steps[i + 1..] {
+            let common = first.iter().find(|end| second.contains(end));
+            if let Some(&common) = common {
+                let other = |step: &[u32; 2]| if step[0] == common { step[1] } else { step[0] };
+                links.push(pair(other(first), other(second)));
+            }
+        }
+    }
+    complete(&line.balls, &neighbours(&line.balls), links)
 }
 
 fn complete(balls: &[Ball], near: &[Vec<(u32, f64)>], mut links: Vec<[u32; 2]>) -> Vec<[u32; 2]> {

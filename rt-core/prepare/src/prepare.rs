@@ -157,24 +157,34 @@ fn build(plan: &OrganPlan, surface: &Mended, first_sphere: u32) -> Result<Organ,
                 .into(),
         }
     })?;
-    let balls = match plan.packing {
-        Packing::Even => pack::pack_evenly(&interior, plan.spheres),
-        Packing::Paper => pack::pack_as_paper(&interior, plan.spheres),
+    let volume_m3 = surface.volume_m3;
+    let (balls, links, tets) = match plan.packing {
+        Packing::Even => {
+            let balls = pack::pack_evenly(&interior, plan.spheres);
+            let tets = tetra::fill(&interior, &balls, volume_m3);
+            (balls.clone(), links::link_edges(&balls, &tets), tets)
+        }
+        Packing::Paper => {
+            let balls = pack::pack_as_paper(&interior, plan.spheres);
+            let tets = tetra::fill(&interior, &balls, volume_m3);
+            (balls.clone(), links::link(&balls), tets)
+        }
+        Packing::Line => {
+            let line = pack::pack_line(&interior, plan.spheres);
+            let links = links::link_line(&line);
+            (line.balls, links, Vec::new())
+        }
     };
-    let tets = tetra::fill(&interior, &balls, surface.volume_m3);
     Ok(Organ {
         masses_kg: masses(
             &interior,
             &balls,
             plan.material.density_kg_m3 * surface.volume_m3,
         ),
-        links: match plan.packing {
-            Packing::Even => links::link_edges(&balls, &tets),
-            Packing::Paper => links::link(&balls),
-        },
         vertices: bind::bind(mesh, &balls, first_sphere),
         quality: Quality::measure(&interior, mesh, &balls),
         balls,
+        links,
         tets,
     })
 }

@@ -17,10 +17,14 @@ const SIZE: usize = 620;
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let [out, recipe, rest @ ..] = arguments.as_slice() else {
-        return Err("usage: draw OUT.png RECIPE|built-in|MESH [MESHES_DIR]".into());
+        return Err(
+            "usage: draw OUT.png RECIPE|MESH|built-in|triangle|variant [MESHES_DIR]".into(),
+        );
     };
     let recipe = match recipe.as_str() {
         "built-in" => Recipe::built_in()?,
+        "triangle" => Recipe::triangle(false)?,
+        "variant" => Recipe::triangle(true)?,
         file if file.ends_with(".toml") => {
             Recipe::load(Path::new(file), rest.first().map(Path::new))?
         }

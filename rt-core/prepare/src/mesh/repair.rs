@@ -22,6 +22,8 @@ const DUST_SHARE: f64 = 1e-3;
 const THIN_SHARE: f64 = 0.05;
 /// It is, when its outer surface alone holds this many times its volume.
 const HOLLOW_GAIN: f64 = 1.6;
+/// A mesh that holds this many times the volume of its outer surface overlaps itself.
+const TWICE_SHARE: f64 = 1.3;
 
 /// A mended mesh and what was done to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -150,10 +152,16 @@ fn solid_if_hollow(mended: Mended) -> Mended {
         finish(blank, sealed).ok()
     });
     match solid {
-        Some(solid) if solid.volume_m3 > HOLLOW_GAIN * mended.volume_m3 => Mended {
-            hollow: true,
-            ..solid
-        },
+        // Too large a volume is that of walls inside walls, counted twice.
+        Some(solid)
+            if solid.volume_m3 > HOLLOW_GAIN * mended.volume_m3
+                || mended.volume_m3 > TWICE_SHARE * solid.volume_m3 =>
+        {
+            Mended {
+                hollow: true,
+                ..solid
+            }
+        }
         _ => mended,
     }
 }

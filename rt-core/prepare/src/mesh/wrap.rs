@@ -10,6 +10,8 @@ use crate::surface_nets;
 
 /// Cells along the longest side of the mesh.
 const CELLS: f64 = 90.0;
+/// Grid points, at most.
+const POINTS_MAX: f64 = 2.5e6;
 /// Triangles in a leaf.
 const LEAF: usize = 12;
 /// A group of triangles this many radii away counts as one dipole (Barill et al. 2018).
@@ -55,7 +57,10 @@ pub(super) fn wrap(mesh: &Mesh) -> Option<Mesh> {
 pub(super) fn seal(mesh: &Mesh) -> Option<Mesh> {
     let [min, max] = mesh.bounds();
     let extent = (max - min).max();
-    let cell_m = extent / CELLS;
+    // A thin tube needs finer cells: its radius, if its wall has two sides, is area/(4π·length).
+    let tube_radius = mesh.area() / (4.0 * std::f64::consts::PI * extent);
+    let finest = ((max - min).add_scalar(0.1 * extent).product() / POINTS_MAX).cbrt();
+    let cell_m = (extent / CELLS).min(0.25 * tube_radius).max(finest);
     let radius_m = extent / 20.0;
     let margin = (radius_m / cell_m).ceil() as usize + 3;
     let grid = Grid::around([min, max], cell_m, margin);

@@ -1,10 +1,12 @@
 //! Packing an organ with inner spheres.
 
 mod even;
+mod line;
 mod paper;
 mod quality;
 
 pub use even::pack_evenly;
+pub use line::{Line, pack_line};
 pub use paper::{filling_sphere, pack_as_paper};
 pub use quality::{Quality, isotropy};
 

@@ -37,6 +37,15 @@ fn default_spheres(kind: OrganKind) -> usize {
     row.map_or(240, |(_, _, spheres)| *spheres)
 }
 
+/// Tubes are packed along their centre line.
+fn default_packing(kind: OrganKind) -> Packing {
+    use OrganKind::{BileDuct, CysticArtery, CysticDuct, Vessel};
+    match kind {
+        CysticDuct | CysticArtery | BileDuct | Vessel => Packing::Line,
+        _ => Packing::Even,
+    }
+}
+
 /// Where an error is reported.
 struct Place<'a> {
     text: &'a str,
@@ -191,7 +200,7 @@ fn check_organ(
         surface,
         closing: raw.closing.unwrap_or(Closing::Auto),
         spheres,
-        packing: raw.packing.unwrap_or(Packing::Even),
+        packing: raw.packing.unwrap_or_else(|| default_packing(kind)),
         held: raw.held,
     })
 }

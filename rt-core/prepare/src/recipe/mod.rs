@@ -132,6 +132,8 @@ pub enum Closing {
 pub enum Packing {
     /// Even spacing (Lloyd), outer layer just under the skin: best for mechanics.
     Even,
+    /// Along the centre line: for ducts and vessels.
+    Line,
     /// The paper's: medial axis, radius reduction (Eq. 1), filling (Eq. 2).
     Paper,
 }
@@ -206,6 +208,20 @@ impl Recipe {
         Self::parse(BUILT_IN, "built-in recipe", Path::new("."))
     }
 
+    /// Calot's triangle: the built-in scene with ducts, arteries, stomach and intestine; with the
+    /// variant course of duct and artery, if asked for.
+    ///
+    /// # Errors
+    /// Never in a build whose tests pass.
+    pub fn triangle(variant: bool) -> Result<Self, RecipeError> {
+        let text = if variant {
+            TRIANGLE.replace("\"usual\"", "\"variant\"")
+        } else {
+            TRIANGLE.into()
+        };
+        Self::parse(&text, "built-in recipe of Calot's triangle", Path::new("."))
+    }
+
     /// A scene of a single organ, of kind liver, from a mesh in metres or, if it is more than
     /// 2 m across, in millimetres. `spheres` defaults to the kind's.
     ///
@@ -216,5 +232,7 @@ impl Recipe {
     }
 }
 
+/// Text of the recipe of Calot's triangle.
+pub const TRIANGLE: &str = include_str!("../../recipes/triangle.toml");
 /// Text of the built-in recipe.
 pub const BUILT_IN: &str = include_str!("../../recipes/built-in.toml");

@@ -8,8 +8,10 @@ mod liver;
 mod primitive;
 mod skin;
 mod stomach;
+mod vessel;
 
 pub use skin::skin;
+pub use vessel::Course;
 
 use serde::Deserialize;
 
@@ -28,6 +30,22 @@ pub enum Shape {
     Stomach,
     /// Loops of small intestine below the liver.
     Intestine,
+    /// From the gallbladder's neck to the bile duct.
+    CysticDuct {
+        /// How it runs.
+        #[serde(default)]
+        course: Course,
+    },
+    /// From the liver to the duodenum.
+    BileDuct,
+    /// To the liver, beside the bile duct.
+    HepaticArtery,
+    /// From the hepatic artery to the gallbladder.
+    CysticArtery {
+        /// How it runs.
+        #[serde(default)]
+        course: Course,
+    },
 }
 
 impl Shape {
@@ -45,19 +63,27 @@ impl Shape {
             Self::Gallbladder => gallbladder::distance(p),
             Self::Stomach => stomach::distance(p),
             Self::Intestine => intestine::distance(p),
+            Self::CysticDuct { course } => vessel::cystic_duct(*course).distance(p),
+            Self::BileDuct => vessel::bile_duct().distance(p),
+            Self::HepaticArtery => vessel::hepatic_artery().distance(p),
+            Self::CysticArtery { course } => vessel::cystic_artery(*course).distance(p),
         }
     }
 
     /// The surface as triangles.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
+        let of_vessel = |vessel: &vessel::Vessel| (vessel.bounds, vessel.edge_m);
         let (bounds, edge_m) = match self {
-            Self::Liver => (liver::BOUNDS, liver::EDGE_M),
-            Self::Gallbladder => (gallbladder::BOUNDS, gallbladder::EDGE_M),
-            Self::Stomach => (stomach::BOUNDS, stomach::EDGE_M),
-            Self::Intestine => (intestine::BOUNDS, intestine::EDGE_M),
+            Self::Liver => (liver::BOUNDS.map(Vec3::from), liver::EDGE_M),
+            Self::Gallbladder => (gallbladder::BOUNDS.map(Vec3::from), gallbladder::EDGE_M),
+            Self::Stomach => (stomach::BOUNDS.map(Vec3::from), stomach::EDGE_M),
+            Self::Intestine => (intestine::BOUNDS.map(Vec3::from), intestine::EDGE_M),
+            Self::CysticDuct { course } => of_vessel(vessel::cystic_duct(*course)),
+            Self::BileDuct => of_vessel(vessel::bile_duct()),
+            Self::HepaticArtery => of_vessel(vessel::hepatic_artery()),
+            Self::CysticArtery { course } => of_vessel(vessel::cystic_artery(*course)),
         };
-        let bounds = bounds.map(Vec3::from);
-        skin::skin(&|p: &Vec3| self.distance(p), bounds, edge_m)
+        skin(&|p: &Vec3| self.distance(p), bounds, edge_m)
     }
 }

@@ -32,5 +32,11 @@ static BODY: LazyLock<Tube> = LazyLock::new(|| {
 });
 
 pub(super) fn distance(p: &Vec3) -> f64 {
-    carve(BODY.distance(p), liver::distance(p) - GAP_M, 0.006)
+    let body = BODY.distance(p);
+    // Far off, the liver takes nothing from it.
+    if body > 0.01 {
+        body
+    } else {
+        carve(body, liver::distance(p) - GAP_M, 0.006)
+    }
 }
