@@ -1,0 +1,166 @@
+//! What can be on the shaft, and its shapes.
+
+use heapless::Vec;
+
+use crate::capacity::MAX_CAPSULES;
+use crate::math::{self, Pose, Vec3};
+
+/// Radius of the shaft, m: a 5 mm instrument.
+const SHAFT_RADIUS_M: f32 = 0.0025;
+
+/// What is on the end of the shaft.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(u8)]
+pub enum Instrument {
+    /// Two jaws that hold.
+    #[default]
+    Grasper = 0,
+    /// Cautery hook.
+    Hook = 1,
+    /// Two blades.
+    Scissors = 2,
+    /// Clip applier.
+    ClipApplier = 3,
+}
+
+impl Instrument {
+    /// The next one, in the order that the handle's button walks through.
+    #[must_use]
+    pub const fn next(self) -> Self {
+        match self {
+            Self::Grasper => Self::Hook,
+            Self::Hook => Self::Scissors,
+            Self::Scissors => Self::ClipApplier,
+            Self::ClipApplier => Self::Grasper,
+        }
+    }
+
+    /// From the jaw joint to the tip, m.
+    #[must_use]
+    pub const fn jaw_length_m(self) -> f32 {
+        match self {
+            Self::Grasper => 0.020,
+            Self::Hook => 0.012,
+            Self::Scissors => 0.016,
+            Self::ClipApplier => 0.014,
+        }
+    }
+
+    /// How far a jaw's end lies off the shaft's axis when open, m; 0: nothing opens.
+    #[must_use]
+    pub const fn jaw_opening_m(self) -> f32 {
+        match self {
+            Self::Grasper => 0.008,
+            Self::Hook => 0.0,
+            Self::Scissors => 0.006,
+            Self::ClipApplier => 0.004,
+        }
+    }
+}
+
+/// Part of an instrument.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Role {
+    /// From the port to the jaw joint.
+    Shaft = 0,
+    /// Jaw on the side of +y.
+    UpperJaw = 1,
+    /// Jaw on the side of −y.
+    LowerJaw = 2,
+    /// The hook's bent end.
+    Tip = 3,
+}
+
+/// A round bar, world frame. Collision takes its ends as flat (paper Algorithm 1).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Capsule {
+    /// One end of the axis, m.
+    pub a_m: Vec3,
+    /// Other end of the axis, m.
+    pub b_m: Vec3,
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Which part it is.
+    pub role: Role,
+}
+
+/// The capsules of `instrument` (the paper's three: two blades and the shaft), world frame.
+/// `jaw` is its opening, 0 closed to 1 open. A shaft that is not in the body yet is left out.
+#[must_use]
+pub fn capsules(
+    instrument: Instrument,
+    world_from_instrument: &Pose,
+    port_m: &Vec3,
+    jaw: f32,
+) -> Vec<Capsule, MAX_CAPSULES> {
+    let world = |x: f32, y: f32, z: f32| {
+        world_from_instrument.rotation * Vec3::new(x, y, z)
+            + world_from_instrument.translation.vector
+    };
+    let joint = world(0.0, 0.0, 0.0);
+    let length = instrument.jaw_length_m();
+    let mut parts = Vec::new();
+    let mut add = |a_m, b_m, radius_m, role| {
+        let _ = parts.push(Capsule {
+            a_m,
+            b_m,
+            radius_m,
+            role,
+        }); // MAX_CAPSULES > 3
+    };
+    if world_from_instrument
+        .inverse_transform_vector(&(port_m - joint))
+        .z
+        > 0.0
+    {
+        add(*port_m, joint, SHAFT_RADIUS_M, Role::Shaft);
+    }
+    if instrument == Instrument::Hook {
+        let heel = world(0.0, 0.0, -length);
+        add(joint, heel, 0.001, Role::UpperJaw);
+        add(heel, world(0.0, -0.004, -length), 0.0008, Role::Tip);
+    } else {
+        let off = instrument.jaw_opening_m() * jaw.clamp(0.0, 1.0);
+        let reach = -math::sqrt(length * length - off * off);
+        // Closed jaws lie beside each other, not in each other.
+        let off = off + 0.001;
+        add(joint, world(0.0, off, reach), 0.0015, Role::UpperJaw);
+        add(joint, world(0.0, -off, reach), 0.0015, Role::LowerJaw);
+    }
+    parts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Quat;
+    use crate::tool::Kinematics;
+
+    const LEVER: Kinematics = Kinematics {
+        port_m: Vec3::new(0.0, 0.0, 0.1),
+        length_m: 0.33,
+    };
+
+    fn handle(x: f32, y: f32, z: f32) -> Pose {
+        Pose::from_parts(Vec3::new(x, y, z).into(), Quat::identity())
+    }
+
+    #[test]
+    fn every_instrument_ends_at_its_tip() {
+        let h = handle(0.01, -0.02, 0.25);
+        for instrument in [
+            Instrument::Grasper,
+            Instrument::Hook,
+            Instrument::Scissors,
+            Instrument::ClipApplier,
+        ] {
+            let pose = LEVER.instrument(&h, instrument.jaw_length_m());
+            let parts = capsules(instrument, &pose, &LEVER.port_m, 0.0);
+            assert_eq!(parts.len(), 3);
+            let to_tip = |c: &Capsule| math::norm(&(c.b_m - LEVER.tip(&h)));
+            assert!(parts.iter().any(|c| to_tip(c) < 0.0045), "{instrument:?}");
+            assert!(parts.iter().all(|c| c.radius_m > 0.0));
+        }
+    }
+}

@@ -1,0 +1,80 @@
+//! Instruments: the lever about the trocar, the shapes, and what the tick shows of them.
+//!
+//! The instrument frame has its origin at the jaw joint and −z along the shaft towards the tip;
+//! its roll is the handle's.
+
+mod instrument;
+mod kinematics;
+
+pub use instrument::{Capsule, Instrument, Role, capsules};
+pub use kinematics::Kinematics;
+
+use heapless::Vec;
+
+use crate::capacity::MAX_CAPSULES;
+use crate::math::{Pose, Quat, Vec3};
+use crate::port::{Buttons, PedalSample};
+
+/// Switches that a person or the host has set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Switches {
+    /// Foot pedal.
+    pub pedal: PedalSample,
+    /// The simulation stands still.
+    pub paused: bool,
+    /// Force may leave.
+    pub force_enabled: bool,
+}
+
+/// Everything about the tools that a tick shows. World frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ToolState {
+    /// The handle in the hand.
+    pub world_from_handle: Pose,
+    /// The instrument: origin at the jaw joint, −z along the shaft towards the tip.
+    pub world_from_instrument: Pose,
+    /// The endoscope's camera: looks along −z, y up.
+    pub world_from_camera: Pose,
+    /// Tip of the instrument, m.
+    pub tip_m: Vec3,
+    /// Speed of the handle, m/s.
+    pub handle_velocity_m_s: Vec3,
+    /// What is on the shaft.
+    pub instrument: Instrument,
+    /// Opening of the jaws: 0 closed, 1 open.
+    pub jaw: f32,
+    /// Buttons of the handle.
+    pub buttons: Buttons,
+    /// Collision shapes.
+    pub capsules: Vec<Capsule, MAX_CAPSULES>,
+    /// Force on the hand as sent to the device, N.
+    pub force_n: Vec3,
+    /// Spheres that the instrument touches.
+    pub contact_count: u32,
+    /// Spheres between closed jaws.
+    pub grasped_count: u32,
+    /// Switches.
+    pub switches: Switches,
+}
+
+impl ToolState {
+    /// Nothing sampled yet: everything in the port, no capsules, so that nothing is touched.
+    pub(crate) fn new(port_m: Vec3, world_from_camera: Pose) -> Self {
+        let at_port = Pose::from_parts(port_m.into(), Quat::identity());
+        Self {
+            world_from_handle: at_port,
+            world_from_instrument: at_port,
+            world_from_camera,
+            tip_m: port_m,
+            handle_velocity_m_s: Vec3::zeros(),
+            instrument: Instrument::default(),
+            jaw: 1.0,
+            buttons: Buttons::default(),
+            capsules: Vec::new(),
+            force_n: Vec3::zeros(),
+            contact_count: 0,
+            grasped_count: 0,
+            switches: Switches::default(),
+        }
+    }
+}
