@@ -129,6 +129,16 @@ pub enum HardwareError {
         /// What to do.
         remedy: &'static str,
     },
+    /// The station file says something that cannot be.
+    #[error("{path}:{line}: {what}")]
+    Station {
+        /// The file.
+        path: PathBuf,
+        /// Line of the file, from 1.
+        line: usize,
+        /// What is wrong and what is allowed.
+        what: String,
+    },
     /// The emulated station cannot be set up as asked.
     #[error("emulation: {what} is {value}, allowed is {allowed}. {remedy}")]
     Emulation {

@@ -6,6 +6,7 @@
 //! pedal    foot pedals that are USB keyboards, or switches on a serial line's CTS and DSR
 //! touch    3D Systems' Touch, through its own library opened at run time
 //! woody    WoodenHaptics' text protocol and linkage
+//! station  the file that names a station's devices, and opens them
 //! line     a serial line that neither blocks nor allocates
 //! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
 //! conformance  one suite for every driver, emulated device and real device
@@ -36,6 +37,8 @@ mod line;
 #[cfg(feature = "std")]
 pub mod pedal;
 pub mod rig;
+#[cfg(feature = "std")]
+pub mod station;
 #[cfg(feature = "std")]
 pub mod touch;
 #[cfg(feature = "std")]

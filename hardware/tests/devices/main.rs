@@ -5,5 +5,6 @@ mod conformance;
 mod drivers;
 mod hostile;
 mod no_alloc;
+mod station;
 mod support;
 mod touch;

@@ -1,0 +1,89 @@
+//! Opening what a station file names, whatever the driver.
+
+use rt_core::port::{
+    DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Pedal, Polled,
+    TimeNs,
+};
+
+use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, TrackerSpec};
+use crate::HardwareError;
+use crate::bird::BirdTracker;
+use crate::pedal::{EvdevPedal, ModemPedal};
+use crate::rig::{RigHaptic, RigPedal};
+use crate::touch::TouchHaptic;
+use crate::woody::WoodyHaptic;
+
+impl HapticSpec {
+    /// Opens the device, held to the station's limits. Not for the tick.
+    pub fn open(&self) -> Result<Box<dyn HapticDevice + Send>, HardwareError> {
+        let path = &self.path;
+        let device: Box<dyn HapticDevice + Send> = match &self.driver {
+            HapticDriver::Rig => Box::new(RigHaptic::open(path)?),
+            HapticDriver::Woody => Box::new(WoodyHaptic::open(path)?),
+            HapticDriver::Touch { device } => Box::new(TouchHaptic::open(path, device.as_deref())?),
+        };
+        Ok(Box::new(Limited {
+            device,
+            limits: self.limits,
+        }))
+    }
+}
+
+impl TrackerSpec {
+    /// Opens the tracker. Not for the tick.
+    pub fn open(&self) -> Result<BirdTracker, HardwareError> {
+        BirdTracker::open_in(&self.path, self.hemisphere)
+    }
+}
+
+impl PedalSpec {
+    /// Opens the pedal. Not for the tick.
+    pub fn open(&self) -> Result<Box<dyn Pedal + Send>, HardwareError> {
+        let path = &self.path;
+        Ok(match self.driver {
+            PedalDriver::Rig => Box::new(RigPedal::open(path)?),
+            PedalDriver::Evdev(roles) => Box::new(EvdevPedal::open(path, roles)?),
+            PedalDriver::Modem => Box::new(ModemPedal::open(path)?),
+        })
+    }
+}
+
+/// A haptic device that a person holds to less than it can.
+struct Limited {
+    device: Box<dyn HapticDevice + Send>,
+    limits: Limits,
+}
+
+impl HapticDevice for Limited {
+    fn capabilities(&self) -> DeviceCapabilities {
+        let own = self.device.capabilities();
+        let least = |own: f32, limit: Option<f32>| limit.map_or(own, |limit| own.min(limit));
+        let force_max_n = least(own.force_max_n, self.limits.force_max_n);
+        DeviceCapabilities {
+            force_max_n,
+            force_continuous_n: least(own.force_continuous_n, self.limits.force_continuous_n)
+                .min(force_max_n),
+            stiffness_max_n_m: least(own.stiffness_max_n_m, self.limits.stiffness_max_n_m),
+            ..own
+        }
+    }
+
+    fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
+        self.device.poll(now_ns)
+    }
+
+    /// A force over the station's limit is shortened here too, whatever the caller did.
+    fn send(&mut self, mut command: ForceCommand, now_ns: TimeNs) {
+        let norm = command.force_n.norm();
+        if let Some(limit) = self.limits.force_max_n
+            && norm > limit
+        {
+            command.force_n *= limit / norm;
+        }
+        self.device.send(command, now_ns);
+    }
+
+    fn counters(&self) -> LineCounters {
+        self.device.counters()
+    }
+}

@@ -1,0 +1,395 @@
+//! The file as it is written, checked into what it means.
+
+use std::ops::RangeInclusive;
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Quaternion, UnitQuaternion};
+use rt_core::math::{Pose, Vec3};
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, StationFile, TrackerSpec};
+use crate::HardwareError;
+use crate::bird::wire::Hemisphere;
+use crate::pedal::Roles;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Raw {
+    haptic: Option<RawHaptic>,
+    tracker: Option<RawTracker>,
+    pedal: Option<RawPedal>,
+    frames: Option<RawFrames>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawHaptic {
+    driver: RawHapticDriver,
+    path: PathBuf,
+    device: Option<Spanned<String>>,
+    force_max_n: Option<Spanned<f32>>,
+    force_continuous_n: Option<Spanned<f32>>,
+    stiffness_max_n_m: Option<Spanned<f32>>,
+}
+
+#[derive(Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+enum RawHapticDriver {
+    Rig,
+    Woody,
+    Touch,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawTracker {
+    #[serde(rename = "driver")]
+    _driver: RawTrackerDriver,
+    path: PathBuf,
+    hemisphere: Option<RawHemisphere>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum RawTrackerDriver {
+    Bird,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "lowercase")]
+enum RawHemisphere {
+    Forward,
+    Aft,
+    Right,
+    Left,
+    Lower,
+    Upper,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawPedal {
+    driver: RawPedalDriver,
+    path: PathBuf,
+    cut_key: Option<Spanned<u16>>,
+    coagulate_key: Option<Spanned<u16>>,
+    camera_lock_key: Option<Spanned<u16>>,
+}
+
+#[derive(Deserialize, PartialEq)]
+#[serde(rename_all = "lowercase")]
+enum RawPedalDriver {
+    Rig,
+    Evdev,
+    Modem,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawFrames {
+    world_from_device: Option<RawPose>,
+    world_from_tracker: Option<RawPose>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawPose {
+    position_m: Spanned<[f32; 3]>,
+    rotation_xyzw: Spanned<[f32; 4]>,
+}
+
+/// Nothing of a station is further away, m.
+const ROOM_M: f32 = 5.0;
+/// The kernel's highest key code.
+const KEY_MAX: u16 = 0x2FF;
+
+/// Text and path of the file, for errors.
+struct File<'a> {
+    text: &'a str,
+    path: &'a Path,
+}
+
+impl File<'_> {
+    fn error(&self, at: usize, what: String) -> HardwareError {
+        let before = self.text.get(..at).unwrap_or(self.text);
+        let line = before.matches('\n').count() + 1;
+        HardwareError::Station {
+            path: self.path.to_path_buf(),
+            line,
+            what,
+        }
+    }
+
+    fn within(
+        &self,
+        name: &str,
+        unit: &str,
+        value: Option<Spanned<f32>>,
+        allowed: RangeInclusive<f32>,
+    ) -> Result<Option<f32>, HardwareError> {
+        let Some(value) = value else { return Ok(None) };
+        let number = *value.get_ref();
+        if allowed.contains(&number) {
+            return Ok(Some(number));
+        }
+        let (low, high) = (allowed.start(), allowed.end());
+        let what = format!("{name} is {number} {unit}, allowed is {low} to {high} {unit}");
+        Err(self.error(value.span().start, what))
+    }
+
+    fn pose(&self, name: &str, raw: Option<RawPose>) -> Result<Option<Pose>, HardwareError> {
+        let Some(raw) = raw else { return Ok(None) };
+        let position = Vec3::from(*raw.position_m.get_ref());
+        if !position
+            .iter()
+            .all(|part| (-ROOM_M..=ROOM_M).contains(part))
+        {
+            let what = format!("{name}.position_m lies outside of ±{ROOM_M} m: it is in metres");
+            return Err(self.error(raw.position_m.span().start, what));
+        }
+        let [x, y, z, w] = *raw.rotation_xyzw.get_ref();
+        let quaternion = Quaternion::new(w, x, y, z);
+        let norm = quaternion.norm();
+        if !(0.99..=1.01).contains(&norm) {
+            let what = format!("{name}.rotation_xyzw has length {norm}, a rotation has length 1");
+            return Err(self.error(raw.rotation_xyzw.span().start, what));
+        }
+        let rotation = UnitQuaternion::new_normalize(quaternion);
+        Ok(Some(Pose::from_parts(position.into(), rotation)))
+    }
+
+    fn haptic(&self, raw: RawHaptic) -> Result<HapticSpec, HardwareError> {
+        let touch = raw.driver == RawHapticDriver::Touch;
+        if let Some(device) = raw.device.as_ref().filter(|_| !touch) {
+            let what = "device names a Touch in the vendor's set-up: only driver \"touch\" has one";
+            return Err(self.error(device.span().start, what.into()));
+        }
+        let force_at = raw
+            .force_continuous_n
+            .as_ref()
+            .map_or(0, |force| force.span().start);
+        let limits = Limits {
+            force_max_n: self.within("force_max_n", "N", raw.force_max_n, 0.1..=40.0)?,
+            force_continuous_n: self.within(
+                "force_continuous_n",
+                "N",
+                raw.force_continuous_n,
+                0.1..=40.0,
+            )?,
+            stiffness_max_n_m: self.within(
+                "stiffness_max_n_m",
+                "N/m",
+                raw.stiffness_max_n_m,
+                10.0..=20_000.0,
+            )?,
+        };
+        if let (Some(peak), Some(continuous)) = (limits.force_max_n, limits.force_continuous_n)
+            && continuous > peak
+        {
+            let what = format!(
+                "force_continuous_n is {continuous} N, allowed is at most force_max_n, {peak} N"
+            );
+            return Err(self.error(force_at, what));
+        }
+        let driver = match raw.driver {
+            RawHapticDriver::Rig => HapticDriver::Rig,
+            RawHapticDriver::Woody => HapticDriver::Woody,
+            RawHapticDriver::Touch => HapticDriver::Touch {
+                device: raw.device.map(Spanned::into_inner),
+            },
+        };
+        Ok(HapticSpec {
+            driver,
+            path: raw.path,
+            limits,
+        })
+    }
+
+    fn pedal(&self, raw: RawPedal) -> Result<PedalSpec, HardwareError> {
+        let keys = [&raw.cut_key, &raw.coagulate_key, &raw.camera_lock_key];
+        for key in keys.into_iter().flatten() {
+            let what = if raw.driver != RawPedalDriver::Evdev {
+                "keys are a USB pedal's: only driver \"evdev\" has them".to_owned()
+            } else if *key.get_ref() > KEY_MAX {
+                format!("the key is {}, allowed is 0 to {KEY_MAX}", key.get_ref())
+            } else {
+                continue;
+            };
+            return Err(self.error(key.span().start, what));
+        }
+        let driver = match raw.driver {
+            RawPedalDriver::Rig => PedalDriver::Rig,
+            RawPedalDriver::Modem => PedalDriver::Modem,
+            RawPedalDriver::Evdev if keys.iter().all(|key| key.is_none()) => {
+                PedalDriver::Evdev(Roles::default())
+            }
+            RawPedalDriver::Evdev => PedalDriver::Evdev(Roles {
+                cut: raw.cut_key.map(Spanned::into_inner),
+                coagulate: raw.coagulate_key.map(Spanned::into_inner),
+                camera_lock: raw.camera_lock_key.map(Spanned::into_inner),
+            }),
+        };
+        Ok(PedalSpec {
+            driver,
+            path: raw.path,
+        })
+    }
+}
+
+pub(super) fn parse(text: &str, path: &Path) -> Result<StationFile, HardwareError> {
+    let file = File { text, path };
+    let raw: Raw = toml::from_str(text).map_err(|error| {
+        let at = error.span().map_or(0, |span| span.start);
+        file.error(at, error.message().to_owned())
+    })?;
+    let (device, tracker) = raw.frames.map_or((None, None), |frames| {
+        (frames.world_from_device, frames.world_from_tracker)
+    });
+    Ok(StationFile {
+        haptic: raw.haptic.map(|haptic| file.haptic(haptic)).transpose()?,
+        tracker: raw.tracker.map(|tracker| TrackerSpec {
+            path: tracker.path,
+            hemisphere: match tracker.hemisphere {
+                Some(RawHemisphere::Forward) => Hemisphere::Forward,
+                Some(RawHemisphere::Aft) => Hemisphere::Aft,
+                Some(RawHemisphere::Right) => Hemisphere::Right,
+                Some(RawHemisphere::Left) => Hemisphere::Left,
+                Some(RawHemisphere::Lower) => Hemisphere::Lower,
+                Some(RawHemisphere::Upper) | None => Hemisphere::Upper,
+            },
+        }),
+        pedal: raw.pedal.map(|pedal| file.pedal(pedal)).transpose()?,
+        world_from_device: file.pose("world_from_device", device)?,
+        world_from_tracker: file.pose("world_from_tracker", tracker)?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const WHOLE: &str = r#"
+[haptic]
+driver = "touch"
+path = "libHD.so"
+device = "right"
+force_max_n = 2.5
+force_continuous_n = 0.8
+
+[tracker]
+driver = "bird"
+path = "/dev/serial/by-id/tracker"
+hemisphere = "forward"
+
+[pedal]
+driver = "evdev"
+path = "/dev/input/by-id/pedal"
+cut_key = 30
+
+[frames.world_from_device]
+position_m = [0.1, 0.0, 0.2]
+rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
+"#;
+
+    fn read(text: &str) -> Result<StationFile, String> {
+        parse(text, "station.toml".as_ref()).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn a_whole_file_is_read() {
+        let station = read(WHOLE).unwrap();
+        let haptic = station.haptic.unwrap();
+        assert_eq!(
+            haptic.driver,
+            HapticDriver::Touch {
+                device: Some("right".into())
+            }
+        );
+        assert_eq!(haptic.limits.force_max_n, Some(2.5));
+        assert_eq!(station.tracker.unwrap().hemisphere, Hemisphere::Forward);
+        let roles = Roles {
+            cut: Some(30),
+            coagulate: None,
+            camera_lock: None,
+        };
+        assert_eq!(station.pedal.unwrap().driver, PedalDriver::Evdev(roles));
+        let frame = station.world_from_device.unwrap();
+        assert!((frame.translation.vector - Vec3::new(0.1, 0.0, 0.2)).norm() < 1e-7);
+        assert_eq!(station.world_from_tracker, None);
+    }
+
+    #[test]
+    fn an_empty_file_is_a_station_without_devices() {
+        assert_eq!(read("").unwrap(), StationFile::default());
+    }
+
+    #[test]
+    fn every_mistake_is_named_with_its_line() {
+        for (right, wrong, expected) in [
+            (
+                "force_max_n = 2.5",
+                "force_max_n = 250",
+                ":6: force_max_n is 250 N",
+            ),
+            (
+                "force_max_n = 2.5",
+                "force_max_n = nan",
+                ":6: force_max_n is NaN N",
+            ),
+            (
+                "force_max_n = 2.5",
+                "force_max = 2.5",
+                ":6: unknown field `force_max`",
+            ),
+            (
+                "force_max_n = 2.5",
+                "force_max_n = \"2.5\"",
+                ":6: invalid type: string",
+            ),
+            (
+                "force_continuous_n = 0.8",
+                "force_continuous_n = 3.0",
+                ":7: force_continuous_n is 3",
+            ),
+            ("\"touch\"", "\"rig\"", ":5: device names a Touch"),
+            ("\"touch\"", "\"omni\"", ":3: unknown variant `omni`"),
+            ("\"evdev\"", "\"modem\"", ":17: keys are a USB pedal's"),
+            ("cut_key = 30", "cut_key = 3000", ":17: the key is 3000"),
+            (
+                "[0.1, 0.0, 0.2]",
+                "[100.0, 0.0, 200.0]",
+                ":20: world_from_device.position_m",
+            ),
+            (
+                "0.0, 1.0]",
+                "0.0, 0.5]",
+                ":21: world_from_device.rotation_xyzw has length 0.5",
+            ),
+            ("[tracker]", "[trakcer]", ":9: unknown field `trakcer`"),
+            ("[pedal]", "[pedal", ":14: "),
+        ] {
+            let text = WHOLE.replace(right, wrong);
+            assert_ne!(text, WHOLE, "{right}");
+            let error = read(&text).unwrap_err();
+            assert!(error.contains(expected), "{wrong}: {error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn arbitrary_text_is_no_crash(text in ".{0,200}") {
+            let _ = read(&text);
+        }
+
+        #[test]
+        fn a_file_with_a_line_cut_out_is_read_or_refused_with_a_line(cut in 0usize..21) {
+            let text: Vec<&str> =
+                WHOLE.lines().enumerate().filter(|(at, _)| *at != cut).map(|(_, l)| l).collect();
+            if let Err(error) = read(&text.join("\n")) {
+                prop_assert!(error.starts_with("station.toml:"), "{error}");
+            }
+        }
+    }
+}

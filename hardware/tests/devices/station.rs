@@ -1,0 +1,56 @@
+//! A station file opens the devices that it names.
+
+use std::time::Duration;
+
+use hardware::emulate::{HapticModel, LineFaults};
+use hardware::station::StationFile;
+use rt_core::math::Vec3;
+use rt_core::port::{ForceCommand, HapticDevice, Pedal, Polled, Tracker};
+
+use crate::support::{Emulator, poll_for};
+
+#[test]
+fn the_named_devices_open_and_keep_to_the_stations_limits() {
+    for (model, driver) in [
+        (HapticModel::TouchRig, "rig"),
+        (HapticModel::Woody, "woody"),
+    ] {
+        let emulator = Emulator::of(model, LineFaults::default());
+        let lines = &emulator.lines;
+        let text = format!(
+            "[haptic]\ndriver = \"{driver}\"\npath = {:?}\nforce_max_n = 0.5\n\
+             [tracker]\ndriver = \"bird\"\npath = {:?}\n\
+             [pedal]\ndriver = \"rig\"\npath = {:?}\n",
+            lines.haptic, lines.tracker, lines.pedal
+        );
+        let file = lines.haptic.with_file_name("station.toml");
+        std::fs::write(&file, text).unwrap();
+        let station = StationFile::read(&file).unwrap();
+        let mut device = station.haptic.unwrap().open().unwrap();
+        let mut tracker = station.tracker.unwrap().open().unwrap();
+        let mut pedal = station.pedal.unwrap().open().unwrap();
+        let capabilities = device.capabilities();
+        assert!((capabilities.force_max_n - 0.5).abs() < 1e-6);
+        assert!(capabilities.force_continuous_n <= 0.5);
+
+        // 100 N were enough to push the hand far away; half a newton moves it 1 mm.
+        let push = ForceCommand {
+            force_n: Vec3::new(-100.0, 0.0, 0.0),
+            torque_n_m: Vec3::zeros(),
+        };
+        let (mut first, mut last, mut seen) = (None, 0.0, (false, false));
+        poll_for(Duration::from_millis(250), |now_ns| {
+            device.send(push, now_ns);
+            if let Polled::Fresh(sample) = device.poll(now_ns) {
+                last = sample.device_from_handle.translation.x;
+                first.get_or_insert(last);
+            }
+            seen.0 |= matches!(tracker.poll(now_ns), Polled::Fresh(_));
+            seen.1 |= matches!(pedal.poll(now_ns), Polled::Fresh(_));
+            true
+        });
+        assert!(first.unwrap() - last < 2e-3, "{driver}: {first:?} {last}");
+        assert!(seen.0 && seen.1);
+        assert!(device.counters().frames > 0 && pedal.counters().frames > 0);
+    }
+}
