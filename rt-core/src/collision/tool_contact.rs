@@ -78,6 +78,11 @@ pub(crate) struct ToolContacts {
 }
 
 impl ToolContacts {
+    /// The spheres near the instrument.
+    pub(crate) fn near_spheres(&self) -> impl Iterator<Item = u32> {
+        self.near.iter().map(|near| near.sphere)
+    }
+
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
         self.near.clear();

@@ -59,6 +59,15 @@ impl Stage {
     ];
 }
 
+/// Work that a late tick may leave out, in the order in which it is left out. Never the force.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Optional {
+    /// Organs against each other and themselves: they may overlap for a tick more.
+    SelfCollision,
+    /// Organs that the instrument neither touches nor holds: they stand still for a tick.
+    FarOrgans,
+}
+
 /// How the tick meets the world. No call may block or allocate.
 pub trait Ports {
     /// Time, newest samples, command.
@@ -67,6 +76,11 @@ pub trait Ports {
     fn send_force(&mut self, command: ForceCommand);
     /// Shows what the tick did.
     fn publish(&mut self, view: &TickView<'_>);
+    /// Whether there is time for optional work; asked once a tick for each, in their order. The
+    /// answer is an input like a sample: a replay gives the same.
+    fn may(&mut self, _work: Optional) -> bool {
+        true
+    }
     /// Called at the end of each stage: the process reads its clock.
     fn stamp(&mut self, stage: Stage);
 }

@@ -4,7 +4,7 @@ mod exchange;
 mod procedure;
 mod view;
 
-pub use exchange::{Command, Ports, Samples, Stage};
+pub use exchange::{Command, Optional, Ports, Samples, Stage};
 pub use view::{Health, SphereView, Status, TickView};
 
 use crate::capacity::MAX_ORGANS;
@@ -121,10 +121,12 @@ impl<'a> Sim<'a> {
         self.move_tool();
         ports.stamp(Stage::Tool);
 
-        self.find_contacts(&mut faults);
+        let self_collision = ports.may(Optional::SelfCollision);
+        self.find_contacts(self_collision, &mut faults);
         ports.stamp(Stage::Contact);
 
-        self.solve(&mut faults);
+        let far_organs = ports.may(Optional::FarOrgans);
+        self.solve(self_collision, far_organs, &mut faults);
         ports.stamp(Stage::Solve);
 
         let command = self.render_force(&mut faults);
@@ -183,7 +185,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    fn find_contacts(&mut self, faults: &mut FaultSet) {
+    fn find_contacts(&mut self, self_collision: bool, faults: &mut FaultSet) {
         let (scene, bodies) = (&self.scene, &mut self.state.bodies);
         let paused = self.tool.switches.paused;
         bodies.begin(scene, !paused);
@@ -192,30 +194,54 @@ impl<'a> Sim<'a> {
         } else {
             self.contacts
                 .find(&self.tool.capsules, scene, &self.bounds, bodies, faults);
-            self.state.pairs.find(scene, bodies, faults);
+            if self_collision {
+                self.state.pairs.find(scene, bodies, faults);
+            }
         }
     }
 
     /// One position-based step of every organ, contacts included.
-    fn solve(&mut self, faults: &mut FaultSet) {
+    fn solve(&mut self, self_collision: bool, far_organs: bool, faults: &mut FaultSet) {
         if self.tool.switches.paused {
             return;
         }
+        let worked = self.worked_organs();
         let (scene, bodies) = (&self.scene, &mut self.state.bodies);
-        for organ in scene.organs {
+        let moves = |organ: &usize| far_organs || worked.get(*organ).copied().unwrap_or(true);
+        let moving = || (0..).zip(scene.organs).filter(|(i, _)| moves(i));
+        for (_, organ) in moving() {
             bodies.predict(scene, organ);
         }
         self.grasp.carry(&self.tool.world_from_instrument, bodies);
-        for organ in scene.organs {
+        for (_, organ) in moving() {
             self.solver.project(scene, organ, bodies);
         }
-        self.state.pairs.project(bodies);
+        // Projecting pairs would move organs that stand still.
+        if self_collision && far_organs {
+            self.state.pairs.project(bodies);
+        }
         self.contacts.push_out(&self.tool.capsules, scene, bodies);
-        for (organ, bounds) in scene.organs.iter().zip(&mut self.bounds) {
+        for (i, (organ, bounds)) in scene.organs.iter().zip(&mut self.bounds).enumerate() {
+            if !moves(&i) {
+                bodies.stand(organ);
+                continue;
+            }
             let put_back;
             (*bounds, put_back) = bodies.advance(organ);
             faults.raise_if(put_back > 0, Fault::BadSphere);
         }
+    }
+
+    /// Whether the instrument is near each organ, or holds some of it.
+    fn worked_organs(&self) -> [bool; MAX_ORGANS] {
+        let mut worked = [false; MAX_ORGANS];
+        let organs = &self.state.bodies.organ;
+        for sphere in self.contacts.near_spheres().chain(self.grasp.spheres()) {
+            if let Some(organ) = worked.get_mut(usize::from(*organs.at(sphere))) {
+                *organ = true;
+            }
+        }
+        worked
     }
 
     /// What the tissue does to the hand, through the limits, in the device's frame.

@@ -153,6 +153,14 @@ impl Bodies {
         }
     }
 
+    /// Tells that an organ is not simulated this tick.
+    pub(crate) fn stand(&mut self, organ: &Organ) {
+        let bits = self.bits.range_mut(organ.sphere_start, organ.sphere_count);
+        for bits in bits {
+            *bits = SphereBits(bits.0 & !SphereBits::AWAKE.0);
+        }
+    }
+
     /// The box around an organ as it lies now.
     pub(crate) fn bounds(&self, organ: &Organ) -> Bounds {
         let mut bounds = Bounds::EMPTY;
