@@ -266,6 +266,10 @@ impl TickRecord {
     pub const STALE: u32 = 4;
     /// The instrument touched something.
     pub const CONTACT: u32 = 8;
+    /// There was no time for self-collision.
+    pub const DROPPED_SELF_COLLISION: u32 = 32;
+    /// There was no time for organs far from the instrument.
+    pub const DROPPED_FAR_ORGANS: u32 = 64;
     /// A frame was due and there was no time for it.
     pub const DROPPED_PUBLISH: u32 = 16;
 }
