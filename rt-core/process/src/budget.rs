@@ -1,14 +1,18 @@
 //! What each stage may take, and what a late tick leaves out.
 //!
 //! A tick must end before the next one starts. Force leaves after stage `force`, whatever happens;
-//! what comes after it, and what makes the picture rather than the force, is optional. A tick that
-//! has too little time left drops optional work, in this order:
+//! what makes the picture rather than the force is optional. A tick that has less time left than
+//! the rest of it needs drops optional work, in this order:
 //!
-//! 1. publishing: frames for the display (events and timing records are never dropped), but never
+//! 1. self-collision, before stage `contact`;
+//! 2. far organs, before stage `solve`: those that the instrument neither touches nor holds;
+//! 3. publishing: frames for the display (events and timing records are never dropped), but never
 //!    more than [`DROPPED_MAX`] frames on end, so that the display goes on.
 //!
+//! What the rest needs is the scene's worst tick as its admission measured it, or else the budgets.
 //! Each drop is counted and stands in the tick's record.
 
+use rt_core::sim::Stage;
 use shared_mem::message::STAGES;
 
 /// Thousandths of the period that each stage may take: sample, tool, contact, solve, force,
@@ -37,6 +41,17 @@ pub fn stage_ns(stage: usize, period_ns: u64) -> u64 {
         .map_or(0, |share| share * period_ns / 1000)
 }
 
+/// What the stages from `first` to the force's end need, ns, by `needs_ns` of each.
+pub(crate) fn until_force_ns(needs_ns: &[u64; STAGES], first: Stage) -> u64 {
+    let upto_force = needs_ns.iter().take(Stage::Force as usize + 1);
+    upto_force.skip(first as usize).sum()
+}
+
+/// The budgets of all stages in a period, ns.
+pub(crate) fn all_ns(period_ns: u64) -> [u64; STAGES] {
+    STAGE_PER_MILLE.map(|share| share * period_ns / 1000)
+}
+
 /// Decides whether a frame that is due is shown.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct PublishGate {
@@ -60,6 +75,15 @@ impl PublishGate {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_left_to_do_shrinks_from_stage_to_stage() {
+        let needs = [1, 2, 4, 8, 16, 32, 64];
+        assert_eq!(until_force_ns(&needs, Stage::Contact), 4 + 8 + 16);
+        assert_eq!(until_force_ns(&needs, Stage::Solve), 8 + 16);
+        assert_eq!(until_force_ns(&needs, Stage::Publish), 0);
+        assert_eq!(all_ns(1_000_000)[3], 400_000);
+    }
 
     #[test]
     fn a_late_tick_drops_its_frame_and_the_display_still_goes_on() {

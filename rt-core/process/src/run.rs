@@ -25,7 +25,7 @@ use crate::scene::LoadedScene;
 use crate::shared::Shared;
 use crate::summary::{Ended, Ready, RtSummary};
 use crate::tick;
-use crate::tick_thread::{self, Start};
+use crate::tick_thread::{self, Settings, Start};
 use crate::time_driver::monotonic_ns;
 use crate::watch::Watch;
 
@@ -206,7 +206,7 @@ impl Run<'_> {
             shared: Arc::clone(&self.shared),
             core: self.core,
             standing,
-            settings: self.config.into(),
+            settings: Settings::new(self.config, self.admission.as_ref()),
         };
         let (tell, told) = mpsc::sync_channel(1);
         let thread = spawn("tick", TICK_STACK_BYTES, move || {
@@ -320,6 +320,8 @@ impl Run<'_> {
                 .collect(),
             force_max_n: f32::from_bits(shared.force_max_n.load(Relaxed)),
             frames_skipped: shared.frames_skipped.load(Relaxed),
+            self_collisions_dropped: shared.self_collisions_dropped.load(Relaxed),
+            far_organs_dropped: shared.far_organs_dropped.load(Relaxed),
             frames_dropped: shared.frames_dropped.load(Relaxed),
             stages_over: over,
             events_lost: shared.events_lost.load(Relaxed),

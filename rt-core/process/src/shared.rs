@@ -39,6 +39,8 @@ pub(crate) struct Shared {
     /// Largest force sent, N, as bits.
     pub(crate) force_max_n: AtomicU32,
     pub(crate) frames_skipped: AtomicU64,
+    pub(crate) self_collisions_dropped: AtomicU64,
+    pub(crate) far_organs_dropped: AtomicU64,
     pub(crate) frames_dropped: AtomicU64,
     pub(crate) events_lost: AtomicU64,
     pub(crate) records_lost: AtomicU64,

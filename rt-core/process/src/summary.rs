@@ -58,6 +58,10 @@ pub struct RtSummary {
     pub force_max_n: f32,
     /// Frames skipped because the publishing thread was behind.
     pub frames_skipped: u64,
+    /// Ticks that left out self-collision for lack of time.
+    pub self_collisions_dropped: u64,
+    /// Ticks that left out far organs for lack of time.
+    pub far_organs_dropped: u64,
     /// Frames that a late tick dropped.
     pub frames_dropped: u64,
     /// Ticks in which a stage took longer than its budget ([`crate::budget`]), by stage.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use heapless::spsc::{Consumer, Producer};
 use rt_core::port::{ForceCommand, Polled};
-use rt_core::sim::{Command, Ports, Samples, Sim, Stage, TickView};
+use rt_core::sim::{Command, Optional, Ports, Samples, Sim, Stage, TickView};
 use shared_mem::message::{EventMsg, STAGES, StateFrame, TickRecord, ToolFrame};
 
 use crate::budget::{self, PublishGate};
@@ -38,6 +38,8 @@ pub(crate) struct World {
     publish_every: u64,
     period_ns: u64,
     gate: PublishGate,
+    /// What each stage may need.
+    needs_ns: [u64; STAGES],
     /// When the tick must have ended.
     deadline_ns: u64,
     next_event: u64,
@@ -103,6 +105,7 @@ impl World {
             publish_every: u64::from(settings.publish_every).max(1),
             period_ns: settings.period_ns,
             gate: PublishGate::default(),
+            needs_ns: settings.needs_ns,
             deadline_ns: 0,
             next_event: 0,
             fresh_at_ns: None,
@@ -199,6 +202,28 @@ impl Ports for World {
             self.record.bits |= TickRecord::NOT_PUBLISHED;
             Shared::count(&self.shared.frames_skipped);
         }
+    }
+
+    fn may(&mut self, work: Optional) -> bool {
+        let (stage, bit, counter) = match work {
+            Optional::SelfCollision => (
+                Stage::Contact,
+                TickRecord::DROPPED_SELF_COLLISION,
+                &self.shared.self_collisions_dropped,
+            ),
+            Optional::FarOrgans => (
+                Stage::Solve,
+                TickRecord::DROPPED_FAR_ORGANS,
+                &self.shared.far_organs_dropped,
+            ),
+        };
+        let done_ns = now_ns() + budget::until_force_ns(&self.needs_ns, stage);
+        if done_ns <= self.deadline_ns {
+            return true;
+        }
+        self.record.bits |= bit;
+        Shared::count(counter);
+        false
     }
 
     fn stamp(&mut self, stage: Stage) {

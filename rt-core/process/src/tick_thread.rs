@@ -14,9 +14,11 @@ use embassy_sync::signal::Signal;
 use rt_core::scene::Scene;
 use rt_core::sim::{Parameters, Sim};
 use rt_core::state::State;
-use shared_mem::message::{TIMING_BATCH, TimingBatch};
+use shared_mem::message::{STAGES, TIMING_BATCH, TimingBatch};
 
+use crate::admission::Admission;
 use crate::alloc_counter::{self, OnViolation};
+use crate::budget;
 use crate::config::{Realtime, RtConfig, Scheduler};
 use crate::control::control;
 use crate::devices::Devices;
@@ -52,14 +54,18 @@ pub(crate) struct Settings {
     pub(crate) period_ns: u64,
     spin_ns: u64,
     pub(crate) publish_every: u32,
+    /// What each stage may need: as measured, or its budget.
+    pub(crate) needs_ns: [u64; STAGES],
     periods_max: Option<u64>,
     parameters: Parameters,
     on_violation: OnViolation,
 }
 
-impl From<&RtConfig> for Settings {
-    fn from(config: &RtConfig) -> Self {
+impl Settings {
+    pub(crate) fn new(config: &RtConfig, admission: Option<&Admission>) -> Self {
+        let budgets = budget::all_ns(config.period_ns);
         Self {
+            needs_ns: admission.map_or(budgets, |admission| admission.worst_stage_ns),
             realtime: config.realtime,
             priority: config.priority,
             scheduler: config.scheduler,
@@ -291,7 +297,7 @@ mod tests {
             shared: Arc::clone(&shared),
             core: 0,
             standing: Standing::default(),
-            settings: (&config).into(),
+            settings: Settings::new(&config, None),
         };
         let (tell, _told) = mpsc::sync_channel(1);
         let thread = std::thread::spawn(move || {
@@ -385,6 +391,23 @@ mod tests {
             dropped += u64::from(record.bits & TickRecord::DROPPED_PUBLISH != 0);
         }
         assert_eq!(dropped, 97);
+        // Sampling alone took the time: nothing else was left to do in it.
+        assert_eq!(shared.self_collisions_dropped.load(Relaxed), 400);
+        assert_eq!(shared.far_organs_dropped.load(Relaxed), 400);
+    }
+
+    #[test]
+    fn optional_work_is_dropped_in_its_order() {
+        // After 250 µs the budgets of contact to force still fit; after 400 µs only those of solve
+        // and force; after 600 µs not even they.
+        for (taken_us, self_collision, far) in [(250, 0, 0), (400, 50, 0), (600, 50, 50)] {
+            let outcome = simulate(50, move |_| advance_simulated(taken_us * 1000));
+            let shared = &outcome.shared;
+            assert_eq!(shared.self_collisions_dropped.load(Relaxed), self_collision);
+            assert_eq!(shared.far_organs_dropped.load(Relaxed), far);
+            assert_eq!(shared.frames_dropped.load(Relaxed), 0);
+            assert_eq!(outcome.forces.len(), 50 + 3);
+        }
     }
 
     #[test]
