@@ -23,7 +23,54 @@ const ORGANS: [(&str, Shape, usize, f64); 4] = [
 
 fn main() -> Result<(), Failure> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+    pool.install(front)?;
     pool.install(table)
+}
+
+/// Fit against count, liver: coverage, gap and shape of both packings.
+fn front() -> Result<(), Failure> {
+    let mended = mend(&Shape::Liver.mesh(), Closing::Refuse)?;
+    println!(
+        "liver: packing,spheres,links,tetrahedra,coverage,gap_mean_mm,gap_95_mm,gap_max_mm,protrusion_max_mm,isotropy,build_s"
+    );
+    for count in [100, 250, 581, 1200, 2500, 4000, 8000] {
+        for even in [true, false] {
+            // Filling tries pairs against all: beyond this it takes minutes.
+            if !even && count > 2500 {
+                continue;
+            }
+            let begun = Instant::now();
+            let interior =
+                Interior::new(&mended.mesh, mended.volume_m3, count).ok_or("nothing inside")?;
+            let balls = if even {
+                pack_evenly(&interior, count)
+            } else {
+                pack_as_paper(&interior, count)
+            };
+            let tets = tetra::fill(&interior, &balls, mended.volume_m3);
+            let list = if even {
+                links::link_edges(&balls, &tets)
+            } else {
+                links::link(&balls)
+            };
+            let build_s = begun.elapsed().as_secs_f64();
+            let q = Quality::measure(&interior, &mended.mesh, &balls);
+            println!(
+                "{},{},{},{},{:.3},{:.2},{:.2},{:.2},{:.3},{:.2},{build_s:.2}",
+                if even { "even" } else { "paper" },
+                balls.len(),
+                list.len(),
+                tets.len(),
+                q.coverage,
+                1e3 * q.gap_mean_m,
+                1e3 * q.gap_95_m,
+                1e3 * q.gap_max_m,
+                1e3 * q.protrusion_max_m,
+                isotropy(&balls, &list),
+            );
+        }
+    }
+    Ok(())
 }
 
 fn table() -> Result<(), Failure> {

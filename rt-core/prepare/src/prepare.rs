@@ -9,7 +9,7 @@ use shared_mem::scene::{
 use crate::error::{MeshError, PrepareError};
 use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
-use crate::recipe::{OrganPlan, Packing, Recipe, Surface};
+use crate::recipe::{OrganPlan, Packing, Recipe, SPHERES_MAX, SPHERES_MIN, Surface};
 use crate::report::{OrganReport, Report};
 use crate::tetra::{self, Tetra};
 use crate::{bind, held, links, room};
@@ -30,6 +30,9 @@ pub struct Prepared {
     pub scene: SceneData,
     /// Its quality.
     pub report: Report,
+    /// Tetrahedra of each organ between its own spheres (numbered from the organ's first),
+    /// ordered so that eight consecutive ones share no sphere, as far as possible.
+    pub tetrahedra: Vec<Vec<Tetra>>,
 }
 
 /// One organ, built.
@@ -40,6 +43,7 @@ struct Organ {
     tets: Vec<Tetra>,
     vertices: Vec<VertexRecord>,
     quality: Quality,
+    because: String,
 }
 
 /// Builds the scene that the recipe describes.
@@ -72,6 +76,7 @@ pub fn prepare(
         .unwrap_or_else(room::default_gravity);
 
     let mut scene = SceneData::default();
+    let mut tetrahedra = Vec::new();
     let mut report = Report {
         scene: recipe.name.clone(),
         ..Report::default()
@@ -91,6 +96,7 @@ pub fn prepare(
             ..figures(plan, &surfaces[i], &organ, &held)
         });
         append(&mut scene, plan, &surfaces[i], &organ, &held);
+        tetrahedra.push(organ.tets);
     }
     progress(Progress {
         doing: "room".into(),
@@ -105,7 +111,11 @@ pub fn prepare(
         doing: "done".into(),
         done: 1.0,
     });
-    Ok(Prepared { scene, report })
+    Ok(Prepared {
+        scene,
+        report,
+        tetrahedra,
+    })
 }
 
 fn surface(plan: &OrganPlan) -> Result<Mended, PrepareError> {
@@ -148,44 +158,127 @@ fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> Mesh {
     mesh
 }
 
-fn build(plan: &OrganPlan, surface: &Mended, first_sphere: u32) -> Result<Organ, PrepareError> {
-    let mesh = &surface.mesh;
-    let interior = Interior::new(mesh, surface.volume_m3, plan.spheres).ok_or_else(|| {
-        PrepareError::Organ {
-            organ: plan.name.clone(),
-            problem: "is too thin to be filled with spheres; use more spheres, or a thicker mesh"
-                .into(),
-        }
-    })?;
-    let volume_m3 = surface.volume_m3;
-    let (balls, links, tets) = match plan.packing {
+/// Spheres, links and tetrahedra of an organ.
+struct Skeleton {
+    balls: Vec<Ball>,
+    links: Vec<[u32; 2]>,
+    tets: Vec<Tetra>,
+}
+
+fn interior<'a>(
+    plan: &OrganPlan,
+    surface: &'a Mended,
+    spheres: usize,
+) -> Result<Interior<'a>, PrepareError> {
+    Interior::new(&surface.mesh, surface.volume_m3, spheres).ok_or_else(|| PrepareError::Organ {
+        organ: plan.name.clone(),
+        problem: "is too thin to be filled with spheres; use more spheres, or a thicker mesh"
+            .into(),
+    })
+}
+
+fn skeleton(plan: &OrganPlan, interior: &Interior<'_>, volume_m3: f64, spheres: usize) -> Skeleton {
+    match plan.packing {
         Packing::Even => {
-            let balls = pack::pack_evenly(&interior, plan.spheres);
-            let tets = tetra::fill(&interior, &balls, volume_m3);
-            (balls.clone(), links::link_edges(&balls, &tets), tets)
+            let balls = pack::pack_evenly(interior, spheres);
+            let tets = tetra::fill(interior, &balls, volume_m3);
+            Skeleton {
+                links: links::link_edges(&balls, &tets),
+                balls,
+                tets,
+            }
         }
         Packing::Paper => {
-            let balls = pack::pack_as_paper(&interior, plan.spheres);
-            let tets = tetra::fill(&interior, &balls, volume_m3);
-            (balls.clone(), links::link(&balls), tets)
+            let balls = pack::pack_as_paper(interior, spheres);
+            let tets = tetra::fill(interior, &balls, volume_m3);
+            Skeleton {
+                links: links::link(&balls),
+                balls,
+                tets,
+            }
         }
         Packing::Line => {
-            let line = pack::pack_line(&interior, plan.spheres);
-            let links = links::link_line(&line);
-            (line.balls, links, Vec::new())
+            let line = pack::pack_line(interior, spheres);
+            Skeleton {
+                links: links::link_line(&line),
+                balls: line.balls,
+                tets: Vec::new(),
+            }
         }
+    }
+}
+
+/// Packings that the search for an error budget tries, at most.
+const TRIES: usize = 6;
+
+/// The smallest tried count that keeps the error budget, and why it was taken. The gap shrinks
+/// about as the spacing does, with the cube root of the count.
+fn choose_count(plan: &OrganPlan, surface: &Mended) -> Result<(usize, String), PrepareError> {
+    let Some(budget_m) = plan.gap_95_m else {
+        return Ok((plan.spheres, "the recipe says so".into()));
     };
+    let mut kept: Option<(usize, f64)> = None;
+    let mut missed: Option<(usize, f64)> = None;
+    let mut count = plan.spheres;
+    for _ in 0..TRIES {
+        let interior = interior(plan, surface, count)?;
+        let balls = skeleton(plan, &interior, surface.volume_m3, count).balls;
+        let gap_m = Quality::measure(&interior, &surface.mesh, &balls).gap_95_m;
+        let side = if gap_m <= budget_m {
+            &mut kept
+        } else {
+            &mut missed
+        };
+        let closer = side.is_none_or(|(known, _)| (count < known) == (gap_m <= budget_m));
+        if closer {
+            *side = Some((count, gap_m));
+        }
+        let estimate = count as f64 * (gap_m / budget_m).powi(3) * 1.02;
+        let next = (estimate.ceil() as usize).clamp(SPHERES_MIN, SPHERES_MAX);
+        count = match (kept, missed) {
+            (Some((high, _)), Some((low, _))) if high <= low + 1 + low / 50 => break,
+            (Some((high, _)), Some((low, _))) if next <= low || next >= high => (low + high) / 2,
+            _ if next == count => break,
+            _ => next,
+        };
+    }
+    let mm = |m: f64| 1e3 * m;
+    let Some((count, gap_m)) = kept else {
+        let (count, gap_m) = missed.unwrap_or((plan.spheres, f64::NAN));
+        return Err(PrepareError::Organ {
+            organ: plan.name.clone(),
+            problem: format!(
+                "cannot keep gap_95_mm = {:.2}: {count} spheres still leave {:.2} mm; allow a \
+                 larger gap",
+                mm(budget_m),
+                mm(gap_m)
+            ),
+        });
+    };
+    let fewer = missed.map_or(String::new(), |(count, gap_m)| {
+        format!("; {count} leave {:.2} mm", mm(gap_m))
+    });
+    let because = format!(
+        "a 95 % gap of {:.2} mm keeps the budget of {:.2} mm{fewer}",
+        mm(gap_m),
+        mm(budget_m)
+    );
+    Ok((count, because))
+}
+
+fn build(plan: &OrganPlan, surface: &Mended, first_sphere: u32) -> Result<Organ, PrepareError> {
+    let (spheres, because) = choose_count(plan, surface)?;
+    let interior = interior(plan, surface, spheres)?;
+    let Skeleton { balls, links, tets } = skeleton(plan, &interior, surface.volume_m3, spheres);
+    let mass_kg = plan.material.density_kg_m3 * surface.volume_m3;
     Ok(Organ {
-        masses_kg: masses(
-            &interior,
-            &balls,
-            plan.material.density_kg_m3 * surface.volume_m3,
-        ),
-        vertices: bind::bind(mesh, &balls, first_sphere),
-        quality: Quality::measure(&interior, mesh, &balls),
+        masses_kg: masses(&interior, &balls, mass_kg),
+        vertices: bind::bind(&surface.mesh, &balls, first_sphere),
+        quality: Quality::measure(&interior, &surface.mesh, &balls),
         balls,
         links,
         tets,
+        because,
     })
 }
 
@@ -218,6 +311,7 @@ fn figures(plan: &OrganPlan, surface: &Mended, organ: &Organ, held: &[bool]) -> 
         triangles: surface.mesh.triangles.len(),
         build_s: 0.0,
         spheres: count,
+        spheres_because: organ.because.clone(),
         held: held.iter().filter(|held| **held).count(),
         springs: organ.links.len(),
         tetrahedra: organ.tets.len(),

@@ -50,6 +50,8 @@ pub struct OrganReport {
     pub build_s: f64,
     /// Spheres.
     pub spheres: usize,
+    /// Why so many.
+    pub spheres_because: String,
     /// Of those, attached to their surroundings.
     pub held: usize,
     /// Links.
@@ -148,8 +150,8 @@ impl fmt::Display for Report {
         for o in &self.organs {
             writeln!(
                 f,
-                "{}: {} vertices, {} triangles; {}",
-                o.name, o.vertices, o.triangles, o.mesh
+                "{}: {} vertices, {} triangles; {}; {} spheres: {}",
+                o.name, o.vertices, o.triangles, o.mesh, o.spheres, o.spheres_because
             )?;
         }
         Ok(())

@@ -2,6 +2,7 @@
 
 use crate::Vec3;
 use crate::delaunay;
+use crate::order;
 use crate::pack::{Ball, Interior};
 
 /// Smallest `V/L³` (volume over the cube of the longest edge). A regular tetrahedron has 0.118;
@@ -55,7 +56,9 @@ pub fn fill(interior: &Interior<'_>, balls: &[Ball], volume_m3: f64) -> Vec<Tetr
         spheres,
         volume_m3: volume_m3 * share / total,
     };
-    kept.iter().zip(shares).map(carry).collect()
+    let tets: Vec<Tetra> = kept.iter().zip(shares).map(carry).collect();
+    let order = order::spread(&kept, balls.len());
+    order.into_iter().map(|i| tets[i]).collect()
 }
 
 /// `V/L³`: 0.118 for a regular tetrahedron, 0 for a flat one, negative for an inverted one.

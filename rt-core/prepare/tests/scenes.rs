@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use scene_prepare::mesh::mend;
 use scene_prepare::pack::{Interior, Quality, isotropy, pack_as_paper, pack_evenly};
 use scene_prepare::recipe::Closing;
-use scene_prepare::{Prepared, Recipe, Vec3, bind, links, prepare};
+use scene_prepare::{Prepared, Recipe, Vec3, bind, links, prepare, tetra};
 use shared_mem::scene::{SceneFile, WEIGHT_SUM};
 
 fn check(prepared: &Prepared) {
@@ -222,6 +222,59 @@ fn deepest_overlap(prepared: &Prepared) -> f64 {
         }
     }
     deepest
+}
+
+#[test]
+fn tetrahedra_carry_the_whole_volume_and_stand_upright() {
+    let prepared = prepare(&Recipe::built_in().unwrap(), &mut |_| {}).unwrap();
+    for (organ, tets) in prepared.scene.organs.iter().zip(&prepared.tetrahedra) {
+        let carried: f64 = tets.iter().map(|t| t.volume_m3).sum();
+        assert!((carried / f64::from(organ.volume_m3) - 1.0).abs() < 1e-6);
+        let [first, count] = organ.spheres.map(|x| x as usize);
+        let spheres = &prepared.scene.spheres[first..first + count];
+        let centers: Vec<Vec3> = spheres
+            .iter()
+            .map(|s| Vec3::from(s.center_m.map(f64::from)))
+            .collect();
+        let mut used = vec![false; count];
+        for t in tets {
+            assert!(tetra::shape(&centers, &t.spheres) > 0.9 * tetra::SHAPE_MIN);
+            assert!(t.volume_m3 > 0.0);
+            t.spheres.iter().for_each(|&i| used[i as usize] = true);
+        }
+        let unused = used.iter().filter(|used| !**used).count();
+        assert!(
+            unused * 100 <= count,
+            "{unused} of {count} spheres in no tetrahedron"
+        );
+    }
+}
+
+#[test]
+fn error_budget_chooses_the_smallest_count_that_keeps_it() {
+    let text = "name = \"b\"\n[[organ]]\nname = \"liver\"\nkind = \"liver\"\nspheres = 300\n\
+                shape = { form = \"liver\" }\nheld = [{ base = 0.2 }]\n";
+    let with = |budget: &str| {
+        let text = text.replace(
+            "spheres = 300",
+            &format!("spheres = 300\ngap_95_mm = {budget}"),
+        );
+        prepare(
+            &Recipe::parse(&text, "budget", Path::new(".")).unwrap(),
+            &mut |_| {},
+        )
+    };
+    let coarse = with("6.0").unwrap().report;
+    let fine = with("4.0").unwrap().report;
+    assert!(coarse.gap_95_mm <= 6.0 && fine.gap_95_mm <= 4.0);
+    assert!(
+        coarse.gap_95_mm > 5.0 && fine.gap_95_mm > 3.5,
+        "no more spheres than needed"
+    );
+    assert!(coarse.spheres < fine.spheres);
+    assert!(fine.organs[0].spheres_because.contains("budget of 4.00 mm"));
+    let impossible = with("0.06").unwrap_err().to_string();
+    assert!(impossible.contains("allow a larger gap"), "{impossible}");
 }
 
 #[test]

@@ -189,6 +189,10 @@ fn check_organ(
         let problem = format!("is {spheres}, allowed are {SPHERES_MIN} to {SPHERES_MAX}");
         return Err(place.error(&at("spheres"), problem));
     }
+    let gap_95_m = raw
+        .gap_95_mm
+        .map(|mm| place.number(&at("gap_95_mm"), mm, 0.05..=50.0));
+    let gap_95_m = gap_95_m.transpose()?.map(|mm| 1e-3 * mm);
     for (i, region) in raw.held.iter().enumerate() {
         let path = [at("held")[0], at("held")[1], at("held")[2], Step::Index(i)];
         check_region(place, &path, region, &raw.name, names)?;
@@ -200,6 +204,7 @@ fn check_organ(
         surface,
         closing: raw.closing.unwrap_or(Closing::Auto),
         spheres,
+        gap_95_m,
         packing: raw.packing.unwrap_or_else(|| default_packing(kind)),
         held: raw.held,
     })
@@ -401,6 +406,7 @@ pub(super) fn from_mesh(path: &Path, spheres: Option<usize>) -> Result<Recipe, R
             },
             closing: Closing::Auto,
             spheres,
+            gap_95_m: None,
             packing: Packing::Even,
             material: Material::typical(kind),
             held: vec![Region::Base(0.15)],

@@ -82,8 +82,11 @@ pub struct OrganPlan {
     pub surface: Surface,
     /// What to do with a surface that is open.
     pub closing: Closing,
-    /// How many spheres.
+    /// How many spheres; the first guess if there is an error budget.
     pub spheres: usize,
+    /// Error budget: 95 % of the skin may be no farther than this from the spheres, m. The
+    /// smallest count that keeps it is taken.
+    pub gap_95_m: Option<f64>,
     /// How they are packed.
     pub packing: Packing,
     /// What it is made of.

@@ -56,6 +56,7 @@ pub(super) struct OrganRaw {
     pub(super) shape: Option<toml::Table>,
     pub(super) closing: Option<Closing>,
     pub(super) spheres: Option<usize>,
+    pub(super) gap_95_mm: Option<f64>,
     pub(super) packing: Option<Packing>,
     #[serde(default)]
     pub(super) material: MaterialRaw,
