@@ -5,7 +5,7 @@ use std::time::Duration;
 use hardware::emulate::{HapticModel, LineFaults};
 use hardware::station::StationFile;
 use rt_core::math::Vec3;
-use rt_core::port::{ForceCommand, HapticDevice, Pedal, Polled, Tracker};
+use rt_core::port::{ForceCommand, Polled, Tracker};
 
 use crate::support::{Emulator, poll_for};
 

@@ -1,0 +1,31 @@
+//! Serves a circling tool over OpenIGTLink: `cargo run -p hardware --example igtlink`, then
+//! connect 3D Slicer (OpenIGTLinkIF, client) or any other client to the port that it prints.
+
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+use hardware::igtlink::Server;
+use hardware::igtlink::wire::Transform;
+use nalgebra::{Isometry3, Translation3};
+
+fn main() -> std::io::Result<()> {
+    let mut server = Server::bind(("127.0.0.1", Server::PORT))?;
+    println!(
+        "serving ToolToReference at {}; Ctrl-C ends it",
+        server.address()?
+    );
+    loop {
+        let now = SystemTime::now()
+            .duration_since(UNIX_EPOCH)
+            .unwrap_or_default();
+        let (sin, cos) = (now.as_secs_f64() % std::f64::consts::TAU).sin_cos();
+        let pose: Isometry3<f32> =
+            Translation3::new(0.05 * cos as f32, 0.05 * sin as f32, 0.01).into();
+        let unix_ns = now.as_nanos() as u64;
+        server.publish(&[Transform {
+            name: "ToolToReference",
+            pose,
+            unix_ns,
+        }]);
+        std::thread::sleep(Duration::from_millis(16));
+    }
+}
