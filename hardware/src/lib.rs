@@ -6,6 +6,7 @@
 //! pedal    foot pedals that are USB keyboards, or switches on a serial line's CTS and DSR
 //! touch    3D Systems' Touch, through its own library opened at run time
 //! woody    WoodenHaptics' text protocol and linkage
+//! list     what is plugged in, for `calot devices list`
 //! igtlink  OpenIGTLink server: poses for 3D Slicer and PLUS, outside of the realtime process
 //! station  the file that names a station's devices, and opens them
 //! line     a serial line that neither blocks nor allocates
@@ -37,6 +38,8 @@ mod error;
 pub mod igtlink;
 #[cfg(feature = "std")]
 mod line;
+#[cfg(feature = "std")]
+pub mod list;
 #[cfg(feature = "std")]
 pub mod pedal;
 pub mod rig;

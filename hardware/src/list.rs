@@ -1,0 +1,129 @@
+//! What is plugged in: serial lines and input devices, with the names that stay, and a guess at
+//! what they are.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serialport::SerialPortType;
+
+/// Something that might be a device of a station.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Found {
+    /// Where it is now, e.g. `/dev/ttyACM0`.
+    pub path: PathBuf,
+    /// The name that udev keeps for it, whatever is plugged in first. For the station file.
+    pub stable_path: Option<PathBuf>,
+    /// What it says of itself.
+    pub name: String,
+    /// What it may be, and which driver of the station file fits.
+    pub guess: Option<&'static str>,
+}
+
+/// Serial lines and input devices of this machine.
+#[must_use]
+pub fn devices() -> Vec<Found> {
+    let mut found: Vec<Found> = serialport::available_ports()
+        .unwrap_or_default()
+        .into_iter()
+        .map(line)
+        .collect();
+    found.extend(
+        crate::pedal::find("")
+            .into_iter()
+            .map(|(path, name)| Found {
+                stable_path: stable("/dev/input/by-id".as_ref(), &path),
+                guess: pedal(&name),
+                path,
+                name,
+            }),
+    );
+    found.sort_by(|a, b| a.path.cmp(&b.path));
+    found
+}
+
+fn line(port: serialport::SerialPortInfo) -> Found {
+    let path = PathBuf::from(port.port_name);
+    let (name, guess) = match port.port_type {
+        SerialPortType::UsbPort(usb) => {
+            let maker = usb.manufacturer.unwrap_or_default();
+            let product = usb.product.unwrap_or_default();
+            let name = format!("{maker} {product} ({:04x}:{:04x})", usb.vid, usb.pid);
+            (name.trim().to_owned(), usb_device(usb.vid, usb.pid))
+        }
+        SerialPortType::PciPort => ("serial port of the computer".to_owned(), None),
+        SerialPortType::BluetoothPort => ("Bluetooth".to_owned(), None),
+        SerialPortType::Unknown => ("serial line".to_owned(), None),
+    };
+    Found {
+        stable_path: stable("/dev/serial/by-id".as_ref(), &path),
+        path,
+        name,
+        guess,
+    }
+}
+
+/// The link in `directory` that leads to `path`.
+fn stable(directory: &Path, path: &Path) -> Option<PathBuf> {
+    let target = fs::canonicalize(path).ok()?;
+    let links = fs::read_dir(directory).ok()?;
+    let mut names: Vec<PathBuf> = links
+        .filter_map(|link| Some(link.ok()?.path()))
+        .filter(|link| fs::canonicalize(link).is_ok_and(|to| to == target))
+        .collect();
+    names.sort();
+    names.into_iter().next()
+}
+
+fn usb_device(vendor: u16, product: u16) -> Option<&'static str> {
+    Some(match (vendor, product) {
+        (0x0301, 0x2988) | (0x2988, 0x0302) => {
+            "3D Systems Touch: driver \"touch\", path of the vendor's libHD.so"
+        }
+        // Teensy, by far the commonest board of rigs; Haply's Inverse3 has its numbers too.
+        (0x16C0, 0x0483) => "Teensy: driver \"woody\" or \"rig\" (or an Inverse3)",
+        (0x04B4, 0x1003 | 0x1005) | (0x21E2, 0x1008) => "Ascension trakSTAR: not served over USB",
+        (0x0403, 0x6001) => "FTDI adapter: a tracker (\"bird\"), a rig or a pedal (\"modem\")",
+        _ => return None,
+    })
+}
+
+fn pedal(name: &str) -> Option<&'static str> {
+    let name = name.to_lowercase();
+    ["foot", "pedal", "vec", "pcsensor"]
+        .iter()
+        .any(|word| name.contains(word))
+        .then_some("foot pedal: driver \"evdev\"")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_device_is_found_by_the_name_that_stays() {
+        let directory = tempfile::tempdir().unwrap();
+        let device = directory.path().join("ttyACM0");
+        fs::write(&device, "").unwrap();
+        let names = directory.path().join("by-id");
+        fs::create_dir(&names).unwrap();
+        assert_eq!(stable(&names, &device), None);
+        let link = names.join("usb-Maker_Rig_0001-if00");
+        std::os::unix::fs::symlink("../ttyACM0", &link).unwrap();
+        assert_eq!(stable(&names, &device), Some(link));
+    }
+
+    #[test]
+    fn known_numbers_and_names_are_guessed() {
+        assert!(usb_device(0x0301, 0x2988).unwrap().contains("touch"));
+        assert_eq!(usb_device(0x1234, 0x5678), None);
+        assert!(pedal("VEC VEC USB Footpedal").is_some());
+        assert_eq!(pedal("AT Translated Set 2 keyboard"), None);
+    }
+
+    #[test]
+    fn looking_round_never_fails() {
+        for found in devices() {
+            assert!(found.path.is_absolute(), "{found:?}");
+        }
+    }
+}
