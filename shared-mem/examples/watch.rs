@@ -19,7 +19,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!("    tick  force N  contacts  jaw  tip (mm)               moved most (mm)");
     while start.elapsed().as_secs_f64() < seconds {
         host.drain_events(|event: &EventMsg| {
-            println!("event {} kind {} value {:.2}", event.sequence, event.kind, event.value);
+            println!(
+                "event {} kind {} value {:.2}",
+                event.sequence, event.kind, event.value
+            );
         });
         let fresh = host.newest_state(&mut state) & host.newest_tools(&mut tools);
         if let Some(spheres) = state.spheres().filter(|_| fresh) {
@@ -40,5 +43,9 @@ fn main() -> Result<(), Box<dyn Error>> {
 }
 
 fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
-    a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f32>().sqrt()
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).powi(2))
+        .sum::<f32>()
+        .sqrt()
 }

@@ -15,7 +15,8 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::server::Server;
 use iceoryx2::port::subscriber::Subscriber;
 use iceoryx2::prelude::{
-    BackpressureStrategy, FileName, Path, SemanticString, SignalHandlingMode, ZeroCopySend, ipc,
+    BackpressureStrategy, FileName, LogLevel, Path, SemanticString, SignalHandlingMode,
+    ZeroCopySend, ipc, set_log_level,
 };
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenOrCreateError;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
@@ -114,6 +115,8 @@ impl Station {
     }
 
     fn node(&self) -> Result<Node<ipc::Service>, ServiceError> {
+        // A peer that died is everyday here; its warning is a page long.
+        set_log_level(LogLevel::Error);
         NodeBuilder::new()
             .config(&self.config)
             .signal_handling_mode(SignalHandlingMode::Disabled)
