@@ -332,6 +332,21 @@ mod tests {
     }
 
     #[test]
+    fn an_hour_of_the_whole_tick_runs_in_seconds_and_repeats() {
+        let hour = || {
+            let outcome = simulate(3_600_000, |_| advance_simulated(100_000));
+            let shared = &outcome.shared;
+            assert_eq!(shared.ticks.load(Relaxed), 3_600_000);
+            assert_eq!(shared.deadline_misses.load(Relaxed), 0);
+            shared.faults.each_ref().map(|fault| fault.load(Relaxed))
+        };
+        let wall = std::time::Instant::now();
+        let faults = hour();
+        println!("{} ns a tick", wall.elapsed().as_nanos() / 3_600_000);
+        assert_eq!(faults, hour());
+    }
+
+    #[test]
     fn a_panic_in_the_tick_still_sends_zero_force() {
         let outcome = simulate(500, |poll| assert!(poll < 40, "injected"));
         assert!(outcome.panicked);

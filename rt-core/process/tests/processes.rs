@@ -13,6 +13,7 @@ use bytemuck::Zeroable;
 use rt_process::{AdmissionPolicy, RtConfig};
 use rustix::process::{Pid, Signal, kill_process};
 use shared_mem::message::ToolFrame;
+use shared_mem::service::{Host, Station};
 
 mod support;
 use support::{Bench, Emulated, host};
@@ -233,4 +234,68 @@ fn a_realtime_thread_that_never_sleeps_is_noticed() {
     }
     assert!(line_with(&mut child, "tripped").is_some());
     assert!(child.wait().unwrap().success());
+}
+
+/// Body of a display that watches until it is killed.
+#[test]
+#[ignore = "started by another test as a process"]
+fn display_process() {
+    let station = Station::new(&std::env::var("RT_TEST_STATION").unwrap()).unwrap();
+    let host = Host::open(&station).unwrap();
+    let mut tools = ToolFrame::zeroed();
+    let mut told = false;
+    loop {
+        if host.newest_tools(&mut tools) && !told {
+            println!("\nsees");
+            told = true;
+        }
+        host.drain_timing(|_| ());
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// `RT_TEST_SECONDS=600 cargo test --release -p rt-process --test processes -- --ignored --exact \
+/// --nocapture displays_that_join_leave_and_are_killed_cost_the_tick_nothing`; with
+/// `RT_TEST_SCENE` on a scene of your own.
+#[test]
+#[ignore = "takes a minute; a longer run is for the report"]
+fn displays_that_join_leave_and_are_killed_cost_the_tick_nothing() {
+    let number = |name: &str| std::env::var(name).ok()?.parse().ok();
+    let seconds: u64 = number("RT_TEST_SECONDS").unwrap_or(60);
+    let bench = Bench::new();
+    let devices = Emulated::start(&bench);
+    let mut config = devices.config(&bench);
+    if let Some(scene) = std::env::var_os("RT_TEST_SCENE") {
+        config.scene = scene.into();
+    }
+    config.admission = AdmissionPolicy::Measure;
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    let controller = thread::spawn(move || rt_process::run(&config, &flag, |_| ()));
+    let start = std::time::Instant::now();
+    let mut killed = 0;
+    while start.elapsed().as_secs() < seconds && !controller.is_finished() {
+        let mut display = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", "display_process", "--ignored", "--nocapture"])
+            .env("RT_TEST_STATION", &bench.station)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let leaving = host(&bench);
+        assert!(line_with(&mut display, "sees").is_some());
+        thread::sleep(Duration::from_millis(400));
+        drop(leaving);
+        display.kill().unwrap();
+        display.wait().unwrap();
+        killed += 1;
+    }
+    stop.store(true, Relaxed);
+    let summary = controller.join().unwrap().unwrap();
+    println!("{killed} displays killed; {summary:#?}");
+    assert!(killed > seconds / 3);
+    assert_eq!(summary.allocations_after_start, Some(0));
+    if summary.realtime {
+        assert_eq!(summary.page_faults_after_start, 0);
+    }
+    devices.unplug();
 }
