@@ -49,7 +49,10 @@ pub struct RtConfig {
     pub coarser: Vec<PathBuf>,
     /// Whether the scene must prove that it fits.
     pub admission: AdmissionPolicy,
-    /// Serial device of the haptic device; none: the force stays zero.
+    /// File that names the station's devices and where they stand ([`hardware::station`]).
+    pub station_file: Option<PathBuf>,
+    /// Serial device of the haptic device, in place of the station file's. Without either the
+    /// force stays zero.
     pub haptic: Option<PathBuf>,
     /// Serial device of the endoscope's tracker.
     pub tracker: Option<PathBuf>,
@@ -89,6 +92,7 @@ impl RtConfig {
             scene: scene.into(),
             coarser: Vec::new(),
             admission: AdmissionPolicy::Measure,
+            station_file: None,
             haptic: None,
             tracker: None,
             pedal: None,

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use hardware::HardwareError;
+use hardware::station::StationFile;
 use rt_core::port::{
     DeviceCapabilities, ForceCommand, HapticDevice, LineCounters, Pedal, TimeNs, Tracker,
 };
@@ -31,20 +32,27 @@ pub(crate) struct Devices {
 }
 
 impl Devices {
-    /// Opens what is configured. Waits for each device's answer.
-    pub(crate) fn open(config: &RtConfig) -> Result<Self, RtError> {
+    /// Opens what is configured, by path or by the station file. Waits for each device's answer.
+    pub(crate) fn open(config: &RtConfig, file: &StationFile) -> Result<Self, RtError> {
         let mut devices = Self::default();
         if let Some(path) = &config.haptic {
             let haptic = named("haptic device", path, hardware::rig::RigHaptic::open)?;
             devices.haptic = Some(Box::new(haptic));
+        } else if let Some(spec) = &file.haptic {
+            devices.haptic = Some(named("haptic device", &spec.path, |_| spec.open())?);
         }
         if let Some(path) = &config.tracker {
             let tracker = named("tracker", path, hardware::bird::BirdTracker::open)?;
+            devices.tracker = Some(Box::new(tracker));
+        } else if let Some(spec) = &file.tracker {
+            let tracker = named("tracker", &spec.path, |_| spec.open())?;
             devices.tracker = Some(Box::new(tracker));
         }
         if let Some(path) = &config.pedal {
             let pedal = named("pedal", path, hardware::rig::RigPedal::open)?;
             devices.pedal = Some(Box::new(pedal));
+        } else if let Some(spec) = &file.pedal {
+            devices.pedal = Some(named("pedal", &spec.path, |_| spec.open())?);
         }
         Ok(devices)
     }

@@ -33,7 +33,7 @@ pub enum RtError {
     /// A device that is configured cannot be opened or does not answer.
     #[error("{device}: {source}")]
     Device {
-        /// Which: haptic device, tracker, pedal.
+        /// Which: haptic device, tracker, pedal, or the station file that names them.
         device: &'static str,
         /// What `hardware` says.
         source: hardware::HardwareError,

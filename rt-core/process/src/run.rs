@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::sync::mpsc;
 use std::thread::{Builder, JoinHandle, sleep};
 
+use hardware::station::StationFile;
 use heapless::spsc::{Consumer, Producer, Queue};
 use rt_core::fault::Fault;
 use rt_core::sim::Stage;
@@ -55,9 +56,18 @@ pub fn run(
 ) -> Result<RtSummary, RtError> {
     config.check()?;
     let cores = realtime::allowed_cores();
+    let file = config.station_file.as_deref().map(StationFile::read);
+    let file = file
+        .transpose()
+        .map_err(|source| RtError::Device {
+            device: "station file",
+            source,
+        })?
+        .unwrap_or_default();
     let mut run = Run {
         config,
-        scene: LoadedScene::load(&config.scene)?.keep(),
+        scene: LoadedScene::load(&config.scene, &file)?.keep(),
+        file,
         admission: None,
         core: config.core.or(cores.last().copied()).unwrap_or(0),
         cores,
@@ -86,6 +96,8 @@ pub fn run(
 struct Run<'a> {
     config: &'a RtConfig,
     scene: &'static LoadedScene,
+    /// Devices, as the station file names them.
+    file: StationFile,
     /// What the scene costs, if it was measured.
     admission: Option<Admission>,
     /// Cores that this process may use.
@@ -169,7 +181,7 @@ impl Run<'_> {
                 return Ok(());
             }
             match coarser.next() {
-                Some(level) => self.scene = LoadedScene::load(level)?.keep(),
+                Some(level) => self.scene = LoadedScene::load(level, &self.file)?.keep(),
                 None if self.config.admission == AdmissionPolicy::Strict => {
                     return Err(RtError::DoesNotFit(Box::new(found)));
                 }
@@ -183,7 +195,7 @@ impl Run<'_> {
 
     /// Opens the devices, locks memory, starts the tick's thread and waits until it is ready.
     fn start_tick(&self, ends: tick::Ends) -> Result<TickThread, RtError> {
-        let devices = Devices::open(self.config)?;
+        let devices = Devices::open(self.config, &self.file)?;
         let mut standing = Standing::default();
         let mut no_deep_idle = None;
         match self.config.realtime {

@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use hardware::station::StationFile;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{Link, Organ, PbdMaterial, RestSphere, Room, Scene};
@@ -26,8 +27,9 @@ pub(crate) struct LoadedScene {
 
 impl LoadedScene {
     /// Reads and checks a compiled scene.
-    pub(crate) fn load(path: &Path) -> Result<Self, RtError> {
-        Self::from_file(&SceneFile::open(path)?)
+    /// Devices stand where the station file says, or else where the scene says.
+    pub(crate) fn load(path: &Path, station: &StationFile) -> Result<Self, RtError> {
+        Self::from_file(&SceneFile::open(path)?, station)
     }
 
     /// Keeps it for as long as the process lives, as the simulation does.
@@ -35,7 +37,7 @@ impl LoadedScene {
         Box::leak(Box::new(self))
     }
 
-    fn from_file(file: &SceneFile) -> Result<Self, RtError> {
+    fn from_file(file: &SceneFile, station: &StationFile) -> Result<Self, RtError> {
         let sphere = |s: &shared_mem::scene::SphereRecord| RestSphere {
             center_m: Vec3::from(s.center_m),
             radius_m: s.radius_m,
@@ -54,7 +56,7 @@ impl LoadedScene {
             organs: file.organs().iter().map(organ).collect(),
             spheres: file.spheres().iter().map(sphere).collect(),
             links: file.links().iter().map(link).collect(),
-            room: room(file.room()),
+            room: room(file.room(), station),
         };
         loaded.scene()?;
         Ok(loaded)
@@ -87,11 +89,12 @@ fn organ(record: &OrganRecord) -> Organ {
     }
 }
 
-fn room(record: &RoomRecord) -> Room {
+fn room(record: &RoomRecord, station: &StationFile) -> Room {
+    let or_scene = |own: Option<Pose>, scene| own.unwrap_or_else(|| pose(scene));
     Room {
         gravity_m_s2: Vec3::from(record.gravity_m_s2),
-        world_from_device: pose(&record.world_from_device),
-        world_from_tracker: pose(&record.world_from_tracker),
+        world_from_device: or_scene(station.world_from_device, &record.world_from_device),
+        world_from_tracker: or_scene(station.world_from_tracker, &record.world_from_tracker),
         instrument_port_m: Vec3::from(record.instrument_port_m),
         instrument_length_m: record.instrument_length_m,
         endoscope_port_m: Vec3::from(record.endoscope_port_m),

@@ -83,3 +83,35 @@ fn devices_are_read_force_is_sent_and_unplugging_is_survived() {
         assert_eq!(summary.page_faults_after_start, 0);
     }
 }
+
+#[test]
+fn a_station_file_names_the_devices_and_where_they_stand() {
+    let bench = Bench::new();
+    let devices = Emulated::start(&bench);
+    let mut config = bench.config();
+    config.station_file = Some(devices.station_file(&bench));
+    let host = host(&bench);
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    let controller = thread::spawn(move || rt_process::run(&config, &flag, |_| ()));
+    let mut tools = ToolFrame::zeroed();
+    let is_live = |health: &DeviceHealth| health.status == DeviceHealth::LIVE;
+    for _ in 0..4000 {
+        if host.newest_tools(&mut tools) && tools.health[..2].iter().all(is_live) {
+            break;
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert!(tools.health[..2].iter().all(is_live), "{:?}", tools.health);
+    assert_eq!(tools.health[2].status, DeviceHealth::ABSENT);
+    stop.store(true, Relaxed);
+    controller.join().unwrap().unwrap();
+
+    let mut config = bench.config();
+    let broken = bench.folder.path().join("broken.toml");
+    std::fs::write(&broken, "[haptic]\ndriver = \"telepathy\"\n").unwrap();
+    config.station_file = Some(broken);
+    let error = rt_process::run(&config, &AtomicBool::new(false), |_| ()).unwrap_err();
+    assert!(error.to_string().contains("broken.toml"), "{error}");
+    devices.unplug();
+}

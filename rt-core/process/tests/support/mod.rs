@@ -115,6 +115,22 @@ impl Emulated {
         self.thread.join().unwrap();
     }
 
+    /// A station file that names them, two by driver, and puts the device elsewhere.
+    pub fn station_file(&self, bench: &Bench) -> PathBuf {
+        let Lines {
+            haptic, tracker, ..
+        } = &self.lines;
+        let text = format!(
+            "[haptic]\ndriver = \"rig\"\npath = {haptic:?}\nforce_max_n = 2.0\n\
+             [tracker]\ndriver = \"bird\"\npath = {tracker:?}\n\
+             [frames.world_from_device]\nposition_m = [0.0, 0.0, 0.25]\n\
+             rotation_xyzw = [0.0, 0.0, 0.0, 1.0]\n"
+        );
+        let path = bench.folder.path().join("station.toml");
+        std::fs::write(&path, text).unwrap();
+        path
+    }
+
     pub fn config(&self, bench: &Bench) -> RtConfig {
         RtConfig {
             haptic: Some(self.lines.haptic.clone()),
