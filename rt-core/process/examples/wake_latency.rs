@@ -1,8 +1,10 @@
 //! Wake-up latency of the realtime loop beside cyclictest's, interleaved in the same minutes.
 //!
-//! `cargo run --release -p rt-process --example wake_latency -- [ROUNDS] [SECONDS] [CORE]`
+//! `cargo run --release -p rt-process --example wake_latency -- [ROUNDS] [SECONDS] [CORE] [WORK_US]`
 //! (as root or with the limits; needs the package `rt-tests`). Absolute figures of a machine that
-//! does other work are noise from p99 upwards: read the ratios, over several rounds.
+//! does other work are noise from p99 upwards: read the ratios, over several rounds. WORK_US is burnt
+//! in every tick of our loops (cyclictest has none): their misses compare to those of a tick that
+//! costs as much.
 
 use std::process::Command;
 
@@ -17,18 +19,21 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (rounds, seconds) = (number(3)?, number(10)?);
     let last = allowed_cores().last().copied().unwrap_or(0);
     let core = usize::try_from(number(last as u64)?)?;
+    let work_us = number(0)?;
+    let missed = std::cell::Cell::new(0);
     let probe = |kind| {
         let probe = Probe {
             kind,
             periods: seconds * 1000,
             core,
             priority: PRIORITY,
-            work_ns: 0,
+            work_ns: work_us * 1000,
         };
         let found = probe.run()?;
         if !found.standing.is_realtime() {
             eprintln!("NOT REALTIME: {:?}", found.standing.refused);
         }
+        missed.set(found.missed);
         Ok::<_, rt_process::RtError>(found.wake_latency_ns)
     };
     type Measure<'a> = Box<dyn Fn() -> Result<Vec<u32>, Box<dyn std::error::Error>> + 'a>;
@@ -52,21 +57,26 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         "{rounds} rounds of {seconds} s each, core {core}, FIFO {PRIORITY}; µs, and ÷ cyclictest"
     );
     println!(
-        "{:24}{:>10}{:>10}{:>10}{:>8}{:>8}",
-        "", "p50", "p99", "max", "p50 ÷", "p99 ÷"
+        "{:24}{:>10}{:>10}{:>10}{:>8}{:>8}{:>10}",
+        "", "p50", "p99", "max", "p50 ÷", "p99 ÷", "missed ppm"
     );
     let mut ratios = vec![Vec::new(); variants.len()];
     for round in 0..rounds {
         let mut reference = None;
         for (i, (name, measure)) in variants.iter().enumerate() {
+            missed.set(0);
             let mut ns = measure()?;
+            let ticks = ns.len() as u64 + missed.get();
+            let per_million = missed.get() * 1_000_000 / ticks;
             ns.sort_unstable();
             let us = |q: f64| f64::from(ns[((ns.len() - 1) as f64 * q) as usize]) / 1000.0;
             let (p50, p99, max) = (us(0.5), us(0.99), us(1.0));
             let (ref50, ref99) = *reference.get_or_insert((p50, p99));
             ratios[i].push((p50 / ref50, p99 / ref99));
             let (r50, r99) = (p50 / ref50, p99 / ref99);
-            println!("{round} {name:22}{p50:10.1}{p99:10.1}{max:10.1}{r50:8.2}{r99:8.2}");
+            println!(
+                "{round} {name:22}{p50:10.1}{p99:10.1}{max:10.1}{r50:8.2}{r99:8.2}{per_million:10}"
+            );
         }
     }
     println!("median of the rounds' ratios:");
