@@ -220,4 +220,41 @@ mod tests {
         let expected = Body::TOUCH.force_continuous_n / Grip::STYLUS.stiffness_n_m;
         assert!(x < 2.0 * expected, "{x} {expected}");
     }
+
+    /// Peak to peak of the handle, m, once the hand has pressed it into a wall of that stiffness
+    /// for a second.
+    fn trembling_m(wall_n_m: f32) -> f32 {
+        let mut touch = Touch::new(Body::TOUCH, Grip::STYLUS, Vec3::zeros());
+        let pressed_m = Vec3::new(-0.005, 0.0, 0.0);
+        let (mut low, mut high) = (f32::MAX, f32::MIN);
+        for ms in 0..2000 {
+            let depth_m = (-touch.measured_m().x).max(0.0);
+            touch.step(
+                pressed_m,
+                Vec3::zeros(),
+                Vec3::new(depth_m * wall_n_m, 0.0, 0.0),
+            );
+            if ms >= 1000 {
+                low = low.min(touch.measured_m().x);
+                high = high.max(touch.measured_m().x);
+            }
+        }
+        high - low
+    }
+
+    #[test]
+    fn a_wall_that_the_device_can_render_is_still_and_one_far_too_stiff_buzzes() {
+        let step_m = Body::TOUCH.encoder_step_m;
+        let stiffness = 700.0;
+        assert!(
+            trembling_m(stiffness) < 1.5 * step_m,
+            "{}",
+            trembling_m(stiffness)
+        );
+        assert!(
+            trembling_m(20.0 * stiffness) > 5.0 * step_m,
+            "{}",
+            trembling_m(20.0 * stiffness)
+        );
+    }
 }
