@@ -5,6 +5,8 @@ use crate::Vec3;
 use crate::mesh::Mesh;
 
 const NONE: u32 = u32::MAX;
+/// Points within this many cells of a triangle's box try that triangle.
+const BAND: f64 = 1.5;
 
 /// How inside is told from outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -20,8 +22,8 @@ pub enum Sign<'a> {
 pub struct Field {
     /// The points.
     pub grid: Grid,
-    /// Signed distance of each point, m. Outside it is exact within two cells of the surface
-    /// and the distance to a near triangle beyond.
+    /// Signed distance of each point, m. Outside of a closed mesh it is never above one and a
+    /// half cells.
     pub distance_m: Vec<f32>,
 }
 
@@ -29,23 +31,32 @@ impl Field {
     /// Distance to a mesh with this spacing.
     #[must_use]
     pub fn new(mesh: &Mesh, grid: Grid, sign: Sign<'_>) -> Self {
+        let computed;
+        let (inside, everywhere) = match sign {
+            Sign::Given(inside) => (inside, true),
+            Sign::Closed => {
+                computed = crossing::inside(mesh, &grid);
+                (computed.as_slice(), false)
+            }
+        };
+        // Far outside of a closed mesh nobody asks: at least the near band away.
+        let unknown = (BAND * grid.cell_m).powi(2);
+        let start = |&inside: &bool| {
+            if inside || everywhere {
+                f64::INFINITY
+            } else {
+                unknown
+            }
+        };
         let mut sweep = Sweep {
             mesh,
-            squared: vec![f64::INFINITY; grid.len()],
+            squared: inside.iter().map(start).collect(),
             nearest: vec![NONE; grid.len()],
             grid: &grid,
         };
         sweep.near_band();
         sweep.carry();
         let squared = sweep.squared;
-        let computed;
-        let inside = match sign {
-            Sign::Given(inside) => inside,
-            Sign::Closed => {
-                computed = crossing::inside(mesh, &grid);
-                &computed
-            }
-        };
         let signed = |(squared, inside): (&f64, &bool)| {
             let distance = squared.sqrt() as f32;
             if *inside { -distance } else { distance }
@@ -118,9 +129,9 @@ struct Sweep<'a> {
 }
 
 impl Sweep<'_> {
-    /// Exact distances for points within two cells of a triangle's box.
+    /// Exact distances near the triangles.
     fn near_band(&mut self) {
-        let band = 1.5 * self.grid.cell_m;
+        let band = BAND * self.grid.cell_m;
         for (number, &triangle) in self.mesh.triangles.iter().enumerate() {
             let corners = self.mesh.corners(triangle);
             let low = corners[0].inf(&corners[1]).inf(&corners[2]);
@@ -150,7 +161,7 @@ impl Sweep<'_> {
     /// Each point tries the nearest triangles of its neighbours, in eight sweeping directions.
     fn carry(&mut self) {
         let [nx, ny, nz] = self.grid.size;
-        let far = (1.5 * self.grid.cell_m).powi(2);
+        let far = (BAND * self.grid.cell_m).powi(2);
         for direction in 0..8 {
             let order = |k: usize, n: usize, i: usize| {
                 if direction >> k & 1 == 0 {
