@@ -75,6 +75,8 @@ pub enum Ended {
     Stopped,
     /// The controller fell silent for longer than allowed.
     ControllerGone,
+    /// A process of the station died, or did not end when asked. Set by who runs them.
+    ProcessDied,
 }
 
 /// What a display brought back. Raw numbers; reports are made elsewhere.

@@ -10,6 +10,26 @@ pub const MAX_SPHERES: usize = 4096;
 pub const TIMING_BATCH: usize = 64;
 /// Stages of a tick, in order: sample, tool, contact, solve, force, procedure, publish.
 pub const STAGES: usize = 7;
+/// Names of the faults, in the order of [`TimingBatch::faults`]. Equal to the names of
+/// `rt_core::fault::Fault` (tested where both are seen, in `rt-process`).
+pub const FAULT_NAMES: [&str; 16] = [
+    "bad_sample",
+    "bad_force",
+    "bad_sphere",
+    "stale_device",
+    "lost_device",
+    "speed_trip",
+    "clamped",
+    "slewed",
+    "stiffness_capped",
+    "thermal_limited",
+    "contact_overflow",
+    "pair_overflow",
+    "grasp_overflow",
+    "event_overflow",
+    "overrun",
+    "bad_clock",
+];
 /// Capsules that a [`ToolFrame`] shows.
 pub const MAX_CAPSULES: usize = 16;
 

@@ -5,6 +5,7 @@
 //! a [`Host`] end. Either may come first, die, and come back.
 
 use core::time::Duration;
+use std::path::PathBuf;
 use std::time::Instant;
 
 use iceoryx2::active_request::ActiveRequest;
@@ -56,6 +57,14 @@ pub enum ServiceError {
         /// Service.
         service: &'static str,
     },
+    /// The folder of the user's stations cannot be trusted.
+    #[error("{path}: {problem}; remove it, or name another temporary folder with TMPDIR")]
+    Folder {
+        /// The folder.
+        path: PathBuf,
+        /// What is wrong with it.
+        problem: String,
+    },
     /// No permission, no shared memory, ….
     #[error("station '{station}', {doing}: {detail}; is /dev/shm there, writable, and not full?")]
     Transport {
@@ -97,7 +106,7 @@ impl Station {
         let mut config = Config::default();
         let prefix = format!("calot_{name}_");
         config.global.prefix = FileName::new(prefix.as_bytes()).map_err(|_| unusable())?;
-        let root = std::env::temp_dir().join(format!("calot-{}", user_id()));
+        let root = user_folder()?;
         let root = Path::new(root.as_os_str().as_encoded_bytes()).map_err(|_| unusable())?;
         config.global.set_root_path(&root);
         // A process that died is forgotten by whoever comes next.
@@ -438,8 +447,30 @@ where
     }
 }
 
-/// The user's number, so that two users of one machine do not meet in the same folder.
-fn user_id() -> u32 {
-    use std::os::unix::fs::MetadataExt;
-    std::fs::metadata("/proc/self").map_or(0, |meta| meta.uid())
+/// The folder of this user's stations: made private, and refused if somebody else could have
+/// put things into it (a name in the temporary folder can be guessed).
+///
+/// # Errors
+/// [`ServiceError::Folder`] says what is wrong with it.
+pub fn user_folder() -> Result<PathBuf, ServiceError> {
+    use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+    let user = std::fs::metadata("/proc/self").map_or(0, |meta| meta.uid());
+    let path = std::env::temp_dir().join(format!("calot-{user}"));
+    let refused = |problem: String| ServiceError::Folder {
+        path: path.clone(),
+        problem,
+    };
+    match std::fs::DirBuilder::new().mode(0o700).create(&path) {
+        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
+            return Err(refused(error.to_string()));
+        }
+        _ => {}
+    }
+    let meta = std::fs::symlink_metadata(&path).map_err(|error| refused(error.to_string()))?;
+    if !meta.is_dir() || meta.uid() != user || meta.mode() & 0o022 != 0 {
+        return Err(refused(
+            "it is not a folder that only this user can write to".into(),
+        ));
+    }
+    Ok(path)
 }

@@ -97,9 +97,14 @@ fn wait_for_ticks(name: &str) {
 #[test]
 fn ctrl_c_ends_it_cleanly_with_the_report() {
     let running = Running::start("ctrl-c");
+    // A terminal sends it to the whole group, and the station is the head of its own.
     signal(running.child.id(), Signal::INT);
     let (ok, said, summary) = running.end();
     assert!(ok, "{said}");
+    assert!(
+        said.contains("ticks,"),
+        "the controller ended in order: {said}"
+    );
     assert_eq!(summary["ended"], "stopped");
     assert!(summary["ticks"].as_u64() > Some(0), "{summary:#}");
 }
@@ -112,6 +117,7 @@ fn a_killed_controller_ends_it_with_the_report_and_the_station_starts_again() {
     let (ok, said, summary) = running.end();
     assert!(!ok);
     assert!(said.contains("the rt process died"), "{said}");
+    assert_eq!(summary["ended"], "process_died");
     assert!(summary["ticks"].as_u64() > Some(0), "{summary:#}");
 
     let again = Running::named(name);

@@ -54,8 +54,11 @@ fn check_summary(s: &serde_json::Value, seconds: u64) {
         "{s:#}"
     );
     assert_eq!(number("allocations_after_start"), 0, "{s:#}");
-    assert_eq!(number("page_faults_after_start"), 0, "{s:#}");
     assert_eq!(s["realtime"].as_bool(), Some(may_be_realtime()), "{s:#}");
+    if may_be_realtime() {
+        // Without locked memory the kernel may take pages away and bring them back.
+        assert_eq!(number("page_faults_after_start"), 0, "{s:#}");
+    }
     assert_eq!(s["ended"], "time_over");
     assert_eq!(number("events_lost"), 0);
     for event in ["contact", "grasp", "let_go", "release"] {

@@ -38,7 +38,7 @@ pub struct Summary {
     pub wake_latency_ns: Quantiles,
     /// Start to end of a tick.
     pub tick_ns: Quantiles,
-    /// Device sample read → force written.
+    /// Device sample read by the tick → force written.
     pub motion_to_force_ns: Quantiles,
     /// Time of each stage of a tick.
     pub stage_ns: BTreeMap<&'static str, Quantiles>,
@@ -46,12 +46,12 @@ pub struct Summary {
     pub publish_to_frame_ns: Quantiles,
     /// Device sample → picture, of frames drawn from the newest state.
     pub motion_to_photon_ns: Quantiles,
-    /// Force on the hand, as seen in the newest tool state about every 2 ms.
+    /// Force on the hand, as seen in the published tool states (every fourth tick).
     pub force_n: Range,
     /// Pictures drawn.
     pub frames: usize,
-    /// Heap allocations of the realtime thread after its start.
-    pub allocations_after_start: u64,
+    /// Heap allocations of the realtime thread after its start; `None`: not counted.
+    pub allocations_after_start: Option<u64>,
     /// Page faults of the realtime thread after its start.
     pub page_faults_after_start: u64,
     /// Involuntary context switches of the realtime thread after its start.
@@ -68,7 +68,7 @@ pub struct Summary {
     pub events: BTreeMap<&'static str, u64>,
     /// Events lost on the way here.
     pub events_lost: u64,
-    /// Faults by number (`rt_core::fault::Fault`), where not zero.
+    /// Ticks that each fault happened in, by its name, where not zero.
     pub faults: BTreeMap<String, u64>,
     /// How the run ended.
     pub ended: Ended,

@@ -56,6 +56,7 @@ fn ended(how: Ended) -> &'static str {
         Ended::TimeOver => "It ran for its full time.",
         Ended::Stopped => "It was stopped by the user.",
         Ended::ControllerGone => "<b>The controller fell silent before the end.</b>",
+        Ended::ProcessDied => "<b>A process of the station died: see the warnings.</b>",
     }
 }
 
@@ -89,7 +90,10 @@ fn times(page: &mut Page, s: &Summary) {
         "<h2>Times</h2><table><tr><th>µs<th>p50<th>p99<th>p99.9<th>max<th>count</tr>"
     ));
     let mut row = |name: &str, q: &Quantiles| {
-        let us = |ns: u64| format!("{:.1}", ns as f64 / 1e3);
+        let us = |ns: u64| match q.count {
+            0 => "–".to_owned(),
+            _ => format!("{:.1}", ns as f64 / 1e3),
+        };
         page.add(format_args!(
             "<tr><td>{name}<td>{}<td>{}<td>{}<td>{}<td>{}</tr>",
             us(q.p50),
@@ -135,7 +139,8 @@ fn charts(page: &mut Page, recorder: &Recorder) {
     );
     figure(
         chart::histogram(&recorder.motion_to_force, None),
-        "Motion to force: from the last byte of a device sample to the force that answers it.",
+        "Motion to force: from the moment the tick read a device sample to the force that answers it \
+         being written. The time a sample waited for the tick comes on top, up to a period.",
     );
     figure(
         chart::course(&recorder.force_course(), "N"),
@@ -166,7 +171,8 @@ fn counters(page: &mut Page, s: &Summary) {
         ("ticks that ended late", s.overruns.to_string()),
         (
             "allocations after start",
-            s.allocations_after_start.to_string(),
+            s.allocations_after_start
+                .map_or("not counted".to_owned(), |n| n.to_string()),
         ),
         (
             "page faults after start",
@@ -190,7 +196,7 @@ fn counters(page: &mut Page, s: &Summary) {
     }
     for (name, count) in &s.faults {
         page.add(format_args!(
-            "<tr><td>fault: {}<td>{count}</tr>",
+            "<tr><td>ticks with fault: {}<td>{count}</tr>",
             escape(name)
         ));
     }

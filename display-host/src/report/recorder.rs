@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use shared_mem::message::{EventMsg, STAGES, TimingBatch, ToolFrame};
+use shared_mem::message::{EventMsg, FAULT_NAMES, STAGES, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 
 use super::{Distribution, Machine, Range, Summary};
@@ -200,7 +200,9 @@ impl Recorder {
             motion_to_photon_ns: motion_to_photon.quantiles(),
             force_n: Range { min, max },
             frames: outcome.frames.len(),
-            allocations_after_start: counters.map_or(0, |c| c.allocations),
+            allocations_after_start: counters
+                .map(|c| c.allocations)
+                .filter(|&count| count != u64::MAX),
             page_faults_after_start: counters.map_or(0, |c| c.page_faults),
             involuntary_switches: counters.map_or(0, |c| c.involuntary_switches),
             realtime: counters.is_some() && lacks.is_empty(),
@@ -213,7 +215,7 @@ impl Recorder {
                 .iter()
                 .enumerate()
                 .filter(|&(_, &count)| count > 0)
-                .map(|(number, &count)| (number.to_string(), count))
+                .map(|(number, &count)| (FAULT_NAMES[number].to_owned(), count))
                 .collect(),
             ended: outcome.ended,
             adapter: outcome.adapter.clone(),

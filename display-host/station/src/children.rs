@@ -1,6 +1,7 @@
 //! The station's child processes: this program, re-executed.
 
 use std::io::{BufRead, BufReader};
+use std::os::unix::process::CommandExt as _;
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver};
@@ -34,6 +35,9 @@ impl Process {
             .args(args)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
+            // A group of its own: a terminal's Ctrl-C reaches the station alone, which then ends
+            // its children in order, the controller before the devices.
+            .process_group(0)
             .spawn()
             .map_err(|error| format!("cannot start the {name}: {error}"))?;
         let lines = read_lines(&mut child);
@@ -71,22 +75,25 @@ impl Process {
         self.child.try_wait()
     }
 
-    /// Asks it to end, waits, and kills it if it does not.
-    pub(crate) fn end(mut self) -> Option<ExitStatus> {
+    /// Asks it to end, waits, and kills it if it does not. Says what went wrong, if anything.
+    pub(crate) fn end(mut self) -> Option<String> {
         self.ask();
         let start = Instant::now();
         while start.elapsed() < PATIENCE_TO_END {
-            if let Ok(Some(status)) = self.ended() {
-                return Some(status);
+            match self.ended() {
+                Ok(Some(status)) if status.success() => return None,
+                Ok(Some(status)) => {
+                    return Some(format!("the {} ended badly ({status})", self.name));
+                }
+                _ => std::thread::sleep(Duration::from_millis(5)),
             }
-            std::thread::sleep(Duration::from_millis(5));
         }
-        eprintln!(
-            "calot: the {} did not end when asked; killing it",
-            self.name
-        );
         let _ = self.child.kill();
-        self.child.wait().ok()
+        let _ = self.child.wait();
+        Some(format!(
+            "the {} did not end when asked and was killed",
+            self.name
+        ))
     }
 
     fn ask(&self) {

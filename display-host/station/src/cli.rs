@@ -30,7 +30,7 @@ pub(crate) enum Command {
 /// Which scene.
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct SceneArgs {
-    /// The scene: `built-in`, a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb), or a
+    /// The scene: `built-in`, `triangle` (Calot's triangle too), a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb), or a
     /// compiled scene (.calot)
     #[arg(long, value_name = "NAME|FILE", default_value = "built-in")]
     pub(crate) scene: String,
@@ -83,13 +83,13 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// Name of the station; two stations on one machine need two names
-    #[arg(long, value_name = "NAME", default_value = "main")]
+    #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
     pub(crate) station: String,
     /// No window: watch, and leave pictures and a report in --out
     #[arg(long)]
     pub(crate) headless: bool,
     /// End after this time [default with --headless: 10; else when the window is closed]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
     /// Where summary.json, report.html and pictures go [default with --headless: out]
     #[arg(long, value_name = "DIR")]
@@ -133,14 +133,14 @@ pub(crate) struct RtArgs {
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
     /// Name of the station
-    #[arg(long, value_name = "NAME", default_value = "main")]
+    #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
     pub(crate) station: String,
     /// End after this time [default: on Ctrl-C, SIGTERM or a host's command]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
-    /// End when the process that started this one ends
-    #[arg(long)]
-    pub(crate) with_parent: bool,
+    /// End when this process, which started this one, ends
+    #[arg(long, value_name = "PID")]
+    pub(crate) with_parent: Option<i32>,
     /// Print one JSON object when it ticks, one when it ends
     #[arg(long)]
     pub(crate) json: bool,
@@ -161,9 +161,9 @@ pub(crate) struct EmulateArgs {
     /// Seed of the hand's tremor and of injected faults
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// End when the process that started this one ends
-    #[arg(long)]
-    pub(crate) with_parent: bool,
+    /// End when this process, which started this one, ends
+    #[arg(long, value_name = "PID")]
+    pub(crate) with_parent: Option<i32>,
 }
 
 #[derive(Debug, Clone, Args)]
@@ -173,7 +173,7 @@ Examples:
   calot prepare liver.obj --spheres 581 --json report.json
   calot prepare tests/assets/hra-female.toml --meshes DIR --out female.calot")]
 pub(crate) struct PrepareArgs {
-    /// `built-in`, a recipe (.toml) or a mesh (.obj .stl .ply .gltf .glb)
+    /// `built-in`, `triangle` (Calot's triangle too), a recipe (.toml) or a mesh (.obj .stl .ply .gltf .glb)
     #[arg(value_name = "RECIPE|MESH")]
     pub(crate) source: String,
     /// Folder that holds the meshes which the recipe names [default: the recipe's own]
@@ -188,6 +188,20 @@ pub(crate) struct PrepareArgs {
     /// Write the report as JSON; `-` for standard output
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
+}
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if (0.1..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err("a time is 0.1 to 86400 seconds".into()),
+    }
+}
+
+fn parse_station(text: &str) -> Result<String, String> {
+    match shared_mem::service::Station::new(text) {
+        Ok(_) => Ok(text.to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
 }
 
 fn parse_size(text: &str) -> Result<[u32; 2], String> {
@@ -219,6 +233,14 @@ mod tests {
             (args.station.as_str(), args.frames, args.realtime.priority),
             ("main", 8, 80)
         );
+    }
+
+    #[test]
+    fn times_are_positive_and_finite() {
+        assert_eq!(parse_seconds("2.5"), Ok(2.5));
+        for bad in ["", "0", "-1", "NaN", "inf", "1e300", "ten"] {
+            assert!(parse_seconds(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

@@ -9,14 +9,15 @@ use shared_mem::scene::{RoomRecord, SceneFile};
 
 use crate::children::READY;
 use crate::cli::EmulateArgs;
+use crate::say;
 use crate::scene::Problem;
 use crate::stop;
 
 /// Emulates the devices until told to end.
 pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
-    if args.with_parent {
-        stop::end_with_parent()?;
+    if let Some(parent) = args.with_parent {
+        stop::end_with_parent(parent)?;
     }
     let scene = SceneFile::open(&args.scene)?;
     let config = EmulateConfig {
@@ -27,12 +28,12 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
         faults: hardware::emulate::LineFaults::default(),
     };
     hardware::emulate::run(&config, &stop, &mut |lines| {
-        println!(
+        say::answer(format_args!(
             "{READY} {} {} {}",
             lines.haptic.display(),
             lines.tracker.display(),
             lines.pedal.display()
-        );
+        ));
     })?;
     Ok(ExitCode::SUCCESS)
 }

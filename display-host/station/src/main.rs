@@ -6,6 +6,7 @@ mod emulate;
 mod prepare;
 mod rt;
 mod run;
+mod say;
 mod scene;
 mod stop;
 
@@ -33,7 +34,7 @@ fn main() -> ExitCode {
     match outcome {
         Ok(code) => code,
         Err(problem) => {
-            eprintln!("calot: {problem}");
+            say::note(format_args!("calot: {problem}"));
             ExitCode::FAILURE
         }
     }

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use crate::cli::PrepareArgs;
+use crate::say;
 use crate::scene::{self, Problem};
 
 /// Prepares, prints the report, writes what was asked for.
@@ -12,17 +13,17 @@ pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
     let prepared = scene::prepare(&recipe)?;
     let json = || serde_json::to_string_pretty(&prepared.report);
     match args.json.as_deref() {
-        Some(path) if path == Path::new("-") => println!("{}", json()?),
+        Some(path) if path == Path::new("-") => say::answer(format_args!("{}", json()?)),
         Some(path) => {
             std::fs::write(path, json()? + "\n")
                 .map_err(|error| format!("{}: {error}", path.display()))?;
-            println!("{}", prepared.report);
+            say::answer(format_args!("{}", prepared.report));
         }
-        None => println!("{}", prepared.report),
+        None => say::answer(format_args!("{}", prepared.report)),
     }
     if let Some(out) = &args.out {
         prepared.scene.write(out)?;
-        eprintln!("wrote {}", out.display());
+        say::note(format_args!("wrote {}", out.display()));
     }
     Ok(ExitCode::SUCCESS)
 }

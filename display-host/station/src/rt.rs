@@ -6,14 +6,15 @@ use rt_process::{Realtime, RtConfig};
 
 use crate::children::READY;
 use crate::cli::RtArgs;
+use crate::say;
 use crate::scene::Problem;
 use crate::stop;
 
 /// Runs the realtime process until it is told to end.
 pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
-    if args.with_parent {
-        stop::end_with_parent()?;
+    if let Some(parent) = args.with_parent {
+        stop::end_with_parent(parent)?;
     }
     let mut config = RtConfig::new(&args.station, &args.scene);
     config.haptic = args.devices.haptic.clone();
@@ -31,12 +32,12 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
     }
     let summary = rt_process::run(&config, &stop, |ready| {
         let json = serde_json::to_string(ready).unwrap_or_default();
-        println!("{READY} {json}");
+        say::answer(format_args!("{READY} {json}"));
     })?;
     if args.json {
-        println!("{}", serde_json::to_string(&summary)?);
+        say::answer(format_args!("{}", serde_json::to_string(&summary)?));
     } else {
-        eprintln!(
+        say::note(format_args!(
             "{} ticks, {} missed, {} allocations, {} page faults{}",
             summary.ticks,
             summary.deadline_misses,
@@ -47,7 +48,7 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
             } else {
                 " (not realtime)"
             },
-        );
+        ));
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -14,6 +14,7 @@ use shared_mem::service::Station;
 
 use crate::children::{Process, args as words, option};
 use crate::cli::{DeviceArgs, RunArgs};
+use crate::say;
 use crate::scene::{self, Problem};
 use crate::stop;
 
@@ -30,6 +31,14 @@ const PATIENCE_FOR_STATE: Duration = Duration::from_secs(30);
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
     let station = Station::new(&args.station)?;
+    let out = args
+        .out
+        .clone()
+        .or_else(|| args.headless.then(|| PathBuf::from("out")));
+    if let Some(out) = &out {
+        // Before anything starts: a run whose results cannot be written is a run lost.
+        std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
+    }
     let folder = Folder::open(&args.station, args.attach)?;
     let scene = scene::compile(&args.scene, &folder.scene())?;
     let children = match args.attach {
@@ -43,25 +52,24 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     let dead = watch.end();
 
     let mut outcome = outcome?;
+    if !dead.is_empty() {
+        outcome.ended = Ended::ProcessDied;
+    }
     outcome.warnings.extend(dead.iter().cloned());
     let summary = recorder.summary(&SceneFile::open(&scene)?, &outcome, Machine::read());
-    let out = args
-        .out
-        .clone()
-        .or_else(|| args.headless.then(|| PathBuf::from("out")));
     if let Some(out) = out {
         let written = report::write(&out, &summary, &recorder, &outcome)?;
-        eprintln!(
+        say::note(format_args!(
             "wrote {} and {}",
             written.summary.display(),
             written.report.display()
-        );
+        ));
     }
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&summary)?);
+        say::answer(format_args!("{}", serde_json::to_string_pretty(&summary)?));
     }
     for warning in &outcome.warnings {
-        eprintln!("calot: {warning}");
+        say::note(format_args!("calot: {warning}"));
     }
     let whole = dead.is_empty() && outcome.ended != Ended::ControllerGone;
     Ok(if whole {
@@ -84,10 +92,10 @@ fn show(
     let mut observe = |observed: Observed<'_>| {
         match &observed {
             Observed::Progress(text) if said.elapsed() >= PROGRESS => {
-                eprintln!("{text}");
+                say::note(format_args!("{text}"));
                 said = std::time::Instant::now();
             }
-            Observed::Warning(text) => eprintln!("warning: {text}"),
+            Observed::Warning(text) => say::note(format_args!("warning: {text}")),
             // The controller ends while the last pictures are drawn.
             Observed::Over => over.store(true, Ordering::Relaxed),
             _ => {}
@@ -126,6 +134,7 @@ fn start(
     stop: &AtomicBool,
 ) -> Result<Vec<Process>, Problem> {
     let mut children = Vec::new();
+    let parent = std::process::id().to_string();
     let devices = folder.join("devices");
     let named = &args.devices;
     if named.haptic.is_none() || named.tracker.is_none() || named.pedal.is_none() {
@@ -133,6 +142,7 @@ fn start(
         let emulate = words([
             &"emulate",
             &"--with-parent",
+            &parent,
             &"--dir",
             &devices,
             &"--scene",
@@ -158,6 +168,7 @@ fn start(
     let mut rt = words([
         &"rt",
         &"--with-parent",
+        &parent,
         &"--scene",
         &scene,
         &"--station",
@@ -191,14 +202,11 @@ impl Watch {
         let over = Arc::new(AtomicBool::new(false));
         let watched = over.clone();
         let thread = std::thread::spawn(move || {
-            let mut dead = Vec::new();
+            let (mut dead, mut died) = (Vec::new(), Vec::new());
             while !watched.load(Ordering::Relaxed) && dead.is_empty() {
                 for child in &mut children {
-                    // Ctrl-C reaches the children too: then they end in order.
-                    let asked = stop.load(Ordering::Relaxed);
-                    if let Ok(Some(status)) = child.ended()
-                        && !(asked && status.success())
-                    {
+                    if let Ok(Some(status)) = child.ended() {
+                        died.push(child.name());
                         dead.push(format!("the {} process died ({status})", child.name()));
                         stop.store(true, Ordering::Relaxed);
                     }
@@ -207,7 +215,12 @@ impl Watch {
             }
             // The controller first: it sends its last, zero force while the device still listens.
             for child in children.into_iter().rev() {
-                child.end();
+                let name = child.name();
+                if let Some(problem) = child.end()
+                    && !died.contains(&name)
+                {
+                    dead.push(problem);
+                }
             }
             dead
         });
@@ -233,10 +246,7 @@ struct Folder {
 
 impl Folder {
     fn open(station: &str, attached: bool) -> Result<Self, Problem> {
-        let user = rustix::process::getuid().as_raw();
-        let base =
-            std::env::var_os("XDG_RUNTIME_DIR").map_or_else(std::env::temp_dir, PathBuf::from);
-        let path = base.join(format!("calot-{user}")).join(station);
+        let path = shared_mem::service::user_folder()?.join(station);
         let failed = |error| format!("{}: {error}", path.display());
         std::fs::create_dir_all(&path).map_err(failed)?;
         if attached {
@@ -246,7 +256,12 @@ impl Folder {
                 _lock: None,
             });
         }
-        let lock = std::fs::File::create(path.join("lock")).map_err(failed)?;
+        let lock = std::fs::OpenOptions::new()
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .open(path.join("lock"))
+            .map_err(failed)?;
         match lock.try_lock() {
             Ok(()) => Ok(Self {
                 path,

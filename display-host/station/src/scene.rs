@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use scene_prepare::{Prepared, Progress, Recipe};
 
 use crate::cli::SceneArgs;
+use crate::say;
 
 /// Anything that a command failed of, in words for the user.
 pub(crate) type Problem = Box<dyn std::error::Error>;
@@ -31,6 +32,9 @@ pub(crate) fn recipe(
     if source == "built-in" {
         return Ok(Recipe::built_in()?);
     }
+    if source == "triangle" {
+        return Ok(Recipe::triangle(false)?);
+    }
     if has_extension(path, &["toml"]) {
         return Ok(Recipe::load(path, meshes)?);
     }
@@ -38,7 +42,7 @@ pub(crate) fn recipe(
         return Ok(Recipe::from_mesh(path, spheres)?);
     }
     Err(format!(
-        "'{source}' is not a scene: name `built-in`, a recipe (.toml), a mesh (.obj .stl .ply \
+        "'{source}' is not a scene: name `built-in`, `triangle`, a recipe (.toml), a mesh (.obj .stl .ply \
          .gltf .glb), or a compiled scene (.calot)"
     )
     .into())
@@ -53,7 +57,7 @@ pub(crate) fn prepare(recipe: &Recipe) -> Result<Prepared, Problem> {
         &mut |Progress { doing, done }| {
             let elapsed = start.elapsed();
             if elapsed >= said + std::time::Duration::from_millis(500) {
-                eprintln!("preparing {:3.0} %  {doing}", done * 100.0);
+                say::note(format_args!("preparing {:3.0} %  {doing}", done * 100.0));
                 said = elapsed;
             }
         },

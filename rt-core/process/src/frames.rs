@@ -141,3 +141,14 @@ fn switches(switches: &Switches) -> u32 {
     .enumerate()
     .fold(0, |bits, (i, &on)| bits | (u32::from(on) << i))
 }
+
+#[cfg(test)]
+mod tests {
+    use rt_core::fault::Fault;
+    use shared_mem::message::FAULT_NAMES;
+
+    #[test]
+    fn the_border_names_the_faults_as_the_core_does() {
+        assert_eq!(Fault::ALL.map(Fault::name), FAULT_NAMES);
+    }
+}

@@ -11,6 +11,16 @@
 //! Between the threads are only lock-free queues (loan handover for frames) and atomics.
 
 pub mod admission;
+/// A line on standard error. Unlike `eprintln!` it does not panic when nobody reads it any more:
+/// the thread that watches the tick must not die of that.
+macro_rules! say {
+    ($($text:tt)*) => {{
+        use std::io::Write as _;
+        let _ = writeln!(std::io::stderr(), $($text)*);
+    }};
+}
+pub(crate) use say;
+
 pub mod alloc_counter;
 pub mod budget;
 mod config;

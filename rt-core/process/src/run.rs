@@ -174,7 +174,7 @@ impl Run<'_> {
         loop {
             let scene = self.scene.scene()?;
             let found = admission::measure(&self.scene.name, scene, self.config, self.core)?;
-            eprintln!("calot rt: {}", found.in_words());
+            crate::say!("calot rt: {}", found.in_words());
             let fits = found.fits;
             self.admission = Some(found.clone());
             if fits {
@@ -186,7 +186,7 @@ impl Run<'_> {
                     return Err(RtError::DoesNotFit(Box::new(found)));
                 }
                 None => {
-                    eprintln!("calot rt: it runs all the same; expect missed deadlines");
+                    crate::say!("calot rt: it runs all the same; expect missed deadlines");
                     return Ok(());
                 }
             }
@@ -243,15 +243,15 @@ impl Run<'_> {
         on_ready: impl FnOnce(&Ready),
     ) -> Result<Supervised, RtError> {
         for why in &tick.standing.refused {
-            eprintln!("calot rt: {why}");
+            crate::say!("calot rt: {why}");
         }
         if !tick.standing.is_realtime() {
-            eprintln!("calot rt: NOT REALTIME; every report says so");
+            crate::say!("calot rt: NOT REALTIME; every report says so");
         }
         let mut on_ready = Some(on_ready);
         let runaway = RunawayGuard::arm();
         if let Err(error) = &runaway {
-            eprintln!("calot rt: a runaway tick would not be stopped: RLIMIT_RTTIME: {error}");
+            crate::say!("calot rt: a runaway tick would not be stopped: RLIMIT_RTTIME: {error}");
         }
         let mut watch = Watch::new();
         let mut asked_at_ns = None;

@@ -37,10 +37,10 @@ impl Watch {
         match self.find(shared.heartbeat_ns.load(Relaxed), monotonic_ns()) {
             Finding::Nothing => {}
             Finding::Stopped { silent_ms } => {
-                eprintln!("calot rt: the tick has stood still for {silent_ms} ms");
+                crate::say!("calot rt: the tick has stood still for {silent_ms} ms");
             }
             Finding::WentOn { stood_ms } => {
-                eprintln!("calot rt: the tick goes on after {stood_ms} ms");
+                crate::say!("calot rt: the tick goes on after {stood_ms} ms");
             }
         }
     }
@@ -54,7 +54,7 @@ impl Watch {
         }
         self.standing_at_ns = now_ns + STANDING_EVERY_NS;
         for why in standing.lose(shared.tick_thread.load(Relaxed)) {
-            eprintln!("calot rt: NOT REALTIME any more: {why}");
+            crate::say!("calot rt: NOT REALTIME any more: {why}");
         }
         shared.realtime.store(standing.bits, Relaxed);
     }
