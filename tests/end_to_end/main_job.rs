@@ -1,29 +1,80 @@
 //! The main job, as a newcomer runs it: real processes, real ptys, real shared memory, pictures.
 
 use std::path::Path;
+use std::process::{Child, Stdio};
+use std::time::Duration;
 
-use system_tests::{anatomy, calot, finish, may_be_realtime, said, station_name, summary};
+use shared_mem::message::{SphereState, StateFrame};
+use shared_mem::service::{Host, Station};
+use system_tests::{
+    anatomy, calot, finish, finish_child, may_be_realtime, said, station_name, summary,
+};
 
-/// Runs the station headless and returns its summary.
-fn operate(scene: &[&str], seconds: &str, out: &Path) -> serde_json::Value {
-    let output = finish(
-        calot()
-            .args([
-                "run",
-                "--headless",
-                "--seconds",
-                seconds,
-                "--frames",
-                "4",
-                "--size",
-                "320x240",
-            ])
-            .args(["--station", &station_name("job"), "--out"])
-            .arg(out)
-            .args(scene),
-    );
+/// Runs the station headless; returns its summary, and how deep the instrument dented tissue, m.
+fn operate(scene: &[&str], seconds: &str, out: &Path) -> (serde_json::Value, f32) {
+    let name = station_name("job");
+    let mut child = calot()
+        .args([
+            "run",
+            "--headless",
+            "--seconds",
+            seconds,
+            "--frames",
+            "4",
+            "--size",
+            "320x240",
+        ])
+        .args(["--station", &name, "--out"])
+        .arg(out)
+        .args(scene)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let dent_m = watch_dent(&name, &mut child);
+    let output = finish_child(child);
     assert!(output.status.success(), "{}", said(&output));
-    summary(out)
+    (summary(out), dent_m)
+}
+
+/// The farthest that a sphere is moved while the instrument touches and nothing is grasped.
+fn watch_dent(station: &str, child: &mut Child) -> f32 {
+    let host = Station::new(station)
+        .and_then(|s| Host::open(&s))
+        .expect("a station");
+    let mut state: Box<StateFrame> = bytemuck::zeroed_box();
+    let (mut rest, mut dent_m) = (Vec::new(), 0.0f32);
+    while child
+        .try_wait()
+        .expect("a child can be waited for")
+        .is_none()
+    {
+        if host.newest_state(&mut state)
+            && let Some(spheres) = state.spheres()
+        {
+            let touched = spheres.iter().any(|s| s.bits & SphereState::CONTACT != 0);
+            let grasped = spheres.iter().any(|s| s.bits & SphereState::GRASPED != 0);
+            if rest.is_empty() || !(touched || grasped) {
+                rest = spheres.iter().map(|s| s.center_m).collect();
+            } else if touched && !grasped {
+                let moved = spheres
+                    .iter()
+                    .zip(&rest)
+                    .map(|(s, r)| distance(s.center_m, *r));
+                dent_m = moved.fold(dent_m, f32::max);
+            }
+        }
+        std::thread::sleep(Duration::from_millis(4));
+    }
+    dent_m
+}
+
+fn distance(a: [f32; 3], b: [f32; 3]) -> f32 {
+    a.iter()
+        .zip(b)
+        .map(|(a, b)| (a - b).powi(2))
+        .sum::<f32>()
+        .sqrt()
 }
 
 fn check_summary(s: &serde_json::Value, seconds: u64) {
@@ -110,8 +161,9 @@ fn check_pictures(out: &Path) {
 #[test]
 fn the_built_in_scene_is_operated_on() {
     let folder = tempfile::tempdir().unwrap();
-    let s = operate(&[], "10", folder.path());
+    let (s, dent_m) = operate(&[], "10", folder.path());
     check_summary(&s, 10);
+    assert!(dent_m > 0.003, "the press dents the liver: {dent_m} m");
     check_pictures(folder.path());
     let report = std::fs::read_to_string(folder.path().join("report.html")).unwrap();
     assert!(
@@ -139,8 +191,9 @@ fn the_real_anatomy_is_operated_on() {
         "--meshes",
         meshes.to_str().unwrap(),
     ];
-    let s = operate(&scene, "10", folder.path());
+    let (s, dent_m) = operate(&scene, "10", folder.path());
     check_summary(&s, 10);
+    assert!(dent_m > 0.003, "the press dents the liver: {dent_m} m");
     check_pictures(folder.path());
 }
 
