@@ -6,7 +6,7 @@ use std::path::PathBuf;
 #[derive(Debug, thiserror::Error)]
 pub enum HardwareError {
     /// Nothing at the path.
-    #[error("{path}: no such device. Plug it in, or name another path (`calot devices list`)")]
+    #[error("{path}: no such device. Plug it in, or name another path (`ls /dev/serial/by-id`)")]
     Missing {
         /// Device path as given.
         path: PathBuf,

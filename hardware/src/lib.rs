@@ -6,7 +6,7 @@
 //! pedal    foot pedals that are USB keyboards, or switches on a serial line's CTS and DSR
 //! touch    3D Systems' Touch, through its own library opened at run time
 //! woody    WoodenHaptics' text protocol and linkage
-//! list     what is plugged in, for `calot devices list`
+//! list     what is plugged in
 //! igtlink  OpenIGTLink server: poses for 3D Slicer and PLUS, outside of the realtime process
 //! station  the file that names a station's devices, and opens them
 //! line     a serial line that neither blocks nor allocates
