@@ -1,6 +1,6 @@
 //! One suite for every device, emulated or real: what a rig builder runs on the bench.
 //!
-//! [`haptic`], [`woody`], [`tracker`] and [`pedal`] open a line, watch the device and try what must hold
+//! [`haptic()`], [`woody()`], [`tracker()`] and [`pedal()`] open a line, watch the device and try what must hold
 //! whatever happens: the watchdog, silence after closing, a clean second opening, a plug pulled
 //! out. No force is asked for but zero: the device may stand free on a table.
 
