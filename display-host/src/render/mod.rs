@@ -9,6 +9,7 @@
 mod ambient;
 pub mod camera;
 mod cavity;
+mod dent;
 pub mod gpu;
 mod instrument;
 pub mod layout;
@@ -215,7 +216,9 @@ impl Renderer {
     /// Skins and draws one frame and submits it. `time_s` moves what moves by itself.
     pub fn render(&mut self, gpu: &Gpu, spheres: &[SphereState], tools: &ToolFrame, time_s: f32) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        self.skin(gpu, spheres, &mut encoder);
+        displace(&self.rest, spheres, &mut self.displacements);
+        dent::press(&self.rest, spheres, tools, &mut self.displacements);
+        self.skin(gpu, &mut encoder);
         let size = self.quality.size;
         let frame = camera::frame(
             tools,
@@ -252,8 +255,7 @@ impl Renderer {
         })
     }
 
-    fn skin(&mut self, gpu: &Gpu, spheres: &[SphereState], encoder: &mut wgpu::CommandEncoder) {
-        displace(&self.rest, spheres, &mut self.displacements);
+    fn skin(&mut self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder) {
         if self.quality.skin_on_cpu {
             self.mesh.skin(&self.displacements, &mut self.skinned);
             let moving = &self.skinned[..self.mesh.skinned];

@@ -56,11 +56,11 @@ const ROUND: [Moment; 13] = [
     moment(0.3, 45.0, "approach"),
     moment(1.4, 3.0, "hover"),
     moment(1.7, 3.0, "press"),
-    moment(2.9, -12.0, "hold"),
-    moment(4.1, -12.0, "release"),
+    moment(2.9, -20.0, "hold"),
+    moment(4.1, -20.0, "release"),
     moment(4.6, 2.0, "touch"),
-    moment(5.1, -4.0, "grasp"),
-    moment(5.6, -4.0, "pull"),
+    moment(5.1, -9.0, "grasp"),
+    moment(5.6, -9.0, "pull"),
     moment(6.8, 20.0, "hold the tissue"),
     moment(8.0, 20.0, "let go"),
     moment(8.4, 20.0, "retreat"),
@@ -301,7 +301,7 @@ pub(crate) mod tests {
             (hand.intent(time_s).tip_m - script.target_m).dot(&script.target_normal) * 1e3
         };
         assert!(height_mm(0.0) > 40.0);
-        assert!((-12.5..-11.5).contains(&height_mm(3.5)));
+        assert!((-20.5..-19.5).contains(&height_mm(3.5)));
         assert!(hand.intent(3.5).switches.coagulate);
         assert!(hand.intent(5.5).buttons.contains(Buttons::GRASP) && height_mm(5.5) < -3.0);
         assert!(hand.intent(7.0).buttons.contains(Buttons::GRASP) && height_mm(7.0) > 19.0);

@@ -29,7 +29,7 @@ const INSTRUMENT_PORT_FROM_VIEW: [f64; 3] = [0.095, -0.135, 0.115];
 /// Default endoscope port: from the pelvis.
 const ENDOSCOPE_PORT_FROM_VIEW: [f64; 3] = [0.035, -0.330, 0.030];
 const INSTRUMENT_LENGTH_M: f64 = 0.33;
-const CAMERA_DISTANCE_M: f64 = 0.13;
+const CAMERA_DISTANCE_M: f64 = 0.105;
 
 /// Gravity of a patient on her back, head 20° up, m/s².
 #[must_use]

@@ -33,7 +33,7 @@ impl Material {
     #[must_use]
     pub fn typical(kind: OrganKind) -> Self {
         let (density_kg_m3, young_pa, contact_stiffness_n_m) = match kind {
-            OrganKind::Liver => (1060.0, 5400.0, 250.0),
+            OrganKind::Liver => (1060.0, 5400.0, 120.0),
             OrganKind::Gallbladder => (1020.0, 15_000.0, 200.0),
             OrganKind::CysticDuct | OrganKind::BileDuct => (1040.0, 498_000.0, 350.0),
             OrganKind::CysticArtery | OrganKind::Vessel => (1060.0, 630_000.0, 350.0),
