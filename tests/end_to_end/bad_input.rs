@@ -35,6 +35,12 @@ fn bad_usage_exits_with_2_and_shows_what_is_allowed() {
     expect(&["frobnicate"], 2, &["frobnicate", "Usage"]);
     expect(&["run", "--frobnicate"], 2, &["--frobnicate"]);
     expect(&["run", "--size", "big"], 2, &["1280x720"]);
+    expect(&["run", "--seconds", "NaN"], 2, &["0.1 to 86400"]);
+    expect(
+        &["rt", "--scene", "x", "--seconds", "0"],
+        2,
+        &["0.1 to 86400"],
+    );
     expect(&["run", "--priority", "100"], 2, &["100", "2..=99"]);
     expect(&["rt"], 2, &["--scene"]);
     expect(&["prepare"], 2, &["RECIPE|MESH"]);
@@ -142,7 +148,7 @@ fn missing_and_silent_devices_are_named() {
     rt("--haptic", "/dev/null", &["/dev/null"]);
     expect(
         &["rt", "--station", "a b", "--scene", scene],
-        1,
+        2,
         &["station name 'a b'"],
     );
 }

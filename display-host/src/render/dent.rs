@@ -9,7 +9,7 @@ use shared_mem::message::{SphereState, ToolFrame};
 use shared_mem::scene::SphereRecord;
 
 /// Radius of the dent's rim, m: where it has fallen to a third.
-const RIM_M: f32 = 0.011;
+const RIM_M: f32 = 0.018;
 /// Deeper than this is not a press but an instrument behind the organ, m.
 const DEEPEST_M: f32 = 0.03;
 
