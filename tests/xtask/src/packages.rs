@@ -1,6 +1,5 @@
 //! What Calot needs of the system beyond Rust and a C compiler.
 
-use std::path::Path;
 use std::process::{Command, Stdio};
 
 /// Something the system must have, and the Debian/Ubuntu package that brings it.
@@ -11,7 +10,7 @@ struct Need {
     is_there: fn() -> bool,
 }
 
-const NEEDS: [Need; 5] = [
+const NEEDS: [Need; 3] = [
     Need {
         what: "a Vulkan loader",
         package: "libvulkan1",
@@ -23,18 +22,6 @@ const NEEDS: [Need; 5] = [
         package: "mesa-vulkan-drivers",
         only_for_tests: false,
         is_there: vulkan_driver,
-    },
-    Need {
-        what: "ALSA's headers, for sound",
-        package: "libasound2-dev",
-        only_for_tests: false,
-        is_there: || Path::new("/usr/include/alsa/asoundlib.h").exists(),
-    },
-    Need {
-        what: "pkg-config, which finds them",
-        package: "pkg-config",
-        only_for_tests: false,
-        is_there: || on_path("pkg-config"),
     },
     Need {
         what: "a virtual screen, for the window's tests",
