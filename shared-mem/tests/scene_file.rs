@@ -4,8 +4,8 @@ use bytemuck::Zeroable;
 use proptest::prelude::*;
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
-    LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SceneError,
-    SceneFile, SphereRecord, VertexRecord, name_from_str,
+    AttachmentRecord, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData,
+    SceneError, SceneFile, SphereRecord, TetraRecord, VertexRecord, WORLD, name_from_str,
 };
 
 fn tiny() -> SceneData {
@@ -33,8 +33,13 @@ fn tiny() -> SceneData {
     let organ = OrganRecord {
         name: name_from_str("liver"),
         kind: OrganKind::Liver as u32,
-        spheres: [0, 2],
+        spheres: [0, 4],
         links: [0, 1],
+        tetrahedra: [0, 1],
+        elastic_links: 1,
+        substeps: 1,
+        gravity_share: 1.0,
+        breath_m: [0.0, 0.01, 0.0],
         vertices: [0, 3],
         triangles: [0, 1],
         volume_m3: 1e-5,
@@ -46,20 +51,33 @@ fn tiny() -> SceneData {
             laplacian_stiffness: 0.1,
             damping_per_s: 1.0,
             contact_stiffness_n_m: 200.0,
-            reserved: 0,
+            retardation_s: 0.002,
         },
     };
     SceneData {
         room: Some(room),
         organs: vec![organ],
-        spheres: vec![sphere(0.0), sphere(0.01)],
+        spheres: vec![sphere(0.0), sphere(0.01), sphere(0.02), sphere(0.03)],
         links: vec![LinkRecord {
             a: 0,
             b: 1,
             rest_length_m: 0.01,
+            compliance_m_n: 1e-3,
         }],
         vertices: vec![vertex(0.0), vertex(0.01), vertex(0.02)],
         triangles: vec![[0, 1, 2]],
+        tetrahedra: vec![TetraRecord {
+            spheres: [0, 1, 2, 3],
+            volume_m3: 1e-5,
+        }],
+        attachments: vec![AttachmentRecord {
+            a: 3,
+            b: WORLD,
+            anchor_m: [0.0, 0.1, 0.0],
+            rest_length_m: 0.1,
+            compliance_m_n: 0.0,
+            is_thread: 1,
+        }],
     }
 }
 
@@ -77,6 +95,8 @@ fn a_scene_survives_the_file() {
     assert_eq!(scene.links(), data.links);
     assert_eq!(scene.vertices(), data.vertices);
     assert_eq!(scene.triangles(), data.triangles);
+    assert_eq!(scene.tetrahedra(), data.tetrahedra);
+    assert_eq!(scene.attachments(), data.attachments);
     assert_eq!(
         data.to_bytes().unwrap(),
         std::fs::read(&path).unwrap(),
@@ -105,7 +125,7 @@ type Fault = (&'static str, fn(&mut SceneData));
 
 #[test]
 fn every_fault_is_refused_and_named() {
-    let faults: [Fault; 15] = [
+    let faults: [Fault; 24] = [
         ("kind", |s| s.organs[0].kind = 99),
         ("name", |s| s.organs[0].name = [0; 32]),
         ("poisson", |s| s.organs[0].material.poisson = 0.5),
@@ -115,10 +135,21 @@ fn every_fault_is_refused_and_named() {
         ("cover", |s| s.organs[0].triangles = [0, 0]),
         ("sphere 1", |s| s.spheres[1].center_m[2] = f32::INFINITY),
         ("sphere 0", |s| s.spheres[0].mass_kg = 0.0),
-        ("link 0", |s| s.links[0].b = 2),
+        ("link 0", |s| s.links[0].b = 4),
+        ("link 0", |s| s.links[0].compliance_m_n = -1.0),
+        ("elastic", |s| s.organs[0].elastic_links = 2),
+        ("substeps", |s| s.organs[0].substeps = 0),
+        ("breath_m", |s| s.organs[0].breath_m[1] = f32::NAN),
+        ("retardation_s", |s| {
+            s.organs[0].material.retardation_s = -1.0;
+        }),
+        ("tetrahedron 0", |s| s.tetrahedra[0].spheres[2] = 4),
+        ("tetrahedron 0", |s| s.tetrahedra[0].spheres[2] = 0),
+        ("attachment 0", |s| s.attachments[0].b = 4),
+        ("attachment 0", |s| s.attachments[0].is_thread = 2),
         ("link 0", |s| s.links[0].b = 0),
         ("vertex 2", |s| s.vertices[2].weights[0] = 1),
-        ("vertex 0", |s| s.vertices[0].spheres[7] = 2),
+        ("vertex 0", |s| s.vertices[0].spheres[7] = 4),
         ("triangle 0", |s| s.triangles[0][1] = 3),
         ("instrument length", |s| {
             if let Some(room) = &mut s.room {

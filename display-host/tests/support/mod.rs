@@ -18,7 +18,7 @@ const MATERIAL: MaterialRecord = MaterialRecord {
     laplacian_stiffness: 0.1,
     damping_per_s: 2.0,
     contact_stiffness_n_m: 200.0,
-    reserved: 0,
+    retardation_s: 0.002,
 };
 
 /// Where the tool presses, on the liver's front.
@@ -214,6 +214,11 @@ fn blob(
         kind: kind as u32,
         spheres: [first[0], data.spheres.len() as u32 - first[0]],
         links: [0, 0],
+        tetrahedra: [0, 0],
+        elastic_links: 0,
+        substeps: 1,
+        gravity_share: 1.0,
+        breath_m: [0.0; 3],
         vertices: [first[1], points.len() as u32],
         triangles: [first[2], triangles.len() as u32],
         volume_m3: 1e-4,

@@ -15,6 +15,7 @@
 //! on any number of threads. Lengths are metres, everything is computed in `f64`.
 
 pub mod delaunay;
+mod elastic;
 pub mod error;
 pub mod field;
 pub mod mesh;

@@ -3,9 +3,10 @@
 use std::time::Instant;
 
 use shared_mem::scene::{
-    LinkRecord, OrganRecord, SceneData, SphereRecord, VertexRecord, name_from_str,
+    LinkRecord, OrganRecord, SceneData, SphereRecord, TetraRecord, VertexRecord, name_from_str,
 };
 
+use crate::elastic::{self, Elastic};
 use crate::error::{MeshError, PrepareError};
 use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
@@ -40,6 +41,7 @@ struct Organ {
     balls: Vec<Ball>,
     masses_kg: Vec<f64>,
     links: Vec<[u32; 2]>,
+    elastic: Elastic,
     tets: Vec<Tetra>,
     vertices: Vec<VertexRecord>,
     quality: Quality,
@@ -275,6 +277,7 @@ fn build(plan: &OrganPlan, surface: &Mended, first_sphere: u32) -> Result<Organ,
         masses_kg: masses(&interior, &balls, mass_kg),
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
         quality: Quality::measure(&interior, &surface.mesh, &balls),
+        elastic: elastic::elastic(&balls, &links, &tets, surface.volume_m3, &plan.material),
         balls,
         links,
         tets,
@@ -348,6 +351,11 @@ fn append(scene: &mut SceneData, plan: &OrganPlan, surface: &Mended, organ: &Org
         links: range(scene.links.len(), organ.links.len()),
         vertices: range(scene.vertices.len(), organ.vertices.len()),
         triangles: range(scene.triangles.len(), surface.mesh.triangles.len()),
+        tetrahedra: range(scene.tetrahedra.len(), organ.tets.len()),
+        elastic_links: organ.elastic.count as u32,
+        substeps: organ.elastic.substeps,
+        gravity_share: plan.gravity_share as f32,
+        breath_m: plan.breath_m.map(|x| x as f32).into(),
         volume_m3: surface.volume_m3 as f32,
         material: plan.material.to_record(),
     });
@@ -359,14 +367,21 @@ fn append(scene: &mut SceneData, plan: &OrganPlan, surface: &Mended, organ: &Org
             held: u32::from(held[i]),
         });
     }
-    for &[a, b] in &organ.links {
+    for &([a, b], compliance_m_n) in &organ.elastic.links {
         let length = (organ.balls[a as usize].center - organ.balls[b as usize].center).norm();
         scene.links.push(LinkRecord {
             a: a + first_sphere,
             b: b + first_sphere,
             rest_length_m: length as f32,
+            compliance_m_n: compliance_m_n as f32,
         });
     }
+    scene
+        .tetrahedra
+        .extend(organ.tets.iter().map(|t| TetraRecord {
+            spheres: t.spheres.map(|i| (i + first_sphere) as u16),
+            volume_m3: t.volume_m3 as f32,
+        }));
     scene.vertices.extend_from_slice(&organ.vertices);
     let shifted = surface
         .mesh

@@ -108,6 +108,7 @@ pub fn place(recipe: &Recipe, skins: &[Mesh]) -> Result<RoomRecord, PrepareError
         target_m: point(target),
         target_normal: point(normal),
         target_organ: target_organ as u32,
+        breath_s: plan.breath_s.unwrap_or(0.0) as f32,
     })
 }
 

@@ -76,7 +76,7 @@ fn check(prepared: &Prepared) {
             })
             .count();
         assert!(
-            is_tube || clashes * 50 < list.len(),
+            is_tube || clashes * 40 < list.len(),
             "{}: {clashes} of {} links wait",
             report.name,
             list.len()

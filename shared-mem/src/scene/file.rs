@@ -6,8 +6,8 @@ use bytemuck::Pod;
 
 use super::write::{HEADER_BYTES, Header, SECTIONS, Section, TABLE_ENTRY_BYTES};
 use super::{
-    BINDINGS, LAYOUT_VERSION, LinkRecord, MAGIC, OrganKind, OrganRecord, RoomRecord, SceneId,
-    SphereRecord, VertexRecord, WEIGHT_SUM, str_from_name,
+    AttachmentRecord, BINDINGS, LAYOUT_VERSION, LinkRecord, MAGIC, OrganKind, OrganRecord,
+    RoomRecord, SceneId, SphereRecord, TetraRecord, VertexRecord, WEIGHT_SUM, WORLD, str_from_name,
 };
 use crate::message::MAX_SPHERES;
 
@@ -210,6 +210,18 @@ impl SceneFile {
         self.section(5)
     }
 
+    /// Tetrahedra, organ by organ.
+    #[must_use]
+    pub fn tetrahedra(&self) -> &[TetraRecord] {
+        self.section(6)
+    }
+
+    /// What joins organs to each other and to the world.
+    #[must_use]
+    pub fn attachments(&self) -> &[AttachmentRecord] {
+        self.section(7)
+    }
+
     fn check_content(&self) -> Result<(), SceneError> {
         count("room", self.sections[0].count as usize, 1, 1)?;
         count("organs", self.organs().len(), 1, 16)?;
@@ -217,9 +229,11 @@ impl SceneFile {
         count("links", self.links().len(), 0, 8 * MAX_SPHERES)?;
         count("skin vertices", self.vertices().len(), 0, 4_000_000)?;
         count("skin triangles", self.triangles().len(), 0, 8_000_000)?;
+        count("tetrahedra", self.tetrahedra().len(), 0, 6 * MAX_SPHERES)?;
+        count("attachments", self.attachments().len(), 0, MAX_ATTACHMENTS)?;
         self.check_room()?;
 
-        let mut ends = [0u32; 4];
+        let mut ends = [0u32; 5];
         for (i, organ) in self.organs().iter().enumerate() {
             let bad = |problem: String| record("organ", i, problem);
             if OrganKind::from_u32(organ.kind).is_none() {
@@ -229,7 +243,13 @@ impl SceneFile {
                 return Err(bad("name is empty or not UTF-8".into()));
             }
             check_material(organ).map_err(bad)?;
-            let ranges = [organ.spheres, organ.links, organ.vertices, organ.triangles];
+            let ranges = [
+                organ.spheres,
+                organ.links,
+                organ.vertices,
+                organ.triangles,
+                organ.tetrahedra,
+            ];
             for (end, [first, n]) in ends.iter_mut().zip(ranges) {
                 if first != *end {
                     return Err(bad(format!("range starts at {first}, expected {end}")));
@@ -241,12 +261,16 @@ impl SceneFile {
             if organ.spheres[1] == 0 {
                 return Err(bad("has no spheres".into()));
             }
+            if organ.elastic_links > organ.links[1] {
+                return Err(bad("has more elastic links than links".into()));
+            }
         }
         let sizes = [
             self.spheres().len(),
             self.links().len(),
             self.vertices().len(),
             self.triangles().len(),
+            self.tetrahedra().len(),
         ];
         if ends.map(|end| end as usize) != sizes {
             return Err(SceneError::NotAScene("organs do not cover their sections"));
@@ -288,6 +312,9 @@ impl SceneFile {
         if room.target_organ as usize >= self.organs().len() {
             return Err(bad("target organ does not exist"));
         }
+        if !(0.0..=60.0).contains(&room.breath_s) {
+            return Err(bad("a breath takes 0 (nobody breathes) to 60 s"));
+        }
         str_from_name(&room.name)
             .map(|_| ())
             .ok_or_else(|| bad("name is not UTF-8"))
@@ -306,7 +333,9 @@ impl SceneFile {
             let [first, n] = organ.links;
             for i in first..first + n {
                 let link = self.links()[i as usize];
-                let length_ok = link.rest_length_m > 0.0 && link.rest_length_m < 10.0;
+                let length_ok = link.rest_length_m > 0.0
+                    && link.rest_length_m < 10.0
+                    && (0.0..=COMPLIANCE_MAX_M_N).contains(&link.compliance_m_n);
                 if !own(link.a, organ.spheres)
                     || !own(link.b, organ.spheres)
                     || link.a == link.b
@@ -316,6 +345,20 @@ impl SceneFile {
                         "link",
                         i as usize,
                         format!("out of range: {link:?}"),
+                    ));
+                }
+            }
+            let [first, n] = organ.tetrahedra;
+            for i in first..first + n {
+                let t = &self.tetrahedra()[i as usize];
+                let corners = t.spheres.map(u32::from);
+                let distinct = (1..4).all(|k| !corners[..k].contains(&corners[k]));
+                let bound = corners.iter().all(|&s| own(s, organ.spheres));
+                if !(bound && distinct && t.volume_m3 > 0.0 && t.volume_m3 <= 1.0) {
+                    return Err(record(
+                        "tetrahedron",
+                        i as usize,
+                        format!("out of range: {t:?}"),
                     ));
                 }
             }
@@ -345,6 +388,21 @@ impl SceneFile {
                 }
             }
         }
+        self.check_attachments()
+    }
+
+    fn check_attachments(&self) -> Result<(), SceneError> {
+        let exists = |sphere: u32| (sphere as usize) < self.spheres().len();
+        for (i, band) in self.attachments().iter().enumerate() {
+            let ends_ok = exists(band.a) && (exists(band.b) || band.b == WORLD) && band.a != band.b;
+            let numbers_ok = band.anchor_m.iter().all(|x| x.is_finite() && x.abs() < 1e3)
+                && (0.0..10.0).contains(&band.rest_length_m)
+                && (0.0..=COMPLIANCE_MAX_M_N).contains(&band.compliance_m_n)
+                && band.is_thread <= 1;
+            if !ends_ok || !numbers_ok {
+                return Err(record("attachment", i, format!("out of range: {band:?}")));
+            }
+        }
         Ok(())
     }
 }
@@ -356,7 +414,16 @@ const ELEMENT_BYTES: [usize; SECTIONS] = [
     size_of::<LinkRecord>(),
     size_of::<VertexRecord>(),
     size_of::<[u32; 3]>(),
+    size_of::<TetraRecord>(),
+    size_of::<AttachmentRecord>(),
 ];
+
+/// Attachments in a scene; equals the realtime process's limit.
+const MAX_ATTACHMENTS: usize = 1024;
+/// A micronewton for a metre: whatever is softer holds nothing.
+const COMPLIANCE_MAX_M_N: f32 = 1e6;
+/// Steps in a tick, at most.
+const SUBSTEPS_MAX: u32 = 16;
 
 const _: () = assert!(BINDINGS == 8 && size_of::<VertexRecord>() == 56);
 
@@ -390,7 +457,13 @@ fn check_material(organ: &OrganRecord) -> Result<(), String> {
         ("laplacian_stiffness", m.laplacian_stiffness, 0.0, 1.0),
         ("damping_per_s", m.damping_per_s, 0.0, 1e3),
         ("contact_stiffness_n_m", m.contact_stiffness_n_m, 0.0, 1e5),
+        ("retardation_s", m.retardation_s, 0.0, 1.0),
         ("volume_m3", organ.volume_m3, 0.0, 1.0),
+        ("substeps", organ.substeps as f32, 1.0, SUBSTEPS_MAX as f32),
+        ("gravity_share", organ.gravity_share, 0.0, 1.0),
+        ("breath_m", organ.breath_m[0], -0.1, 0.1),
+        ("breath_m", organ.breath_m[1], -0.1, 0.1),
+        ("breath_m", organ.breath_m[2], -0.1, 0.1),
     ] {
         if !(min..=max).contains(&value) {
             return Err(format!("{name} is {value}, allowed are {min} to {max}"));

@@ -15,14 +15,14 @@ mod write;
 
 pub use file::{SceneError, SceneFile};
 pub use record::{
-    BINDINGS, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SphereRecord,
-    VertexRecord, WEIGHT_SUM, name_from_str, str_from_name,
+    AttachmentRecord, BINDINGS, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord,
+    SphereRecord, TetraRecord, VertexRecord, WEIGHT_SUM, WORLD, name_from_str, str_from_name,
 };
 pub use write::SceneData;
 
 /// First eight bytes of a compiled scene.
 pub const MAGIC: [u8; 8] = *b"CALOTSCN";
 /// Changes with any record.
-pub const LAYOUT_VERSION: u32 = 1;
+pub const LAYOUT_VERSION: u32 = 2;
 /// BLAKE3 of table and sections: two processes run the same scene iff it is equal.
 pub type SceneId = [u8; 32];

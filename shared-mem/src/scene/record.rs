@@ -6,6 +6,8 @@ use crate::message::PoseMsg;
 
 /// Spheres that one skin vertex is bound to, at most.
 pub const BINDINGS: usize = 8;
+/// Stands for the second sphere of an [`AttachmentRecord`] that ends at a point of the world.
+pub const WORLD: u32 = u32::MAX;
 /// The quantised weights of a vertex sum to this.
 pub const WEIGHT_SUM: u32 = 65_535;
 
@@ -76,6 +78,8 @@ pub struct RoomRecord {
     pub target_normal: [f32; 3],
     /// Index of the target organ.
     pub target_organ: u32,
+    /// Time of a breath, s; 0: nobody breathes.
+    pub breath_s: f32,
 }
 
 /// A material. The SI values are the tissue's; the dimensionless ones tune the paper's method.
@@ -96,8 +100,9 @@ pub struct MaterialRecord {
     pub damping_per_s: f32,
     /// Hooke constant of the haptic force, N/m.
     pub contact_stiffness_n_m: f32,
-    /// Zero.
-    pub reserved: u32,
+    /// Strain-rate damping: the time by which stress runs ahead of strain (Kelvin–Voigt:
+    /// viscosity over modulus), s.
+    pub retardation_s: f32,
 }
 
 /// An organ: ranges into the other sections.
@@ -112,6 +117,18 @@ pub struct OrganRecord {
     pub spheres: [u32; 2],
     /// Links: first and count. A link joins spheres of its own organ.
     pub links: [u32; 2],
+    /// Tetrahedra: first and count. Between spheres of its own organ.
+    pub tetrahedra: [u32; 2],
+    /// How many of its links, from the first, carry load beside the tetrahedra; the others are
+    /// there for the paper's method and for who neighbours whom.
+    pub elastic_links: u32,
+    /// Steps in a tick that its stiffness needs.
+    pub substeps: u32,
+    /// Share of gravity that acts: 0 if the shape at rest is the one in the body, where weight is
+    /// in balance; 1 if it is the unloaded one.
+    pub gravity_share: f32,
+    /// How far its held spheres go with a breath, m.
+    pub breath_m: [f32; 3],
     /// Skin vertices: first and count. Bound to spheres of its own organ.
     pub vertices: [u32; 2],
     /// Skin triangles: first and count. Of vertices of its own organ.
@@ -146,6 +163,36 @@ pub struct LinkRecord {
     pub b: u32,
     /// Length at rest, m.
     pub rest_length_m: f32,
+    /// Stretch per force, m/N; of the first `elastic_links` of an organ.
+    pub compliance_m_n: f32,
+}
+
+/// Four spheres of one organ with the tissue between and around them.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct TetraRecord {
+    /// Its corners, indices into the scene's spheres; `det(b − a, c − a, d − a)` is positive.
+    pub spheres: [u16; 4],
+    /// The share of the organ's volume that it carries, m³.
+    pub volume_m3: f32,
+}
+
+/// A thread or band between spheres of two organs, or between a sphere and the world.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct AttachmentRecord {
+    /// First sphere, index into the scene's spheres.
+    pub a: u32,
+    /// Second sphere, or [`WORLD`].
+    pub b: u32,
+    /// Where it ends in the world, m, if `b` is [`WORLD`].
+    pub anchor_m: [f32; 3],
+    /// Length at rest, m; 0 holds the two together.
+    pub rest_length_m: f32,
+    /// Stretch per force, m/N.
+    pub compliance_m_n: f32,
+    /// 1: pulls and never pushes (a suture).
+    pub is_thread: u32,
 }
 
 /// A skin vertex and what moves it (paper Eq. 9–12).

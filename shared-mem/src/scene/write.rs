@@ -6,7 +6,8 @@ use bytemuck::Pod;
 
 use super::file::SceneError;
 use super::{
-    LAYOUT_VERSION, LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, VertexRecord,
+    AttachmentRecord, LAYOUT_VERSION, LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId,
+    SphereRecord, TetraRecord, VertexRecord,
 };
 
 /// A scene in memory, as preparation builds it.
@@ -24,12 +25,16 @@ pub struct SceneData {
     pub vertices: Vec<VertexRecord>,
     /// Skin triangles of all organs; indices into `vertices`.
     pub triangles: Vec<[u32; 3]>,
+    /// Tetrahedra of all organs, organ by organ.
+    pub tetrahedra: Vec<TetraRecord>,
+    /// What joins organs to each other and to the world.
+    pub attachments: Vec<AttachmentRecord>,
 }
 
 pub(super) const HEADER_BYTES: usize = 64;
 pub(super) const TABLE_ENTRY_BYTES: usize = 32;
 pub(super) const ALIGN: usize = 64;
-pub(super) const SECTIONS: usize = 6;
+pub(super) const SECTIONS: usize = 8;
 
 /// Header of the file.
 #[repr(C)]
@@ -71,6 +76,8 @@ impl SceneData {
         body.push(4, &self.links);
         body.push(5, &self.vertices);
         body.push(6, &self.triangles);
+        body.push(7, &self.tetrahedra);
+        body.push(8, &self.attachments);
 
         let table: &[u8] = bytemuck::cast_slice(&body.table);
         let mut hash = blake3::Hasher::new();

@@ -193,6 +193,12 @@ fn check_organ(
         .gap_95_mm
         .map(|mm| place.number(&at("gap_95_mm"), mm, 0.05..=50.0));
     let gap_95_m = gap_95_m.transpose()?.map(|mm| 1e-3 * mm);
+    let share = raw.gravity_share.unwrap_or(0.0);
+    let gravity_share = place.number(&at("gravity_share"), share, 0.0..=1.0)?;
+    let breath_mm = raw.breath_mm.unwrap_or_default();
+    for mm in breath_mm {
+        place.number(&at("breath_mm"), mm, -100.0..=100.0)?;
+    }
     for (i, region) in raw.held.iter().enumerate() {
         let path = [at("held")[0], at("held")[1], at("held")[2], Step::Index(i)];
         check_region(place, &path, region, &raw.name, names)?;
@@ -205,6 +211,8 @@ fn check_organ(
         closing: raw.closing.unwrap_or(Closing::Auto),
         spheres,
         gap_95_m,
+        gravity_share,
+        breath_m: Vec3::from(breath_mm) * 1e-3,
         packing: raw.packing.unwrap_or_else(|| default_packing(kind)),
         held: raw.held,
     })
@@ -253,7 +261,7 @@ fn check_material(
     raw: &MaterialRaw,
 ) -> Result<Material, RecipeError> {
     let mut material = Material::typical(kind);
-    let fields: [(&'static str, Option<f64>, &mut f64, f64, f64); 7] = [
+    let fields: [(&'static str, Option<f64>, &mut f64, f64, f64); 8] = [
         (
             "density_kg_m3",
             raw.density_kg_m3,
@@ -283,6 +291,13 @@ fn check_material(
             &mut material.damping_per_s,
             0.0,
             1000.0,
+        ),
+        (
+            "retardation_s",
+            raw.retardation_s,
+            &mut material.retardation_s,
+            0.0,
+            1.0,
         ),
         (
             "contact_stiffness_n_m",
@@ -353,6 +368,7 @@ fn check_room(place: &Place<'_>, raw: &RoomRaw, names: &[String]) -> Result<Room
         instrument_length_m: number("instrument_length_m", raw.instrument_length_m, 0.1, 0.6)?,
         endoscope_port_m: point("endoscope_port_m", raw.endoscope_port_m)?,
         look_at_m: point("look_at_m", raw.look_at_m)?,
+        breath_s: number("breath_s", raw.breath_s, 0.0, 60.0)?,
         camera_distance_m: number("camera_distance_m", raw.camera_distance_m, 0.02, 0.5)?,
         up: raw
             .up
@@ -407,6 +423,8 @@ pub(super) fn from_mesh(path: &Path, spheres: Option<usize>) -> Result<Recipe, R
             closing: Closing::Auto,
             spheres,
             gap_95_m: None,
+            gravity_share: 0.0,
+            breath_m: Vec3::zeros(),
             packing: Packing::Even,
             material: Material::typical(kind),
             held: vec![Region::Base(0.15)],

@@ -17,6 +17,8 @@ pub struct Material {
     pub laplacian_stiffness: f64,
     /// Fraction of velocity lost per second.
     pub damping_per_s: f64,
+    /// Strain-rate damping: viscosity over modulus, s.
+    pub retardation_s: f64,
     /// Hooke constant of the haptic force, N/m.
     pub contact_stiffness_n_m: f64,
 }
@@ -50,6 +52,7 @@ impl Material {
             stretch_stiffness: 0.6,
             laplacian_stiffness: 0.1,
             damping_per_s: 4.0,
+            retardation_s: 0.004,
             contact_stiffness_n_m,
         }
     }
@@ -65,7 +68,7 @@ impl Material {
             laplacian_stiffness: self.laplacian_stiffness as f32,
             damping_per_s: self.damping_per_s as f32,
             contact_stiffness_n_m: self.contact_stiffness_n_m as f32,
-            reserved: 0,
+            retardation_s: self.retardation_s as f32,
         }
     }
 }

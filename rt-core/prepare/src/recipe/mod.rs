@@ -50,6 +50,8 @@ pub struct RoomPlan {
     pub look_at_m: Option<Vec3>,
     /// Camera to that point.
     pub camera_distance_m: Option<f64>,
+    /// Time of a breath, s. Default: nobody breathes.
+    pub breath_s: Option<f64>,
     /// Up in the picture.
     pub up: Option<Vec3>,
     /// Haptic device's base: position and quaternion x y z w.
@@ -89,6 +91,11 @@ pub struct OrganPlan {
     pub gap_95_m: Option<f64>,
     /// How they are packed.
     pub packing: Packing,
+    /// Share of gravity that acts. Default 0: the surface is the shape in the body, where weight
+    /// is in balance. 1: it is the unloaded shape.
+    pub gravity_share: f64,
+    /// How far its held spheres go with a breath, m.
+    pub breath_m: Vec3,
     /// What it is made of.
     pub material: Material,
     /// Spheres whose centre is in one of these are attached to the surroundings.

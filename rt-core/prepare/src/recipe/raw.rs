@@ -23,6 +23,7 @@ pub(super) struct RoomRaw {
     pub(super) endoscope_port_m: Option<[f64; 3]>,
     pub(super) look_at_m: Option<[f64; 3]>,
     pub(super) camera_distance_m: Option<f64>,
+    pub(super) breath_s: Option<f64>,
     pub(super) up: Option<[f64; 3]>,
     pub(super) device: Option<FrameRaw>,
     pub(super) tracker: Option<FrameRaw>,
@@ -58,6 +59,8 @@ pub(super) struct OrganRaw {
     pub(super) spheres: Option<usize>,
     pub(super) gap_95_mm: Option<f64>,
     pub(super) packing: Option<Packing>,
+    pub(super) gravity_share: Option<f64>,
+    pub(super) breath_mm: Option<[f64; 3]>,
     #[serde(default)]
     pub(super) material: MaterialRaw,
     #[serde(default)]
@@ -81,5 +84,6 @@ pub(super) struct MaterialRaw {
     pub(super) stretch_stiffness: Option<f64>,
     pub(super) laplacian_stiffness: Option<f64>,
     pub(super) damping_per_s: Option<f64>,
+    pub(super) retardation_s: Option<f64>,
     pub(super) contact_stiffness_n_m: Option<f64>,
 }

@@ -182,6 +182,7 @@ fn block(n: usize) -> SceneData {
                 a: index(x, y, z),
                 b,
                 rest_length_m: step_m,
+                compliance_m_n: 0.01,
             });
         };
         if x + 1 < n {
@@ -199,8 +200,13 @@ fn block(n: usize) -> SceneData {
         kind: OrganKind::Liver as u32,
         spheres: [0, spheres.len() as u32],
         links: [0, links.len() as u32],
+        elastic_links: links.len() as u32,
+        substeps: 1,
         vertices: [0, 0],
         triangles: [0, 0],
+        tetrahedra: [0, 0],
+        gravity_share: 1.0,
+        breath_m: [0.0; 3],
         volume_m3: 0.0005,
         material: MaterialRecord {
             density_kg_m3: 1060.0,
@@ -210,7 +216,7 @@ fn block(n: usize) -> SceneData {
             laplacian_stiffness: 0.1,
             damping_per_s: 2.0,
             contact_stiffness_n_m: 200.0,
-            reserved: 0,
+            retardation_s: 0.002,
         },
     };
     let lifted = |z| PoseMsg {
@@ -233,11 +239,14 @@ fn block(n: usize) -> SceneData {
             target_m: [0.0, 0.0, -0.05],
             target_normal: [0.0, 0.0, 1.0],
             target_organ: 0,
+            breath_s: 0.0,
         }),
         organs: vec![organ],
         spheres,
         links,
         vertices: Vec::new(),
         triangles: Vec::new(),
+        tetrahedra: Vec::new(),
+        attachments: Vec::new(),
     }
 }

@@ -1,0 +1,128 @@
+//! What carries load beside the tetrahedra, and how many steps a tick the organ needs.
+
+use std::f64::consts::PI;
+
+use crate::links;
+use crate::pack::Ball;
+use crate::recipe::Material;
+use crate::tetra::Tetra;
+
+/// One control period, s.
+const TICK_S: f64 = 0.001;
+/// The stiffness number `E dt² / (ρ h²)` up to which one pass over the constraints is within 3 %
+/// of the material's stiffness.
+const STIFFNESS_NUMBER_MAX: f64 = 0.2;
+/// Steps in a tick, at most.
+const SUBSTEPS_MAX: u32 = 16;
+
+/// An organ's links, sorted and with their compliance.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Elastic {
+    /// The links, those that carry load first; each with its stretch per force, m/N.
+    pub(crate) links: Vec<([u32; 2], f64)>,
+    /// How many carry load.
+    pub(crate) count: usize,
+    /// Steps in a tick.
+    pub(crate) substeps: u32,
+    /// The stiffness number of a substep.
+    pub(crate) stiffness_number: f64,
+}
+
+/// Tetrahedra carry their organ alone. Links carry load where there are none: between pieces that
+/// tetrahedra do not join, at spheres that are in none, and in tubes.
+///
+/// A link is a bar of its spheres' thickness: compliance `L / (E A)`, `A = π r²`.
+pub(crate) fn elastic(
+    balls: &[Ball],
+    links: &[[u32; 2]],
+    tets: &[Tetra],
+    volume_m3: f64,
+    material: &Material,
+) -> Elastic {
+    let edges: Vec<[u32; 2]> = tets.iter().flat_map(tetra_edges).collect();
+    let (piece, _) = links::pieces(&edges, balls.len());
+    let compliance = |&[a, b]: &[u32; 2]| {
+        let (a, b) = (&balls[a as usize], &balls[b as usize]);
+        let radius_m = a.radius_m.min(b.radius_m);
+        (a.center - b.center).norm() / (material.young_pa * PI * radius_m * radius_m)
+    };
+    let bears = |[a, b]: &[u32; 2]| piece[*a as usize] != piece[*b as usize];
+    let with_compliance = |link: &[u32; 2]| (*link, compliance(link));
+    let (bearing, others): (Vec<_>, Vec<_>) = links.iter().partition(|link| bears(link));
+    let spacing_m = if tets.is_empty() {
+        let lengths = links
+            .iter()
+            .map(|&[a, b]| (balls[a as usize].center - balls[b as usize].center).norm());
+        lengths.fold(f64::MAX, f64::min)
+    } else {
+        (volume_m3 / balls.len() as f64).cbrt()
+    };
+    let number =
+        material.young_pa * TICK_S * TICK_S / (material.density_kg_m3 * spacing_m * spacing_m);
+    let substeps = substeps(number);
+    Elastic {
+        count: bearing.len(),
+        links: bearing
+            .into_iter()
+            .chain(others)
+            .map(|link| with_compliance(&link))
+            .collect(),
+        substeps,
+        stiffness_number: number / f64::from(substeps * substeps),
+    }
+}
+
+/// `⌈√(Co²/0.2)⌉`: substeps, not iterations, make a stiff organ stiff.
+fn substeps(stiffness_number: f64) -> u32 {
+    let steps = (stiffness_number / STIFFNESS_NUMBER_MAX).sqrt().ceil();
+    (steps as u32).clamp(1, SUBSTEPS_MAX)
+}
+
+fn tetra_edges(t: &Tetra) -> [[u32; 2]; 3] {
+    let [a, b, c, d] = t.spheres;
+    [[a, b], [a, c], [a, d]]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Vec3;
+    use shared_mem::scene::OrganKind;
+
+    #[test]
+    fn one_step_while_soft_and_more_as_it_gets_stiff() {
+        assert_eq!(substeps(0.0), 1);
+        assert_eq!(substeps(0.2), 1);
+        assert_eq!(substeps(0.21), 2);
+        assert_eq!(substeps(3.0), 4);
+        assert_eq!(substeps(1e9), SUBSTEPS_MAX);
+    }
+
+    #[test]
+    fn only_what_no_tetrahedron_joins_bears() {
+        let ball = |x, y, z| Ball {
+            center: Vec3::new(x, y, z) * 0.01,
+            radius_m: 0.005,
+        };
+        let balls = [
+            ball(0.0, 0.0, 0.0),
+            ball(1.0, 0.0, 0.0),
+            ball(0.0, 1.0, 0.0),
+            ball(0.0, 0.0, 1.0),
+            ball(2.0, 0.0, 0.0),
+        ];
+        let tet = Tetra {
+            spheres: [0, 1, 2, 3],
+            volume_m3: 1e-6,
+        };
+        let links = [[0, 1], [1, 2], [1, 4]];
+        let material = Material::typical(OrganKind::Liver);
+        let made = elastic(&balls, &links, &[tet], 1e-6, &material);
+        assert_eq!(made.count, 1);
+        let (first, compliance) = made.links[0];
+        assert_eq!(first, [1, 4]);
+        let expected = 0.01 / (5400.0 * PI * 25e-6);
+        assert!((compliance / expected - 1.0).abs() < 1e-12);
+        assert_eq!(elastic(&balls, &links, &[], 1e-6, &material).count, 3);
+    }
+}
