@@ -1,24 +1,26 @@
-//! What a tick costs on one core: the paper's liver (581 spheres, 3588 links) at 10 iterations,
-//! untouched and under the instrument; with the gallbladder; and the solver alone.
+//! What a tick costs on one core: the paper's liver (581 spheres) under the instrument, as tissue
+//! and by the paper's method at 10 iterations; the solvers alone, for the liver and for as many
+//! spheres as the paper's four organs have.
 
 #[path = "../tests/rig/mod.rs"]
 mod rig;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use rig::{Anatomy, Bench, TOUCH};
+use rig::{Anatomy, Bench, PAPER, TOUCH};
 use rt_core::math::Vec3;
 use rt_core::port::Buttons;
 use rt_core::sim::{Parameters, Sim};
+use rt_core::soft_body::{Bodies, Method, Tissue};
 use rt_core::state::State;
 
 /// Tip of the instrument, m: far above the liver, and 8 mm in its top.
 const AWAY: Vec3 = Vec3::new(0.0, 0.0, 0.1);
 const PRESSED: Vec3 = Vec3::new(0.0, 0.0, 0.045);
 
-fn bench_tick(c: &mut Criterion, name: &str, anatomy: &Anatomy, tip_m: &Vec3, iterations: u32) {
+fn bench_tick(c: &mut Criterion, name: &str, anatomy: &Anatomy, tip_m: &Vec3, method: Method) {
     let mut state = Box::new(State::new());
     let parameters = Parameters {
-        iterations,
+        method,
         force_ramp_s: 0.01,
         force_enabled: true,
     };
@@ -37,12 +39,36 @@ fn bench_tick(c: &mut Criterion, name: &str, anatomy: &Anatomy, tip_m: &Vec3, it
     });
 }
 
+/// Every organ, kept moving by a led sphere, without instrument, contacts and devices.
+fn bench_tissue(c: &mut Criterion, name: &str, anatomy: &Anatomy, method: Method) {
+    let mut bodies = Box::new(Bodies::new());
+    let mut tissue = Tissue::new(anatomy.scene(), &mut bodies, method);
+    let mut tick = 0.0;
+    tissue.hold(0, true);
+    c.bench_function(name, |b| {
+        b.iter(|| {
+            tick += 1.0;
+            tissue.lead(0, &Vec3::new(0.0, 0.0, 0.005 * (0.01f32 * tick).sin()));
+            tissue.step()
+        });
+    });
+}
+
 fn tick(c: &mut Criterion) {
-    let (liver, both) = (Anatomy::liver(), Anatomy::liver_and_gallbladder());
-    bench_tick(c, "liver/away", &liver, &AWAY, 10);
-    bench_tick(c, "liver/pressed", &liver, &PRESSED, 10);
-    bench_tick(c, "liver/pressed/1 iteration", &liver, &PRESSED, 1);
-    bench_tick(c, "liver+gallbladder/pressed", &both, &PRESSED, 10);
+    let (liver, four) = (Anatomy::liver(), Anatomy::four_organs());
+    bench_tick(c, "tick/liver/away", &liver, &AWAY, Method::NeoHookean);
+    bench_tick(
+        c,
+        "tick/liver/pressed",
+        &liver,
+        &PRESSED,
+        Method::NeoHookean,
+    );
+    bench_tick(c, "tick/liver/pressed/paper", &liver, &PRESSED, PAPER);
+    bench_tissue(c, "tissue/liver", &liver, Method::NeoHookean);
+    bench_tissue(c, "tissue/liver/paper", &liver, PAPER);
+    bench_tissue(c, "tissue/four organs", &four, Method::NeoHookean);
+    bench_tissue(c, "tissue/four organs/paper", &four, PAPER);
 }
 
 criterion_group!(benches, tick);

@@ -7,10 +7,11 @@ mod rig;
 
 use std::time::Instant;
 
-use rig::{Anatomy, Bench, TOUCH};
+use rig::{Anatomy, Bench, PAPER, TOUCH};
 use rt_core::math::Vec3;
 use rt_core::port::{Buttons, ForceCommand};
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
+use rt_core::soft_body::Method;
 use rt_core::state::State;
 
 const TICKS: u32 = 4000;
@@ -41,12 +42,12 @@ impl Ports for Timed {
     }
 }
 
-fn measure(name: &str, anatomy: &Anatomy) {
+fn measure(name: &str, anatomy: &Anatomy, method: Method) {
     let mut state = Box::new(State::new());
     let parameters = Parameters {
+        method,
         force_ramp_s: 0.01,
         force_enabled: true,
-        ..Default::default()
     };
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, parameters);
     let stage_us = std::array::from_fn(|_| Vec::new());
@@ -63,9 +64,10 @@ fn measure(name: &str, anatomy: &Anatomy) {
         sim.tick(&mut timed);
     }
     println!(
-        "{name}: {} spheres, {} links",
+        "{name}, {method:?}: {} spheres, {} links, {} tetrahedra",
         anatomy.spheres.len(),
-        anatomy.links.len()
+        anatomy.links.len(),
+        anatomy.tetrahedra
     );
     let mut sum = (0.0, 0.0);
     for (stage, times_us) in Stage::ALL.iter().zip(&mut timed.stage_us) {
@@ -81,6 +83,9 @@ fn measure(name: &str, anatomy: &Anatomy) {
 }
 
 fn main() {
-    measure("liver", &Anatomy::liver());
-    measure("liver and gallbladder", &Anatomy::liver_and_gallbladder());
+    for method in [Method::NeoHookean, PAPER] {
+        measure("liver", &Anatomy::liver(), method);
+        let both = Anatomy::liver_and_gallbladder();
+        measure("liver and gallbladder", &both, method);
+    }
 }

@@ -7,6 +7,10 @@ pub const MAX_ORGANS: usize = 16;
 pub const MAX_SPHERES: usize = 4096;
 /// Links in a scene. The paper's liver has 3588 for 581 spheres (Table 1).
 pub const MAX_LINKS: usize = 8 * MAX_SPHERES;
+/// Batches of eight tetrahedra in a scene: Delaunay gives a sphere about five tetrahedra.
+pub const MAX_BATCHES: usize = MAX_SPHERES;
+/// What ties organs to each other and to the world.
+pub const MAX_ATTACHMENTS: usize = 1024;
 /// Capsules of all tools together.
 pub const MAX_CAPSULES: usize = 16;
 /// Contacts of tools with spheres that one tick keeps; the deepest stay.

@@ -148,14 +148,23 @@ impl Journal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::PbdMaterial;
+    use crate::scene::Material;
 
     const ORGAN: Organ = Organ {
         sphere_start: 0,
         sphere_count: 0,
         link_start: 0,
         link_count: 0,
-        material: PbdMaterial {
+        elastic_links: 0,
+        batch_start: 0,
+        batch_count: 0,
+        substeps: 1,
+        gravity_share: 1.0,
+        breath_m: Vec3::new(0.0, 0.0, 0.0),
+        material: Material {
+            young_pa: 0.0,
+            poisson: 0.0,
+            retardation_s: 0.0,
             stretch_stiffness: 0.0,
             laplacian_stiffness: 0.0,
             damping_per_s: 0.0,

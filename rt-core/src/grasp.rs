@@ -1,4 +1,4 @@
-//! Jaws that hold: spheres within their reach move with the instrument until it lets go.
+//! Jaws that hold: spheres within their reach go with the instrument until it lets go.
 
 use heapless::Vec;
 
@@ -6,27 +6,34 @@ use crate::capacity::MAX_GRASPED;
 use crate::collision::cylinder::meets;
 use crate::fault::{Fault, FaultSet};
 use crate::force::Pull;
-use crate::math::{self, Pose, Vec3};
+use crate::math::{Pose, Vec3};
 use crate::scene::Scene;
-use crate::soft_body::{Bodies, inverse_mass_per_kg};
+use crate::soft_body::Bodies;
 use crate::state::SphereBits;
 
 /// Spheres that come this near to the middle of the jaws are between them, m. Inner spheres lie
 /// up to some mm under the skin that the trainee sees.
 const REACH_M: f32 = 0.005;
 
+/// Stiffness of the grip on all that is between the jaws together, N/m.
+const GRIP_N_M: f32 = 800.0;
+
 /// A sphere in the jaws.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Held {
     sphere: u32,
-    /// Its centre in the instrument's frame, m.
+    /// Its place in the instrument's frame, m.
     in_instrument_m: Vec3,
+    /// Where that was at the end of the last tick, world frame, m.
+    was_at_m: Vec3,
 }
 
 /// What the jaws hold.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Grasp {
     held: Vec<Held, MAX_GRASPED>,
+    /// What the tissue pulled with in the last tick, world frame, N.
+    pull_n: Vec3,
 }
 
 impl Grasp {
@@ -51,7 +58,7 @@ impl Grasp {
         let joint_m = world_from_instrument.translation.vector;
         for i in 0..scene.spheres.len() as u32 {
             let radius_m = *bodies.radius_m.at(i);
-            let node = bodies.nodes.at_mut(i);
+            let node = bodies.nodes.at(i);
             let center = node.center_m();
             let is_between = meets(&center, radius_m, &joint_m, tip_m, REACH_M);
             if !is_between || node.inverse_mass_per_kg() <= 0.0 {
@@ -63,73 +70,71 @@ impl Grasp {
                 .push(Held {
                     sphere: i,
                     in_instrument_m,
+                    was_at_m: center,
                 })
                 .is_err()
             {
                 faults.raise(Fault::GraspOverflow);
                 return;
             }
-            node.set_inverse_mass_per_kg(0.0);
             let bits = bodies.bits.at_mut(i);
             *bits = bits.with(SphereBits::GRASPED);
         }
     }
 
     /// Lets go of everything.
-    pub(crate) fn open(&mut self, scene: &Scene<'_>, bodies: &mut Bodies) {
+    pub(crate) fn open(&mut self, bodies: &mut Bodies) {
         for held in &self.held {
-            if let Some(rest) = scene.spheres.get(held.sphere as usize) {
-                bodies
-                    .nodes
-                    .at_mut(held.sphere)
-                    .set_inverse_mass_per_kg(inverse_mass_per_kg(rest));
-                let bits = bodies.bits.at_mut(held.sphere);
-                *bits = bits.without(SphereBits::GRASPED);
-            }
+            let bits = bodies.bits.at_mut(held.sphere);
+            *bits = bits.without(SphereBits::GRASPED);
         }
         self.held.clear();
+        self.pull_n = Vec3::zeros();
     }
 
-    /// Puts the held spheres where the instrument has carried them; immovable for the solver.
-    pub(crate) fn carry(&self, world_from_instrument: &Pose, bodies: &mut Bodies) {
-        for held in &self.held {
-            let node = bodies.nodes.at_mut(held.sphere);
-            let center = world_from_instrument.rotation * held.in_instrument_m
+    /// Draws the held spheres of organ `organ` to where the instrument has carried them by `share`
+    /// of the tick; every one of them if no organ is given. The grip is a spring (XPBD, Macklin
+    /// 2016): the multiplier is what the tissue pulls with.
+    pub(crate) fn carry(
+        &mut self,
+        organ: Option<u8>,
+        share: f32,
+        world_from_instrument: &Pose,
+        scene: &Scene<'_>,
+        bodies: &mut Bodies,
+    ) {
+        let stiffness_n_m = GRIP_N_M / self.held.len().max(1) as f32;
+        let mut pull_n = Vec3::zeros();
+        for held in &mut self.held {
+            let own = *bodies.organ.at(held.sphere);
+            if organ.is_some_and(|organ| organ != own) {
+                continue;
+            }
+            let end_m = world_from_instrument.rotation * held.in_instrument_m
                 + world_from_instrument.translation.vector;
-            node.move_to(&(center - node.rest_m()));
-        }
-    }
-
-    /// How the rest of the tissue pulls: one spring of the organ's contact stiffness, stretched
-    /// by the mean stretch of the links that leave the jaws (Hooke, as for contact; the paper
-    /// gives no law for grasping). `None` when nothing is held.
-    pub(crate) fn pull(&self, scene: &Scene<'_>, bodies: &Bodies) -> Option<Pull> {
-        let first = self.held.first()?;
-        let stiffness_n_m = scene
-            .material_of(*bodies.organ.at(first.sphere))
-            .contact_stiffness_n_m;
-        let (mut stretch_m, mut center_m, mut links) = (Vec3::zeros(), Vec3::zeros(), 0u32);
-        for held in &self.held {
-            let node = bodies.nodes.at(held.sphere);
-            center_m += node.center_m();
-            for &linked in bodies.adjacency.of(held.sphere) {
-                let linked = u32::from(linked);
-                if bodies.bits.at(linked).contains(SphereBits::GRASPED) {
-                    continue;
-                }
-                let other = bodies.nodes.at(linked);
-                let now = other.from(node).vec3();
-                let rest_length_m = math::norm(&(other.rest_m() - node.rest_m()));
-                if let Some(direction) = math::unit(&now) {
-                    stretch_m += direction * (math::norm(&now) - rest_length_m);
-                }
-                links += 1;
+            let target_m = held.was_at_m + (end_m - held.was_at_m) * share;
+            let step_s = scene.step_s_of(own);
+            let node = bodies.nodes.at_mut(held.sphere);
+            let yielding_m_n = node.inverse_mass_per_kg() * step_s * step_s;
+            let away_m = target_m - node.center_m();
+            let force_n = away_m * (stiffness_n_m / (1.0 + stiffness_n_m * yielding_m_n));
+            node.move_by(&(force_n * yielding_m_n));
+            pull_n -= force_n;
+            if organ.is_none() {
+                held.was_at_m = end_m;
             }
         }
-        Some(Pull {
-            at_m: center_m / self.held.len() as f32,
-            force_n: stretch_m * (stiffness_n_m / links.max(1) as f32),
-            stiffness_n_m,
+        self.pull_n = pull_n;
+    }
+
+    /// How the tissue pulls on the jaws. `None` when nothing is held.
+    pub(crate) fn pull(&self, bodies: &Bodies) -> Option<Pull> {
+        let center = |held: &Held| bodies.nodes.at(held.sphere).center_m();
+        let sum_m: Vec3 = self.held.iter().map(center).sum();
+        (!self.held.is_empty()).then(|| Pull {
+            at_m: sum_m / self.held.len() as f32,
+            force_n: self.pull_n,
+            stiffness_n_m: GRIP_N_M,
         })
     }
 }

@@ -2,13 +2,14 @@
 
 mod rig;
 
-use rig::{Anatomy, Bench, SOFT, TOUCH, pedal, room, tracker_at};
+use rig::{Anatomy, Bench, SOFT, TOUCH, organ, pedal, room, tracker_at};
 use rt_core::event::{Event, EventKind};
 use rt_core::fault::Fault;
 use rt_core::math::{Vec3, norm};
 use rt_core::port::{Buttons, Polled};
-use rt_core::scene::{Organ, PbdMaterial, RestSphere, Scene};
+use rt_core::scene::{Material, RestSphere, Scene};
 use rt_core::sim::{Command, Parameters, Sim, Stage, Status};
+use rt_core::soft_body::Method;
 use rt_core::state::{SphereBits, State};
 use rt_core::tool::Instrument;
 
@@ -18,7 +19,7 @@ const AWAY: Vec3 = Vec3::new(0.0, 0.0, 0.15);
 const PRESSED: Vec3 = Vec3::new(0.0, 0.0, 0.04);
 
 const OPEN: Parameters = Parameters {
-    iterations: 10,
+    method: Method::NeoHookean,
     force_ramp_s: 0.01,
     force_enabled: true,
 };
@@ -55,18 +56,12 @@ fn moved_m(bench: &Bench, anatomy: &Anatomy) -> f32 {
 }
 
 /// Spheres alone, without links.
-fn loose(spheres: &[RestSphere], material: PbdMaterial) -> Anatomy {
-    let organ = |i: usize| Organ {
-        sphere_start: i as u32,
-        sphere_count: 1,
-        link_start: 0,
-        link_count: 0,
-        material,
-    };
+fn loose(spheres: &[RestSphere], material: Material) -> Anatomy {
+    let organ = |i: usize| organ([i as u32, 1], [0, 0], material);
     Anatomy {
         organs: (0..spheres.len()).map(organ).collect(),
         spheres: spheres.to_vec(),
-        links: Vec::new(),
+        ..Anatomy::default()
     }
 }
 
@@ -96,7 +91,7 @@ fn stages_come_in_order_and_force_leaves_once() {
 fn a_loose_sphere_falls_as_it_should_and_a_held_one_does_not() {
     let mut still = sphere(0.1, 0.0);
     still.held = true;
-    let material = PbdMaterial {
+    let material = Material {
         damping_per_s: 0.0,
         ..SOFT
     };
@@ -123,7 +118,7 @@ fn damping_is_a_share_of_speed_per_second() {
     // Falls to the speed at which damping takes what gravity gives: v = g / c (1 − c dt).
     let anatomy = loose(
         &[sphere(0.0, 0.0)],
-        PbdMaterial {
+        Material {
             damping_per_s: 20.0,
             ..SOFT
         },
@@ -245,8 +240,8 @@ fn a_grasp_holds_pulls_and_lets_go() {
     go(&mut sim, &mut bench, &PRESSED, &lifted, 300, Buttons::GRASP);
     stay(&mut sim, &mut bench, &lifted, 300, Buttons::GRASP);
     assert!(
-        (bench.centers_m[held].z - before.z - 0.02).abs() < 1.0e-4,
-        "it follows"
+        (bench.centers_m[held].z - before.z - 0.02).abs() < 0.005,
+        "it follows, as far as the grip's spring lets it"
     );
     assert!(
         bench.force_n.z < -0.1,
@@ -336,6 +331,7 @@ fn a_silent_device_loses_its_force_and_a_returning_one_gets_it_back() {
     let mut bench = Bench::new();
     assert_eq!(bench.status[0], Status::Absent);
     go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    stay(&mut sim, &mut bench, &PRESSED, 300, NONE);
     let full = norm(&bench.force_n);
     assert!(full > 0.2);
     for _ in 0..5 {
@@ -456,17 +452,11 @@ fn organs_lie_on_each_other() {
         .collect();
     spheres.push(sphere(0.0, 0.025));
     let (floor, ball) = (49, 1);
-    let organ = |sphere_start, sphere_count| Organ {
-        sphere_start,
-        sphere_count,
-        link_start: 0,
-        link_count: 0,
-        material: SOFT,
-    };
+    let organ = |start, count| organ([start, count], [0, 0], SOFT);
     let anatomy = Anatomy {
         organs: vec![organ(0, floor), organ(floor, ball)],
         spheres,
-        links: vec![],
+        ..Anatomy::default()
     };
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
@@ -483,17 +473,11 @@ fn organs_lie_on_each_other() {
 fn more_contacts_than_kept_are_counted() {
     // 300 spheres in one place under the tip.
     let spheres: Vec<RestSphere> = (0..300).map(|i| sphere(0.0, -0.00002 * i as f32)).collect();
-    let organ = Organ {
-        sphere_start: 0,
-        sphere_count: 300,
-        link_start: 0,
-        link_count: 0,
-        material: SOFT,
-    };
+    let organ = organ([0, 300], [0, 0], SOFT);
     let anatomy = Anatomy {
         organs: vec![organ],
         spheres,
-        links: vec![],
+        ..Anatomy::default()
     };
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
@@ -530,8 +514,7 @@ fn the_lever_turns_a_sideways_push_around() {
 }
 
 #[test]
-fn a_resting_organ_rests() {
-    // Store u and not x: at rest the speed is rounding noise, even far from the origin.
+fn a_resting_organ_sleeps() {
     let mut anatomy = Anatomy::liver();
     for sphere in &mut anatomy.spheres {
         sphere.center_m += Vec3::new(0.6, 0.6, -0.6);
@@ -543,7 +526,9 @@ fn a_resting_organ_rests() {
         bench.next();
         sim.tick(&mut bench);
     }
-    assert!(sim.speed_max_m_s() < 5.0e-5, "{}", sim.speed_max_m_s());
+    let awake = |bits: &SphereBits| bits.contains(SphereBits::AWAKE);
+    assert!(!bench.bits.iter().any(awake), "it sleeps");
+    assert!(sim.speed_max_m_s() < f32::EPSILON, "and is still");
 }
 
 #[test]

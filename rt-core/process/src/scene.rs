@@ -5,9 +5,14 @@ use std::path::Path;
 use hardware::station::StationFile;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
-use rt_core::scene::{Link, Organ, PbdMaterial, RestSphere, Room, Scene};
+use rt_core::scene::{
+    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Tetra, TetraBatch, batches,
+};
 use shared_mem::message::PoseMsg;
-use shared_mem::scene::{OrganRecord, RoomRecord, SceneFile};
+use shared_mem::scene::{
+    AttachmentRecord, LinkRecord, OrganRecord, RoomRecord, SceneFile, SphereRecord, TetraRecord,
+    WORLD,
+};
 
 use crate::error::RtError;
 
@@ -22,6 +27,8 @@ pub(crate) struct LoadedScene {
     organs: Vec<Organ>,
     spheres: Vec<RestSphere>,
     links: Vec<Link>,
+    batches: Vec<TetraBatch>,
+    attachments: Vec<Attachment>,
     room: Room,
 }
 
@@ -38,24 +45,28 @@ impl LoadedScene {
     }
 
     fn from_file(file: &SceneFile, station: &StationFile) -> Result<Self, RtError> {
-        let sphere = |s: &shared_mem::scene::SphereRecord| RestSphere {
-            center_m: Vec3::from(s.center_m),
-            radius_m: s.radius_m,
-            mass_kg: s.mass_kg,
-            held: s.held != 0,
-        };
-        let link = |l: &shared_mem::scene::LinkRecord| Link {
-            a: l.a,
-            b: l.b,
-            rest_length_m: l.rest_length_m,
-        };
+        let spheres: Vec<RestSphere> = file.spheres().iter().map(sphere).collect();
+        let mut organs: Vec<Organ> = file.organs().iter().map(organ).collect();
+        let mut packed = Vec::new();
+        for (organ, record) in organs.iter_mut().zip(file.organs()) {
+            let [first, count] = record.tetrahedra.map(|n| n as usize);
+            let own: Vec<Tetra> = file.tetrahedra()[first..first + count]
+                .iter()
+                .map(tetra)
+                .collect();
+            organ.batch_start = packed.len() as u32;
+            batches(&own, &spheres, |batch| packed.push(batch)).map_err(RtError::Core)?;
+            organ.batch_count = packed.len() as u32 - organ.batch_start;
+        }
         let loaded = Self {
             name: file.name().to_owned(),
             short_id: file.short_id(),
             id: file.id().iter().map(|byte| format!("{byte:02x}")).collect(),
-            organs: file.organs().iter().map(organ).collect(),
-            spheres: file.spheres().iter().map(sphere).collect(),
+            organs,
+            spheres,
             links: file.links().iter().map(link).collect(),
+            batches: packed,
+            attachments: file.attachments().iter().map(attachment).collect(),
             room: room(file.room(), station),
         };
         loaded.scene()?;
@@ -64,7 +75,10 @@ impl LoadedScene {
 
     /// The scene, checked by the core.
     pub(crate) fn scene(&self) -> Result<Scene<'_>, RtError> {
-        Scene::new(&self.organs, &self.spheres, &self.links, self.room).map_err(RtError::Core)
+        Scene::new(&self.organs, &self.spheres, &self.links, self.room)
+            .and_then(|scene| scene.with_tetrahedra(&self.batches))
+            .and_then(|scene| scene.with_attachments(&self.attachments))
+            .map_err(RtError::Core)
     }
 
     /// How many spheres.
@@ -73,6 +87,46 @@ impl LoadedScene {
     }
 }
 
+fn sphere(record: &SphereRecord) -> RestSphere {
+    RestSphere {
+        center_m: Vec3::from(record.center_m),
+        radius_m: record.radius_m,
+        mass_kg: record.mass_kg,
+        held: record.held != 0,
+    }
+}
+
+fn link(record: &LinkRecord) -> Link {
+    Link {
+        a: record.a,
+        b: record.b,
+        rest_length_m: record.rest_length_m,
+        compliance_m_n: record.compliance_m_n,
+    }
+}
+
+fn tetra(record: &TetraRecord) -> Tetra {
+    Tetra {
+        spheres: record.spheres.map(u32::from),
+        volume_m3: record.volume_m3,
+    }
+}
+
+fn attachment(record: &AttachmentRecord) -> Attachment {
+    let to = match record.b {
+        WORLD => Anchor::World(Vec3::from(record.anchor_m)),
+        sphere => Anchor::Sphere(sphere),
+    };
+    Attachment {
+        sphere: record.a,
+        to,
+        rest_length_m: record.rest_length_m,
+        compliance_m_n: record.compliance_m_n,
+        is_thread: record.is_thread != 0,
+    }
+}
+
+/// An organ; its batches of tetrahedra are not yet known.
 fn organ(record: &OrganRecord) -> Organ {
     let material = &record.material;
     Organ {
@@ -80,7 +134,16 @@ fn organ(record: &OrganRecord) -> Organ {
         sphere_count: record.spheres[1],
         link_start: record.links[0],
         link_count: record.links[1],
-        material: PbdMaterial {
+        elastic_links: record.elastic_links,
+        batch_start: 0,
+        batch_count: 0,
+        substeps: record.substeps,
+        gravity_share: record.gravity_share,
+        breath_m: Vec3::from(record.breath_m),
+        material: Material {
+            young_pa: material.young_pa,
+            poisson: material.poisson,
+            retardation_s: material.retardation_s,
             stretch_stiffness: material.stretch_stiffness,
             laplacian_stiffness: material.laplacian_stiffness,
             damping_per_s: material.damping_per_s,
@@ -99,6 +162,7 @@ fn room(record: &RoomRecord, station: &StationFile) -> Room {
         instrument_length_m: record.instrument_length_m,
         endoscope_port_m: Vec3::from(record.endoscope_port_m),
         world_from_camera: pose(&record.world_from_camera),
+        breath_s: record.breath_s,
     }
 }
 

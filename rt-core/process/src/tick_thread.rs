@@ -282,6 +282,7 @@ mod tests {
             instrument_length_m: 0.3,
             endoscope_port_m: Vec3::zeros(),
             world_from_camera: Pose::identity(),
+            breath_s: 0.0,
         };
         let mut config = RtConfig::new("simulated", "none");
         config.realtime = Realtime::Never;

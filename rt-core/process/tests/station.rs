@@ -7,6 +7,8 @@ use std::sync::Arc;
 use std::thread;
 
 use bytemuck::Zeroable;
+use rt_core::soft_body::Method;
+use rt_core::soft_body::pbd::PaperPbd;
 use rt_process::{AdmissionPolicy, Ended, Realtime, RtConfig, RtError, RtSummary, Scheduler};
 use shared_mem::message::{
     CommandMsg, DeviceHealth, ReplyMsg, StateFrame, TickRecord, TimingBatch, ToolFrame,
@@ -250,7 +252,7 @@ const HEAVY: u32 = 650;
 fn heavy(bench: &Bench, admission: AdmissionPolicy) -> RtConfig {
     let mut config = bench.config();
     config.admission = admission;
-    config.parameters.iterations = HEAVY;
+    config.parameters.method = Method::Paper(PaperPbd { iterations: HEAVY });
     config.periods_max = Some(20);
     config
 }

@@ -88,7 +88,8 @@ impl Pairs {
         self.phase = (self.phase + 1) % CYCLE;
     }
 
-    /// Moves overlapping pairs apart, each sphere by its share of the inverse masses.
+    /// Moves overlapping pairs apart, each sphere by its share of the inverse masses; those of an
+    /// organ that is not simulated stay.
     pub(crate) fn project(&self, bodies: &mut Bodies) {
         for pair in &self.current {
             let (a, b) = (
@@ -99,7 +100,8 @@ impl Pairs {
             if difference.norm_squared() >= pair.apart_m * pair.apart_m {
                 continue;
             }
-            let (wa, wb) = (a.inverse_mass_per_kg(), b.inverse_mass_per_kg());
+            let wa = bodies.weight_per_kg(u32::from(pair.a));
+            let wb = bodies.weight_per_kg(u32::from(pair.b));
             let (da, db) = push_apart(&difference, wa, wb, pair.apart_m);
             bodies.nodes.at_mut(u32::from(pair.a)).move_by(&da);
             bodies.nodes.at_mut(u32::from(pair.b)).move_by(&db);
@@ -164,9 +166,10 @@ mod tests {
         let scene = Scene::new(organs, spheres, links, room()).unwrap();
         let (mut pairs, mut bodies) = (Box::new(Pairs::new()), Box::new(Bodies::new()));
         bodies.load(&scene);
+        bodies.begin(&scene, true);
         pairs.load(&scene);
         for (i, u) in moved {
-            bodies.nodes.at_mut(*i).move_to(u);
+            bodies.nodes.at_mut(*i).move_by(u);
         }
         let mut faults = FaultSet::NONE;
         for _ in 0..=CYCLE {
@@ -202,6 +205,7 @@ mod tests {
             a: 2,
             b: 3,
             rest_length_m: 0.03,
+            compliance_m_n: 0.0,
         }];
         let organs = [organ(0, 4, 0, 1), organ(4, 1, 1, 0)];
         // At rest nothing is near enough.

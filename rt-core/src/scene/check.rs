@@ -2,9 +2,11 @@
 
 use core::fmt;
 
-use crate::capacity::{MAX_LINKS, MAX_ORGANS, MAX_SPHERES};
+use crate::capacity::{MAX_ATTACHMENTS, MAX_BATCHES, MAX_LINKS, MAX_ORGANS, MAX_SPHERES};
 use crate::math::{self, Pose, Vec3};
-use crate::scene::{Link, Organ, PbdMaterial, RestSphere, Room, Scene};
+use crate::scene::{
+    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, TetraBatch,
+};
 
 /// Why [`Scene::new`] refused. Indices are the caller's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,6 +57,15 @@ pub enum SceneError {
         /// One past its last.
         end: u32,
     },
+    /// A tetrahedron or an attachment names a sphere that it must not.
+    Foreign {
+        /// Batch of tetrahedra, or attachment.
+        what: &'static str,
+        /// Its index.
+        index: usize,
+        /// The sphere.
+        sphere: u32,
+    },
 }
 
 impl fmt::Display for SceneError {
@@ -96,6 +107,15 @@ impl fmt::Display for SceneError {
                 "link {link} joins spheres {a} and {b}, its organ has {first}..{end}: \
                  prepare the scene again"
             ),
+            Self::Foreign {
+                what,
+                index,
+                sphere,
+            } => write!(
+                f,
+                "{what} {index} names sphere {sphere}, which is not of its organ or does not \
+                 exist: prepare the scene again"
+            ),
         }
     }
 }
@@ -123,7 +143,7 @@ impl<'a> Scene<'a> {
         }
         let (mut next_sphere, mut next_link) = (0, 0);
         for (i, organ) in organs.iter().enumerate() {
-            check_material(i, &organ.material)?;
+            check_organ(i, organ)?;
             let (start, count) = (organ.sphere_start, organ.sphere_count);
             next_sphere = follow(i, "spheres", start, count, next_sphere, spheres.len())?;
             let (start, count) = (organ.link_start, organ.link_count);
@@ -148,9 +168,114 @@ impl<'a> Scene<'a> {
             organs,
             spheres,
             links,
+            batches: &[],
+            attachments: &[],
             room,
         })
     }
+
+    /// With the organs' tetrahedra, in batches made by [`crate::scene::batches`], organ by organ.
+    ///
+    /// # Errors
+    /// When the organs' ranges do not partition them, or one leaves its organ.
+    pub fn with_tetrahedra(mut self, batches: &'a [TetraBatch]) -> Result<Self, SceneError> {
+        at_most("batches of tetrahedra", batches.len(), MAX_BATCHES)?;
+        let (what, mut next) = ("batches of tetrahedra", 0);
+        for (i, organ) in self.organs.iter().enumerate() {
+            let first = next;
+            next = follow(
+                i,
+                what,
+                organ.batch_start,
+                organ.batch_count,
+                next,
+                batches.len(),
+            )?;
+            let own = organ.sphere_start..organ.sphere_start + organ.sphere_count;
+            for (index, batch) in batches.iter().enumerate().take(next).skip(first) {
+                let mut corners = batch.spheres.as_flattened().iter().map(|&s| u32::from(s));
+                if let Some(sphere) = corners.find(|sphere| !own.contains(sphere)) {
+                    let what = "batch of tetrahedra";
+                    return Err(SceneError::Foreign {
+                        what,
+                        index,
+                        sphere,
+                    });
+                }
+            }
+        }
+        if next != batches.len() {
+            let rest = (batches.len() - next) as u32;
+            let start = batches.len() as u32;
+            follow(self.organs.len(), what, start, rest, next, batches.len())?;
+        }
+        self.batches = batches;
+        Ok(self)
+    }
+
+    /// With what ties organs to each other and to the world.
+    ///
+    /// # Errors
+    /// When one names a sphere that does not exist or itself, or a value is out of range.
+    pub fn with_attachments(mut self, attachments: &'a [Attachment]) -> Result<Self, SceneError> {
+        at_most("attachments", attachments.len(), MAX_ATTACHMENTS)?;
+        for (i, attachment) in attachments.iter().enumerate() {
+            check_attachment(i, attachment, self.spheres.len())?;
+        }
+        self.attachments = attachments;
+        Ok(self)
+    }
+}
+
+fn check_attachment(i: usize, it: &Attachment, spheres: usize) -> Result<(), SceneError> {
+    let foreign = |sphere| SceneError::Foreign {
+        what: "attachment",
+        index: i,
+        sphere,
+    };
+    if it.sphere as usize >= spheres {
+        return Err(foreign(it.sphere));
+    }
+    match it.to {
+        Anchor::Sphere(other) if other as usize >= spheres || other == it.sphere => {
+            return Err(foreign(other));
+        }
+        Anchor::Sphere(_) => {}
+        Anchor::World(at_m) => check_position("anchor", i, &at_m)?,
+    }
+    in_range("rest length", i, it.rest_length_m, (0.0, 10.0), "0 to 10 m")?;
+    check_compliance(i, it.compliance_m_n)
+}
+
+fn check_compliance(i: usize, compliance_m_n: f32) -> Result<(), SceneError> {
+    in_range(
+        "compliance",
+        i,
+        compliance_m_n,
+        (0.0, 1.0e6),
+        "0 to 1e6 m/N",
+    )
+}
+
+fn check_organ(i: usize, organ: &Organ) -> Result<(), SceneError> {
+    check_material(i, &organ.material)?;
+    let substeps = organ.substeps as f32;
+    let allowed = (1.0, SUBSTEPS_MAX as f32);
+    in_range("substeps", i, substeps, allowed, "1 to 16")?;
+    let elastic = organ.elastic_links as f32;
+    let links = (0.0, organ.link_count as f32);
+    in_range("elastic links", i, elastic, links, "0 to the organ's links")?;
+    in_range(
+        "gravity share",
+        i,
+        organ.gravity_share,
+        (0.0, 1.0),
+        "0 to 1",
+    )?;
+    for &breath in &organ.breath_m {
+        in_range("breath", i, breath, (-0.1, 0.1), "-0.1 to 0.1 m")?;
+    }
+    Ok(())
 }
 
 fn at_most(what: &'static str, count: usize, limit: usize) -> Result<(), SceneError> {
@@ -233,6 +358,7 @@ fn check_room(room: &Room) -> Result<(), SceneError> {
     check_pose("world_from_camera", &room.world_from_camera)?;
     check_position("instrument port", 0, &room.instrument_port_m)?;
     check_position("endoscope port", 0, &room.endoscope_port_m)?;
+    in_range("breath", 0, room.breath_s, (0.0, 60.0), "0 to 60 s")?;
     in_range(
         "instrument length",
         0,
@@ -260,7 +386,28 @@ fn check_sphere(i: usize, sphere: &RestSphere) -> Result<(), SceneError> {
     )
 }
 
-fn check_material(i: usize, material: &PbdMaterial) -> Result<(), SceneError> {
+fn check_material(i: usize, material: &Material) -> Result<(), SceneError> {
+    in_range(
+        "Young's modulus",
+        i,
+        material.young_pa,
+        (0.0, 1.0e9),
+        "0 to 1e9 Pa",
+    )?;
+    in_range(
+        "Poisson's ratio",
+        i,
+        material.poisson,
+        (0.0, 0.4999),
+        "0 to 0.4999",
+    )?;
+    in_range(
+        "retardation",
+        i,
+        material.retardation_s,
+        (0.0, 1.0),
+        "0 to 1 s",
+    )?;
     in_range(
         "stretch stiffness",
         i,
@@ -309,7 +456,8 @@ fn check_link(j: usize, link: &Link, organ: &Organ) -> Result<(), SceneError> {
         link.rest_length_m,
         (1.0e-6, 10.0),
         "1 um to 10 m",
-    )
+    )?;
+    check_compliance(j, link.compliance_m_n)
 }
 
 #[cfg(test)]
@@ -323,6 +471,7 @@ mod tests {
         a: 0,
         b: 1,
         rest_length_m: 0.01,
+        compliance_m_n: 0.0,
     };
 
     fn two() -> [RestSphere; 2] {

@@ -1,28 +1,40 @@
 //! The immutable scene: validated slices, no file format.
 
 mod check;
+mod tetra;
 
 pub use check::SceneError;
+pub use tetra::{LANES, Tetra, TetraBatch, batches};
 
 use crate::math::{Pose, Vec3};
+use crate::sim::TICK_S;
 
-/// How the paper's method treats one organ. Dimensionless stiffness in 0..=1 (its known fault:
-/// it depends on iterations and time step); replaced by SI material values later.
+/// What an organ is made of: SI values, and how the paper's method treats it, whose
+/// dimensionless stiffness in 0..=1 depends on iterations and time step (its known fault).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PbdMaterial {
+pub struct Material {
+    /// Young's modulus, Pa.
+    pub young_pa: f32,
+    /// Poisson's ratio, 0..0.5.
+    pub poisson: f32,
+    /// Strain-rate damping (Kelvin–Voigt): viscosity over modulus, s.
+    pub retardation_s: f32,
     /// Share of a link's stretch corrected in an iteration (paper Eq. 4–5).
     pub stretch_stiffness: f32,
     /// Share of the way to the Laplacian target moved in an iteration (paper Eq. 8).
     pub laplacian_stiffness: f32,
-    /// Fraction of velocity lost per second.
+    /// Fraction of velocity lost per second (damping in proportion to mass).
     pub damping_per_s: f32,
-    /// Hooke constant of the haptic force on penetration, N/m.
+    /// Stiffness between a tool and a sphere that it overlaps, N/m.
     pub contact_stiffness_n_m: f32,
 }
 
-impl PbdMaterial {
+impl Material {
     /// Neither holds together nor pushes back.
     const NONE: Self = Self {
+        young_pa: 0.0,
+        poisson: 0.0,
+        retardation_s: 0.0,
         stretch_stiffness: 0.0,
         laplacian_stiffness: 0.0,
         damping_per_s: 0.0,
@@ -41,9 +53,26 @@ pub struct Organ {
     pub link_start: u32,
     /// How many links.
     pub link_count: u32,
+    /// How many of its links, from the first, carry load beside the tetrahedra. The paper's method
+    /// takes all.
+    pub elastic_links: u32,
+    /// First batch of tetrahedra.
+    pub batch_start: u32,
+    /// How many.
+    pub batch_count: u32,
+    /// Steps in a tick that its stiffness needs, 1 to [`SUBSTEPS_MAX`].
+    pub substeps: u32,
+    /// Share of gravity that acts on it: 0 if its shape at rest is the one in the body, where its
+    /// weight is in balance; 1 if that shape is the unloaded one.
+    pub gravity_share: f32,
+    /// How far its held spheres go with a breath, world frame, m.
+    pub breath_m: Vec3,
     /// Material.
-    pub material: PbdMaterial,
+    pub material: Material,
 }
+
+/// Steps in a tick, at most.
+pub const SUBSTEPS_MAX: u32 = 16;
 
 /// A sphere at rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,6 +96,32 @@ pub struct Link {
     pub b: u32,
     /// Distance at rest, m.
     pub rest_length_m: f32,
+    /// Stretch per force, m/N, where the link is elastic.
+    pub compliance_m_n: f32,
+}
+
+/// A thread or band between spheres of two organs, or from a sphere to a point of the world.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Attachment {
+    /// The sphere.
+    pub sphere: u32,
+    /// What it is tied to.
+    pub to: Anchor,
+    /// Length at rest, m; 0 holds the two together.
+    pub rest_length_m: f32,
+    /// Stretch per force, m/N.
+    pub compliance_m_n: f32,
+    /// Pulls and never pushes (a suture).
+    pub is_thread: bool,
+}
+
+/// The other end of an [`Attachment`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Anchor {
+    /// A sphere of another organ.
+    Sphere(u32),
+    /// A point, world frame, m.
+    World(Vec3),
 }
 
 /// Where things stand in the room.
@@ -86,6 +141,8 @@ pub struct Room {
     pub endoscope_port_m: Vec3,
     /// Camera before the first tracker sample: looks along −z, y up.
     pub world_from_camera: Pose,
+    /// Time of a breath, s; 0: nobody breathes.
+    pub breath_s: f32,
 }
 
 /// Everything that does not change while the simulation runs. Build it with [`Scene::new`].
@@ -94,6 +151,8 @@ pub struct Scene<'a> {
     pub(crate) organs: &'a [Organ],
     pub(crate) spheres: &'a [RestSphere],
     pub(crate) links: &'a [Link],
+    pub(crate) batches: &'a [TetraBatch],
+    pub(crate) attachments: &'a [Attachment],
     pub(crate) room: Room,
 }
 
@@ -116,6 +175,14 @@ impl<'a> Scene<'a> {
         self.links
     }
 
+    /// The spheres of `organ` at rest.
+    pub(crate) fn spheres_of(&self, organ: &Organ) -> &'a [RestSphere] {
+        let start = organ.sphere_start as usize;
+        self.spheres
+            .get(start..start.saturating_add(organ.sphere_count as usize))
+            .unwrap_or(&[])
+    }
+
     /// The links of `organ`.
     pub(crate) fn links_of(&self, organ: &Organ) -> &'a [Link] {
         let start = organ.link_start as usize;
@@ -124,11 +191,31 @@ impl<'a> Scene<'a> {
             .unwrap_or(&[])
     }
 
+    /// The links of `organ` that carry load beside its tetrahedra.
+    pub(crate) fn elastic_links_of(&self, organ: &Organ) -> &'a [Link] {
+        let links = self.links_of(organ);
+        links.get(..organ.elastic_links as usize).unwrap_or(links)
+    }
+
+    /// The tetrahedra of `organ`.
+    pub(crate) fn batches_of(&self, organ: &Organ) -> &'a [TetraBatch] {
+        let start = organ.batch_start as usize;
+        self.batches
+            .get(start..start.saturating_add(organ.batch_count as usize))
+            .unwrap_or(&[])
+    }
+
     /// The material of the organ with this index; one that does nothing if there is none.
-    pub(crate) fn material_of(&self, organ: u8) -> PbdMaterial {
+    pub(crate) fn material_of(&self, organ: u8) -> Material {
         self.organs
             .get(usize::from(organ))
-            .map_or(PbdMaterial::NONE, |organ| organ.material)
+            .map_or(Material::NONE, |organ| organ.material)
+    }
+
+    /// Length of a substep of the organ with this index, s.
+    pub(crate) fn step_s_of(&self, organ: u8) -> f32 {
+        let organ = self.organs.get(usize::from(organ));
+        TICK_S / organ.map_or(1, |organ| organ.substeps.max(1)) as f32
     }
 
     /// Where things stand.
@@ -157,7 +244,10 @@ pub(crate) mod tests {
         link_start: u32,
         link_count: u32,
     ) -> Organ {
-        let material = PbdMaterial {
+        let material = Material {
+            young_pa: 5000.0,
+            poisson: 0.45,
+            retardation_s: 0.0,
             stretch_stiffness: 0.5,
             laplacian_stiffness: 0.1,
             damping_per_s: 1.0,
@@ -168,6 +258,12 @@ pub(crate) mod tests {
             sphere_count,
             link_start,
             link_count,
+            elastic_links: link_count,
+            batch_start: 0,
+            batch_count: 0,
+            substeps: 1,
+            gravity_share: 1.0,
+            breath_m: Vec3::zeros(),
             material,
         }
     }
@@ -181,6 +277,7 @@ pub(crate) mod tests {
             instrument_length_m: 0.33,
             endoscope_port_m: Vec3::new(0.1, 0.0, 0.2),
             world_from_camera: Pose::identity(),
+            breath_s: 0.0,
         }
     }
 }

@@ -18,20 +18,23 @@ use crate::math::{self, Vec3};
 use crate::output_limit::{Demand, OutputLimit};
 use crate::port::{DeviceCapabilities, ForceCommand};
 use crate::sample::Inputs;
-use crate::scene::Scene;
-use crate::soft_body::pbd::PaperPbd;
-use crate::soft_body::{Bounds, Solver};
+use crate::scene::{Anchor, Attachment, Scene};
+use crate::soft_body::sleep::Sleep;
+use crate::soft_body::{Bounds, Method, Node, Solver, attachment};
 use crate::state::State;
 use crate::tool::{Kinematics, ToolState, capsules};
 
 /// One control period, s.
 pub const TICK_S: f32 = 0.001;
 
+/// Organs that move this near to a sleeping one wake it, m.
+const STIR_M: f32 = 0.002;
+
 /// What can be chosen when the simulation starts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
-    /// Iterations of the constraints in a tick. The paper's stiffness grows with it.
-    pub iterations: u32,
+    /// How tissue is solved.
+    pub method: Method,
     /// Time over which the force rises after each enable, s.
     pub force_ramp_s: f32,
     /// Whether force may leave from the start, without [`Command::EnableForce`].
@@ -41,7 +44,7 @@ pub struct Parameters {
 impl Default for Parameters {
     fn default() -> Self {
         Self {
-            iterations: 10,
+            method: Method::NeoHookean,
             force_ramp_s: 2.0,
             force_enabled: false,
         }
@@ -53,7 +56,8 @@ impl Default for Parameters {
 pub struct Sim<'a> {
     scene: Scene<'a>,
     state: &'a mut State,
-    solver: PaperPbd,
+    solver: Method,
+    sleep: Sleep,
     kinematics: Kinematics,
     inputs: Inputs,
     tool: ToolState,
@@ -81,9 +85,8 @@ impl<'a> Sim<'a> {
         limit.enable(parameters.force_enabled);
         let room = scene.room();
         let mut sim = Self {
-            solver: PaperPbd {
-                iterations: parameters.iterations,
-            },
+            solver: parameters.method,
+            sleep: Sleep::AWAKE,
             kinematics: Kinematics {
                 port_m: room.instrument_port_m,
                 length_m: room.instrument_length_m,
@@ -151,6 +154,7 @@ impl<'a> Sim<'a> {
             Some(Command::Reset) => {
                 self.let_go();
                 self.contacts.clear();
+                self.sleep = Sleep::AWAKE;
                 self.state.bodies.rest(&self.scene);
                 self.state.pairs.load(&self.scene);
                 self.measure_bounds();
@@ -200,36 +204,95 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// One position-based step of every organ, contacts included.
+    /// One position-based step of every organ that is awake, each in its substeps, contacts
+    /// included.
     fn solve(&mut self, self_collision: bool, far_organs: bool, faults: &mut FaultSet) {
         if self.tool.switches.paused {
             return;
         }
-        let worked = self.worked_organs();
+        let moves = self.moving_organs(far_organs);
         let (scene, bodies) = (&self.scene, &mut self.state.bodies);
-        let moves = |organ: &usize| far_organs || worked.get(*organ).copied().unwrap_or(true);
-        let moving = || (0..).zip(scene.organs).filter(|(i, _)| moves(i));
-        for (_, organ) in moving() {
-            bodies.predict(scene, organ);
+        let (parts, jaws) = (&self.tool.capsules, &self.tool.world_from_instrument);
+        for (organ, _) in scene.organs.iter().zip(moves).filter(|(_, moves)| !moves) {
+            bodies.stand(organ);
         }
-        self.grasp.carry(&self.tool.world_from_instrument, bodies);
-        for (_, organ) in moving() {
-            self.solver.project(scene, organ, bodies);
+        let moving = || {
+            (0u8..)
+                .zip(scene.organs)
+                .zip(moves)
+                .filter(|(_, moves)| *moves)
+        };
+        for ((i, organ), _) in moving() {
+            bodies.breathe(scene, organ, self.tick);
+            let step_s = scene.step_s_of(i);
+            for substep in 1..organ.substeps {
+                let share = substep as f32 / organ.substeps as f32;
+                bodies.predict(scene, organ, step_s);
+                self.solver.project(scene, organ, step_s, bodies);
+                self.grasp.carry(Some(i), share, jaws, scene, bodies);
+                self.contacts.push_organ(i, parts, scene, step_s, bodies);
+                bodies.advance(organ, step_s);
+            }
+            bodies.predict(scene, organ, step_s);
+            self.solver.project(scene, organ, step_s, bodies);
         }
-        // Projecting pairs would move organs that stand still.
-        if self_collision && far_organs {
+        if self_collision {
             self.state.pairs.project(bodies);
         }
-        self.contacts.push_out(&self.tool.capsules, scene, bodies);
-        for (i, (organ, bounds)) in scene.organs.iter().zip(&mut self.bounds).enumerate() {
-            if !moves(&i) {
-                bodies.stand(organ);
+        attachment::project_all(scene, bodies);
+        self.grasp.carry(None, 1.0, jaws, scene, bodies);
+        self.contacts.push_out(parts, scene, bodies);
+        for ((i, organ), moves) in (0u8..).zip(scene.organs).zip(moves) {
+            if !moves {
                 continue;
             }
-            let put_back;
-            (*bounds, put_back) = bodies.advance(organ);
-            faults.raise_if(put_back > 0, Fault::BadSphere);
+            let advanced = bodies.advance(organ, scene.step_s_of(i));
+            bodies.stop_leading(organ);
+            faults.raise_if(advanced.put_back > 0, Fault::BadSphere);
+            if self.sleep.note_speed(i.into(), advanced.speed_max_m_s) {
+                bodies.halt(organ);
+            }
+            if let Some(bounds) = self.bounds.get_mut(usize::from(i)) {
+                *bounds = advanced.bounds;
+            }
         }
+    }
+
+    /// Which organs are stepped in this tick: those near the instrument or in its jaws, and of the
+    /// others those that do not sleep, if there is time for them.
+    fn moving_organs(&mut self, far_organs: bool) -> [bool; MAX_ORGANS] {
+        let worked = self.worked_organs();
+        let mut moves = worked;
+        for (i, (organ, moves)) in self.scene.organs.iter().zip(&mut moves).enumerate() {
+            let breathes = self.scene.room.breath_s > 0.0 && organ.breath_m != Vec3::zeros();
+            if *moves || breathes || self.is_stirred(i) {
+                self.sleep.wake(i);
+            }
+            *moves |= far_organs && !self.sleep.is_asleep(i);
+        }
+        moves
+    }
+
+    /// Whether another organ that moves lies against this one, or pulls at it.
+    fn is_stirred(&self, organ: usize) -> bool {
+        let Some(own) = self.bounds.get(organ) else {
+            return false;
+        };
+        let others = self.bounds.iter().enumerate().take(self.scene.organs.len());
+        let near = |(i, bounds): (usize, &Bounds)| {
+            i != organ && self.sleep.is_stirring(i) && own.is_near(bounds, STIR_M)
+        };
+        let organ_of = |sphere: u32| usize::from(*self.state.bodies.organ.at(sphere));
+        let pulls = |tie: &Attachment| match tie.to {
+            Anchor::Sphere(other) => {
+                let ends = (organ_of(tie.sphere), organ_of(other));
+                (ends.0 == organ && self.sleep.is_stirring(ends.1))
+                    || (ends.1 == organ && self.sleep.is_stirring(ends.0))
+            }
+            Anchor::World(_) => false,
+        };
+        self.sleep.is_asleep(organ)
+            && (others.into_iter().any(near) || self.scene.attachments.iter().any(pulls))
     }
 
     /// Whether the instrument is near each organ, or holds some of it.
@@ -247,10 +310,7 @@ impl<'a> Sim<'a> {
     /// What the tissue does to the hand, through the limits, in the device's frame.
     fn render_force(&mut self, faults: &mut FaultSet) -> ForceCommand {
         let paused = self.tool.switches.paused;
-        let pull = self
-            .grasp
-            .pull(&self.scene, &self.state.bodies)
-            .filter(|_| !paused);
+        let pull = self.grasp.pull(&self.state.bodies).filter(|_| !paused);
         let handle = &self.tool.world_from_handle;
         let felt = force::felt(&self.contacts.list, pull.as_ref(), &self.kinematics, handle);
         let world_from_device = &self.scene.room().world_from_device.rotation;
@@ -309,17 +369,10 @@ impl<'a> Sim<'a> {
     /// Speed of the fastest sphere, m/s.
     #[must_use]
     pub fn speed_max_m_s(&self) -> f32 {
-        let velocities = self
-            .state
-            .bodies
-            .velocity_m_s
-            .range(0, self.scene.spheres.len() as u32);
-        math::sqrt(
-            velocities
-                .iter()
-                .map(Vec3::norm_squared)
-                .fold(0.0, f32::max),
-        )
+        let count = self.scene.spheres.len() as u32;
+        let nodes = self.state.bodies.nodes.range(0, count).iter();
+        let squared = |node: &Node| node.velocity_m_s().norm_squared();
+        math::sqrt(nodes.map(squared).fold(0.0, f32::max))
     }
 
     /// Hash of what the simulation computed: spheres, tool, force. Equal after equal inputs, bit
@@ -329,8 +382,8 @@ impl<'a> Sim<'a> {
         let mut hash = Hash::new();
         let (bodies, count) = (&self.state.bodies, self.scene.spheres.len() as u32);
         for i in 0..count {
-            hash.vector(bodies.displacement_m.at(i));
-            hash.vector(bodies.velocity_m_s.at(i));
+            hash.vector(&bodies.nodes.at(i).moved_m());
+            hash.vector(&bodies.nodes.at(i).velocity_m_s());
             hash.word(u32::from(bodies.bits.at(i).0));
         }
         hash.pose(&self.tool.world_from_handle);

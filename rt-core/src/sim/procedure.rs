@@ -60,7 +60,7 @@ impl Sim<'_> {
                 value: self.grasp.count() as f32,
             });
         }
-        self.grasp.open(&self.scene, &mut self.state.bodies);
+        self.grasp.open(&mut self.state.bodies);
     }
 
     pub(super) fn change_instrument(&mut self, instrument: Instrument) {

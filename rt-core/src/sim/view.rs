@@ -73,14 +73,11 @@ impl<'a> TickView<'a> {
     /// The spheres, in the scene's order.
     pub fn spheres(&self) -> impl ExactSizeIterator<Item = SphereView> + use<'a> {
         let count = self.scene.spheres.len() as u32;
-        let displacements = self.bodies.displacement_m.range(0, count);
-        let moved = displacements.iter().zip(self.bodies.bits.range(0, count));
-        self.scene
-            .spheres
-            .iter()
-            .zip(moved)
-            .map(|(rest, (u, bits))| SphereView {
-                center_m: rest.center_m + u,
+        let nodes = self.bodies.nodes.range(0, count).iter();
+        nodes
+            .zip(self.bodies.bits.range(0, count))
+            .map(|(node, bits)| SphereView {
+                center_m: node.center_m(),
                 bits: *bits,
             })
     }

@@ -72,6 +72,7 @@ mod tests {
             a,
             b,
             rest_length_m: 1.0,
+            compliance_m_n: 0.0,
         };
         let mut adjacency = Box::new(Adjacency::new());
         adjacency.build(&[link(0, 1), link(1, 2)]);

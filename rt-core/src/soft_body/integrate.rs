@@ -4,6 +4,7 @@ use crate::math::{self, Vec3};
 use crate::scene::{Organ, Scene};
 use crate::sim::TICK_S;
 use crate::soft_body::Bodies;
+use crate::soft_body::lanes::Lanes;
 
 /// No sphere leaves a tick faster than this, m/s: above what an instrument does, below what
 /// would carry a sphere through its neighbour in a tick.
@@ -40,58 +41,97 @@ impl Bounds {
     }
 }
 
+/// What a substep made of an organ.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Advanced {
+    /// The box around it.
+    pub(crate) bounds: Bounds,
+    /// Speed of its fastest movable sphere, m/s.
+    pub(crate) speed_max_m_s: f32,
+    /// Spheres that were put back.
+    pub(crate) put_back: u32,
+}
+
 impl Bodies {
-    /// Velocity takes gravity and damping, displacement takes velocity. Immovable spheres stay.
-    pub(crate) fn predict(&mut self, scene: &Scene<'_>, organ: &Organ) {
-        let fall = scene.room.gravity_m_s2 * TICK_S;
-        let keep = (1.0 - organ.material.damping_per_s * TICK_S).max(0.0);
-        let (start, count) = (organ.sphere_start, organ.sphere_count);
-        let nodes = self.nodes.range_mut(start, count).iter_mut();
-        let displacements = self.displacement_m.range(start, count);
-        let velocities = self.velocity_m_s.range_mut(start, count);
-        for ((node, u), v) in nodes.zip(displacements).zip(velocities) {
+    /// Velocity takes gravity and damping, displacement takes velocity. Immovable spheres go where
+    /// they are led.
+    pub(crate) fn predict(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32) {
+        let fall = scene.room.gravity_m_s2 * (organ.gravity_share * step_s);
+        let keep = (1.0 - organ.material.damping_per_s * step_s).max(0.0);
+        let (fall, keep) = (Lanes::new(&fall, 0.0), Lanes::splat(keep));
+        let step_s = Lanes::splat(step_s);
+        for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
             if node.inverse_mass_per_kg() > 0.0 {
-                *v = (*v + fall) * keep;
-            } else {
-                *v = Vec3::zeros();
+                node.velocity_m_s = (node.velocity_m_s + fall) * keep;
             }
-            node.move_to(&(u + *v * TICK_S));
+            node.step_m = node.velocity_m_s * step_s;
         }
     }
 
-    /// What the constraints made of the prediction becomes the state: `v = Δu / dt`, at most
+    /// What the constraints made of the prediction becomes the state: `v = d / dt`, at most
     /// [`SPEED_MAX_M_S`]. A sphere that is not finite, or left the room, goes back to where it
-    /// was and rests. Returns the organ's box, and how many spheres were put back.
-    pub(crate) fn advance(&mut self, organ: &Organ) -> (Bounds, u32) {
-        let (mut bounds, mut put_back) = (Bounds::EMPTY, 0);
+    /// was and rests.
+    pub(crate) fn advance(&mut self, organ: &Organ, step_s: f32) -> Advanced {
+        let (mut bounds, mut put_back, mut fastest) = (Bounds::EMPTY, 0, 0.0f32);
         let (start, count) = (organ.sphere_start, organ.sphere_count);
-        let nodes = self.nodes.range_mut(start, count).iter_mut();
-        let displacements = self.displacement_m.range_mut(start, count);
-        let velocities = self.velocity_m_s.range_mut(start, count);
         let radii = self.radius_m.range(start, count);
-        for (((node, u), v), radius_m) in nodes.zip(displacements).zip(velocities).zip(radii) {
+        let per_step = Lanes::splat(step_s.recip());
+        for (node, radius_m) in self.nodes.range_mut(start, count).iter_mut().zip(radii) {
             let moved_m = node.moved_m();
             // Not `>`: a comparison with NaN is false.
             let is_good = moved_m.amax() <= DISPLACEMENT_MAX_M && math::is_finite(&moved_m);
             if is_good {
-                *v = limited((moved_m - *u) / TICK_S);
-                *u = moved_m;
+                node.moved_m = node.moved_m + node.step_m;
+                if node.inverse_mass_per_kg() > 0.0 {
+                    let (velocity, squared) = limited(node.step_m * per_step);
+                    node.velocity_m_s = velocity;
+                    fastest = fastest.max(squared);
+                }
             } else {
-                node.move_to(u);
-                *v = Vec3::zeros();
+                node.velocity_m_s = Lanes::ZERO;
                 put_back += 1;
             }
-            bounds.add(&(node.rest_m() + *u), *radius_m);
+            node.step_m = Lanes::ZERO;
+            bounds.add(&node.center_m(), *radius_m);
         }
-        (bounds, put_back)
+        Advanced {
+            bounds,
+            speed_max_m_s: math::sqrt(fastest),
+            put_back,
+        }
+    }
+
+    /// Ends a tick for an organ: nobody leads its immovable spheres any more.
+    pub(crate) fn stop_leading(&mut self, organ: &Organ) {
+        for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
+            if node.inverse_mass_per_kg() <= 0.0 {
+                node.velocity_m_s = Lanes::ZERO;
+            }
+        }
+    }
+
+    /// Takes all speed from an organ.
+    pub(crate) fn halt(&mut self, organ: &Organ) {
+        for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
+            node.velocity_m_s = Lanes::ZERO;
+        }
+    }
+
+    /// Leads an immovable sphere to this displacement within the coming tick, m.
+    pub(crate) fn lead(&mut self, sphere: u32, moved_m: &Vec3) {
+        let node = self.nodes.at_mut(sphere);
+        let step_m = moved_m - node.moved_m();
+        node.velocity_m_s = Lanes::new(&(step_m / TICK_S), 0.0);
     }
 }
 
-fn limited(velocity_m_s: Vec3) -> Vec3 {
+/// The velocity, limited, and its squared length.
+fn limited(velocity_m_s: Lanes) -> (Lanes, f32) {
     let squared = velocity_m_s.norm_squared();
     if squared > SPEED_MAX_M_S * SPEED_MAX_M_S {
-        velocity_m_s * (SPEED_MAX_M_S / math::sqrt(squared))
+        let slower = velocity_m_s.scaled(SPEED_MAX_M_S / math::sqrt(squared));
+        (slower, SPEED_MAX_M_S * SPEED_MAX_M_S)
     } else {
-        velocity_m_s
+        (velocity_m_s, squared)
     }
 }

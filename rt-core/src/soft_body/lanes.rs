@@ -21,6 +21,31 @@ impl Lanes {
         Self([x, y, z, spare])
     }
 
+    /// From x, y, z and what stands beside.
+    #[inline(always)]
+    pub(crate) const fn from_array(lanes: [f32; 4]) -> Self {
+        Self(lanes)
+    }
+
+    /// x, y, z and what stands beside.
+    #[inline(always)]
+    pub(crate) const fn as_array(&self) -> &[f32; 4] {
+        &self.0
+    }
+
+    /// x, y, z and what stands beside.
+    #[inline(always)]
+    pub(crate) const fn to_array(self) -> [f32; 4] {
+        self.0
+    }
+
+    /// Scalar product of x, y, z.
+    #[inline(always)]
+    pub(crate) fn dot(self, other: Self) -> f32 {
+        let [x, y, z, _] = (self * other).0;
+        x + y + z
+    }
+
     /// `x` in all four lanes.
     #[must_use]
     #[inline(always)]

@@ -1,59 +1,97 @@
 //! Soft tissue: inner spheres moved by position-based dynamics.
 //!
-//! A tick moves every sphere in three steps: `predict` lets it fly, a [`Solver`] and
-//! the contacts correct where it lands, `advance` makes the correction its velocity.
+//! A tick moves an organ in its number of substeps. Each lets every sphere fly (`predict`), lets a
+//! [`Solver`] and the contacts correct where it lands, and makes the correction its velocity
+//! (`advance`).
 //!
-//! A centre is stored as rest position plus displacement. The displacement is small, so that it
-//! keeps the bits which a centre far from the origin would lose, and a resting organ rests.
+//! A centre is stored as rest position, displacement, and the displacement's change in this
+//! substep. Displacement and change are small, so that they keep the bits which a centre far from
+//! the origin would lose: a resting organ rests.
 
 mod adjacency;
+pub(crate) mod attachment;
+pub(crate) mod bar;
+mod breath;
 mod integrate;
 pub mod lanes;
 pub mod laplacian;
+pub mod neo_hookean;
 pub mod pbd;
 pub(crate) mod per_sphere;
+pub(crate) mod sleep;
 pub mod stretch;
+mod tissue;
 
 pub(crate) use integrate::Bounds;
+pub use tissue::{Correction, Tissue};
 
 use crate::math::Vec3;
 use crate::scene::{Organ, RestSphere, Scene};
 use crate::state::SphereBits;
 use adjacency::Adjacency;
 use lanes::Lanes;
+use neo_hookean::NeoHookean;
+use pbd::{PaperPbd, PaperSphere};
 use per_sphere::PerSphere;
 
-/// Corrects the predicted displacements of one organ for one tick by its inner constraints.
-/// Contacts are not its business. The seam at which the paper's method is replaced.
+/// Corrects the predicted displacements of one organ by its inner constraints. Contacts are not
+/// its business.
 pub trait Solver {
-    /// Projects every constraint of `organ`; must be bounded by the organ's counts.
-    fn project(&self, scene: &Scene<'_>, organ: &Organ, bodies: &mut Bodies);
+    /// Projects every constraint of `organ` for a substep of `step_s`; must be bounded by the
+    /// organ's counts.
+    fn project(&self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies);
 }
 
-/// A sphere as the solver sees it: half a cache line.
+/// How tissue is solved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// Neo-Hookean tetrahedra: the material is what it is.
+    #[default]
+    NeoHookean,
+    /// The paper's stretching and Laplacian coordinates: to compare with.
+    Paper(PaperPbd),
+}
+
+impl Solver for Method {
+    fn project(&self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies) {
+        match self {
+            Self::NeoHookean => NeoHookean.project(scene, organ, step_s, bodies),
+            Self::Paper(paper) => paper.project(scene, organ, step_s, bodies),
+        }
+    }
+}
+
+/// A sphere as the solver sees it: a cache line, of which tetrahedra touch the first half.
 #[derive(Debug, Clone, Copy)]
-#[repr(C, align(32))]
+#[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Centre at rest, world frame, m; beside it the inverse mass, 1/kg, 0 if immovable.
-    rest_m: Lanes,
-    /// Displacement from rest at the end of this tick, as predicted and corrected so far, m;
-    /// beside it zero.
+    /// Displacement from rest at the start of this substep, m; beside it the inverse mass, 1/kg, 0
+    /// if immovable.
     moved_m: Lanes,
+    /// How far it goes in this substep, as predicted and corrected so far, m; beside it zero.
+    step_m: Lanes,
+    /// Centre at rest, world frame, m; beside it zero.
+    rest_m: Lanes,
+    /// Velocity at the end of the last substep, m/s; of an immovable sphere, the velocity with
+    /// which it is led. Beside it zero.
+    velocity_m_s: Lanes,
 }
 
 impl Node {
     const ZERO: Self = Self {
-        rest_m: Lanes::ZERO,
         moved_m: Lanes::ZERO,
+        step_m: Lanes::ZERO,
+        rest_m: Lanes::ZERO,
+        velocity_m_s: Lanes::ZERO,
     };
 
     #[inline(always)]
     pub(crate) fn inverse_mass_per_kg(&self) -> f32 {
-        self.rest_m.spare()
+        self.moved_m.spare()
     }
 
     pub(crate) fn set_inverse_mass_per_kg(&mut self, inverse_mass_per_kg: f32) {
-        self.rest_m = self.rest_m.with_spare(inverse_mass_per_kg);
+        self.moved_m = self.moved_m.with_spare(inverse_mass_per_kg);
     }
 
     /// Centre at rest, world frame, m.
@@ -62,50 +100,56 @@ impl Node {
         self.rest_m.vec3()
     }
 
-    /// Predicted displacement from rest, m.
+    /// Displacement from rest as predicted and corrected so far, m.
     #[inline]
     pub(crate) fn moved_m(&self) -> Vec3 {
-        self.moved_m.vec3()
+        (self.moved_m + self.step_m).vec3()
     }
 
-    /// Puts the sphere to this displacement from rest, m.
+    /// Velocity at the end of the last substep, m/s.
     #[inline]
-    pub(crate) fn move_to(&mut self, moved_m: &Vec3) {
-        self.moved_m = Lanes::new(moved_m, 0.0);
+    pub(crate) fn velocity_m_s(&self) -> Vec3 {
+        self.velocity_m_s.vec3()
     }
 
     /// Moves the sphere on, m.
     #[inline]
     pub(crate) fn move_by(&mut self, step_m: &Vec3) {
-        self.moved_m = self.moved_m + Lanes::new(step_m, 0.0);
+        self.step_m = self.step_m + Lanes::new(step_m, 0.0);
     }
 
     /// Predicted centre, world frame, m.
     #[inline]
     pub(crate) fn center_m(&self) -> Vec3 {
-        (self.rest_m + self.moved_m).vec3()
+        (self.rest_m + self.moved_m + self.step_m).vec3()
     }
 
     /// Predicted centre, as seen from that of `other`, m; what stands beside is of no meaning.
-    /// Rest positions and displacements are subtracted apart: both differences keep bits that
-    /// the difference of centres has lost.
+    /// Rest positions, displacements and steps are subtracted apart: the differences keep bits
+    /// that the difference of centres has lost.
     #[inline(always)]
     pub(crate) fn from(&self, other: &Self) -> Lanes {
-        (self.rest_m - other.rest_m) + (self.moved_m - other.moved_m)
+        (self.rest_m - other.rest_m)
+            + ((self.moved_m - other.moved_m) + (self.step_m - other.step_m))
+    }
+
+    /// Puts the sphere to this displacement from rest, m, and leaves it there with this velocity.
+    pub(crate) fn put(&mut self, moved_m: &Vec3, velocity_m_s: &Vec3) {
+        self.moved_m = Lanes::new(moved_m, self.moved_m.spare());
+        self.step_m = Lanes::ZERO;
+        self.velocity_m_s = Lanes::new(velocity_m_s, 0.0);
     }
 }
 
 /// Every sphere's state, and which are linked.
 #[derive(Debug)]
 pub struct Bodies {
-    /// What the solver works on; `moved_m` is scratch between predict and advance.
+    /// Where each is and goes.
     pub(crate) nodes: PerSphere<Node>,
+    /// Scratch of the paper's method.
+    paper: PerSphere<PaperSphere>,
     /// Radius, m.
     pub(crate) radius_m: PerSphere<f32>,
-    /// Displacement from rest at the end of the last tick, m; written by advance.
-    pub(crate) displacement_m: PerSphere<Vec3>,
-    /// Velocity at the end of the last tick, m/s; written by advance.
-    pub(crate) velocity_m_s: PerSphere<Vec3>,
     /// Written by contact and procedure.
     pub(crate) bits: PerSphere<SphereBits>,
     /// Index of each sphere's organ.
@@ -114,12 +158,13 @@ pub struct Bodies {
 }
 
 impl Bodies {
-    pub(crate) const fn new() -> Self {
+    /// Nothing yet.
+    #[must_use]
+    pub const fn new() -> Self {
         Self {
             nodes: PerSphere::new(Node::ZERO),
+            paper: PerSphere::new(PaperSphere::ZERO),
             radius_m: PerSphere::new(0.0),
-            displacement_m: PerSphere::new(Vec3::new(0.0, 0.0, 0.0)),
-            velocity_m_s: PerSphere::new(Vec3::new(0.0, 0.0, 0.0)),
             bits: PerSphere::new(SphereBits(0)),
             organ: PerSphere::new(0),
             adjacency: Adjacency::new(),
@@ -161,6 +206,16 @@ impl Bodies {
         }
     }
 
+    /// Inverse mass of a sphere, 1/kg; 0 while its organ is not simulated.
+    #[inline]
+    pub(crate) fn weight_per_kg(&self, sphere: u32) -> f32 {
+        if self.bits.at(sphere).contains(SphereBits::AWAKE) {
+            self.nodes.at(sphere).inverse_mass_per_kg()
+        } else {
+            0.0
+        }
+    }
+
     /// The box around an organ as it lies now.
     pub(crate) fn bounds(&self, organ: &Organ) -> Bounds {
         let mut bounds = Bounds::EMPTY;
@@ -176,16 +231,20 @@ impl Bodies {
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
-            node.move_to(&Vec3::zeros());
+            node.put(&Vec3::zeros(), &Vec3::zeros());
             node.set_inverse_mass_per_kg(inverse_mass_per_kg(rest));
-            *self.displacement_m.at_mut(i) = Vec3::zeros();
-            *self.velocity_m_s.at_mut(i) = Vec3::zeros();
             *self.bits.at_mut(i) = SphereBits(0);
         }
     }
 }
 
-/// Inverse mass of a sphere that no jaw holds.
+impl Default for Bodies {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Inverse mass of a sphere that nobody holds.
 pub(crate) fn inverse_mass_per_kg(rest: &RestSphere) -> f32 {
     if rest.held { 0.0 } else { rest.mass_kg.recip() }
 }

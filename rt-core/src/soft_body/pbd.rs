@@ -6,6 +6,7 @@ use crate::math;
 use crate::scene::{Organ, Scene};
 use crate::soft_body::lanes::Lanes;
 use crate::soft_body::laplacian::laplacian;
+use crate::soft_body::per_sphere::PerSphere;
 use crate::soft_body::stretch::stretch;
 use crate::soft_body::{Bodies, Solver};
 
@@ -21,26 +22,60 @@ pub struct PaperPbd {
     pub iterations: u32,
 }
 
+/// A sphere as this method wants it: half a cache line.
+#[derive(Debug, Clone, Copy)]
+#[repr(C, align(32))]
+pub(crate) struct PaperSphere {
+    /// Centre at rest, world frame, m; beside it the inverse mass, 1/kg.
+    rest_m: Lanes,
+    /// Displacement from rest, m; beside it zero.
+    moved_m: Lanes,
+}
+
+impl PaperSphere {
+    pub(crate) const ZERO: Self = Self {
+        rest_m: Lanes::ZERO,
+        moved_m: Lanes::ZERO,
+    };
+
+    #[inline(always)]
+    fn weight(&self) -> f32 {
+        self.rest_m.spare()
+    }
+}
+
 impl Solver for PaperPbd {
-    fn project(&self, scene: &Scene<'_>, organ: &Organ, bodies: &mut Bodies) {
+    fn project(&self, scene: &Scene<'_>, organ: &Organ, _step_s: f32, bodies: &mut Bodies) {
+        let (start, count) = (organ.sphere_start, organ.sphere_count);
+        let spheres = bodies.paper.range_mut(start, count).iter_mut();
+        for (sphere, node) in spheres.zip(bodies.nodes.range(start, count)) {
+            let moved_m = node.moved_m + node.step_m;
+            *sphere = PaperSphere {
+                rest_m: node.rest_m.with_spare(node.inverse_mass_per_kg()),
+                moved_m: moved_m.with_spare(0.0),
+            };
+        }
         for _ in 0..self.iterations {
-            project_stretch(scene, organ, bodies);
+            project_stretch(scene, organ, &mut bodies.paper);
             project_laplacian(organ, bodies);
+        }
+        let nodes = bodies.nodes.range_mut(start, count).iter_mut();
+        for (node, sphere) in nodes.zip(bodies.paper.range(start, count)) {
+            node.step_m = (sphere.moved_m - node.moved_m).with_spare(0.0);
         }
     }
 }
 
-fn project_stretch(scene: &Scene<'_>, organ: &Organ, bodies: &mut Bodies) {
+fn project_stretch(scene: &Scene<'_>, organ: &Organ, spheres: &mut PerSphere<PaperSphere>) {
     let stiffness = organ.material.stretch_stiffness;
-    let nodes = &mut bodies.nodes;
     for link in scene.links_of(organ) {
-        let (a, b) = (*nodes.at(link.a), *nodes.at(link.b));
-        let (wa, wb) = (a.inverse_mass_per_kg(), b.inverse_mass_per_kg());
-        let difference = a.from(&b);
+        let (a, b) = (*spheres.at(link.a), *spheres.at(link.b));
+        let (wa, wb) = (a.weight(), b.weight());
+        let difference = (a.rest_m - b.rest_m) + (a.moved_m - b.moved_m);
         let length = math::sqrt(difference.norm_squared());
         let step = difference.scaled(stretch(length, wa + wb, link.rest_length_m, stiffness));
-        nodes.at_mut(link.a).moved_m = a.moved_m - step * Lanes::splat(wa);
-        nodes.at_mut(link.b).moved_m = b.moved_m + step * Lanes::splat(wb);
+        spheres.at_mut(link.a).moved_m = a.moved_m - step * Lanes::splat(wa);
+        spheres.at_mut(link.b).moved_m = b.moved_m + step * Lanes::splat(wb);
     }
 }
 
@@ -49,16 +84,16 @@ fn project_laplacian(organ: &Organ, bodies: &mut Bodies) {
     if stiffness <= 0.0 {
         return;
     }
-    let nodes = &mut bodies.nodes;
+    let spheres = &mut bodies.paper;
     for i in organ.sphere_start..organ.sphere_start.saturating_add(organ.sphere_count) {
-        let own = *nodes.at(i);
-        if own.inverse_mass_per_kg() <= 0.0 {
+        let own = *spheres.at(i);
+        if own.weight() <= 0.0 {
             continue;
         }
         let linked = bodies.adjacency.of(i);
-        let moved = |&n: &u16| nodes.at(u32::from(n)).moved_m;
+        let moved = |&n: &u16| spheres.at(u32::from(n)).moved_m;
         let sum = linked.iter().map(moved).fold(Lanes::ZERO, Lanes::add);
         let step = laplacian(own.moved_m, sum, linked.len(), stiffness);
-        nodes.at_mut(i).moved_m = own.moved_m + step;
+        spheres.at_mut(i).moved_m = own.moved_m + step;
     }
 }

@@ -9,8 +9,10 @@ use rt_core::math::{Pose, Quat, Vec3, norm};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample,
 };
-use rt_core::scene::{Link, Organ, PbdMaterial, RestSphere, Room, Scene};
+use rt_core::scene::{Link, Material, Organ, RestSphere, Room, Scene, Tetra, TetraBatch, batches};
 use rt_core::sim::{Ports, Samples, Stage, TickView};
+use rt_core::soft_body::Method;
+use rt_core::soft_body::pbd::PaperPbd;
 use rt_core::state::SphereBits;
 use rt_core::tool::{Instrument, Kinematics};
 
@@ -25,13 +27,36 @@ pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities {
     rate_hz: 1000.0,
 };
 
+/// The paper's method at its ten iterations.
+pub(crate) const PAPER: Method = Method::Paper(PaperPbd { iterations: 10 });
+
 /// Soft tissue.
-pub(crate) const SOFT: PbdMaterial = PbdMaterial {
+pub(crate) const SOFT: Material = Material {
+    young_pa: 5000.0,
+    poisson: 0.45,
+    retardation_s: 0.002,
     stretch_stiffness: 0.02,
     laplacian_stiffness: 0.005,
     damping_per_s: 5.0,
     contact_stiffness_n_m: 400.0,
 };
+
+/// An organ without tetrahedra, all links elastic.
+pub(crate) fn organ(spheres: [u32; 2], links: [u32; 2], material: Material) -> Organ {
+    Organ {
+        sphere_start: spheres[0],
+        sphere_count: spheres[1],
+        link_start: links[0],
+        link_count: links[1],
+        elastic_links: links[1],
+        batch_start: 0,
+        batch_count: 0,
+        substeps: 1,
+        gravity_share: 1.0,
+        breath_m: Vec3::zeros(),
+        material,
+    }
+}
 
 /// Where the shaft passes through the wall.
 pub(crate) const LEVER: Kinematics = Kinematics {
@@ -45,6 +70,8 @@ pub(crate) struct Anatomy {
     pub(crate) organs: Vec<Organ>,
     pub(crate) spheres: Vec<RestSphere>,
     pub(crate) links: Vec<Link>,
+    pub(crate) batches: Vec<TetraBatch>,
+    pub(crate) tetrahedra: usize,
 }
 
 impl Anatomy {
@@ -60,9 +87,12 @@ impl Anatomy {
         let volume = 4.0 / 3.0 * std::f32::consts::PI * half_axes_m.product();
         let spacing_m = (volume / count as f32).cbrt();
         let inside = |p: &Vec3| p.component_div(&half_axes_m).norm_squared();
-        let mut centers = lattice(spacing_m, 24);
-        centers.sort_by(|a, b| inside(a).total_cmp(&inside(b)));
-        centers.truncate(count);
+        let mut points = lattice(24);
+        let cell_m = spacing_m * 2.0f32.cbrt();
+        let at = |p: &[i32; 3]| Vec3::from(p.map(|x| 0.5 * cell_m * x as f32));
+        points.sort_by(|a, b| inside(&at(a)).total_cmp(&inside(&at(b))));
+        points.truncate(count);
+        let centers: Vec<Vec3> = points.iter().map(at).collect();
         let mut lengths: Vec<(f32, u32, u32)> = Vec::new();
         for (i, a) in centers.iter().enumerate() {
             for (j, b) in centers.iter().enumerate().skip(i + 1) {
@@ -73,17 +103,21 @@ impl Anatomy {
         lengths.truncate(link_count);
         let first = self.spheres.len() as u32;
         self.organs.push(Organ {
-            sphere_start: first,
-            sphere_count: centers.len() as u32,
-            link_start: self.links.len() as u32,
-            link_count: lengths.len() as u32,
-            material: SOFT,
+            elastic_links: 0,
+            batch_start: self.batches.len() as u32,
+            gravity_share: 0.0,
+            ..organ(
+                [first, centers.len() as u32],
+                [self.links.len() as u32, lengths.len() as u32],
+                SOFT,
+            )
         });
         for (rest_length_m, a, b) in in_colours(&lengths, centers.len()) {
             self.links.push(Link {
                 a: first + a,
                 b: first + b,
                 rest_length_m,
+                compliance_m_n: 0.0,
             });
         }
         let mass_kg = 1060.0 * volume / count as f32;
@@ -96,6 +130,17 @@ impl Anatomy {
             mass_kg,
             held: c.z < held_below,
         }));
+        let corners = in_batches(lattice_tetrahedra(&points));
+        self.tetrahedra += corners.len();
+        let volume_m3 = volume / corners.len() as f32;
+        let carry = |t: [u32; 4]| Tetra {
+            spheres: t.map(|i| first + i),
+            volume_m3,
+        };
+        let tetrahedra: Vec<Tetra> = corners.into_iter().map(carry).collect();
+        batches(&tetrahedra, &self.spheres, |batch| self.batches.push(batch)).expect("upright");
+        let organ = self.organs.last_mut().expect("pushed above");
+        organ.batch_count = self.batches.len() as u32 - organ.batch_start;
         self
     }
 
@@ -111,9 +156,20 @@ impl Anatomy {
         Self::liver().with_ellipsoid(Vec3::new(-0.04, 0.0, 0.067), half_axes_m, 475, 3293)
     }
 
+    /// Four organs with the paper's numbers of spheres and links (Table 1), side by side.
+    pub(crate) fn four_organs() -> Self {
+        let half_axes_m = Vec3::new(0.04, 0.018, 0.018);
+        Self::liver()
+            .with_ellipsoid(Vec3::new(0.3, 0.0, 0.0), half_axes_m, 475, 3293)
+            .with_ellipsoid(Vec3::new(0.6, 0.0, 0.0), half_axes_m, 383, 2625)
+            .with_ellipsoid(Vec3::new(0.9, 0.0, 0.0), half_axes_m, 452, 3161)
+    }
+
     /// The scene, checked.
     pub(crate) fn scene(&self) -> Scene<'_> {
-        Scene::new(&self.organs, &self.spheres, &self.links, room()).expect("a good scene")
+        Scene::new(&self.organs, &self.spheres, &self.links, room())
+            .and_then(|scene| scene.with_tetrahedra(&self.batches))
+            .expect("a good scene")
     }
 }
 
@@ -127,23 +183,72 @@ pub(crate) fn room() -> Room {
         instrument_length_m: LEVER.length_m,
         endoscope_port_m: Vec3::new(0.05, 0.0, 0.18),
         world_from_camera: Pose::identity(),
+        breath_s: 0.0,
     }
 }
 
-/// Body-centred lattice of `side`³ cells around the origin, with a point per `spacing_m`³.
-fn lattice(spacing_m: f32, side: i32) -> Vec<Vec3> {
-    let cell = spacing_m * 2.0f32.cbrt();
+/// Body-centred lattice around the origin, in half cells: corners even, middles odd.
+fn lattice(side: i32) -> Vec<[i32; 3]> {
     let mut points = Vec::new();
     for x in -side..side {
         for y in -side..side {
             for z in -side..side {
-                let corner = Vec3::new(x as f32, y as f32, z as f32) * cell;
-                points.push(corner);
-                points.push(corner + Vec3::repeat(0.5 * cell));
+                points.push([2 * x, 2 * y, 2 * z]);
+                points.push([2 * x + 1, 2 * y + 1, 2 * z + 1]);
             }
         }
     }
     points
+}
+
+/// Delaunay of the lattice: four tetrahedra around each edge of a cell, whose other corners are
+/// the middles of neighbouring cells.
+fn lattice_tetrahedra(points: &[[i32; 3]]) -> Vec<[u32; 4]> {
+    let index: std::collections::BTreeMap<[i32; 3], u32> = points
+        .iter()
+        .enumerate()
+        .map(|(i, p)| (*p, i as u32))
+        .collect();
+    let mut made = Vec::new();
+    for p in points.iter().filter(|p| p[0] % 2 == 0) {
+        for axis in 0..3 {
+            let (next, after) = ((axis + 1) % 3, (axis + 2) % 3);
+            let to = |along: i32, a: i32, b: i32| {
+                let mut q = *p;
+                q[axis] += along;
+                q[next] += a;
+                q[after] += b;
+                index.get(&q).copied()
+            };
+            let around = [(1, 1), (-1, 1), (-1, -1), (1, -1)];
+            for k in 0..4 {
+                let ((a, b), (c, d)) = (around[k], around[(k + 1) % 4]);
+                let corners = [to(0, 0, 0), to(2, 0, 0), to(1, a, b), to(1, c, d)];
+                if let [Some(o), Some(e), Some(f), Some(g)] = corners {
+                    made.push([o, e, f, g]);
+                }
+            }
+        }
+    }
+    made
+}
+
+/// Tetrahedra in an order in which eight neighbours share no sphere, as far as possible.
+fn in_batches(mut left: Vec<[u32; 4]>) -> Vec<[u32; 4]> {
+    let mut ordered = Vec::new();
+    while !left.is_empty() {
+        let mut batch: Vec<[u32; 4]> = Vec::new();
+        left.retain(|t| {
+            let free = t.iter().all(|s| !batch.as_flattened().contains(s));
+            let taken = free && batch.len() < 8;
+            if taken {
+                batch.push(*t);
+            }
+            !taken
+        });
+        ordered.extend(batch);
+    }
+    ordered
 }
 
 /// Links sorted so that those of one colour, which share no sphere, follow each other.

@@ -12,7 +12,7 @@ use core::hint::black_box;
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{DeviceCapabilities, ForceCommand};
-use rt_core::scene::{Link, Organ, RestSphere, Room, Scene};
+use rt_core::scene::{Attachment, Link, Organ, RestSphere, Room, Scene, TetraBatch};
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
 
@@ -72,6 +72,8 @@ extern "C" fn _start() -> ! {
     let organs: &[Organ] = black_box(&[]);
     let spheres: &[RestSphere] = black_box(&[]);
     let links: &[Link] = black_box(&[]);
+    let tetrahedra: &[TetraBatch] = black_box(&[]);
+    let attachments: &[Attachment] = black_box(&[]);
     let zero = Vec3::new(0.0, 0.0, 0.0);
     let room = anything(Room {
         gravity_m_s2: zero,
@@ -81,6 +83,7 @@ extern "C" fn _start() -> ! {
         instrument_length_m: 0.3,
         endoscope_port_m: zero,
         world_from_camera: Pose::identity(),
+        breath_s: 0.0,
     });
     let device = anything(DeviceCapabilities {
         force_max_n: 1.0,
@@ -93,7 +96,10 @@ extern "C" fn _start() -> ! {
     });
     // SAFETY: the only reference to it, in the only thread.
     let state = unsafe { &mut *STORAGE.0.get() };
-    if let Ok(scene) = Scene::new(organs, spheres, links, room) {
+    if let Ok(scene) = Scene::new(organs, spheres, links, room)
+        .and_then(|scene| scene.with_tetrahedra(tetrahedra))
+        .and_then(|scene| scene.with_attachments(attachments))
+    {
         let mut sim = Sim::new(scene, state, device, anything(Parameters::default()));
         let mut world = World {
             samples: Samples {

@@ -1,0 +1,51 @@
+//! Tissue as a neo-Hookean solid over the tetrahedra between sphere centres.
+//!
+//! Its constraints follow from Young's modulus, Poisson's ratio and density: stiffness depends
+//! neither on passes nor on the time step while the stiffness number `E dt² / (ρ h²)` of a substep
+//! is at most 0.2, which preparation sees to by the organ's number of substeps.
+
+mod kernel;
+mod wide;
+
+use kernel::Moduli;
+
+use crate::scene::{Material, Organ, Scene};
+use crate::soft_body::{Bodies, Solver, bar};
+
+/// Linear tetrahedra lock beyond this Poisson's ratio: at 0.49 they sag a fifth too little. A
+/// tissue of 0.49 taken for one of 0.45 sags 5 % too much.
+pub const POISSON_MAX: f32 = 0.45;
+
+/// XPBD stable neo-Hookean tetrahedra and elastic bars. O(tetrahedra + bars).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct NeoHookean;
+
+impl Solver for NeoHookean {
+    fn project(&self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies) {
+        let batches = scene.batches_of(organ);
+        if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s)) {
+            kernel::project(&mut bodies.nodes, batches, &moduli);
+        }
+        let rate = organ.material.retardation_s / step_s;
+        for link in scene.elastic_links_of(organ) {
+            bar::project(&mut bodies.nodes, link, rate, step_s);
+        }
+    }
+}
+
+/// Stable neo-Hookean moduli (Smith, de Goes and Kim 2018): `λ = λ₀ + μ`, `γ = 1 + μ/λ`. `None`
+/// where there is nothing stiff.
+fn moduli(material: &Material, step_s: f32) -> Option<Moduli> {
+    let poisson = material.poisson.min(POISSON_MAX);
+    let mu_pa = material.young_pa / (2.0 * (1.0 + poisson));
+    let lambda_pa = 2.0 * mu_pa * poisson / (1.0 - 2.0 * poisson) + mu_pa;
+    (mu_pa > 0.0).then(|| Moduli {
+        hydrostatic: (lambda_pa * step_s * step_s).recip(),
+        deviatoric: (mu_pa * step_s * step_s).recip(),
+        rest_volume: 1.0 + mu_pa / lambda_pa,
+        rate: material.retardation_s / step_s,
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,71 @@
+//! Organs that nothing touches sleep: a scene costs what is being worked on.
+
+use crate::capacity::MAX_ORGANS;
+
+/// Slower than this everywhere, an organ stands still, m/s. Freezing it then costs 0.06 mm.
+const STILL_M_S: f32 = 0.001;
+/// Ticks of standing still after which it sleeps.
+const DROWSY_TICKS: u16 = 50;
+
+/// How long each organ has stood still.
+#[derive(Debug, Clone)]
+pub(crate) struct Sleep {
+    still_ticks: [u16; MAX_ORGANS],
+}
+
+impl Sleep {
+    /// Everything is awake.
+    pub(crate) const AWAKE: Self = Self {
+        still_ticks: [0; MAX_ORGANS],
+    };
+
+    /// Whether an organ sleeps.
+    pub(crate) fn is_asleep(&self, organ: usize) -> bool {
+        self.still_ticks
+            .get(organ)
+            .is_some_and(|&ticks| ticks >= DROWSY_TICKS)
+    }
+
+    /// Something touches it.
+    pub(crate) fn wake(&mut self, organ: usize) {
+        if let Some(ticks) = self.still_ticks.get_mut(organ) {
+            *ticks = 0;
+        }
+    }
+
+    /// After a tick that it was awake in. Says whether it falls asleep now.
+    pub(crate) fn note_speed(&mut self, organ: usize, speed_max_m_s: f32) -> bool {
+        if let Some(ticks) = self.still_ticks.get_mut(organ) {
+            let still = speed_max_m_s < STILL_M_S;
+            *ticks = if still { ticks.saturating_add(1) } else { 0 };
+        }
+        self.is_asleep(organ)
+    }
+
+    /// Whether it moves enough to wake what touches it.
+    pub(crate) fn is_stirring(&self, organ: usize) -> bool {
+        self.still_ticks.get(organ) == Some(&0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sleeps_after_standing_still_and_wakes_at_once() {
+        let mut sleep = Sleep::AWAKE;
+        for _ in 1..DROWSY_TICKS {
+            sleep.note_speed(3, 0.0005);
+        }
+        assert!(!sleep.is_asleep(3));
+        sleep.note_speed(3, 0.0005);
+        assert!(sleep.is_asleep(3) && !sleep.is_stirring(3));
+        assert!(!sleep.is_asleep(2) && sleep.is_stirring(2));
+        sleep.wake(3);
+        assert!(!sleep.is_asleep(3));
+        sleep.note_speed(3, 0.002);
+        assert!(sleep.is_stirring(3));
+        assert!(!sleep.is_asleep(MAX_ORGANS), "there is none");
+    }
+}
