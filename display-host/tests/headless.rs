@@ -281,3 +281,48 @@ fn a_picture_that_cannot_be_and_a_run_without_end_are_refused() {
     let refused = run(&bad, &AtomicBool::new(false), &mut |_| {});
     assert!(matches!(refused, Err(DisplayError::Size { .. })));
 }
+
+#[test]
+fn without_a_driver_the_run_goes_on_and_says_what_to_install() {
+    let out = std::process::Command::new(std::env::current_exe().unwrap())
+        .args(["in_a_process_without_a_driver", "--exact", "--nocapture"])
+        .env("VK_DRIVER_FILES", "/dev/null")
+        .env("VK_ICD_FILENAMES", "/dev/null")
+        .env("WGPU_BACKEND", "vulkan")
+        .env("CALOT_NO_DRIVER", "1")
+        .output()
+        .unwrap();
+    let said = String::from_utf8_lossy(&out.stderr);
+    assert!(out.status.success(), "{said}");
+}
+
+/// Runs in the process above; by itself it does nothing.
+#[test]
+fn in_a_process_without_a_driver() {
+    if std::env::var_os("CALOT_NO_DRIVER").is_none() {
+        return;
+    }
+    let (mut config, _out) = config("no-driver", 0.5, 2);
+    let over = Arc::new(AtomicBool::new(false));
+    let controller = play(&config.station, &over, |play, controller| {
+        play.step(controller);
+    });
+    config.need_pictures = false;
+    let (mut states, never) = (0, AtomicBool::new(false));
+    let outcome = run(&config, &never, &mut |seen| {
+        states += u32::from(matches!(seen, Observed::State(_)));
+    });
+    config.need_pictures = true;
+    let needed = run(&config, &never, &mut |_| {});
+    over.store(true, Ordering::Relaxed);
+    controller.join().unwrap();
+    let outcome = outcome.unwrap();
+    assert_eq!(outcome.ended, Ended::TimeOver);
+    assert!(outcome.adapter.is_none() && outcome.frames.is_empty() && states > 20);
+    assert!(
+        outcome.warnings[0].contains("mesa-vulkan-drivers"),
+        "{:?}",
+        outcome.warnings
+    );
+    assert!(matches!(needed, Err(DisplayError::NoAdapter { .. })));
+}

@@ -50,6 +50,7 @@ fn every_control_works_by_pointer() {
         ("Pause (P)", Asked::Pause(true)),
         ("Reset organs (R)", Asked::Reset),
         ("Cut force (F)", Asked::EnableForce(false)),
+        ("Engineering view (E)", Asked::ToggleEngineering),
         ("Scissors (3)", Asked::Instrument(2)),
         ("Quit (Esc)", Asked::Quit),
     ] {
@@ -67,6 +68,7 @@ fn every_control_works_by_key() {
         (egui::Key::R, Asked::Reset),
         (egui::Key::F, Asked::EnableForce(false)),
         (egui::Key::Num4, Asked::Instrument(3)),
+        (egui::Key::E, Asked::ToggleEngineering),
         (egui::Key::H, Asked::TogglePanel),
         (egui::Key::F11, Asked::ToggleFullScreen),
         (egui::Key::Escape, Asked::Quit),

@@ -1,7 +1,7 @@
 //! The endoscope: where it looks, and its light.
 
 use glam::camera::rh::{proj::directx as projection, view};
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec2, Vec3};
 use shared_mem::message::{PoseMsg, ToolFrame};
 
 use super::layout::{Frame, SHADING_CAPSULES};
@@ -36,6 +36,23 @@ impl Default for Scope {
             near_m: 0.002,
             far_m: 0.45,
         }
+    }
+}
+
+impl Scope {
+    /// Where an angle (rad) off the middle lies on the picture, in half heights.
+    #[must_use]
+    pub fn on_picture(&self, angle: f32) -> f32 {
+        angle / self.half_angle * self.circle
+    }
+
+    /// Where a point in the camera's frame (m) lies on the picture: from its middle, in half
+    /// heights, y up. `None`: outside the circle.
+    #[must_use]
+    pub fn project(&self, at: Vec3) -> Option<Vec2> {
+        let off = Vec2::new(at.x, at.y);
+        let angle = off.length().atan2(-at.z);
+        (angle < self.half_angle).then(|| off.normalize_or_zero() * self.on_picture(angle))
     }
 }
 

@@ -182,6 +182,12 @@ impl Renderer {
     }
 
     /// The endoscope's optics.
+    #[must_use]
+    pub fn scope(&self) -> &Scope {
+        &self.scope
+    }
+
+    /// The endoscope's optics, to change.
     pub fn scope_mut(&mut self) -> &mut Scope {
         &mut self.scope
     }

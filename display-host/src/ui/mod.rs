@@ -1,9 +1,11 @@
 //! The panel: a pure function from what is known to widgets, and to what the user asks for.
 
 mod health;
+mod overlay;
 mod panel;
 
 pub use health::TickHealth;
+pub use overlay::{Circle, Line, Mark, Overlay};
 pub use panel::{Asked, ui};
 
 use shared_mem::message::{DeviceHealth, ToolFrame};
@@ -49,6 +51,8 @@ pub struct UiState {
     pub alarm: Option<String>,
     /// The endoscope's picture and its width over height.
     pub picture: Option<(egui::TextureId, f32)>,
+    /// The engineering view, if it is on.
+    pub overlay: Option<Overlay>,
     /// The panel is hidden.
     pub panel_hidden: bool,
 }

@@ -19,6 +19,8 @@ pub enum Asked {
     Instrument(u32),
     /// The alarm was seen.
     Acknowledge,
+    /// Show the simulation over the picture, or not.
+    ToggleEngineering,
     /// Hide or show the panel.
     TogglePanel,
     /// Fill the screen, or not.
@@ -55,7 +57,7 @@ pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
         ui.painter().rect_filled(ui.max_rect(), 0.0, Color32::BLACK);
         match (state.picture, state.link) {
             (Some((id, aspect)), Link::Live | Link::Silent(_)) => {
-                covered = Some(picture(ui, id, aspect));
+                covered = Some(picture(ui, state, id, aspect));
             }
             _ => {
                 ui.centered_and_justified(|ui| ui.label(RichText::new(waiting(state)).size(22.0)));
@@ -77,6 +79,7 @@ fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             (Key::R, Asked::Reset),
             (Key::F, Asked::EnableForce(!state.is_force_enabled())),
             (Key::A, Asked::Acknowledge),
+            (Key::E, Asked::ToggleEngineering),
             (Key::H, Asked::TogglePanel),
             (Key::F11, Asked::ToggleFullScreen),
         ];
@@ -88,12 +91,16 @@ fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
     })
 }
 
-fn picture(ui: &mut Ui, id: egui::TextureId, aspect: f32) -> [u32; 2] {
+fn picture(ui: &mut Ui, state: &UiState, id: egui::TextureId, aspect: f32) -> [u32; 2] {
     let space = ui.available_size();
     let width = space.x.min(space.y * aspect);
     let size = vec2(width, width / aspect);
     ui.centered_and_justified(|ui| {
-        ui.add(egui::Image::new((id, size)).alt_text("Endoscope picture"));
+        let picture = ui.add(egui::Image::new((id, size)).alt_text("Endoscope picture"));
+        if let Some(overlay) = &state.overlay {
+            let place = egui::Rect::from_center_size(picture.rect.center(), size);
+            overlay.paint(ui.painter(), place);
+        }
     });
     let pixels = ui.ctx().pixels_per_point();
     [space.x, space.y].map(|side| (side * pixels).round().max(1.0) as u32)
@@ -208,6 +215,11 @@ fn switches(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         }
         if ui.button("Reset organs (R)").clicked() {
             asked.push(Asked::Reset);
+        }
+        let engineering = state.overlay.is_some();
+        let toggle = ui.selectable_label(engineering, "Engineering view (E)");
+        if toggle.clicked() {
+            asked.push(Asked::ToggleEngineering);
         }
         let text = if forced {
             "Cut force (F)"

@@ -125,7 +125,7 @@ impl App<'_> {
         let Some(screen) = &mut self.screen else {
             return;
         };
-        match screen.show(&mut self.session) {
+        match screen.show(&self.scene, &mut self.session) {
             Ok(Shown::Frame { asked, quit }) => {
                 self.session.carry_out(&asked, self.observer);
                 if quit {

@@ -146,7 +146,11 @@ impl Screen {
     }
 
     /// Draws and shows one frame.
-    pub(super) fn show(&mut self, session: &mut Session) -> Result<Shown, DisplayError> {
+    pub(super) fn show(
+        &mut self,
+        scene: &SceneFile,
+        session: &mut Session,
+    ) -> Result<Shown, DisplayError> {
         use wgpu::CurrentSurfaceTexture as Current;
         let surface = match self.surface.get_current_texture() {
             Current::Success(texture) | Current::Suboptimal(texture) => texture,
@@ -169,6 +173,7 @@ impl Screen {
         let aspect = width as f32 / height as f32;
         session.ui.picture = drawn.as_ref().map(|_| (self.picture, aspect));
 
+        session.update_overlay(scene, self.renderer.scope());
         let context = self.input.egui_ctx().clone();
         let input = self.input.take_egui_input(&self.window);
         let (mut asked, mut covered) = (Vec::new(), None);

@@ -10,7 +10,8 @@ use shared_mem::service::Host;
 use crate::feed::{Feed, Offer};
 use crate::headless::{Ended, Observed, Outcome, zeroed_state};
 use crate::latency::FrameRecord;
-use crate::ui::{Asked, Link, UiState, instrument_name};
+use crate::render::camera::Scope;
+use crate::ui::{Asked, Link, Overlay, UiState, instrument_name};
 
 /// Frames whose records are kept: an hour and a half at 60 Hz; then the older half goes.
 const FRAMES_KEPT: usize = 400_000;
@@ -67,6 +68,17 @@ impl Session {
     /// The newest moment, if the controller ever showed one of this scene.
     pub(super) fn moment(&self) -> Option<(&StateFrame, &ToolFrame)> {
         self.feed.state().zip(self.feed.tools())
+    }
+
+    /// Brings the engineering view up to date, if it is on.
+    pub(super) fn update_overlay(&mut self, scene: &SceneFile, scope: &Scope) {
+        if self.ui.overlay.is_none() {
+            return;
+        }
+        if let Some((state, tools)) = self.feed.state().zip(self.feed.tools()) {
+            let spheres = state.spheres().unwrap_or(&[]);
+            self.ui.overlay = Some(Overlay::of(scene, spheres, tools, scope));
+        }
     }
 
     /// Seconds since the window opened.
@@ -143,6 +155,13 @@ impl Session {
                 }
                 Asked::Acknowledge => {
                     self.ui.alarm = None;
+                    continue;
+                }
+                Asked::ToggleEngineering => {
+                    self.ui.overlay = match self.ui.overlay {
+                        Some(_) => None,
+                        None => Some(Overlay::default()),
+                    };
                     continue;
                 }
                 Asked::TogglePanel => {

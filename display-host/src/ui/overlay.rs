@@ -1,0 +1,207 @@
+//! The engineering view: the simulation itself, drawn over the endoscope's picture.
+
+use egui::{Color32, Painter, Pos2, Rect, Stroke, pos2, vec2};
+use glam::{Mat4, Vec2, Vec3};
+use shared_mem::message::{SphereState, ToolFrame};
+use shared_mem::scene::SceneFile;
+
+use crate::render::camera::{Scope, matrix};
+
+/// Metres of arrow a newton.
+const ARROW_M_PER_N: f32 = 0.02;
+
+/// What a mark stands for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Mark {
+    /// Sphere of a sleeping organ.
+    Asleep,
+    /// Sphere that is simulated.
+    Awake,
+    /// Sphere that a tool touches.
+    Contact,
+    /// Sphere between the jaws.
+    Grasped,
+    /// Sphere that is attached to its surroundings.
+    Held,
+    /// Link between two spheres.
+    Link,
+    /// Collision shape of a tool.
+    Tool,
+    /// Force on the hand.
+    Force,
+}
+
+/// A circle on the picture. Lengths in half heights of the picture, y up, from its middle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Circle {
+    /// Centre.
+    pub at: Vec2,
+    /// Radius.
+    pub radius: f32,
+    /// What it stands for.
+    pub mark: Mark,
+}
+
+/// A line on the picture.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Line {
+    /// Ends.
+    pub ends: [Vec2; 2],
+    /// Thickness, in half heights; 0: as thin as can be.
+    pub width: f32,
+    /// What it stands for.
+    pub mark: Mark,
+}
+
+/// Everything that the engineering view draws.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Overlay {
+    /// Spheres, farthest first.
+    pub circles: Vec<Circle>,
+    /// Links, tool, force.
+    pub lines: Vec<Line>,
+}
+
+impl Overlay {
+    /// The view of a moment through the scope. What lies outside the circle is left out.
+    #[must_use]
+    pub fn of(
+        scene: &SceneFile,
+        spheres: &[SphereState],
+        tools: &ToolFrame,
+        scope: &Scope,
+    ) -> Self {
+        let camera = matrix(&tools.world_from_camera).inverse();
+        let mut overlay = Self::default();
+        overlay.add_links(scene, spheres, &camera, scope);
+        overlay.add_spheres(scene, spheres, &camera, scope);
+        for capsule in tools.capsules().unwrap_or(&[]) {
+            let ends = [capsule.a_m, capsule.b_m].map(Vec3::from);
+            let near = camera.transform_point3(ends[1]).length().max(1e-3);
+            let width = 2.0 * scope.on_picture((capsule.radius_m / near).min(1.0).asin());
+            overlay.add_line(&camera, scope, ends, width, Mark::Tool);
+        }
+        let force = Vec3::from(tools.force_n) * ARROW_M_PER_N;
+        let start = Vec3::from(tools.world_from_instrument.position_m);
+        if force.length() > 1e-4 {
+            let end = start + force;
+            overlay.add_line(&camera, scope, [start, end], 0.0, Mark::Force);
+            let side = force.any_orthonormal_vector() * force.length() * 0.15;
+            for side in [side, -side] {
+                let barb = [end, end - force * 0.25 + side];
+                overlay.add_line(&camera, scope, barb, 0.0, Mark::Force);
+            }
+        }
+        overlay
+    }
+
+    fn add_spheres(
+        &mut self,
+        scene: &SceneFile,
+        spheres: &[SphereState],
+        camera: &Mat4,
+        scope: &Scope,
+    ) {
+        let mut seen: Vec<(f32, Circle)> = spheres
+            .iter()
+            .zip(scene.spheres())
+            .filter_map(|(now, rest)| {
+                let at = camera.transform_point3(Vec3::from(now.center_m));
+                let (far, radius_m) = (at.length(), rest.radius_m);
+                let circle = Circle {
+                    at: scope.project(at)?,
+                    radius: scope.on_picture((radius_m / far.max(1e-4)).min(1.0).asin()),
+                    mark: mark(now.bits, rest.held != 0),
+                };
+                Some((far, circle))
+            })
+            .collect();
+        seen.sort_by(|a, b| b.0.total_cmp(&a.0));
+        self.circles = seen.into_iter().map(|(_, circle)| circle).collect();
+    }
+
+    fn add_links(
+        &mut self,
+        scene: &SceneFile,
+        spheres: &[SphereState],
+        camera: &Mat4,
+        scope: &Scope,
+    ) {
+        for link in scene.links() {
+            let end = |i: u32| spheres.get(i as usize).map(|s| Vec3::from(s.center_m));
+            if let (Some(a), Some(b)) = (end(link.a), end(link.b)) {
+                self.add_line(camera, scope, [a, b], 0.0, Mark::Link);
+            }
+        }
+    }
+
+    fn add_line(&mut self, camera: &Mat4, scope: &Scope, ends: [Vec3; 2], width: f32, mark: Mark) {
+        let [a, b] = ends.map(|end| scope.project(camera.transform_point3(end)));
+        if let (Some(a), Some(b)) = (a, b) {
+            self.lines.push(Line {
+                ends: [a, b],
+                width,
+                mark,
+            });
+        }
+    }
+
+    /// Draws it over the picture that covers `picture`.
+    pub(super) fn paint(&self, painter: &Painter, picture: Rect) {
+        let unit = picture.height() / 2.0;
+        let place = |at: Vec2| -> Pos2 { picture.center() + vec2(at.x, -at.y) * unit };
+        let painter = painter.with_clip_rect(picture);
+        for line in &self.lines {
+            let (colour, least) = colour(line.mark);
+            let stroke = Stroke::new((line.width * unit).max(least), colour);
+            painter.line_segment(line.ends.map(place), stroke);
+        }
+        for circle in &self.circles {
+            let (colour, width) = colour(circle.mark);
+            let (at, radius) = (place(circle.at), circle.radius * unit);
+            painter.circle_stroke(at, radius, Stroke::new(width, colour));
+            if matches!(circle.mark, Mark::Contact | Mark::Grasped) {
+                painter.circle_filled(at, (radius * 0.35).max(2.0), colour);
+            }
+        }
+        let legend = "Spheres: grey asleep, blue awake, white held, orange touched, pink grasped";
+        let corner = pos2(picture.left() + 8.0, picture.bottom() - 8.0);
+        let font = egui::FontId::proportional(13.0);
+        painter.text(
+            corner,
+            egui::Align2::LEFT_BOTTOM,
+            legend,
+            font,
+            Color32::LIGHT_GRAY,
+        );
+    }
+}
+
+fn mark(bits: u32, held: bool) -> Mark {
+    let has = |bit: u32| bits & bit != 0;
+    if has(SphereState::GRASPED) {
+        Mark::Grasped
+    } else if has(SphereState::CONTACT) {
+        Mark::Contact
+    } else if held {
+        Mark::Held
+    } else if has(SphereState::AWAKE) {
+        Mark::Awake
+    } else {
+        Mark::Asleep
+    }
+}
+
+fn colour(mark: Mark) -> (Color32, f32) {
+    let shade = Color32::from_rgba_unmultiplied;
+    match mark {
+        Mark::Asleep => (shade(150, 150, 150, 110), 1.0),
+        Mark::Awake => (shade(120, 180, 255, 150), 1.0),
+        Mark::Held => (shade(255, 255, 255, 130), 1.0),
+        Mark::Contact => (shade(255, 160, 40, 255), 2.0),
+        Mark::Grasped => (shade(255, 110, 190, 255), 2.0),
+        Mark::Link => (shade(160, 210, 160, 60), 0.7),
+        Mark::Tool => (shade(90, 230, 230, 70), 1.0),
+        Mark::Force => (shade(255, 235, 60, 255), 3.0),
+    }
+}

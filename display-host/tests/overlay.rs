@@ -1,0 +1,98 @@
+//! The engineering view lies where the picture shows the same things.
+
+mod support;
+
+use display_host::render::camera::Scope;
+use display_host::render::gpu::Gpu;
+use display_host::render::{Quality, Renderer};
+use display_host::ui::{Mark, Overlay};
+use glam::{Vec2, Vec3};
+use shared_mem::message::SphereState;
+
+#[test]
+fn what_straight_ahead_is_in_the_middle_and_the_edge_is_the_circle() {
+    let scope = Scope::default();
+    assert_eq!(scope.project(Vec3::new(0.0, 0.0, -0.1)), Some(Vec2::ZERO));
+    let edge = Vec3::new(
+        (scope.half_angle * 0.999).sin(),
+        0.0,
+        -(scope.half_angle * 0.999).cos(),
+    );
+    let at = scope.project(edge).expect("inside the circle");
+    assert!(
+        (at.x - 0.999 * scope.circle).abs() < 1e-4 && at.y.abs() < 1e-6,
+        "{at}"
+    );
+    assert_eq!(scope.project(Vec3::new(0.0, 0.2, -0.1)), None);
+    assert_eq!(scope.project(Vec3::new(0.0, 0.0, 0.1)), None);
+}
+
+#[test]
+fn marks_tell_what_spheres_do() {
+    let scene = support::scene(12);
+    let mut state = support::state(&scene, 0.0);
+    let tools = support::tools(&scene, 0.0, 0.5);
+    state.spheres[0].bits = 0;
+    state.spheres[1].bits = SphereState::AWAKE | SphereState::CONTACT;
+    state.spheres[2].bits = SphereState::AWAKE | SphereState::CONTACT | SphereState::GRASPED;
+    let spheres = state.spheres().expect("valid");
+    let overlay = Overlay::of(&scene, spheres, &tools, &Scope::default());
+    let count = |mark: Mark| overlay.circles.iter().filter(|c| c.mark == mark).count();
+    assert_eq!(count(Mark::Contact), 1);
+    assert_eq!(count(Mark::Grasped), 1);
+    assert_eq!(count(Mark::Asleep), 1);
+    assert!(count(Mark::Awake) > 50);
+    let capsules = overlay.lines.iter().filter(|line| line.mark == Mark::Tool);
+    assert!(capsules.count() >= 2);
+}
+
+/// The picture's own lens and the view's projection must agree, or marks would lie beside what
+/// they mark: the gallbladder's bright end, a small disc, is found in the picture and compared.
+#[test]
+fn the_view_lies_on_the_picture() {
+    let gpu = Gpu::open().expect("a driver: apt-get install mesa-vulkan-drivers");
+    let scene = support::scene(40);
+    let quality = Quality {
+        size: [320, 240],
+        ..Quality::SOFTWARE
+    };
+    let mut renderer = Renderer::new(&gpu, &scene, quality).expect("the scene can be drawn");
+    let state = support::state(&scene, 0.0);
+    let mut tools = support::tools(&scene, 0.0, 0.5);
+    // The gallbladder towards the right edge, where the lens bends most.
+    let eye = Vec3::new(-0.030, -0.022, 0.125);
+    tools.world_from_camera = support::looking(eye, eye + Vec3::NEG_Z);
+    tools.world_from_instrument.position_m = [0.0, 0.0, 1.0];
+    tools.capsule_count = 0;
+    let spheres = state.spheres().expect("valid");
+    renderer.render(&gpu, spheres, &tools, 0.0);
+    let picture = renderer.read(&gpu).expect("a picture");
+    // Green over red: only the gallbladder is.
+    let green = picture
+        .enumerate_pixels()
+        .filter(|(_, _, p)| p.0[1] > p.0[0] && p.0[1] > 40);
+    let (mut sum, mut count) = (Vec2::ZERO, 0.0);
+    for (x, y, _) in green {
+        sum += Vec2::new(x as f32 - 159.5, 119.5 - y as f32) / 120.0;
+        count += 1.0;
+    }
+    assert!(count > 60.0, "the gallbladder is in the picture: {count}");
+    let overlay = Overlay::of(&scene, spheres, &tools, renderer.scope());
+    let first = scene.organs()[1].spheres[0] as usize;
+    let camera = display_host::render::camera::matrix(&tools.world_from_camera).inverse();
+    let (mut middle, mut seen) = (Vec2::ZERO, 0.0);
+    for sphere in &spheres[first..] {
+        let at = camera.transform_point3(Vec3::from(sphere.center_m));
+        if let Some(at) = renderer.scope().project(at) {
+            middle += at;
+            seen += 1.0;
+        }
+    }
+    let (found, wanted) = (sum / count, middle / seen);
+    assert!(
+        found.distance(wanted) < 0.08,
+        "picture {found}, view {wanted}"
+    );
+    assert!(wanted.x > 0.4, "towards the edge: {wanted}");
+    assert!(!overlay.circles.is_empty());
+}
