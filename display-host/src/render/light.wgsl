@@ -134,7 +134,9 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
   let mirror = reflect(-view, s.film_normal);
   let before = smoothstep(-0.5, 0.9, dot(mirror, frame.forward.xyz));
   let mottled = 0.75 + 0.5 * noise(mirror * 2.3 + vec3f(5.0)).w;
-  let cavity = mix(vec3f(0.006, 0.0025, 0.002), vec3f(0.100, 0.040, 0.030) * mottled, before * before) * frame.light.w * 45.0;
+  let glow = mix(vec3f(0.006, 0.0025, 0.002), vec3f(0.100, 0.040, 0.030) * mottled, before * before) * frame.light.w * 45.0;
+  // Steel also mirrors the white of the light on wet tissue: it looks grey in a red room.
+  let cavity = mix(glow, vec3f(0.75 * glow.r), 0.7 * s.metal);
   // Rough film and grazing folds mirror less than a still lake would.
   let mirrored = (0.028 + 0.45 * fifth(1.0 - nv_film)) * s.film + s.metal;
 

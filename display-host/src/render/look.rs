@@ -63,9 +63,9 @@ const LIVER: Tissue = Tissue {
 };
 
 const GALLBLADDER: Tissue = Tissue {
-    low: [0.060, 0.078, 0.030],
-    high: [0.150, 0.145, 0.062],
-    streak: ([0.240, 0.130, 0.045], 0.50),
+    low: [0.036, 0.050, 0.026],
+    high: [0.094, 0.092, 0.046],
+    streak: ([0.165, 0.080, 0.034], 0.55),
     frequencies: [0.55, 1.6, 5.0, 12.0],
     slopes: [0.034, 0.022, 0.022, 0.018],
     roughness: 0.38,

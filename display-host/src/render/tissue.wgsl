@@ -61,9 +61,9 @@ struct VertexOut {
   // Pressed skin: blood leaves it on the ridge, the pit lies in its own shade.
   let bend = in.ambient_bend.y;
   let pressed = smoothstep(8.0, 70.0, -bend);
-  let pit = smoothstep(6.0, 90.0, bend);
+  let pit = smoothstep(4.0, 60.0, bend);
   s.albedo *= mix(vec3f(1.0), vec3f(1.2, 1.5, 1.4), 0.6 * pressed);
-  s.albedo *= mix(vec3f(1.0), vec3f(0.72, 0.55, 0.55), pit);
+  s.albedo *= mix(vec3f(1.0), vec3f(0.66, 0.48, 0.48), pit);
 
   s.smooth_normal = normalize(in.normal);
   let skin = sheet(world_x, world_y, rest_x, rest_y, s.smooth_normal);
@@ -77,6 +77,6 @@ struct VertexOut {
   s.reflectance = look.wet.w;
   s.scatter = look.scatter.rgb;
   s.metal = 0.0;
-  s.ambient = in.ambient_bend.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.6 * pit);
+  s.ambient = in.ambient_bend.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.7 * pit);
   return vec4f(shade(s, in.world), 1.0);
 }
