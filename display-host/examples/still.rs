@@ -53,6 +53,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         now.center_m = (from - normal * dent_m * near).to_array();
     }
     let mut tools = support::tools(&scene, 0.0, jaw);
+    tools.contact_count = u32::from(dent_m > 0.0);
     let tip = target - normal * dent_m * 0.62;
     let back = (Vec3::from(room.instrument_port_m) - tip).normalize();
     let joint = tip + back * 0.019;

@@ -5,8 +5,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
-use shared_mem::scene::SceneFile;
+use glam::Vec3;
+use shared_mem::message::{EventMsg, SphereState, StateFrame, TimingBatch, ToolFrame};
+use shared_mem::scene::{SceneFile, VertexRecord};
 use shared_mem::service::{Host, Station};
 
 use crate::DisplayError;
@@ -16,8 +17,10 @@ use crate::painter::{Painter, Still};
 
 /// How often the services are looked at.
 const POLL: Duration = Duration::from_millis(2);
-/// Contact must reach this force before "deepest press" is worth a picture, N.
-const PRESS_MIN_N: f32 = 0.05;
+/// A tip must go this deep below the skin at rest before "deepest press" is worth a picture, m.
+const PRESS_MIN_M: f32 = 0.001;
+/// Of presses that are as deep, up to so much, the last is shown: tissue has settled by then, m.
+const PRESS_SAME_M: f32 = 0.0005;
 /// Pictures at most; a state waits in memory (66 kB) until its picture is drawn.
 const FRAMES_MAX: u32 = 4096;
 
@@ -35,7 +38,8 @@ pub struct HeadlessConfig {
     /// Pixels; `None`: 1280×720 on a GPU, 640×480 on a software driver.
     pub size: Option<[u32; 2]>,
     /// Pictures, spread evenly over the run: `frame_0000.png`, …. On top of these come
-    /// `deepest_press.png` and `grasp.png` when they happen. 0: no picture at all.
+    /// `deepest_press.png`, `before_press.png` (the same view of the tissue before it was touched)
+    /// and `grasp.png` when they happen. 0: no picture at all.
     pub frames: u32,
     /// How long to wait for the first state, and how long silence may last after it.
     pub patience: Duration,
@@ -126,9 +130,9 @@ pub fn run(
         stop,
         host,
         feed: Feed::new(&scene),
+        plan: Plan::new(config, scene.clone()),
         scene,
         painter,
-        plan: Plan::new(config),
         inbox_state: zeroed_state(),
         inbox_tools: bytemuck::Zeroable::zeroed(),
         last_state: Instant::now(),
@@ -351,19 +355,26 @@ struct Plan {
     seconds: f64,
     frames: u32,
     next_frame: u32,
-    deepest: Option<(f32, Still)>,
+    scene: Arc<SceneFile>,
+    deepest: Option<Still>,
+    /// Depth of the deepest press so far; the last state before any tool touched anything, or rest.
+    deepest_m: f32,
+    untouched: Box<StateFrame>,
     grasp: Option<Still>,
     grasp_due: bool,
 }
 
 impl Plan {
-    fn new(config: &HeadlessConfig) -> Self {
+    fn new(config: &HeadlessConfig, scene: Arc<SceneFile>) -> Self {
         Self {
+            untouched: at_rest(&scene),
+            scene,
             out_dir: config.out_dir.clone(),
             seconds: config.seconds,
             frames: config.frames.min(FRAMES_MAX),
             next_frame: 0,
             deepest: None,
+            deepest_m: 0.0,
             grasp: None,
             grasp_due: false,
         }
@@ -387,15 +398,14 @@ impl Plan {
         if self.frames == 0 {
             return None;
         }
-        let force_n = length(tools.force_n);
-        let deeper = match &self.deepest {
-            // A new best by a margin, so that a rising force does not copy every state.
-            Some((best_n, _)) => force_n > best_n * 1.02,
-            None => force_n > PRESS_MIN_N,
-        };
-        if deeper && tools.contact_count > 0 {
+        let depth_m = self.depth_m(state, tools);
+        if tools.contact_count == 0 && self.deepest.is_none() {
+            *self.untouched = *state;
+        }
+        if depth_m > PRESS_MIN_M && depth_m > self.deepest_m - PRESS_SAME_M {
+            self.deepest_m = self.deepest_m.max(depth_m);
             let path = self.out_dir.join("deepest_press.png");
-            self.deepest = Some((force_n, Still::kept(state, tools, path)));
+            self.deepest = Some(Still::kept(state, tools, path));
         }
         if self.grasp_due && self.grasp.is_none() {
             self.grasp = Some(Still::kept(state, tools, self.out_dir.join("grasp.png")));
@@ -411,19 +421,56 @@ impl Plan {
         Some(still)
     }
 
-    /// Pictures of moments that only the end can choose.
-    fn last_stills(&mut self) -> impl Iterator<Item = Still> + use<> {
-        let deepest = self.deepest.take().map(|(_, still)| still);
-        deepest.into_iter().chain(self.grasp.take())
+    /// How deep the instrument's tip is below the skin at rest, m; 0 while it does not press.
+    fn depth_m(&self, state: &StateFrame, tools: &ToolFrame) -> f32 {
+        let grasped = |s: &SphereState| s.bits & SphereState::GRASPED != 0;
+        if tools.contact_count == 0 || state.spheres().unwrap_or(&[]).iter().any(grasped) {
+            return 0.0;
+        }
+        let tips = tools.capsules().unwrap_or(&[]).iter();
+        let depths = tips.filter(|c| c.role != 0).map(|capsule| {
+            let tip = Vec3::from(capsule.b_m);
+            let far = |v: &VertexRecord| Vec3::from(v.position_m).distance_squared(tip);
+            let skin = self.scene.vertices().iter();
+            let nearest = skin.min_by(|a, b| far(a).total_cmp(&far(b)));
+            nearest.map_or(0.0, |v| {
+                (Vec3::from(v.position_m) - tip).dot(Vec3::from(v.normal))
+            })
+        });
+        depths.fold(0.0, f32::max)
     }
+
+    /// Pictures of moments that only the end can choose.
+    fn last_stills(&mut self) -> Vec<Still> {
+        let deepest = self.deepest.take();
+        let before = deepest.as_ref().map(|press| {
+            let tools = ToolFrame {
+                contact_count: 0,
+                ..press.tools
+            };
+            let path = self.out_dir.join("before_press.png");
+            Still::kept(&self.untouched, &tools, path)
+        });
+        [before, deepest, self.grasp.take()]
+            .into_iter()
+            .flatten()
+            .collect()
+    }
+}
+
+/// The tissue as it was prepared.
+fn at_rest(scene: &SceneFile) -> Box<StateFrame> {
+    let mut state = zeroed_state();
+    state.scene_id = scene.short_id();
+    for (now, rest) in state.spheres.iter_mut().zip(scene.spheres()) {
+        now.center_m = rest.center_m;
+        state.sphere_count += 1;
+    }
+    state
 }
 
 fn frame_path(out_dir: &Path, number: u32) -> PathBuf {
     out_dir.join(format!("frame_{number:04}.png"))
-}
-
-fn length(v: [f32; 3]) -> f32 {
-    v.iter().map(|x| x * x).sum::<f32>().sqrt()
 }
 
 /// Speaks at most twice a second.

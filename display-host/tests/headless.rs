@@ -143,6 +143,7 @@ fn a_run_leaves_pictures_latencies_and_everything_it_heard() {
         .collect();
     names.sort();
     let wanted = [
+        "before_press.png",
         "deepest_press.png",
         "frame_0000.png",
         "frame_0001.png",
@@ -150,7 +151,7 @@ fn a_run_leaves_pictures_latencies_and_everything_it_heard() {
         "grasp.png",
     ];
     assert_eq!(names, wanted);
-    assert_eq!(outcome.frames.len(), 5);
+    assert_eq!(outcome.frames.len(), 6);
     for frame in &outcome.frames {
         let picture = image::open(frame.path.as_ref().unwrap()).unwrap();
         assert_eq!((picture.width(), picture.height()), (160, 120));

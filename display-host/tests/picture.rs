@@ -109,6 +109,30 @@ fn the_scene_looks_as_it_did_and_a_dent_shows() {
     );
 }
 
+/// Inner spheres are too coarse to move by themselves under a tip: the skin shows the press.
+#[test]
+fn a_press_is_seen_at_first_glance_even_if_no_sphere_moves() {
+    let mut studio = Studio::small();
+    let mut tools = close_up(&studio.scene, DENT_M, 0);
+    let pressed = studio.take(0.0, &tools);
+    let again = studio.take(0.0, &tools);
+    // The same tool in the same place, touching nothing.
+    tools.contact_count = 0;
+    let free = studio.take(0.0, &tools);
+    let changed = changed_share(&free, &pressed);
+    let noise = changed_share(&pressed, &again);
+    assert!(noise < 0.001, "{noise} of the picture changes by itself");
+    assert!(changed > 0.01, "{changed} of the picture shows the press");
+}
+
+/// Share of the picture whose brightness differs by a tenth of white and more.
+fn changed_share(a: &RgbaImage, b: &RgbaImage) -> f64 {
+    let bright = |p: &image::Rgba<u8>| p.0[..3].iter().map(|&c| i32::from(c)).sum::<i32>();
+    let pairs = a.pixels().zip(b.pixels());
+    let changed = pairs.filter(|(a, b)| bright(a).abs_diff(bright(b)) > 76);
+    changed.count() as f64 / f64::from(a.width() * a.height())
+}
+
 #[test]
 fn the_whole_view_looks_as_it_did() {
     let mut studio = Studio::small();

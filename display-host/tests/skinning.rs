@@ -4,13 +4,20 @@ mod support;
 
 use display_host::render::gpu::Gpu;
 use display_host::skinning::gpu::GpuSkinning;
+use display_host::skinning::press::{PRESSES, Press, presses};
 use display_host::skinning::{SkinMesh, SkinnedVertex, displace};
 use glam::Vec3;
 use proptest::prelude::*;
 
+const NO_PRESS: [Press; PRESSES] = [Press {
+    a: [0.0; 4],
+    b: [0.0; 4],
+    into: [0.0; 4],
+}; PRESSES];
+
 fn skinned(mesh: &SkinMesh, displacements: &[[f32; 4]]) -> Vec<SkinnedVertex> {
     let mut out = mesh.at_rest();
-    mesh.skin(displacements, &mut out);
+    mesh.skin(displacements, &NO_PRESS, &mut out);
     out
 }
 
@@ -31,15 +38,29 @@ fn gpu_and_cpu_agree() {
     mesh.add_fixed(&fixed, &[[0, 1, 2]]);
     let gpu = Gpu::open().expect("a driver: apt-get install mesa-vulkan-drivers");
     let skinning = GpuSkinning::new(&gpu, &mesh, scene.spheres().len()).unwrap();
-    for size_m in [0.0, 0.001, 0.02] {
+    let state = support::state(&scene, 0.0);
+    let tools = support::tools(&scene, 0.02, 0.5);
+    let tools = presses(&mesh, scene.spheres(), state.spheres().unwrap(), &tools);
+    assert!(tools[1].into[3] > 0.5, "the tool presses: {tools:?}");
+    for (size_m, presses) in [
+        (0.0, NO_PRESS),
+        (0.001, NO_PRESS),
+        (0.02, NO_PRESS),
+        (0.001, tools),
+    ] {
         let displacements = lively(scene.spheres().len(), size_m);
-        skinning.upload(&gpu, &displacements);
+        skinning.upload(&gpu, &displacements, &presses);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         skinning.encode(&mut encoder);
         gpu.queue.submit([encoder.finish()]);
         let bytes = gpu.read_buffer(&skinning.now).unwrap();
         let there: &[SkinnedVertex] = bytemuck::cast_slice(&bytes);
-        let here = skinned(&mesh, &displacements);
+        let mut here = mesh.at_rest();
+        mesh.skin(&displacements, &presses, &mut here);
+        let most = here
+            .iter()
+            .fold(0.0, |most: f32, v| most.max(v.position[3]));
+        assert_eq!(most > 0.002, presses != NO_PRESS, "pushed by {most} m");
         assert_eq!(here.len(), there.len());
         let worst = |part: fn(&SkinnedVertex) -> Vec3| {
             let far = here

@@ -9,7 +9,6 @@
 mod ambient;
 pub mod camera;
 mod cavity;
-mod dent;
 pub mod gpu;
 mod instrument;
 pub mod layout;
@@ -30,6 +29,7 @@ use self::pipeline::{DEPTH, LIGHT, Layouts, PICTURE, Pipelines};
 pub use self::quality::Quality;
 use crate::DisplayError;
 use crate::skinning::gpu::GpuSkinning;
+use crate::skinning::press::{PRESSES, Press, presses};
 use crate::skinning::{SkinMesh, SkinnedVertex, displace};
 
 /// Draws a scene into a texture.
@@ -223,8 +223,8 @@ impl Renderer {
     pub fn render(&mut self, gpu: &Gpu, spheres: &[SphereState], tools: &ToolFrame, time_s: f32) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         displace(&self.rest, spheres, &mut self.displacements);
-        dent::press(&self.rest, spheres, tools, &mut self.displacements);
-        self.skin(gpu, &mut encoder);
+        let presses = presses(&self.mesh, &self.rest, spheres, tools);
+        self.skin(gpu, &mut encoder, &presses);
         let size = self.quality.size;
         let frame = camera::frame(
             tools,
@@ -261,14 +261,15 @@ impl Renderer {
         })
     }
 
-    fn skin(&mut self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder) {
+    fn skin(&mut self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, presses: &[Press; PRESSES]) {
         if self.quality.skin_on_cpu {
-            self.mesh.skin(&self.displacements, &mut self.skinned);
+            self.mesh
+                .skin(&self.displacements, presses, &mut self.skinned);
             let moving = &self.skinned[..self.mesh.skinned];
             gpu.queue
                 .write_buffer(&self.skinning.now, 0, cast_slice(moving));
         } else {
-            self.skinning.upload(gpu, &self.displacements);
+            self.skinning.upload(gpu, &self.displacements, presses);
             self.skinning.encode(encoder);
         }
     }

@@ -16,7 +16,7 @@ struct VertexOut {
   @location(1) normal: vec3f,
   @location(2) rest_cm: vec3f,
   @location(3) @interpolate(flat) look: u32,
-  @location(4) ambient_bend: vec2f,
+  @location(4) ambient_bend_pushed: vec3f,
 }
 
 @vertex fn vertex(v: VertexIn) -> VertexOut {
@@ -26,7 +26,7 @@ struct VertexOut {
   out.normal = v.normal.xyz;
   out.rest_cm = v.rest * 100.0;
   out.look = v.look;
-  out.ambient_bend = vec2f(v.ambient, v.normal.w);
+  out.ambient_bend_pushed = vec3f(v.ambient, v.normal.w, v.position.w);
   return out;
 }
 
@@ -59,9 +59,10 @@ struct VertexOut {
   s.albedo *= 1.0 + look.scatter.w * (lobule.w + 0.5 * grain.w);
 
   // Pressed skin: blood leaves it on the ridge, the pit lies in its own shade.
-  let bend = in.ambient_bend.y;
-  let pressed = smoothstep(8.0, 70.0, -bend);
-  let pit = smoothstep(4.0, 60.0, bend);
+  let bend = in.ambient_bend_pushed.y;
+  let pushed = in.ambient_bend_pushed.z;
+  let pressed = smoothstep(8.0, 70.0, -bend) * smoothstep(0.0002, 0.002, pushed);
+  let pit = smoothstep(0.002, 0.010, pushed);
   s.albedo *= mix(vec3f(1.0), vec3f(1.2, 1.5, 1.4), 0.6 * pressed);
   s.albedo *= mix(vec3f(1.0), vec3f(0.66, 0.48, 0.48), pit);
 
@@ -77,6 +78,6 @@ struct VertexOut {
   s.reflectance = look.wet.w;
   s.scatter = look.scatter.rgb;
   s.metal = 0.0;
-  s.ambient = in.ambient_bend.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.7 * pit);
+  s.ambient = in.ambient_bend_pushed.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.7 * pit);
   return vec4f(shade(s, in.world), 1.0);
 }

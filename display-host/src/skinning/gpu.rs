@@ -4,6 +4,7 @@ use bytemuck::cast_slice;
 use wgpu::util::DeviceExt;
 
 use super::SkinMesh;
+use super::press::{PRESSES, Press};
 use crate::DisplayError;
 use crate::render::gpu::Gpu;
 
@@ -23,6 +24,7 @@ pub struct GpuSkinning {
     /// Indices in `corners`.
     pub corner_count: u32,
     displacements: wgpu::Buffer,
+    presses: wgpu::Buffer,
     bind_group: wgpu::BindGroup,
     move_vertices: wgpu::ComputePipeline,
     gather_normals: wgpu::ComputePipeline,
@@ -87,6 +89,12 @@ impl GpuSkinning {
             Usage::STORAGE | Usage::COPY_DST,
         );
 
+        let presses = buffer(
+            "presses",
+            cast_slice(&[Press::default(); PRESSES]),
+            Usage::UNIFORM | Usage::COPY_DST,
+        );
+
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
@@ -110,6 +118,7 @@ impl GpuSkinning {
                 entry(5, read),
                 entry(6, read),
                 entry(7, read),
+                entry(8, wgpu::BufferBindingType::Uniform),
             ],
         });
         let bound = [
@@ -121,6 +130,7 @@ impl GpuSkinning {
             &ring,
             &ring_rest,
             &corners,
+            &presses,
         ];
         let entries: Vec<_> = (0..)
             .zip(bound)
@@ -158,6 +168,7 @@ impl GpuSkinning {
             gather_normals: pipeline("gather_normals"),
             bind_group,
             displacements,
+            presses,
             rest,
             now,
             corners,
@@ -166,10 +177,12 @@ impl GpuSkinning {
         })
     }
 
-    /// Takes the spheres' displacements for the next [`GpuSkinning::encode`].
-    pub fn upload(&self, gpu: &Gpu, displacements: &[[f32; 4]]) {
+    /// Takes the spheres' displacements, and what presses, for the next [`GpuSkinning::encode`].
+    pub fn upload(&self, gpu: &Gpu, displacements: &[[f32; 4]], presses: &[Press; PRESSES]) {
         gpu.queue
             .write_buffer(&self.displacements, 0, cast_slice(displacements));
+        gpu.queue
+            .write_buffer(&self.presses, 0, cast_slice(presses));
     }
 
     /// Records both passes.

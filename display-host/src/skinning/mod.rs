@@ -10,11 +10,14 @@
 //! "graphics device" is a CPU: 14 to 40 times), and [`gpu::GpuSkinning`].
 
 pub mod gpu;
+pub mod press;
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use shared_mem::message::SphereState;
 use shared_mem::scene::{SceneFile, SphereRecord, WEIGHT_SUM};
+
+use self::press::{PRESSES, Press};
 
 /// A vertex at rest, as shaders see it: 64 bytes.
 #[repr(C)]
@@ -38,7 +41,7 @@ pub struct RestVertex {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct SkinnedVertex {
-    /// Position, world frame, m; the fourth is unused.
+    /// Position, world frame, m; the fourth is how far a tool has pushed the skin here, m.
     pub position: [f32; 4],
     /// Unit normal; the fourth is how much more the skin is bent inwards than at rest, 1/m.
     pub normal: [f32; 4],
@@ -60,6 +63,8 @@ pub struct SkinMesh {
     /// At rest, by vertex: how far the middle of the neighbours lies above it (m), and 2 over
     /// their mean squared distance (1/m²).
     pub ring_rest: Vec<[f32; 2]>,
+    /// By sphere: which way the skin that it carries faces, on the whole; zero inside the organ.
+    pub outward: Vec<Vec3>,
 }
 
 impl SkinMesh {
@@ -89,6 +94,7 @@ impl SkinMesh {
             ..Self::default()
         };
         mesh.find_rings();
+        mesh.find_outward(scene.spheres().len());
         mesh
     }
 
@@ -111,11 +117,16 @@ impl SkinMesh {
         rest.collect()
     }
 
-    /// Moves the skinned vertices by the spheres' displacements (m). Twin of `skinning.wgsl`.
-    /// `out` holds every vertex; only the skinned ones are written.
-    pub fn skin(&self, displacements: &[[f32; 4]], out: &mut [SkinnedVertex]) {
-        let rest = &self.vertices[..self.skinned];
-        for (vertex, now) in rest.iter().zip(out.iter_mut()) {
+    /// Moves the skinned vertices by the spheres' displacements (m), and out of what presses.
+    /// Twin of `skinning.wgsl`. `out` holds every vertex; only the skinned ones are written.
+    pub fn skin(
+        &self,
+        displacements: &[[f32; 4]],
+        presses: &[Press; PRESSES],
+        out: &mut [SkinnedVertex],
+    ) {
+        let rest = self.vertices[..self.skinned].iter().zip(&self.ring_rest);
+        for ((vertex, ring), now) in rest.zip(out.iter_mut()) {
             let mut moved = Vec3::ZERO;
             for (pair, weights) in vertex.spheres.iter().zip(&vertex.weights) {
                 for shift in [0, 16] {
@@ -125,7 +136,9 @@ impl SkinMesh {
                 }
             }
             let position = Vec3::from(vertex.position) + moved;
-            now.position = position.extend(0.0).to_array();
+            let around_m = (2.0 / ring[1].max(1e-6)).sqrt();
+            let push = press::pushed(presses, position, Vec3::from(vertex.normal), around_m);
+            now.position = (position + push).extend(push.length()).to_array();
         }
         for i in 0..self.skinned {
             let (normal, lift) = self.gather(i, |v| Vec3::from_slice(&out[v].position));
@@ -151,6 +164,22 @@ impl SkinMesh {
         let normal = normal / length;
         // Every neighbour is met twice.
         (normal, lean.dot(normal) / (2 * ring.len()) as f32)
+    }
+
+    fn find_outward(&mut self, spheres: usize) {
+        self.outward = vec![Vec3::ZERO; spheres];
+        for vertex in &self.vertices[..self.skinned] {
+            for (pair, weights) in vertex.spheres.iter().zip(&vertex.weights) {
+                for shift in [0, 16] {
+                    let weight = (weights >> shift & 0xffff) as f32;
+                    self.outward[(pair >> shift & 0xffff) as usize] +=
+                        Vec3::from(vertex.normal) * weight;
+                }
+            }
+        }
+        for outward in &mut self.outward {
+            *outward = outward.normalize_or_zero();
+        }
     }
 
     fn find_rings(&mut self) {

@@ -7,6 +7,12 @@ struct RestVertex {
   weights: vec4u,
 }
 struct SkinnedVertex { position: vec4f, normal: vec4f }
+// A capsule that presses (see press.rs).
+struct Press {
+  a: vec4f,     // w: radius, m
+  b: vec4f,
+  into: vec4f,  // w: how much it touches
+}
 struct Counts { skinned: u32, unused0: u32, unused1: u32, unused2: u32 }
 
 @group(0) @binding(0) var<uniform> counts: Counts;
@@ -17,6 +23,7 @@ struct Counts { skinned: u32, unused0: u32, unused1: u32, unused2: u32 }
 @group(0) @binding(5) var<storage, read> ring: array<u32>;
 @group(0) @binding(6) var<storage, read> ring_rest: array<vec2f>;
 @group(0) @binding(7) var<storage, read> corner: array<u32>;
+@group(0) @binding(8) var<uniform> presses: array<Press, 8>;
 
 @compute @workgroup_size(64)
 fn move_vertices(@builtin(global_invocation_id) id: vec3u) {
@@ -29,7 +36,49 @@ fn move_vertices(@builtin(global_invocation_id) id: vec3u) {
     moved += displacement[pair & 0xffffu].xyz * weight.x;
     moved += displacement[pair >> 16u].xyz * weight.y;
   }
-  now[i].position = vec4f(rest[i].position + moved, 0.0);
+  let position = rest[i].position + moved;
+  let around = sqrt(2.0 / max(ring_rest[i].y, 1e-6));
+  let push = pushed(position, rest[i].normal, around);
+  now[i].position = vec4f(position + push, length(push));
+}
+
+const SHOULDER: f32 = 0.003;
+const SHOULDER_PER_DEPTH: f32 = 0.35;
+const STEPS: u32 = 6u;
+
+// How far the tools push a vertex. Twin of `press::pushed`, which explains it.
+fn pushed(at: vec3f, normal: vec3f, around: f32) -> vec3f {
+  var push = vec3f(0.0);
+  var most = 0.0;
+  for (var k = 0u; k < 8u; k++) {
+    let press = presses[k];
+    let into = press.into.xyz;
+    let facing = smoothstep(0.0, 0.5, -dot(normal, into)) * press.into.w;
+    if (facing <= 0.0) { continue; }
+    let radius = press.a.w;
+    let b_is_deep = dot(press.b.xyz - press.a.xyz, into) >= 0.0;
+    let deep = select(press.a.xyz, press.b.xyz, b_is_deep);
+    let other = select(press.b.xyz, press.a.xyz, b_is_deep);
+    let axis = (deep - other) - into * dot(deep - other, into);
+    let offset = (at - other) - into * dot(at - other, into);
+    let share = clamp(dot(offset, axis) / max(dot(axis, axis), 1e-12), 0.0, 1.0);
+    let beside = mix(other, deep, share);
+    for (var step = 0u; step < STEPS; step++) {
+      let q = mix(beside, deep, f32(step) / f32(STEPS - 1u)) - at;
+      let along = dot(q, into);
+      let depth = along + radius;
+      if (depth <= 0.0) { continue; }
+      let across = max(length(q - into * along) - radius - around, 0.0);
+      let x = across / (SHOULDER + SHOULDER_PER_DEPTH * depth);
+      let behind = smoothstep(0.025, 0.035, depth);
+      let size = depth * exp(-x * x) * (1.0 - behind) * facing;
+      if (size > most) {
+        most = size;
+        push = into * size;
+      }
+    }
+  }
+  return push;
 }
 
 @compute @workgroup_size(64)

@@ -104,7 +104,7 @@ pub(crate) fn tools(scene: &SceneFile, dent_m: f32, jaw: f32) -> ToolFrame {
     let mut frame: ToolFrame = bytemuck::Zeroable::zeroed();
     let room = scene.room();
     frame.scene_id = scene.short_id();
-    let tip = PRESSED_M + Vec3::new(0.0, 0.0, 0.008 - 0.8 * dent_m);
+    let tip = PRESSED_M + Vec3::new(0.0, 0.0, 0.004 - dent_m);
     let back = (Vec3::from(room.instrument_port_m) - tip).normalize();
     let joint = tip + back * 0.020;
     let turn = Quat::from_rotation_arc(Vec3::Z, back);
@@ -115,6 +115,7 @@ pub(crate) fn tools(scene: &SceneFile, dent_m: f32, jaw: f32) -> ToolFrame {
     frame.world_from_handle = PoseMsg::IDENTITY;
     frame.world_from_camera = room.world_from_camera;
     frame.jaw = jaw;
+    frame.contact_count = u32::from(dent_m > 0.0);
     frame.force_n = [0.0, 0.0, dent_m * 200.0];
     let opened = |sign: f32| turn * Quat::from_rotation_x(sign * 0.4 * jaw) * Vec3::NEG_Z;
     let capsule = |a: Vec3, b: Vec3, radius_m: f32, role: u32| CapsuleMsg {

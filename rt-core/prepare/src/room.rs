@@ -30,6 +30,11 @@ const INSTRUMENT_PORT_FROM_VIEW: [f64; 3] = [0.095, -0.135, 0.115];
 const ENDOSCOPE_PORT_FROM_VIEW: [f64; 3] = [0.035, -0.330, 0.030];
 const INSTRUMENT_LENGTH_M: f64 = 0.33;
 const CAMERA_DISTANCE_M: f64 = 0.105;
+/// The camera looks so far of the way from what is looked at to the target: the work is near the
+/// middle of the picture, and what it is done on is in it.
+const TOWARDS_TARGET: f64 = 0.55;
+/// Share of the camera's distance that is left when it follows the work.
+const CLOSER: f64 = 0.95;
 
 /// Gravity of a patient on her back, head 20° up, m/s².
 #[must_use]
@@ -83,6 +88,14 @@ pub fn place(recipe: &Recipe, skins: &[Mesh]) -> Result<RoomRecord, PrepareError
         plan.target_near_m.unwrap_or(look_at),
         plan.target_near_m.is_some(),
     )?;
+    let (camera, forward) = aim(
+        plan.look_at_m,
+        look_at,
+        target,
+        endoscope_port,
+        &organs,
+        camera,
+    );
     let device = match plan.device {
         Some(frame) => pose_of(&frame),
         None => {
@@ -110,6 +123,30 @@ pub fn place(recipe: &Recipe, skins: &[Mesh]) -> Result<RoomRecord, PrepareError
         target_organ: target_organ as u32,
         breath_s: plan.breath_s.unwrap_or(0.0) as f32,
     })
+}
+
+/// Camera and direction of view that have the `target` near the middle, unless the recipe says
+/// where to look or an organ would hide the target from there.
+fn aim(
+    wish: Option<Vec3>,
+    look_at: Vec3,
+    target: Vec3,
+    port: Vec3,
+    organs: &[(&OrganPlan, &Mesh)],
+    camera: Vec3,
+) -> (Vec3, Vec3) {
+    let before = (camera, (look_at - port).normalize());
+    let at = look_at.lerp(&target, TOWARDS_TARGET);
+    let Some(forward) = (at - port).try_normalize(1e-6).filter(|_| wish.is_none()) else {
+        return before;
+    };
+    let eye = at - forward * ((look_at - camera).norm() * CLOSER);
+    let from = target + (eye - target) * 0.05;
+    let hidden = organs
+        .iter()
+        .filter_map(|(_, mesh)| Nearest::new(mesh))
+        .any(|mesh| mesh.blocks(&from, &eye));
+    if hidden { before } else { (eye, forward) }
 }
 
 fn middle_of_view(organs: &[(&OrganPlan, &Mesh)]) -> Vec3 {
