@@ -19,6 +19,10 @@ use shared_mem::scene::{SceneFile, SphereRecord, WEIGHT_SUM};
 
 use self::press::{PRESSES, Press};
 
+/// How much farther a vertex' farthest neighbour is than its neighbours on the whole; also in
+/// `skinning.wgsl`.
+const FARTHEST: f32 = 1.2;
+
 /// A vertex at rest, as shaders see it: 64 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
@@ -136,7 +140,7 @@ impl SkinMesh {
                 }
             }
             let position = Vec3::from(vertex.position) + moved;
-            let around_m = (2.0 / ring[1].max(1e-6)).sqrt();
+            let around_m = FARTHEST * (2.0 / ring[1].max(1e-6)).sqrt();
             let push = press::pushed(presses, position, Vec3::from(vertex.normal), around_m);
             now.position = (position + push).extend(push.length()).to_array();
         }

@@ -37,11 +37,12 @@ fn move_vertices(@builtin(global_invocation_id) id: vec3u) {
     moved += displacement[pair >> 16u].xyz * weight.y;
   }
   let position = rest[i].position + moved;
-  let around = sqrt(2.0 / max(ring_rest[i].y, 1e-6));
+  let around = FARTHEST * sqrt(2.0 / max(ring_rest[i].y, 1e-6));
   let push = pushed(position, rest[i].normal, around);
   now[i].position = vec4f(position + push, length(push));
 }
 
+const FARTHEST: f32 = 1.2;
 const SHOULDER: f32 = 0.003;
 const SHOULDER_PER_DEPTH: f32 = 0.35;
 const STEPS: u32 = 6u;

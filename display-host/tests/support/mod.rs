@@ -67,6 +67,7 @@ pub(crate) fn scene_bytes(rings: usize) -> Vec<u8> {
         target_m: PRESSED_M.to_array(),
         target_normal: [0.0, 0.0, 1.0],
         target_organ: 0,
+        breath_s: 0.0,
     });
     data.to_bytes().expect("the scene is valid")
 }
