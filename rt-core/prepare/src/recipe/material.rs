@@ -23,6 +23,9 @@ pub struct Material {
     pub contact_stiffness_n_m: f64,
 }
 
+/// Viscosity of all tissue, Pa s: it calms what quivers and leaves the swing of an organ alone.
+const VISCOSITY_PA_S: f64 = 5.0;
+
 impl Material {
     /// Typical values of this kind of tissue.
     ///
@@ -30,7 +33,7 @@ impl Material {
     /// tissue): liver G 1.8 kPa, stomach 0.64 kPa, fat 0.53 kPa (porcine), bile duct 166 kPa,
     /// hepatic artery 210 kPa. A gallbladder is a stiff wall (G 85 kPa, 2 mm) around bile; as a
     /// solid body of the same bending it is about 15 kPa. Poisson's ratio is 0.45 for all: the
-    /// linear tetrahedra that come later lock beyond. The paper gives no stiffness; the
+    /// linear tetrahedra of the solver lock beyond. The paper gives no stiffness; the
     /// dimensionless ones here keep its method stable at 1 kHz.
     #[must_use]
     pub fn typical(kind: OrganKind) -> Self {
@@ -52,7 +55,7 @@ impl Material {
             stretch_stiffness: 0.6,
             laplacian_stiffness: 0.1,
             damping_per_s: 4.0,
-            retardation_s: 0.004,
+            retardation_s: VISCOSITY_PA_S / young_pa,
             contact_stiffness_n_m,
         }
     }

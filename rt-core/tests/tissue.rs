@@ -1,0 +1,341 @@
+//! Where methods fail: what tissue must survive, and what must not change its stiffness.
+
+mod rig;
+
+use rig::{Anatomy, room};
+use rt_core::math::{Quat, Vec3, norm};
+use rt_core::scene::{Anchor, Attachment, Organ, RestSphere, Room, Scene};
+use rt_core::soft_body::{Bodies, Method, Tissue};
+
+/// A bar of tissue, 12 × 5 × 5 cm, its left end held.
+struct Bar {
+    anatomy: Anatomy,
+    room: Room,
+    attachments: Vec<Attachment>,
+}
+
+impl Bar {
+    fn new() -> Self {
+        let half_axes_m = Vec3::new(0.06, 0.025, 0.025);
+        let mut anatomy = Anatomy::default().with_ellipsoid(Vec3::zeros(), half_axes_m, 220, 0);
+        for sphere in &mut anatomy.spheres {
+            sphere.held = sphere.center_m.x < -0.035;
+        }
+        anatomy.organs[0].material.damping_per_s = 2.0;
+        let room = Room {
+            gravity_m_s2: Vec3::zeros(),
+            ..room()
+        };
+        Self {
+            anatomy,
+            room,
+            attachments: Vec::new(),
+        }
+    }
+
+    fn organ(&mut self) -> &mut Organ {
+        &mut self.anatomy.organs[0]
+    }
+
+    /// A tenth of the earth's: the bar bends little, and in proportion.
+    fn with_gravity(mut self) -> Self {
+        self.organ().gravity_share = 1.0;
+        self.room.gravity_m_s2 = Vec3::new(0.0, 0.0, -0.981);
+        self
+    }
+
+    fn scene(&self) -> Scene<'_> {
+        Scene::new(&self.anatomy.organs, &self.anatomy.spheres, &[], self.room)
+            .and_then(|scene| scene.with_tetrahedra(&self.anatomy.batches))
+            .and_then(|scene| scene.with_attachments(&self.attachments))
+            .expect("a good scene")
+    }
+
+    /// Runs `play` on the tissue.
+    fn play<T>(&self, play: impl FnOnce(&mut Tissue<'_>, &[RestSphere]) -> T) -> T {
+        let mut bodies = Box::new(Bodies::new());
+        let mut tissue = Tissue::new(self.scene(), &mut bodies, Method::NeoHookean);
+        play(&mut tissue, &self.anatomy.spheres)
+    }
+}
+
+fn step(tissue: &mut Tissue<'_>, ticks: usize) {
+    for _ in 0..ticks {
+        assert_eq!(tissue.step(), 0, "a sphere was put back");
+    }
+}
+
+fn displacements(tissue: &Tissue<'_>, spheres: &[RestSphere]) -> Vec<Vec3> {
+    (0..spheres.len() as u32)
+        .map(|i| tissue.displacement_m(i))
+        .collect()
+}
+
+fn farthest_m(tissue: &Tissue<'_>, spheres: &[RestSphere]) -> f32 {
+    let all = displacements(tissue, spheres);
+    all.iter().map(norm).fold(0.0, f32::max)
+}
+
+fn fastest_m_s(tissue: &Tissue<'_>, spheres: &[RestSphere]) -> f32 {
+    let all = (0..spheres.len() as u32).map(|i| norm(&tissue.velocity_m_s(i)));
+    all.fold(0.0, f32::max)
+}
+
+/// How far the tip of the bar hangs down, m.
+fn sag_m(bar: &Bar) -> f32 {
+    bar.play(|tissue, spheres| {
+        step(tissue, 4000);
+        let tip = (0..spheres.len())
+            .max_by(|&a, &b| spheres[a].center_m.x.total_cmp(&spheres[b].center_m.x));
+        -tissue.displacement_m(tip.unwrap() as u32).z
+    })
+}
+
+/// A deterministic number in −1..1.
+fn noise(seed: &mut u32) -> f32 {
+    *seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+    (*seed >> 8) as f32 / 8_388_608.0 - 1.0
+}
+
+#[test]
+fn an_organ_at_rest_does_not_drift() {
+    Bar::new().play(|tissue, spheres| {
+        step(tissue, 3000);
+        let drift_m = farthest_m(tissue, spheres);
+        assert!(drift_m < 1.0e-6, "{drift_m}");
+    });
+}
+
+#[test]
+fn a_held_end_turned_by_a_quarter_turns_all_of_it() {
+    Bar::new().play(|tissue, spheres| {
+        let turned = |rest: &Vec3, share: f32| {
+            let turn = Quat::from_axis_angle(&Vec3::y_axis(), share * core::f32::consts::FRAC_PI_2);
+            turn * rest - rest
+        };
+        for tick in 1..=1500 {
+            for (i, sphere) in (0u32..).zip(spheres).filter(|(_, sphere)| sphere.held) {
+                tissue.lead(i, &turned(&sphere.center_m, tick as f32 / 1500.0));
+            }
+            step(tissue, 1);
+        }
+        step(tissue, 4000);
+        let now = displacements(tissue, spheres);
+        let errors = now
+            .iter()
+            .zip(spheres)
+            .map(|(u, s)| u - turned(&s.center_m, 1.0));
+        let worst_m = errors.map(|e| norm(&e)).fold(0.0, f32::max);
+        assert!(worst_m < 5.0e-5, "{worst_m}");
+    });
+}
+
+#[test]
+fn stiffness_depends_neither_on_substeps_nor_on_damping() {
+    let with = |substeps, retardation_s| {
+        let mut bar = Bar::new().with_gravity();
+        bar.organ().substeps = substeps;
+        bar.organ().material.retardation_s = retardation_s;
+        sag_m(&bar)
+    };
+    let usual = with(1, 0.001);
+    eprintln!(
+        "{usual} {} {} {} {}",
+        with(2, 0.002),
+        with(8, 0.002),
+        with(1, 0.0),
+        with(1, 0.02)
+    );
+    assert!((0.003..0.05).contains(&usual), "{usual}");
+    for other in [with(2, 0.001), with(8, 0.001), with(1, 0.0), with(1, 0.004)] {
+        assert!((other / usual - 1.0).abs() < 0.03, "{other} {usual}");
+    }
+}
+
+#[test]
+fn deflection_goes_with_the_inverse_of_youngs_modulus_by_the_substep_rule() {
+    let sag = |young_pa: f32, substeps| {
+        let mut bar = Bar::new().with_gravity();
+        bar.organ().material.young_pa = young_pa;
+        bar.organ().material.retardation_s = 0.0;
+        bar.organ().substeps = substeps;
+        sag_m(&bar)
+    };
+    // Without strain-rate damping: its time is this material's, not that of a stiffer one.
+    let soft = sag(20_000.0, 2) * 20_000.0;
+    let stiff = sag(320_000.0, 8) * 320_000.0;
+    assert!((stiff / soft - 1.0).abs() < 0.06, "{stiff} {soft}");
+}
+
+#[test]
+fn a_free_spin_keeps_momentum_and_gains_no_energy() {
+    let mut bar = Bar::new();
+    for sphere in &mut bar.anatomy.spheres {
+        sphere.held = false;
+    }
+    bar.organ().material.damping_per_s = 0.0;
+    bar.organ().material.retardation_s = 0.0;
+    bar.play(|tissue, spheres| {
+        let spin = Vec3::new(0.0, 0.0, 4.0);
+        for (i, sphere) in (0u32..).zip(spheres) {
+            tissue.put(
+                i,
+                &Vec3::zeros(),
+                &(spin.cross(&sphere.center_m) + Vec3::x() * 0.1),
+            );
+        }
+        let sums = |tissue: &Tissue<'_>| {
+            let mut sums = (Vec3::zeros(), Vec3::zeros(), 0.0);
+            for (i, sphere) in (0u32..).zip(spheres) {
+                let velocity = tissue.velocity_m_s(i);
+                let at = sphere.center_m + tissue.displacement_m(i);
+                sums.0 += velocity * sphere.mass_kg;
+                sums.1 += at.cross(&(velocity * sphere.mass_kg));
+                sums.2 += 0.5 * sphere.mass_kg * velocity.norm_squared();
+            }
+            sums
+        };
+        let before = sums(tissue);
+        let mut most = before.2;
+        for _ in 0..2000 {
+            step(tissue, 1);
+            most = most.max(sums(tissue).2);
+        }
+        let after = sums(tissue);
+        assert!(
+            norm(&(after.0 - before.0)) < 2.0e-3 * norm(&before.0),
+            "{after:?} {before:?}"
+        );
+        assert!(
+            norm(&(after.1 - before.1)) < 0.05 * norm(&before.1),
+            "{after:?} {before:?}"
+        );
+        assert!(most < 1.005 * before.2, "{most} {before:?}");
+    });
+}
+
+#[test]
+fn pulled_to_five_times_its_length_it_comes_back() {
+    Bar::new().play(|tissue, spheres| {
+        let far: Vec<u32> = (0..spheres.len() as u32)
+            .filter(|&i| spheres[i as usize].center_m.x > 0.045)
+            .collect();
+        for &i in &far {
+            tissue.hold(i, true);
+        }
+        for tick in 1..=600 {
+            for &i in &far {
+                tissue.lead(i, &Vec3::new(0.48 * tick as f32 / 600.0, 0.0, 0.0));
+            }
+            step(tissue, 1);
+        }
+        for &i in &far {
+            tissue.hold(i, false);
+        }
+        step(tissue, 5000);
+        let left_m = farthest_m(tissue, spheres);
+        assert!(left_m < 1.0e-4, "{left_m}");
+    });
+}
+
+/// Puts every free sphere elsewhere and waits.
+fn recovers(name: &str, elsewhere: impl Fn(&Vec3, &mut u32) -> Vec3) {
+    let bar = Bar::new();
+    let left_m = bar.play(|tissue, spheres| {
+        let mut seed = 7;
+        for (i, sphere) in (0u32..).zip(spheres).filter(|(_, sphere)| !sphere.held) {
+            let to = elsewhere(&sphere.center_m, &mut seed);
+            tissue.put(i, &(to - sphere.center_m), &Vec3::zeros());
+        }
+        step(tissue, 10_000);
+        farthest_m(tissue, spheres)
+    });
+    assert!(left_m < 1.0e-4, "{name}: {left_m} m from rest");
+}
+
+#[test]
+fn flattened_to_a_plane_it_comes_back() {
+    recovers("plane", |at, _| Vec3::new(at.x, at.y, 0.0));
+    recovers("plane across", |at, _| Vec3::new(-0.03, at.y, at.z));
+}
+
+#[test]
+fn drawn_into_a_line_or_a_point_it_comes_back() {
+    recovers("line", |at, _| Vec3::new(at.x, 0.0, 0.0));
+    recovers("point", |_, _| Vec3::new(-0.02, 0.0, 0.0));
+}
+
+#[test]
+fn scrambled_it_comes_back() {
+    recovers("scrambled", |_, seed| {
+        Vec3::new(0.05 * noise(seed), 0.03 * noise(seed), 0.03 * noise(seed))
+    });
+}
+
+#[test]
+fn turned_inside_out_it_comes_back() {
+    recovers("inside out", |at, _| Vec3::new(at.x, at.y, -at.z));
+}
+
+#[test]
+fn hanging_far_from_the_origin_it_is_still() {
+    // Displacement and step are stored, not positions: rounding is not amplified into speed.
+    for substeps in [1, 4, 8] {
+        let mut bar = Bar::new().with_gravity();
+        bar.organ().substeps = substeps;
+        bar.organ().material.damping_per_s = 20.0;
+        for sphere in &mut bar.anatomy.spheres {
+            sphere.center_m += Vec3::new(0.6, 0.6, -0.6);
+        }
+        let fastest = bar.play(|tissue, spheres| {
+            step(tissue, 5000);
+            fastest_m_s(tissue, spheres)
+        });
+        assert!(fastest < 5.0e-5, "{substeps} substeps: {fastest} m/s");
+    }
+}
+
+#[test]
+fn a_thread_pulls_but_never_pushes_and_a_band_does_both() {
+    let end = |is_thread, anchor: Vec3| {
+        let mut bar = Bar::new();
+        let tip = (0..bar.anatomy.spheres.len()).max_by(|&a, &b| {
+            let x = |i: usize| bar.anatomy.spheres[i].center_m.x;
+            x(a).total_cmp(&x(b))
+        });
+        let tip = tip.unwrap() as u32;
+        bar.attachments.push(Attachment {
+            sphere: tip,
+            to: Anchor::World(anchor),
+            rest_length_m: 0.05,
+            compliance_m_n: 1.0e-3,
+            is_thread,
+        });
+        bar.play(|tissue, _| {
+            step(tissue, 2000);
+            tissue.displacement_m(tip)
+        })
+    };
+    let tip_m = Vec3::new(0.057, 0.0, 0.0);
+    let (near, far) = (tip_m + Vec3::x() * 0.03, tip_m + Vec3::x() * 0.08);
+    assert!(norm(&end(true, near)) < 1.0e-6, "slack");
+    assert!(end(true, far).x > 0.002, "taut");
+    assert!(end(false, near).x < -0.002, "pushed");
+}
+
+#[test]
+fn breathing_carries_what_is_held_and_what_hangs_on_it() {
+    let mut bar = Bar::new();
+    bar.room.breath_s = 2.0;
+    bar.organ().breath_m = Vec3::new(0.0, 0.0, 0.01);
+    bar.play(|tissue, spheres| {
+        let lowest = |tissue: &Tissue<'_>| {
+            let all = displacements(tissue, spheres);
+            all.iter().map(|u| u.z).fold(f32::MAX, f32::min)
+        };
+        step(tissue, 5000);
+        assert!(lowest(tissue) > 0.008, "breathed in: {}", lowest(tissue));
+        step(tissue, 1000);
+        assert!(farthest_m(tissue, spheres) < 0.002, "and out");
+    });
+}
