@@ -532,6 +532,55 @@ fn a_resting_organ_sleeps() {
 }
 
 #[test]
+fn waking_is_neither_missed_nor_felt() {
+    let anatomy = Anatomy::liver();
+    let force_steps_n = |asleep: bool| {
+        let mut state = store();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut bench = Bench::new();
+        // Pressed once, so that something is left to be frozen.
+        go(&mut sim, &mut bench, &AWAY, &PRESSED, 400, NONE);
+        go(&mut sim, &mut bench, &PRESSED, &AWAY, 400, NONE);
+        stay(
+            &mut sim,
+            &mut bench,
+            &AWAY,
+            if asleep { 4000 } else { 20 },
+            NONE,
+        );
+        let awake = |bits: &SphereBits| bits.contains(SphereBits::AWAKE);
+        assert_eq!(bench.bits.iter().any(awake), !asleep);
+        let near = Vec3::new(0.0, 0.0, 0.056);
+        go(&mut sim, &mut bench, &AWAY, &near, 200, NONE);
+        let mut steps_n = Vec::new();
+        let mut last_n = bench.force_n;
+        for tick in 0..3000 {
+            let tip = near - Vec3::z() * (5.0e-6 * tick as f32);
+            bench.next_at(&tip, NONE);
+            sim.tick(&mut bench);
+            steps_n.push(norm(&(bench.force_n - last_n)));
+            last_n = bench.force_n;
+        }
+        assert!(
+            bench.bits.iter().any(awake) && norm(&last_n) > 0.1,
+            "{last_n}"
+        );
+        steps_n
+    };
+    let steps_n = force_steps_n(true);
+    let most_n = steps_n.iter().copied().fold(0.0, f32::max);
+    assert!(most_n < 0.005, "{most_n} N in a tick");
+    // It is woken by the tool's coming near, before there is a force.
+    let first = |steps: &[f32]| steps.iter().position(|step| *step > 0.0);
+    let (slept, was_awake) = (first(&steps_n), first(&force_steps_n(false)));
+    let apart = slept.zip(was_awake).map(|(a, b)| a.abs_diff(b));
+    assert!(
+        apart.is_some_and(|ticks| ticks < 60),
+        "{slept:?} {was_awake:?}"
+    );
+}
+
+#[test]
 fn a_standstill_starts_the_force_from_nothing() {
     let anatomy = Anatomy::liver();
     let mut state = store();

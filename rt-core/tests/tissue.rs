@@ -81,13 +81,18 @@ fn fastest_m_s(tissue: &Tissue<'_>, spheres: &[RestSphere]) -> f32 {
     all.fold(0.0, f32::max)
 }
 
+/// The sphere at the bar's free end.
+fn tip(spheres: &[RestSphere]) -> u32 {
+    let x = |i: &u32| spheres[*i as usize].center_m.x;
+    let all = 0..spheres.len() as u32;
+    all.max_by(|a, b| x(a).total_cmp(&x(b))).unwrap_or(0)
+}
+
 /// How far the tip of the bar hangs down, m.
 fn sag_m(bar: &Bar) -> f32 {
     bar.play(|tissue, spheres| {
         step(tissue, 4000);
-        let tip = (0..spheres.len())
-            .max_by(|&a, &b| spheres[a].center_m.x.total_cmp(&spheres[b].center_m.x));
-        -tissue.displacement_m(tip.unwrap() as u32).z
+        -tissue.displacement_m(tip(spheres)).z
     })
 }
 
@@ -299,11 +304,7 @@ fn hanging_far_from_the_origin_it_is_still() {
 fn a_thread_pulls_but_never_pushes_and_a_band_does_both() {
     let end = |is_thread, anchor: Vec3| {
         let mut bar = Bar::new();
-        let tip = (0..bar.anatomy.spheres.len()).max_by(|&a, &b| {
-            let x = |i: usize| bar.anatomy.spheres[i].center_m.x;
-            x(a).total_cmp(&x(b))
-        });
-        let tip = tip.unwrap() as u32;
+        let tip = tip(&bar.anatomy.spheres);
         bar.attachments.push(Attachment {
             sphere: tip,
             to: Anchor::World(anchor),

@@ -198,7 +198,9 @@ impl<'a> Sim<'a> {
         } else {
             self.contacts
                 .find(&self.tool.capsules, scene, &self.bounds, bodies, faults);
-            if self_collision {
+            let mut organs = 0..scene.organs.len();
+            let sleeps = |organ| self.sleep.is_asleep(organ);
+            if self_collision && !organs.all(sleeps) {
                 self.state.pairs.find(scene, bodies, faults);
             }
         }
