@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand};
+use scene_prepare::recipe::Unit;
 
 /// Calot: a hard-realtime haptic trainer for transvaginal cholecystectomy.
 ///
@@ -30,8 +31,9 @@ pub(crate) enum Command {
 /// Which scene.
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct SceneArgs {
-    /// The scene: `built-in`, `triangle` (Calot's triangle too), a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb), or a
-    /// compiled scene (.calot)
+    /// The scene: `built-in`, `triangle` (Calot's triangle too), `triangle-variant` (duct and
+    /// artery run otherwise), a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb), or a compiled
+    /// scene (.calot)
     #[arg(long, value_name = "NAME|FILE", default_value = "built-in")]
     pub(crate) scene: String,
     /// Folder that holds the meshes which the recipe names [default: the recipe's own]
@@ -173,21 +175,34 @@ Examples:
   calot prepare liver.obj --spheres 581 --json report.json
   calot prepare tests/assets/hra-female.toml --meshes DIR --out female.calot")]
 pub(crate) struct PrepareArgs {
-    /// `built-in`, `triangle` (Calot's triangle too), a recipe (.toml) or a mesh (.obj .stl .ply .gltf .glb)
+    /// `built-in`, `triangle` (Calot's triangle too), `triangle-variant` (duct and artery run
+    /// otherwise), a recipe (.toml) or a mesh (.obj .stl .ply .gltf .glb)
     #[arg(value_name = "RECIPE|MESH")]
     pub(crate) source: String,
     /// Folder that holds the meshes which the recipe names [default: the recipe's own]
     #[arg(long, value_name = "DIR")]
     pub(crate) meshes: Option<PathBuf>,
-    /// Spheres of a single mesh
+    /// Spheres in all; several organs share them as their recipe's counts do
     #[arg(long, value_name = "N")]
     pub(crate) spheres: Option<usize>,
+    /// Unit of a single mesh: m, cm or mm [default: m, or mm if it would be more than 2 m across]
+    #[arg(long, value_name = "UNIT", value_parser = parse_unit)]
+    pub(crate) unit: Option<Unit>,
     /// Where the compiled scene goes [default: nowhere, only the report is printed]
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
     /// Write the report as JSON; `-` for standard output
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
+}
+
+fn parse_unit(text: &str) -> Result<Unit, String> {
+    match text {
+        "m" => Ok(Unit::Metre),
+        "cm" => Ok(Unit::Centimetre),
+        "mm" => Ok(Unit::Millimetre),
+        _ => Err("a unit is m, cm or mm".into()),
+    }
 }
 
 fn parse_seconds(text: &str) -> Result<f64, String> {

@@ -9,7 +9,10 @@ use crate::scene::{self, Problem};
 
 /// Prepares, prints the report, writes what was asked for.
 pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
-    let recipe = scene::recipe(&args.source, args.meshes.as_deref(), args.spheres)?;
+    let mut recipe = scene::recipe(&args.source, args.meshes.as_deref(), args.unit)?;
+    if let Some(spheres) = args.spheres {
+        recipe = recipe.with_spheres(spheres)?;
+    }
     let prepared = scene::prepare(&recipe)?;
     let json = || serde_json::to_string_pretty(&prepared.report);
     match args.json.as_deref() {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use scene_prepare::recipe::Unit;
 use scene_prepare::{Prepared, Progress, Recipe};
 
 use crate::cli::SceneArgs;
@@ -26,23 +27,23 @@ pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Proble
 pub(crate) fn recipe(
     source: &str,
     meshes: Option<&Path>,
-    spheres: Option<usize>,
+    unit: Option<Unit>,
 ) -> Result<Recipe, Problem> {
     let path = Path::new(source);
     if source == "built-in" {
         return Ok(Recipe::built_in()?);
     }
-    if source == "triangle" {
-        return Ok(Recipe::triangle(false)?);
+    if source == "triangle" || source == "triangle-variant" {
+        return Ok(Recipe::triangle(source != "triangle")?);
     }
     if has_extension(path, &["toml"]) {
         return Ok(Recipe::load(path, meshes)?);
     }
     if has_extension(path, &["obj", "stl", "ply", "gltf", "glb"]) {
-        return Ok(Recipe::from_mesh(path, spheres)?);
+        return Ok(Recipe::from_mesh(path, unit)?);
     }
     Err(format!(
-        "'{source}' is not a scene: name `built-in`, `triangle`, a recipe (.toml), a mesh (.obj .stl .ply \
+        "'{source}' is not a scene: name `built-in`, `triangle`, `triangle-variant`, a recipe (.toml), a mesh (.obj .stl .ply \
          .gltf .glb), or a compiled scene (.calot)"
     )
     .into())
@@ -73,6 +74,13 @@ fn has_extension(path: &Path, extensions: &[&str]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn both_courses_of_duct_and_artery_have_a_name() {
+        let usual = recipe("triangle", None, None).unwrap();
+        let variant = recipe("triangle-variant", None, None).unwrap();
+        assert_ne!(usual.organs, variant.organs);
+    }
 
     #[test]
     fn what_is_no_scene_is_said_to_be_none() {

@@ -58,7 +58,7 @@ pub enum MeshProblem {
         vertices: usize,
     },
     #[error(
-        "is {extent_m:.3} m across, allowed are {min_m} to {max_m} m; set `unit` (\"m\" or \"mm\") or `scale`{hint}"
+        "is {extent_m:.4} m across, allowed are {min_m} to {max_m} m{hint}; set `unit` (\"m\", \"cm\" or \"mm\") or `scale` in the recipe, or give --unit"
     )]
     Extent {
         extent_m: f64,
@@ -66,6 +66,14 @@ pub enum MeshProblem {
         max_m: f64,
         hint: &'static str,
     },
+    #[error(
+        "overlaps itself: {percent:.1} % of its volume is enclosed twice or inside out, worst at {at_m:.3?} m; set `closing = \"auto\"` or \"wrap\", or mend the mesh there"
+    )]
+    Overlaps { percent: f64, at_m: [f64; 3] },
+    #[error(
+        "comes in {count} separate pieces, up to {gap_mm:.1} mm from each other; set `pieces = \"largest\"` to drop the others, or \"join\" to link them across the gap"
+    )]
+    FarPieces { count: usize, gap_mm: f64 },
     #[error("is open: {loops} loops, {edges} open edges; set `closing = \"fill\"` or \"wrap\"")]
     Open { loops: usize, edges: usize },
     #[error(

@@ -7,10 +7,10 @@ use shared_mem::scene::{
 };
 
 use crate::elastic::{self, Elastic};
-use crate::error::{MeshError, PrepareError};
+use crate::error::{MeshError, MeshProblem, PrepareError};
 use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
-use crate::recipe::{OrganPlan, Packing, Recipe, SPHERES_MAX, SPHERES_MIN, Surface};
+use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, SPHERES_MAX, SPHERES_MIN, Surface};
 use crate::report::{OrganReport, Report};
 use crate::tetra::{self, Tetra};
 use crate::{bind, held, links, room};
@@ -63,7 +63,7 @@ pub fn prepare(
         let done = from + (to - from) * organ as f64 / count as f64;
         progress(Progress { doing, done });
     };
-    let mut surfaces: Vec<Mended> = Vec::new();
+    let mut surfaces: Vec<Skin> = Vec::new();
     let mut times = Vec::new();
     for (i, plan) in recipe.organs.iter().enumerate() {
         let begun = Instant::now();
@@ -71,7 +71,7 @@ pub fn prepare(
         surfaces.push(surface(plan)?);
         times.push(begun.elapsed());
     }
-    let skins: Vec<Mesh> = surfaces.iter().map(|s| s.mesh.clone()).collect();
+    let skins: Vec<Mesh> = surfaces.iter().map(|s| s.mended.mesh.clone()).collect();
     let gravity = recipe
         .room
         .gravity_m_s2
@@ -91,13 +91,13 @@ pub fn prepare(
             0.95,
             format!("{}: packing {} spheres", plan.name, plan.spheres),
         );
-        let organ = build(plan, &surfaces[i], scene.spheres.len() as u32)?;
+        let organ = build(plan, &surfaces[i].mended, scene.spheres.len() as u32)?;
         let held = held::held(plan, &organ.balls, &recipe.organs, &skins, &gravity);
         report.organs.push(OrganReport {
             build_s: (times[i] + begun.elapsed()).as_secs_f64(),
             ..figures(plan, &surfaces[i], &organ, &held)
         });
-        append(&mut scene, plan, &surfaces[i], &organ, &held);
+        append(&mut scene, plan, &surfaces[i].mended, &organ, &held);
         tetrahedra.push(organ.tets);
     }
     progress(Progress {
@@ -120,9 +120,20 @@ pub fn prepare(
     })
 }
 
-fn surface(plan: &OrganPlan) -> Result<Mended, PrepareError> {
-    let (name, read) = match &plan.surface {
-        Surface::Shape(shape) => ("built-in shape".into(), Ok(shape.mesh())),
+/// An organ's skin.
+struct Skin {
+    mended: Mended,
+    /// Where it came from and what was done to it.
+    story: String,
+}
+
+fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
+    let (name, from, read) = match &plan.surface {
+        Surface::Shape(shape) => (
+            "built-in shape".to_owned(),
+            "built-in shape".to_owned(),
+            Ok(shape.mesh()),
+        ),
         Surface::Mesh {
             path,
             parts,
@@ -132,32 +143,68 @@ fn surface(plan: &OrganPlan) -> Result<Mended, PrepareError> {
             if !parts.is_empty() {
                 name = format!("{name} [{}]", parts.join(", "));
             }
-            (
-                name,
-                mesh::read(path, parts).map(|mesh| in_metres(mesh, *unit_m)),
-            )
+            let read = mesh::read(path, parts);
+            let mut from = name.clone();
+            let scaled = read.map(|mesh| {
+                let (mesh, note) = in_metres(mesh, *unit_m);
+                from.push_str(&note);
+                mesh
+            });
+            (name, from, scaled)
         }
     };
-    read.and_then(|mesh| mesh::mend(&mesh, plan.closing))
-        .map_err(|problem| PrepareError::Mesh {
-            organ: plan.name.clone(),
-            source: MeshError {
-                mesh: name,
-                problem,
-            },
-        })
+    let problem = |problem: MeshProblem| PrepareError::Mesh {
+        organ: plan.name.clone(),
+        source: MeshError {
+            mesh: name.clone(),
+            problem,
+        },
+    };
+    let mended = read
+        .and_then(|mesh| mesh::mend(&mesh, plan.closing))
+        .map_err(problem)?;
+    let mended = match plan.pieces {
+        Pieces::Largest => mended.largest_piece(),
+        Pieces::Near | Pieces::Join => mended,
+    };
+    let gaps_m = mended.gaps_m();
+    let gap_m = gaps_m.iter().copied().fold(0.0, f64::max);
+    let spacing_m = (mended.volume_m3 / plan.spheres as f64).cbrt();
+    let mut story = format!("{from}; {mended}");
+    if !gaps_m.is_empty() {
+        let (count, gap_mm) = (gaps_m.len() + 1, 1e3 * gap_m);
+        if plan.pieces == Pieces::Near && gap_m > spacing_m {
+            return Err(problem(MeshProblem::FarPieces { count, gap_mm }));
+        }
+        story.push_str(&format!(
+            ", {count} separate pieces linked across up to {gap_mm:.1} mm"
+        ));
+    }
+    Ok(Skin { mended, story })
 }
 
 /// Scales a mesh to metres. Without a unit it is taken for metres, or for millimetres if it
-/// would be more than 2 m across.
-fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> Mesh {
+/// would be more than 2 m across; what was guessed is said.
+fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> (Mesh, String) {
     let [min, max] = mesh.bounds();
-    let guess = if (max - min).max() > 2.0 { 1e-3 } else { 1.0 };
-    let scale = unit_m.unwrap_or(guess);
+    let across = (max - min).max();
+    let (scale, note) = match unit_m {
+        Some(scale) => (scale, String::new()),
+        None => {
+            let (scale, unit) = if across > 2.0 {
+                (1e-3, "millimetres")
+            } else {
+                (1.0, "metres")
+            };
+            let size = 1e3 * scale * across;
+            let note = format!(" in {unit} as its size suggests: {size:.0} mm across");
+            (scale, note)
+        }
+    };
     for p in &mut mesh.vertices {
         *p *= scale;
     }
-    mesh
+    (mesh, note)
 }
 
 /// Spheres, links and tetrahedra of an organ.
@@ -300,7 +347,8 @@ fn masses(interior: &Interior<'_>, balls: &[Ball], total_kg: f64) -> Vec<f64> {
         .collect()
 }
 
-fn figures(plan: &OrganPlan, surface: &Mended, organ: &Organ, held: &[bool]) -> OrganReport {
+fn figures(plan: &OrganPlan, skin: &Skin, organ: &Organ, held: &[bool]) -> OrganReport {
+    let surface = &skin.mended;
     let count = organ.balls.len();
     let mut degree = vec![0; count];
     for &i in organ.links.as_flattened() {
@@ -309,7 +357,7 @@ fn figures(plan: &OrganPlan, surface: &Mended, organ: &Organ, held: &[bool]) -> 
     let quality = &organ.quality;
     OrganReport {
         name: plan.name.clone(),
-        mesh: surface.to_string(),
+        mesh: skin.story.clone(),
         vertices: surface.mesh.vertices.len(),
         triangles: surface.mesh.triangles.len(),
         build_s: 0.0,
@@ -319,6 +367,7 @@ fn figures(plan: &OrganPlan, surface: &Mended, organ: &Organ, held: &[bool]) -> 
         springs: organ.links.len(),
         tetrahedra: organ.tets.len(),
         tetra_shape_min: worst_shape(organ),
+        skin_cm2: 1e4 * surface.mesh.area(),
         coverage: quality.coverage,
         gap_mean_mm: 1e3 * quality.gap_mean_m,
         gap_95_mm: 1e3 * quality.gap_95_m,
@@ -332,13 +381,13 @@ fn figures(plan: &OrganPlan, surface: &Mended, organ: &Organ, held: &[bool]) -> 
     }
 }
 
-fn worst_shape(organ: &Organ) -> f64 {
+fn worst_shape(organ: &Organ) -> Option<f64> {
     let centers: Vec<_> = organ.balls.iter().map(|b| b.center).collect();
     let shapes = organ
         .tets
         .iter()
         .map(|t| tetra::shape(&centers, &t.spheres));
-    shapes.reduce(f64::min).unwrap_or(0.0)
+    shapes.reduce(f64::min)
 }
 
 fn append(scene: &mut SceneData, plan: &OrganPlan, surface: &Mended, organ: &Organ, held: &[bool]) {

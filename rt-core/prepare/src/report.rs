@@ -19,6 +19,8 @@ pub struct Report {
     pub tetrahedra: usize,
     /// Share of the organs' volume inside at least one sphere, 0..1.
     pub coverage: f64,
+    /// Mean distance from skin to the nearest sphere, over the skin of all organs, mm.
+    pub gap_mean_mm: f64,
     /// Distance from skin to the nearest sphere: 95 % of the skin is nearer, worst organ, mm.
     pub gap_95_mm: f64,
     /// Largest such distance, mm.
@@ -29,8 +31,14 @@ pub struct Report {
     pub components: usize,
     /// Fewest links at any sphere.
     pub min_degree: usize,
+    /// How evenly links point in all directions, mean over all spheres, 0..1.
+    pub isotropy: f64,
+    /// Worst shape of a tetrahedron of any organ, as [`OrganReport::tetra_shape_min`].
+    pub tetra_shape_min: Option<f64>,
     /// Volume inside the skins, mL.
     pub volume_ml: f64,
+    /// Mass of all organs, g.
+    pub mass_g: f64,
     /// Each organ by itself.
     pub organs: Vec<OrganReport>,
 }
@@ -59,8 +67,8 @@ pub struct OrganReport {
     /// Tetrahedra between sphere centres; together they carry the organ's whole volume.
     pub tetrahedra: usize,
     /// Worst shape of a tetrahedron: volume over the cube of its longest edge; 0.118 is regular,
-    /// below 0.006 it would be a sliver.
-    pub tetra_shape_min: f64,
+    /// below 0.006 it would be a sliver, below 0 inverted. `None`: it has no tetrahedra.
+    pub tetra_shape_min: Option<f64>,
     /// Share of the volume inside at least one sphere, 0..1.
     pub coverage: f64,
     /// Mean distance from skin to the nearest sphere, mm.
@@ -77,6 +85,8 @@ pub struct OrganReport {
     pub min_degree: usize,
     /// How evenly a sphere's links point in all directions, mean of λmin/λmax of Σddᵀ, 0..1.
     pub isotropy: f64,
+    /// Skin, cm².
+    pub skin_cm2: f64,
     /// Volume inside the skin, mL.
     pub volume_ml: f64,
     /// Mass, g.
@@ -92,12 +102,19 @@ impl Report {
         self.springs = organs.iter().map(|o| o.springs).sum();
         self.tetrahedra = organs.iter().map(|o| o.tetrahedra).sum();
         self.volume_ml = organs.iter().map(|o| o.volume_ml).sum();
-        let covered: f64 = organs.iter().map(|o| o.coverage * o.volume_ml).sum();
-        self.coverage = if self.volume_ml > 0.0 {
-            covered / self.volume_ml
-        } else {
-            0.0
+        self.mass_g = organs.iter().map(|o| o.mass_g).sum();
+        let mean = |value: fn(&OrganReport) -> f64, weight: fn(&OrganReport) -> f64| {
+            let total: f64 = organs.iter().map(weight).sum();
+            let sum: f64 = organs.iter().map(|o| value(o) * weight(o)).sum();
+            if total > 0.0 { sum / total } else { 0.0 }
         };
+        self.coverage = mean(|o| o.coverage, |o| o.volume_ml);
+        self.gap_mean_mm = mean(|o| o.gap_mean_mm, |o| o.skin_cm2);
+        self.isotropy = mean(|o| o.isotropy, |o| o.spheres as f64);
+        self.tetra_shape_min = organs
+            .iter()
+            .filter_map(|o| o.tetra_shape_min)
+            .reduce(f64::min);
         self.gap_95_mm = worst(|o| o.gap_95_mm);
         self.gap_max_mm = worst(|o| o.gap_max_mm);
         self.protrusion_max_mm = worst(|o| o.protrusion_max_mm);
@@ -145,6 +162,32 @@ impl fmt::Display for Report {
                 o.held,
                 o.volume_ml,
                 o.build_s
+            )?;
+        }
+        writeln!(
+            f,
+            "{:<14}{:>8}{:>8}{:>7}{:>6.1} %{:>5.1}mm{:>6.1}mm{:>7.2}mm{:>9.2}{:>9}{:>7}{:>7}{:>7.1}mL{:>7.2}s",
+            "all",
+            self.spheres,
+            self.springs,
+            self.tetrahedra,
+            100.0 * self.coverage,
+            self.gap_95_mm,
+            self.gap_max_mm,
+            self.protrusion_max_mm,
+            self.isotropy,
+            self.components,
+            self.min_degree,
+            self.organs.iter().map(|o| o.held).sum::<usize>(),
+            self.volume_ml,
+            self.build_s
+        )?;
+        if let Some(shape) = self.tetra_shape_min {
+            writeln!(
+                f,
+                "worst tetrahedron: V/L³ = {shape:.4} (regular 0.118, sliver below 0.006, inverted below 0); \
+                 mass {:.0} g",
+                self.mass_g
             )?;
         }
         for o in &self.organs {

@@ -64,7 +64,7 @@ fn mistakes_name_line_key_value_and_remedy() {
             "unit = \"inch\"",
             10,
             "recipe",
-            "`m` or `mm`",
+            "expected one of `m`, `cm`, `mm`",
         ),
         (
             "spheres = 100",

@@ -50,8 +50,8 @@ fn check(prepared: &Prepared) {
             report.name
         );
         assert!(
-            is_tube || report.tetra_shape_min >= 0.006,
-            "{}: {}",
+            is_tube || report.tetra_shape_min >= Some(0.006),
+            "{}: {:?}",
             report.name,
             report.tetra_shape_min
         );
@@ -158,11 +158,21 @@ fn built_in_scene_is_sound_and_anatomical() {
         "build_s",
         "spheres",
         "springs",
+        "tetrahedra",
         "coverage",
+        "gap_mean_mm",
         "gap_95_mm",
         "gap_max_mm",
+        "protrusion_max_mm",
+        "components",
+        "min_degree",
+        "isotropy",
+        "tetra_shape_min",
+        "volume_ml",
+        "mass_g",
     ] {
         assert!(json[key].is_number(), "{key}");
+        assert!(json["organs"][1][key].is_number(), "organ's {key}");
     }
 }
 
@@ -294,6 +304,100 @@ fn same_bytes_on_any_number_of_threads() {
         })
     };
     assert!(bytes(1) == bytes(3));
+}
+
+/// Two balls of 2 cm, 6 cm from middle to middle, in millimetres.
+fn two_balls() -> (tempfile::TempDir, PathBuf) {
+    let ball = |x: f64| {
+        let bounds = [
+            Vec3::new(x - 0.022, -0.022, -0.022),
+            Vec3::new(x + 0.022, 0.022, 0.022),
+        ];
+        let distance = move |p: &Vec3| (p - Vec3::x() * x).norm() - 0.02;
+        scene_prepare::shape::skin(&distance, bounds, 0.004)
+    };
+    let mut mesh = ball(0.0);
+    mesh.append(&ball(0.06));
+    let mut text = String::new();
+    for p in &mesh.vertices {
+        text.push_str(&format!("v {} {} {}\n", 1e3 * p.x, 1e3 * p.y, 1e3 * p.z));
+    }
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(|i| i + 1);
+        text.push_str(&format!("f {a} {b} {c}\n"));
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("two.obj");
+    std::fs::write(&path, text).expect("a file");
+    (folder, path)
+}
+
+#[test]
+fn far_pieces_are_refused_unless_the_recipe_says_what_to_do() {
+    let (folder, _path) = two_balls();
+    let with = |line: &str| {
+        let text = format!(
+            "name = \"two\"\n[[organ]]\nname = \"two\"\nkind = \"liver\"\nmesh = \"two.obj\"\n\
+             unit = \"mm\"\nspheres = 120\nheld = [{{ base = 0.2 }}]\n{line}\n\
+             [room]\nlook_at_m = [0.0, 0.0, 0.0]\n"
+        );
+        prepare(
+            &Recipe::parse(&text, "two", folder.path()).unwrap(),
+            &mut |_| {},
+        )
+    };
+    let refused = with("").unwrap_err().to_string();
+    assert!(
+        refused.contains("two.obj") && refused.contains("2 separate pieces, up to 20.0 mm"),
+        "{refused}"
+    );
+    assert!(refused.contains("pieces = \"largest\""), "{refused}");
+    let joined = with("pieces = \"join\"").unwrap().report;
+    assert_eq!(joined.components, 1);
+    assert!(
+        joined.organs[0]
+            .mesh
+            .contains("linked across up to 20.0 mm"),
+        "{}",
+        joined.organs[0].mesh
+    );
+    let largest = with("pieces = \"largest\"").unwrap().report;
+    assert!((largest.volume_ml / joined.volume_ml - 0.5).abs() < 0.01);
+}
+
+#[test]
+fn a_guessed_unit_is_said() {
+    let (_folder, path) = two_balls();
+    let mut recipe = Recipe::from_mesh(&path, None).unwrap();
+    recipe.organs[0].pieces = scene_prepare::recipe::Pieces::Join;
+    recipe.room.look_at_m = Some(Vec3::zeros());
+    let story = |recipe: &Recipe| {
+        prepare(recipe, &mut |_| {}).unwrap().report.organs[0]
+            .mesh
+            .clone()
+    };
+    let guessed = story(&recipe);
+    assert!(
+        guessed.contains("in millimetres as its size suggests: 100 mm across"),
+        "{guessed}"
+    );
+    let told = Recipe::from_mesh(&path, Some(scene_prepare::recipe::Unit::Centimetre)).unwrap();
+    let scene_prepare::recipe::Surface::Mesh { unit_m, .. } = &told.organs[0].surface else {
+        panic!("a mesh")
+    };
+    assert_eq!(*unit_m, Some(0.01));
+}
+
+#[test]
+fn a_count_for_the_whole_scene_is_shared_among_its_organs() {
+    let recipe = Recipe::built_in().unwrap().with_spheres(1642).unwrap();
+    let counts: Vec<usize> = recipe.organs.iter().map(|o| o.spheres).collect();
+    assert_eq!(counts, [1162, 480]);
+    let refused = Recipe::built_in().unwrap().with_spheres(10).unwrap_err();
+    assert!(
+        refused.to_string().contains("allowed are at least 8"),
+        "{refused}"
+    );
 }
 
 /// The folder of real organ meshes, if this machine has it.

@@ -9,10 +9,72 @@ use crate::mesh::Mesh;
 /// that lie on round coordinates.
 const SHIFT: [f64; 2] = [1.234_567e-4, -2.345_678e-4];
 
+/// A crossing: where along the line, in cells, and by how much the winding number changes.
+type Crossing = (f64, i32);
+
 /// Which grid points lie inside (winding number above zero).
 pub(super) fn inside(mesh: &Mesh, grid: &Grid) -> Vec<bool> {
-    // Per grid line: where it crosses (in cells along x) and whether it enters (+1) or leaves.
-    let mut crossings: Vec<Vec<(f64, i32)>> = vec![Vec::new(); grid.size[1] * grid.size[2]];
+    let mut inside = vec![false; grid.len()];
+    let rows = crossings(mesh, grid);
+    for (row, line) in rows.iter().zip(inside.chunks_mut(grid.size[0])) {
+        let mut winding = 0;
+        let mut next = row.iter().peekable();
+        for (x, cell) in line.iter_mut().enumerate() {
+            while let Some((_, step)) = next.next_if(|(at, _)| *at <= x as f64) {
+                winding += step;
+            }
+            *cell = winding > 0;
+        }
+    }
+    inside
+}
+
+/// How far a closed surface encloses space more than once, or inside out.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Overlap {
+    /// Volume with a winding number above zero, m³.
+    pub(crate) enclosed_m3: f64,
+    /// Volume that is counted again, or that lies inside a part turned inside out, m³.
+    pub(crate) doubled_m3: f64,
+    /// Middle of the longest such stretch.
+    pub(crate) at: Vec3,
+}
+
+/// Measures along the grid lines, exact along x.
+#[must_use]
+pub(crate) fn overlap(mesh: &Mesh, grid: &Grid) -> Overlap {
+    let (mut enclosed, mut doubled, mut longest) = (0.0, 0.0, 0.0);
+    let mut at = Vec3::zeros();
+    for (number, row) in crossings(mesh, grid).iter().enumerate() {
+        let mut winding = 0;
+        for pair in row.windows(2) {
+            let [(from, step), (to, _)] = [pair[0], pair[1]];
+            winding += step;
+            let length = to - from;
+            if winding > 0 {
+                enclosed += length;
+            }
+            if !(0..=1).contains(&winding) {
+                doubled += length * f64::from(if winding > 1 { winding - 1 } else { -winding });
+                if length > longest {
+                    longest = length;
+                    let line = grid.position([0, number % grid.size[1], number / grid.size[1]]);
+                    at = line + Vec3::x() * ((from + to) / 2.0 * grid.cell_m);
+                }
+            }
+        }
+    }
+    let cell_m3 = grid.cell_m.powi(3);
+    Overlap {
+        enclosed_m3: enclosed * cell_m3,
+        doubled_m3: doubled * cell_m3,
+        at,
+    }
+}
+
+/// Per grid line, in the line's order: where it crosses and whether it enters (+1) or leaves.
+fn crossings(mesh: &Mesh, grid: &Grid) -> Vec<Vec<Crossing>> {
+    let mut crossings: Vec<Vec<Crossing>> = vec![Vec::new(); grid.size[1] * grid.size[2]];
     let shift = [SHIFT[0] * grid.cell_m, SHIFT[1] * grid.cell_m];
     for &triangle in &mesh.triangles {
         let p = mesh.corners(triangle);
@@ -46,19 +108,10 @@ pub(super) fn inside(mesh: &Mesh, grid: &Grid) -> Vec<bool> {
             }
         }
     }
-    let mut inside = vec![false; grid.len()];
-    for (row, line) in crossings.iter_mut().zip(inside.chunks_mut(grid.size[0])) {
+    for row in &mut crossings {
         row.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let mut winding = 0;
-        let mut next = row.iter().peekable();
-        for (x, cell) in line.iter_mut().enumerate() {
-            while let Some((_, step)) = next.next_if(|(at, _)| *at <= x as f64) {
-                winding += step;
-            }
-            *cell = winding > 0;
-        }
     }
-    inside
+    crossings
 }
 
 /// On which side of a triangle's edge a point of the yz plane lies. Both triangles at an edge

@@ -1,12 +1,13 @@
 //! Triangle meshes: reading, mending, measuring.
 
 mod close;
+mod pieces;
 mod read;
 mod repair;
 mod weld;
 mod wrap;
 
-pub use read::read;
+pub use read::{Format, parse, read};
 pub use repair::{Mended, mend};
 
 use crate::Vec3;

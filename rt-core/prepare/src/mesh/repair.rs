@@ -3,9 +3,11 @@
 use std::collections::HashMap;
 use std::fmt;
 
-use super::weld::{Welded, weld, without_unused};
+use super::pieces::{gaps, piece_meshes, pieces};
+use super::weld::{Welded, weld};
 use super::{Mesh, close, sides, wrap};
 use crate::error::MeshProblem;
+use crate::field::{Grid, overlap};
 use crate::recipe::Closing;
 
 /// Organs are between these sizes across, m.
@@ -25,6 +27,11 @@ const HOLLOW_GAIN: f64 = 1.6;
 /// A mesh that holds this many times the volume of its outer surface overlaps itself.
 const TWICE_SHARE: f64 = 1.3;
 
+/// A surface may enclose this share of its volume twice before it is said to overlap itself.
+const OVERLAP_SHARE: f64 = 0.02;
+/// Lines across a mesh along which that is measured.
+const OVERLAP_LINES: f64 = 120.0;
+
 /// A mended mesh and what was done to it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mended {
@@ -37,7 +44,33 @@ pub struct Mended {
     patched_loops: usize,
     wrapped: bool,
     hollow: bool,
+    merged: bool,
     dropped_pieces: usize,
+}
+
+impl Mended {
+    /// Keeps only the largest of its separate pieces.
+    #[must_use]
+    pub fn largest_piece(mut self) -> Self {
+        let all = piece_meshes(&self.mesh);
+        let dropped = all.len().saturating_sub(1);
+        let largest = all
+            .into_iter()
+            .max_by(|a, b| a.volume().total_cmp(&b.volume()));
+        if let (Some(largest), 1..) = (largest, dropped) {
+            self.dropped_pieces += dropped;
+            self.volume_m3 = largest.volume();
+            self.mesh = largest;
+        }
+        self
+    }
+
+    /// How far each of its separate pieces is from those larger than it, m: none for a surface
+    /// in one piece.
+    #[must_use]
+    pub fn gaps_m(&self) -> Vec<f64> {
+        gaps(&self.mesh)
+    }
 }
 
 impl fmt::Display for Mended {
@@ -46,10 +79,14 @@ impl fmt::Display for Mended {
             (self.welded.merged, "vertices merged"),
             (self.welded.degenerate, "degenerate triangles dropped"),
             (self.welded.duplicate, "duplicate triangles dropped"),
-            (self.dropped_pieces, "inner or tiny pieces dropped"),
+            (
+                self.dropped_pieces,
+                "inner, tiny or unwanted pieces dropped",
+            ),
             (usize::from(self.turned), "inside-out surface turned"),
             (self.patched_loops, "open loops closed"),
             (usize::from(self.hollow), "hollow made solid"),
+            (usize::from(self.merged), "surface that overlaps itself"),
             (usize::from(self.wrapped), "new surface wrapped around it"),
         ];
         let mut notes = notes.iter().filter(|(count, _)| *count > 0).peekable();
@@ -85,6 +122,7 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
         patched_loops: 0,
         wrapped: false,
         hollow: false,
+        merged: false,
         dropped_pieces: 0,
     };
     if closing == Closing::Solid {
@@ -127,11 +165,39 @@ pub fn mend(mesh: &Mesh, closing: Closing) -> Result<Mended, MeshProblem> {
         mesh = wrap::wrap(&mesh).ok_or(MeshProblem::NoVolume { volume_ml: 0.0 })?;
         mended.wrapped = true;
     }
-    let mended = finish(mended, mesh)?;
+    let mut mended = finish(mended, mesh)?;
     if closing == Closing::Auto && is_thin(&mended) {
-        return Ok(solid_if_hollow(mended));
+        mended = solid_if_hollow(mended);
     }
-    Ok(mended)
+    if mended.wrapped || mended.hollow {
+        return Ok(mended);
+    }
+    once_only(mended, closing)
+}
+
+/// Wraps a surface that encloses space twice, as its volume and its inside would be wrong.
+fn once_only(mended: Mended, closing: Closing) -> Result<Mended, MeshProblem> {
+    let [min, max] = mended.mesh.bounds();
+    let cell_m = (max - min).max() / OVERLAP_LINES;
+    let found = overlap(&mended.mesh, &Grid::around([min, max], cell_m, 1));
+    let share = found.doubled_m3 / found.enclosed_m3.max(f64::MIN_POSITIVE);
+    if share <= OVERLAP_SHARE {
+        return Ok(mended);
+    }
+    if closing != Closing::Auto {
+        return Err(MeshProblem::Overlaps {
+            percent: 100.0 * share,
+            at_m: found.at.into(),
+        });
+    }
+    let wrapped = wrap::wrap(&mended.mesh).ok_or(MeshProblem::NoVolume { volume_ml: 0.0 })?;
+    let once = Mended {
+        mesh: Mesh::default(),
+        wrapped: true,
+        merged: true,
+        ..mended
+    };
+    finish(once, wrapped)
 }
 
 /// A wall, a sheet or a tube rather than a body.
@@ -167,8 +233,8 @@ fn solid_if_hollow(mended: Mended) -> Mended {
 }
 
 fn finish(mut mended: Mended, mut mesh: Mesh) -> Result<Mended, MeshProblem> {
-    mended.turned = orient_pieces_outward(&mut mesh);
-    mended.dropped_pieces = drop_pieces(&mut mesh);
+    mended.turned |= orient_pieces_outward(&mut mesh);
+    mended.dropped_pieces += drop_pieces(&mut mesh);
     mended.volume_m3 = mesh.volume();
     if mended.volume_m3 < VOLUME_SHARE_MIN * mesh.area().powf(1.5) {
         return Err(MeshProblem::NoVolume {
@@ -205,9 +271,11 @@ fn check_numbers(mesh: &Mesh) -> Result<(), MeshProblem> {
     let extent_m = (max - min).max();
     if !(EXTENT_MIN_M..=EXTENT_MAX_M).contains(&extent_m) {
         let hint = match extent_m {
-            x if (20.0..=2000.0).contains(&x) => "; this looks like millimetres",
+            x if (20.0..=2000.0).contains(&x) => {
+                "; these look like millimetres that were read as metres"
+            }
             x if x < EXTENT_MIN_M && x * 1e3 >= EXTENT_MIN_M => {
-                "; this looks like metres read as millimetres"
+                "; these look like metres that were read as millimetres"
             }
             _ => "",
         };
@@ -278,47 +346,6 @@ fn orient_consistently(mesh: &mut Mesh) -> Result<(), MeshProblem> {
         }
     }
     Ok(())
-}
-
-/// Which piece each triangle belongs to (joined through vertices), and how many there are.
-fn pieces(mesh: &Mesh) -> (Vec<usize>, usize) {
-    let mut parent: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
-    fn root(parent: &mut [u32], mut i: u32) -> u32 {
-        while parent[i as usize] != i {
-            parent[i as usize] = parent[parent[i as usize] as usize];
-            i = parent[i as usize];
-        }
-        i
-    }
-    for t in &mesh.triangles {
-        let a = root(&mut parent, t[0]);
-        for &other in &t[1..] {
-            let b = root(&mut parent, other);
-            parent[b as usize] = a;
-        }
-    }
-    let mut number: HashMap<u32, usize> = HashMap::new();
-    let of_triangle = mesh
-        .triangles
-        .iter()
-        .map(|t| {
-            let next = number.len();
-            *number.entry(root(&mut parent, t[0])).or_insert(next)
-        })
-        .collect();
-    (of_triangle, number.len())
-}
-
-fn piece_meshes(mesh: &Mesh) -> Vec<Mesh> {
-    let (of_triangle, count) = pieces(mesh);
-    let mut triangles = vec![Vec::new(); count];
-    for (t, &piece) in mesh.triangles.iter().zip(&of_triangle) {
-        triangles[piece].push(*t);
-    }
-    triangles
-        .iter()
-        .map(|t| without_unused(&mesh.vertices, t))
-        .collect()
 }
 
 /// Turns every piece whose volume is negative; says whether one was.

@@ -5,10 +5,10 @@ use std::path::Path;
 use shared_mem::scene::OrganKind;
 
 use super::locate::{Step, line_of_offset, line_of_path};
-use super::raw::{FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw, Unit};
+use super::raw::{FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw};
 use super::{
-    Closing, Frame, Material, OrganPlan, Packing, Recipe, Region, RoomPlan, SPHERES_MAX,
-    SPHERES_MIN, Surface,
+    Closing, Frame, Material, OrganPlan, Packing, Pieces, Recipe, Region, RoomPlan, SPHERES_MAX,
+    SPHERES_MIN, Surface, Unit,
 };
 use crate::Vec3;
 use crate::error::RecipeError;
@@ -164,10 +164,7 @@ fn check_organ(
         );
         return Err(place.error(&at("kind"), problem));
     };
-    let unit_m = match raw.unit {
-        None | Some(Unit::Metre) => 1.0,
-        Some(Unit::Millimetre) => 1e-3,
-    };
+    let unit_m = raw.unit.unwrap_or(Unit::Metre).metres();
     let scale = place.number(&at("scale"), raw.scale.unwrap_or(1.0), 1e-3..=1e3)?;
     let surface = match (raw.mesh, raw.shape) {
         (Some(mesh), None) => Surface::Mesh {
@@ -209,6 +206,7 @@ fn check_organ(
         kind,
         surface,
         closing: raw.closing.unwrap_or(Closing::Auto),
+        pieces: raw.pieces.unwrap_or_default(),
         spheres,
         gap_95_m,
         gravity_share,
@@ -390,7 +388,7 @@ fn name_is_usable(name: &str, bytes_max: usize) -> Result<(), String> {
     Ok(())
 }
 
-pub(super) fn from_mesh(path: &Path, spheres: Option<usize>) -> Result<Recipe, RecipeError> {
+pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, RecipeError> {
     let stem = path
         .file_stem()
         .and_then(|stem| stem.to_str())
@@ -399,16 +397,15 @@ pub(super) fn from_mesh(path: &Path, spheres: Option<usize>) -> Result<Recipe, R
     while name.len() > 31 {
         name.pop();
     }
-    let kind = OrganKind::Liver;
-    let spheres = spheres.unwrap_or_else(|| default_spheres(kind));
-    if !(SPHERES_MIN..=SPHERES_MAX).contains(&spheres) {
+    if name.is_empty() {
         return Err(RecipeError {
             file: path.display().to_string(),
             line: 0,
-            key: "spheres".into(),
-            problem: format!("is {spheres}, allowed are {SPHERES_MIN} to {SPHERES_MAX}"),
+            key: "name".into(),
+            problem: "the mesh's file name names nothing; rename it".into(),
         });
     }
+    let kind = OrganKind::Liver;
     Ok(Recipe {
         name: name.clone(),
         room: RoomPlan::default(),
@@ -418,10 +415,11 @@ pub(super) fn from_mesh(path: &Path, spheres: Option<usize>) -> Result<Recipe, R
             surface: Surface::Mesh {
                 path: path.into(),
                 parts: Vec::new(),
-                unit_m: None,
+                unit_m: unit.map(Unit::metres),
             },
             closing: Closing::Auto,
-            spheres,
+            pieces: Pieces::Near,
+            spheres: default_spheres(kind),
             gap_95_m: None,
             gravity_share: 0.0,
             breath_m: Vec3::zeros(),

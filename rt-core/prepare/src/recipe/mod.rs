@@ -84,6 +84,8 @@ pub struct OrganPlan {
     pub surface: Surface,
     /// What to do with a surface that is open.
     pub closing: Closing,
+    /// What to do with a surface in separate pieces.
+    pub pieces: Pieces,
     /// How many spheres; the first guess if there is an error budget.
     pub spheres: usize,
     /// Error budget: 95 % of the skin may be no farther than this from the spheres, m. The
@@ -134,6 +136,45 @@ pub enum Closing {
     /// Build a new closed surface from what is seen from outside: hollow organs become solid,
     /// openings narrower than a tenth of the organ are closed.
     Solid,
+}
+
+/// What to do with a surface in separate pieces.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Pieces {
+    /// Link pieces that are no farther apart than the spheres, refuse others.
+    #[default]
+    Near,
+    /// Link them however far apart they are.
+    Join,
+    /// Keep only the largest.
+    Largest,
+}
+
+/// The unit of a mesh file's numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
+pub enum Unit {
+    /// Metres.
+    #[serde(rename = "m")]
+    Metre,
+    /// Centimetres.
+    #[serde(rename = "cm")]
+    Centimetre,
+    /// Millimetres.
+    #[serde(rename = "mm")]
+    Millimetre,
+}
+
+impl Unit {
+    /// Metres a unit.
+    #[must_use]
+    pub fn metres(self) -> f64 {
+        match self {
+            Self::Metre => 1.0,
+            Self::Centimetre => 1e-2,
+            Self::Millimetre => 1e-3,
+        }
+    }
 }
 
 /// How spheres are packed.
@@ -232,13 +273,42 @@ impl Recipe {
         Self::parse(&text, "built-in recipe of Calot's triangle", Path::new("."))
     }
 
-    /// A scene of a single organ, of kind liver, from a mesh in metres or, if it is more than
-    /// 2 m across, in millimetres. `spheres` defaults to the kind's.
+    /// A scene of a single organ, of kind liver, from a mesh. Without a unit its numbers are taken
+    /// for metres or, if it would be more than 2 m across, for millimetres, and the report says
+    /// so.
     ///
     /// # Errors
     /// When the path has no usable name.
-    pub fn from_mesh(path: &Path, spheres: Option<usize>) -> Result<Self, RecipeError> {
-        check::from_mesh(path, spheres)
+    pub fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Self, RecipeError> {
+        check::from_mesh(path, unit)
+    }
+
+    /// The same recipe with this many spheres in all, shared among the organs as before; budgets
+    /// no longer choose.
+    ///
+    /// # Errors
+    /// When an organ would get too few, or the scene too many.
+    pub fn with_spheres(mut self, spheres: usize) -> Result<Self, RecipeError> {
+        let before: usize = self.organs.iter().map(|organ| organ.spheres).sum();
+        let share = spheres as f64 / before.max(1) as f64;
+        for organ in &mut self.organs {
+            organ.spheres = (organ.spheres as f64 * share).round() as usize;
+            organ.gap_95_m = None;
+        }
+        let least = self.organs.iter().map(|o| o.spheres).min().unwrap_or(0);
+        if spheres > SPHERES_MAX || least < SPHERES_MIN {
+            return Err(RecipeError {
+                file: self.name,
+                line: 0,
+                key: "spheres".into(),
+                problem: format!(
+                    "is {spheres}, which leaves {least} to the smallest of {} organs; allowed are at \
+                     least {SPHERES_MIN} an organ and {SPHERES_MAX} together",
+                    self.organs.len()
+                ),
+            });
+        }
+        Ok(self)
     }
 }
 

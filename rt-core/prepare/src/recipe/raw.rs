@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{Closing, Packing, Region};
+use super::{Closing, Packing, Pieces, Region, Unit};
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -56,6 +56,7 @@ pub(super) struct OrganRaw {
     pub(super) scale: Option<f64>,
     pub(super) shape: Option<toml::Table>,
     pub(super) closing: Option<Closing>,
+    pub(super) pieces: Option<Pieces>,
     pub(super) spheres: Option<usize>,
     pub(super) gap_95_mm: Option<f64>,
     pub(super) packing: Option<Packing>,
@@ -65,14 +66,6 @@ pub(super) struct OrganRaw {
     pub(super) material: MaterialRaw,
     #[serde(default)]
     pub(super) held: Vec<Region>,
-}
-
-#[derive(Debug, Clone, Copy, Deserialize)]
-pub(super) enum Unit {
-    #[serde(rename = "m")]
-    Metre,
-    #[serde(rename = "mm")]
-    Millimetre,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -19,6 +19,34 @@ const BYTES_MAX: u64 = 1 << 30;
 /// Parts of a file by name.
 type Parts = Vec<(String, Mesh)>;
 
+/// A mesh file format.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Wavefront OBJ.
+    Obj,
+    /// STL, text or binary.
+    Stl,
+    /// PLY, text or binary.
+    Ply,
+    /// glTF or GLB.
+    Gltf,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Obj, Self::Stl, Self::Ply, Self::Gltf];
+
+    fn of_extension(extension: &str) -> Option<Self> {
+        match extension {
+            "obj" => Some(Self::Obj),
+            "stl" => Some(Self::Stl),
+            "ply" => Some(Self::Ply),
+            "gltf" | "glb" => Some(Self::Gltf),
+            _ => None,
+        }
+    }
+}
+
 /// Reads the triangles of a file, in its own units. `parts` names the objects (OBJ) or nodes
 /// (glTF, with all below them) to take; empty: all.
 ///
@@ -27,9 +55,8 @@ type Parts = Vec<(String, Mesh)>;
 pub fn read(path: &Path, parts: &[String]) -> Result<Mesh, MeshProblem> {
     let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
     let extension = extension.to_ascii_lowercase();
-    if !["obj", "stl", "ply", "gltf", "glb"].contains(&extension.as_str()) {
-        return Err(MeshProblem::UnknownFormat(format!(".{extension}")));
-    }
+    let format = Format::of_extension(&extension)
+        .ok_or_else(|| MeshProblem::UnknownFormat(format!(".{extension}")))?;
     let unreadable = |error: std::io::Error| MeshProblem::Unreadable(error.to_string());
     let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
     if bytes > BYTES_MAX {
@@ -37,14 +64,28 @@ pub fn read(path: &Path, parts: &[String]) -> Result<Mesh, MeshProblem> {
         return Err(too_large(bytes, bytes / 12));
     }
     let content = std::fs::read(path).map_err(unreadable)?;
-    let named: Parts = match extension.as_str() {
-        "obj" => obj::parse(&content)?,
-        "stl" => vec![(String::new(), stl::parse(&content)?)],
-        "ply" => vec![(String::new(), ply::parse(&content)?)],
-        _ => return gltf::parse(&content, path.parent().unwrap_or(Path::new(".")), parts),
+    let folder = path.parent().unwrap_or(Path::new("."));
+    parse(format, &content, folder, parts)
+}
+
+/// As [`read`], from a file's content; glTF looks for its data in `folder`.
+///
+/// # Errors
+/// As [`read`].
+pub fn parse(
+    format: Format,
+    content: &[u8],
+    folder: &Path,
+    parts: &[String],
+) -> Result<Mesh, MeshProblem> {
+    let named: Parts = match format {
+        Format::Obj => obj::parse(content)?,
+        Format::Stl => vec![(String::new(), stl::parse(content)?)],
+        Format::Ply => vec![(String::new(), ply::parse(content)?)],
+        Format::Gltf => return gltf::parse(content, folder, parts),
     };
     let mesh = take_parts(named, parts)?;
-    check_size(bytes, mesh.triangles.len() as u64)?;
+    check_size(content.len() as u64, mesh.triangles.len() as u64)?;
     Ok(mesh)
 }
 

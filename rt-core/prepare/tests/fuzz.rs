@@ -1,0 +1,63 @@
+//! The fuzz targets' bodies on bytes that proptest makes up: wholly random, and real files with
+//! random damage.
+
+use proptest::prelude::*;
+use scene_prepare::recipe::{BUILT_IN, TRIANGLE};
+
+#[path = "../fuzz/bodies.rs"]
+mod bodies;
+
+const OBJ: &str = "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
+const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
+    property float z\nelement face 4\nproperty list uchar int vertex_indices\nend_header\n\
+    0 0 0\n.1 0 0\n0 .1 0\n0 0 .1\n3 0 2 1\n3 0 1 3\n3 0 3 2\n3 1 2 3\n";
+const STL: &str = "solid x\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex .1 0 0\n\
+    vertex 0 .1 0\nendloop\nendfacet\nendsolid x\n";
+const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0]}],
+    "nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],
+    "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],
+    "max":[1,1,1]}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}]}"#;
+
+/// Cuts, overwrites and inserts.
+fn damaged(text: &str, edits: &[(usize, u8, u8)]) -> Vec<u8> {
+    let mut bytes = text.as_bytes().to_vec();
+    for &(at, kind, value) in edits {
+        let at = at % (bytes.len() + 1);
+        match kind % 4 {
+            0 if at < bytes.len() => bytes[at] = value,
+            1 => bytes.insert(at, value),
+            2 if at < bytes.len() => drop(bytes.remove(at)),
+            3 if value < 16 => bytes.truncate(at),
+            // A digit where it may count.
+            _ => bytes.insert(at, b'0' + value % 10),
+        }
+    }
+    bytes
+}
+
+fn edits() -> impl Strategy<Value = Vec<(usize, u8, u8)>> {
+    prop::collection::vec((any::<usize>(), any::<u8>(), any::<u8>()), 0..12)
+}
+
+proptest! {
+    #[test]
+    fn recipe_of_any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
+        bodies::recipe(&bytes);
+    }
+
+    #[test]
+    fn recipe_with_damage(edits in edits(), triangle in any::<bool>()) {
+        bodies::recipe(&damaged(if triangle { TRIANGLE } else { BUILT_IN }, &edits));
+    }
+
+    #[test]
+    fn mesh_of_any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
+        bodies::mesh(&bytes);
+    }
+
+    #[test]
+    fn mesh_with_damage(edits in edits(), format in 0usize..4) {
+        let text = [OBJ, STL, PLY, GLTF][format];
+        bodies::mesh(&[&[format as u8], damaged(text, &edits).as_slice()].concat());
+    }
+}

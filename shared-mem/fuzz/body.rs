@@ -1,0 +1,35 @@
+//! What the fuzz target does with any bytes at all: it may refuse them, and never panics.
+
+use shared_mem::scene::SceneFile;
+
+/// Opens the bytes as they are, then with the identity set right, as a forger would: the content
+/// checks must hold by themselves. What is accepted can be walked without looking out of range.
+pub(crate) fn scene_file(bytes: &[u8]) {
+    let _ = SceneFile::from_bytes(bytes);
+    let mut sealed = bytes.to_vec();
+    if sealed.len() < 64 {
+        return;
+    }
+    let identity = *blake3::hash(&sealed[64..]).as_bytes();
+    sealed[16..48].copy_from_slice(&identity);
+    let Ok(scene) = SceneFile::from_bytes(&sealed) else {
+        return;
+    };
+    let spheres = scene.spheres().len();
+    assert!(!scene.name().is_empty() || scene.room().name[0] == 0);
+    for link in scene.links() {
+        assert!((link.a as usize) < spheres && (link.b as usize) < spheres);
+    }
+    for t in scene.tetrahedra() {
+        assert!(t.spheres.iter().all(|&i| usize::from(i) < spheres));
+    }
+    for v in scene.vertices() {
+        assert!(v.spheres.iter().all(|&i| usize::from(i) < spheres));
+    }
+    for t in scene.triangles() {
+        assert!(t.iter().all(|&v| (v as usize) < scene.vertices().len()));
+    }
+    for band in scene.attachments() {
+        assert!((band.a as usize) < spheres);
+    }
+}
