@@ -2,6 +2,7 @@
 
 use display_host::render::layout::{Frame, Look, SHADERS, shader};
 use display_host::skinning::gpu::SHADER as SKINNING;
+use display_host::skinning::press::Press;
 use display_host::skinning::{RestVertex, SkinnedVertex};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
@@ -94,4 +95,5 @@ fn structs_lie_as_in_rust() {
         SkinnedVertex,
         [position, normal]
     );
+    same_layout!(&skinning, "Press", Press, [a, b, into]);
 }

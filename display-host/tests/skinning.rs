@@ -1,13 +1,15 @@
-//! The skinning's twins, and hand-solved cases (paper Eq. 9–12).
+//! The skinning's twins, and hand-solved cases.
 
 mod support;
 
 use display_host::render::gpu::Gpu;
 use display_host::skinning::gpu::GpuSkinning;
+use display_host::skinning::motion::{Follow, Motion, Motions};
 use display_host::skinning::press::{PRESSES, Press, presses};
-use display_host::skinning::{SkinMesh, SkinnedVertex, displace};
+use display_host::skinning::{SkinMesh, SkinnedVertex};
 use glam::Vec3;
 use proptest::prelude::*;
+use shared_mem::message::SphereState;
 
 const NO_PRESS: [Press; PRESSES] = [Press {
     a: [0.0; 4],
@@ -15,18 +17,22 @@ const NO_PRESS: [Press; PRESSES] = [Press {
     into: [0.0; 4],
 }; PRESSES];
 
-fn skinned(mesh: &SkinMesh, displacements: &[[f32; 4]]) -> Vec<SkinnedVertex> {
+fn skinned(mesh: &SkinMesh, motions: &[Motion]) -> Vec<SkinnedVertex> {
     let mut out = mesh.at_rest();
-    mesh.skin(displacements, &NO_PRESS, &mut out);
+    mesh.skin(motions, &NO_PRESS, &mut out);
     out
 }
 
-/// Some lively displacements, all different.
-fn lively(count: usize, size_m: f32) -> Vec<[f32; 4]> {
-    let wave = |i: usize, k: f32| (i as f32 * k).sin() * size_m;
-    (0..count)
-        .map(|i| [wave(i, 1.3), wave(i, 2.1), wave(i, 3.7), 0.0])
+/// Spheres that only shift.
+fn shifts(each: impl Iterator<Item = Vec3>) -> Vec<Motion> {
+    each.map(|v| [v.x, v.y, v.z].map(|x| [0.0, 0.0, 0.0, x]))
         .collect()
+}
+
+/// Some lively shifts, all different.
+fn lively(count: usize, size_m: f32) -> Vec<Motion> {
+    let wave = |i: usize, k: f32| (i as f32 * k).sin() * size_m;
+    shifts((0..count).map(|i| Vec3::new(wave(i, 1.3), wave(i, 2.1), wave(i, 3.7))))
 }
 
 #[test]
@@ -40,7 +46,13 @@ fn gpu_and_cpu_agree() {
     let skinning = GpuSkinning::new(&gpu, &mesh, scene.spheres().len()).unwrap();
     let state = support::state(&scene, 0.0);
     let tools = support::tools(&scene, 0.02, 0.5);
-    let tools = presses(&mesh, scene.spheres(), state.spheres().unwrap(), &tools);
+    let tools = presses(
+        &mesh,
+        scene.spheres(),
+        &[],
+        state.spheres().unwrap(),
+        &tools,
+    );
     assert!(tools[1].into[3] > 0.5, "the tool presses: {tools:?}");
     for (size_m, presses) in [
         (0.0, NO_PRESS),
@@ -48,15 +60,26 @@ fn gpu_and_cpu_agree() {
         (0.02, NO_PRESS),
         (0.001, tools),
     ] {
-        let displacements = lively(scene.spheres().len(), size_m);
-        skinning.upload(&gpu, &displacements, &presses);
+        let mut motions = lively(scene.spheres().len(), size_m);
+        // They turn and stretch, too: ten times as much as they shift over a metre.
+        for (i, x) in motions
+            .as_flattened_mut()
+            .as_flattened_mut()
+            .iter_mut()
+            .enumerate()
+        {
+            if i % 4 != 3 {
+                *x = (i as f32 * 0.7).sin() * 10.0 * size_m;
+            }
+        }
+        skinning.upload(&gpu, &motions, &presses);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         skinning.encode(&mut encoder);
         gpu.queue.submit([encoder.finish()]);
         let bytes = gpu.read_buffer(&skinning.now).unwrap();
         let there: &[SkinnedVertex] = bytemuck::cast_slice(&bytes);
         let mut here = mesh.at_rest();
-        mesh.skin(&displacements, &presses, &mut here);
+        mesh.skin(&motions, &presses, &mut here);
         let most = here
             .iter()
             .fold(0.0, |most: f32, v| most.max(v.position[3]));
@@ -87,10 +110,7 @@ fn a_shift_of_all_spheres_shifts_the_skin() {
     let scene = support::scene(16);
     let mesh = SkinMesh::from_scene(&scene);
     let shift = Vec3::new(0.01, -0.02, 0.03);
-    let now = skinned(
-        &mesh,
-        &vec![shift.extend(0.0).to_array(); scene.spheres().len()],
-    );
+    let now = skinned(&mesh, &shifts(scene.spheres().iter().map(|_| shift)));
     for (now, rest) in now.iter().zip(&mesh.vertices) {
         let wanted = Vec3::from(rest.position) + shift;
         assert!(Vec3::from_slice(&now.position).distance(wanted) < 1e-6);
@@ -102,8 +122,8 @@ fn a_shift_of_all_spheres_shifts_the_skin() {
 fn a_vertex_follows_the_weighted_mean_of_its_spheres() {
     let scene = support::scene(16);
     let mesh = SkinMesh::from_scene(&scene);
-    let displacements = lively(scene.spheres().len(), 0.01);
-    let now = skinned(&mesh, &displacements);
+    let motions = lively(scene.spheres().len(), 0.01);
+    let now = skinned(&mesh, &motions);
     for (i, vertex) in scene.vertices().iter().enumerate() {
         // As the paper prints it: v' = Σ f c' / Σ f + (v − Σ f c / Σ f).
         let mean = |centre: &dyn Fn(usize) -> Vec3| -> Vec3 {
@@ -113,7 +133,7 @@ fn a_vertex_follows_the_weighted_mean_of_its_spheres() {
                 .sum()
         };
         let rest = |s: usize| Vec3::from(scene.spheres()[s].center_m);
-        let moved = |s: usize| rest(s) + Vec3::from_slice(&displacements[s]);
+        let moved = |s: usize| rest(s) + Vec3::from(motions[s].map(|row| row[3]));
         let wanted = mean(&moved) + (Vec3::from(vertex.position_m) - mean(&rest));
         let found = Vec3::from_slice(&now[i].position);
         assert!(
@@ -123,18 +143,45 @@ fn a_vertex_follows_the_weighted_mean_of_its_spheres() {
     }
 }
 
+/// A liver twisted by 90° over its length: the paper's fixed offsets are wrong by millimetres.
+#[test]
+fn skin_turns_with_the_tissue() {
+    let scene = support::scene(24);
+    let mesh = SkinMesh::from_scene(&scene);
+    let twisted = |p: Vec3| {
+        let angle = p.x / 0.17 * core::f32::consts::FRAC_PI_2;
+        glam::Quat::from_rotation_x(angle) * p
+    };
+    let spheres: Vec<SphereState> = scene
+        .spheres()
+        .iter()
+        .map(|s| SphereState {
+            center_m: twisted(s.center_m.into()).to_array(),
+            bits: 0,
+        })
+        .collect();
+    let [paper, ours] = [Follow::Shift, Follow::Deform].map(|follow| {
+        let mut motions = Motions::new(&scene, follow);
+        let now = skinned(&mesh, motions.update(&spheres));
+        let errors = now.iter().zip(&mesh.vertices).map(|(now, rest)| {
+            Vec3::from_slice(&now.position).distance_squared(twisted(rest.position.into()))
+        });
+        (errors.sum::<f32>() / now.len() as f32).sqrt()
+    });
+    assert!(paper > 0.001, "{paper} m");
+    assert!(
+        ours < paper / 4.0,
+        "{ours} m, and the paper's way {paper} m"
+    );
+}
+
 #[test]
 fn a_dent_is_felt_as_bent_inwards() {
     let scene = support::scene(48);
     let mesh = SkinMesh::from_scene(&scene);
     let state = support::state(&scene, 0.010);
-    let mut displacements = Vec::new();
-    displace(
-        scene.spheres(),
-        state.spheres().unwrap(),
-        &mut displacements,
-    );
-    let now = skinned(&mesh, &displacements);
+    let mut motions = Motions::new(&scene, Follow::Deform);
+    let now = skinned(&mesh, motions.update(state.spheres().unwrap()));
     let liver = scene.organs()[0].vertices[1] as usize;
     let deepest = (0..liver)
         .max_by(|&a, &b| {
@@ -157,9 +204,8 @@ proptest! {
     fn normals_stay_unit_and_finite(size_m in 0.0f32..0.05, seed in 0usize..1000) {
         let scene = support::scene(12);
         let mesh = SkinMesh::from_scene(&scene);
-        let mut displacements = lively(scene.spheres().len() + seed, size_m);
-        let displacements = displacements.split_off(seed);
-        for vertex in skinned(&mesh, &displacements) {
+        let motions = lively(scene.spheres().len() + seed, size_m).split_off(seed);
+        for vertex in skinned(&mesh, &motions) {
             let length = Vec3::from_slice(&vertex.normal).length();
             prop_assert!((length - 1.0).abs() < 1e-4, "{length}");
             prop_assert!(vertex.position.iter().chain(&vertex.normal).all(|x| x.is_finite()));

@@ -29,8 +29,9 @@ use self::pipeline::{DEPTH, LIGHT, Layouts, PICTURE, Pipelines};
 pub use self::quality::Quality;
 use crate::DisplayError;
 use crate::skinning::gpu::GpuSkinning;
+use crate::skinning::motion::{Follow, Motions};
 use crate::skinning::press::{PRESSES, Press, presses};
-use crate::skinning::{SkinMesh, SkinnedVertex, displace};
+use crate::skinning::{SkinMesh, SkinnedVertex};
 
 /// Draws a scene into a texture.
 pub struct Renderer {
@@ -40,7 +41,7 @@ pub struct Renderer {
     rest: Vec<SphereRecord>,
     mesh: SkinMesh,
     skinning: GpuSkinning,
-    displacements: Vec<[f32; 4]>,
+    motions: Motions,
     skinned: Vec<SkinnedVertex>,
     layouts: Layouts,
     pipelines: Pipelines,
@@ -158,7 +159,7 @@ impl Renderer {
             skinned: mesh.at_rest(),
             mesh,
             skinning,
-            displacements: Vec::new(),
+            motions: Motions::new(scene, Follow::Deform),
             layouts,
             pipelines,
             instruments,
@@ -222,8 +223,8 @@ impl Renderer {
     /// Skins and draws one frame and submits it. `time_s` moves what moves by itself.
     pub fn render(&mut self, gpu: &Gpu, spheres: &[SphereState], tools: &ToolFrame, time_s: f32) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        displace(&self.rest, spheres, &mut self.displacements);
-        let presses = presses(&self.mesh, &self.rest, spheres, tools);
+        self.motions.update(spheres);
+        let presses = presses(&self.mesh, &self.rest, self.motions.now(), spheres, tools);
         self.skin(gpu, &mut encoder, &presses);
         let size = self.quality.size;
         let frame = camera::frame(
@@ -264,12 +265,12 @@ impl Renderer {
     fn skin(&mut self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, presses: &[Press; PRESSES]) {
         if self.quality.skin_on_cpu {
             self.mesh
-                .skin(&self.displacements, presses, &mut self.skinned);
+                .skin(self.motions.now(), presses, &mut self.skinned);
             let moving = &self.skinned[..self.mesh.skinned];
             gpu.queue
                 .write_buffer(&self.skinning.now, 0, cast_slice(moving));
         } else {
-            self.skinning.upload(gpu, &self.displacements, presses);
+            self.skinning.upload(gpu, self.motions.now(), presses);
             self.skinning.encode(encoder);
         }
     }

@@ -4,6 +4,7 @@ use bytemuck::cast_slice;
 use wgpu::util::DeviceExt;
 
 use super::SkinMesh;
+use super::motion::Motion;
 use super::press::{PRESSES, Press};
 use crate::DisplayError;
 use crate::render::gpu::Gpu;
@@ -23,7 +24,7 @@ pub struct GpuSkinning {
     pub corners: wgpu::Buffer,
     /// Indices in `corners`.
     pub corner_count: u32,
-    displacements: wgpu::Buffer,
+    motions: wgpu::Buffer,
     presses: wgpu::Buffer,
     bind_group: wgpu::BindGroup,
     move_vertices: wgpu::ComputePipeline,
@@ -83,9 +84,9 @@ impl GpuSkinning {
         let ring_first = buffer("ring first", cast_slice(&mesh.ring_first), Usage::STORAGE);
         let ring = buffer("ring", cast_slice(&mesh.ring), Usage::STORAGE);
         let ring_rest = buffer("ring at rest", cast_slice(&mesh.ring_rest), Usage::STORAGE);
-        let displacements = buffer(
-            "sphere displacements",
-            cast_slice(&vec![[0f32; 4]; spheres.max(1)]),
+        let motions = buffer(
+            "sphere motions",
+            cast_slice(&vec![Motion::default(); spheres.max(1)]),
             Usage::STORAGE | Usage::COPY_DST,
         );
 
@@ -124,7 +125,7 @@ impl GpuSkinning {
         let bound = [
             &counts,
             &rest,
-            &displacements,
+            &motions,
             &now,
             &ring_first,
             &ring,
@@ -167,7 +168,7 @@ impl GpuSkinning {
             move_vertices: pipeline("move_vertices"),
             gather_normals: pipeline("gather_normals"),
             bind_group,
-            displacements,
+            motions,
             presses,
             rest,
             now,
@@ -177,10 +178,10 @@ impl GpuSkinning {
         })
     }
 
-    /// Takes the spheres' displacements, and what presses, for the next [`GpuSkinning::encode`].
-    pub fn upload(&self, gpu: &Gpu, displacements: &[[f32; 4]], presses: &[Press; PRESSES]) {
+    /// Takes the spheres' motions, and what presses, for the next [`GpuSkinning::encode`].
+    pub fn upload(&self, gpu: &Gpu, motions: &[Motion], presses: &[Press; PRESSES]) {
         gpu.queue
-            .write_buffer(&self.displacements, 0, cast_slice(displacements));
+            .write_buffer(&self.motions, 0, cast_slice(motions));
         gpu.queue
             .write_buffer(&self.presses, 0, cast_slice(presses));
     }

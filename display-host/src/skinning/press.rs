@@ -12,6 +12,7 @@ use shared_mem::message::{SphereState, ToolFrame};
 use shared_mem::scene::SphereRecord;
 
 use super::SkinMesh;
+use super::motion::{Motion, turned};
 
 /// Capsules that press, at most.
 pub const PRESSES: usize = 8;
@@ -47,6 +48,7 @@ const STEPS: u32 = 6;
 pub fn presses(
     mesh: &SkinMesh,
     rest: &[SphereRecord],
+    motions: &[Motion],
     spheres: &[SphereState],
     tools: &ToolFrame,
 ) -> [Press; PRESSES] {
@@ -70,7 +72,8 @@ pub fn presses(
                 let gap = distance - rest.radius_m - capsule.radius_m;
                 let share = (1.0 - gap / NEAR_M).clamp(0.0, 1.0);
                 if share > 0.0 {
-                    let outward = mesh.outward.get(i).copied().unwrap_or(Vec3::ZERO);
+                    let carried = mesh.outward.get(i).zip(motions.get(i));
+                    let outward = carried.map_or(Vec3::ZERO, |(o, motion)| turned(motion, *o));
                     let away = to_tool / distance.max(1e-6);
                     into -= (outward + 0.5 * away) * share;
                     touch += share;
@@ -165,6 +168,7 @@ mod tests {
     /// Edge of the squares of the tests' skin, m.
     const EDGE_M: f32 = 0.003;
     const SIDE: usize = 41;
+    const STILL: [Motion; 81] = [[[0.0; 4]; 3]; 81];
 
     /// A tool whose tip is at `tip`, and which comes from `back` (unit).
     fn tool(tip: Vec3, back: Vec3, contact_count: u32) -> ToolFrame {
@@ -240,7 +244,7 @@ mod tests {
             let back = Vec3::new(lean.sin() * turn.cos(), lean.sin() * turn.sin(), lean.cos());
             let tools = tool(Vec3::new(x, y, -depth_m), back, 1);
             let (mesh, rest, now) = organ();
-            let skin = skin(&presses(&mesh, &rest, &now, &tools));
+            let skin = skin(&presses(&mesh, &rest, &STILL, &now, &tools));
             let capsules = tools.capsules().unwrap();
             for cell in (0..SIDE * SIDE).filter(|i| i % SIDE + 1 < SIDE && i / SIDE + 1 < SIDE) {
                 let corners = [cell, cell + 1, cell + SIDE + 1, cell + SIDE].map(|i| skin[i]);
@@ -264,7 +268,7 @@ mod tests {
         fn a_push_is_smooth_and_ends(depth_m in 0.001f32..0.02) {
             let tools = tool(Vec3::new(0.0, 0.0, -depth_m), Vec3::Z, 1);
             let (mesh, rest, now) = organ();
-            let presses = presses(&mesh, &rest, &now, &tools);
+            let presses = presses(&mesh, &rest, &STILL, &now, &tools);
             let push = |x: f32| -pushed(&presses, Vec3::X * x, Vec3::Z, EDGE_M).z;
             prop_assert!((push(0.0) - depth_m - 0.0012).abs() < 1e-4, "{}", push(0.0));
             for k in 0..600 {
@@ -283,7 +287,7 @@ mod tests {
             let (mesh, rest, mut now) = organ();
             now[40].bits = bits;
             pushed(
-                &presses(&mesh, &rest, &now, tools),
+                &presses(&mesh, &rest, &STILL, &now, tools),
                 Vec3::ZERO,
                 normal,
                 EDGE_M,

@@ -1,4 +1,4 @@
-// Paper Eq. 9–12 on the graphics device. Twin of `SkinMesh::skin`.
+// Skinning on the graphics device. Twin of `SkinMesh::skin`.
 
 struct RestVertex {
   position: vec3f, look: u32,
@@ -7,6 +7,8 @@ struct RestVertex {
   weights: vec4u,
 }
 struct SkinnedVertex { position: vec4f, normal: vec4f }
+// An affine motion, as rows: x' = x + G x + t (see motion.rs).
+struct Motion { x: vec4f, y: vec4f, z: vec4f }
 // A capsule that presses (see press.rs).
 struct Press {
   a: vec4f,     // w: radius, m
@@ -17,7 +19,7 @@ struct Counts { skinned: u32, unused0: u32, unused1: u32, unused2: u32 }
 
 @group(0) @binding(0) var<uniform> counts: Counts;
 @group(0) @binding(1) var<storage, read> rest: array<RestVertex>;
-@group(0) @binding(2) var<storage, read> displacement: array<vec4f>;
+@group(0) @binding(2) var<storage, read> motion: array<Motion>;
 @group(0) @binding(3) var<storage, read_write> now: array<SkinnedVertex>;
 @group(0) @binding(4) var<storage, read> ring_first: array<u32>;
 @group(0) @binding(5) var<storage, read> ring: array<u32>;
@@ -29,16 +31,24 @@ struct Counts { skinned: u32, unused0: u32, unused1: u32, unused2: u32 }
 fn move_vertices(@builtin(global_invocation_id) id: vec3u) {
   let i = id.x;
   if (i >= counts.skinned) { return; }
-  var moved = vec3f(0.0);
+  var x = vec4f(0.0);
+  var y = vec4f(0.0);
+  var z = vec4f(0.0);
   for (var k = 0u; k < 4u; k++) {
     let pair = rest[i].spheres[k];
     let weight = unpack2x16unorm(rest[i].weights[k]);
-    moved += displacement[pair & 0xffffu].xyz * weight.x;
-    moved += displacement[pair >> 16u].xyz * weight.y;
+    let a = motion[pair & 0xffffu];
+    let b = motion[pair >> 16u];
+    x += a.x * weight.x + b.x * weight.y;
+    y += a.y * weight.x + b.y * weight.y;
+    z += a.z * weight.x + b.z * weight.y;
   }
-  let position = rest[i].position + moved;
+  let p = vec4f(rest[i].position, 1.0);
+  let position = p.xyz + vec3f(dot(x, p), dot(y, p), dot(z, p));
+  let n = rest[i].normal;
+  let normal = normalize(n + vec3f(dot(x.xyz, n), dot(y.xyz, n), dot(z.xyz, n)));
   let around = FARTHEST * sqrt(2.0 / max(ring_rest[i].y, 1e-6));
-  let push = pushed(position, rest[i].normal, around);
+  let push = pushed(position, normal, around);
   now[i].position = vec4f(position + push, length(push));
 }
 

@@ -6,7 +6,7 @@
 use glam::{Mat3, Quat, Vec3};
 use shared_mem::message::{CapsuleMsg, PoseMsg, SphereState, StateFrame, ToolFrame};
 use shared_mem::scene::{
-    BINDINGS, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SceneFile,
+    BINDINGS, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SceneFile,
     SphereRecord, VertexRecord, WEIGHT_SUM, name_from_str,
 };
 
@@ -149,11 +149,13 @@ fn blob(
     .map(|n| n as u32);
     // The same map fills the inside.
     let steps = (0.09 / spacing) as i32;
+    let mut places = Vec::new();
     for z in -steps..=steps {
         for y in -steps..=steps {
             for x in -steps..=steps {
                 let d = Vec3::new(x as f32, y as f32, z as f32) * spacing / 0.045;
                 if d.length() < 0.92 {
+                    places.push(Vec3::new(x as f32, y as f32, z as f32));
                     data.spheres.push(SphereRecord {
                         center_m: shape(d).to_array(),
                         radius_m: spacing * 0.7,
@@ -164,6 +166,22 @@ fn blob(
             }
         }
     }
+    let own = &data.spheres[first[0] as usize..];
+    let mut links = Vec::new();
+    for (i, a) in own.iter().enumerate() {
+        for (j, b) in own[..i].iter().enumerate() {
+            if places[i].distance_squared(places[j]) < 1.5 {
+                links.push(LinkRecord {
+                    a: first[0] + j as u32,
+                    b: first[0] + i as u32,
+                    rest_length_m: Vec3::from(a.center_m).distance(b.center_m.into()),
+                    compliance_m_n: 0.0,
+                });
+            }
+        }
+    }
+    let linked = [data.links.len() as u32, links.len() as u32];
+    data.links.extend(links);
     let around = rings * 2;
     let mut points = vec![shape(Vec3::Y)];
     for k in 1..rings {
@@ -215,7 +233,7 @@ fn blob(
         name: name_from_str(name),
         kind: kind as u32,
         spheres: [first[0], data.spheres.len() as u32 - first[0]],
-        links: [0, 0],
+        links: linked,
         tetrahedra: [0, 0],
         elastic_links: 0,
         substeps: 1,
