@@ -11,7 +11,7 @@ use crate::tetra::Tetra;
 const TICK_S: f64 = 0.001;
 /// The stiffness number `E dt² / (ρ h²)` up to which one pass over the constraints is within 3 %
 /// of the material's stiffness.
-const STIFFNESS_NUMBER_MAX: f64 = 0.2;
+pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 /// Steps in a tick, at most.
 const SUBSTEPS_MAX: u32 = 16;
 

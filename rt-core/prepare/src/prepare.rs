@@ -367,6 +367,8 @@ fn figures(plan: &OrganPlan, skin: &Skin, organ: &Organ, held: &[bool]) -> Organ
         springs: organ.links.len(),
         tetrahedra: organ.tets.len(),
         tetra_shape_min: worst_shape(organ),
+        substeps: organ.elastic.substeps,
+        stiffness_number: organ.elastic.stiffness_number,
         skin_cm2: 1e4 * surface.mesh.area(),
         coverage: quality.coverage,
         gap_mean_mm: 1e3 * quality.gap_mean_m,

@@ -4,6 +4,8 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::elastic;
+
 /// What [`crate::prepare()`] built, in figures. The top level sums or takes the worst of all organs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
@@ -69,6 +71,11 @@ pub struct OrganReport {
     /// Worst shape of a tetrahedron: volume over the cube of its longest edge; 0.118 is regular,
     /// below 0.006 it would be a sliver, below 0 inverted. `None`: it has no tetrahedra.
     pub tetra_shape_min: Option<f64>,
+    /// Steps in a tick that its stiffness needs.
+    pub substeps: u32,
+    /// Stiffness number `E dt² / (ρ h²)` of a substep; the solver is softer than the material by
+    /// 3 % at 0.2, 15 % at 0.7, a third at 2.
+    pub stiffness_number: f64,
     /// Share of the volume inside at least one sphere, 0..1.
     pub coverage: f64,
     /// Mean distance from skin to the nearest sphere, mm.
@@ -196,6 +203,17 @@ impl fmt::Display for Report {
                 "{}: {} vertices, {} triangles; {}; {} spheres: {}",
                 o.name, o.vertices, o.triangles, o.mesh, o.spheres, o.spheres_because
             )?;
+            if o.stiffness_number > elastic::STIFFNESS_NUMBER_MAX {
+                writeln!(
+                    f,
+                    "{}: softer than its material: stiffness number {:.2} in {} steps a tick \
+                     (up to {} is true); use fewer spheres or a softer material",
+                    o.name,
+                    o.stiffness_number,
+                    o.substeps,
+                    elastic::STIFFNESS_NUMBER_MAX
+                )?;
+            }
         }
         Ok(())
     }

@@ -30,11 +30,13 @@ impl Material {
     /// Typical values of this kind of tissue.
     ///
     /// Young's moduli follow from measured shear moduli (E = 3 G for a nearly incompressible
-    /// tissue): liver G 1.8 kPa, stomach 0.64 kPa, fat 0.53 kPa (porcine), bile duct 166 kPa,
-    /// hepatic artery 210 kPa. A gallbladder is a stiff wall (G 85 kPa, 2 mm) around bile; as a
-    /// solid body of the same bending it is about 15 kPa. Poisson's ratio is 0.45 for all: the
-    /// linear tetrahedra of the solver lock beyond. The paper gives no stiffness; the
-    /// dimensionless ones here keep its method stable at 1 kHz.
+    /// tissue; collected in PMC6925591, Table 1): liver G 1.8 kPa, stomach 0.64 kPa, bile duct
+    /// 166 kPa, hepatic artery 210 kPa; fat 0.53 kPa (porcine; Sims 2010). A gallbladder is a stiff
+    /// wall (G 85 kPa, 2 mm) around bile; as a solid body of the same bending it is about 15 kPa.
+    /// Intestine, connective tissue and abdominal wall have no source: they are taken to be between
+    /// stomach and liver, or stiff. Poisson's ratio is 0.45 for all: the linear tetrahedra of the
+    /// solver lock beyond. The paper gives no stiffness; the dimensionless ones here keep its
+    /// method stable at 1 kHz.
     #[must_use]
     pub fn typical(kind: OrganKind) -> Self {
         let (density_kg_m3, young_pa, contact_stiffness_n_m) = match kind {
