@@ -57,10 +57,10 @@ fn measure(name: &str, anatomy: &Anatomy, method: Method) {
         stage_us,
     };
     for t in 0..TICKS {
-        let depth_m = 0.05 * (f64::from(t) / f64::from(TICKS)) as f32;
+        let depth_m = 0.02 * (f64::from(t) / f64::from(TICKS)) as f32;
         timed
             .inner
-            .next_at(&Vec3::new(0.0, 0.0, 0.08 - depth_m), Buttons::default());
+            .next_at(&Vec3::new(0.0, 0.0, 0.054 - depth_m), Buttons::default());
         sim.tick(&mut timed);
     }
     println!(
