@@ -15,8 +15,9 @@ use crate::state::SphereBits;
 /// up to some mm under the skin that the trainee sees.
 const REACH_M: f32 = 0.005;
 
-/// Stiffness of the grip on all that is between the jaws together, N/m.
-const GRIP_N_M: f32 = 800.0;
+/// Stiffness of the grip on all that is between the jaws together, N/m: below what a Touch-class
+/// device can render, so that its limit does not change what is felt.
+const GRIP_N_M: f32 = 500.0;
 
 /// A sphere in the jaws.
 #[derive(Debug, Clone, Copy, PartialEq)]
