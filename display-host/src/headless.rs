@@ -459,7 +459,7 @@ impl Plan {
 }
 
 /// The tissue as it was prepared.
-fn at_rest(scene: &SceneFile) -> Box<StateFrame> {
+pub(crate) fn at_rest(scene: &SceneFile) -> Box<StateFrame> {
     let mut state = zeroed_state();
     state.scene_id = scene.short_id();
     for (now, rest) in state.spheres.iter_mut().zip(scene.spheres()) {

@@ -43,7 +43,7 @@ pub const LOOKS: usize = 16;
 pub const PARTS: usize = 8;
 
 /// Every module as the device gets it: name and source.
-pub const SHADERS: [(&str, &str); 6] = [
+pub const SHADERS: [(&str, &str); 7] = [
     (
         "tissue",
         concat!(
@@ -58,6 +58,14 @@ pub const SHADERS: [(&str, &str); 6] = [
             include_str!("frame.wgsl"),
             include_str!("light.wgsl"),
             include_str!("rigid.wgsl")
+        ),
+    ),
+    (
+        "inside",
+        concat!(
+            include_str!("frame.wgsl"),
+            include_str!("light.wgsl"),
+            include_str!("inside.wgsl")
         ),
     ),
     (

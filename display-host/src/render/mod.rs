@@ -10,6 +10,7 @@ mod ambient;
 pub mod camera;
 mod cavity;
 pub mod gpu;
+pub mod inside;
 mod instrument;
 pub mod layout;
 mod look;
@@ -25,6 +26,7 @@ use wgpu::util::DeviceExt;
 
 use self::camera::{Exposure, Scope};
 use self::gpu::Gpu;
+use self::inside::Inside;
 use self::pipeline::{DEPTH, LIGHT, Layouts, PICTURE, Pipelines};
 pub use self::quality::Quality;
 use crate::DisplayError;
@@ -39,6 +41,12 @@ pub struct Renderer {
     scope: Scope,
     exposure: Exposure,
     rest: Vec<SphereRecord>,
+    springs: Vec<[u32; 2]>,
+    /// Indices of the organs' skins; the cavity's come after.
+    organ_corners: u32,
+    inside: Option<Inside>,
+    /// Made when first asked for.
+    inside_model: Option<inside::Model>,
     mesh: SkinMesh,
     skinning: GpuSkinning,
     motions: Motions,
@@ -156,6 +164,10 @@ impl Renderer {
             scope: Scope::default(),
             exposure: Exposure::default(),
             rest: scene.spheres().to_vec(),
+            springs: scene.links().iter().map(|l| [l.a, l.b]).collect(),
+            organ_corners: scene.triangles().len() as u32 * 3,
+            inside: None,
+            inside_model: None,
             skinned: mesh.at_rest(),
             mesh,
             skinning,
@@ -198,6 +210,16 @@ impl Renderer {
         &mut self.exposure
     }
 
+    /// Looks inside the organs from the next frame on, or not.
+    pub fn set_inside(&mut self, gpu: &Gpu, inside: Option<Inside>) {
+        self.inside = inside;
+        if inside.is_some() && self.inside_model.is_none() {
+            let (layouts, quality) = (&self.layouts, &self.quality);
+            let model = inside::Model::new(gpu, layouts, quality, &self.rest, &self.springs);
+            self.inside_model = Some(model);
+        }
+    }
+
     /// The finished picture.
     #[must_use]
     pub fn picture(&self) -> &wgpu::TextureView {
@@ -226,6 +248,9 @@ impl Renderer {
         self.motions.update(spheres);
         let presses = presses(&self.mesh, &self.rest, self.motions.now(), spheres, tools);
         self.skin(gpu, &mut encoder, &presses);
+        if let (Some(inside), Some(model)) = (&self.inside, &self.inside_model) {
+            model.upload(gpu, spheres, inside);
+        }
         let size = self.quality.size;
         let frame = camera::frame(
             tools,
@@ -283,7 +308,7 @@ impl Renderer {
         });
         pass.set_bind_group(0, &self.frame_group, &[]);
         pass.set_pipeline(&self.pipelines.tissue_shadow);
-        self.draw_tissue(&mut pass, false);
+        self.draw_tissue(&mut pass, false, 0..self.skinning.corner_count);
         pass.set_pipeline(&self.pipelines.rigid_shadow);
         pass.set_bind_group(1, &self.parts_group, &[]);
         instrument.draw(&mut pass);
@@ -311,17 +336,34 @@ impl Renderer {
         pass.set_pipeline(&self.pipelines.rigid);
         pass.set_bind_group(1, &self.parts_group, &[]);
         instrument.draw(&mut pass);
-        pass.set_pipeline(&self.pipelines.tissue);
-        self.draw_tissue(&mut pass, true);
+        let all = self.skinning.corner_count;
+        let Some((inside, model)) = self.inside.as_ref().zip(self.inside_model.as_ref()) else {
+            pass.set_pipeline(&self.pipelines.tissue);
+            self.draw_tissue(&mut pass, true, 0..all);
+            return;
+        };
+        model.draw(&mut pass, inside);
+        if inside.cavity {
+            pass.set_pipeline(&self.pipelines.tissue);
+            self.draw_tissue(&mut pass, true, self.organ_corners..all);
+        }
+        // Glass comes last: what is behind it shines through.
+        model.set_glass(&mut pass);
+        self.draw_tissue(&mut pass, true, 0..self.organ_corners);
     }
 
-    fn draw_tissue(&self, pass: &mut wgpu::RenderPass<'_>, with_rest: bool) {
+    fn draw_tissue(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        with_rest: bool,
+        corners: std::ops::Range<u32>,
+    ) {
         pass.set_vertex_buffer(0, self.skinning.now.slice(..));
         if with_rest {
             pass.set_vertex_buffer(1, self.skinning.rest.slice(..));
         }
         pass.set_index_buffer(self.skinning.corners.slice(..), wgpu::IndexFormat::Uint32);
-        pass.draw_indexed(0..self.skinning.corner_count, 0, 0..1);
+        pass.draw_indexed(corners, 0, 0..1);
     }
 
     /// Exposure, glare, lens.

@@ -21,6 +21,7 @@ pub(super) const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 pub(super) struct Layouts {
     pub(super) scene: BindGroupLayout,
     pub(super) parts: BindGroupLayout,
+    pub(super) inside: BindGroupLayout,
     pub(super) frame: BindGroupLayout,
     pub(super) exposure: BindGroupLayout,
     pub(super) bloom: BindGroupLayout,
@@ -94,6 +95,10 @@ impl Layouts {
                 ],
             ),
             parts: layout("parts", &[(UNIFORM, ShaderStages::VERTEX)]),
+            inside: layout(
+                "inside",
+                &[(READ, ShaderStages::VERTEX), (READ, ShaderStages::VERTEX)],
+            ),
             frame: layout("frame", &[(UNIFORM, both)]),
             exposure: layout(
                 "exposure",
@@ -173,6 +178,8 @@ struct Draw<'a> {
     target: Option<wgpu::TextureFormat>,
     depth: Option<wgpu::CompareFunction>,
     cull: bool,
+    /// Mixes with what lies behind, and hides nothing.
+    translucent: bool,
     samples: u32,
     constants: &'a [(&'a str, f64)],
 }
@@ -205,6 +212,7 @@ impl Pipelines {
                     target: Some(target),
                     depth,
                     cull: false,
+                    translucent: false,
                     // With depth, it is the mask within the scene's own pass.
                     samples: if depth.is_some() { samples } else { 1 },
                     constants: constants.as_slice(),
@@ -224,6 +232,7 @@ impl Pipelines {
                     target: Some(LIGHT),
                     depth: near_first,
                     cull: true,
+                    translucent: false,
                     samples,
                     constants: &shaded,
                 },
@@ -239,6 +248,7 @@ impl Pipelines {
                     target: Some(LIGHT),
                     depth: near_first,
                     cull: true,
+                    translucent: false,
                     samples,
                     constants: &shaded[1..],
                 },
@@ -254,6 +264,7 @@ impl Pipelines {
                     target: None,
                     depth: shadow,
                     cull: false,
+                    translucent: false,
                     samples: 1,
                     constants: &[],
                 },
@@ -269,6 +280,7 @@ impl Pipelines {
                     target: None,
                     depth: shadow,
                     cull: false,
+                    translucent: false,
                     samples: 1,
                     constants: &[],
                 },
@@ -286,6 +298,46 @@ impl Pipelines {
                 None,
                 Some(("BLOOM", flag(quality.bloom))),
             ),
+        }
+    }
+}
+
+/// Passes of the look inside.
+pub(super) struct InsidePipelines {
+    pub(super) balls: RenderPipeline,
+    pub(super) springs: RenderPipeline,
+    pub(super) glass: RenderPipeline,
+}
+
+impl InsidePipelines {
+    pub(super) fn new(device: &Device, layouts: &Layouts, quality: &Quality) -> Self {
+        let skin = [
+            vertices::<SkinnedVertex>(&SKINNED),
+            vertices::<RestVertex>(&REST[1..2]),
+        ];
+        let pipeline = |vertex, fragment, translucent| {
+            draw(
+                device,
+                &Draw {
+                    shader: "inside",
+                    vertex,
+                    fragment: Some(fragment),
+                    layouts: &[Some(&layouts.scene), Some(&layouts.inside)],
+                    buffers: if translucent { &skin } else { &[] },
+                    target: Some(LIGHT),
+                    depth: Some(wgpu::CompareFunction::Greater),
+                    // A ribbon may turn its back.
+                    cull: vertex != "spring",
+                    translucent,
+                    samples: quality.samples,
+                    constants: &[],
+                },
+            )
+        };
+        Self {
+            balls: pipeline("ball", "solid", false),
+            springs: pipeline("spring", "solid", false),
+            glass: pipeline("glass", "shine", true),
         }
     }
 }
@@ -335,7 +387,7 @@ fn draw(device: &Device, what: &Draw<'_>) -> RenderPipeline {
         .map(|&format| {
             Some(wgpu::ColorTargetState {
                 format,
-                blend: None,
+                blend: what.translucent.then_some(wgpu::BlendState::ALPHA_BLENDING),
                 write_mask: wgpu::ColorWrites::ALL,
             })
         })
@@ -355,7 +407,7 @@ fn draw(device: &Device, what: &Draw<'_>) -> RenderPipeline {
         },
         depth_stencil: what.depth.map(|compare| wgpu::DepthStencilState {
             format: DEPTH,
-            depth_write_enabled: Some(true),
+            depth_write_enabled: Some(!what.translucent),
             depth_compare: Some(compare),
             stencil: Default::default(),
             bias: Default::default(),

@@ -53,6 +53,8 @@ pub struct UiState {
     pub picture: Option<(egui::TextureId, f32)>,
     /// The engineering view, if it is on.
     pub overlay: Option<Overlay>,
+    /// The picture shows spheres and springs inside the organs.
+    pub inside: bool,
     /// The panel is hidden.
     pub panel_hidden: bool,
 }

@@ -95,6 +95,14 @@ impl Overlay {
         overlay
     }
 
+    /// Drops what the picture shows itself when it looks inside the organs: links, and spheres
+    /// that nothing touches.
+    pub fn leave_to_picture(&mut self) {
+        self.lines.retain(|line| line.mark != Mark::Link);
+        let touched = |c: &Circle| matches!(c.mark, Mark::Contact | Mark::Grasped);
+        self.circles.retain(touched);
+    }
+
     fn add_spheres(
         &mut self,
         scene: &SceneFile,

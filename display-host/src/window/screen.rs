@@ -13,6 +13,7 @@ use super::session::Session;
 use crate::DisplayError;
 use crate::latency::{FrameRecord, now_ns};
 use crate::render::gpu::Gpu;
+use crate::render::inside::Inside;
 use crate::render::{Quality, Renderer};
 use crate::ui::{Asked, ui};
 
@@ -218,6 +219,8 @@ impl Screen {
             .map_or(f32::INFINITY, |last| (now - last).as_secs_f32());
         self.renderer.exposure_mut().adapt = 1.0 - (-step_s / EXPOSURE_S).exp();
         let spheres = state.spheres().unwrap_or(&[]);
+        let inside = session.ui.inside.then_some(Inside::VIEW);
+        self.renderer.set_inside(&self.gpu, inside);
         self.renderer
             .render(&self.gpu, spheres, tools, session.time_s());
         Some(FrameRecord {

@@ -77,7 +77,11 @@ impl Session {
         }
         if let Some((state, tools)) = self.feed.state().zip(self.feed.tools()) {
             let spheres = state.spheres().unwrap_or(&[]);
-            self.ui.overlay = Some(Overlay::of(scene, spheres, tools, scope));
+            let mut overlay = Overlay::of(scene, spheres, tools, scope);
+            if self.ui.inside {
+                overlay.leave_to_picture();
+            }
+            self.ui.overlay = Some(overlay);
         }
     }
 
@@ -158,9 +162,12 @@ impl Session {
                     continue;
                 }
                 Asked::ToggleEngineering => {
-                    self.ui.overlay = match self.ui.overlay {
-                        Some(_) => None,
-                        None => Some(Overlay::default()),
+                    // Off, marks on the picture, inside the organs, off.
+                    let ui = &mut self.ui;
+                    (ui.overlay, ui.inside) = match (&ui.overlay, ui.inside) {
+                        (None, _) => (Some(Overlay::default()), false),
+                        (Some(_), false) => (Some(Overlay::default()), true),
+                        (Some(_), true) => (None, false),
                     };
                     continue;
                 }

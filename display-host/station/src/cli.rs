@@ -172,7 +172,7 @@ pub(crate) struct EmulateArgs {
 #[command(after_help = "\
 Examples:
   calot prepare built-in --out built-in.calot
-  calot prepare liver.obj --spheres 581 --json report.json
+  calot prepare liver.obj --spheres 581 --json report.json --picture liver.png
   calot prepare tests/assets/hra-female.toml --meshes DIR --out female.calot")]
 pub(crate) struct PrepareArgs {
     /// `built-in`, `triangle` (Calot's triangle too), `triangle-variant` (duct and artery run
@@ -191,6 +191,9 @@ pub(crate) struct PrepareArgs {
     /// Where the compiled scene goes [default: nowhere, only the report is printed]
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
+    /// Draw the spheres and springs inside the translucent organs
+    #[arg(long, value_name = "FILE.png", value_parser = parse_png)]
+    pub(crate) picture: Option<PathBuf>,
     /// Write the report as JSON; `-` for standard output
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
@@ -216,6 +219,14 @@ fn parse_station(text: &str) -> Result<String, String> {
     match shared_mem::service::Station::new(text) {
         Ok(_) => Ok(text.to_owned()),
         Err(error) => Err(error.to_string()),
+    }
+}
+
+fn parse_png(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().and_then(|e| e.to_str()) {
+        Some(extension) if extension.eq_ignore_ascii_case("png") => Ok(path),
+        _ => Err("a picture's name ends in .png".into()),
     }
 }
 
@@ -255,6 +266,14 @@ mod tests {
         assert_eq!(parse_seconds("2.5"), Ok(2.5));
         for bad in ["", "0", "-1", "NaN", "inf", "1e300", "ten"] {
             assert!(parse_seconds(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn pictures_are_png() {
+        assert_eq!(parse_png("a/b.PNG"), Ok(PathBuf::from("a/b.PNG")));
+        for bad in ["", "a", "a.jpg", "png", ".png"] {
+            assert!(parse_png(bad).is_err(), "{bad}");
         }
     }
 

@@ -3,9 +3,14 @@
 use std::path::Path;
 use std::process::ExitCode;
 
+use shared_mem::scene::SceneFile;
+
 use crate::cli::PrepareArgs;
 use crate::say;
 use crate::scene::{self, Problem};
+
+/// Size of the picture, pixels: two views side by side.
+const PICTURE: [u32; 2] = [1280, 560];
 
 /// Prepares, prints the report, writes what was asked for.
 pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
@@ -27,6 +32,14 @@ pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
     if let Some(out) = &args.out {
         prepared.scene.write(out)?;
         say::note(format_args!("wrote {}", out.display()));
+    }
+    if let Some(path) = &args.picture {
+        let scene = SceneFile::from_bytes(&prepared.scene.to_bytes()?)?;
+        let picture = display_host::render::inside::picture(&scene, PICTURE)?;
+        picture
+            .save(path)
+            .map_err(|error| format!("{}: {error}", path.display()))?;
+        say::note(format_args!("wrote {}", path.display()));
     }
     Ok(ExitCode::SUCCESS)
 }
