@@ -102,3 +102,33 @@ fn the_view_lies_on_the_picture() {
     assert!(wanted.x > 0.4, "towards the edge: {wanted}");
     assert!(!overlay.circles.is_empty());
 }
+
+#[test]
+fn the_engineering_view_goes_from_off_to_marks_to_inside_and_off() {
+    let mut ui = display_host::ui::UiState::default();
+    let states: Vec<_> = (0..4)
+        .map(|_| {
+            ui.turn_engineering();
+            (ui.overlay.is_some(), ui.inside)
+        })
+        .collect();
+    assert_eq!(
+        states,
+        [(true, false), (true, true), (false, false), (true, false)]
+    );
+}
+
+#[test]
+fn inside_the_marks_leave_to_the_picture_what_it_shows() {
+    let scene = support::scene(16);
+    let mut state = support::state(&scene, 0.0);
+    state.spheres[0].bits = SphereState::CONTACT;
+    let tools = support::tools(&scene, 0.01, 0.5);
+    let spheres = state.spheres().expect("valid");
+    let mut overlay = Overlay::of(&scene, spheres, &tools, &Scope::default());
+    assert!(overlay.lines.iter().any(|l| l.mark == Mark::Link));
+    overlay.leave_to_picture();
+    assert!(overlay.lines.iter().all(|l| l.mark != Mark::Link));
+    assert!(overlay.lines.iter().any(|l| l.mark == Mark::Force));
+    assert!(overlay.circles.iter().all(|c| c.mark == Mark::Contact));
+}

@@ -70,6 +70,15 @@ impl UiState {
         ]
     }
 
+    /// The next of the engineering view's states: off, marks on the picture, inside the organs.
+    pub fn turn_engineering(&mut self) {
+        (self.overlay, self.inside) = match (&self.overlay, self.inside) {
+            (None, _) => (Some(Overlay::default()), false),
+            (Some(_), false) => (Some(Overlay::default()), true),
+            (Some(_), true) => (None, false),
+        };
+    }
+
     /// Whether the controller stands still.
     #[must_use]
     pub fn is_paused(&self) -> bool {

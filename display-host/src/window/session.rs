@@ -162,13 +162,7 @@ impl Session {
                     continue;
                 }
                 Asked::ToggleEngineering => {
-                    // Off, marks on the picture, inside the organs, off.
-                    let ui = &mut self.ui;
-                    (ui.overlay, ui.inside) = match (&ui.overlay, ui.inside) {
-                        (None, _) => (Some(Overlay::default()), false),
-                        (Some(_), false) => (Some(Overlay::default()), true),
-                        (Some(_), true) => (None, false),
-                    };
+                    self.ui.turn_engineering();
                     continue;
                 }
                 Asked::TogglePanel => {
