@@ -1,0 +1,47 @@
+//! Stable neo-Hookean tetrahedra, volume and shear solved together (Macklin and Müller 2021), one
+//! pass a step from zero multipliers.
+
+use super::{Env, Method, State};
+use crate::body::{Body, V3};
+
+/// No settings: everything follows from E, ν and the step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct NeoHookean;
+
+impl Method for NeoHookean {
+    fn step(&self, body: &Body, state: &mut State, env: &Env) {
+        state.predict(env);
+        let mu = body.tissue.mu() as f32;
+        let lambda = body.tissue.lame() as f32 + mu;
+        let gamma = 1.0 + mu / lambda;
+        let squared = env.dt_s * env.dt_s;
+        for tet in &body.tets {
+            let f = Body::gradient(tet, |n| state.now(n));
+            let (a, b, c) = (f.column(0), f.column(1), f.column(2));
+            let cofactor =
+                nalgebra::Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)]);
+            let norm = f.norm().max(1e-6);
+            let volume_value = f.determinant() - gamma;
+            let g: [V3; 3] = tet.slopes.map(|s| cofactor * s);
+            let h: [V3; 3] = tet.slopes.map(|s| f * s / norm);
+            let g = [-(g[0] + g[1] + g[2]), g[0], g[1], g[2]];
+            let h = [-(h[0] + h[1] + h[2]), h[0], h[1], h[2]];
+            let mut m11 = 1.0 / (lambda * tet.volume_m3 * squared);
+            let mut m22 = 1.0 / (mu * tet.volume_m3 * squared);
+            let mut m12 = 0.0;
+            for (i, &n) in tet.nodes.iter().enumerate() {
+                let w = state.w_per_kg[n];
+                m11 += w * g[i].norm_squared();
+                m12 += w * g[i].dot(&h[i]);
+                m22 += w * h[i].norm_squared();
+            }
+            let determinant = m11 * m22 - m12 * m12;
+            let first = (m12 * norm - m22 * volume_value) / determinant;
+            let second = (m12 * volume_value - m11 * norm) / determinant;
+            for (i, &n) in tet.nodes.iter().enumerate() {
+                state.push(n, g[i] * first + h[i] * second, env.dt_s);
+            }
+        }
+        state.advance(env);
+    }
+}

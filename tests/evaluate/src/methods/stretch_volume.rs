@@ -1,0 +1,43 @@
+//! Position-based dynamics with stretching and tetrahedron volumes (the paper's comparator).
+
+use super::paper_pbd::stretch;
+use super::{Env, Method, State};
+use crate::body::{Body, V3};
+
+/// Its dimensionless stiffness; volumes are kept with the share 1, as usual.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct StretchVolume {
+    /// Share of each edge's error corrected in an iteration.
+    pub(crate) stiffness: f32,
+}
+
+/// One pass of `det F = 1` over all tetrahedra with compliance `1 / (κ V)`; infinite κ is rigid.
+pub(super) fn volume(body: &Body, state: &mut State, kappa_pa: f32, dt_s: f32) {
+    for tet in &body.tets {
+        let f = Body::gradient(tet, |n| state.now(n));
+        let (a, b, c) = (f.column(0), f.column(1), f.column(2));
+        let cofactor = nalgebra::Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)]);
+        let g: [V3; 3] = tet.slopes.map(|s| cofactor * s);
+        let first = -(g[0] + g[1] + g[2]);
+        let all = [first, g[0], g[1], g[2]];
+        let mut weight = 1.0 / (kappa_pa * tet.volume_m3 * dt_s * dt_s);
+        for (&n, g) in tet.nodes.iter().zip(&all) {
+            weight += state.w_per_kg[n] * g.norm_squared();
+        }
+        if weight > 0.0 {
+            let multiplier = -(f.determinant() - 1.0) / weight;
+            for (&n, g) in tet.nodes.iter().zip(&all) {
+                state.push(n, g * multiplier, dt_s);
+            }
+        }
+    }
+}
+
+impl Method for StretchVolume {
+    fn step(&self, body: &Body, state: &mut State, env: &Env) {
+        state.predict(env);
+        stretch(body, state, self.stiffness, env.dt_s);
+        volume(body, state, f32::INFINITY, env.dt_s);
+        state.advance(env);
+    }
+}
