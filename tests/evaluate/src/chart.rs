@@ -62,10 +62,10 @@ fn draw<'a>(
         finite().fold(1.0, f64::max) * 2.0,
     );
     let times = || rows.iter().map(|r| r.us_per_tick);
-    let (fast, slow) = (
-        times().fold(f64::INFINITY, f64::min) / 1.5,
-        times().fold(1.0, f64::max) * 1.5,
-    );
+    // Whole decades, so that both ends have a number.
+    let decade = |v: f64, round: fn(f64) -> f64| 10_f64.powf(round(v.log10()));
+    let fast = decade(times().fold(f64::INFINITY, f64::min), f64::floor);
+    let slow = decade(times().fold(1.0, f64::max), f64::ceil);
     let (panels, legend) = root.split_vertically(SIZE.1 - 90);
     for (panel, scene) in panels
         .split_evenly((1, scenes.len().max(1)))
