@@ -5,6 +5,8 @@ use std::collections::BTreeSet;
 use scene_prepare::pack::{Interior, owners, pack_evenly};
 use scene_prepare::tetra;
 
+use crate::scene::{Kind, Scene};
+
 /// A point or direction in single precision, as the realtime methods compute.
 pub(crate) type V3 = nalgebra::Vector3<f32>;
 
@@ -20,6 +22,13 @@ pub(crate) struct Tissue {
 }
 
 impl Tissue {
+    /// Liver as the scenes have it, unless they say otherwise.
+    pub(crate) const LIVER: Self = Self {
+        young_pa: 5000.0,
+        poisson: 0.45,
+        density_kg_m3: 1060.0,
+    };
+
     /// Shear modulus, Pa.
     pub(crate) fn mu(&self) -> f64 {
         self.young_pa / (2.0 * (1.0 + self.poisson))
@@ -29,6 +38,17 @@ impl Tissue {
     pub(crate) fn lame(&self) -> f64 {
         self.young_pa * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
     }
+}
+
+/// What holds a sphere.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Held {
+    /// Nothing.
+    Free,
+    /// The scene's fixed end.
+    Fixed,
+    /// The end that the scene moves.
+    Moved,
 }
 
 /// A tetrahedron at rest.
@@ -66,9 +86,56 @@ pub(crate) struct Body {
     pub(crate) edges: Vec<Edge>,
     /// What it is made of.
     pub(crate) tissue: Tissue,
+    /// Points spread evenly through the tissue, m.
+    pub(crate) inside_m: Vec<V3>,
 }
 
 impl Body {
+    /// Which spheres a scene holds. A plane passes between centres: the spheres whose centres lie
+    /// behind it hold too little tissue, by half a spacing. So many are held that the tetrahedra
+    /// which they hold altogether carry the tissue behind the plane.
+    pub(crate) fn held(&self, scene: &Scene) -> Vec<Held> {
+        let mut held = vec![Held::Free; self.rest_m.len()];
+        let along = |x: &V3| f64::from(x[scene.axis]);
+        let fixed = |x: &V3| scene.fixed_below_m - along(x);
+        for i in self.behind(fixed) {
+            held[i] = Held::Fixed;
+        }
+        if scene.kind != Kind::Sag {
+            for i in self.behind(|x| along(x) - scene.free_below_m) {
+                held[i] = Held::Moved;
+            }
+        }
+        held
+    }
+
+    /// The spheres that hold what lies behind a plane; `depth` is positive there.
+    fn behind(&self, depth: impl Fn(&V3) -> f64) -> impl Iterator<Item = usize> {
+        let behind = self.inside_m.iter().filter(|x| depth(x) > 0.0).count();
+        let share = behind as f64 / self.inside_m.len().max(1) as f64;
+        let depths: Vec<f64> = self.rest_m.iter().map(&depth).collect();
+        // Depth at which each tetrahedron is held altogether.
+        let mut whole: Vec<(f64, f64)> = self
+            .tets
+            .iter()
+            .map(|t| {
+                let shallowest = t.nodes.iter().map(|&n| depths[n]);
+                (shallowest.fold(f64::INFINITY, f64::min), f64::from(t.volume_m3))
+            })
+            .collect();
+        whole.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let wanted = share * whole.iter().map(|t| t.1).sum::<f64>();
+        let (mut sum, mut limit) = (0.0, f64::INFINITY);
+        for (depth, volume) in whole {
+            if sum + 0.5 * volume > wanted {
+                break;
+            }
+            sum += volume;
+            limit = depth;
+        }
+        (0..depths.len()).filter(move |&i| depths[i] >= limit)
+    }
+
     /// Packs a closed mesh with `count` spheres, as preparation does.
     pub(crate) fn packed(
         mesh: &scene_prepare::mesh::Mesh,
@@ -89,7 +156,11 @@ impl Body {
             .iter()
             .map(|t| (t.spheres.map(|i| i as usize), t.volume_m3))
             .collect();
-        Some(Self::new(&centers, &share, &tets, tissue))
+        let inside = interior.points.iter();
+        Some(Self {
+            inside_m: inside.map(|&p| interior.position(p).cast()).collect(),
+            ..Self::new(&centers, &share, &tets, tissue)
+        })
     }
 
     /// From centres, the volume nearest to each, and tetrahedra with theirs.
@@ -142,6 +213,7 @@ impl Body {
             tets: solid,
             edges: pairs.iter().map(edge).collect(),
             tissue,
+            inside_m: centers.iter().map(|c| c.cast()).collect(),
         }
     }
 

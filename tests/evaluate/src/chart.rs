@@ -44,7 +44,7 @@ fn draw<'a>(
     rows: &[Row],
 ) -> Result<(), DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>> {
     root.fill(&WHITE)?;
-    let mut scenes: Vec<&str> = rows.iter().map(|r| r.scene).collect();
+    let mut scenes: Vec<&str> = rows.iter().map(|r| r.scene.as_str()).collect();
     scenes.dedup();
     let mut methods: Vec<&str> = Vec::new();
     for row in rows {

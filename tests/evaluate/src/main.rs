@@ -7,7 +7,9 @@
 mod accuracy;
 mod body;
 mod chart;
+mod convergence;
 mod methods;
+mod organ;
 mod reference;
 mod scene;
 
@@ -33,19 +35,31 @@ enum Command {
         /// Sphere counts.
         #[arg(long, value_delimiter = ',', default_values_t = [250, 581, 1200])]
         spheres: Vec<usize>,
-        /// Edge of the reference's lattice, mm. Half of it takes about ten times as long.
-        #[arg(long, default_value_t = 12.0)]
-        reference_mm: f64,
+        /// Layers of elements of the reference. Twice as many take ten times as long.
+        #[arg(long, default_value_t = 12)]
+        layers: usize,
+    },
+    /// How far the reference may be trusted: the same scenes on ever finer meshes.
+    Reference {
+        /// Where reference.csv goes.
+        #[arg(long)]
+        out: PathBuf,
+        /// Layers of elements, rising.
+        #[arg(long, value_delimiter = ',', default_values_t = [8, 12, 16])]
+        layers: Vec<usize>,
     },
 }
 
 fn main() -> ExitCode {
-    let Command::Accuracy {
-        out,
-        spheres,
-        reference_mm,
-    } = Cli::parse().command;
-    match accuracy(&out, spheres, reference_mm) {
+    let done = match Cli::parse().command {
+        Command::Accuracy {
+            out,
+            spheres,
+            layers,
+        } => accuracy(&out, spheres, layers),
+        Command::Reference { out, layers } => convergence(&out, &layers),
+    };
+    match done {
         Ok(()) => ExitCode::SUCCESS,
         Err(message) => {
             eprintln!("evaluate: {message}");
@@ -54,16 +68,16 @@ fn main() -> ExitCode {
     }
 }
 
-fn accuracy(out: &std::path::Path, spheres: Vec<usize>, reference_mm: f64) -> Result<(), String> {
+fn accuracy(out: &std::path::Path, spheres: Vec<usize>, layers: usize) -> Result<(), String> {
     std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     let ask = accuracy::Ask {
         spheres,
-        size_m: reference_mm * 1e-3,
-        kinds: scene::Kind::ALL.to_vec(),
+        layers,
+        kinds: vec![scene::Kind::Sag, scene::Kind::Pull, scene::Kind::Twist(90)],
     };
     let rows = accuracy::run(&ask)?;
     let svg = chart::svg(&rows)?;
-    let about = format!("Reference: lattice of {reference_mm} mm. {}", machine());
+    let about = format!("Reference: {layers} layers of elements. {}", machine());
     let write = |name: &str, text: &str| {
         let path = out.join(name);
         std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
@@ -83,4 +97,12 @@ fn machine() -> String {
         || "Unknown processor.".to_owned(),
         |n| format!("{}.", n.trim_start_matches([' ', '\t', ':'])),
     )
+}
+
+fn convergence(out: &std::path::Path, layers: &[usize]) -> Result<(), String> {
+    std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
+    let kinds = [scene::Kind::Sag, scene::Kind::Pull, scene::Kind::Twist(90)];
+    let rows = convergence::run(&kinds, layers, 581)?;
+    let path = out.join("reference.csv");
+    std::fs::write(&path, convergence::csv(&rows)).map_err(|e| format!("{}: {e}", path.display()))
 }

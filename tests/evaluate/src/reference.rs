@@ -1,10 +1,10 @@
-//! The answer by finite elements.
+//! The answer by finite elements, and how far it may be trusted.
 
 use fem_reference::{FemError, Hold, Locator, Material, Mesh, Problem, lattice};
 use nalgebra::Vector3;
-use scene_prepare::field::{Field, Grid, Sign};
+use scene_prepare::field::{Field, Grid, Nearest, Sign};
 
-use crate::body::{Body, Tissue};
+use crate::body::{Body, Tissue, V3};
 use crate::scene::{Kind, Scene};
 
 type Point = Vector3<f64>;
@@ -19,43 +19,70 @@ pub(crate) struct Answer {
     pub(crate) growth: f64,
 }
 
-/// Fills a closed surface with elements of about `size_m`.
-pub(crate) fn mesh(surface: &scene_prepare::mesh::Mesh, size_m: f64) -> Result<Mesh, FemError> {
-    let [min, max] = surface.bounds();
+/// The finite-element solution of a scene, before it is asked at any sphere.
+pub(crate) struct Solved {
+    mesh: Mesh,
+    displacement_m: Vec<Point>,
+    /// [`Scene::load`].
+    pub(crate) load: f64,
+    /// Relative growth of the volume.
+    pub(crate) growth: f64,
+}
+
+/// Fills a closed surface with elements that have a layer of corners on each of the scene's two
+/// planes and `layers` spaces between them: a plane between two layers would hold the body
+/// half an element too early, whatever the size.
+fn mesh(
+    surface: &scene_prepare::mesh::Mesh,
+    scene: &Scene,
+    layers: usize,
+) -> Result<Mesh, FemError> {
+    let [mut min, max] = surface.bounds();
+    let space = (scene.free_below_m - scene.fixed_below_m) / layers as f64;
+    let size = 2.0 * space;
     let field = Field::new(
         surface,
-        Grid::around([min, max], size_m / 6.0, 6),
+        Grid::around([min, max], size / 6.0, 8),
         Sign::Closed,
     );
-    lattice(min, max, size_m, |p| field.at(p))
+    // The lattice starts 1.5 sizes before `min`.
+    let start = min[scene.axis] - 1.5 * size;
+    let before = ((scene.fixed_below_m - start) / space).ceil();
+    min[scene.axis] = scene.fixed_below_m - before * space + 1.5 * size;
+    let mut mesh = lattice(min, max, size, |p| field.at(p))?;
+    // Chords lie inside: without this the body is too small by the square of the size.
+    if let Some(nearest) = Nearest::new(surface) {
+        mesh.curve_boundary(|p| nearest.point(p));
+    }
+    Ok(mesh)
 }
 
-/// The finite-element solution of a scene, before it is asked at any sphere.
-pub(crate) struct Solved<'a> {
-    mesh: &'a Mesh,
-    displacement_m: Vec<Point>,
-    load: f64,
-    growth: f64,
-}
-
-/// Solves a scene. `progress` hears the share of the load that is carried.
-pub(crate) fn solve<'a>(
-    mesh: &'a Mesh,
+/// Solves a scene with so many layers of elements between its planes. `progress` hears the share
+/// of the load that is carried.
+pub(crate) fn solve(
+    surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
     tissue: &Tissue,
+    layers: usize,
     progress: &mut dyn FnMut(f64),
-) -> Result<Solved<'a>, FemError> {
+) -> Result<Solved, FemError> {
+    let mesh = mesh(surface, scene, layers)?;
     let problem = Problem {
-        mesh,
+        mesh: &mesh,
         material: Material::new(tissue.young_pa, tissue.poisson, tissue.density_kg_m3)?,
         gravity_m_s2: scene.gravity(),
-        holds: vec![Hold::moved(
-            mesh.nodes_where(|p| scene.is_held(p)),
-            |p, share| scene.motion(p, share),
-        )],
+        holds: vec![
+            Hold::fixed(mesh.nodes_where(|p| scene.is_fixed(p))),
+            Hold::moved(mesh.nodes_where(|p| scene.is_moved(p)), |p, share| {
+                scene.motion(p, share)
+            }),
+        ],
         tool: None,
     };
-    let steps = if scene.kind == Kind::Twist { 5 } else { 3 };
+    let steps = match scene.kind {
+        Kind::Twist(degrees) => u32::from(degrees) / 18,
+        _ => 3,
+    };
     let stops: Vec<f64> = (1..=steps)
         .map(|i| f64::from(i) / f64::from(steps))
         .collect();
@@ -68,8 +95,9 @@ pub(crate) fn solve<'a>(
         .iter()
         .zip(&end.displacement_m)
         .zip(&end.reaction_n);
-    let load = scene.load(nodes.map(|((x, u), r)| (*x, *u, -r)));
+    let load = scene.load(nodes.map(|((x, u), r)| (scene.is_moved(x), *x, *u, -r)));
     let growth = mesh.volume_m3(Some(&end.displacement_m))? / mesh.volume_m3(None)? - 1.0;
+    drop(problem);
     Ok(Solved {
         mesh,
         displacement_m: end.displacement_m,
@@ -78,16 +106,26 @@ pub(crate) fn solve<'a>(
     })
 }
 
-impl Solved<'_> {
-    /// The answer at a body's sphere centres.
-    pub(crate) fn at(&self, body: &Body) -> Answer {
-        let locator = Locator::new(self.mesh);
-        let value = |x: &crate::body::V3| {
+impl Solved {
+    /// How many nodes its mesh has.
+    pub(crate) fn nodes(&self) -> usize {
+        self.mesh.nodes.len()
+    }
+
+    /// Displacement at points, m; zero outside.
+    pub(crate) fn displacement_m(&self, points: &[V3]) -> Vec<Point> {
+        let locator = Locator::new(&self.mesh);
+        let value = |x: &V3| {
             let place = locator.find(&x.cast());
             place.map_or_else(Point::zeros, |p| locator.value(&p, &self.displacement_m))
         };
+        points.iter().map(value).collect()
+    }
+
+    /// The answer at a body's sphere centres.
+    pub(crate) fn at(&self, body: &Body) -> Answer {
         Answer {
-            displacement_m: body.rest_m.iter().map(value).collect(),
+            displacement_m: self.displacement_m(&body.rest_m),
             load: self.load,
             growth: self.growth,
         }

@@ -1,0 +1,85 @@
+//! How far the reference itself may be trusted: the same scene on ever finer meshes.
+
+use crate::body::{Body, Held, Tissue};
+use crate::organ::Organ;
+use crate::reference;
+use crate::scene::{Kind, Scene};
+
+/// A scene on one mesh.
+#[derive(Debug, Clone)]
+pub(crate) struct Row {
+    /// Scene.
+    pub(crate) scene: String,
+    /// Layers of elements between the scene's planes.
+    pub(crate) layers: usize,
+    /// Nodes of its quadratic tetrahedra.
+    pub(crate) nodes: usize,
+    /// Force, N, or torque, N m.
+    pub(crate) load: f64,
+    /// Largest displacement of a probe, mm.
+    pub(crate) displacement_mm: f64,
+    /// Root mean square distance of the probes from where the finest mesh has them, mm; 0 on the
+    /// finest.
+    pub(crate) rms_mm: f64,
+    /// The largest, mm.
+    pub(crate) max_mm: f64,
+}
+
+/// Solves `kinds` on meshes of so many `layers` (rising). The probes are the centres of `spheres`
+/// spheres, those that no scene holds.
+///
+/// # Errors
+/// What went wrong, in words.
+pub(crate) fn run(kinds: &[Kind], layers: &[usize], spheres: usize) -> Result<Vec<Row>, String> {
+    let surface = Organ::Liver.mesh()?;
+    let tissue = Tissue::LIVER;
+    let body = Body::packed(&surface, spheres, tissue).ok_or("the liver cannot be packed")?;
+    let mut rows = Vec::new();
+    for &kind in kinds {
+        let scene = Scene::new(kind, &surface);
+        let held = body.held(&scene);
+        let mut solved = Vec::new();
+        for &layers in layers {
+            eprintln!("reference, {}, {layers} layers …", kind.name());
+            let one = reference::solve(&surface, &scene, &tissue, layers, &mut |_| {})
+                .map_err(|e| e.to_string())?;
+            solved.push((layers, one.displacement_m(&body.rest_m), one));
+        }
+        let Some((_, finest, _)) = solved.last() else {
+            continue;
+        };
+        for (layers, displacement, one) in &solved {
+            let free = || (0..held.len()).filter(|&i| held[i] == Held::Free);
+            let errors: Vec<f64> = free()
+                .map(|i| (displacement[i] - finest[i]).norm() * 1e3)
+                .collect();
+            let squares: f64 = errors.iter().map(|e| e * e).sum();
+            let row = Row {
+                scene: kind.name(),
+                layers: *layers,
+                nodes: one.nodes(),
+                load: one.load,
+                displacement_mm: free()
+                    .map(|i| displacement[i].norm() * 1e3)
+                    .fold(0.0, f64::max),
+                rms_mm: (squares / errors.len().max(1) as f64).sqrt(),
+                max_mm: errors.iter().copied().fold(0.0, f64::max),
+            };
+            eprintln!("{row:?}");
+            rows.push(row);
+        }
+    }
+    Ok(rows)
+}
+
+/// `reference.csv`.
+pub(crate) fn csv(rows: &[Row]) -> String {
+    let mut text = "scene,layers,nodes,load_n_or_nm,displacement_mm,rms_to_finest_mm,max_to_finest_mm\n".to_owned();
+    for r in rows {
+        text += &format!(
+            "{},{},{},{:.6},{:.3},{:.4},{:.4}\n",
+            r.scene, r.layers, r.nodes, r.load, r.displacement_mm, r.rms_mm, r.max_mm
+        );
+    }
+    text
+}
