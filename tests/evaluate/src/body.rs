@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use scene_prepare::field::{Field, Grid, Sign};
 use scene_prepare::pack::{Interior, owners, pack_evenly};
 use scene_prepare::tetra;
 
@@ -62,6 +63,12 @@ pub(crate) struct Tet {
     pub(crate) slopes: [V3; 3],
 }
 
+/// Derivative of the determinant.
+pub(crate) fn cofactor(f: &nalgebra::Matrix3<f32>) -> nalgebra::Matrix3<f32> {
+    let (a, b, c) = (f.column(0), f.column(1), f.column(2));
+    nalgebra::Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)])
+}
+
 /// An edge of the graph.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Edge {
@@ -86,54 +93,83 @@ pub(crate) struct Body {
     pub(crate) edges: Vec<Edge>,
     /// What it is made of.
     pub(crate) tissue: Tissue,
-    /// Points spread evenly through the tissue, m.
-    pub(crate) inside_m: Vec<V3>,
+    /// Cubes, for the method that has no spheres; else empty.
+    pub(crate) cells: Vec<[usize; 8]>,
+    /// Their edge, m.
+    pub(crate) cell_m: f32,
 }
 
 impl Body {
-    /// Which spheres a scene holds. A plane passes between centres: the spheres whose centres lie
-    /// behind it hold too little tissue, by half a spacing. So many are held that the tetrahedra
-    /// which they hold altogether carry the tissue behind the plane.
-    pub(crate) fn held(&self, scene: &Scene) -> Vec<Held> {
-        let mut held = vec![Held::Free; self.rest_m.len()];
-        let along = |x: &V3| f64::from(x[scene.axis]);
-        let fixed = |x: &V3| scene.fixed_below_m - along(x);
-        for i in self.behind(fixed) {
-            held[i] = Held::Fixed;
-        }
-        if scene.kind != Kind::Sag {
-            for i in self.behind(|x| along(x) - scene.free_below_m) {
-                held[i] = Held::Moved;
+    /// What holds each sphere: the scene's planes, and a spacing beyond them. Beyond the planes a
+    /// sphere is led as the reference has it there: between a plane and the first free sphere
+    /// lies up to a spacing of tissue, and how a method bridges it says nothing of the method.
+    /// With `by_centre`, only what lies behind the planes is held, as an attachment would do it.
+    pub(crate) fn held(&self, scene: &Scene, by_centre: bool) -> Vec<Held> {
+        let reach = if by_centre {
+            0.0
+        } else {
+            f64::from(self.spacing_m())
+        };
+        let what = |x: &V3| {
+            let along = f64::from(x[scene.axis]);
+            if along < scene.fixed_below_m + reach + 1e-6 {
+                Held::Fixed
+            } else if scene.kind != Kind::Sag && along > scene.free_below_m - reach - 1e-6 {
+                Held::Moved
+            } else {
+                Held::Free
             }
-        }
-        held
+        };
+        self.rest_m.iter().map(what).collect()
     }
 
-    /// The spheres that hold what lies behind a plane; `depth` is positive there.
-    fn behind(&self, depth: impl Fn(&V3) -> f64) -> impl Iterator<Item = usize> {
-        let behind = self.inside_m.iter().filter(|x| depth(x) > 0.0).count();
-        let share = behind as f64 / self.inside_m.len().max(1) as f64;
-        let depths: Vec<f64> = self.rest_m.iter().map(&depth).collect();
-        // Depth at which each tetrahedron is held altogether.
-        let mut whole: Vec<(f64, f64)> = self
-            .tets
-            .iter()
-            .map(|t| {
-                let shallowest = t.nodes.iter().map(|&n| depths[n]);
-                (shallowest.fold(f64::INFINITY, f64::min), f64::from(t.volume_m3))
-            })
-            .collect();
-        whole.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let wanted = share * whole.iter().map(|t| t.1).sum::<f64>();
-        let (mut sum, mut limit) = (0.0, f64::INFINITY);
-        for (depth, volume) in whole {
-            if sum + 0.5 * volume > wanted {
-                break;
+    /// About `cells` cubes that fill a closed mesh, corners on the scene's planes.
+    pub(crate) fn of_cubes(
+        mesh: &scene_prepare::mesh::Mesh,
+        scene: &Scene,
+        cells: usize,
+        tissue: Tissue,
+    ) -> Self {
+        let [mut min, max] = mesh.bounds();
+        let volume = mesh.volume();
+        let free = scene.free_below_m - scene.fixed_below_m;
+        let cell = free
+            / (free / (volume / cells.max(1) as f64).cbrt())
+                .round()
+                .max(1.0);
+        let start = &mut min[scene.axis];
+        *start = scene.fixed_below_m - ((scene.fixed_below_m - *start) / cell).ceil() * cell;
+        let field = Field::new(mesh, Grid::around([min, max], cell / 4.0, 2), Sign::Closed);
+        let mut body = Self::new(&[], &[], &[], tissue);
+        body.cell_m = cell as f32;
+        let size = ((max - min) / cell).map(|n| n.ceil() as usize + 1);
+        let mut numbers = std::collections::BTreeMap::new();
+        for k in 0..size.z {
+            for j in 0..size.y {
+                for i in 0..size.x {
+                    let low = min + nalgebra::Vector3::new(i as f64, j as f64, k as f64) * cell;
+                    if field.at(&low.add_scalar(0.5 * cell)) >= 0.0 {
+                        continue;
+                    }
+                    body.cells.push(std::array::from_fn(|c| {
+                        let at = [i + (c & 1), j + (c >> 1 & 1), k + (c >> 2)];
+                        let place = at.map(|a| a as f64 * cell);
+                        *numbers.entry(at).or_insert_with(|| {
+                            let x = min + nalgebra::Vector3::from(place);
+                            body.rest_m.push(x.cast());
+                            body.rest_m.len() - 1
+                        })
+                    }));
+                }
             }
-            sum += volume;
-            limit = depth;
         }
-        (0..depths.len()).filter(move |&i| depths[i] >= limit)
+        // The organ's mass, also where cubes and skin differ.
+        let share = tissue.density_kg_m3 * volume / (8 * body.cells.len().max(1)) as f64;
+        body.mass_kg = vec![0.0; body.rest_m.len()];
+        for &n in body.cells.iter().flatten() {
+            body.mass_kg[n] += share as f32;
+        }
+        body
     }
 
     /// Packs a closed mesh with `count` spheres, as preparation does.
@@ -156,11 +192,7 @@ impl Body {
             .iter()
             .map(|t| (t.spheres.map(|i| i as usize), t.volume_m3))
             .collect();
-        let inside = interior.points.iter();
-        Some(Self {
-            inside_m: inside.map(|&p| interior.position(p).cast()).collect(),
-            ..Self::new(&centers, &share, &tets, tissue)
-        })
+        Some(Self::new(&centers, &share, &tets, tissue))
     }
 
     /// From centres, the volume nearest to each, and tetrahedra with theirs.
@@ -213,8 +245,34 @@ impl Body {
             tets: solid,
             edges: pairs.iter().map(edge).collect(),
             tissue,
-            inside_m: centers.iter().map(|c| c.cast()).collect(),
+            cells: Vec::new(),
+            cell_m: 0.0,
         }
+    }
+
+    /// Edge of a cube with a sphere's share of the volume, m.
+    pub(crate) fn spacing_m(&self) -> f32 {
+        let volume: f32 = self.mass_kg.iter().sum::<f32>() / self.tissue.density_kg_m3 as f32;
+        (volume / self.rest_m.len().max(1) as f32).cbrt()
+    }
+
+    /// Force of the material on each sphere under displacements, N: what a neo-Hookean solid over
+    /// the tetrahedra pulls with.
+    pub(crate) fn pull_n(&self, u: &[V3]) -> Vec<V3> {
+        let mu = self.tissue.mu() as f32;
+        let lambda = self.tissue.lame() as f32 + mu;
+        let mut pull = vec![V3::zeros(); u.len()];
+        for tet in &self.tets {
+            let f = Self::gradient(tet, |n| u[n]);
+            let pressure = lambda * (f.determinant() - 1.0) - mu;
+            let stress = f * mu + cofactor(&f) * pressure;
+            for (slope, &n) in tet.slopes.iter().zip(&tet.nodes[1..]) {
+                let force = stress * slope * tet.volume_m3;
+                pull[n] -= force;
+                pull[tet.nodes[0]] += force;
+            }
+        }
+        pull
     }
 
     /// Deformation gradient of a tetrahedron under displacements.
@@ -230,6 +288,16 @@ impl Body {
     /// Relative growth of the volume under displacements.
     pub(crate) fn growth(&self, u: &[V3]) -> f64 {
         let (mut now, mut rest) = (0.0, 0.0);
+        for c in &self.cells {
+            let at = |i: usize| self.rest_m[c[i]] + u[c[i]];
+            // Mean edges of the cube.
+            let edge = |bit: usize| -> V3 {
+                let ends = (0..8).map(|i| if i >> bit & 1 == 1 { at(i) } else { -at(i) });
+                ends.sum::<V3>() / 4.0
+            };
+            now += f64::from(edge(0).cross(&edge(1)).dot(&edge(2)));
+            rest += f64::from(self.cell_m.powi(3));
+        }
         for t in &self.tets {
             let volume = f64::from(t.volume_m3);
             now += volume * f64::from(Self::gradient(t, |n| u[n]).determinant());

@@ -1,63 +1,66 @@
 //! `evaluate`: the charts of the solvers. Not shipped.
 //!
 //! ```text
-//! accuracy   scene × method × spheres → reference (finite elements) → accuracy.{csv,svg}, index.html
+//! reference   scene × ever finer meshes: how far the reference may be trusted
+//! accuracy    case × method × spheres → error against the reference, against time
+//! stability   case × method → survives or not, and up to where
+//! all         everything, as CSV, SVG and one offline page
 //! ```
 
 mod accuracy;
 mod body;
+mod case;
 mod chart;
 mod convergence;
 mod methods;
 mod organ;
+mod page;
 mod reference;
 mod scene;
+mod stability;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{Args, Parser, Subcommand};
 
-/// Charts of the solvers: accuracy against speed, measured against finite elements.
+/// Charts of the solvers: speed against accuracy, measured against finite elements, and where
+/// methods fail.
 #[derive(Parser)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
 }
 
+/// What every chart is asked.
+#[derive(Args)]
+struct Asked {
+    /// Where the CSV files, charts and index.html go.
+    #[arg(long)]
+    out: PathBuf,
+    /// A reduced run: seconds instead of many minutes. Its figures are coarse.
+    #[arg(long)]
+    quick: bool,
+}
+
 #[derive(Subcommand)]
 enum Command {
-    /// Displacement, force and volume error of every method, against its time.
-    Accuracy {
-        /// Where accuracy.csv, accuracy.svg and index.html go.
-        #[arg(long)]
-        out: PathBuf,
-        /// Sphere counts.
-        #[arg(long, value_delimiter = ',', default_values_t = [250, 581, 1200])]
-        spheres: Vec<usize>,
-        /// Layers of elements of the reference. Twice as many take ten times as long.
-        #[arg(long, default_value_t = 12)]
-        layers: usize,
-    },
     /// How far the reference may be trusted: the same scenes on ever finer meshes.
-    Reference {
-        /// Where reference.csv goes.
-        #[arg(long)]
-        out: PathBuf,
-        /// Layers of elements, rising.
-        #[arg(long, value_delimiter = ',', default_values_t = [8, 12, 16])]
-        layers: Vec<usize>,
-    },
+    Reference(Asked),
+    /// Displacement, force and volume error of every method, against its time.
+    Accuracy(Asked),
+    /// Where methods fail: every case, every method, survived or not, and its limit.
+    Stability(Asked),
+    /// All of these. Real organs are read from the folder that CALOT_ANATOMY names.
+    All(Asked),
 }
 
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
-        Command::Accuracy {
-            out,
-            spheres,
-            layers,
-        } => accuracy(&out, spheres, layers),
-        Command::Reference { out, layers } => convergence(&out, &layers),
+        Command::Reference(asked) => run(&asked, [true, false, false]),
+        Command::Accuracy(asked) => run(&asked, [false, true, false]),
+        Command::Stability(asked) => run(&asked, [false, false, true]),
+        Command::All(asked) => run(&asked, [true; 3]),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -68,41 +71,38 @@ fn main() -> ExitCode {
     }
 }
 
-fn accuracy(out: &std::path::Path, spheres: Vec<usize>, layers: usize) -> Result<(), String> {
+fn run(asked: &Asked, [trust, speed, limits]: [bool; 3]) -> Result<(), String> {
+    let (out, quick) = (&asked.out, asked.quick);
     std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
-    let ask = accuracy::Ask {
-        spheres,
-        layers,
-        kinds: vec![scene::Kind::Sag, scene::Kind::Pull, scene::Kind::Twist(90)],
-    };
-    let rows = accuracy::run(&ask)?;
-    let svg = chart::svg(&rows)?;
-    let about = format!("Reference: {layers} layers of elements. {}", machine());
-    let write = |name: &str, text: &str| {
-        let path = out.join(name);
-        std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
-    };
-    accuracy::write_csv(&rows, &out.join("accuracy.csv")).map_err(|e| e.to_string())?;
-    write("accuracy.svg", &svg)?;
-    write("index.html", &chart::page(&rows, &svg, &about))?;
+    let mut sections = Vec::new();
+    if speed {
+        let rows = accuracy::run(&accuracy::Ask::new(quick))?;
+        write(out, "accuracy.csv", &accuracy::csv(&rows))?;
+        let svg = page::accuracy_chart(&rows)?;
+        write(out, "accuracy.svg", &svg)?;
+        if let Some(svg) = page::main_chart(&rows)? {
+            write(out, "main.svg", &svg)?;
+        }
+        sections.extend(page::accuracy(&rows, &svg)?);
+    }
+    if limits {
+        let rows = stability::run(quick)?;
+        write(out, "stability.csv", &stability::csv(&rows))?;
+        let svg = page::stability_chart(&rows)?;
+        write(out, "stability.svg", &svg)?;
+        sections.push(page::stability(&rows, &svg));
+    }
+    if trust {
+        let rows = convergence::run(if quick { &[4, 6] } else { &[6, 9, 12, 18] }, 581)?;
+        write(out, "reference.csv", &convergence::csv(&rows))?;
+        sections.push(page::reference(&rows));
+    }
+    write(out, "index.html", &page::whole(&sections, quick))?;
     println!("{}", out.join("index.html").display());
     Ok(())
 }
 
-/// The processor's own name, for the page.
-fn machine() -> String {
-    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
-    let name = info.lines().find_map(|l| l.strip_prefix("model name"));
-    name.map_or_else(
-        || "Unknown processor.".to_owned(),
-        |n| format!("{}.", n.trim_start_matches([' ', '\t', ':'])),
-    )
-}
-
-fn convergence(out: &std::path::Path, layers: &[usize]) -> Result<(), String> {
-    std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
-    let kinds = [scene::Kind::Sag, scene::Kind::Pull, scene::Kind::Twist(90)];
-    let rows = convergence::run(&kinds, layers, 581)?;
-    let path = out.join("reference.csv");
-    std::fs::write(&path, convergence::csv(&rows)).map_err(|e| format!("{}: {e}", path.display()))
+fn write(out: &Path, name: &str, text: &str) -> Result<(), String> {
+    let path = out.join(name);
+    std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
 }

@@ -25,9 +25,6 @@ pub(crate) enum Organ {
 pub(crate) const ANATOMY: &str = "CALOT_ANATOMY";
 
 impl Organ {
-    /// All of them.
-    pub(crate) const ALL: [Self; 3] = [Self::Liver, Self::Gallbladder, Self::Atlas];
-
     /// Its name in files.
     pub(crate) fn name(self) -> &'static str {
         match self {
@@ -92,7 +89,11 @@ mod tests {
     fn the_liver_is_closed_and_has_a_livers_size() {
         let mesh = Organ::Liver.mesh().expect("built in");
         assert!(mesh.is_closed());
-        assert!((1.0e-3..1.35e-3).contains(&mesh.volume()), "{}", mesh.volume());
+        assert!(
+            (1.0e-3..1.35e-3).contains(&mesh.volume()),
+            "{}",
+            mesh.volume()
+        );
         let [min, max] = mesh.bounds();
         assert!((0.20..0.23).contains(&(max.x - min.x)));
     }

@@ -11,8 +11,8 @@ type Point = Vector3<f64>;
 
 /// What a scene ends in, at the spheres' centres.
 pub(crate) struct Answer {
-    /// Displacement of each sphere's centre, m.
-    pub(crate) displacement_m: Vec<Point>,
+    /// Displacement of each sphere's centre, m; none outside the reference's mesh.
+    pub(crate) displacement_m: Vec<Option<Point>>,
     /// [`Scene::load`].
     pub(crate) load: f64,
     /// Relative growth of the volume.
@@ -112,12 +112,12 @@ impl Solved {
         self.mesh.nodes.len()
     }
 
-    /// Displacement at points, m; zero outside.
-    pub(crate) fn displacement_m(&self, points: &[V3]) -> Vec<Point> {
+    /// Displacement at points, m; none outside.
+    pub(crate) fn displacement_m(&self, points: &[V3]) -> Vec<Option<Point>> {
         let locator = Locator::new(&self.mesh);
         let value = |x: &V3| {
-            let place = locator.find(&x.cast());
-            place.map_or_else(Point::zeros, |p| locator.value(&p, &self.displacement_m))
+            let place = locator.find(&x.cast())?;
+            Some(locator.value(&place, &self.displacement_m))
         };
         points.iter().map(value).collect()
     }

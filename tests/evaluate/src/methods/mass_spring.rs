@@ -11,7 +11,7 @@ pub(crate) struct MassSpring {
 }
 
 impl Method for MassSpring {
-    fn step(&self, body: &Body, state: &mut State, env: &Env) {
+    fn step(&mut self, body: &Body, state: &mut State, env: &Env) {
         let mut force = vec![V3::zeros(); body.rest_m.len()];
         for i in 0..force.len() {
             if state.w_per_kg[i] <= 0.0 {

@@ -1,15 +1,19 @@
 //! The methods on the chart, one file each: the equations as published, in single precision, one
 //! thread, no vector instructions by hand.
 
+mod hexahedra;
 mod mass_spring;
 mod neo_hookean;
 mod paper_pbd;
+mod product;
 mod stretch_volume;
 mod xpbd_springs;
 
+pub(crate) use hexahedra::Hexahedra;
 pub(crate) use mass_spring::MassSpring;
 pub(crate) use neo_hookean::NeoHookean;
 pub(crate) use paper_pbd::PaperPbd;
+pub(crate) use product::Parts;
 pub(crate) use stretch_volume::StretchVolume;
 pub(crate) use xpbd_springs::XpbdSprings;
 
@@ -28,8 +32,12 @@ pub(crate) struct State {
     pub(crate) w_per_kg: Vec<f32>,
     /// Where those have to be at the end of the step (displacement from rest), m.
     pub(crate) target_m: Vec<V3>,
-    /// Force of the tissue on each of those, N.
+    /// Force of the method on each of those, N.
     pub(crate) pull_n: Vec<V3>,
+    /// Positions or velocities were changed from outside since the last step.
+    pub(crate) is_edited: bool,
+    /// Spheres that the method itself found not finite, or far away, and put back.
+    pub(crate) put_back: u32,
 }
 
 /// A step's surroundings.
@@ -43,10 +51,19 @@ pub(crate) struct Env {
     pub(crate) damping_per_s: f32,
 }
 
+/// What acts on a body all the time.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Surroundings {
+    /// Gravity, m/s².
+    pub(crate) gravity_m_s2: V3,
+    /// Share of velocity lost per second.
+    pub(crate) damping_per_s: f32,
+}
+
 /// One way to move a body by one step.
 pub(crate) trait Method {
     /// Moves the state by one step.
-    fn step(&self, body: &Body, state: &mut State, env: &Env);
+    fn step(&mut self, body: &Body, state: &mut State, env: &Env);
 }
 
 impl State {
@@ -61,6 +78,8 @@ impl State {
             w_per_kg: body.mass_kg.iter().zip(held).map(weight).collect(),
             target_m: vec![V3::zeros(); n],
             pull_n: vec![V3::zeros(); n],
+            is_edited: false,
+            put_back: 0,
         }
     }
 
@@ -104,6 +123,100 @@ impl State {
 /// Stiffness of an edge so that edges alone resist shear as the tissue does, N/m.
 pub(crate) fn edge_stiffness(body: &Body, edge: &crate::body::Edge) -> f32 {
     15.0 * body.tissue.mu() as f32 * edge.volume_m3 / (edge.length_m * edge.length_m)
+}
+
+/// A method as the charts name it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Way {
+    /// Springs on every edge, explicit Euler.
+    ExplicitSprings,
+    /// Springs on every edge, velocity before position.
+    Springs,
+    /// The paper's inner spheres, stiffness and iterations, as the product has them.
+    Paper(f32, u32),
+    /// Stretching of the edges by this share, volume of the tetrahedra.
+    StretchVolume(f32),
+    /// Compliant springs and volumes.
+    XpbdSprings,
+    /// The neo-Hookean solid as it ships.
+    Ours,
+    /// The same, written again from its equations, lane by lane.
+    Twin,
+    /// Implicit corotational hexahedra, on a body of their own.
+    Hexahedra,
+}
+
+impl Way {
+    /// Its name without its settings.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::ExplicitSprings => "mass-spring, explicit Euler (paper's)",
+            Self::Springs => "mass-spring, semi-implicit",
+            Self::Paper(k, _) if k >= 1.0 => "inner spheres (paper's), k = 1",
+            Self::Paper(..) => "inner spheres (paper's), k fitted",
+            Self::StretchVolume(k) if k >= 1.0 => "PBD stretch + volume (paper's), k = 1",
+            Self::StretchVolume(_) => "PBD stretch + volume (paper's), k fitted",
+            Self::XpbdSprings => "XPBD springs + volume",
+            Self::Ours => "Calot",
+            Self::Twin => "Calot, scalar twin",
+            Self::Hexahedra => "corotational hexahedra (paper's FEM)",
+        }
+    }
+
+    /// Its setting, in words; empty where everything follows from the material.
+    pub(crate) fn setting(self) -> String {
+        match self {
+            Self::Paper(k, n) => format!("k = {k:.4}, {n} iterations"),
+            Self::StretchVolume(k) => format!("k = {k:.4}"),
+            _ => String::new(),
+        }
+    }
+
+    /// Steps a tick.
+    pub(crate) fn substeps(self) -> usize {
+        match self {
+            Self::ExplicitSprings | Self::Springs => 4,
+            _ => 1,
+        }
+    }
+
+    /// What its method borrows.
+    ///
+    /// # Errors
+    /// What the product refuses to load.
+    pub(crate) fn parts(self, body: &Body, around: &Surroundings) -> Result<Option<Parts>, String> {
+        let paper = match self {
+            Self::Paper(k, iterations) => Some((k, iterations)),
+            Self::Ours => None,
+            _ => return Ok(None),
+        };
+        let parts = Parts::new(body, around, paper).map_err(|e| e.to_string())?;
+        Ok(Some(parts))
+    }
+
+    /// The method, ready to step.
+    ///
+    /// # Errors
+    /// What the product refuses to load.
+    pub(crate) fn method<'a>(
+        self,
+        body: &Body,
+        parts: &'a mut Option<Parts>,
+    ) -> Result<Box<dyn Method + 'a>, String> {
+        Ok(match (self, parts) {
+            (_, Some(parts)) => Box::new(parts.tissue().map_err(|e| e.to_string())?),
+            (Self::ExplicitSprings, _) => Box::new(MassSpring { explicit: true }),
+            (Self::Springs, _) => Box::new(MassSpring { explicit: false }),
+            (Self::Paper(stiffness, n), _) => Box::new(PaperPbd {
+                stiffness,
+                iterations: n as usize,
+            }),
+            (Self::StretchVolume(stiffness), _) => Box::new(StretchVolume { stiffness }),
+            (Self::XpbdSprings, _) => Box::new(XpbdSprings),
+            (Self::Ours | Self::Twin, _) => Box::new(NeoHookean),
+            (Self::Hexahedra, _) => Box::new(Hexahedra::new(body)),
+        })
+    }
 }
 
 #[cfg(test)]
@@ -168,7 +281,7 @@ mod tests {
     #[test]
     fn every_method_rests_at_rest() {
         let body = bar();
-        for (name, method) in all() {
+        for (name, mut method) in all() {
             let mut state = State::at_rest(&body, &vec![false; body.rest_m.len()]);
             for _ in 0..100 {
                 method.step(&body, &mut state, &STILL);
@@ -181,7 +294,7 @@ mod tests {
     #[test]
     fn all_but_the_papers_conserve_momentum_and_the_papers_does_not() {
         let body = bar();
-        for (name, method) in all() {
+        for (name, mut method) in all() {
             let mut state = State::at_rest(&body, &vec![false; body.rest_m.len()]);
             for (v, x) in state.v_m_s.iter_mut().zip(&body.rest_m) {
                 *v = V3::new(0.1 * x.x / 0.08, 0.2 * x.y / 0.02 * x.x / 0.08, 0.0);
@@ -205,7 +318,7 @@ mod tests {
     fn a_turned_body_rests_except_with_the_papers_fixed_vector() {
         let body = bar();
         let turn = nalgebra::Rotation3::from_axis_angle(&V3::z_axis(), 1.2);
-        for (name, method) in all() {
+        for (name, mut method) in all() {
             let mut state = State::at_rest(&body, &vec![false; body.rest_m.len()]);
             let turned = |x: &V3| turn * x - x;
             state.u_m = body.rest_m.iter().map(turned).collect();
@@ -266,7 +379,7 @@ mod tests {
     fn explicit_euler_blows_up_where_the_semi_implicit_one_does_not() {
         let body = bar();
         let speed = |explicit| {
-            let method = MassSpring { explicit };
+            let mut method = MassSpring { explicit };
             let mut state = State::at_rest(&body, &vec![false; body.rest_m.len()]);
             state.v_m_s[0] = V3::new(0.1, 0.0, 0.0);
             for _ in 0..1000 {

@@ -2,14 +2,14 @@
 //! pass a step from zero multipliers.
 
 use super::{Env, Method, State};
-use crate::body::{Body, V3};
+use crate::body::{Body, V3, cofactor};
 
 /// No settings: everything follows from E, ν and the step.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NeoHookean;
 
 impl Method for NeoHookean {
-    fn step(&self, body: &Body, state: &mut State, env: &Env) {
+    fn step(&mut self, body: &Body, state: &mut State, env: &Env) {
         state.predict(env);
         let mu = body.tissue.mu() as f32;
         let lambda = body.tissue.lame() as f32 + mu;
@@ -17,9 +17,7 @@ impl Method for NeoHookean {
         let squared = env.dt_s * env.dt_s;
         for tet in &body.tets {
             let f = Body::gradient(tet, |n| state.now(n));
-            let (a, b, c) = (f.column(0), f.column(1), f.column(2));
-            let cofactor =
-                nalgebra::Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)]);
+            let cofactor = cofactor(&f);
             let norm = f.norm().max(1e-6);
             let volume_value = f.determinant() - gamma;
             let g: [V3; 3] = tet.slopes.map(|s| cofactor * s);

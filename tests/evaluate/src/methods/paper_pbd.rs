@@ -28,7 +28,7 @@ pub(super) fn stretch(body: &Body, state: &mut State, stiffness: f32, dt_s: f32)
 }
 
 impl Method for PaperPbd {
-    fn step(&self, body: &Body, state: &mut State, env: &Env) {
+    fn step(&mut self, body: &Body, state: &mut State, env: &Env) {
         state.predict(env);
         let n = body.rest_m.len();
         for _ in 0..self.iterations {

@@ -2,7 +2,7 @@
 
 use super::paper_pbd::stretch;
 use super::{Env, Method, State};
-use crate::body::{Body, V3};
+use crate::body::{Body, V3, cofactor};
 
 /// Its dimensionless stiffness; volumes are kept with the share 1, as usual.
 #[derive(Debug, Clone, Copy)]
@@ -15,8 +15,7 @@ pub(crate) struct StretchVolume {
 pub(super) fn volume(body: &Body, state: &mut State, kappa_pa: f32, dt_s: f32) {
     for tet in &body.tets {
         let f = Body::gradient(tet, |n| state.now(n));
-        let (a, b, c) = (f.column(0), f.column(1), f.column(2));
-        let cofactor = nalgebra::Matrix3::from_columns(&[b.cross(&c), c.cross(&a), a.cross(&b)]);
+        let cofactor = cofactor(&f);
         let g: [V3; 3] = tet.slopes.map(|s| cofactor * s);
         let first = -(g[0] + g[1] + g[2]);
         let all = [first, g[0], g[1], g[2]];
@@ -34,7 +33,7 @@ pub(super) fn volume(body: &Body, state: &mut State, kappa_pa: f32, dt_s: f32) {
 }
 
 impl Method for StretchVolume {
-    fn step(&self, body: &Body, state: &mut State, env: &Env) {
+    fn step(&mut self, body: &Body, state: &mut State, env: &Env) {
         state.predict(env);
         stretch(body, state, self.stiffness, env.dt_s);
         volume(body, state, f32::INFINITY, env.dt_s);

@@ -9,7 +9,7 @@ use crate::body::Body;
 pub(crate) struct XpbdSprings;
 
 impl Method for XpbdSprings {
-    fn step(&self, body: &Body, state: &mut State, env: &Env) {
+    fn step(&mut self, body: &Body, state: &mut State, env: &Env) {
         state.predict(env);
         let dt = env.dt_s;
         for edge in &body.edges {

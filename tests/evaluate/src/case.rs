@@ -1,0 +1,72 @@
+//! The cases of the chart of speed against accuracy.
+
+use crate::body::Tissue;
+use crate::organ::Organ;
+use crate::scene::Kind;
+
+/// An organ, what it is made of and what is done to it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Case {
+    /// Which organ.
+    pub(crate) organ: Organ,
+    /// What is done to it.
+    pub(crate) kind: Kind,
+    /// What it is made of.
+    pub(crate) tissue: Tissue,
+}
+
+impl Case {
+    /// An organ of ordinary tissue.
+    pub(crate) const fn new(organ: Organ, kind: Kind) -> Self {
+        Self {
+            organ,
+            kind,
+            tissue: Tissue::LIVER,
+        }
+    }
+
+    const fn of(self, young_pa: f64, poisson: f64) -> Self {
+        let tissue = Tissue {
+            young_pa,
+            poisson,
+            ..self.tissue
+        };
+        Self { tissue, ..self }
+    }
+
+    /// All cases. The first is the only one on which anything is calibrated.
+    pub(crate) fn all() -> Vec<Self> {
+        let liver = |kind| Self::new(Organ::Liver, kind);
+        vec![
+            liver(Kind::Sag),
+            liver(Kind::Pull),
+            liver(Kind::Twist(90)),
+            liver(Kind::Twist(180)),
+            liver(Kind::Sag).of(2500.0, 0.45),
+            liver(Kind::Sag).of(20e3, 0.45),
+            liver(Kind::Pull).of(20e3, 0.30),
+            liver(Kind::Sag).of(5e3, 0.49),
+            Self::new(Organ::Gallbladder, Kind::Sag),
+            Self::new(Organ::Gallbladder, Kind::Twist(90)),
+            Self::new(Organ::Atlas, Kind::Sag),
+            Self::new(Organ::Atlas, Kind::Pull),
+        ]
+    }
+
+    /// Few, for a quick look and for the test.
+    pub(crate) fn few() -> Vec<Self> {
+        Self::all().into_iter().take(3).collect()
+    }
+
+    /// Its name in files.
+    pub(crate) fn name(&self) -> String {
+        let mut name = format!("{}: {}", self.organ.name(), self.kind.name());
+        if self.tissue.young_pa != Tissue::LIVER.young_pa {
+            name += &format!(", E {} kPa", self.tissue.young_pa / 1e3);
+        }
+        if self.tissue.poisson != Tissue::LIVER.poisson {
+            name += &format!(", ν {}", self.tissue.poisson);
+        }
+        name
+    }
+}

@@ -1,0 +1,167 @@
+//! The product's own solvers, through the door that `rt-core` keeps for studies.
+
+use rt_core::math::Pose;
+use rt_core::scene::{
+    Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, SceneError, Tetra, TetraBatch,
+    batches,
+};
+use rt_core::soft_body::pbd::PaperPbd;
+use rt_core::soft_body::{Bodies, Method as Solver, Tissue};
+
+use super::{Env, Method, State, Surroundings};
+use crate::body::{Body, V3};
+
+/// What the product's tissue borrows.
+pub(crate) struct Parts {
+    bodies: Box<Bodies>,
+    organs: [Organ; 1],
+    spheres: Vec<RestSphere>,
+    links: Vec<Link>,
+    batches: Vec<TetraBatch>,
+    gravity_m_s2: V3,
+    solver: Solver,
+}
+
+/// Stiffness number of a substep up to which one pass is the material's stiffness within 3 %.
+const STIFFNESS_NUMBER_MAX: f64 = 0.2;
+
+impl Parts {
+    /// A scene of one organ. `paper`: by the paper's method, with this stiffness and so many
+    /// iterations; otherwise as the neo-Hookean solid that ships.
+    ///
+    /// # Errors
+    /// What the scene's check refuses.
+    pub(crate) fn new(
+        body: &Body,
+        around: &Surroundings,
+        paper: Option<(f32, u32)>,
+    ) -> Result<Self, SceneError> {
+        let spheres: Vec<RestSphere> = body
+            .rest_m
+            .iter()
+            .zip(&body.mass_kg)
+            .map(|(x, mass)| RestSphere {
+                center_m: *x,
+                radius_m: 0.5 * body.spacing_m(),
+                mass_kg: *mass,
+                held: false,
+            })
+            .collect();
+        let link = |e: &crate::body::Edge| Link {
+            a: e.nodes[0] as u32,
+            b: e.nodes[1] as u32,
+            rest_length_m: e.length_m,
+            compliance_m_n: 1.0 / super::edge_stiffness(body, e),
+        };
+        let links: Vec<Link> = if paper.is_some() {
+            body.edges.iter().map(link).collect()
+        } else {
+            Vec::new()
+        };
+        let tets: Vec<Tetra> = body
+            .tets
+            .iter()
+            .map(|t| Tetra {
+                spheres: t.nodes.map(|n| n as u32),
+                volume_m3: t.volume_m3,
+            })
+            .collect();
+        let mut packed = Vec::new();
+        batches(&tets, &spheres, |batch| packed.push(batch))?;
+        let h = f64::from(body.spacing_m());
+        let number = body.tissue.young_pa * 1e-6 / (body.tissue.density_kg_m3 * h * h);
+        let substeps = (number / STIFFNESS_NUMBER_MAX).sqrt().ceil() as u32;
+        let (stiffness, iterations) = paper.unwrap_or((1.0, 1));
+        let organ = Organ {
+            sphere_start: 0,
+            sphere_count: spheres.len() as u32,
+            link_start: 0,
+            link_count: links.len() as u32,
+            elastic_links: 0,
+            batch_start: 0,
+            batch_count: packed.len() as u32,
+            substeps: if paper.is_some() {
+                1
+            } else {
+                substeps.clamp(1, SUBSTEPS_MAX)
+            },
+            gravity_share: 1.0,
+            breath_m: V3::zeros(),
+            material: Material {
+                young_pa: body.tissue.young_pa as f32,
+                poisson: body.tissue.poisson as f32,
+                retardation_s: 0.0,
+                stretch_stiffness: stiffness,
+                laplacian_stiffness: stiffness,
+                damping_per_s: around.damping_per_s,
+                contact_stiffness_n_m: 500.0,
+            },
+        };
+        Ok(Self {
+            bodies: Box::default(),
+            organs: [organ],
+            spheres,
+            links,
+            batches: packed,
+            gravity_m_s2: around.gravity_m_s2,
+            solver: if paper.is_some() {
+                Solver::Paper(PaperPbd { iterations })
+            } else {
+                Solver::NeoHookean
+            },
+        })
+    }
+
+    /// The tissue at rest.
+    ///
+    /// # Errors
+    /// What the scene's check refuses.
+    pub(crate) fn tissue(&mut self) -> Result<Product<'_>, SceneError> {
+        let room = Room {
+            gravity_m_s2: self.gravity_m_s2,
+            world_from_device: Pose::identity(),
+            world_from_tracker: Pose::identity(),
+            instrument_port_m: V3::new(0.0, 0.0, 0.2),
+            instrument_length_m: 0.33,
+            endoscope_port_m: V3::new(0.1, 0.0, 0.2),
+            world_from_camera: Pose::identity(),
+            breath_s: 0.0,
+        };
+        let scene = Scene::new(&self.organs, &self.spheres, &self.links, room)?
+            .with_tetrahedra(&self.batches)?;
+        Ok(Product {
+            tissue: Tissue::new(scene, &mut self.bodies, self.solver),
+            held: vec![false; self.spheres.len()],
+        })
+    }
+}
+
+/// The product's tissue. Its tick is 1 ms, whatever the surroundings say.
+pub(crate) struct Product<'a> {
+    tissue: Tissue<'a>,
+    held: Vec<bool>,
+}
+
+impl Method for Product<'_> {
+    fn step(&mut self, _: &Body, state: &mut State, _: &Env) {
+        for (i, held) in (0_u32..).zip(&mut self.held) {
+            let n = i as usize;
+            let wanted = state.w_per_kg[n] <= 0.0;
+            if wanted != *held {
+                self.tissue.hold(i, wanted);
+                *held = wanted;
+            }
+            if wanted {
+                self.tissue.lead(i, &state.target_m[n]);
+            } else if state.is_edited {
+                self.tissue.put(i, &state.u_m[n], &state.v_m_s[n]);
+            }
+        }
+        state.is_edited = false;
+        state.put_back += self.tissue.step();
+        for (i, (u, v)) in (0_u32..).zip(state.u_m.iter_mut().zip(&mut state.v_m_s)) {
+            *u = self.tissue.displacement_m(i);
+            *v = self.tissue.velocity_m_s(i);
+        }
+    }
+}

@@ -1,0 +1,374 @@
+//! The offline page: a list of sections, each with what was done, a chart and a table.
+
+use std::process::Command;
+
+use crate::accuracy;
+use crate::chart::{self, Cell, Panel, Scale, Series};
+use crate::convergence;
+use crate::methods::Way;
+use crate::stability;
+
+/// A part of the page.
+pub(crate) struct Section {
+    /// Its heading.
+    pub(crate) title: String,
+    /// HTML.
+    pub(crate) body: String,
+}
+
+/// Text as HTML.
+fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}
+
+/// A table; the first row is its head. Cells are text.
+fn table(rows: &[Vec<String>]) -> String {
+    let mut html = "<div class=wide><table>".to_owned();
+    for (i, row) in rows.iter().enumerate() {
+        let tag = if i == 0 { "th" } else { "td" };
+        html += "<tr>";
+        for cell in row {
+            html += &format!("<{tag}>{}", escape(cell));
+        }
+        html += "\n";
+    }
+    html + "</table></div>"
+}
+
+fn strings<const N: usize>(row: [&str; N]) -> Vec<String> {
+    row.map(str::to_owned).to_vec()
+}
+
+fn number(value: f64, digits: usize) -> String {
+    if value.is_finite() {
+        format!("{value:.digits$}")
+    } else {
+        "blew up".to_owned()
+    }
+}
+
+/// Time against error, a panel for each of `scenes`.
+fn panels(rows: &[accuracy::Row], scenes: &[&str]) -> Vec<Panel> {
+    let panel = |scene: &&str| {
+        let mut series: Vec<Series> = Vec::new();
+        for row in rows.iter().filter(|r| r.scene == **scene) {
+            if row.method == Way::Twin.name() {
+                continue; // a check, not a method of its own
+            }
+            let point = [row.us_per_tick, row.rms_mm];
+            match series.iter_mut().find(|s| s.name == row.method) {
+                Some(series) => series.points.push(point),
+                None => series.push(Series {
+                    name: row.method.to_owned(),
+                    points: vec![point],
+                }),
+            }
+        }
+        Panel {
+            title: (*scene).to_owned(),
+            axes: [
+                "µs a tick of 1 ms, one core".to_owned(),
+                "rms displacement error, mm".to_owned(),
+            ],
+            scales: [Scale::Log; 2],
+            series,
+        }
+    };
+    scenes.iter().map(panel).collect()
+}
+
+fn scenes(rows: &[accuracy::Row]) -> Vec<&str> {
+    let mut scenes: Vec<&str> = rows.iter().map(|r| r.scene.as_str()).collect();
+    scenes.dedup();
+    scenes
+}
+
+/// Every case.
+///
+/// # Errors
+/// The drawing library's words.
+pub(crate) fn accuracy_chart(rows: &[accuracy::Row]) -> Result<String, String> {
+    chart::panels(&panels(rows, &scenes(rows)), 3)
+}
+
+/// The README's: sag, pull and quarter turn of the liver.
+///
+/// # Errors
+/// The drawing library's words.
+pub(crate) fn main_chart(rows: &[accuracy::Row]) -> Result<Option<String>, String> {
+    let all = scenes(rows);
+    let wanted = all
+        .get(..3)
+        .filter(|s| s.iter().all(|s| s.starts_with("liver")));
+    wanted
+        .map(|scenes| chart::panels(&panels(rows, scenes), 3))
+        .transpose()
+}
+
+/// The sections on accuracy: the chart, the paper's Table 2, the worst cases.
+///
+/// # Errors
+/// The drawing library's words.
+pub(crate) fn accuracy(rows: &[accuracy::Row], svg: &str) -> Result<Vec<Section>, String> {
+    let mut all = vec![strings([
+        "scene",
+        "method",
+        "setting",
+        "spheres",
+        "µs/tick",
+        "rms mm",
+        "max mm",
+        "force error %",
+        "volume error %",
+    ])];
+    for r in rows {
+        all.push(vec![
+            r.scene.clone(),
+            r.method.to_owned(),
+            r.setting.clone(),
+            r.spheres.to_string(),
+            number(r.us_per_tick, 0),
+            number(r.rms_mm, 2),
+            number(r.max_mm, 1),
+            number(r.force_error_pct, 1),
+            number(r.volume_error_pct, 2),
+        ]);
+    }
+    let chart = Section {
+        title: "Speed against accuracy".to_owned(),
+        body: format!(
+            "<p>An organ is loaded in ways in which a surgeon may load it, by every method. Right is slower, up is \
+less accurate: <b>lower left is better</b>. The error is how far each free sphere ends from where finite elements \
+put it (quadratic tetrahedra of the same neo-Hookean tissue, verified against closed forms and for convergence, see \
+below). A line joins a method's sphere counts; a cross on the upper edge is a count at which it blew up.</p>\
+<p>All methods get the same spheres, the same tetrahedra and edges between them, the same mass. Spheres behind a \
+hold, and one spacing beyond it, are led as the reference has them, for every method: what is measured is the \
+tissue, not how sharply a hold can be put between spheres. Dimensionless stiffnesses (“k fitted”) are fitted on the \
+first scene only, the sag, by the mean displacement, and kept in all others. All other settings follow from E, ν and \
+density.</p><p>“Calot” is the product's own solver as it ships, “inner spheres” the paper's method as the product \
+keeps it to compare; the other methods are written plainly, one thread, no vector instructions by hand. Methods take \
+turns, and times are medians over the turns: compare times within a panel.</p>{svg}\
+<details><summary>All figures</summary>{}</details>",
+            table(&all)
+        ),
+    };
+    let mut two = vec![strings([
+        "",
+        "method",
+        "paper: elements + constraints",
+        "paper: ms/step",
+        "here: spheres",
+        "here: µs/tick",
+        "sag rms mm",
+        "pull rms mm",
+        "90° rms mm",
+        "180° rms mm",
+    ])];
+    let ways = [
+        ("FEM (hexahedra)", "967", "48.6", Way::Hexahedra),
+        (
+            "mass-spring (explicit Euler)",
+            "6427",
+            "2.5",
+            Way::ExplicitSprings,
+        ),
+        (
+            "PBD (stretch + volume)",
+            "6427 + 4079",
+            "2.2",
+            Way::StretchVolume(0.5),
+        ),
+        ("inner spheres", "3588 + 581", "7.6", Way::Paper(1.0, 1)),
+        (
+            "inner spheres, stiffness fitted",
+            "",
+            "",
+            Way::Paper(0.5, 1),
+        ),
+        ("Calot", "", "", Way::Ours),
+    ];
+    for (name, elements, ms, way) in ways {
+        // The size that is nearest to the paper's 581 spheres or 967 cubes (1300 corners).
+        let wanted: usize = if way == Way::Hexahedra { 1300 } else { 581 };
+        let mine = || rows.iter().filter(|r| r.method == way.name());
+        let Some(size) = mine().map(|r| r.spheres).min_by_key(|n| n.abs_diff(wanted)) else {
+            continue;
+        };
+        let find = |scene: &str| {
+            let here = |r: &&accuracy::Row| r.scene == scene;
+            let nearest = mine().filter(here).min_by_key(|r| r.spheres.abs_diff(size));
+            nearest.map_or_else(String::new, |r| number(r.rms_mm, 2))
+        };
+        let time = mine()
+            .find(|r| r.spheres == size)
+            .map_or(0.0, |r| r.us_per_tick);
+        two.push(vec![
+            String::new(),
+            name.to_owned(),
+            elements.to_owned(),
+            ms.to_owned(),
+            size.to_string(),
+            number(time, 0),
+            find("liver: sag"),
+            find("liver: pull 30 mm"),
+            find("liver: twist 90°"),
+            find("liver: twist 180°"),
+        ]);
+    }
+    let paper = Section {
+        title: "The paper's Table 2, with the column that it never had".to_owned(),
+        body: format!(
+            "<p>The paper compares deformation methods by time and by their looks. Here are its figures (on its \
+machine) beside ours, and how wrong each method is.</p>{}",
+            table(&two)
+        ),
+    };
+    Ok(vec![chart, paper])
+}
+
+/// The heat map.
+///
+/// # Errors
+/// The drawing library's words.
+pub(crate) fn stability_chart(rows: &[stability::Row]) -> Result<String, String> {
+    let (mut cases, mut methods): (Vec<String>, Vec<String>) = (Vec::new(), Vec::new());
+    for row in rows {
+        if !cases.iter().any(|c| c == row.case) {
+            cases.push(row.case.to_owned());
+        }
+        if !methods.contains(&row.method) {
+            methods.push(row.method.clone());
+        }
+    }
+    let cell = |case: &str, method: &str| {
+        let row = rows.iter().find(|r| r.case == case && r.method == method);
+        row.map_or(
+            Cell {
+                text: "–".to_owned(),
+                good: None,
+            },
+            |row| Cell {
+                text: stability::words(row),
+                good: Some(if row.survived { 1.0 } else { 0.5 * row.share }),
+            },
+        )
+    };
+    let line = |case: &String| methods.iter().map(|m| cell(case, m)).collect();
+    let cells: Vec<Vec<Cell>> = cases.iter().map(line).collect();
+    chart::heat_map(&methods, &cases, &cells)
+}
+
+/// The section on stability.
+pub(crate) fn stability(rows: &[stability::Row], svg: &str) -> Section {
+    let ours = || rows.iter().filter(|r| r.method == Way::Ours.name());
+    let (count, kept) = (ours().count(), ours().filter(|r| r.survived).count());
+    Section {
+        title: "Where methods fail".to_owned(),
+        body: format!(
+            "<p>Each case sweeps one quantity from harmless to the value that has to be survived. A cell says up to \
+where the method survives: blue, the whole sweep (≥); pale to orange, a part; “fails”, not even the least. To \
+survive is to stay finite and, once left alone, to come back to rest within 0.5 mm (in the sweeps of time step, \
+stiffness and mass: not to blow up or fall off; in the spin: to keep momentum within 1 %, angular momentum within \
+15 %, and to make no energy). Calot survives {kept} of {count}.</p>{svg}"
+        ),
+    }
+}
+
+/// The section on the reference.
+pub(crate) fn reference(rows: &[convergence::Row]) -> Section {
+    let mut all = vec![strings([
+        "scene",
+        "layers",
+        "nodes",
+        "force N or torque N m",
+        "largest displacement mm",
+        "rms to finest mm",
+        "max to finest mm",
+    ])];
+    for r in rows {
+        all.push(vec![
+            r.scene.clone(),
+            r.layers.to_string(),
+            r.nodes.to_string(),
+            format!("{:.4}", r.load),
+            number(r.displacement_mm, 2),
+            number(r.rms_mm, 3),
+            number(r.max_mm, 3),
+        ]);
+    }
+    Section {
+        title: "How far the reference may be trusted".to_owned(),
+        body: format!(
+            "<p>The same scene on ever finer meshes, probed at the free centres of 581 spheres. The mesh has a layer \
+of corners on each plane of a hold: without it the answer moves with the mesh by more than the methods differ. What \
+the meshes still differ by is the least error that the charts can show.</p>{}",
+            table(&all)
+        ),
+    }
+}
+
+/// The page.
+pub(crate) fn whole(sections: &[Section], quick: bool) -> String {
+    let mut links = String::new();
+    let mut body = String::new();
+    for (i, section) in sections.iter().enumerate() {
+        let title = escape(&section.title);
+        links += &format!("<li><a href='#s{i}'>{title}</a>");
+        body += &format!("<h2 id=s{i}>{title}</h2>{}\n", section.body);
+    }
+    let warning = if quick {
+        "<p><b>A reduced run (--quick): its figures are coarse.</b></p>"
+    } else {
+        ""
+    };
+    format!(
+        "<!doctype html><html lang=en><meta charset=utf-8><title>Calot: its solvers, measured</title>\
+<style>body{{font:16px/1.5 system-ui,sans-serif;max-width:78rem;margin:2rem auto;padding:0 1rem;color:#222}}\
+p,ul{{max-width:50rem}}table{{border-collapse:collapse;font-size:14px}}\
+td,th{{padding:.2rem .6rem;text-align:right;border-bottom:1px solid #ddd;vertical-align:bottom}}\
+td:first-child,td:nth-child(2),th:first-child,th:nth-child(2){{text-align:left}}\
+.wide{{overflow-x:auto}}svg{{max-width:100%;height:auto}}summary{{cursor:pointer;margin:1rem 0}}</style>\
+<h1>Calot: its solvers, measured</h1>{warning}<p>{}</p><ul>{links}</ul>{body}</html>\n",
+        escape(&about())
+    )
+}
+
+/// Machine, commit and command.
+fn about() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = info.lines().find_map(|l| l.strip_prefix("model name"));
+    let machine = name.map_or("unknown processor", |n| {
+        n.trim_start_matches([' ', '\t', ':'])
+    });
+    let git = Command::new("git")
+        .args(["describe", "--always", "--dirty", "--abbrev=12"])
+        .output();
+    let commit = git.ok().filter(|o| o.status.success());
+    let commit = commit.map_or("unknown".to_owned(), |o| {
+        String::from_utf8_lossy(&o.stdout).trim().to_owned()
+    });
+    let command: Vec<String> = std::env::args().skip(1).collect();
+    format!(
+        "Machine: {machine}. Commit: {commit}. Command: cargo run --release -p evaluate -- {}",
+        command.join(" ")
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_page_holds_its_sections_and_loads_nothing() {
+        let section = Section {
+            title: "One & two".to_owned(),
+            body: table(&[strings(["a"]), strings(["<b>"])]),
+        };
+        let html = whole(&[section], true);
+        assert!(html.contains("One &amp; two") && html.contains("<td>&lt;b&gt;"));
+        assert!(html.contains("Commit: ") && html.contains("reduced run"));
+        assert!(!html.contains("http") && !html.contains("<script"));
+    }
+}

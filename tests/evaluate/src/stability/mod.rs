@@ -1,0 +1,277 @@
+//! `evaluate stability`: every method in every case, survived or not, and up to where.
+
+mod cases;
+mod rig;
+
+use nalgebra::Vector3;
+use scene_prepare::shape::skin;
+
+use crate::accuracy;
+use crate::body::{Body, Tissue, V3};
+use crate::methods::Way;
+use crate::organ::Organ;
+use crate::scene::{Kind, Scene};
+use rig::Stand;
+
+pub(crate) use cases::Case;
+
+/// One line of `stability.csv`.
+#[derive(Debug, Clone)]
+pub(crate) struct Row {
+    /// Case.
+    pub(crate) case: &'static str,
+    /// Method.
+    pub(crate) method: String,
+    /// Whether it survives the whole sweep.
+    pub(crate) survived: bool,
+    /// The largest value that it survives; none if it does not survive the least.
+    pub(crate) limit: Option<f64>,
+    /// Unit of the limit.
+    pub(crate) unit: &'static str,
+    /// Share of the sweep that it survives, in decades.
+    pub(crate) share: f64,
+}
+
+/// The bodies on which cases are tried.
+pub(crate) struct Lab {
+    spheres: Body,
+    cubes: Body,
+    duct: Body,
+    surface: scene_prepare::mesh::Mesh,
+    length_m: f32,
+    start_x_m: f32,
+    middle_m: V3,
+}
+
+/// Steps of the search for a limit.
+const STEPS: usize = 6;
+/// Young's modulus of a duct's wall, Pa, and its radius and half length, m.
+const DUCT_PA: f64 = 50e3;
+const DUCT_M: [f64; 2] = [1e-3, 20e-3];
+
+impl Lab {
+    /// # Errors
+    /// What went wrong, in words.
+    pub(crate) fn new(spheres: usize) -> Result<Self, String> {
+        let surface = Organ::Liver.mesh()?;
+        let packed = Body::packed(&surface, spheres, Tissue::LIVER);
+        let scene = Scene::new(Kind::Sag, &surface);
+        let cubes = Body::of_cubes(&surface, &scene, spheres / 2, Tissue::LIVER);
+        let [min, max] = surface.bounds();
+        let [radius, half] = DUCT_M;
+        let round = move |p: &Vector3<f64>| {
+            let out = Vector3::new((p.x.abs() - half).max(0.0), p.y, p.z);
+            out.norm() - radius
+        };
+        let room = Vector3::new(half + 2.0 * radius, 2.0 * radius, 2.0 * radius);
+        let wall = Tissue {
+            young_pa: DUCT_PA,
+            ..Tissue::LIVER
+        };
+        let duct = Body::packed(&skin(&round, [-room, room], 0.3 * radius), 150, wall);
+        Ok(Self {
+            spheres: packed.ok_or("the liver cannot be packed")?,
+            cubes,
+            duct: duct.ok_or("the duct cannot be packed")?,
+            surface,
+            length_m: (max.x - min.x) as f32,
+            start_x_m: min.x as f32,
+            middle_m: ((min + max) / 2.0).cast(),
+        })
+    }
+
+    fn body(&self, way: Way) -> &Body {
+        if way == Way::Hexahedra {
+            &self.cubes
+        } else {
+            &self.spheres
+        }
+    }
+
+    fn along(&self, way: Way, pick: impl Fn(f32) -> bool) -> Vec<bool> {
+        let share = |x: &V3| (x.x - self.start_x_m) / self.length_m;
+        self.body(way)
+            .rest_m
+            .iter()
+            .map(|x| pick(share(x)))
+            .collect()
+    }
+
+    /// The fixed end.
+    fn fixed(&self, way: Way) -> Vec<bool> {
+        self.along(way, |x| x < 0.25)
+    }
+
+    /// The fixed end, of what hangs from half of its length.
+    fn half(&self, way: Way) -> Vec<bool> {
+        self.along(way, |x| x < 0.58)
+    }
+
+    /// The end that is grasped.
+    fn moved(&self, way: Way) -> Vec<bool> {
+        self.along(way, |x| x > 0.85)
+    }
+
+    fn stand(&self, way: Way) -> Stand<'_> {
+        Stand::new(self.body(way), self.fixed(way))
+    }
+
+    /// The same graph with spheres so near to the middle of a face that a tetrahedron there is
+    /// `times` as flat as the one that they divide, in every eighth tetrahedron.
+    fn with_slivers(&self, way: Way, times: f64) -> Body {
+        let body = self.body(way);
+        if way == Way::Hexahedra {
+            return body.clone(); // its cubes are cubes
+        }
+        let mut centers: Vec<Vector3<f64>> = body.rest_m.iter().map(|x| x.cast()).collect();
+        let density = body.tissue.density_kg_m3;
+        let mut shares: Vec<f64> = body
+            .mass_kg
+            .iter()
+            .map(|m| f64::from(*m) / density)
+            .collect();
+        let mut tets = Vec::new();
+        for (i, t) in body.tets.iter().enumerate() {
+            let volume = f64::from(t.volume_m3);
+            if i % 8 > 0 {
+                tets.push((t.nodes, volume));
+                continue;
+            }
+            // Barycentric place of the new sphere: near the face opposite the last corner.
+            let flat = 1.0 / times;
+            let place = [
+                (1.0 - flat) / 3.0,
+                (1.0 - flat) / 3.0,
+                (1.0 - flat) / 3.0,
+                flat,
+            ];
+            let parts = t.nodes.iter().zip(place);
+            let center = parts.map(|(&n, s)| centers[n] * s).sum();
+            let new = centers.len();
+            centers.push(center);
+            shares.push(volume / 4.0);
+            for &n in &t.nodes {
+                shares[n] = (shares[n] - volume / 16.0).max(0.2 * shares[n]);
+            }
+            for (k, share) in place.into_iter().enumerate() {
+                let mut nodes = t.nodes;
+                nodes[k] = new;
+                tets.push((nodes, volume * share));
+            }
+        }
+        Body::new(&centers, &shares, &tets, body.tissue)
+    }
+}
+
+/// Runs every case with every method.
+///
+/// # Errors
+/// What went wrong, in words.
+pub(crate) fn run(quick: bool) -> Result<Vec<Row>, String> {
+    let lab = Lab::new(if quick { 80 } else { 250 })?;
+    let [paper, volume] = accuracy::fits(&lab.surface, &lab.spheres, 6)?;
+    let ways = [
+        Way::ExplicitSprings,
+        Way::Springs,
+        Way::Paper(1.0, 1),
+        Way::Paper(paper, 1),
+        Way::StretchVolume(1.0),
+        Way::StretchVolume(volume),
+        Way::XpbdSprings,
+        Way::Hexahedra,
+        Way::Ours,
+    ];
+    let mut rows = Vec::new();
+    for (i, case) in cases::ALL.iter().enumerate() {
+        eprintln!("[{}/{}] {}", i + 1, cases::ALL.len(), case.name);
+        for way in ways {
+            let row = limit(&lab, case, way, quick);
+            eprintln!("  {:45} {}", row.method, words(&row));
+            rows.push(row);
+        }
+    }
+    Ok(rows)
+}
+
+/// Searches the largest value that a method survives, in steps of equal ratio.
+fn limit(lab: &Lab, case: &Case, way: Way, quick: bool) -> Row {
+    let [low, mut high] = case.sweep;
+    if quick && case.unit == "min" {
+        high = 0.05;
+    }
+    let survives = |value: f64| (case.survives)(lab, way, value);
+    let survived = survives(high);
+    let mut share = if survived { 1.0 } else { 0.0 };
+    let mut found = survived.then_some(high);
+    if !survived && survives(low) {
+        let (mut good, mut bad) = (low, high);
+        for _ in 0..if quick { 1 } else { STEPS } {
+            let middle = (good * bad).sqrt();
+            if survives(middle) {
+                good = middle;
+            } else {
+                bad = middle;
+            }
+        }
+        share = (good / low).ln() / (high / low).ln();
+        found = Some(good);
+    }
+    Row {
+        case: case.name,
+        method: way.name().to_owned(),
+        survived,
+        limit: found,
+        unit: case.unit,
+        share,
+    }
+}
+
+/// What a row says, for people.
+pub(crate) fn words(row: &Row) -> String {
+    match row.limit {
+        None => "fails".to_owned(),
+        Some(limit) => {
+            let sign = if row.survived { "≥ " } else { "" };
+            let digits = usize::from(limit < 100.0) + usize::from(limit < 10.0);
+            format!("{sign}{limit:.digits$} {}", row.unit)
+        }
+    }
+}
+
+/// `stability.csv`.
+pub(crate) fn csv(rows: &[Row]) -> String {
+    let mut text = String::from("case,method,survived,limit,unit\n");
+    for r in rows {
+        let limit = r.limit.map_or_else(String::new, |l| format!("{l:.4}"));
+        text += &format!(
+            "\"{}\",\"{}\",{},{limit},{}\n",
+            r.case, r.method, r.survived, r.unit
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The reduced run. Ours survives every case; others do not.
+    #[test]
+    fn ours_survives_where_others_fail() {
+        let rows = run(true).expect("a run");
+        let (ours, others): (Vec<&Row>, Vec<&Row>) =
+            rows.iter().partition(|r| r.method == Way::Ours.name());
+        assert_eq!(ours.len(), cases::ALL.len());
+        for row in ours {
+            assert!(row.survived, "{row:?}");
+        }
+        let fails = |method: &str, case: &str| {
+            let same = |r: &&&Row| r.method.starts_with(method) && r.case == case;
+            !others.iter().find(same).expect("a row").survived
+        };
+        assert!(fails("mass-spring, explicit", "time step"));
+        assert!(fails("inner spheres", "rigid rotation"));
+        assert!(fails("inner spheres", "free spin, momentum and energy"));
+        assert_eq!(csv(&rows).lines().count(), rows.len() + 1);
+    }
+}

@@ -1,0 +1,168 @@
+//! A body on the test stand: held, led, hit, and let go.
+
+use crate::body::{Body, V3};
+use crate::methods::{Env, Method, State, Surroundings, Way};
+
+/// A tick, s.
+pub(super) const TICK_S: f32 = 1e-3;
+/// Share of velocity lost per second where a test says nothing else.
+pub(super) const DAMPING_PER_S: f32 = 20.0;
+/// A body has come back if no sphere is farther from rest than this, m, within so many ticks.
+const BACK_M: f32 = 5e-4;
+const BACK_TICKS: usize = 6000;
+
+/// How a body stands.
+#[derive(Debug, Clone)]
+pub(super) struct Stand<'a> {
+    pub(super) body: &'a Body,
+    pub(super) held: Vec<bool>,
+    pub(super) gravity_m_s2: V3,
+    pub(super) damping_per_s: f32,
+    pub(super) dt_s: f32,
+}
+
+impl<'a> Stand<'a> {
+    /// Held at one end, weightless.
+    pub(super) fn new(body: &'a Body, held: Vec<bool>) -> Self {
+        Self {
+            body,
+            held,
+            gravity_m_s2: V3::zeros(),
+            damping_per_s: DAMPING_PER_S,
+            dt_s: TICK_S,
+        }
+    }
+
+    /// Runs a test on a fresh body. None: the method refuses the body.
+    pub(super) fn run<T>(&self, way: Way, test: impl FnOnce(&mut Rig<'_>) -> T) -> Option<T> {
+        let mut body = self.body.clone();
+        let mut around = Surroundings {
+            gravity_m_s2: self.gravity_m_s2,
+            damping_per_s: self.damping_per_s,
+        };
+        let substeps = way.substeps();
+        let mut dt_s = self.dt_s / substeps as f32;
+        if matches!(way, Way::Ours | Way::Paper(..)) {
+            // The product's tick is 1 ms. A longer one is the same as 1 ms in stiffer tissue under
+            // more gravity: what counts is E dt², c dt
+            // and g dt², which the scene's check bounds.
+            let ratio = self.dt_s / TICK_S;
+            body.tissue.young_pa *= f64::from(ratio * ratio);
+            around.gravity_m_s2 *= ratio * ratio;
+            around.damping_per_s *= ratio;
+            dt_s = TICK_S;
+        }
+        let mut parts = way.parts(&body, &around).ok()?;
+        let method = way.method(&body, &mut parts).ok()?;
+        let state = State::at_rest(&body, &self.held);
+        let mut rig = Rig {
+            body: &body,
+            method,
+            state,
+            substeps,
+            env: Env {
+                dt_s,
+                gravity_m_s2: around.gravity_m_s2,
+                damping_per_s: around.damping_per_s,
+            },
+            ball: None,
+        };
+        Some(test(&mut rig))
+    }
+}
+
+/// A body in motion.
+pub(super) struct Rig<'a> {
+    pub(super) body: &'a Body,
+    method: Box<dyn Method + 'a>,
+    pub(super) state: State,
+    substeps: usize,
+    env: Env,
+    /// A rigid ball: centre and radius, m. No sphere's centre may be in it.
+    pub(super) ball: Option<(V3, f32)>,
+}
+
+impl Rig<'_> {
+    /// One tick. False once the state is not finite or has left the room.
+    pub(super) fn tick(&mut self) -> bool {
+        for _ in 0..self.substeps {
+            self.method.step(self.body, &mut self.state, &self.env);
+        }
+        if let Some((centre, radius)) = self.ball {
+            self.push_out(&centre, radius);
+        }
+        self.is_sound()
+    }
+
+    /// So many ticks.
+    pub(super) fn ticks(&mut self, count: usize) -> bool {
+        (0..count).all(|_| self.tick())
+    }
+
+    fn push_out(&mut self, centre: &V3, radius: f32) {
+        for i in 0..self.state.u_m.len() {
+            let arm = self.body.rest_m[i] + self.state.u_m[i] - centre;
+            let distance = arm.norm();
+            if self.state.w_per_kg[i] > 0.0 && distance < radius {
+                let way = if distance > 1e-6 {
+                    arm / distance
+                } else {
+                    V3::z()
+                };
+                let step = way * (radius - distance);
+                self.state.u_m[i] += step;
+                self.state.v_m_s[i] += step / (self.env.dt_s * self.substeps as f32);
+                self.state.is_edited = true;
+            }
+        }
+    }
+
+    /// Finite and within 10 m.
+    pub(super) fn is_sound(&self) -> bool {
+        let within = |v: &V3, most: f32| v.iter().all(|c| c.abs() < most);
+        let (u, v) = (&self.state.u_m, &self.state.v_m_s);
+        u.iter().all(|u| within(u, 10.0)) && v.iter().all(|v| within(v, 1e6))
+    }
+
+    /// The farthest sphere's distance from rest, m.
+    pub(super) fn farthest_m(&self) -> f32 {
+        self.state.u_m.iter().map(|u| u.norm()).fold(0.0, f32::max)
+    }
+
+    /// Puts every free sphere somewhere, at rest there.
+    pub(super) fn place(&mut self, displacement: impl Fn(usize, &V3) -> V3) {
+        for i in 0..self.state.u_m.len() {
+            if self.state.w_per_kg[i] > 0.0 {
+                self.state.u_m[i] = displacement(i, &self.body.rest_m[i]);
+                self.state.v_m_s[i] = V3::zeros();
+            }
+        }
+        self.state.is_edited = true;
+    }
+
+    /// Lets spheres go, or holds them where they are.
+    pub(super) fn hold(&mut self, spheres: &[usize], held: bool) {
+        for &i in spheres {
+            self.state.w_per_kg[i] = if held {
+                0.0
+            } else {
+                1.0 / self.body.mass_kg[i]
+            };
+            self.state.target_m[i] = self.state.u_m[i];
+        }
+    }
+
+    /// Leaves the body alone: does it come back to rest?
+    pub(super) fn comes_back(&mut self) -> bool {
+        self.ball = None;
+        for i in 0..BACK_TICKS {
+            if !self.tick() {
+                return false;
+            }
+            if i % 50 == 49 && self.farthest_m() < BACK_M {
+                return true;
+            }
+        }
+        false
+    }
+}
