@@ -10,10 +10,20 @@ const FONT: (&str, i32) = ("sans-serif", 13);
 const INK: RGBColor = RGBColor(40, 44, 52);
 const BAR: RGBColor = RGBColor(158, 42, 43);
 const LIMIT: RGBColor = RGBColor(30, 98, 160);
+/// Lines that stand in one chart, told apart by people who see few colours too.
+const LINES: [RGBColor; 6] = [
+    BAR,
+    LIMIT,
+    RGBColor(230, 159, 0),
+    RGBColor(0, 133, 98),
+    RGBColor(120, 94, 160),
+    RGBColor(110, 110, 110),
+];
 
 /// A histogram over a logarithmic time axis (µs), with a logarithmic count axis so that single
 /// outliers are seen; a line marks `limit_us` where one is given.
-pub(super) fn histogram(times: &Distribution, limit_us: Option<f64>) -> Option<String> {
+#[must_use]
+pub fn histogram(times: &Distribution, limit_us: Option<f64>) -> Option<String> {
     let bins = times.log_bins(4);
     let (first, last) = (bins.first()?.0, bins.last()?.0);
     let to_us = |ns: f64| ns / 1e3;
@@ -42,7 +52,8 @@ pub(super) fn histogram(times: &Distribution, limit_us: Option<f64>) -> Option<S
 }
 
 /// A quantity over time, from zero.
-pub(super) fn course(points: &[(f64, f64)], unit: &str) -> Option<String> {
+#[must_use]
+pub fn course(points: &[(f64, f64)], unit: &str) -> Option<String> {
     let end = points.last()?.0.max(1.0);
     let top = points.iter().fold(0.0f64, |top, p| top.max(p.1)).max(1e-3) * 1.1;
     draw(|root| {
@@ -56,6 +67,64 @@ pub(super) fn course(points: &[(f64, f64)], unit: &str) -> Option<String> {
         chart.draw_series(LineSeries::new(points.iter().copied(), BAR.stroke_width(2)))?;
         Ok(())
     })
+}
+
+/// How often a time is exceeded, for several distributions: the tail that a histogram hides. Both
+/// axes are logarithmic; a line that lies further left and lower is better.
+#[must_use]
+pub fn exceedance(series: &[(String, &Distribution)]) -> Option<String> {
+    let lines: Vec<(&str, Vec<(f64, f64)>)> = series
+        .iter()
+        .filter(|(_, times)| times.count() > 0)
+        .map(|(name, times)| (name.as_str(), exceeded(times)))
+        .collect();
+    let ends = |f: fn(f64, f64) -> f64, at: fn(&(f64, f64)) -> f64| {
+        let all = lines.iter().flat_map(|(_, line)| line);
+        all.map(at).reduce(f)
+    };
+    let left = ends(f64::min, |p| p.0)?.max(0.05) * 0.9;
+    let right = ends(f64::max, |p| p.0)?.max(left) * 1.3;
+    let bottom = ends(f64::min, |p| p.1)? * 0.7;
+    draw(|root| {
+        let mut chart = ChartBuilder::on(root)
+            .margin(8)
+            .x_label_area_size(38)
+            .y_label_area_size(62)
+            .build_cartesian_2d((left..right).log_scale(), (bottom..1.2e6).log_scale())?;
+        axes(&mut chart, "µs", "exceeded, in a million")?;
+        for (i, (name, line)) in lines.into_iter().enumerate() {
+            let colour = LINES[i % LINES.len()];
+            let line = line.into_iter().map(|(us, ppm)| (us.max(left), ppm));
+            chart
+                .draw_series(LineSeries::new(line, colour.stroke_width(2)))?
+                .label(name)
+                .legend(move |(x, y)| {
+                    PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2))
+                });
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .background_style(WHITE.mix(0.85))
+            .border_style(INK.mix(0.3))
+            .label_font(FONT.into_font().color(&INK))
+            .draw()
+    })
+}
+
+/// (µs, how many in a million are longer), one point a recorded time; the longest is exceeded by
+/// less than one, drawn as half a count.
+fn exceeded(times: &Distribution) -> Vec<(f64, f64)> {
+    let all = times.count().max(1) as f64;
+    let mut left = all;
+    times
+        .counts()
+        .into_iter()
+        .map(|(ns, count)| {
+            left -= count as f64;
+            (ns as f64 / 1e3, left.max(0.5) * 1e6 / all)
+        })
+        .collect()
 }
 
 type Failure = DrawingAreaErrorKind<std::io::Error>;
@@ -133,6 +202,23 @@ mod tests {
         times.record(1);
         assert!(histogram(&times, None).is_some());
         assert!(course(&[(0.0, 0.0)], "N").is_some());
+    }
+
+    #[test]
+    fn what_is_exceeded_falls_from_all_to_less_than_one() {
+        let mut times = Distribution::new();
+        for ns in [1000, 2000, 3000, 4000] {
+            times.record(ns);
+        }
+        let line = exceeded(&times);
+        let ppm: Vec<f64> = line.iter().map(|p| p.1).collect();
+        assert_eq!(ppm, [750_000.0, 500_000.0, 250_000.0, 125_000.0]);
+        let svg = exceedance(&[
+            ("ours".into(), &times),
+            ("none".into(), &Distribution::new()),
+        ]);
+        assert!(svg.is_some_and(|svg| svg.contains("ours") && !svg.contains("none<")));
+        assert!(exceedance(&[]).is_none());
     }
 
     #[test]

@@ -16,10 +16,14 @@ pub struct Quantiles {
     pub count: u64,
     /// Median.
     pub p50: u64,
+    /// 90 % are at most this.
+    pub p90: u64,
     /// 99 % are at most this.
     pub p99: u64,
     /// 99.9 % are at most this.
     pub p999: u64,
+    /// 99.99 % are at most this.
+    pub p9999: u64,
     /// Greatest.
     pub max: u64,
 }
@@ -45,6 +49,36 @@ impl Distribution {
         }
     }
 
+    /// Counts a time that occurred so often.
+    pub fn record_n(&mut self, ns: u64, count: u64) {
+        if let Some(histogram) = &mut self.0 {
+            histogram.saturating_record_n(ns, count);
+        }
+    }
+
+    /// Adds what another one counted.
+    pub fn add(&mut self, other: &Self) {
+        for (ns, count) in other.counts() {
+            self.record_n(ns, count);
+        }
+    }
+
+    /// What was counted, as (time in ns, how often), ascending; [`Distribution::record_n`] of each
+    /// gives an equal histogram.
+    #[must_use]
+    pub fn counts(&self) -> Vec<(u64, u64)> {
+        let recorded = self.0.iter().flat_map(Histogram::iter_recorded);
+        recorded
+            .map(|value| (value.value_iterated_to(), value.count_at_value()))
+            .collect()
+    }
+
+    /// How many times were counted.
+    #[must_use]
+    pub fn count(&self) -> u64 {
+        self.0.as_ref().map_or(0, Histogram::len)
+    }
+
     /// Its quantiles.
     #[must_use]
     pub fn quantiles(&self) -> Quantiles {
@@ -52,8 +86,10 @@ impl Distribution {
             Some(h) if !h.is_empty() => Quantiles {
                 count: h.len(),
                 p50: h.value_at_quantile(0.5),
+                p90: h.value_at_quantile(0.9),
                 p99: h.value_at_quantile(0.99),
                 p999: h.value_at_quantile(0.999),
+                p9999: h.value_at_quantile(0.9999),
                 max: h.max(),
             },
             _ => Quantiles::default(),
@@ -104,9 +140,29 @@ mod tests {
         }
         let q = d.quantiles();
         assert_eq!(
-            (q.count, q.p50, q.p99, q.p999, q.max),
-            (1000, 500, 990, 999, 1000)
+            (q.count, q.p50, q.p90, q.p99, q.p999, q.p9999, q.max),
+            (1000, 500, 900, 990, 999, 1000, 1000)
         );
+    }
+
+    #[test]
+    fn counts_make_the_same_histogram_again_and_sums_add_up() {
+        let (mut a, mut b) = (Distribution::new(), Distribution::new());
+        for i in 1..5000u64 {
+            a.record(i * i);
+            b.record(i * 777);
+        }
+        let mut again = Distribution::new();
+        for (ns, count) in a.counts() {
+            again.record_n(ns, count);
+        }
+        assert_eq!(again.quantiles(), a.quantiles());
+        let (mut ab, mut ba) = (a.clone(), b.clone());
+        ab.add(&b);
+        ba.add(&a);
+        assert_eq!(ab.quantiles(), ba.quantiles());
+        assert_eq!(ab.count(), a.count() + b.count());
+        assert_eq!(ab.quantiles().max, a.quantiles().max.max(b.quantiles().max));
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use std::fs;
 
 /// What the kernel says about this machine. A field that cannot be read is "unknown".
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Machine {
     /// Processor's model.
     pub processor: String,

@@ -3,10 +3,10 @@
 //! A [`Recorder`] is shown everything that the display sees; it keeps histograms and one value a
 //! second, so its memory does not grow with the run but by about 40 bytes a second.
 
-mod chart;
+pub mod chart;
 mod distribution;
 mod machine;
-mod page;
+pub mod page;
 mod recorder;
 
 pub use distribution::{Distribution, Quantiles};

@@ -7,7 +7,8 @@ use super::recorder::STAGE_NAMES;
 use super::{Quantiles, Recorder, Summary, chart};
 use crate::headless::{Ended, Outcome};
 
-const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
+/// How reports look.
+pub const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
 padding:0 1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2rem;\
 font-size:1.15rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem .8rem;text-align:\
 right;border-bottom:1px solid #ddd}th:first-child,td:first-child{text-align:left}.lead{color:#555;\
@@ -249,7 +250,9 @@ fn machine(page: &mut Page, s: &Summary) {
     page.add(format_args!("</table>"));
 }
 
-fn escape(text: &str) -> String {
+/// Text from outside, safe between tags and in attributes.
+#[must_use]
+pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")
