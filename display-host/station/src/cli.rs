@@ -5,6 +5,9 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand};
 use scene_prepare::recipe::Unit;
 
+use crate::check::CheckArgs;
+use crate::jitter::args::{JitterArgs, LoadArgs, LoopArgs};
+
 /// Calot: a hard-realtime haptic trainer for transvaginal cholecystectomy.
 ///
 /// Without a command it is `calot run`: the whole station. Devices that are not named are
@@ -26,6 +29,16 @@ pub(crate) enum Command {
     Emulate(EmulateArgs),
     /// Meshes and a recipe to a compiled scene, with a report of its quality
     Prepare(PrepareArgs),
+    /// Wake-up latency, period, stages, motion to force: histograms, beside cyclictest's
+    Jitter(Box<JitterArgs>),
+    /// Is this machine fit for realtime: what is, what should be, the command that mends it
+    Check(CheckArgs),
+    /// One of `jitter`'s loads
+    #[command(hide = true)]
+    Load(LoadArgs),
+    /// One of `jitter`'s bare loops
+    #[command(hide = true)]
+    Loop(LoopArgs),
 }
 
 /// Which scene.
@@ -208,14 +221,14 @@ fn parse_unit(text: &str) -> Result<Unit, String> {
     }
 }
 
-fn parse_seconds(text: &str) -> Result<f64, String> {
+pub(crate) fn parse_seconds(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(seconds) if (0.1..=86_400.0).contains(&seconds) => Ok(seconds),
         _ => Err("a time is 0.1 to 86400 seconds".into()),
     }
 }
 
-fn parse_station(text: &str) -> Result<String, String> {
+pub(crate) fn parse_station(text: &str) -> Result<String, String> {
     match shared_mem::service::Station::new(text) {
         Ok(_) => Ok(text.to_owned()),
         Err(error) => Err(error.to_string()),

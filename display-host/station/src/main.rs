@@ -1,8 +1,10 @@
 //! `calot`: the one command of the station.
 
+mod check;
 mod children;
 mod cli;
 mod emulate;
+mod jitter;
 mod prepare;
 mod rt;
 mod run;
@@ -30,6 +32,10 @@ fn main() -> ExitCode {
         cli::Command::Rt(args) => rt::run(&args),
         cli::Command::Emulate(args) => emulate::run(&args),
         cli::Command::Prepare(args) => prepare::run(&args),
+        cli::Command::Check(args) => check::run(&args),
+        cli::Command::Jitter(args) => jitter::run(&args),
+        cli::Command::Load(args) => jitter::load::run(&args),
+        cli::Command::Loop(args) => jitter::bare_loop::run(&args),
     };
     match outcome {
         Ok(code) => code,

@@ -127,7 +127,7 @@ fn show(
 }
 
 /// Starts emulated devices for those that are not named, then the controller.
-fn start(
+pub(crate) fn start(
     args: &RunArgs,
     scene: &Path,
     folder: &Path,
@@ -237,7 +237,7 @@ impl Watch {
 }
 
 /// The folder of a station that runs: its compiled scene, its devices' links, its lock.
-struct Folder {
+pub(crate) struct Folder {
     path: PathBuf,
     attached: bool,
     /// Held while the station runs; the kernel lets go of it however this process ends.
@@ -245,7 +245,7 @@ struct Folder {
 }
 
 impl Folder {
-    fn open(station: &str, attached: bool) -> Result<Self, Problem> {
+    pub(crate) fn open(station: &str, attached: bool) -> Result<Self, Problem> {
         let path = shared_mem::service::user_folder()?.join(station);
         let failed = |error| format!("{}: {error}", path.display());
         std::fs::create_dir_all(&path).map_err(failed)?;
@@ -277,9 +277,14 @@ impl Folder {
         }
     }
 
+    /// Where it is.
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Where the scene is compiled to. A display that joins has its own: it must not replace the
     /// running one's.
-    fn scene(&self) -> PathBuf {
+    pub(crate) fn scene(&self) -> PathBuf {
         match self.attached {
             true => self
                 .path

@@ -1,0 +1,76 @@
+//! What an ordinary user needs installed: limits, udev rules, a systemd unit.
+
+use std::path::Path;
+
+/// A shell script that writes them. The program only prints it: what runs as root is read first.
+pub(crate) fn script(program: &Path, core: usize) -> String {
+    let program = program.display();
+    format!(
+        r#"#!/bin/sh
+# Lets members of the group `realtime` run calot in realtime. Read it, then: calot check --install | sudo sh
+set -eu
+groupadd -f realtime
+if [ -n "${{SUDO_USER:-}}" ]; then usermod -a -G realtime,dialout "$SUDO_USER"; fi
+
+cat > /etc/security/limits.d/95-calot.conf <<'LIMITS'
+# SCHED_FIFO up to 95 and locked memory, from the next login on.
+@realtime - rtprio 95
+@realtime - memlock unlimited
+LIMITS
+
+cat > /etc/udev/rules.d/95-calot.rules <<'RULES'
+# calot holds deep idle states off while it runs.
+KERNEL=="cpu_dma_latency", GROUP="realtime", MODE="0660"
+# FTDI chips hold bytes back for 16 ms unless told otherwise.
+ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{{latency_timer}}="1"
+RULES
+udevadm control --reload
+udevadm trigger --subsystem-match=usb-serial --subsystem-match=misc --action=add
+
+cat > /etc/systemd/system/calot@.service <<'UNIT'
+# `systemctl start calot@SCENE` runs the controller of /var/lib/calot/SCENE.calot by itself.
+[Unit]
+Description=Calot realtime controller, scene %i
+After=multi-user.target
+
+[Service]
+ExecStart={program} rt --scene /var/lib/calot/%i.calot --core {core}
+DynamicUser=no
+User=nobody
+SupplementaryGroups=realtime dialout
+LimitRTPRIO=95
+LimitMEMLOCK=infinity
+Restart=on-failure
+RestartSec=1
+
+[Install]
+WantedBy=multi-user.target
+UNIT
+systemctl daemon-reload
+echo "installed; log out and in again, then: calot check"
+"#
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_script_is_a_shell_script_with_limits_rules_and_a_unit() {
+        let script = script(Path::new("/usr/local/bin/calot"), 3);
+        for part in [
+            "@realtime - rtprio 95",
+            "@realtime - memlock unlimited",
+            "ATTR{latency_timer}=\"1\"",
+            "LimitRTPRIO=95",
+            "ExecStart=/usr/local/bin/calot rt --scene /var/lib/calot/%i.calot --core 3",
+        ] {
+            assert!(script.contains(part), "{part}");
+        }
+        let checked = std::process::Command::new("sh")
+            .args(["-n", "-c", &script])
+            .status();
+        assert!(checked.unwrap().success(), "sh does not parse it");
+    }
+}

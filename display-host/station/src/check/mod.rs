@@ -1,0 +1,111 @@
+//! `calot check`: is this machine fit for realtime? For each: what is, what should be, the command.
+
+mod files;
+mod find;
+
+use std::process::ExitCode;
+
+use clap::Args;
+use serde::Serialize;
+
+use self::find::System;
+use crate::say;
+use crate::scene::Problem;
+
+/// What `calot check` understands.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  calot check                what is, what should be, the command that mends it
+  calot check --json
+  calot check --install      a shell script: systemd unit, limits, udev rules; `| sudo sh` runs it
+
+Exit code: 0 when nothing stands in the way of realtime, 1 when something does. Advice alone is no
+failure.")]
+pub(crate) struct CheckArgs {
+    /// Core that the tick is to run on [default: the last one]
+    #[arg(long, value_name = "N")]
+    core: Option<usize>,
+    /// Print a script that installs a systemd unit, limits and udev rules; run nothing
+    #[arg(long, conflicts_with = "json")]
+    install: bool,
+    /// Print the findings as JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// How a finding stands.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Verdict {
+    /// As it should be.
+    Good,
+    /// Could be better: jitter grows.
+    Better,
+    /// Not realtime as long as it stays.
+    Bad,
+    /// Cannot be read here.
+    Unknown,
+}
+
+/// One thing that was looked at.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Finding {
+    /// What.
+    pub(crate) name: &'static str,
+    pub(crate) verdict: Verdict,
+    /// What is.
+    pub(crate) is: String,
+    /// What should be, and why.
+    pub(crate) should: &'static str,
+    /// The command that mends it; none where it is good or no command can.
+    pub(crate) mend: Option<String>,
+}
+
+/// Looks and tells.
+pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Problem> {
+    let cores = rt_process::realtime::allowed_cores();
+    let core = args.core.or(cores.last().copied()).unwrap_or(0);
+    if args.install {
+        say::answer(files::script(&std::env::current_exe()?, core));
+        return Ok(ExitCode::SUCCESS);
+    }
+    let findings = find::all(&System::this(), core);
+    let bad = findings.iter().any(|f| f.verdict == Verdict::Bad);
+    if args.json {
+        let json = serde_json::json!({"core": core, "fit": !bad, "findings": findings});
+        say::answer(serde_json::to_string_pretty(&json)?);
+    } else {
+        for finding in &findings {
+            say::answer(in_words(finding));
+        }
+        say::answer(match bad {
+            true => {
+                "\nNOT REALTIME here until what is marked BAD is mended (`calot check --install`)."
+            }
+            false => "\nRealtime can run here. How well: `calot jitter --compare cyclictest`.",
+        });
+    }
+    Ok(if bad {
+        ExitCode::FAILURE
+    } else {
+        ExitCode::SUCCESS
+    })
+}
+
+fn in_words(finding: &Finding) -> String {
+    let mark = match finding.verdict {
+        Verdict::Good => "good   ",
+        Verdict::Better => "better ",
+        Verdict::Bad => "BAD    ",
+        Verdict::Unknown => "unknown",
+    };
+    let mut text = format!("{mark}  {:22} {}", finding.name, finding.is);
+    if finding.verdict != Verdict::Good {
+        text += &format!("\n         {:22} should be: {}", "", finding.should);
+        if let Some(mend) = &finding.mend {
+            text += &format!("\n         {:22} $ {mend}", "");
+        }
+    }
+    text
+}

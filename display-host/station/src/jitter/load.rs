@@ -1,0 +1,200 @@
+//! Work that competes with the tick. Each load is a process of its own (`calot load`), ordinary
+//! priority, memory not locked, so that it can be killed and takes nothing from the measurement.
+
+use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
+use std::path::Path;
+use std::process::{Child, Command, ExitCode, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use shared_mem::service::{Host, Station};
+
+use super::args::{Load, LoadArgs};
+use crate::scene::Problem;
+use crate::stop;
+
+/// More than any cache holds.
+const COPY_BYTES: usize = 64 << 20;
+/// Written and synced at a time.
+const FILE_BYTES: usize = 4 << 20;
+/// How long a display that is killed lives.
+const DISPLAY_LIFE: Duration = Duration::from_secs(1);
+
+/// Body of `calot load`.
+pub(crate) fn run(args: &LoadArgs) -> Result<ExitCode, Problem> {
+    let stop = stop::flag()?;
+    if let Some(parent) = args.with_parent {
+        stop::end_with_parent(parent)?;
+    }
+    match args.load {
+        Load::Cpu => on_each_core(&stop, compute),
+        Load::Memory => on_each_core(&stop, copy),
+        Load::Io => files(Path::new(&args.place), &stop)?,
+        Load::Display => join(&args.place, &stop)?,
+        Load::All => return Err("one load a process: name one".into()),
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn on_each_core(stop: &Arc<AtomicBool>, body: fn(&AtomicBool)) {
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    std::thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(|| body(stop));
+        }
+    });
+}
+
+fn compute(stop: &AtomicBool) {
+    let mut x = 0.5f64;
+    while !stop.load(Ordering::Relaxed) {
+        for _ in 0..100_000 {
+            x = 3.9 * x * (1.0 - x);
+        }
+        core::hint::black_box(x);
+    }
+}
+
+fn copy(stop: &AtomicBool) {
+    let (mut from, mut to) = (vec![1u8; COPY_BYTES], vec![0u8; COPY_BYTES]);
+    while !stop.load(Ordering::Relaxed) {
+        to.copy_from_slice(core::hint::black_box(&from));
+        core::mem::swap(&mut from, &mut to);
+    }
+}
+
+fn files(folder: &Path, stop: &AtomicBool) -> Result<(), Problem> {
+    let path = folder.join(format!("load-{}", std::process::id()));
+    let failed = |error| format!("{}: {error}", path.display());
+    let mut file = std::fs::File::options()
+        .create(true)
+        .truncate(true)
+        .read(true)
+        .write(true)
+        .open(&path)
+        .map_err(failed)?;
+    // Gone when this process is, however it ends.
+    std::fs::remove_file(&path).map_err(failed)?;
+    let mut block = vec![0x5au8; FILE_BYTES];
+    while !stop.load(Ordering::Relaxed) {
+        file.seek(SeekFrom::Start(0)).map_err(failed)?;
+        file.write_all(&block).map_err(failed)?;
+        file.sync_all().map_err(failed)?;
+        file.seek(SeekFrom::Start(0)).map_err(failed)?;
+        file.read_exact(&mut block).map_err(failed)?;
+    }
+    Ok(())
+}
+
+/// A display that reads whatever there is, until it is killed.
+fn join(station: &str, stop: &AtomicBool) -> Result<(), Problem> {
+    let host = Host::open(&Station::new(station)?)?;
+    let mut state = display_frame();
+    while !stop.load(Ordering::Relaxed) {
+        host.newest_state(&mut state);
+        host.drain_timing(|_| ());
+        host.drain_events(|_| ());
+        std::thread::sleep(Duration::from_millis(4));
+    }
+    Ok(())
+}
+
+fn display_frame() -> Box<shared_mem::message::StateFrame> {
+    bytemuck::allocation::zeroed_box()
+}
+
+/// Loads that run; they end when this is dropped.
+#[derive(Debug)]
+pub(crate) struct Loads {
+    children: Vec<Child>,
+    /// Joins and kills displays.
+    churn: Option<(Arc<AtomicBool>, JoinHandle<u64>)>,
+}
+
+impl Loads {
+    /// Starts them. `folder`: where files may be written.
+    pub(crate) fn start(loads: &[Load], folder: &Path, station: &str) -> Result<Self, Problem> {
+        let mut started = Self {
+            children: Vec::new(),
+            churn: None,
+        };
+        for &load in loads {
+            if load == Load::Display {
+                let stop = Arc::new(AtomicBool::new(false));
+                let (flag, station) = (stop.clone(), station.to_owned());
+                let thread = std::thread::spawn(move || join_and_kill(&station, &flag));
+                started.churn = Some((stop, thread));
+            } else {
+                started
+                    .children
+                    .push(spawn(load, &folder.to_string_lossy())?);
+            }
+        }
+        Ok(started)
+    }
+
+    /// The first that ended by itself, if one did: the load is not what was asked for.
+    pub(crate) fn died(&mut self) -> Option<String> {
+        let ended = self.children.iter_mut().find_map(|c| c.try_wait().ok()?);
+        ended.map(|status| format!("a load ended by itself ({status})"))
+    }
+
+    /// Ends them; how many displays joined and were killed.
+    pub(crate) fn end(mut self) -> u64 {
+        let churn = self.churn.take().map(|(stop, thread)| {
+            stop.store(true, Ordering::Relaxed);
+            thread.join().unwrap_or(0)
+        });
+        churn.unwrap_or(0)
+    }
+}
+
+impl Drop for Loads {
+    fn drop(&mut self) {
+        if let Some((stop, _)) = &self.churn {
+            stop.store(true, Ordering::Relaxed);
+        }
+        for child in &mut self.children {
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
+    // It gets a signal when the thread that starts it ends: each here outlives what it starts.
+    let parent = std::process::id().to_string();
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(["load", &load.name(), place, "--with-parent", &parent]);
+    command.stdin(Stdio::null()).stdout(Stdio::null());
+    if load == Load::Display {
+        // A controller that goes between two rounds is nothing to complain of.
+        command.stderr(Stdio::null());
+    }
+    Ok(command.spawn()?)
+}
+
+/// Displays, one after the other, each killed in mid-life. Every third is asked to leave instead.
+fn join_and_kill(station: &str, stop: &AtomicBool) -> u64 {
+    let mut joined = 0;
+    while !stop.load(Ordering::Relaxed) {
+        let Ok(mut display) = spawn(Load::Display, station) else {
+            break;
+        };
+        joined += 1;
+        let start = Instant::now();
+        while start.elapsed() < DISPLAY_LIFE && !stop.load(Ordering::Relaxed) {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+        let leaves = joined % 3 == 0;
+        if leaves && let Some(pid) = rustix::process::Pid::from_raw(display.id().cast_signed()) {
+            let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        let _ = display.kill();
+        let _ = display.wait();
+    }
+    joined
+}

@@ -1,0 +1,273 @@
+//! `calot jitter`: how late, how long, how often; measured on the real station, beside what others
+//! measure in the same minutes.
+//!
+//! ```text
+//! jitter ─┬─ station (calot emulate, calot rt) ─► timing records ─► tally ─► report
+//!         ├─ loads   (calot load …)                                    └─► black box
+//!         └─ rivals  (cyclictest, calot loop, …), a turn each ─────────────► report
+//! ```
+//!
+//! The report is written every few seconds, each file in one go, so that a kill loses little.
+
+pub(crate) mod args;
+pub(crate) mod bare_loop;
+mod blackbox;
+mod kernel;
+pub(crate) mod load;
+mod page;
+mod report;
+mod rivals;
+mod session;
+mod table;
+mod tally;
+mod timeline;
+mod trace;
+mod two_runs;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use display_host::report::Machine;
+use shared_mem::scene::SceneFile;
+
+use self::args::{JitterArgs, Load, Rival};
+use self::report::{About, FILE, Report, Round, per_million};
+use self::rivals::Terms;
+use self::session::Bench;
+use self::tally::Tally;
+use crate::cli::RunArgs;
+use crate::run::Folder;
+use crate::say;
+use crate::scene::{self, Problem};
+use crate::stop;
+
+/// A turn is not longer, so that all programs see the same minutes.
+const TURN_MAX_S: f64 = 60.0;
+/// Turns at least: a median needs three.
+const ROUNDS_MIN: u32 = 3;
+
+/// Measures, adds up or compares, as asked.
+pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
+    if let [first, second] = args.diff.as_slice() {
+        let (text, json) = two_runs::diff(&Report::read(first)?, &Report::read(second)?);
+        match args.json {
+            true => say::answer(serde_json::to_string_pretty(&json)?),
+            false => say::answer(text.trim_end()),
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
+    std::fs::create_dir_all(&args.out)
+        .map_err(|error| format!("{}: {error}", args.out.display()))?;
+    let (report, whole) = if args.merge.is_empty() {
+        measure(args)?
+    } else {
+        let runs: Result<Vec<Report>, Problem> =
+            args.merge.iter().map(|path| Report::read(path)).collect();
+        let mut sum = two_runs::merge(runs?).ok_or("name two runs or more")?;
+        sum.about.command = command();
+        (sum, true)
+    };
+    save(&report, &args.out)?;
+    match args.json {
+        true => say::answer(serde_json::to_string_pretty(&report.to_json())?),
+        false => say::answer(table::text(&report).trim_end()),
+    }
+    let out = args.out.display();
+    say::note(format_args!(
+        "wrote {out}/jitter.json, .csv, .html and .trace.json"
+    ));
+    Ok(if whole {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+/// The run; `false`: a process of the station died.
+fn measure(args: &JitterArgs) -> Result<(Report, bool), Problem> {
+    let stop = stop::flag()?;
+    for &rival in &args.compare {
+        rivals::check(rival)?;
+    }
+    let folder = Folder::open(&args.station, false)?;
+    let scene = scene::compile(&args.scene, &folder.scene())?;
+    let loads = Load::each(&args.load);
+    let mut report = begin(&scene, &loads)?;
+    let mut running = load::Loads::start(&loads, &args.out, &args.station)?;
+    let outcome = rounds(args, &folder, &scene, &loads, &stop, &mut report);
+    if let Some(problem) = running.died() {
+        report.about.notes.push(problem);
+    }
+    let displays = running.end();
+    if displays > 0 {
+        report.count("displays_joined", displays);
+    }
+    if let Err(problem) = outcome {
+        // What was measured until then is kept, and says that it is not all.
+        save(&report, &args.out)?;
+        return Err(problem);
+    }
+    let died = outcome?;
+    report.about.complete = died.is_none() && !stop.load(Ordering::Relaxed);
+    let whole = died.is_none();
+    report.about.notes.extend(died);
+    Ok((report, whole))
+}
+
+fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
+    let mut notes = Vec::new();
+    if !kernel::Counters::read(0, None).knows_smis() {
+        notes.push(
+            "system management interrupts were not counted: that takes an Intel processor, root, \
+             and `modprobe msr`"
+                .to_owned(),
+        );
+    }
+    if !loads.contains(&Load::Display) {
+        notes.push("no display drew: frame times need `--load display`".to_owned());
+    }
+    Ok(Report {
+        about: About {
+            program: concat!("calot ", env!("CARGO_PKG_VERSION")).to_owned(),
+            command: command(),
+            scene: SceneFile::open(scene)?.name().to_owned(),
+            complete: false,
+            seconds: 0.0,
+            load: loads.iter().map(|load| load.name()).collect(),
+            realtime: false,
+            notes,
+            machine: Machine::read(),
+        },
+        times: BTreeMap::new(),
+        counts: BTreeMap::new(),
+        rounds: Vec::new(),
+        timeline: timeline::Timeline::default(),
+        incidents: Vec::new(),
+    })
+}
+
+/// All turns of all programs, each round in another order. Gives what died, if anything.
+fn rounds(
+    args: &JitterArgs,
+    folder: &Folder,
+    scene: &Path,
+    loads: &[Load],
+    stop: &Arc<AtomicBool>,
+    report: &mut Report,
+) -> Result<Option<String>, Problem> {
+    let count = match (args.rounds, args.compare.is_empty()) {
+        (Some(rounds), _) => rounds,
+        (None, true) => 1,
+        (None, false) => ((args.seconds / TURN_MAX_S).ceil() as u32).max(ROUNDS_MIN),
+    };
+    let turn_s = args.seconds / f64::from(count);
+    let cores = rt_process::realtime::allowed_cores();
+    let core = args.realtime.core.or(cores.last().copied()).unwrap_or(0);
+    let station = RunArgs {
+        scene: args.scene.clone(),
+        station: args.station.clone(),
+        devices: args.devices.clone(),
+        realtime: args.realtime.clone(),
+        ..RunArgs::default()
+    };
+    let bench = Bench {
+        station: &station,
+        scene,
+        folder: folder.path(),
+        out: &args.out,
+        core,
+        others: cores.into_iter().filter(|&c| c != core).collect(),
+        draws: loads.contains(&Load::Display),
+        total_s: args.seconds,
+        stop,
+    };
+    let mut tally = Tally::default();
+    let mut programs: Vec<Option<Rival>> = vec![None];
+    programs.extend(args.compare.iter().copied().map(Some));
+    for round in 0..count {
+        for &program in &programs {
+            if stop.load(Ordering::Relaxed) {
+                return Ok(None);
+            }
+            let Some(rival) = program else {
+                let died = bench.measure(turn_s, round, &mut tally, report)?;
+                if died.is_some() {
+                    return Ok(died);
+                }
+                continue;
+            };
+            let of = args.compare.len() + 1;
+            say::note(format_args!(
+                "jitter: round {} of {count}, {turn_s:.0} s of {} ({of} programs take turns)",
+                round + 1,
+                rival.name()
+            ));
+            let terms = Terms {
+                core,
+                priority: args.realtime.priority,
+                spin_us: args.realtime.spin,
+                work_ns: report.times("tick_ns").quantiles().p50,
+            };
+            if let Some(turn) = rivals::turn(rival, terms, turn_s, stop)? {
+                note_turn(report, rival, round, &turn);
+            }
+            save(report, &args.out)?;
+        }
+        // The station stays first in the first round, for `burn` burns what it took.
+        programs.rotate_left(1);
+    }
+    Ok(None)
+}
+
+fn note_turn(report: &mut Report, rival: Rival, round: u32, turn: &rivals::Turn) {
+    let name = rival.name();
+    let q = turn.wake_latency.quantiles();
+    report
+        .times(&format!("{name}.wake_latency_ns"))
+        .add(&turn.wake_latency);
+    if let Some(missed) = turn.missed {
+        report.count(&format!("{name}.deadline_misses"), missed);
+        report.count(&format!("{name}.ticks"), q.count);
+    }
+    if turn.realtime == Some(false) {
+        let note = format!("{name} did not run realtime");
+        if !report.about.notes.contains(&note) {
+            report.about.notes.push(note);
+        }
+    }
+    report.rounds.push(Round {
+        round,
+        program: name.to_owned(),
+        p50: q.p50,
+        p99: q.p99,
+        max: q.max,
+        misses_per_million: turn.missed.map(|missed| per_million(missed, q.count)),
+    });
+}
+
+/// Writes all files, each in one go: whoever reads sees the old or the new one.
+fn save(report: &Report, folder: &Path) -> Result<(), Problem> {
+    let json = serde_json::to_string(&report.to_json())?;
+    let trace = serde_json::to_string(&trace::json(&report.incidents))?;
+    for (name, text) in [
+        (FILE, json),
+        ("jitter.csv", table::csv(report)),
+        ("jitter.html", page::html(report)),
+        ("jitter.trace.json", trace),
+    ] {
+        let path = folder.join(name);
+        let draft = folder.join(format!(".{name}.new"));
+        std::fs::write(&draft, text)
+            .and_then(|()| std::fs::rename(&draft, &path))
+            .map_err(|error| format!("{}: {error}", path.display()))?;
+    }
+    Ok(())
+}
+
+fn command() -> String {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    format!("calot {}", words.join(" "))
+}

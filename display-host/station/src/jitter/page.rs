@@ -1,0 +1,235 @@
+//! `jitter.html`: one page, no network.
+
+use core::fmt::Write as _;
+
+use display_host::report::chart;
+use display_host::report::page::{STYLE, escape};
+
+use super::report::Report;
+use super::table;
+
+/// Ticks in the table of the worst.
+const WORST_SHOWN: usize = 12;
+/// Wider than a report's page: the table has eight columns.
+const WIDER: &str = "body{max-width:76rem}.two{display:grid;grid-template-columns:repeat(auto-fit,\
+minmax(28rem,1fr));gap:0 1.5rem}td{white-space:nowrap}td:first-child{white-space:normal}";
+
+/// The page's text.
+pub(crate) fn html(report: &Report) -> String {
+    let mut page = String::new();
+    // Writing to a string cannot fail.
+    let mut add = |text: core::fmt::Arguments<'_>| {
+        let _ = page.write_fmt(text);
+    };
+    let about = &report.about;
+    let load = match about.load.is_empty() {
+        true => "no load of ours".to_owned(),
+        false => format!("load: {}", about.load.join(", ")),
+    };
+    add(format_args!(
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" \
+         content=\"width=device-width\"><title>Calot jitter: {load}</title>\
+         <style>{STYLE}{WIDER}</style><h1>Calot jitter: {scene}</h1>\
+         <p class=\"lead\">{program}, {seconds:.0} s measured, {load}. {complete}<br><code>{command}</code></p>",
+        scene = escape(&about.scene),
+        program = escape(&about.program),
+        seconds = about.seconds,
+        complete = match about.complete {
+            true => "It ran for its full time.",
+            false => "<b>It did not run to its end (yet): this is what it has.</b>",
+        },
+        command = escape(&about.command),
+    ));
+    match about.realtime {
+        true => add(format_args!(
+            "<p class=\"good\">Every tick ran under SCHED_FIFO, in locked memory, on a core of its own. \
+             Missed in a million periods: <b>{:.1}</b>.</p>",
+            report.misses_per_million()
+        )),
+        false => add(format_args!(
+            "<p class=\"bad\"><b>Not realtime.</b> These figures say little about a station that \
+             is. <code>calot check</code> says what mends it. Missed in a million periods: {:.1}.</p>",
+            report.misses_per_million()
+        )),
+    }
+    if about.machine.virtual_machine {
+        add(format_args!(
+            "<p class=\"lead\">A virtual machine: its host adds delays that no setting in here \
+             removes. Read the ratios, not the tails.</p>"
+        ));
+    }
+    for note in &about.notes {
+        add(format_args!("<p class=\"bad\">{}</p>", escape(note)));
+    }
+    add(format_args!(
+        "<h2>Times</h2><table><tr><th>µs<th>p50<th>p90<th>p99<th>p99.9<th>p99.99<th>max<th>count</tr>"
+    ));
+    for (_, label, q) in table::rows(report) {
+        add(format_args!(
+            "<tr><td>{}",
+            escape(&label).replace("  ", "&emsp;")
+        ));
+        for ns in [q.p50, q.p90, q.p99, q.p999, q.p9999, q.max] {
+            add(format_args!("<td>{:.1}", ns as f64 / 1e3));
+        }
+        add(format_args!("<td>{}</tr>", q.count));
+    }
+    add(format_args!("</table>"));
+    page + &rounds(report) + &charts(report) + &worst(report) + &counts(report) + "</html>\n"
+}
+
+/// The programs that took turns.
+fn rounds(report: &Report) -> String {
+    let ratios = report.ratios();
+    let several = report.rounds.iter().any(|round| round.program != "station");
+    if !several {
+        return String::new();
+    }
+    let mut page = String::from("<h2>Compared, in turns</h2>");
+    if !ratios.is_empty() {
+        page += "<table><tr><th>wake-up latency ÷ cyclictest's, median of the rounds<th>p50<th>p99</tr>";
+        for (program, p50, p99) in &ratios {
+            let _ = write!(page, "<tr><td>{program}<td>{p50:.2}<td>{p99:.2}</tr>");
+        }
+        page += "</table>";
+    }
+    page += "<table><tr><th>program<th>round<th>p50, µs<th>p99, µs<th>max, µs<th>missed in a million</tr>";
+    for r in &report.rounds {
+        let us = |ns: u64| ns as f64 / 1e3;
+        let missed = r
+            .misses_per_million
+            .map_or("–".to_owned(), |m| format!("{m:.1}"));
+        let _ = write!(
+            page,
+            "<tr><td>{}<td>{}<td>{:.1}<td>{:.1}<td>{:.1}<td>{missed}</tr>",
+            escape(&r.program),
+            r.round + 1,
+            us(r.p50),
+            us(r.p99),
+            us(r.max)
+        );
+    }
+    page + "</table>"
+}
+
+fn charts(report: &Report) -> String {
+    let mut page = String::new();
+    let mut figure = |svg: Option<String>, caption: &str| {
+        if let Some(svg) = svg {
+            let _ = write!(
+                page,
+                "<figure>{svg}<figcaption>{caption}</figcaption></figure>"
+            );
+        }
+    };
+    let station = report.times.get("wake_latency_ns");
+    let mut lines: Vec<_> = station
+        .map(|t| ("station".to_owned(), t))
+        .into_iter()
+        .collect();
+    for (name, times) in &report.times {
+        if let Some(program) = name.strip_suffix(".wake_latency_ns") {
+            lines.push((program.to_owned(), times));
+        }
+    }
+    figure(
+        chart::exceedance(&lines),
+        "How often a wake-up is later than so many µs. Further left and lower is better; both axes \
+         are logarithmic, so the right end is the rarest.",
+    );
+    figure(
+        chart::course(&report.timeline.course(|worst| worst.0), "µs"),
+        &format!("Latest wake-up of each {} s.", report.timeline.step_s),
+    );
+    figure(
+        chart::course(&report.timeline.course(|worst| worst.1), "µs"),
+        &format!("Longest tick of each {} s.", report.timeline.step_s),
+    );
+    for (name, label, _) in table::rows(report) {
+        let limit_us = matches!(name.as_str(), "tick_ns" | "period_ns").then_some(1000.0);
+        if let Some(times) = report.times.get(&name) {
+            let line = if limit_us.is_some() {
+                " The blue line is the period."
+            } else {
+                ""
+            };
+            figure(
+                chart::histogram(times, limit_us),
+                &format!("{}.{line}", escape(label.trim())),
+            );
+        }
+    }
+    format!("<h2>Charts</h2><div class=\"two\">{page}</div>")
+}
+
+fn worst(report: &Report) -> String {
+    let mut page = String::from(
+        "<h2>Worst ticks</h2><p class=\"lead\">The ticks around each are in \
+         <code>jitter.trace.json</code>: open it in ui.perfetto.dev or chrome://tracing.</p>\
+         <table><tr><th>at, s<th>tick<th>woken late, µs<th>tick took, µs<th>longest stage<th>periods skipped</tr>",
+    );
+    for incident in report.incidents.iter().take(WORST_SHOWN) {
+        let Some(tick) = incident.peak() else {
+            continue;
+        };
+        let stages = super::tally::STAGE_NAMES.iter().zip(&tick.stage_ns);
+        let (stage, ns) = stages
+            .max_by_key(|(_, ns)| **ns)
+            .map_or(("", 0), |(s, ns)| (*s, *ns));
+        let us = |ns: u32| f64::from(ns) / 1e3;
+        let _ = write!(
+            page,
+            "<tr><td>{:.3}<td>{}<td>{:.1}<td>{:.1}<td>{stage} {:.1}<td>{}</tr>",
+            incident.at_ms as f64 / 1e3,
+            tick.tick,
+            us(tick.wake_latency_ns),
+            us(tick.tick_ns),
+            us(ns),
+            tick.missed
+        );
+    }
+    page + "</table>"
+}
+
+fn counts(report: &Report) -> String {
+    let mut page = String::from("<h2>Counters</h2><table>");
+    for (name, count) in &report.counts {
+        let _ = write!(page, "<tr><td>{}<td>{count}</tr>", escape(name));
+    }
+    page += "</table><h2>Machine</h2><table>";
+    let m = &report.about.machine;
+    for (name, value) in [
+        ("processor", m.processor.clone()),
+        ("cores", m.cores.to_string()),
+        ("memory", format!("{} MiB", m.memory_mib)),
+        ("kernel", format!("{} {}", m.kernel, m.kernel_version)),
+        (
+            "virtual machine",
+            if m.virtual_machine { "yes" } else { "no" }.to_owned(),
+        ),
+        ("clock source", m.clock_source.clone()),
+        ("governor", m.governor.clone()),
+        ("load average before", m.load_average.clone()),
+    ] {
+        let _ = write!(page, "<tr><td>{name}<td>{}</tr>", escape(&value));
+    }
+    page + "</table>"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jitter::report::tests::sample;
+
+    #[test]
+    fn the_page_needs_no_network_and_lets_nothing_in() {
+        let mut report = sample();
+        report.about.scene = "<script>x</script>".into();
+        report.about.realtime = false;
+        let page = html(&report);
+        assert!(page.contains("&lt;script&gt;") && !page.contains("<script"));
+        assert!(!page.contains("src=") && !page.contains("href="));
+        assert!(page.contains("Not realtime") && page.contains("<svg"));
+        assert!(page.contains("cyclictest"));
+    }
+}

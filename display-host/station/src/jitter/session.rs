@@ -1,0 +1,299 @@
+//! One turn of the station: started, watched for its time, ended.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::time::{Duration, Instant};
+
+use display_host::headless::{self, HeadlessConfig};
+use display_host::latency::FrameRecord;
+use rt_process::realtime::pin_to;
+use rt_process::time_driver::monotonic_ns;
+use shared_mem::message::{StateFrame, TimingBatch};
+use shared_mem::service::{Host, Station};
+
+use super::kernel;
+use super::report::{Report, Round, per_million};
+use super::save;
+use super::tally::Tally;
+use crate::children::Process;
+use crate::cli::RunArgs;
+use crate::run;
+use crate::say;
+use crate::scene::Problem;
+
+/// How often the host looks: what "publish to display" cannot be better than.
+const LOOK: Duration = Duration::from_millis(1);
+/// How often a waiting user is told how far it is.
+const PROGRESS: Duration = Duration::from_secs(2);
+/// How often results are written.
+const SAVE: Duration = Duration::from_secs(5);
+/// How long the controller may stay silent.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Pictures are drawn in stretches of this length, so that their times come in early and their
+/// files do not pile up.
+const STRETCH_S: f64 = 10.0;
+/// Pictures a second that are asked for; a slow driver draws fewer.
+const PICTURES_PER_S: f64 = 4.0;
+
+/// What all turns have in common.
+pub(crate) struct Bench<'a> {
+    pub(crate) station: &'a RunArgs,
+    pub(crate) scene: &'a Path,
+    /// The station's own.
+    pub(crate) folder: &'a Path,
+    /// Where results go.
+    pub(crate) out: &'a Path,
+    /// The tick's core.
+    pub(crate) core: usize,
+    pub(crate) others: Vec<usize>,
+    /// Whether a display draws.
+    pub(crate) draws: bool,
+    /// All turns together.
+    pub(crate) total_s: f64,
+    pub(crate) stop: &'a Arc<AtomicBool>,
+}
+
+/// What the turn's threads tell each other.
+#[derive(Debug, Default)]
+struct Flags {
+    /// Its time is over.
+    done: AtomicBool,
+    /// The controller has ended: nothing comes any more.
+    over: AtomicBool,
+}
+
+impl Bench<'_> {
+    /// Measures for `seconds`. Gives the process that died, if one did.
+    pub(crate) fn measure(
+        &self,
+        seconds: f64,
+        round: u32,
+        tally: &mut Tally,
+        report: &mut Report,
+    ) -> Result<Option<String>, Problem> {
+        let flags = Flags::default();
+        let before_s = report.about.seconds;
+        let mut kernel_counts = Vec::new();
+        let died = std::thread::scope(|scope| {
+            let (tell, told) = mpsc::channel();
+            let (frames_in, frames) = mpsc::channel();
+            let watcher = {
+                let (flags, tally, report) = (&flags, &mut *tally, &mut *report);
+                scope.spawn(move || {
+                    self.watch(seconds, tally, report, flags, &tell, &frames)
+                        .map_err(|problem| problem.to_string())
+                })
+            };
+            // It reads from before the first tick on; when it cannot, it tells at the end.
+            let _ = told.recv();
+            let started = run::start(self.station, self.scene, self.folder, self.stop);
+            let died = match started {
+                Ok(mut children) => {
+                    if self.draws {
+                        let flags = &flags;
+                        scope.spawn(move || self.draw(flags, &frames_in));
+                    }
+                    let process = children.last().map(Process::id);
+                    let start = kernel::Counters::read(self.core, process);
+                    let died = self.wait(&flags, &mut children, || watcher.is_finished());
+                    kernel_counts = kernel::Counters::read(self.core, process).since(&start);
+                    flags.done.store(true, Ordering::Relaxed);
+                    // All of them, the controller first.
+                    let problems = children.into_iter().rev().filter_map(Process::end);
+                    let problems: Vec<String> = problems.collect();
+                    Ok(died.or(problems.into_iter().next()))
+                }
+                Err(problem) => Err(problem),
+            };
+            flags.done.store(true, Ordering::Relaxed);
+            flags.over.store(true, Ordering::Relaxed);
+            match watcher.join() {
+                Ok(Ok(())) => died,
+                Ok(Err(problem)) => died.and(Err(problem.into())),
+                Err(_) => Err("the thread that measures panicked".into()),
+            }
+        })?;
+        for (name, count) in kernel_counts {
+            report.count(&name, count);
+        }
+        let (wake, counters) = tally.end_session(report.about.seconds);
+        tally.fill(report);
+        let q = wake.quantiles();
+        report.rounds.push(Round {
+            round,
+            program: "station".to_owned(),
+            p50: q.p50,
+            p99: q.p99,
+            max: q.max,
+            misses_per_million: Some(per_million(counters.deadline_misses, counters.ticks)),
+        });
+        if report.about.seconds <= before_s && died.is_none() && !self.stop.load(Ordering::Relaxed)
+        {
+            return Err("the station published no timing; try `calot rt` by hand".into());
+        }
+        Ok(died)
+    }
+
+    /// Waits for the end of the turn; gives the child that died before.
+    fn wait(
+        &self,
+        flags: &Flags,
+        children: &mut [Process],
+        watcher_ended: impl Fn() -> bool,
+    ) -> Option<String> {
+        loop {
+            std::thread::sleep(Duration::from_millis(20));
+            for child in &mut *children {
+                if let Ok(Some(status)) = child.ended() {
+                    return Some(format!("the {} process died ({status})", child.name()));
+                }
+            }
+            let stopped = self.stop.load(Ordering::Relaxed);
+            if stopped || flags.done.load(Ordering::Relaxed) || watcher_ended() {
+                return None;
+            }
+        }
+    }
+
+    /// Reads what the station publishes until it is over.
+    fn watch(
+        &self,
+        seconds: f64,
+        tally: &mut Tally,
+        report: &mut Report,
+        flags: &Flags,
+        tell: &Sender<()>,
+        frames: &Receiver<FrameRecord>,
+    ) -> Result<(), Problem> {
+        if !self.others.is_empty() {
+            // Off the tick's core; where that is refused, the figures show it.
+            let _ = pin_to(&self.others);
+        }
+        let host = Host::open(&Station::new(&self.station.station)?)?;
+        let _ = tell.send(());
+        let before_s = report.about.seconds;
+        let mut state: Box<StateFrame> = bytemuck::allocation::zeroed_box();
+        let (mut said, mut saved) = (Instant::now(), Instant::now());
+        let mut first: Option<Instant> = None;
+        let opened = Instant::now();
+        let mut heard = opened;
+        loop {
+            // Asked before reading: what comes after the last tick is read too.
+            let over = flags.over.load(Ordering::Relaxed);
+            if host.newest_state(&mut state) {
+                let age_ns = monotonic_ns().saturating_sub(state.at_ns);
+                // One from before a restart is no news.
+                if first.is_some() {
+                    tally.publish_to_display.record(age_ns);
+                }
+            }
+            host.drain_timing(|batch| {
+                heard = Instant::now();
+                first.get_or_insert(heard);
+                tally.take(batch, report);
+            });
+            host.drain_events(|_| ());
+            for frame in frames.try_iter().filter(|frame| frame.live) {
+                report
+                    .times("publish_to_frame_ns")
+                    .record(frame.publish_to_frame_ns());
+                let took_ns = frame.shown_ns.saturating_sub(frame.submitted_ns);
+                report.times("frame_ns").record(took_ns);
+            }
+            let elapsed_s = first.map_or(0.0, |first| (heard - first).as_secs_f64());
+            report.about.seconds = before_s + elapsed_s;
+            note_standing(tally, report);
+            if elapsed_s >= seconds {
+                flags.done.store(true, Ordering::Relaxed);
+            }
+            if heard.elapsed() > PATIENCE {
+                return Err("the station fell silent for a minute".into());
+            }
+            if said.elapsed() >= PROGRESS && !flags.done.load(Ordering::Relaxed) {
+                tally.fill(report);
+                progress(report, self.total_s);
+                said = Instant::now();
+            }
+            if saved.elapsed() >= SAVE && first.is_some() {
+                tally.fill(report);
+                save(report, self.out)?;
+                saved = Instant::now();
+            }
+            if over {
+                return Ok(());
+            }
+            std::thread::sleep(LOOK);
+        }
+    }
+
+    /// A display that draws until the turn is done.
+    fn draw(&self, flags: &Flags, frames: &Sender<FrameRecord>) {
+        let out_dir = self.folder.join("pictures");
+        let Ok(station) = Station::new(&self.station.station) else {
+            return;
+        };
+        let config = HeadlessConfig {
+            station,
+            scene: self.scene.to_owned(),
+            seconds: STRETCH_S,
+            out_dir: out_dir.clone(),
+            size: None,
+            frames: (STRETCH_S * PICTURES_PER_S) as u32,
+            patience: Duration::from_secs(30),
+            tick_cpu: Some(self.core),
+            need_pictures: true,
+        };
+        while !flags.done.load(Ordering::Relaxed) && !self.stop.load(Ordering::Relaxed) {
+            let outcome = headless::run(&config, &flags.done, &mut |_| ());
+            let _ = std::fs::remove_dir_all(&out_dir);
+            match outcome {
+                Ok(outcome) => outcome.frames.into_iter().for_each(|frame| {
+                    let _ = frames.send(frame);
+                }),
+                Err(problem) => {
+                    say::note(format_args!("jitter: no display draws: {problem}"));
+                    return;
+                }
+            }
+        }
+    }
+}
+
+/// Whether it is realtime so far, and what it lacks.
+fn note_standing(tally: &Tally, report: &mut Report) {
+    let Some(bits) = tally.realtime_bits else {
+        return;
+    };
+    let all = [
+        (TimingBatch::FIFO, "the tick lacked SCHED_FIFO"),
+        (TimingBatch::LOCKED, "the tick lacked locked memory"),
+        (TimingBatch::PINNED, "the tick lacked a core of its own"),
+    ];
+    report.about.realtime = all.iter().all(|(bit, _)| bits & bit != 0);
+    for (bit, lacks) in all {
+        if bits & bit == 0 && !report.about.notes.iter().any(|note| note == lacks) {
+            report.about.notes.push(lacks.to_owned());
+        }
+    }
+}
+
+fn progress(report: &mut Report, total_s: f64) {
+    let seconds = report.about.seconds;
+    let not = if report.about.realtime || seconds <= 0.0 {
+        ""
+    } else {
+        " NOT REALTIME"
+    };
+    let wake = report.times("wake_latency_ns").quantiles();
+    let us = |ns: u64| ns as f64 / 1e3;
+    say::note(format_args!(
+        "jitter: {seconds:.0} of {total_s:.0} s, wake-up p50 {:.1} p99 {:.1} max {:.1} µs, {:.1} missed \
+         in a million{not}",
+        us(wake.p50),
+        us(wake.p99),
+        us(wake.max),
+        report.misses_per_million(),
+    ));
+}

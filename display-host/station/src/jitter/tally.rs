@@ -1,0 +1,251 @@
+//! From timing records to a report's figures.
+
+use display_host::report::Distribution;
+use shared_mem::message::{STAGES, TickRecord, TimingBatch};
+
+use super::blackbox::{BlackBox, Tick};
+use super::report::Report;
+
+/// Stages of a tick, in order.
+pub(crate) const STAGE_NAMES: [&str; STAGES] = [
+    "sample",
+    "tool",
+    "contact",
+    "solve",
+    "force",
+    "procedure",
+    "publish",
+];
+/// Stages after the force has been written.
+const AFTER_FORCE: core::ops::Range<usize> = 5..STAGES;
+/// A tick that hands over a frame fills 65 kB; one that does not takes next to nothing in the same
+/// stage. The tick's own number tells which: every fourth.
+pub(crate) const PUBLISH_EVERY: u64 = 4;
+
+/// Takes in one station's records, one session after another.
+#[derive(Debug, Default)]
+pub(crate) struct Tally {
+    wake: Distribution,
+    period: Distribution,
+    tick: Distribution,
+    stages: [Distribution; STAGES],
+    motion_to_force: Distribution,
+    force_to_publish: Distribution,
+    pub(crate) publish_to_display: Distribution,
+    pub(crate) black_box: BlackBox,
+    session: Session,
+    /// Counters of the sessions that are over.
+    over: Counters,
+    batches_lost: u64,
+    /// Whether every batch so far said realtime; `None`: none so far.
+    pub(crate) realtime_bits: Option<u32>,
+}
+
+/// The station as it runs now.
+#[derive(Debug, Default)]
+struct Session {
+    start_ns: Option<u64>,
+    /// Measured time before it, s.
+    before_s: f64,
+    last: Option<Tick>,
+    next_sequence: Option<u64>,
+    counters: Counters,
+    /// Wake-ups of this session alone.
+    wake: Distribution,
+}
+
+/// The controller's own counts.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Counters {
+    pub(crate) ticks: u64,
+    pub(crate) deadline_misses: u64,
+    overruns: u64,
+    allocations: u64,
+    page_faults: u64,
+    involuntary_switches: u64,
+}
+
+impl Counters {
+    fn of(batch: &TimingBatch) -> Self {
+        Self {
+            ticks: batch.ticks,
+            deadline_misses: batch.deadline_misses,
+            overruns: batch.overruns,
+            // Not counted is not zero; this program counts.
+            allocations: batch.allocations,
+            page_faults: batch.page_faults,
+            involuntary_switches: batch.involuntary_switches,
+        }
+    }
+
+    fn add(&mut self, other: Self) {
+        self.ticks += other.ticks;
+        self.deadline_misses += other.deadline_misses;
+        self.overruns += other.overruns;
+        self.allocations = self.allocations.saturating_add(other.allocations);
+        self.page_faults += other.page_faults;
+        self.involuntary_switches += other.involuntary_switches;
+    }
+}
+
+impl Tally {
+    /// A batch of the running session. Malformed ones are left out.
+    pub(crate) fn take(&mut self, batch: &TimingBatch, report: &mut Report) {
+        let Some(records) = batch.records() else {
+            return;
+        };
+        let expected = self.session.next_sequence.unwrap_or(batch.sequence);
+        self.batches_lost += batch.sequence.saturating_sub(expected);
+        self.session.next_sequence = Some(batch.sequence + 1);
+        self.session.counters = Counters::of(batch);
+        let so_far = self.realtime_bits.unwrap_or(u32::MAX);
+        self.realtime_bits = Some(so_far & batch.realtime);
+        for record in records {
+            self.record(record, report);
+        }
+    }
+
+    fn record(&mut self, record: &TickRecord, report: &mut Report) {
+        let session = &mut self.session;
+        let start_ns = *session.start_ns.get_or_insert(record.scheduled_ns);
+        let tick = Tick::from(record);
+        let wake_ns = u64::from(tick.wake_latency_ns);
+        self.wake.record(wake_ns);
+        session.wake.record(wake_ns);
+        self.tick.record(tick.tick_ns.into());
+        if let Some(last) = session.last
+            && last.tick + 1 == tick.tick
+        {
+            let began = |t: &Tick| t.scheduled_ns + u64::from(t.wake_latency_ns);
+            self.period
+                .record(began(&tick).saturating_sub(began(&last)));
+        }
+        session.last = Some(tick);
+        for (stage, &ns) in self.stages.iter_mut().zip(&tick.stage_ns) {
+            stage.record(ns.into());
+        }
+        if record.motion_to_force_ns > 0 {
+            self.motion_to_force
+                .record(record.motion_to_force_ns.into());
+        }
+        let left_out = TickRecord::NOT_PUBLISHED | TickRecord::DROPPED_PUBLISH;
+        if tick.tick.is_multiple_of(PUBLISH_EVERY) && tick.bits & left_out == 0 {
+            let after = tick.stage_ns.get(AFTER_FORCE).unwrap_or_default();
+            let after: u64 = after.iter().map(|&ns| u64::from(ns)).sum();
+            self.force_to_publish.record(after);
+        }
+        let since_ns = tick.scheduled_ns.saturating_sub(start_ns);
+        let at_s = session.before_s + since_ns as f64 / 1e9;
+        self.black_box.note(tick, (at_s * 1e3) as u64);
+        report
+            .timeline
+            .note(at_s, tick.wake_latency_ns, tick.tick_ns);
+    }
+
+    /// The session's end: what follows is another one. Gives its own wake-ups and counts.
+    pub(crate) fn end_session(&mut self, measured_s: f64) -> (Distribution, Counters) {
+        self.black_box.interrupt();
+        let session = core::mem::replace(
+            &mut self.session,
+            Session {
+                before_s: measured_s,
+                ..Session::default()
+            },
+        );
+        self.over.add(session.counters);
+        (session.wake, session.counters)
+    }
+
+    /// Puts what is known so far into the report.
+    pub(crate) fn fill(&self, report: &mut Report) {
+        let mut put = |name: &str, times: &Distribution| {
+            report.times.insert(name.to_owned(), times.clone());
+        };
+        put("wake_latency_ns", &self.wake);
+        put("period_ns", &self.period);
+        put("tick_ns", &self.tick);
+        for (name, stage) in STAGE_NAMES.iter().zip(&self.stages) {
+            put(&format!("stage_ns.{name}"), stage);
+        }
+        put("motion_to_force_ns", &self.motion_to_force);
+        put("force_to_publish_ns", &self.force_to_publish);
+        put("publish_to_display_ns", &self.publish_to_display);
+        let mut all = self.over;
+        all.add(self.session.counters);
+        for (name, count) in [
+            ("ticks", all.ticks),
+            ("deadline_misses", all.deadline_misses),
+            ("overruns", all.overruns),
+            ("allocations_after_start", all.allocations),
+            ("page_faults_after_start", all.page_faults),
+            ("involuntary_switches", all.involuntary_switches),
+            ("timing_batches_lost", self.batches_lost),
+        ] {
+            report.counts.insert(name.to_owned(), count);
+        }
+        report.incidents = self.black_box.incidents();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jitter::report::tests::sample;
+
+    fn batch(sequence: u64, first: u64) -> Box<TimingBatch> {
+        let mut batch: Box<TimingBatch> = bytemuck::allocation::zeroed_box();
+        batch.sequence = sequence;
+        batch.count = 4;
+        batch.ticks = first + 4;
+        batch.deadline_misses = 1;
+        batch.realtime = 7;
+        for (i, record) in (0u64..).zip(batch.records.iter_mut().take(4)) {
+            record.tick = first + i;
+            record.scheduled_ns = 1_000_000 * (1 + first + i);
+            record.wake_latency_ns = 1000 * (1 + i as u32);
+            record.tick_ns = 50_000;
+            record.stage_ns = [1, 2, 3, 4, 5, 600, 7000];
+            record.motion_to_force_ns = if i == 2 { 0 } else { 9000 };
+        }
+        batch
+    }
+
+    #[test]
+    fn figures_follow_from_the_records() {
+        let mut report = sample();
+        let mut tally = Tally::default();
+        tally.take(&batch(0, 0), &mut report);
+        tally.take(&batch(2, 8), &mut report);
+        let (wake, counters) = tally.end_session(1.0);
+        assert_eq!((wake.count(), counters.ticks), (8, 12));
+        tally.take(&batch(0, 0), &mut report);
+        tally.fill(&mut report);
+        let count = |name: &str| report.times[name].count();
+        assert_eq!(count("wake_latency_ns"), 12);
+        assert_eq!(
+            count("period_ns"),
+            3 * 3,
+            "none across a gap or another run"
+        );
+        assert_eq!(count("motion_to_force_ns"), 9, "0: no fresh sample");
+        assert_eq!(count("force_to_publish_ns"), 3);
+        let period = report.times["period_ns"].quantiles();
+        assert!(period.p50.abs_diff(1_001_000) < 1000, "{period:?}");
+        let after = report.times["force_to_publish_ns"].quantiles();
+        assert!(after.p50.abs_diff(7600) < 10);
+        assert_eq!(report.counts["ticks"], 16);
+        assert_eq!(report.counts["deadline_misses"], 2);
+        assert_eq!(report.counts["timing_batches_lost"], 1);
+    }
+
+    #[test]
+    fn a_malformed_batch_is_left_out() {
+        let mut report = sample();
+        let mut tally = Tally::default();
+        let mut bad = batch(0, 0);
+        bad.count = 1000;
+        tally.take(&bad, &mut report);
+        tally.fill(&mut report);
+        assert_eq!(report.times["wake_latency_ns"].count(), 0);
+    }
+}

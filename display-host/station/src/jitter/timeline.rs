@@ -1,0 +1,104 @@
+//! The worst of each step of a run, in constant memory: steps grow with the run.
+
+use serde::{Deserialize, Serialize};
+
+/// Steps that are kept; when they are full, each two become one.
+const STEPS_MAX: usize = 600;
+
+/// Worst wake-up and longest tick of each step of time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Timeline {
+    /// Length of a step, s.
+    pub(crate) step_s: u32,
+    /// (worst wake-up latency, longest tick), ns.
+    pub(crate) worst_ns: Vec<(u32, u32)>,
+}
+
+impl Default for Timeline {
+    fn default() -> Self {
+        Self {
+            step_s: 1,
+            worst_ns: Vec::new(),
+        }
+    }
+}
+
+impl Timeline {
+    /// A tick at `at_s` seconds of measured time.
+    pub(crate) fn note(&mut self, at_s: f64, wake_ns: u32, tick_ns: u32) {
+        let mut step = self.step_of(at_s);
+        while step >= STEPS_MAX {
+            self.coarsen();
+            step = self.step_of(at_s);
+        }
+        if self.worst_ns.len() <= step {
+            self.worst_ns.resize(step + 1, (0, 0));
+        }
+        if let Some(worst) = self.worst_ns.get_mut(step) {
+            *worst = (worst.0.max(wake_ns), worst.1.max(tick_ns));
+        }
+    }
+
+    /// A run of `seconds` is followed by another.
+    pub(crate) fn append(&mut self, seconds: f64, next: &Self) {
+        for (i, &(wake_ns, tick_ns)) in next.worst_ns.iter().enumerate() {
+            let at_s = seconds + i as f64 * f64::from(next.step_s);
+            self.note(at_s, wake_ns, tick_ns);
+        }
+    }
+
+    /// (s, µs) of one of both.
+    pub(crate) fn course(&self, of: fn(&(u32, u32)) -> u32) -> Vec<(f64, f64)> {
+        let steps = self.worst_ns.iter().enumerate();
+        steps
+            .map(|(i, worst)| {
+                (
+                    i as f64 * f64::from(self.step_s),
+                    f64::from(of(worst)) / 1e3,
+                )
+            })
+            .collect()
+    }
+
+    fn step_of(&self, at_s: f64) -> usize {
+        // Saturates; a time is a day at most.
+        (at_s.clamp(0.0, 1e9) / f64::from(self.step_s.max(1))) as usize
+    }
+
+    fn coarsen(&mut self) {
+        self.step_s = self.step_s.max(1).saturating_mul(2);
+        let pairs = self.worst_ns.chunks(2);
+        let worst = |pair: &[(u32, u32)]| {
+            pair.iter()
+                .fold((0, 0), |w, p| (w.0.max(p.0), w.1.max(p.1)))
+        };
+        self.worst_ns = pairs.map(worst).collect();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_day_keeps_its_worst_in_few_steps() {
+        let mut line = Timeline::default();
+        for second in 0..86_400u32 {
+            let worst = if second == 50_000 {
+                9_999_999
+            } else {
+                second % 7
+            };
+            line.note(f64::from(second), worst, 1);
+        }
+        assert!(line.worst_ns.len() <= STEPS_MAX && line.worst_ns.len() > STEPS_MAX / 2);
+        let peak = line.worst_ns.iter().position(|w| w.0 == 9_999_999).unwrap();
+        assert_eq!(peak, 50_000 / line.step_s as usize);
+        let mut twice = line.clone();
+        twice.append(86_400.0, &line);
+        assert_eq!(
+            twice.worst_ns.iter().filter(|w| w.0 == 9_999_999).count(),
+            2
+        );
+    }
+}
