@@ -9,16 +9,16 @@ use std::time::Instant;
 use scene_prepare::mesh::mend;
 use scene_prepare::pack::{Ball, Interior, Quality, isotropy, pack_as_paper, pack_evenly};
 use scene_prepare::recipe::Closing;
-use scene_prepare::shape::Shape;
+use scene_prepare::shape::{Form, Shape};
 use scene_prepare::{Vec3, bind, links, tetra};
 
 type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-const ORGANS: [(&str, Shape, usize, f64); 4] = [
-    ("liver", Shape::Liver, 581, 2207.0),
-    ("gallbladder", Shape::Gallbladder, 475, 1179.0),
-    ("intestine", Shape::Intestine, 383, 754.0),
-    ("stomach", Shape::Stomach, 452, 2050.0),
+const ORGANS: [(&str, Form, usize, f64); 4] = [
+    ("liver", Form::Liver, 581, 2207.0),
+    ("gallbladder", Form::Gallbladder, 475, 1179.0),
+    ("intestine", Form::Intestine, 383, 754.0),
+    ("stomach", Form::Stomach, 452, 2050.0),
 ];
 
 fn main() -> Result<(), Failure> {
@@ -29,7 +29,7 @@ fn main() -> Result<(), Failure> {
 
 /// Fit against count, liver: coverage, gap and shape of both packings.
 fn front() -> Result<(), Failure> {
-    let mended = mend(&Shape::Liver.mesh(), Closing::Refuse)?;
+    let mended = mend(&Shape::from(Form::Liver).mesh(), Closing::Refuse)?;
     println!(
         "liver: packing,spheres,links,tetrahedra,coverage,gap_mean_mm,gap_95_mm,gap_max_mm,protrusion_max_mm,isotropy,build_s"
     );
@@ -80,7 +80,7 @@ fn table() -> Result<(), Failure> {
     for even in [true, false] {
         let mut sum_s = 0.0;
         for (name, shape, count, paper_s) in &ORGANS {
-            let mesh = shape.mesh();
+            let mesh = Shape::from(*shape).mesh();
             let mut clock = Instant::now();
             let mut lap = || {
                 std::mem::replace(&mut clock, Instant::now())

@@ -23,6 +23,7 @@ pub mod recipe;
 pub mod report;
 pub mod shape;
 
+mod attach;
 pub mod bind;
 mod held;
 pub mod links;

@@ -13,7 +13,7 @@ use crate::pack::{self, Ball, Interior, Quality};
 use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, SPHERES_MAX, SPHERES_MIN, Surface};
 use crate::report::{OrganReport, Report};
 use crate::tetra::{self, Tetra};
-use crate::{bind, held, links, room};
+use crate::{attach, bind, held, links, room};
 
 /// How far the preparation is.
 #[derive(Debug, Clone, PartialEq)]
@@ -104,6 +104,10 @@ pub fn prepare(
         doing: "room".into(),
         done: 0.95,
     });
+    let tied = attach::attach(&recipe.organs, &skins, &mut scene)?;
+    for (organ, tied) in report.organs.iter_mut().zip(tied) {
+        organ.attached = tied;
+    }
     scene.room = Some(room::place(recipe, &skins)?);
     // What the processes would refuse is refused here.
     scene.to_bytes()?;
@@ -211,6 +215,8 @@ fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> (Mesh, String) {
 struct Skeleton {
     balls: Vec<Ball>,
     links: Vec<[u32; 2]>,
+    /// Of a tube: which spheres follow each other.
+    steps: Vec<[u32; 2]>,
     tets: Vec<Tetra>,
 }
 
@@ -233,6 +239,7 @@ fn skeleton(plan: &OrganPlan, interior: &Interior<'_>, volume_m3: f64, spheres: 
             let tets = tetra::fill(interior, &balls, volume_m3);
             Skeleton {
                 links: links::link_edges(&balls, &tets),
+                steps: Vec::new(),
                 balls,
                 tets,
             }
@@ -242,6 +249,7 @@ fn skeleton(plan: &OrganPlan, interior: &Interior<'_>, volume_m3: f64, spheres: 
             let tets = tetra::fill(interior, &balls, volume_m3);
             Skeleton {
                 links: links::link(&balls),
+                steps: Vec::new(),
                 balls,
                 tets,
             }
@@ -251,6 +259,7 @@ fn skeleton(plan: &OrganPlan, interior: &Interior<'_>, volume_m3: f64, spheres: 
             Skeleton {
                 links: links::link_line(&line),
                 balls: line.balls,
+                steps: line.steps,
                 tets: Vec::new(),
             }
         }
@@ -318,13 +327,25 @@ fn choose_count(plan: &OrganPlan, surface: &Mended) -> Result<(usize, String), P
 fn build(plan: &OrganPlan, surface: &Mended, first_sphere: u32) -> Result<Organ, PrepareError> {
     let (spheres, because) = choose_count(plan, surface)?;
     let interior = interior(plan, surface, spheres)?;
-    let Skeleton { balls, links, tets } = skeleton(plan, &interior, surface.volume_m3, spheres);
+    let Skeleton {
+        balls,
+        links,
+        steps,
+        tets,
+    } = skeleton(plan, &interior, surface.volume_m3, spheres);
     let mass_kg = plan.material.density_kg_m3 * surface.volume_m3;
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
         quality: Quality::measure(&interior, &surface.mesh, &balls),
-        elastic: elastic::elastic(&balls, &links, &tets, surface.volume_m3, &plan.material),
+        elastic: elastic::elastic(
+            &balls,
+            &links,
+            &steps,
+            &tets,
+            surface.volume_m3,
+            &plan.material,
+        ),
         balls,
         links,
         tets,
@@ -364,6 +385,7 @@ fn figures(plan: &OrganPlan, skin: &Skin, organ: &Organ, held: &[bool]) -> Organ
         spheres: count,
         spheres_because: organ.because.clone(),
         held: held.iter().filter(|held| **held).count(),
+        attached: 0,
         springs: organ.links.len(),
         tetrahedra: organ.tets.len(),
         tetra_shape_min: worst_shape(organ),

@@ -64,6 +64,8 @@ pub struct OrganReport {
     pub spheres_because: String,
     /// Of those, attached to their surroundings.
     pub held: usize,
+    /// Of those, tied to spheres of other organs.
+    pub attached: usize,
     /// Links.
     pub springs: usize,
     /// Tetrahedra between sphere centres; together they carry the organ's whole volume.
@@ -135,7 +137,7 @@ impl fmt::Display for Report {
         writeln!(f, "{}: built in {:.2} s", self.scene, self.build_s)?;
         writeln!(
             f,
-            "{:<14}{:>8}{:>8}{:>7}{:>8}{:>7}{:>8}{:>9}{:>9}{:>9}{:>7}{:>7}{:>9}{:>8}",
+            "{:<14}{:>8}{:>8}{:>7}{:>8}{:>7}{:>8}{:>9}{:>9}{:>9}{:>7}{:>6}{:>6}{:>9}{:>8}",
             "organ",
             "spheres",
             "springs",
@@ -148,13 +150,14 @@ impl fmt::Display for Report {
             "pieces",
             "degree",
             "held",
+            "tied",
             "volume",
             "time"
         )?;
         for o in &self.organs {
             writeln!(
                 f,
-                "{:<14}{:>8}{:>8}{:>7}{:>6.1} %{:>5.1}mm{:>6.1}mm{:>7.2}mm{:>9.2}{:>9}{:>7}{:>7}{:>7.1}mL{:>7.2}s",
+                "{:<14}{:>8}{:>8}{:>7}{:>6.1} %{:>5.1}mm{:>6.1}mm{:>7.2}mm{:>9.2}{:>9}{:>7}{:>6}{:>6}{:>7.1}mL{:>7.2}s",
                 o.name,
                 o.spheres,
                 o.springs,
@@ -167,13 +170,14 @@ impl fmt::Display for Report {
                 o.components,
                 o.min_degree,
                 o.held,
+                o.attached,
                 o.volume_ml,
                 o.build_s
             )?;
         }
         writeln!(
             f,
-            "{:<14}{:>8}{:>8}{:>7}{:>6.1} %{:>5.1}mm{:>6.1}mm{:>7.2}mm{:>9.2}{:>9}{:>7}{:>7}{:>7.1}mL{:>7.2}s",
+            "{:<14}{:>8}{:>8}{:>7}{:>6.1} %{:>5.1}mm{:>6.1}mm{:>7.2}mm{:>9.2}{:>9}{:>7}{:>6}{:>6}{:>7.1}mL{:>7.2}s",
             "all",
             self.spheres,
             self.springs,
@@ -186,6 +190,7 @@ impl fmt::Display for Report {
             self.components,
             self.min_degree,
             self.organs.iter().map(|o| o.held).sum::<usize>(),
+            self.organs.iter().map(|o| o.attached).sum::<usize>(),
             self.volume_ml,
             self.build_s
         )?;

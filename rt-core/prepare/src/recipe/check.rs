@@ -12,7 +12,7 @@ use super::{
 };
 use crate::Vec3;
 use crate::error::RecipeError;
-use crate::shape::Shape;
+use crate::shape::{Anatomy, Shape};
 
 /// Organs of a scene, at most.
 const ORGANS_MAX: usize = rt_core::capacity::MAX_ORGANS;
@@ -127,8 +127,10 @@ pub(super) fn check(text: &str, file: &str, meshes_dir: &Path) -> Result<Recipe,
     }
     let names: Vec<String> = raw.organ.iter().map(|organ| organ.name.clone()).collect();
     let mut organs = Vec::new();
+    check_anatomy(&place, &raw.anatomy)?;
     for (index, organ) in raw.organ.into_iter().enumerate() {
-        organs.push(check_organ(&place, index, organ, &names, meshes_dir)?);
+        let organ = check_organ(&place, index, organ, &names, meshes_dir, raw.anatomy)?;
+        organs.push(organ);
     }
     let total: usize = organs.iter().map(|organ| organ.spheres).sum();
     if total > SPHERES_MAX {
@@ -142,12 +144,25 @@ pub(super) fn check(text: &str, file: &str, meshes_dir: &Path) -> Result<Recipe,
     })
 }
 
+fn check_anatomy(place: &Place<'_>, anatomy: &Anatomy) -> Result<(), RecipeError> {
+    for (organ, build) in anatomy.builds() {
+        let path = |key| [Step::Key("anatomy"), Step::Key(organ), Step::Key(key)];
+        place.number(&path("size"), build.size, 0.7..=1.4)?;
+        place.number(&path("width"), build.width, 0.5..=2.0)?;
+        for mm in build.shift_mm {
+            place.number(&path("shift_mm"), mm, -30.0..=30.0)?;
+        }
+    }
+    Ok(())
+}
+
 fn check_organ(
     place: &Place<'_>,
     index: usize,
     raw: OrganRaw,
     names: &[String],
     meshes_dir: &Path,
+    anatomy: Anatomy,
 ) -> Result<OrganPlan, RecipeError> {
     let at = |key: &'static str| [Step::Key("organ"), Step::Index(index), Step::Key(key)];
     name_is_usable(&raw.name, 31).map_err(|problem| place.error(&at("name"), problem))?;
@@ -173,7 +188,7 @@ fn check_organ(
             unit_m: Some(unit_m * scale),
         },
         (None, Some(table)) => {
-            let shape = Shape::from_table(table);
+            let shape = Shape::from_table(table, anatomy);
             Surface::Shape(shape.map_err(|problem| place.error(&at("shape"), problem))?)
         }
         _ => {
@@ -200,6 +215,15 @@ fn check_organ(
         let path = [at("held")[0], at("held")[1], at("held")[2], Step::Index(i)];
         check_region(place, &path, region, &raw.name, names)?;
     }
+    for (i, attached) in raw.attached.iter().enumerate() {
+        let [organ, index, key] = at("attached");
+        let path = [organ, index, key, Step::Index(i)];
+        if attached.to == raw.name || !names.contains(&attached.to) {
+            let problem = format!("'{}' is not another organ of this recipe", attached.to);
+            return Err(place.error(&path, problem));
+        }
+        place.number(&path, attached.within_m, 0.0..=0.1)?;
+    }
     Ok(OrganPlan {
         material: check_material(place, index, kind, &raw.material)?,
         name: raw.name,
@@ -213,6 +237,7 @@ fn check_organ(
         breath_m: Vec3::from(breath_mm) * 1e-3,
         packing: raw.packing.unwrap_or_else(|| default_packing(kind)),
         held: raw.held,
+        attached: raw.attached,
     })
 }
 
@@ -426,6 +451,7 @@ pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, Recip
             packing: Packing::Even,
             material: Material::typical(kind),
             held: vec![Region::Base(0.15)],
+            attached: Vec::new(),
         }],
     })
 }

@@ -102,6 +102,18 @@ pub struct OrganPlan {
     pub material: Material,
     /// Spheres whose centre is in one of these are attached to the surroundings.
     pub held: Vec<Region>,
+    /// What it is grown to.
+    pub attached: Vec<Attached>,
+}
+
+/// Another organ that this one is grown to.
+#[derive(Debug, Clone, PartialEq, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Attached {
+    /// That organ's name.
+    pub to: String,
+    /// Spheres whose surface is no farther than this from its skin are tied to it, m.
+    pub within_m: f64,
 }
 
 /// Where an organ's surface comes from.

@@ -2,7 +2,8 @@
 
 use serde::Deserialize;
 
-use super::{Closing, Packing, Pieces, Region, Unit};
+use super::{Attached, Closing, Packing, Pieces, Region, Unit};
+use crate::shape::Anatomy;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -10,6 +11,8 @@ pub(super) struct RecipeRaw {
     pub(super) name: String,
     #[serde(default)]
     pub(super) room: RoomRaw,
+    #[serde(default)]
+    pub(super) anatomy: Anatomy,
     #[serde(default)]
     pub(super) organ: Vec<OrganRaw>,
 }
@@ -66,6 +69,8 @@ pub(super) struct OrganRaw {
     pub(super) material: MaterialRaw,
     #[serde(default)]
     pub(super) held: Vec<Region>,
+    #[serde(default)]
+    pub(super) attached: Vec<Attached>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -1,33 +1,56 @@
-//! The gallbladder: a pear 8 cm long that hangs under the liver, fundus to the front.
+//! The gallbladder: a pear 8 cm long that hangs under the liver, fundus to the front; and the
+//! connective tissue between it and its bed.
 
-use std::sync::LazyLock;
-
-use super::primitive::Tube;
+use super::anatomy::Bodies;
+use super::primitive::{Through, ball, join, meet};
 use crate::Vec3;
 
-pub(super) const BOUNDS: [[f64; 3]; 2] = [[-0.105, 0.230, -0.075], [-0.035, 0.315, 0.030]];
 /// Length of a triangle's side.
 pub(super) const EDGE_M: f64 = 0.0021;
+/// Of the connective tissue, which is thin.
+pub(super) const TISSUE_EDGE_M: f64 = 0.0012;
 
-/// Centre line and radius: fundus, body, infundibulum with its pouch, neck.
-static BODY: LazyLock<Tube> = LazyLock::new(|| {
-    Tube::new(
-        &[
-            ([-0.0725, 0.2618, -0.0068], 0.0125),
-            ([-0.0694, 0.2665, -0.0127], 0.0150),
-            ([-0.0648, 0.2735, -0.0214], 0.0158),
-            ([-0.0595, 0.2815, -0.0314], 0.0145),
-            ([-0.0548, 0.2886, -0.0401], 0.0118),
-            ([-0.0514, 0.2930, -0.0466], 0.0098),
-            ([-0.0483, 0.2971, -0.0524], 0.0088),
-            ([-0.0455, 0.3022, -0.0577], 0.0060),
-            ([-0.0434, 0.3070, -0.0618], 0.0038),
-            ([-0.0415, 0.3108, -0.0653], 0.0030),
-        ],
-        8,
+/// The fossa is this much wider than the gallbladder that lies in it, m.
+pub(super) const FOSSA_GAP_M: f64 = 0.0026;
+/// Between the connective tissue and either of them.
+const TISSUE_GAP_M: f64 = 0.0002;
+
+/// Centre line and radius: fundus, body, infundibulum, neck.
+pub(super) const LINE: &[Through] = &[
+    ([-0.0725, 0.2618, -0.0068], 0.0125),
+    ([-0.0694, 0.2665, -0.0127], 0.0150),
+    ([-0.0648, 0.2735, -0.0214], 0.0158),
+    ([-0.0595, 0.2815, -0.0314], 0.0145),
+    ([-0.0548, 0.2886, -0.0401], 0.0118),
+    ([-0.0514, 0.2930, -0.0466], 0.0096),
+    ([-0.0483, 0.2971, -0.0524], 0.0082),
+    ([-0.0455, 0.3022, -0.0577], 0.0056),
+    ([-0.0434, 0.3070, -0.0618], 0.0036),
+    ([-0.0415, 0.3108, -0.0653], 0.0030),
+];
+/// Hartmann's pouch: the infundibulum's bulge towards the duodenum; centre and radius.
+pub(super) const POUCH: ([f64; 3], f64) = ([-0.0470, 0.2925, -0.0545], 0.0072);
+
+pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
+    let (pouch, radius) = bodies.pouch;
+    join(
+        bodies.gallbladder.distance(p),
+        ball(p, pouch.into(), radius),
+        0.007,
     )
-});
+}
 
-pub(super) fn distance(p: &Vec3) -> f64 {
-    BODY.distance(p)
+/// The layer in the fossa, out to the liver's surface.
+pub(super) fn tissue(bodies: &Bodies, p: &Vec3) -> f64 {
+    let room = FOSSA_GAP_M - 2.0 * TISSUE_GAP_M;
+    let thickness = room * bodies.anatomy.connective_tissue.width.min(1.0);
+    let middle = TISSUE_GAP_M + room / 2.0;
+    let from_gallbladder = distance(bodies, p);
+    let layer = (from_gallbladder - middle).abs() - thickness / 2.0;
+    // Far off, the liver takes nothing from it.
+    if layer > 0.004 {
+        layer
+    } else {
+        meet(layer, bodies.liver_body(p) + 0.003, 0.001)
+    }
 }

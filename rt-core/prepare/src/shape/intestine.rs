@@ -1,42 +1,43 @@
-//! A length of small intestine below the liver: loops that lie side by side.
+//! A length of small intestine below the liver: loops that lie side by side and wander.
 
-use std::sync::LazyLock;
+use super::primitive::Through;
 
-use super::primitive::Tube;
-use crate::Vec3;
-
-pub(super) const BOUNDS: [[f64; 3]; 2] = [[-0.125, 0.110, -0.125], [0.100, 0.240, -0.045]];
 /// Length of a triangle's side.
 pub(super) const EDGE_M: f64 = 0.0042;
 
 const RADIUS_M: f64 = 0.0115;
+/// Height of the uppermost row, and from one row to the next, m.
+const TOP_M: f64 = 0.152;
+const ROW_M: f64 = 0.0320;
+const ROWS: usize = 4;
+/// Points of a row, and half its length.
+const POINTS: usize = 8;
+const HALF_M: f64 = 0.076;
 
-static LOOPS: LazyLock<Tube> = LazyLock::new(|| {
-    Tube::new(
-        &[
-            ([-0.092, 0.214, -0.104], RADIUS_M),
-            ([-0.060, 0.222, -0.096], RADIUS_M * 1.05),
-            ([-0.022, 0.212, -0.100], RADIUS_M * 0.96),
-            ([0.014, 0.206, -0.096], RADIUS_M),
-            ([0.046, 0.212, -0.100], RADIUS_M * 1.04),
-            ([0.076, 0.200, -0.096], RADIUS_M),
-            ([0.082, 0.176, -0.084], RADIUS_M * 0.97),
-            ([0.056, 0.166, -0.074], RADIUS_M),
-            ([0.018, 0.174, -0.068], RADIUS_M * 1.05),
-            ([-0.018, 0.168, -0.074], RADIUS_M),
-            ([-0.052, 0.178, -0.066], RADIUS_M * 0.96),
-            ([-0.088, 0.176, -0.074], RADIUS_M * 1.03),
-            ([-0.108, 0.156, -0.076], RADIUS_M),
-            ([-0.092, 0.134, -0.072], RADIUS_M),
-            ([-0.054, 0.138, -0.064], RADIUS_M * 1.04),
-            ([-0.014, 0.130, -0.070], RADIUS_M),
-            ([0.022, 0.136, -0.062], RADIUS_M * 0.97),
-            ([0.056, 0.128, -0.068], RADIUS_M),
-        ],
-        6,
-    )
-});
-
-pub(super) fn distance(p: &Vec3) -> f64 {
-    LOOPS.distance(p)
+/// The centre line, from the upper left to the lower end: rows, each wave of one nested into the
+/// next, bulging to the front in the middle, ends round.
+pub(super) fn line() -> Vec<Through> {
+    let mut line = Vec::new();
+    for row in 0..ROWS {
+        for i in 0..POINTS {
+            let along = i as f64 / (POINTS - 1) as f64 * 2.0 - 1.0;
+            let x = if row % 2 == 0 { along } else { -along } * HALF_M;
+            let wave = (95.0 * x + 0.8).sin();
+            let y = TOP_M - ROW_M * row as f64 + 0.0045 * wave;
+            let z = -0.094
+                + 0.020 * (1.0 - (x / HALF_M).powi(2))
+                + 0.004 * (61.0 * x + row as f64).cos()
+                + 0.006 * row as f64;
+            let radius = RADIUS_M * (1.0 + 0.05 * (150.0 * x + 2.0 * row as f64).sin());
+            line.push(([x - 0.012, y, z], radius));
+        }
+        if row + 1 < ROWS {
+            let side = if row % 2 == 0 { 1.0 } else { -1.0 };
+            let x = side * (HALF_M + 0.014);
+            let y =
+                TOP_M - ROW_M * (row as f64 + 0.5) + 0.0045 * (95.0 * side * HALF_M + 0.8).sin();
+            line.push(([x - 0.012, y, -0.092 + 0.006 * row as f64], RADIUS_M));
+        }
+    }
+    line
 }

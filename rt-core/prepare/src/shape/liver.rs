@@ -3,20 +3,18 @@
 //! the sharp inferior edge; the gallbladder's fossa, the porta hepatis, the notch of the round
 //! ligament.
 
-use super::gallbladder;
+use super::anatomy::{Bodies, Build};
+use super::gallbladder::{self, FOSSA_GAP_M};
 use super::primitive::{Tube, ball, carve, ellipsoid, half_space, join, meet};
 use crate::Vec3;
 use std::sync::LazyLock;
 
-pub(super) const BOUNDS: [[f64; 3]; 2] = [[-0.165, 0.235, -0.165], [0.135, 0.455, 0.045]];
 /// Length of a triangle's side.
 pub(super) const EDGE_M: f64 = 0.0037;
 
 /// The body is drawn, then scaled about this point to a healthy adult's volume.
 const MIDDLE: [f64; 3] = [-0.062, 0.290, -0.030];
 const SIZE: f64 = 0.94;
-/// The fossa is this much wider than the gallbladder that lies in it.
-const FOSSA_GAP_M: f64 = 0.0012;
 
 /// Spine and vena cava.
 static SPINE: LazyLock<Tube> = LazyLock::new(|| {
@@ -51,13 +49,31 @@ static PORTA: LazyLock<Tube> = LazyLock::new(|| {
     )
 });
 
-pub(super) fn distance(p: &Vec3) -> f64 {
+/// Where it lies, as drawn.
+const BOUNDS: [[f64; 3]; 2] = [[-0.165, 0.235, -0.165], [0.135, 0.455, 0.045]];
+
+/// Where it lies.
+pub(super) fn bounds(build: &Build) -> [Vec3; 2] {
     let middle = Vec3::from(MIDDLE);
-    let body = SIZE * body(&(middle + (p - middle) / SIZE));
-    carve(body, gallbladder::distance(p) - FOSSA_GAP_M, 0.006)
+    BOUNDS.map(|corner| build.place(&Vec3::from(corner), &middle))
 }
 
-fn body(p: &Vec3) -> f64 {
+pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
+    carve(
+        bodies.liver_body(p),
+        gallbladder::distance(bodies, p) - FOSSA_GAP_M,
+        0.006,
+    )
+}
+
+/// The liver without its fossa.
+pub(super) fn body(p: &Vec3, build: &Build) -> f64 {
+    let middle = Vec3::from(MIDDLE);
+    let size = SIZE * build.size;
+    size * drawn(&(middle + (p - build.shift_m() - middle) / size))
+}
+
+fn drawn(p: &Vec3) -> f64 {
     let right = ellipsoid(p, [-0.070, 0.345, -0.066], [0.068, 0.086, 0.068]);
     let middle = ellipsoid(p, [-0.012, 0.338, -0.040], [0.070, 0.066, 0.048]);
     let left = ellipsoid(p, [0.060, 0.345, -0.028], [0.070, 0.037, 0.030]);

@@ -2,6 +2,8 @@
 //!
 //! Axes as in the atlas: x to the patient's left, y to the head, z to the front; metres.
 
+mod anatomy;
+mod fat;
 mod gallbladder;
 mod intestine;
 mod liver;
@@ -10,80 +12,125 @@ mod skin;
 mod stomach;
 mod vessel;
 
+pub use anatomy::{Anatomy, Build, Course};
 pub use skin::skin;
-pub use vessel::Course;
 
 use serde::Deserialize;
 
 use crate::Vec3;
 use crate::mesh::Mesh;
+use anatomy::Bodies;
 
-/// A procedural organ, as the recipe's `shape` table names it.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(tag = "form", rename_all = "kebab-case", deny_unknown_fields)]
-pub enum Shape {
+/// An organ that we can make.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Form {
     /// A liver with its gallbladder fossa.
     Liver,
     /// A gallbladder with fundus, body, infundibulum and neck, in that fossa.
     Gallbladder,
     /// A stomach under the liver's left lobe.
     Stomach,
+    /// From the pylorus, around to the right.
+    Duodenum,
     /// Loops of small intestine below the liver.
     Intestine,
     /// From the gallbladder's neck to the bile duct.
-    CysticDuct {
-        /// How it runs.
-        #[serde(default)]
-        course: Course,
-    },
+    CysticDuct,
     /// From the liver to the duodenum.
     BileDuct,
     /// To the liver, beside the bile duct.
     HepaticArtery,
     /// From the hepatic artery to the gallbladder.
-    CysticArtery {
-        /// How it runs.
-        #[serde(default)]
-        course: Course,
-    },
+    CysticArtery,
+    /// Fat in and over Calot's triangle.
+    Fat,
+    /// Between the gallbladder and the liver.
+    ConnectiveTissue,
+}
+
+/// A procedural organ: the recipe's `shape` table, with its `[anatomy]`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shape {
+    /// Which organ.
+    pub form: Form,
+    /// Sizes and places of all.
+    pub anatomy: Anatomy,
+}
+
+/// The `shape` table as it is written.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ShapeRaw {
+    form: Form,
+}
+
+impl From<Form> for Shape {
+    /// In the usual anatomy.
+    fn from(form: Form) -> Self {
+        let anatomy = Anatomy::default();
+        Self { form, anatomy }
+    }
 }
 
 impl Shape {
-    pub(crate) fn from_table(table: toml::Table) -> Result<Self, String> {
-        table
-            .try_into()
-            .map_err(|error: toml::de::Error| error.message().to_owned())
-    }
-
-    /// Negative inside; near the surface about the distance, m.
-    #[must_use]
-    pub fn distance(&self, p: &Vec3) -> f64 {
-        match self {
-            Self::Liver => liver::distance(p),
-            Self::Gallbladder => gallbladder::distance(p),
-            Self::Stomach => stomach::distance(p),
-            Self::Intestine => intestine::distance(p),
-            Self::CysticDuct { course } => vessel::cystic_duct(*course).distance(p),
-            Self::BileDuct => vessel::bile_duct().distance(p),
-            Self::HepaticArtery => vessel::hepatic_artery().distance(p),
-            Self::CysticArtery { course } => vessel::cystic_artery(*course).distance(p),
-        }
+    pub(crate) fn from_table(table: toml::Table, anatomy: Anatomy) -> Result<Self, String> {
+        let raw: Result<ShapeRaw, _> = table.try_into();
+        let raw = raw.map_err(|error: toml::de::Error| error.message().to_owned())?;
+        let form = raw.form;
+        Ok(Self { form, anatomy })
     }
 
     /// The surface as triangles.
     #[must_use]
     pub fn mesh(&self) -> Mesh {
-        let of_vessel = |vessel: &vessel::Vessel| (vessel.bounds, vessel.edge_m);
-        let (bounds, edge_m) = match self {
-            Self::Liver => (liver::BOUNDS.map(Vec3::from), liver::EDGE_M),
-            Self::Gallbladder => (gallbladder::BOUNDS.map(Vec3::from), gallbladder::EDGE_M),
-            Self::Stomach => (stomach::BOUNDS.map(Vec3::from), stomach::EDGE_M),
-            Self::Intestine => (intestine::BOUNDS.map(Vec3::from), intestine::EDGE_M),
-            Self::CysticDuct { course } => of_vessel(vessel::cystic_duct(*course)),
-            Self::BileDuct => of_vessel(vessel::bile_duct()),
-            Self::HepaticArtery => of_vessel(vessel::hepatic_artery()),
-            Self::CysticArtery { course } => of_vessel(vessel::cystic_artery(*course)),
+        let bodies = Bodies::new(&self.anatomy);
+        let (bounds, edge_m) = self.extent(&bodies);
+        skin(&|p: &Vec3| self.distance(&bodies, p), bounds, edge_m)
+    }
+
+    /// Negative inside; near the surface about the distance, m.
+    fn distance(&self, bodies: &Bodies, p: &Vec3) -> f64 {
+        match self.form {
+            Form::Liver => liver::distance(bodies, p),
+            Form::Gallbladder => gallbladder::distance(bodies, p),
+            Form::Stomach => stomach::distance(bodies, p),
+            Form::Duodenum => stomach::duodenum(bodies, p),
+            Form::Intestine => bodies.intestine.distance(p),
+            Form::CysticDuct => vessel::distance(bodies, &bodies.cystic_duct, p),
+            Form::BileDuct => vessel::distance(bodies, &bodies.bile_duct, p),
+            Form::HepaticArtery => vessel::distance(bodies, &bodies.hepatic_artery, p),
+            Form::CysticArtery => vessel::distance(bodies, &bodies.cystic_artery, p),
+            Form::Fat => fat::distance(bodies, p),
+            Form::ConnectiveTissue => gallbladder::tissue(bodies, p),
+        }
+    }
+
+    /// A box around it, and the length of a triangle's side.
+    fn extent(&self, bodies: &Bodies) -> ([Vec3; 2], f64) {
+        let around = |tube: &primitive::Tube, margin: f64| {
+            let [low, high] = tube.bounds();
+            [low.add_scalar(-margin), high.add_scalar(margin)]
         };
-        skin(&|p: &Vec3| self.distance(p), bounds, edge_m)
+        let of_vessel = |tube: &primitive::Tube| {
+            let widest = tube.widest();
+            (around(tube, widest), 0.45 * widest)
+        };
+        match self.form {
+            Form::Liver => (liver::bounds(&self.anatomy.liver), liver::EDGE_M),
+            Form::Gallbladder => (around(&bodies.gallbladder, 0.006), gallbladder::EDGE_M),
+            Form::ConnectiveTissue => (
+                around(&bodies.gallbladder, 0.008),
+                gallbladder::TISSUE_EDGE_M,
+            ),
+            Form::Stomach => (around(&bodies.stomach, 0.006), stomach::EDGE_M),
+            Form::Duodenum => (around(&bodies.duodenum, 0.006), stomach::DUODENUM_EDGE_M),
+            Form::Intestine => (around(&bodies.intestine, 0.006), intestine::EDGE_M),
+            Form::Fat => (around(&bodies.fat, 0.003), fat::EDGE_M),
+            Form::CysticDuct => of_vessel(&bodies.cystic_duct),
+            Form::BileDuct => of_vessel(&bodies.bile_duct),
+            Form::HepaticArtery => of_vessel(&bodies.hepatic_artery),
+            Form::CysticArtery => of_vessel(&bodies.cystic_artery),
+        }
     }
 }

@@ -41,6 +41,9 @@ pub(super) fn half_space(p: &Vec3, point: [f64; 3], outward: [f64; 3]) -> f64 {
     (p - Vec3::from(point)).dot(&Vec3::from(outward).normalize())
 }
 
+/// A point of a centre line and the radius there.
+pub(super) type Through = ([f64; 3], f64);
+
 /// A curve with a radius along it: Catmull–Rom through its points, drawn as round cones.
 #[derive(Debug, Clone)]
 pub(super) struct Tube {
@@ -54,7 +57,7 @@ const FAR_M: f64 = 0.03;
 
 impl Tube {
     /// Through these points with these radii, `steps` cones between two of them.
-    pub(super) fn new(through: &[([f64; 3], f64)], steps: usize) -> Self {
+    pub(super) fn new(through: &[Through], steps: usize) -> Self {
         let knot = |i: isize| {
             let i = i.clamp(0, through.len() as isize - 1) as usize;
             let (p, r) = through[i];
@@ -84,6 +87,21 @@ impl Tube {
             points,
             around: (middle, reach),
         }
+    }
+
+    /// The box around it.
+    pub(super) fn bounds(&self) -> [Vec3; 2] {
+        let low = self.points.iter().map(|(p, r)| p.add_scalar(-r));
+        let high = self.points.iter().map(|(p, r)| p.add_scalar(*r));
+        [
+            low.reduce(|a, b| a.inf(&b)).unwrap_or_default(),
+            high.reduce(|a, b| a.sup(&b)).unwrap_or_default(),
+        ]
+    }
+
+    /// The largest radius.
+    pub(super) fn widest(&self) -> f64 {
+        self.points.iter().map(|(_, r)| *r).fold(0.0, f64::max)
     }
 
     /// About the distance to the tube: to the nearest cone, its radius taken at the foot of the

@@ -1,0 +1,171 @@
+//! Sizes and places of the built-in organs, and the bodies that follow from them.
+
+use serde::Deserialize;
+
+use super::primitive::{Through, Tube};
+use super::{fat, gallbladder, intestine, liver, stomach, vessel};
+use crate::Vec3;
+
+/// How the cystic duct and the cystic artery run.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Course {
+    /// As in most people: the duct joins halfway, the artery crosses behind the bile duct.
+    #[default]
+    Usual,
+    /// The duct runs along the bile duct and joins low; the artery crosses in front.
+    Variant,
+}
+
+/// Size and place of one organ, beside its usual ones.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Build {
+    /// All lengths, about the organ's middle; 0.7..=1.4.
+    pub size: f64,
+    /// Thickness alone, of what has a centre line; of fat and connective tissue, that of the
+    /// layer; 0.5..=2.
+    pub width: f64,
+    /// How far it stands from its usual place, mm; each within 30. The ends of cystic duct and
+    /// cystic artery stay where they join, so only their middles go.
+    pub shift_mm: [f64; 3],
+}
+
+impl Default for Build {
+    fn default() -> Self {
+        Self {
+            size: 1.0,
+            width: 1.0,
+            shift_mm: [0.0; 3],
+        }
+    }
+}
+
+impl Build {
+    pub(super) fn shift_m(&self) -> Vec3 {
+        Vec3::from(self.shift_mm) * 1e-3
+    }
+
+    /// Where a point of an organ with this middle goes.
+    pub(super) fn place(&self, p: &Vec3, middle: &Vec3) -> Vec3 {
+        middle + (p - middle) * self.size + self.shift_m()
+    }
+
+    /// A centre line as this organ has it.
+    pub(super) fn line(&self, usual: &[Through]) -> Vec<Through> {
+        let middle = middle(usual);
+        let place = |&(p, radius): &Through| {
+            let placed = self.place(&Vec3::from(p), &middle);
+            (placed.into(), radius * self.size * self.width)
+        };
+        usual.iter().map(place).collect()
+    }
+
+    /// A centre line whose ends follow what they join: they go as given, its middle by its own
+    /// shift beside.
+    fn line_between(&self, usual: &[Through], first: Vec3, last: Vec3) -> Vec<Through> {
+        let steps = (usual.len() - 1) as f64;
+        let place = |(i, &(p, radius)): (usize, &Through)| {
+            let t = i as f64 / steps;
+            let by = first * (1.0 - t) + last * t + self.shift_m() * (4.0 * t * (1.0 - t));
+            ((Vec3::from(p) + by).into(), radius * self.size * self.width)
+        };
+        usual.iter().enumerate().map(place).collect()
+    }
+}
+
+pub(super) fn middle(line: &[Through]) -> Vec3 {
+    line.iter().map(|(p, _)| Vec3::from(*p)).sum::<Vec3>() / line.len() as f64
+}
+
+/// The `[anatomy]` table of a recipe.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Deserialize)]
+#[serde(default, deny_unknown_fields, rename_all = "kebab-case")]
+#[allow(missing_docs)]
+pub struct Anatomy {
+    pub course: Course,
+    pub liver: Build,
+    pub gallbladder: Build,
+    pub stomach: Build,
+    pub duodenum: Build,
+    pub intestine: Build,
+    pub cystic_duct: Build,
+    pub bile_duct: Build,
+    pub hepatic_artery: Build,
+    pub cystic_artery: Build,
+    pub fat: Build,
+    pub connective_tissue: Build,
+}
+
+impl Anatomy {
+    /// Every organ's build, by the name of its form.
+    #[must_use]
+    pub fn builds(&self) -> [(&'static str, &Build); 11] {
+        [
+            ("liver", &self.liver),
+            ("gallbladder", &self.gallbladder),
+            ("stomach", &self.stomach),
+            ("duodenum", &self.duodenum),
+            ("intestine", &self.intestine),
+            ("cystic-duct", &self.cystic_duct),
+            ("bile-duct", &self.bile_duct),
+            ("hepatic-artery", &self.hepatic_artery),
+            ("cystic-artery", &self.cystic_artery),
+            ("fat", &self.fat),
+            ("connective-tissue", &self.connective_tissue),
+        ]
+    }
+}
+
+/// The organs' bodies: what distances are measured to.
+pub(super) struct Bodies {
+    pub(super) anatomy: Anatomy,
+    pub(super) gallbladder: Tube,
+    pub(super) pouch: (Vec3, f64),
+    pub(super) stomach: Tube,
+    pub(super) duodenum: Tube,
+    pub(super) intestine: Tube,
+    pub(super) cystic_duct: Tube,
+    pub(super) bile_duct: Tube,
+    pub(super) hepatic_artery: Tube,
+    pub(super) cystic_artery: Tube,
+    pub(super) fat: Tube,
+}
+
+impl Bodies {
+    pub(super) fn new(anatomy: &Anatomy) -> Self {
+        let a = anatomy;
+        let variant = a.course == Course::Variant;
+        let usual = gallbladder::LINE;
+        let line = a.gallbladder.line(usual);
+        let end = |line: &[Through]| line.last().map_or(Vec3::zeros(), |(p, _)| Vec3::from(*p));
+        let neck = end(&line) - end(usual);
+        let pouch = a
+            .gallbladder
+            .place(&Vec3::from(gallbladder::POUCH.0), &middle(usual));
+        let duct = vessel::cystic_duct(variant);
+        let artery = vessel::cystic_artery(variant);
+        let (bile, hepatic) = (a.bile_duct.shift_m(), a.hepatic_artery.shift_m());
+        Self {
+            anatomy: *a,
+            gallbladder: Tube::new(&line, 8),
+            pouch: (
+                pouch,
+                gallbladder::POUCH.1 * a.gallbladder.size * a.gallbladder.width,
+            ),
+            stomach: Tube::new(&a.stomach.line(stomach::LINE), 6),
+            duodenum: Tube::new(&a.duodenum.line(stomach::DUODENUM), 6),
+            intestine: Tube::new(&a.intestine.line(&intestine::line()), 4),
+            cystic_duct: Tube::new(&a.cystic_duct.line_between(duct, neck, bile), 6),
+            bile_duct: Tube::new(&a.bile_duct.line(vessel::BILE_DUCT), 6),
+            hepatic_artery: Tube::new(&a.hepatic_artery.line(vessel::HEPATIC_ARTERY), 6),
+            cystic_artery: Tube::new(&a.cystic_artery.line_between(artery, hepatic, neck), 6),
+            fat: Tube::new(&a.fat.line(fat::LINE), 4),
+        }
+    }
+
+    /// The liver without its fossa.
+    pub(super) fn liver_body(&self, p: &Vec3) -> f64 {
+        liver::body(p, &self.anatomy.liver)
+    }
+}
