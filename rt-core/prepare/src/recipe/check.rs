@@ -189,7 +189,8 @@ fn check_organ(
         },
         (None, Some(table)) => {
             let shape = Shape::from_table(table, anatomy);
-            Surface::Shape(shape.map_err(|problem| place.error(&at("shape"), problem))?)
+            let shape = shape.map_err(|problem| place.error(&at("shape"), problem))?;
+            Surface::Shape(Box::new(shape))
         }
         _ => {
             let problem = "needs either `mesh = \"FILE\"` or `shape = { … }`, and not both";

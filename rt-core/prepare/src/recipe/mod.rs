@@ -129,7 +129,7 @@ pub enum Surface {
         unit_m: Option<f64>,
     },
     /// A shape of our own.
-    Shape(Shape),
+    Shape(Box<Shape>),
 }
 
 /// What to do with an open surface.
