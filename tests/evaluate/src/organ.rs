@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::{Rotation3, Vector3};
 use scene_prepare::mesh::{Mesh, mend, read};
 use scene_prepare::recipe::Closing;
-use scene_prepare::shape::{Shape, skin};
+use scene_prepare::shape::{Form, Shape, skin};
 
 type Point = Vector3<f64>;
 
@@ -41,7 +41,7 @@ impl Organ {
     pub(crate) fn mesh(self) -> Result<Mesh, String> {
         match self {
             Self::Liver => Ok(skin(&liver, LIVER_BOUNDS.map(Point::from), 0.0035)),
-            Self::Gallbladder => Ok(Shape::Gallbladder.mesh()),
+            Self::Gallbladder => Ok(Shape::from(Form::Gallbladder).mesh()),
             Self::Atlas => {
                 let folder = std::env::var_os(ANATOMY).ok_or(format!("{ANATOMY} is not set"))?;
                 let path = Path::new(&folder).join("derived/liver_8128.obj");
