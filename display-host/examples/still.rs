@@ -1,6 +1,6 @@
 //! Draws one picture of a compiled scene, pressed in where its scripted hand works:
 //! `cargo run -p display-host --example still -- [SCENE] [--size WxH] [--dent M] [--jaw 0..1]
-//! [--instrument 0..3] [--eye X,Y,Z] [--at X,Y,Z] [--out FILE]`.
+//! [--instrument 0..3] [--eye X,Y,Z] [--at X,Y,Z] [--live] [--out FILE]`.
 //! Without a scene it draws the tests' blobs.
 
 #[path = "../tests/support/mod.rs"]
@@ -19,12 +19,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut scene = None;
     let (mut dent_m, mut jaw, mut instrument) = (0.010f32, 0.4f32, 0u32);
     let (mut out, mut size) = (PathBuf::from("still.png"), None);
-    let (mut eye, mut at) = (None, None);
+    let (mut eye, mut at, mut live) = (None, None, false);
     let mut arguments = std::env::args().skip(1);
     while let Some(argument) = arguments.next() {
         let mut value = || arguments.next().ok_or(format!("{argument} needs a value"));
         match argument.as_str() {
             "--dent" => dent_m = value()?.parse()?,
+            "--live" => live = true,
             "--jaw" => jaw = value()?.parse()?,
             "--instrument" => instrument = value()?.parse()?,
             "--out" => out = value()?.into(),
@@ -81,12 +82,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     let start = Instant::now();
     let gpu = Gpu::open()?;
-    let mut quality = Quality::for_adapter(&gpu);
+    let mut quality = match live {
+        true => Quality::live(&gpu),
+        false => Quality::for_adapter(&gpu),
+    };
     quality.size = size.unwrap_or(quality.size);
     let mut renderer = Renderer::new(&gpu, &scene, quality)?;
     println!("{}: ready after {:.2?}", gpu.describe(), start.elapsed());
     let spheres = state.spheres().ok_or("state is malformed")?;
-    for _ in 0..2 {
+    for _ in 0..4 {
         let start = Instant::now();
         renderer.render(&gpu, spheres, &tools, 0.0);
         gpu.wait("drawing")?;

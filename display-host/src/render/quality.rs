@@ -39,7 +39,27 @@ impl Quality {
         size: [640, 480],
     };
 
-    /// What fits an adapter.
+    /// For a window on a software driver: a frame takes a seventh of the time.
+    pub const SOFTWARE_LIVE: Self = Self {
+        detail: 1,
+        shadow_side: Some(384),
+        bloom: false,
+        samples: 1,
+        size: [480, 360],
+        ..Self::SOFTWARE
+    };
+
+    /// What fits an adapter for a window, where frames follow each other.
+    #[must_use]
+    pub fn live(gpu: &Gpu) -> Self {
+        if gpu.is_software() {
+            Self::SOFTWARE_LIVE
+        } else {
+            Self::GPU
+        }
+    }
+
+    /// What fits an adapter for a picture, which may take its time.
     #[must_use]
     pub fn for_adapter(gpu: &Gpu) -> Self {
         if gpu.is_software() {

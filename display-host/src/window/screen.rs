@@ -72,7 +72,7 @@ impl Screen {
         let gpu = Gpu::from_instance(instance, Some(&surface))?;
         let surface_config = configure(&surface, &gpu, window.inner_size())
             .ok_or_else(|| no_window("the adapter cannot draw on this screen".into()))?;
-        let renderer = Renderer::new(&gpu, scene, Quality::for_adapter(&gpu))?;
+        let renderer = Renderer::new(&gpu, scene, Quality::live(&gpu))?;
         let mut painter = egui_wgpu::Renderer::new(
             &gpu.device,
             surface_config.format,
