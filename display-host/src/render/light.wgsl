@@ -17,7 +17,7 @@ struct Look {
   slope: vec4f,     // steepness of the bumps: middle, lobules, grain; w: of the wet film
   wet: vec4f,       // roughness, film strength, film roughness, reflectance head on
   scatter: vec4f,   // how far light of each colour wraps around; w: fine albedo contrast
-  lobule: vec4f,    // lobule frequency, grain frequency (1/cm), metal, brushed
+  lobule: vec4f,    // lobule frequency, grain frequency (1/cm), metal, brushed (of tissue: veins)
 }
 
 struct Surface {

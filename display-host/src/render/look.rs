@@ -32,6 +32,8 @@ struct Tissue {
     scatter: [f32; 3],
     /// Contrast of lobules and grain.
     contrast: f32,
+    /// How much the fine vessels on it show.
+    veins: f32,
 }
 
 impl Tissue {
@@ -45,7 +47,7 @@ impl Tissue {
             slope: self.slopes,
             wet: [self.roughness, self.film[0], self.film[1], 0.03],
             scatter: with(self.scatter, self.contrast),
-            lobule: [lobule, grain, 0.0, 0.0],
+            lobule: [lobule, grain, 0.0, self.veins],
         }
     }
 }
@@ -60,18 +62,20 @@ const LIVER: Tissue = Tissue {
     film: [1.0, 0.105],
     scatter: [0.45, 0.18, 0.14],
     contrast: 0.22,
+    veins: 0.0,
 };
 
 const GALLBLADDER: Tissue = Tissue {
-    low: [0.036, 0.050, 0.026],
-    high: [0.094, 0.092, 0.046],
-    streak: ([0.165, 0.080, 0.034], 0.55),
+    low: [0.029, 0.034, 0.022],
+    high: [0.068, 0.072, 0.043],
+    streak: ([0.090, 0.066, 0.028], 0.40),
     frequencies: [0.55, 1.6, 5.0, 12.0],
     slopes: [0.034, 0.022, 0.022, 0.018],
     roughness: 0.38,
     film: [1.0, 0.075],
     scatter: [0.50, 0.40, 0.25],
     contrast: 0.12,
+    veins: 0.55,
 };
 
 const DUCT: Tissue = Tissue {
@@ -84,6 +88,7 @@ const DUCT: Tissue = Tissue {
     film: [1.0, 0.10],
     scatter: [0.50, 0.35, 0.22],
     contrast: 0.12,
+    veins: 0.35,
 };
 
 const ARTERY: Tissue = Tissue {
@@ -96,6 +101,7 @@ const ARTERY: Tissue = Tissue {
     film: [1.0, 0.09],
     scatter: [0.50, 0.22, 0.16],
     contrast: 0.12,
+    veins: 0.0,
 };
 
 const GUT: Tissue = Tissue {
@@ -108,6 +114,7 @@ const GUT: Tissue = Tissue {
     film: [1.0, 0.12],
     scatter: [0.50, 0.30, 0.22],
     contrast: 0.14,
+    veins: 0.6,
 };
 
 const FAT: Tissue = Tissue {
@@ -120,6 +127,7 @@ const FAT: Tissue = Tissue {
     film: [0.9, 0.17],
     scatter: [0.60, 0.50, 0.30],
     contrast: 0.16,
+    veins: 0.3,
 };
 
 const MEMBRANE: Tissue = Tissue {
@@ -132,6 +140,7 @@ const MEMBRANE: Tissue = Tissue {
     film: [1.0, 0.14],
     scatter: [0.60, 0.45, 0.35],
     contrast: 0.18,
+    veins: 0.6,
 };
 
 const PERITONEUM: Tissue = Tissue {
@@ -144,6 +153,7 @@ const PERITONEUM: Tissue = Tissue {
     film: [0.8, 0.21],
     scatter: [0.50, 0.30, 0.25],
     contrast: 0.14,
+    veins: 0.5,
 };
 
 /// A solid: albedo dark and light, roughness, reflectance, metal, brushed.

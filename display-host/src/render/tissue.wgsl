@@ -58,6 +58,14 @@ struct VertexOut {
   s.albedo = mix(s.albedo, look.streak.rgb, streak);
   s.albedo *= 1.0 + look.scatter.w * (lobule.w + 0.5 * grain.w);
 
+  // Fine vessels: where noise passes through zero, now here, now there.
+  if (look.lobule.w > 0.0) {
+    let line = octave(p + vec3f(17.3, 2.9, 8.1), look.high.w * 0.8, footprint).w + 0.15 * lobule.w;
+    let there = smoothstep(-0.15, 0.35, coarse.w + 0.3 * middle.w);
+    let vein = (1.0 - smoothstep(0.005, 0.040, abs(line))) * there * look.lobule.w;
+    s.albedo = mix(s.albedo, vec3f(0.13, 0.016, 0.015), vein);
+  }
+
   // Pressed skin: blood leaves it on the ridge, the pit lies in its own shade.
   let bend = in.ambient_bend_pushed.y;
   let pushed = in.ambient_bend_pushed.z;
