@@ -99,6 +99,7 @@ fn end(held: &[bool]) -> Vec<usize> {
 fn time_step(lab: &Lab, way: Way, ms: f64) -> bool {
     let mut stand = lab.stand(way);
     stand.dt_s = ms as f32 * 1e-3;
+    stand.damping_per_s = 3.0;
     let back = stand.run(way, |rig| bent(lab, rig));
     back.unwrap_or(false)
 }
@@ -277,13 +278,16 @@ fn point(lab: &Lab, way: Way, share: f64) -> bool {
     released(lab, way, |_, x| (lab.middle_m - x) * share as f32)
 }
 
+/// Every sphere on its way to another's place.
 fn scrambled(lab: &Lab, way: Way, share: f64) -> bool {
     let mut dice = Dice::new();
-    let count = lab.body(way).rest_m.len();
-    let chance: Vec<V3> = (0..count).map(|_| dice.vector()).collect();
-    released(lab, way, |i, _| {
-        chance[i] * (lab.length_m * 0.5 * share as f32)
-    })
+    let rest = &lab.body(way).rest_m;
+    let mut order: Vec<usize> = (0..rest.len()).collect();
+    for i in (1..order.len()).rev() {
+        let other = (0.5 * (dice.next() + 1.0) * i as f32) as usize;
+        order.swap(i, other);
+    }
+    released(lab, way, |i, x| (rest[order[i]] - x) * share as f32)
 }
 
 fn slivers(lab: &Lab, way: Way, times: f64) -> bool {

@@ -7,9 +7,11 @@ use crate::methods::{Env, Method, State, Surroundings, Way};
 pub(super) const TICK_S: f32 = 1e-3;
 /// Share of velocity lost per second where a test says nothing else.
 pub(super) const DAMPING_PER_S: f32 = 20.0;
-/// A body has come back if no sphere is farther from rest than this, m, within so many ticks.
+/// A body has come back if no sphere is farther from rest than this, m, within so
+/// many ticks and so long.
 const BACK_M: f32 = 5e-4;
 const BACK_TICKS: usize = 6000;
+const BACK_S: f32 = 6.0;
 
 /// How a body stands.
 #[derive(Debug, Clone)]
@@ -60,6 +62,7 @@ impl<'a> Stand<'a> {
             method,
             state,
             substeps,
+            back_ticks: BACK_TICKS.max((BACK_S / self.dt_s) as usize),
             env: Env {
                 dt_s,
                 gravity_m_s2: around.gravity_m_s2,
@@ -77,6 +80,7 @@ pub(super) struct Rig<'a> {
     method: Box<dyn Method + 'a>,
     pub(super) state: State,
     substeps: usize,
+    back_ticks: usize,
     env: Env,
     /// A rigid ball: centre and radius, m. No sphere's centre may be in it.
     pub(super) ball: Option<(V3, f32)>,
@@ -155,7 +159,7 @@ impl Rig<'_> {
     /// Leaves the body alone: does it come back to rest?
     pub(super) fn comes_back(&mut self) -> bool {
         self.ball = None;
-        for i in 0..BACK_TICKS {
+        for i in 0..self.back_ticks {
             if !self.tick() {
                 return false;
             }
