@@ -73,7 +73,7 @@ impl Ask {
                 spheres: vec![150],
                 many: Vec::new(),
                 cubes: vec![250],
-                layers: 6,
+                layers: 8,
             };
         }
         Self {

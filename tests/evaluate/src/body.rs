@@ -103,6 +103,8 @@ impl Body {
     /// What holds each sphere: the scene's planes, and a spacing beyond them. Beyond the planes a
     /// sphere is led as the reference has it there: between a plane and the first free sphere
     /// lies up to a spacing of tissue, and how a method bridges it says nothing of the method.
+    /// (Held by their centres alone, 581 spheres sag 13 % too far, 2.5 mm rms; so many more held that
+    /// the tetrahedra between them carry what lies behind the plane, 20 % too little.)
     /// With `by_centre`, only what lies behind the planes is held, as an attachment would do it.
     pub(crate) fn held(&self, scene: &Scene, by_centre: bool) -> Vec<Held> {
         let reach = if by_centre {
