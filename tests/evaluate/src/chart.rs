@@ -214,6 +214,7 @@ fn one<'a>(panel: &Panel, area: &Area<'a>, names: &[&str]) -> Result<(), Failure
     builder
         .caption(&panel.title, ("sans-serif", 17))
         .margin(8)
+        .margin_right(24)
         .x_label_area_size(38)
         .y_label_area_size(52);
     // One function a pair of scales: each is a type of its own to the library.
