@@ -54,10 +54,13 @@ pub struct OutputLimit {
     last_n: Vec3,
 }
 
+/// Limits below this (N, N/m, s) are 0: squares of smaller forces lose their digits.
+const LIMIT_MIN: f32 = 1.0e-9;
+
 /// A limit that is not a positive number lets nothing through.
 fn safe(limit: f32) -> f32 {
-    if limit.is_finite() {
-        limit.max(0.0)
+    if limit.is_finite() && limit >= LIMIT_MIN {
+        limit
     } else {
         0.0
     }

@@ -288,6 +288,18 @@ fn demand() -> impl Strategy<Value = Demand> {
     })
 }
 
+#[test]
+fn a_peak_too_small_to_square_lets_nothing_through() {
+    let device = DeviceCapabilities {
+        force_max_n: 1.544_981_9e-21,
+        ..DEVICE
+    };
+    let mut limit = OutputLimit::new(&device, 0.0);
+    limit.enable(true);
+    let (force_n, _) = apply(&mut limit, &HALF);
+    assert!(force_n <= 0.0, "{force_n:?}");
+}
+
 proptest! {
     /// Whatever is asked, of whatever device: finite, never over its peak, never a faster rise
     /// than the slew limit, nothing while the device is not there.
