@@ -198,6 +198,31 @@ fn what_cannot_be_measured_is_refused_by_name() {
         &["/nowhere/a", "calot jitter --out"],
     );
     refused(&["jitter", "--seconds", "0"], 2, &["0.1 to 86400"]);
+    refused(
+        &["rt", "--scene", "x", "--scope-line", "rts"],
+        2,
+        &["--scope-tty"],
+    );
+    let (folder, station) = (
+        tempfile::tempdir().expect("a folder"),
+        station_name("scope"),
+    );
+    let out = folder.path().to_str().expect("a plain path");
+    let no_line = [
+        "--scope-line",
+        "dtr",
+        "--scope-tty",
+        "/dev/null",
+        "--out",
+        out,
+        "--station",
+        &station,
+    ];
+    refused(
+        &[&["jitter"], &no_line[..]].concat(),
+        1,
+        &["/dev/null", "UART"],
+    );
 }
 
 #[test]

@@ -17,6 +17,8 @@ const PATIENCE_TO_END: Duration = Duration::from_secs(5);
 pub(crate) struct Process {
     name: &'static str,
     child: Child,
+    /// The rest of the line with which it said that it is ready.
+    said: String,
 }
 
 /// What a child says on standard output once it is ready, as its first line.
@@ -41,12 +43,17 @@ impl Process {
             .spawn()
             .map_err(|error| format!("cannot start the {name}: {error}"))?;
         let lines = read_lines(&mut child);
-        let mut process = Self { name, child };
+        let mut process = Self {
+            name,
+            child,
+            said: String::new(),
+        };
         let start = Instant::now();
         loop {
             if let Ok(line) = lines.recv_timeout(Duration::from_millis(20))
-                && line.starts_with(READY)
+                && let Some(said) = line.strip_prefix(READY)
             {
+                process.said = said.trim().to_owned();
                 return Ok(process);
             }
             if let Some(status) = process.ended()? {
@@ -68,6 +75,11 @@ impl Process {
     /// Its name in messages.
     pub(crate) fn name(&self) -> &'static str {
         self.name
+    }
+
+    /// What it said of itself when it was ready.
+    pub(crate) fn said(&self) -> &str {
+        &self.said
     }
 
     /// Its process id.

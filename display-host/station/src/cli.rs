@@ -1,8 +1,9 @@
 //! What `calot` understands.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use scene_prepare::recipe::Unit;
 
 use crate::check::CheckArgs;
@@ -82,9 +83,76 @@ pub(crate) struct RealtimeArgs {
     /// Spin this long before each tick instead of sleeping: earlier wake-ups for processor time
     #[arg(long, value_name = "µs", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=500))]
     pub(crate) spin: u64,
+    /// Linux' realtime scheduler; `deadline`: it guarantees the time of each tick, on any core
+    #[arg(long, value_enum, default_value_t = SchedulerName::Fifo)]
+    pub(crate) scheduler: SchedulerName,
+    /// Refuse a scene whose worst tick, measured here, does not fit, when no coarser level fits
+    #[arg(long)]
+    pub(crate) strict: bool,
+    /// Take this compiled scene when the one before it does not fit; may be given several times,
+    /// finest first
+    #[arg(long, value_name = "FILE")]
+    pub(crate) coarser: Vec<PathBuf>,
+    /// Hold a modem line of --scope-tty high during each tick, for an oscilloscope
+    #[arg(long, value_enum, requires = "scope_tty")]
+    pub(crate) scope_line: Option<ScopeLineName>,
+    /// Serial port of that line; a real UART, for behind USB each change takes a transfer
+    #[arg(long, value_name = "TTY", requires = "scope_line")]
+    pub(crate) scope_tty: Option<PathBuf>,
     /// Do not ask for realtime scheduling; every report says so
     #[arg(long)]
     pub(crate) no_realtime: bool,
+}
+
+/// A scheduler, as it is typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(crate) enum SchedulerName {
+    /// SCHED_FIFO, pinned to a core
+    #[default]
+    Fifo,
+    /// SCHED_DEADLINE
+    Deadline,
+}
+
+/// A modem line, as it is typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ScopeLineName {
+    /// Request to send
+    Rts,
+    /// Data terminal ready
+    Dtr,
+}
+
+impl RealtimeArgs {
+    /// The words that ask a `calot rt` for the same.
+    pub(crate) fn words(&self) -> Vec<OsString> {
+        let mut words: Vec<OsString> = Vec::new();
+        let mut option = |name: &str, value: &dyn AsRef<std::ffi::OsStr>| {
+            words.extend([name.into(), value.as_ref().to_owned()]);
+        };
+        let typed = |value: Option<clap::builder::PossibleValue>| {
+            value.map_or_else(String::new, |value| value.get_name().to_owned())
+        };
+        option("--priority", &self.priority.to_string());
+        option("--spin", &self.spin.to_string());
+        option("--scheduler", &typed(self.scheduler.to_possible_value()));
+        if let Some(core) = self.core {
+            option("--core", &core.to_string());
+        }
+        for level in &self.coarser {
+            option("--coarser", level);
+        }
+        if let (Some(line), Some(tty)) = (self.scope_line, &self.scope_tty) {
+            option("--scope-line", &typed(line.to_possible_value()));
+            option("--scope-tty", tty);
+        }
+        let flags = [
+            (self.no_realtime, "--no-realtime"),
+            (self.strict, "--strict"),
+        ];
+        words.extend(flags.into_iter().filter(|f| f.0).map(|f| f.1.into()));
+        words
+    }
 }
 
 #[derive(Debug, Clone, Args)]
@@ -272,6 +340,23 @@ mod tests {
             (args.station.as_str(), args.frames, args.realtime.priority),
             ("main", 8, 80)
         );
+    }
+
+    #[test]
+    fn a_controller_is_asked_for_what_the_station_was_asked_for() {
+        let words = "calot run --core 1 --priority 70 --spin 100 --scheduler deadline --strict \
+                     --coarser a.calot --coarser b.calot --scope-line dtr --scope-tty /dev/ttyS0 \
+                     --no-realtime";
+        let asked = Cli::parse_from(words.split_whitespace());
+        let Some(Command::Run(run)) = asked.command else {
+            panic!("{asked:?}");
+        };
+        let mut rt: Vec<OsString> = ["calot", "rt", "--scene", "x"].map(Into::into).to_vec();
+        rt.extend(run.realtime.words());
+        let Some(Command::Rt(rt)) = Cli::parse_from(rt).command else {
+            panic!("not rt");
+        };
+        assert_eq!(format!("{:?}", rt.realtime), format!("{:?}", run.realtime));
     }
 
     #[test]

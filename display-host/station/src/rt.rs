@@ -2,10 +2,11 @@
 
 use std::process::ExitCode;
 
-use rt_process::{Realtime, RtConfig};
+use rt_process::scope_line::{ModemLine, ScopeLine};
+use rt_process::{AdmissionPolicy, Realtime, RtConfig, Scheduler};
 
 use crate::children::READY;
-use crate::cli::RtArgs;
+use crate::cli::{RtArgs, SchedulerName, ScopeLineName};
 use crate::say;
 use crate::scene::Problem;
 use crate::stop;
@@ -24,6 +25,23 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
     config.priority = args.realtime.priority;
     config.publisher_priority = config.publisher_priority.min(args.realtime.priority - 1);
     config.spin_ns = args.realtime.spin * 1000;
+    config.scheduler = match args.realtime.scheduler {
+        SchedulerName::Fifo => Scheduler::Fifo,
+        SchedulerName::Deadline => Scheduler::Deadline,
+    };
+    config.coarser = args.realtime.coarser.clone();
+    if args.realtime.strict {
+        config.admission = AdmissionPolicy::Strict;
+    }
+    if let (Some(line), Some(tty)) = (args.realtime.scope_line, &args.realtime.scope_tty) {
+        config.scope_line = Some(ScopeLine {
+            tty: tty.clone(),
+            line: match line {
+                ScopeLineName::Rts => ModemLine::Rts,
+                ScopeLineName::Dtr => ModemLine::Dtr,
+            },
+        });
+    }
     if args.realtime.no_realtime {
         config.realtime = Realtime::Never;
     }

@@ -45,6 +45,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
         true => Vec::new(),
         false => start(args, &scene, &folder.path, &stop)?,
     };
+    let scene = level(&children, scene, &args.realtime.coarser)?;
     let watch = Watch::begin(children, stop.clone());
 
     let mut recorder = Recorder::new();
@@ -163,8 +164,6 @@ pub(crate) fn start(
         tracker: emulated(&named.tracker, "tracker"),
         pedal: emulated(&named.pedal, "pedal"),
     };
-    let realtime = &args.realtime;
-    let (priority, spin) = (realtime.priority.to_string(), realtime.spin.to_string());
     let mut rt = words([
         &"rt",
         &"--with-parent",
@@ -173,22 +172,38 @@ pub(crate) fn start(
         &scene,
         &"--station",
         &args.station,
-        &"--priority",
-        &priority,
-        &"--spin",
-        &spin,
     ]);
+    rt.extend(args.realtime.words());
     option(&mut rt, "--haptic", devices.haptic.as_deref());
     option(&mut rt, "--tracker", devices.tracker.as_deref());
     option(&mut rt, "--pedal", devices.pedal.as_deref());
-    if let Some(core) = realtime.core {
-        rt.extend(["--core".into(), core.to_string().into()]);
-    }
-    if realtime.no_realtime {
-        rt.push("--no-realtime".into());
-    }
     children.push(Process::start("rt", &rt, PATIENCE_TO_START, stop)?);
     Ok(children)
+}
+
+/// The level of the scene that the controller took, which the display must show too.
+pub(crate) fn level(
+    children: &[Process],
+    finest: PathBuf,
+    coarser: &[PathBuf],
+) -> Result<PathBuf, Problem> {
+    let controller = children.iter().find(|child| child.name() == "rt");
+    let said = controller.map_or("", Process::said);
+    let Ok(ready) = serde_json::from_str::<serde_json::Value>(said) else {
+        return Ok(finest); // a display that joins is told the scene by its user
+    };
+    for path in coarser {
+        let id = SceneFile::open(path)?.id();
+        let id: String = id.iter().map(|byte| format!("{byte:02x}")).collect();
+        if ready["scene_id"] == id.as_str() {
+            say::note(format_args!(
+                "calot: the coarser level {} runs",
+                path.display()
+            ));
+            return Ok(path.clone());
+        }
+    }
+    Ok(finest)
 }
 
 /// Watches the children from a thread: one that dies ends the run.

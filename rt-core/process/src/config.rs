@@ -6,6 +6,7 @@ use rt_core::sim::Parameters;
 
 use crate::alloc_counter::OnViolation;
 use crate::error::RtError;
+use crate::scope_line::ScopeLine;
 
 /// Whether to ask Linux for realtime.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -79,6 +80,8 @@ pub struct RtConfig {
     pub periods_max: Option<u64>,
     /// Iterations, force ramp, and whether force may leave from the start.
     pub parameters: Parameters,
+    /// A line that is high while a tick runs, for an oscilloscope.
+    pub scope_line: Option<ScopeLine>,
     /// What an allocation or page fault of the tick's thread leads to.
     pub on_violation: OnViolation,
 }
@@ -110,6 +113,7 @@ impl RtConfig {
                 force_enabled: true,
                 ..Parameters::default()
             },
+            scope_line: None,
             on_violation: OnViolation::BUILD_DEFAULT,
         }
     }

@@ -38,6 +38,16 @@ pub enum RtError {
         /// What `hardware` says.
         source: hardware::HardwareError,
     },
+    /// The oscilloscope's line cannot be driven.
+    #[error(
+        "scope line {tty}: {source}; name the port of a UART that has modem lines (--scope-tty)"
+    )]
+    ScopeLine {
+        /// The port.
+        tty: std::path::PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
     /// The system refused a thread.
     #[error("cannot start the {thread} thread: {source}; is memory or the process limit used up?")]
     Thread {

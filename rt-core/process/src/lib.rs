@@ -37,6 +37,7 @@ mod run;
 pub mod runaway;
 mod scene;
 pub mod schedule;
+pub mod scope_line;
 mod shared;
 mod summary;
 mod tick;

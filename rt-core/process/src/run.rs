@@ -23,6 +23,7 @@ use crate::publisher::{self, COMMAND_QUEUE, EVENT_QUEUE, RECORD_QUEUE};
 use crate::realtime::{self, NoDeepIdle, Standing};
 use crate::runaway::RunawayGuard;
 use crate::scene::LoadedScene;
+use crate::scope_line::ScopeLine;
 use crate::shared::Shared;
 use crate::summary::{Ended, Ready, RtSummary};
 use crate::tick;
@@ -218,6 +219,12 @@ impl Run<'_> {
             shared: Arc::clone(&self.shared),
             core: self.core,
             standing,
+            scope_line: self
+                .config
+                .scope_line
+                .as_ref()
+                .map(ScopeLine::open)
+                .transpose()?,
             settings: Settings::new(self.config, self.admission.as_ref()),
         };
         let (tell, told) = mpsc::sync_channel(1);

@@ -25,6 +25,7 @@ use crate::devices::Devices;
 use crate::executor::Executor;
 use crate::realtime::{self, Standing, ThreadUsage};
 use crate::schedule::{Due, Schedule};
+use crate::scope_line::OpenLine;
 use crate::shared::Shared;
 use crate::tick::{Ends, Tick, World};
 use crate::time_driver::now_ns;
@@ -42,6 +43,7 @@ pub(crate) struct Start {
     pub(crate) core: usize,
     /// How realtime the process is so far; the thread adds its own.
     pub(crate) standing: Standing,
+    pub(crate) scope_line: Option<OpenLine>,
     pub(crate) settings: Settings,
 }
 
@@ -111,7 +113,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     let schedule = Schedule::new(first_ns, settings.period_ns);
     executor.spawn(control(
         schedule,
-        ticking(Rc::clone(&tick), Rc::clone(&batch_done)),
+        ticking(Rc::clone(&tick), Rc::clone(&batch_done), start.scope_line),
     ));
     executor.spawn(account(
         batch_done,
@@ -159,10 +161,14 @@ type BatchDone = Signal<NoopRawMutex, bool>;
 fn ticking(
     tick: Rc<RefCell<Tick>>,
     batch_done: Rc<BatchDone>,
+    scope_line: Option<OpenLine>,
 ) -> impl FnMut(Due) -> ControlFlow<()> {
     let mut in_batch = 0;
     move |due| {
+        let scope = |high| scope_line.as_ref().is_none_or(|line| line.set(high));
+        scope(true);
         let flow = tick.borrow_mut().run(due);
+        scope(false);
         in_batch += 1;
         if in_batch == TIMING_BATCH || flow.is_break() {
             in_batch = 0;
@@ -298,6 +304,7 @@ mod tests {
             shared: Arc::clone(&shared),
             core: 0,
             standing: Standing::default(),
+            scope_line: None,
             settings: Settings::new(&config, None),
         };
         let (tell, _told) = mpsc::sync_channel(1);

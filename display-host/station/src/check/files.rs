@@ -34,7 +34,7 @@ Description=Calot realtime controller, scene %i
 After=multi-user.target
 
 [Service]
-ExecStart={program} rt --scene /var/lib/calot/%i.calot --core {core}
+ExecStart={program} rt --scene /var/lib/calot/%i.calot --core {core} --strict
 DynamicUser=no
 User=nobody
 SupplementaryGroups=realtime dialout
@@ -64,7 +64,7 @@ mod tests {
             "@realtime - memlock unlimited",
             "ATTR{latency_timer}=\"1\"",
             "LimitRTPRIO=95",
-            "ExecStart=/usr/local/bin/calot rt --scene /var/lib/calot/%i.calot --core 3",
+            "ExecStart=/usr/local/bin/calot rt --scene /var/lib/calot/%i.calot --core 3 --strict",
         ] {
             assert!(script.contains(part), "{part}");
         }

@@ -59,7 +59,10 @@ pub(crate) fn html(report: &Report) -> String {
         ));
     }
     for note in &about.notes {
-        add(format_args!("<p class=\"bad\">{}</p>", escape(note)));
+        add(format_args!(
+            "<p class=\"lead\">Note: {}.</p>",
+            escape(note)
+        ));
     }
     add(format_args!(
         "<h2>Times</h2><table><tr><th>µs<th>p50<th>p90<th>p99<th>p99.9<th>p99.99<th>max<th>count</tr>"

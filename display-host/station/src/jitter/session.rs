@@ -11,6 +11,7 @@ use display_host::latency::FrameRecord;
 use rt_process::realtime::pin_to;
 use rt_process::time_driver::monotonic_ns;
 use shared_mem::message::{StateFrame, TimingBatch};
+use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, Station};
 
 use super::kernel;
@@ -76,6 +77,7 @@ impl Bench<'_> {
         let flags = Flags::default();
         let before_s = report.about.seconds;
         let mut kernel_counts = Vec::new();
+        let mut ran = self.scene.to_owned();
         let died = std::thread::scope(|scope| {
             let (tell, told) = mpsc::channel();
             let (frames_in, frames) = mpsc::channel();
@@ -91,9 +93,16 @@ impl Bench<'_> {
             let started = run::start(self.station, self.scene, self.folder, self.stop);
             let died = match started {
                 Ok(mut children) => {
-                    if self.draws {
-                        let flags = &flags;
-                        scope.spawn(move || self.draw(flags, &frames_in));
+                    let coarser = &self.station.realtime.coarser;
+                    match run::level(&children, self.scene.to_owned(), coarser) {
+                        Ok(level) => {
+                            ran.clone_from(&level);
+                            if self.draws {
+                                let flags = &flags;
+                                scope.spawn(move || self.draw(&level, flags, &frames_in));
+                            }
+                        }
+                        Err(problem) => say::note(format_args!("jitter: {problem}")),
                     }
                     let process = children.last().map(Process::id);
                     let start = kernel::Counters::read(self.core, process);
@@ -115,6 +124,9 @@ impl Bench<'_> {
                 Err(_) => Err("the thread that measures panicked".into()),
             }
         })?;
+        SceneFile::open(&ran)?
+            .name()
+            .clone_into(&mut report.about.scene);
         for (name, count) in kernel_counts {
             report.count(&name, count);
         }
@@ -229,14 +241,14 @@ impl Bench<'_> {
     }
 
     /// A display that draws until the turn is done.
-    fn draw(&self, flags: &Flags, frames: &Sender<FrameRecord>) {
+    fn draw(&self, scene: &Path, flags: &Flags, frames: &Sender<FrameRecord>) {
         let out_dir = self.folder.join("pictures");
         let Ok(station) = Station::new(&self.station.station) else {
             return;
         };
         let config = HeadlessConfig {
             station,
-            scene: self.scene.to_owned(),
+            scene: scene.to_owned(),
             seconds: STRETCH_S,
             out_dir: out_dir.clone(),
             size: None,

@@ -1,0 +1,101 @@
+//! A modem line of a serial port that is high while a tick runs: for an oscilloscope, which sees
+//! what no clock of this machine can deceive it about.
+#![expect(
+    unsafe_code,
+    reason = "the modem lines' ioctls, which rustix does not have"
+)]
+
+use std::fs::File;
+use std::os::fd::AsRawFd as _;
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::path::PathBuf;
+
+use crate::error::RtError;
+
+/// Which line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ModemLine {
+    /// Request to send.
+    Rts,
+    /// Data terminal ready.
+    Dtr,
+}
+
+/// Which line of which port.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ScopeLine {
+    /// The port. Nothing else may use it. A real UART: each change of a line behind USB takes a
+    /// transfer, up to milliseconds, in the tick.
+    pub tty: PathBuf,
+    /// The line.
+    pub line: ModemLine,
+}
+
+/// The line, open; low when it goes.
+#[derive(Debug)]
+pub(crate) struct OpenLine {
+    port: File,
+    bit: libc::c_int,
+}
+
+impl ScopeLine {
+    /// Opens the port and puts the line low.
+    ///
+    /// # Errors
+    /// [`RtError::ScopeLine`] when the port does not open or has no such line.
+    pub(crate) fn open(&self) -> Result<OpenLine, RtError> {
+        let failed = |source| RtError::ScopeLine {
+            tty: self.tty.clone(),
+            source,
+        };
+        let port = File::options()
+            .read(true)
+            .write(true)
+            .custom_flags(libc::O_NOCTTY | libc::O_NONBLOCK)
+            .open(&self.tty)
+            .map_err(failed)?;
+        let bit = match self.line {
+            ModemLine::Rts => libc::TIOCM_RTS,
+            ModemLine::Dtr => libc::TIOCM_DTR,
+        };
+        let line = OpenLine { port, bit };
+        match line.set(false) {
+            true => Ok(line),
+            false => Err(failed(std::io::Error::last_os_error())),
+        }
+    }
+}
+
+impl OpenLine {
+    /// High or low: one system call, no allocation. `false`: refused.
+    pub(crate) fn set(&self, high: bool) -> bool {
+        let request = if high { libc::TIOCMBIS } else { libc::TIOCMBIC };
+        // SAFETY: the descriptor is open; the pointer is to a field that lives through the call.
+        unsafe { libc::ioctl(self.port.as_raw_fd(), request, &raw const self.bit) == 0 }
+    }
+}
+
+impl Drop for OpenLine {
+    fn drop(&mut self) {
+        self.set(false);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_no_such_line_is_named() {
+        for tty in ["/dev/null", "/nowhere/ttyS0"] {
+            for line in [ModemLine::Rts, ModemLine::Dtr] {
+                let scope = ScopeLine {
+                    tty: tty.into(),
+                    line,
+                };
+                let error = scope.open().unwrap_err().to_string();
+                assert!(error.contains(tty) && error.contains("UART"), "{error}");
+            }
+        }
+    }
+}
