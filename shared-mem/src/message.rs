@@ -297,7 +297,7 @@ impl TickRecord {
 /// Service `timing`: batches of records, with the thread's counters since its start.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.TimingBatch.v1")]
+#[type_name("calot.TimingBatch.v2")]
 pub struct TimingBatch {
     /// Batch number; a gap is a loss.
     pub sequence: u64,
@@ -307,6 +307,8 @@ pub struct TimingBatch {
     pub page_faults: u64,
     /// Involuntary context switches since it was armed.
     pub involuntary_switches: u64,
+    /// Times since it was armed that it waited for anything but its next tick.
+    pub blocks: u64,
     /// Ticks so far.
     pub ticks: u64,
     /// Periods skipped so far.
@@ -389,6 +391,6 @@ const _: () = {
     assert!(size_of::<DeviceHealth>() == 32);
     assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 3 * 32);
     assert!(size_of::<EventMsg>() == 48);
-    assert!(size_of::<TimingBatch>() == 192 + 64 * TIMING_BATCH);
+    assert!(size_of::<TimingBatch>() == 200 + 64 * TIMING_BATCH);
     assert!(size_of::<TickRecord>() == 64);
 };

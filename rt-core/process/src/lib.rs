@@ -49,3 +49,4 @@ pub use config::{AdmissionPolicy, Realtime, RtConfig, Scheduler};
 pub use error::RtError;
 pub use run::run;
 pub use summary::{Ended, Ready, RtSummary};
+pub use watch::FORCE_ZERO_WITHIN;

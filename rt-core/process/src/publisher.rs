@@ -159,6 +159,7 @@ impl Timing {
         batch.allocations = shared.allocations.load(Relaxed);
         batch.page_faults = shared.page_faults.load(Relaxed);
         batch.involuntary_switches = shared.involuntary_switches.load(Relaxed);
+        batch.blocks = shared.blocks.load(Relaxed);
         batch.ticks = shared.ticks.load(Relaxed);
         batch.deadline_misses = shared.deadline_misses.load(Relaxed);
         batch.overruns = shared.overruns.load(Relaxed);

@@ -262,8 +262,10 @@ pub(crate) fn leave_signals_to_main() {
 pub struct ThreadUsage {
     /// Page faults, minor and major.
     pub page_faults: u64,
-    /// Involuntary context switches.
+    /// Involuntary context switches: something of higher priority took the core.
     pub involuntary_switches: u64,
+    /// Voluntary context switches: it waited.
+    pub waits: u64,
 }
 
 impl ThreadUsage {
@@ -280,6 +282,7 @@ impl ThreadUsage {
         Self {
             page_faults: faults.cast_unsigned(),
             involuntary_switches: usage.ru_nivcsw.max(0).cast_unsigned(),
+            waits: usage.ru_nvcsw.max(0).cast_unsigned(),
         }
     }
 
@@ -291,6 +294,7 @@ impl ThreadUsage {
             involuntary_switches: self
                 .involuntary_switches
                 .saturating_sub(start.involuntary_switches),
+            waits: self.waits.saturating_sub(start.waits),
         }
     }
 }

@@ -329,6 +329,7 @@ impl Run<'_> {
             allocations_after_start: (allocations != u64::MAX).then_some(allocations),
             page_faults_after_start: shared.page_faults.load(Relaxed),
             involuntary_switches: shared.involuntary_switches.load(Relaxed),
+            blocks: shared.blocks.load(Relaxed),
             realtime: supervised.standing.is_realtime(),
             refused: supervised.standing.refused,
             admission: self.admission.clone(),

@@ -31,19 +31,22 @@ pub struct ScopeLine {
     pub line: ModemLine,
 }
 
+/// Puts a line high or low.
+pub(crate) type Switch = Box<dyn Fn(bool) + Send>;
+
 /// The line, open; low when it goes.
 #[derive(Debug)]
-pub(crate) struct OpenLine {
+struct OpenLine {
     port: File,
     bit: libc::c_int,
 }
 
 impl ScopeLine {
-    /// Opens the port and puts the line low.
+    /// Opens the port and puts the line low; as it is when it is dropped.
     ///
     /// # Errors
     /// [`RtError::ScopeLine`] when the port does not open or has no such line.
-    pub(crate) fn open(&self) -> Result<OpenLine, RtError> {
+    pub(crate) fn open(&self) -> Result<Switch, RtError> {
         let failed = |source| RtError::ScopeLine {
             tty: self.tty.clone(),
             source,
@@ -60,7 +63,10 @@ impl ScopeLine {
         };
         let line = OpenLine { port, bit };
         match line.set(false) {
-            true => Ok(line),
+            true => Ok(Box::new(move |high| {
+                // Refused only when the port goes; the tick has nobody to tell.
+                let _ = line.set(high);
+            })),
             false => Err(failed(std::io::Error::last_os_error())),
         }
     }
@@ -68,7 +74,7 @@ impl ScopeLine {
 
 impl OpenLine {
     /// High or low: one system call, no allocation. `false`: refused.
-    pub(crate) fn set(&self, high: bool) -> bool {
+    fn set(&self, high: bool) -> bool {
         let request = if high { libc::TIOCMBIS } else { libc::TIOCMBIC };
         // SAFETY: the descriptor is open; the pointer is to a field that lives through the call.
         unsafe { libc::ioctl(self.port.as_raw_fd(), request, &raw const self.bit) == 0 }
@@ -93,7 +99,7 @@ mod tests {
                     tty: tty.into(),
                     line,
                 };
-                let error = scope.open().unwrap_err().to_string();
+                let error = scope.open().err().unwrap().to_string();
                 assert!(error.contains(tty) && error.contains("UART"), "{error}");
             }
         }

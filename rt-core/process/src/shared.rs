@@ -20,7 +20,7 @@ pub(crate) struct Shared {
     pub(crate) tick_ended: AtomicBool,
     /// Kernel's number of the tick's thread.
     pub(crate) tick_thread: AtomicI32,
-    /// Bits of `TimingBatch::realtime`, fixed before the first tick.
+    /// Bits of `TimingBatch::realtime`; the watch takes away what is lost.
     pub(crate) realtime: AtomicU32,
     pub(crate) ticks: AtomicU64,
     /// When the newest tick should have started: the publishing thread follows it.
@@ -33,6 +33,9 @@ pub(crate) struct Shared {
     pub(crate) allocations: AtomicU64,
     pub(crate) page_faults: AtomicU64,
     pub(crate) involuntary_switches: AtomicU64,
+    pub(crate) blocks: AtomicU64,
+    /// The watch asks the tick to cut the force; a host's command lets it through again.
+    pub(crate) cut_force: AtomicBool,
     /// Ticks in which each stage took longer than its budget.
     pub(crate) stages_over: [AtomicU64; STAGES],
     pub(crate) faults: [AtomicU64; FAULTS],

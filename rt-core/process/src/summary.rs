@@ -44,6 +44,8 @@ pub struct RtSummary {
     pub page_faults_after_start: u64,
     /// Times that the kernel took the core away from the tick's thread.
     pub involuntary_switches: u64,
+    /// Times that the tick's thread waited for anything but its next tick.
+    pub blocks: u64,
     /// Whether the tick ran pinned, under `SCHED_FIFO`, in locked memory.
     pub realtime: bool,
     /// What Linux refused, with the mending command each.

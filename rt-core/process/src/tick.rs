@@ -138,11 +138,16 @@ impl Ports for World {
             Polled::Fresh(sample) => Some(sample.at_ns),
             _ => None,
         };
-        let command = self.ends.commands.dequeue();
-        if command.is_some() {
-            // As many places as commands can be under way.
-            let _ = self.ends.accepted.enqueue(self.record.tick);
-        }
+        let command = if self.shared.cut_force.swap(false, Relaxed) {
+            Some(Command::EnableForce(false))
+        } else {
+            let command = self.ends.commands.dequeue();
+            if command.is_some() {
+                // As many places as commands can be under way.
+                let _ = self.ends.accepted.enqueue(self.record.tick);
+            }
+            command
+        };
         Samples {
             now_ns: now,
             device,

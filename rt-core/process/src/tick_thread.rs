@@ -25,10 +25,10 @@ use crate::devices::Devices;
 use crate::executor::Executor;
 use crate::realtime::{self, Standing, ThreadUsage};
 use crate::schedule::{Due, Schedule};
-use crate::scope_line::OpenLine;
+use crate::scope_line::Switch;
 use crate::shared::Shared;
 use crate::tick::{Ends, Tick, World};
-use crate::time_driver::now_ns;
+use crate::time_driver::{now_ns, sleeps};
 
 /// From the end of the preparation to the first tick.
 const START_DELAY_NS: u64 = 5_000_000;
@@ -43,7 +43,7 @@ pub(crate) struct Start {
     pub(crate) core: usize,
     /// How realtime the process is so far; the thread adds its own.
     pub(crate) standing: Standing,
-    pub(crate) scope_line: Option<OpenLine>,
+    pub(crate) scope_line: Option<Switch>,
     pub(crate) settings: Settings,
 }
 
@@ -161,11 +161,11 @@ type BatchDone = Signal<NoopRawMutex, bool>;
 fn ticking(
     tick: Rc<RefCell<Tick>>,
     batch_done: Rc<BatchDone>,
-    scope_line: Option<OpenLine>,
+    scope_line: Option<Switch>,
 ) -> impl FnMut(Due) -> ControlFlow<()> {
     let mut in_batch = 0;
     move |due| {
-        let scope = |high| scope_line.as_ref().is_none_or(|line| line.set(high));
+        let scope = |high| scope_line.iter().for_each(|set| set(high));
         scope(true);
         let flow = tick.borrow_mut().run(due);
         scope(false);
@@ -181,12 +181,15 @@ fn ticking(
 /// The accounting task: what only the kernel and the allocator know of this thread, once a batch,
 /// in the gap after a tick. Its first run arms the counters, just before the first tick.
 ///
-/// With [`OnViolation::Abort`] a page fault in locked memory ends the process, as an allocation does.
+/// With [`OnViolation::Abort`] a page fault in locked memory ends the process, as an allocation does,
+/// and so does a block: a wait for anything but the next tick (a lock, a file). Not in a batch that
+/// missed periods: whoever stops the process (`SIGSTOP`, a debugger) makes it wait, too.
 async fn account(batch_done: Rc<BatchDone>, shared: Arc<Shared>, on_violation: OnViolation) {
     let is_locked = shared.realtime.load(Relaxed) & TimingBatch::LOCKED != 0;
     let is_strict = is_locked && on_violation == OnViolation::Abort;
     let counts = alloc_counter::arm(on_violation);
     let start = ThreadUsage::now();
+    let mut blocks = Blocks::default();
     let mut last = false;
     loop {
         let allocations = if counts {
@@ -195,24 +198,56 @@ async fn account(batch_done: Rc<BatchDone>, shared: Arc<Shared>, on_violation: O
             u64::MAX
         };
         let usage = ThreadUsage::now().since(start);
+        let misses = shared.deadline_misses.load(Relaxed);
+        let blocked_on_time = blocks.note(usage.waits, sleeps(), misses);
         shared.allocations.store(allocations, Relaxed);
-        if is_strict && usage.page_faults > 0 {
+        if is_strict && (usage.page_faults > 0 || blocked_on_time) {
             alloc_counter::disarm();
             // Not `eprintln`: a test harness would swallow the last words.
-            let said = "the realtime thread took a page fault after its start";
-            let _ = writeln!(std::io::stderr(), "{said} ({usage:?})");
+            let did = match blocked_on_time {
+                true => "waited for something else than its next tick",
+                false => "took a page fault after its start",
+            };
+            let _ = writeln!(
+                std::io::stderr(),
+                "the realtime thread {did} ({usage:?}, {blocks:?})"
+            );
             std::process::abort();
         }
         shared.page_faults.store(usage.page_faults, Relaxed);
         shared
             .involuntary_switches
             .store(usage.involuntary_switches, Relaxed);
+        shared.blocks.store(blocks.count, Relaxed);
         if last {
             // What follows frees the tasks.
             alloc_counter::disarm();
             return;
         }
         last = batch_done.wait().await;
+    }
+}
+
+/// Waits that were no sleep for a tick, counted batch by batch: a sleep whose time comes before it
+/// begins is none for the kernel, and must not hide a block elsewhere.
+#[derive(Debug, Default)]
+struct Blocks {
+    waits: u64,
+    sleeps: Option<u64>,
+    misses: u64,
+    count: u64,
+}
+
+impl Blocks {
+    /// The next batch, by the counts so far. Gives whether it blocked, although no period was
+    /// missed in it.
+    fn note(&mut self, waits: u64, sleeps: u64, misses: u64) -> bool {
+        let slept = sleeps - self.sleeps.unwrap_or(sleeps);
+        let blocked = (waits - self.waits).saturating_sub(slept);
+        let on_time = misses == self.misses;
+        self.count += blocked;
+        (self.waits, self.sleeps, self.misses) = (waits, Some(sleeps), misses);
+        blocked > 0 && on_time
     }
 }
 
@@ -261,7 +296,11 @@ mod tests {
         }
     }
 
+    /// When the oscilloscope's line changed, and to what.
+    type Scoped = Arc<Mutex<Vec<(u64, bool)>>>;
+
     struct Outcome {
+        scoped: Scoped,
         panicked: bool,
         shared: Arc<Shared>,
         forces: Vec<ForceCommand>,
@@ -272,6 +311,8 @@ mod tests {
     /// The whole thread in simulated time, over an empty room.
     fn simulate(periods: u64, step: impl FnMut(u64) + Send + 'static) -> Outcome {
         let forces = Arc::default();
+        let scoped: Scoped = Arc::default();
+        let scope = Arc::clone(&scoped);
         let polls = Arc::<AtomicU64>::default();
         let fake = Fake {
             polls: Arc::clone(&polls),
@@ -304,7 +345,9 @@ mod tests {
             shared: Arc::clone(&shared),
             core: 0,
             standing: Standing::default(),
-            scope_line: None,
+            scope_line: Some(Box::new(move |high| {
+                scope.lock().unwrap().push((now_ns(), high));
+            })),
             settings: Settings::new(&config, None),
         };
         let (tell, _told) = mpsc::sync_channel(1);
@@ -316,6 +359,7 @@ mod tests {
         assert!(shared.tick_ended.load(Relaxed));
         let forces = forces.lock().unwrap().clone();
         Outcome {
+            scoped,
             panicked,
             shared,
             forces,
@@ -337,6 +381,37 @@ mod tests {
         assert_eq!(outcome.shared.ticks.load(Relaxed), 500);
         assert_eq!(outcome.forces.len(), 500 + 3, "and three zeros");
         assert_eq!(outcome.forces[500..], [ZERO; 3]);
+    }
+
+    #[test]
+    fn the_oscilloscope_sees_each_tick_as_long_as_it_takes() {
+        let outcome = simulate(100, |poll| {
+            advance_simulated(if poll == 3 { 400_000 } else { 70_000 });
+        });
+        let scoped = outcome.scoped.lock().unwrap();
+        assert_eq!(scoped.len(), 2 * 100);
+        for (tick, edges) in scoped.chunks(2).enumerate() {
+            let (rises_ns, falls_ns) = (edges[0].0, edges[1].0);
+            assert_eq!((edges[0].1, edges[1].1), (true, false));
+            assert_eq!(
+                rises_ns,
+                scoped[0].0 + tick as u64 * 1_000_000,
+                "on the grid"
+            );
+            let took_ns = if tick == 3 { 400_000 } else { 70_000 };
+            assert_eq!(falls_ns - rises_ns, took_ns);
+        }
+    }
+
+    #[test]
+    fn a_wait_that_is_no_sleep_for_a_tick_is_a_block() {
+        let mut blocks = Blocks::default();
+        assert!(!blocks.note(0, 1000, 0), "before the first tick");
+        assert!(!blocks.note(64, 1064, 0));
+        assert!(!blocks.note(127, 1128, 0), "a sleep that was over at once");
+        assert!(blocks.note(192, 1192, 0), "which hides no later block");
+        assert!(!blocks.note(258, 1256, 9), "stopped from outside");
+        assert_eq!(blocks.count, 3);
     }
 
     #[test]

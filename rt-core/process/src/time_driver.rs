@@ -13,6 +13,7 @@ use rustix::time::Timespec;
 
 thread_local! {
     static SIMULATED_NS: Cell<Option<u64>> = const { Cell::new(None) };
+    static SLEEPS: Cell<u64> = const { Cell::new(0) };
     static TIMERS: RefCell<Queue> = const { RefCell::new(Queue::new()) };
 }
 
@@ -42,6 +43,11 @@ pub fn advance_simulated(by_ns: u64) {
     }
 }
 
+/// Times that this thread went to sleep for a deadline.
+pub(crate) fn sleeps() -> u64 {
+    SLEEPS.get()
+}
+
 /// Sleeps until `at_ns`, waking `spin_ns` early to spin the rest away. Returns at once when it
 /// has passed. A signal does not end the sleep early: an absolute deadline is slept for again.
 pub(crate) fn sleep_until(at_ns: u64, spin_ns: u64) {
@@ -55,6 +61,7 @@ pub(crate) fn sleep_until(at_ns: u64, spin_ns: u64) {
         tv_nsec: (wake_ns % 1_000_000_000).cast_signed(),
     };
     while monotonic_ns() < wake_ns {
+        SLEEPS.set(SLEEPS.get() + 1);
         // The error is EINTR; the loop asks the clock, whatever it was.
         let _ = rustix::thread::clock_nanosleep_absolute(ClockId::Monotonic, &wake);
     }

@@ -2,14 +2,24 @@
 
 use core::sync::atomic::Ordering::Relaxed;
 
+use core::time::Duration;
+
 use crate::realtime::Standing;
 use crate::shared::Shared;
 use crate::time_driver::monotonic_ns;
 
+/// From any end of the tick (panic, signal, `SIGSTOP`, a kill, a lock on memory or a device that is
+/// lost) to the end of the force. A tick that still runs zeroes it itself; else the device's watchdog
+/// does, whose limit (`hardware::rig::device::WATCHDOG_LIMIT_MS`) is this, too.
+pub const FORCE_ZERO_WITHIN: Duration = Duration::from_millis(100);
+const _: () = assert!(
+    FORCE_ZERO_WITHIN.as_millis() >= hardware::rig::device::WATCHDOG_LIMIT_MS as u128
+        && FORCE_ZERO_WITHIN.as_nanos() >= 2 * STANDING_EVERY_NS as u128
+);
 /// A tick that stands still for longer is reported.
 const STALL_NS: u64 = 50_000_000;
 /// How often the thread's standing is asked for: it reads a file.
-const STANDING_EVERY_NS: u64 = 500_000_000;
+const STANDING_EVERY_NS: u64 = 50_000_000;
 
 /// Reports each standstill once, and how long it was.
 #[derive(Debug, Default)]
@@ -46,7 +56,7 @@ impl Watch {
     }
 
     /// Looks, now and then, whether somebody took from the tick what makes it realtime. Takes it
-    /// from `standing` and from every report too, and says so.
+    /// from `standing` and from every report too, says so, and cuts the force.
     pub(crate) fn look_at_standing(&mut self, shared: &Shared, standing: &mut Standing) {
         let now_ns = monotonic_ns();
         if now_ns < self.standing_at_ns {
@@ -54,7 +64,8 @@ impl Watch {
         }
         self.standing_at_ns = now_ns + STANDING_EVERY_NS;
         for why in standing.lose(shared.tick_thread.load(Relaxed)) {
-            crate::say!("calot rt: NOT REALTIME any more: {why}");
+            crate::say!("calot rt: NOT REALTIME any more, force is cut: {why}");
+            shared.cut_force.store(true, Relaxed);
         }
         shared.realtime.store(standing.bits, Relaxed);
     }

@@ -27,16 +27,16 @@ RULES
 udevadm control --reload
 udevadm trigger --subsystem-match=usb-serial --subsystem-match=misc --action=add
 
-cat > /etc/systemd/system/calot@.service <<'UNIT'
-# `systemctl start calot@SCENE` runs the controller of /var/lib/calot/SCENE.calot by itself.
+cat > /etc/systemd/system/calot@.service <<UNIT
+# systemctl start calot@SCENE runs the controller of /var/lib/calot/SCENE.calot by itself.
+# Shared memory belongs to its user: the display must be that user's, too.
 [Unit]
 Description=Calot realtime controller, scene %i
 After=multi-user.target
 
 [Service]
 ExecStart={program} rt --scene /var/lib/calot/%i.calot --core {core} --strict
-DynamicUser=no
-User=nobody
+User=${{SUDO_USER:-root}}
 SupplementaryGroups=realtime dialout
 LimitRTPRIO=95
 LimitMEMLOCK=infinity

@@ -63,6 +63,7 @@ pub(crate) struct Counters {
     allocations: u64,
     page_faults: u64,
     involuntary_switches: u64,
+    blocks: u64,
 }
 
 impl Counters {
@@ -75,6 +76,7 @@ impl Counters {
             allocations: batch.allocations,
             page_faults: batch.page_faults,
             involuntary_switches: batch.involuntary_switches,
+            blocks: batch.blocks,
         }
     }
 
@@ -85,6 +87,7 @@ impl Counters {
         self.allocations = self.allocations.saturating_add(other.allocations);
         self.page_faults += other.page_faults;
         self.involuntary_switches += other.involuntary_switches;
+        self.blocks += other.blocks;
     }
 }
 
@@ -179,6 +182,7 @@ impl Tally {
             ("allocations_after_start", all.allocations),
             ("page_faults_after_start", all.page_faults),
             ("involuntary_switches", all.involuntary_switches),
+            ("blocks", all.blocks),
             ("timing_batches_lost", self.batches_lost),
         ] {
             report.counts.insert(name.to_owned(), count);
