@@ -71,7 +71,7 @@ pub struct OrganReport {
     /// Tetrahedra between sphere centres; together they carry the organ's whole volume.
     pub tetrahedra: usize,
     /// Worst shape of a tetrahedron: volume over the cube of its longest edge; 0.118 is regular,
-    /// below 0.006 it would be a sliver, below 0 inverted. `None`: it has no tetrahedra.
+    /// below 0.015 it would be a sliver, below 0 inverted. `None`: it has no tetrahedra.
     pub tetra_shape_min: Option<f64>,
     /// Steps in a tick that its stiffness needs.
     pub substeps: u32,
@@ -197,7 +197,7 @@ impl fmt::Display for Report {
         if let Some(shape) = self.tetra_shape_min {
             writeln!(
                 f,
-                "worst tetrahedron: V/L³ = {shape:.4} (regular 0.118, sliver below 0.006, inverted below 0); \
+                "worst tetrahedron: V/L³ = {shape:.4} (regular 0.118, sliver below 0.015, inverted below 0); \
                  mass {:.0} g",
                 self.mass_g
             )?;
