@@ -4,11 +4,11 @@
 //! (as root or with the limits; needs the package `rt-tests`). Absolute figures of a machine that
 //! does other work are noise from p99 upwards: read the ratios, over several rounds. WORK_US is burnt
 //! in every tick of our loops (cyclictest has none): their misses compare to those of a tick that
-//! costs as much.
+//! costs as much. With ROUNDS 0 it tells only what executor and bookkeeping cost.
 
 use std::process::Command;
 
-use rt_process::probe::{Loop, Probe, executor_cost_ns};
+use rt_process::probe::{Loop, Probe, empty_tick_cost_ns, executor_cost_ns};
 use rt_process::realtime::allowed_cores;
 
 const PRIORITY: u8 = 80;
@@ -50,9 +50,13 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ("plain loop", Box::new(|| Ok(probe(Loop::Plain)?))),
     ];
     println!(
-        "executor and schedule: {:.0} ns a tick (simulated time)",
-        executor_cost_ns(1_000_000)
+        "executor and schedule: {:.0} ns a tick (simulated time); a tick without work: {:.0} ns",
+        executor_cost_ns(1_000_000),
+        empty_tick_cost_ns(1_000_000)?
     );
+    if rounds == 0 {
+        return Ok(());
+    }
     println!(
         "{rounds} rounds of {seconds} s each, core {core}, FIFO {PRIORITY}; µs, and ÷ cyclictest"
     );

@@ -7,14 +7,25 @@
 use core::cell::RefCell;
 use core::ops::ControlFlow;
 use std::rc::Rc;
+use std::sync::Arc;
 
+use rt_core::math::{Pose, Vec3};
+use rt_core::scene::{Room, Scene};
+use rt_core::sim::Sim;
+use rt_core::state::State;
 use shared_mem::message::TimingBatch;
 
+use crate::config::RtConfig;
 use crate::control::control;
+use crate::devices::{Devices, NO_DEVICE};
 use crate::error::RtError;
 use crate::executor::Executor;
 use crate::realtime::{self, NoDeepIdle, Standing, ThreadUsage};
+use crate::run::queues;
 use crate::schedule::Schedule;
+use crate::shared::Shared;
+use crate::tick::{Tick, World};
+use crate::tick_thread::Settings;
 use crate::time_driver::{monotonic_ns, now_ns, simulate_from, sleep_until};
 
 /// Which loop.
@@ -156,6 +167,59 @@ pub fn executor_cost_ns(ticks: u64) -> f64 {
     std::thread::spawn(measure).join().unwrap_or(f64::NAN)
 }
 
+/// Mean time of a whole tick over an empty room without devices, ns, on this machine's clock: what
+/// remains of a tick when the work is taken away, that is its stamps, budgets, counters and record,
+/// and the passage through the simulation's stages.
+///
+/// # Errors
+/// When the thread does not start.
+pub fn empty_tick_cost_ns(ticks: u64) -> Result<f64, RtError> {
+    let room = Room {
+        gravity_m_s2: Vec3::zeros(),
+        world_from_device: Pose::identity(),
+        world_from_tracker: Pose::identity(),
+        instrument_port_m: Vec3::zeros(),
+        instrument_length_m: 0.3,
+        endoscope_port_m: Vec3::zeros(),
+        world_from_camera: Pose::identity(),
+        breath_s: 0.0,
+    };
+    let measure = move || {
+        let Ok(scene) = Scene::new(&[], &[], &[], room) else {
+            return f64::NAN; // an empty scene is a scene
+        };
+        let config = RtConfig::new("probe", "none");
+        let settings = Settings::new(&config, None);
+        let (ends, mut other_ends) = queues();
+        let shared = Arc::<Shared>::default();
+        let world = World::new(Devices::default(), ends, shared, [0; 16], &settings);
+        let state: &'static mut State = Box::leak(Box::new(State::new()));
+        let sim = Sim::new(scene, state, NO_DEVICE, config.parameters);
+        let mut tick = Tick::new(sim, world, None);
+        let mut in_ticks_ns = 0;
+        for _ in 0..ticks {
+            let start_ns = monotonic_ns();
+            let due = Schedule::new(start_ns, PERIOD_NS).begin(start_ns);
+            let _ = tick.run(due);
+            in_ticks_ns += monotonic_ns() - start_ns;
+            // As the publishing thread does: a full queue would be another path.
+            while other_ends.records.dequeue().is_some() {}
+            while other_ends.events.dequeue().is_some() {}
+        }
+        in_ticks_ns as f64 / ticks.max(1) as f64
+    };
+    let thread = "probe";
+    std::thread::Builder::new()
+        .stack_size(crate::run::TICK_STACK_BYTES)
+        .spawn(measure)
+        .map_err(|source| RtError::Thread { thread, source })?
+        .join()
+        .map_err(|_| RtError::Panicked {
+            thread,
+            message: "while measuring".to_owned(),
+        })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -182,5 +246,7 @@ mod tests {
     fn an_empty_tick_costs_something_but_far_less_than_a_period() {
         let cost_ns = executor_cost_ns(100_000);
         assert!(cost_ns > 1.0 && cost_ns < 100_000.0, "{cost_ns}");
+        let cost_ns = empty_tick_cost_ns(20_000).unwrap();
+        assert!(cost_ns > 10.0 && cost_ns < 100_000.0, "{cost_ns}");
     }
 }

@@ -299,6 +299,9 @@ mod tests {
     /// When the oscilloscope's line changed, and to what.
     type Scoped = Arc<Mutex<Vec<(u64, bool)>>>;
 
+    #[global_allocator]
+    static ALLOCATOR: alloc_counter::CountingAllocator = alloc_counter::CountingAllocator::new();
+
     struct Outcome {
         scoped: Scoped,
         panicked: bool,
@@ -310,8 +313,20 @@ mod tests {
 
     /// The whole thread in simulated time, over an empty room.
     fn simulate(periods: u64, step: impl FnMut(u64) + Send + 'static) -> Outcome {
-        let forces = Arc::default();
-        let scoped: Scoped = Arc::default();
+        let prepare = || simulate_from(1_000_000_000);
+        run_in_room(periods, Standing::default(), prepare, step)
+    }
+
+    /// The same, in the time that `prepare` makes.
+    fn run_in_room(
+        periods: u64,
+        standing: Standing,
+        prepare: impl FnOnce() + Send + 'static,
+        step: impl FnMut(u64) + Send + 'static,
+    ) -> Outcome {
+        let room_for = |each: usize| each * usize::try_from(periods).unwrap_or(0).min(25_000);
+        let forces = Arc::new(Mutex::new(Vec::with_capacity(room_for(1))));
+        let scoped: Scoped = Arc::new(Mutex::new(Vec::with_capacity(room_for(2))));
         let scope = Arc::clone(&scoped);
         let polls = Arc::<AtomicU64>::default();
         let fake = Fake {
@@ -334,6 +349,10 @@ mod tests {
         let mut config = RtConfig::new("simulated", "none");
         config.realtime = Realtime::Never;
         config.periods_max = Some(periods);
+        // A fake allocates.
+        if standing.bits == 0 {
+            config.on_violation = OnViolation::Count;
+        }
         let start = Start {
             scene: Scene::new(&[], &[], &[], room).unwrap(),
             scene_id: [7; 16],
@@ -344,7 +363,7 @@ mod tests {
             ends,
             shared: Arc::clone(&shared),
             core: 0,
-            standing: Standing::default(),
+            standing,
             scope_line: Some(Box::new(move |high| {
                 scope.lock().unwrap().push((now_ns(), high));
             })),
@@ -352,7 +371,7 @@ mod tests {
         };
         let (tell, _told) = mpsc::sync_channel(1);
         let thread = std::thread::spawn(move || {
-            simulate_from(1_000_000_000);
+            prepare();
             run(start, &tell);
         });
         let panicked = thread.join().is_err();
@@ -412,6 +431,57 @@ mod tests {
         assert!(blocks.note(192, 1192, 0), "which hides no later block");
         assert!(!blocks.note(258, 1256, 9), "stopped from outside");
         assert_eq!(blocks.count, 3);
+    }
+
+    /// Body of a process whose tick breaks a rule again and again, in real time.
+    #[test]
+    #[ignore = "started by another test as a process"]
+    fn breaks_a_rule() {
+        let rule = std::env::var("RT_TEST_RULE").unwrap_or_default();
+        let mut standing = Standing::default();
+        standing.note(TimingBatch::LOCKED, Ok(()));
+        if rule != "page fault" && realtime::lock_memory().is_err() {
+            return;
+        }
+        let mut untouched = vec![0u8; 256 << 20];
+        let outcome = run_in_room(
+            20_000,
+            standing,
+            || (),
+            move |poll| match rule.as_str() {
+                _ if poll < 200 => {}
+                "allocation" => drop(core::hint::black_box(Box::new(poll))),
+                "page fault" => untouched[poll as usize * 8192] = 1,
+                "block" => std::thread::sleep(core::time::Duration::from_micros(10)),
+                other => panic!("{other}"),
+            },
+        );
+        assert!(!outcome.panicked);
+    }
+
+    #[test]
+    fn a_debug_run_ends_at_the_first_allocation_page_fault_or_block() {
+        use std::os::unix::process::ExitStatusExt as _;
+        let may_lock = realtime::lock_memory().is_ok();
+        let _ = rustix::mm::munlockall();
+        if OnViolation::BUILD_DEFAULT == OnViolation::Count || !may_lock {
+            return; // a release build counts; without the lock nothing is promised
+        }
+        for (rule, said) in [
+            ("allocation", "allocated after its start"),
+            ("page fault", "took a page fault after its start"),
+            ("block", "waited for something else"),
+        ] {
+            let name = "tick_thread::tests::breaks_a_rule";
+            let output = std::process::Command::new(std::env::current_exe().unwrap())
+                .args(["--exact", name, "--ignored", "--nocapture"])
+                .env("RT_TEST_RULE", rule)
+                .output()
+                .unwrap();
+            let stderr = String::from_utf8_lossy(&output.stderr);
+            assert!(stderr.contains(said), "{rule}: {stderr}");
+            assert_eq!(output.status.signal(), Some(libc::SIGABRT), "{rule}");
+        }
     }
 
     #[test]

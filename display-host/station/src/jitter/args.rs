@@ -11,6 +11,7 @@ use crate::cli::{DeviceArgs, RealtimeArgs, SceneArgs, parse_seconds, parse_stati
 Examples:
   calot jitter --seconds 60 --out idle
   calot jitter --seconds 60 --load all --out loaded
+  calot jitter --seconds 600 --load join --compare burn
   calot jitter --seconds 60 --compare cyclictest,executor,sleep
   calot jitter --seconds 3600 --scope-line rts --scope-tty /dev/ttyS0
   calot jitter --diff idle loaded
@@ -63,7 +64,9 @@ pub(crate) enum Load {
     Memory,
     /// Files written, synced, read
     Io,
-    /// A display that draws all the time, and one that joins and is killed every second
+    /// A display that joins, and leaves or is killed, every second
+    Join,
+    /// The same, and one that draws all the time
     Display,
     /// All of these
     All,

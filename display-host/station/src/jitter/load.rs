@@ -32,7 +32,8 @@ pub(crate) fn run(args: &LoadArgs) -> Result<ExitCode, Problem> {
         Load::Cpu => on_each_core(&stop, compute),
         Load::Memory => on_each_core(&stop, copy),
         Load::Io => files(Path::new(&args.place), &stop)?,
-        Load::Display => join(&args.place, &stop)?,
+        Load::Join => join(&args.place, &stop)?,
+        Load::Display => return Err("it joins, too: name join".into()),
         Load::All => return Err("one load a process: name one".into()),
     }
     Ok(ExitCode::SUCCESS)
@@ -121,7 +122,10 @@ impl Loads {
             churn: None,
         };
         for &load in loads {
-            if load == Load::Display {
+            if matches!(load, Load::Join | Load::Display) {
+                if started.churn.is_some() {
+                    continue;
+                }
                 let stop = Arc::new(AtomicBool::new(false));
                 let (flag, station) = (stop.clone(), station.to_owned());
                 let thread = std::thread::spawn(move || join_and_kill(&station, &flag));
@@ -169,7 +173,7 @@ fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["load", &load.name(), place, "--with-parent", &parent]);
     command.stdin(Stdio::null()).stdout(Stdio::null());
-    if load == Load::Display {
+    if load == Load::Join {
         // A controller that goes between two rounds is nothing to complain of.
         command.stderr(Stdio::null());
     }
@@ -180,7 +184,7 @@ fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
 fn join_and_kill(station: &str, stop: &AtomicBool) -> u64 {
     let mut joined = 0;
     while !stop.load(Ordering::Relaxed) {
-        let Ok(mut display) = spawn(Load::Display, station) else {
+        let Ok(mut display) = spawn(Load::Join, station) else {
             break;
         };
         joined += 1;

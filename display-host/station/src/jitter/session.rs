@@ -79,6 +79,7 @@ impl Bench<'_> {
         let mut kernel_counts = Vec::new();
         let mut ran = self.scene.to_owned();
         let died = std::thread::scope(|scope| {
+            let mut drawing = None;
             let (tell, told) = mpsc::channel();
             let (frames_in, frames) = mpsc::channel();
             let watcher = {
@@ -99,7 +100,8 @@ impl Bench<'_> {
                             ran.clone_from(&level);
                             if self.draws {
                                 let flags = &flags;
-                                scope.spawn(move || self.draw(&level, flags, &frames_in));
+                                let draw = move || self.draw(&level, flags, &frames_in);
+                                drawing = Some(scope.spawn(draw));
                             }
                         }
                         Err(problem) => say::note(format_args!("jitter: {problem}")),
@@ -117,6 +119,10 @@ impl Bench<'_> {
                 Err(problem) => Err(problem),
             };
             flags.done.store(true, Ordering::Relaxed);
+            // Its last frames are read, too.
+            if let Some(drawing) = drawing {
+                let _ = drawing.join();
+            }
             flags.over.store(true, Ordering::Relaxed);
             match watcher.join() {
                 Ok(Ok(())) => died,
