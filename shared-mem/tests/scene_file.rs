@@ -207,6 +207,51 @@ fn missing_foreign_old_and_damaged_files_are_told_apart() {
     assert!(SceneFile::from_bytes(&good[..good.len() - 1]).is_err());
 }
 
+/// A scene of one to three levels, the coarser ones with other masses.
+#[test]
+fn levels_of_detail_in_one_file_are_opened_by_number() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("scene.calot");
+    let level = |n: u8| {
+        let mut scene = tiny();
+        scene.spheres[0].mass_kg = f32::from(n + 1);
+        scene
+    };
+    let written: Vec<SceneData> = (0..3).map(level).collect();
+    let finest = SceneData::write_levels(&written, &path).unwrap();
+    assert_eq!(SceneFile::open(&path).unwrap().id(), finest);
+    let found = SceneFile::levels(&path);
+    assert_eq!(found.len(), 3);
+    for (level, (found, written)) in found.iter().zip(&written).enumerate() {
+        let scene = SceneFile::open(found).unwrap();
+        assert_eq!(scene.spheres(), written.spheres, "{level}");
+    }
+    assert_eq!(SceneFile::levels(&found[1]), [found[1].clone()]);
+    let beyond = folder.path().join("scene.calot#3");
+    let refused = SceneFile::open(&beyond).unwrap_err().to_string();
+    assert!(
+        refused.contains("3 levels of detail, there is no level 3"),
+        "{refused}"
+    );
+
+    // A file that is not levels from end to end is refused whole.
+    let whole = std::fs::read(&path).unwrap();
+    for damaged in [
+        whole[..whole.len() - 1].to_vec(),
+        [whole.as_slice(), &[0; 64]].concat(),
+        [whole.as_slice(), &[0; 3]].concat(),
+    ] {
+        std::fs::write(&path, damaged).unwrap();
+        assert!(matches!(
+            SceneFile::open(&path),
+            Err(SceneError::NotAScene("wrong length"))
+        ));
+        assert_eq!(SceneFile::levels(&path).len(), 1);
+    }
+    assert!(SceneData::write_levels(&[], &path).is_err());
+    assert!(SceneData::write_levels(&vec![tiny(); 9], &path).is_err());
+}
+
 proptest! {
     /// The fuzz target's body over damaged scenes, some cut short.
     #[test]
@@ -219,5 +264,26 @@ proptest! {
         }
         bytes.truncate(cut.unwrap_or(bytes.len()));
         fuzz::scene_file(&bytes);
+    }
+
+    /// Files of levels, damaged and cut: whatever opens is sound, and nothing panics.
+    #[test]
+    fn hostile_levels_never_panic(edits in prop::collection::vec((0usize..4000, any::<u8>()), 0..6),
+                                  cut in prop::option::of(0usize..4000)) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("scene.calot");
+        SceneData::write_levels(&[tiny(), tiny()], &path).unwrap();
+        let mut bytes = std::fs::read(&path).unwrap();
+        for (at, value) in edits {
+            let at = at % bytes.len();
+            bytes[at] = value;
+        }
+        bytes.truncate(cut.unwrap_or(bytes.len()));
+        std::fs::write(&path, &bytes).unwrap();
+        for level in SceneFile::levels(&path) {
+            if let Ok(scene) = SceneFile::open(&level) {
+                prop_assert_eq!(scene.spheres().len(), 4);
+            }
+        }
     }
 }

@@ -192,15 +192,16 @@ pub(crate) fn level(
     let Ok(ready) = serde_json::from_str::<serde_json::Value>(said) else {
         return Ok(finest); // a display that joins is told the scene by its user
     };
-    for path in coarser {
-        let id = SceneFile::open(path)?.id();
+    let own = SceneFile::levels(&finest).into_iter().skip(1);
+    for path in own.chain(coarser.iter().flat_map(|file| SceneFile::levels(file))) {
+        let id = SceneFile::open(&path)?.id();
         let id: String = id.iter().map(|byte| format!("{byte:02x}")).collect();
         if ready["scene_id"] == id.as_str() {
             say::note(format_args!(
                 "calot: the coarser level {} runs",
                 path.display()
             ));
-            return Ok(path.clone());
+            return Ok(path);
         }
     }
     Ok(finest)

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use scene_prepare::recipe::Unit;
 use scene_prepare::{Prepared, Progress, Recipe};
+use shared_mem::scene::SceneData;
 
 use crate::cli::SceneArgs;
 use crate::say;
@@ -14,12 +15,17 @@ pub(crate) type Problem = Box<dyn std::error::Error>;
 /// Compiles the named scene to `target`, or points to it where it is compiled already.
 pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Problem> {
     let named = Path::new(&args.scene);
-    if has_extension(named, &["calot"]) {
+    // `x.calot#1` is a level of it.
+    let file = args
+        .scene
+        .rsplit_once('#')
+        .map_or(named, |(file, _)| Path::new(file));
+    if has_extension(named, &["calot"]) || has_extension(file, &["calot"]) {
         shared_mem::scene::SceneFile::open(named)?;
         return Ok(named.to_owned());
     }
     let recipe = recipe(&args.scene, args.meshes.as_deref(), None)?;
-    prepare(&recipe)?.scene.write(target)?;
+    write(&levels(&recipe)?, target)?;
     Ok(target.to_owned())
 }
 
@@ -47,6 +53,19 @@ pub(crate) fn recipe(
          .gltf .glb), or a compiled scene (.calot)"
     )
     .into())
+}
+
+/// Prepares every level of detail, finest first.
+pub(crate) fn levels(recipe: &Recipe) -> Result<Vec<Prepared>, Problem> {
+    let levels = (0..recipe.levels()).map(|level| prepare(&recipe.level(level)));
+    levels.collect()
+}
+
+/// Writes the levels to one file.
+pub(crate) fn write(levels: &[Prepared], path: &Path) -> Result<(), Problem> {
+    let scenes: Vec<SceneData> = levels.iter().map(|level| level.scene.clone()).collect();
+    SceneData::write_levels(&scenes, path)?;
+    Ok(())
 }
 
 /// Prepares, with progress on standard error once it takes longer than a second.

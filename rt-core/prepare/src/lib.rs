@@ -14,6 +14,7 @@
 //! Offline: it may allocate and use threads, but the same recipe and meshes give the same bytes
 //! on any number of threads. Lengths are metres, everything is computed in `f64`.
 
+pub mod cost;
 pub mod delaunay;
 mod elastic;
 pub mod error;
@@ -25,6 +26,7 @@ pub mod shape;
 
 mod attach;
 pub mod bind;
+mod budget;
 mod held;
 pub mod links;
 pub mod order;

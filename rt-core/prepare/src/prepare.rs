@@ -6,14 +6,15 @@ use shared_mem::scene::{
     LinkRecord, OrganRecord, SceneData, SphereRecord, TetraRecord, VertexRecord, name_from_str,
 };
 
+use crate::budget::{self, Count};
 use crate::elastic::{self, Elastic};
 use crate::error::{MeshError, MeshProblem, PrepareError};
 use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
-use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, SPHERES_MAX, SPHERES_MIN, Surface};
+use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, Surface};
 use crate::report::{OrganReport, Report};
 use crate::tetra::{self, Tetra};
-use crate::{attach, bind, held, links, room};
+use crate::{attach, bind, cost, held, links, room};
 
 /// How far the preparation is.
 #[derive(Debug, Clone, PartialEq)]
@@ -72,51 +73,84 @@ pub fn prepare(
         times.push(begun.elapsed());
     }
     let skins: Vec<Mesh> = surfaces.iter().map(|s| s.mended.mesh.clone()).collect();
+    let mut counts = Vec::new();
+    for (i, plan) in recipe.organs.iter().enumerate() {
+        tell(i, 0.35, 0.5, format!("{}: how many spheres", plan.name));
+        counts.push(budget::by_error(plan, &surfaces[i].mended)?);
+    }
+    let mut packing = 0;
+    let mut assemble = |counts: &[Count]| {
+        packing += 1;
+        let round = packing;
+        let mut doing = |i: usize, plan: &OrganPlan| {
+            let again = match round {
+                1 => String::new(),
+                _ => format!(", try {round}"),
+            };
+            let doing = format!(
+                "{}: packing {} spheres{again}",
+                plan.name, counts[i].spheres
+            );
+            tell(i, 0.5, 0.95, doing);
+        };
+        assemble(recipe, counts, &surfaces, &skins, &mut doing)
+    };
+    let mut prepared = match recipe.tick_us {
+        Some(tick_us) => budget::by_time(recipe, tick_us, &counts, &mut assemble)?,
+        None => assemble(&counts)?,
+    };
+    let report = &mut prepared.report;
+    for (organ, time) in report.organs.iter_mut().zip(times) {
+        organ.build_s += time.as_secs_f64();
+    }
+    report.build_s = start.elapsed().as_secs_f64();
+    progress(Progress {
+        doing: "done".into(),
+        done: 1.0,
+    });
+    Ok(prepared)
+}
+
+/// Packs every organ with this many spheres, and puts them together.
+fn assemble(
+    recipe: &Recipe,
+    counts: &[Count],
+    surfaces: &[Skin],
+    skins: &[Mesh],
+    doing: &mut dyn FnMut(usize, &OrganPlan),
+) -> Result<Prepared, PrepareError> {
     let gravity = recipe
         .room
         .gravity_m_s2
         .unwrap_or_else(room::default_gravity);
-
     let mut scene = SceneData::default();
     let mut tetrahedra = Vec::new();
     let mut report = Report {
         scene: recipe.name.clone(),
         ..Report::default()
     };
-    for (i, plan) in recipe.organs.iter().enumerate() {
+    for ((i, plan), count) in recipe.organs.iter().enumerate().zip(counts) {
         let begun = Instant::now();
-        tell(
-            i,
-            0.35,
-            0.95,
-            format!("{}: packing {} spheres", plan.name, plan.spheres),
-        );
-        let organ = build(plan, &surfaces[i].mended, scene.spheres.len() as u32)?;
-        let held = held::held(plan, &organ.balls, &recipe.organs, &skins, &gravity);
+        doing(i, plan);
+        let first_sphere = scene.spheres.len() as u32;
+        let organ = build(plan, &surfaces[i].mended, count, first_sphere)?;
+        let held = held::held(plan, &organ.balls, &recipe.organs, skins, &gravity);
         report.organs.push(OrganReport {
-            build_s: (times[i] + begun.elapsed()).as_secs_f64(),
+            build_s: begun.elapsed().as_secs_f64(),
             ..figures(plan, &surfaces[i], &organ, &held)
         });
         append(&mut scene, plan, &surfaces[i].mended, &organ, &held);
         tetrahedra.push(organ.tets);
     }
-    progress(Progress {
-        doing: "room".into(),
-        done: 0.95,
-    });
-    let tied = attach::attach(&recipe.organs, &skins, &mut scene)?;
+    let tied = attach::attach(&recipe.organs, skins, &mut scene)?;
     for (organ, tied) in report.organs.iter_mut().zip(tied) {
         organ.attached = tied;
     }
-    scene.room = Some(room::place(recipe, &skins)?);
+    scene.room = Some(room::place(recipe, skins)?);
     // What the processes would refuse is refused here.
     scene.to_bytes()?;
     report.sum_up();
-    report.build_s = start.elapsed().as_secs_f64();
-    progress(Progress {
-        doing: "done".into(),
-        done: 1.0,
-    });
+    report.tick_us = cost::work(&scene).tick_us();
     Ok(Prepared {
         scene,
         report,
@@ -212,15 +246,15 @@ fn in_metres(mut mesh: Mesh, unit_m: Option<f64>) -> (Mesh, String) {
 }
 
 /// Spheres, links and tetrahedra of an organ.
-struct Skeleton {
-    balls: Vec<Ball>,
+pub(crate) struct Skeleton {
+    pub(crate) balls: Vec<Ball>,
     links: Vec<[u32; 2]>,
     /// Of a tube: which spheres follow each other.
     steps: Vec<[u32; 2]>,
     tets: Vec<Tetra>,
 }
 
-fn interior<'a>(
+pub(crate) fn interior<'a>(
     plan: &OrganPlan,
     surface: &'a Mended,
     spheres: usize,
@@ -232,7 +266,12 @@ fn interior<'a>(
     })
 }
 
-fn skeleton(plan: &OrganPlan, interior: &Interior<'_>, volume_m3: f64, spheres: usize) -> Skeleton {
+pub(crate) fn skeleton(
+    plan: &OrganPlan,
+    interior: &Interior<'_>,
+    volume_m3: f64,
+    spheres: usize,
+) -> Skeleton {
     match plan.packing {
         Packing::Even => {
             let balls = pack::pack_evenly(interior, spheres);
@@ -266,66 +305,13 @@ fn skeleton(plan: &OrganPlan, interior: &Interior<'_>, volume_m3: f64, spheres: 
     }
 }
 
-/// Packings that the search for an error budget tries, at most.
-const TRIES: usize = 6;
-
-/// The smallest tried count that keeps the error budget, and why it was taken. The gap shrinks
-/// about as the spacing does, with the cube root of the count.
-fn choose_count(plan: &OrganPlan, surface: &Mended) -> Result<(usize, String), PrepareError> {
-    let Some(budget_m) = plan.gap_95_m else {
-        return Ok((plan.spheres, "the recipe says so".into()));
-    };
-    let mut kept: Option<(usize, f64)> = None;
-    let mut missed: Option<(usize, f64)> = None;
-    let mut count = plan.spheres;
-    for _ in 0..TRIES {
-        let interior = interior(plan, surface, count)?;
-        let balls = skeleton(plan, &interior, surface.volume_m3, count).balls;
-        let gap_m = Quality::measure(&interior, &surface.mesh, &balls).gap_95_m;
-        let side = if gap_m <= budget_m {
-            &mut kept
-        } else {
-            &mut missed
-        };
-        let closer = side.is_none_or(|(known, _)| (count < known) == (gap_m <= budget_m));
-        if closer {
-            *side = Some((count, gap_m));
-        }
-        let estimate = count as f64 * (gap_m / budget_m).powi(3) * 1.02;
-        let next = (estimate.ceil() as usize).clamp(SPHERES_MIN, SPHERES_MAX);
-        count = match (kept, missed) {
-            (Some((high, _)), Some((low, _))) if high <= low + 1 + low / 50 => break,
-            (Some((high, _)), Some((low, _))) if next <= low || next >= high => (low + high) / 2,
-            _ if next == count => break,
-            _ => next,
-        };
-    }
-    let mm = |m: f64| 1e3 * m;
-    let Some((count, gap_m)) = kept else {
-        let (count, gap_m) = missed.unwrap_or((plan.spheres, f64::NAN));
-        return Err(PrepareError::Organ {
-            organ: plan.name.clone(),
-            problem: format!(
-                "cannot keep gap_95_mm = {:.2}: {count} spheres still leave {:.2} mm; allow a \
-                 larger gap",
-                mm(budget_m),
-                mm(gap_m)
-            ),
-        });
-    };
-    let fewer = missed.map_or(String::new(), |(count, gap_m)| {
-        format!("; {count} leave {:.2} mm", mm(gap_m))
-    });
-    let because = format!(
-        "a 95 % gap of {:.2} mm keeps the budget of {:.2} mm{fewer}",
-        mm(gap_m),
-        mm(budget_m)
-    );
-    Ok((count, because))
-}
-
-fn build(plan: &OrganPlan, surface: &Mended, first_sphere: u32) -> Result<Organ, PrepareError> {
-    let (spheres, because) = choose_count(plan, surface)?;
+fn build(
+    plan: &OrganPlan,
+    surface: &Mended,
+    count: &Count,
+    first_sphere: u32,
+) -> Result<Organ, PrepareError> {
+    let spheres = count.spheres;
     let interior = interior(plan, surface, spheres)?;
     let Skeleton {
         balls,
@@ -349,7 +335,7 @@ fn build(plan: &OrganPlan, surface: &Mended, first_sphere: u32) -> Result<Organ,
         balls,
         links,
         tets,
-        because,
+        because: count.because.clone(),
     })
 }
 

@@ -41,6 +41,8 @@ pub struct Report {
     pub volume_ml: f64,
     /// Mass of all organs, g.
     pub mass_g: f64,
+    /// A tick's time on one core while every organ is awake, foretold ([`crate::cost`]), µs.
+    pub tick_us: f64,
     /// Each organ by itself.
     pub organs: Vec<OrganReport>,
 }
@@ -202,6 +204,12 @@ impl fmt::Display for Report {
                 self.mass_g
             )?;
         }
+        writeln!(
+            f,
+            "tick: about {:.0} µs on one core of {}, every organ awake",
+            self.tick_us,
+            crate::cost::MACHINE
+        )?;
         for o in &self.organs {
             writeln!(
                 f,

@@ -46,7 +46,8 @@ pub struct RtConfig {
     pub station: String,
     /// The compiled scene.
     pub scene: PathBuf,
-    /// Coarser levels of it, finest first, for a machine that the scene does not fit.
+    /// Coarser scenes, finest first, for a machine that fits none of the levels in the scene's
+    /// own file.
     pub coarser: Vec<PathBuf>,
     /// Whether the scene must prove that it fits.
     pub admission: AdmissionPolicy,

@@ -12,6 +12,7 @@ use heapless::spsc::{Consumer, Producer, Queue};
 use rt_core::fault::Fault;
 use rt_core::sim::Stage;
 use shared_mem::message::TimingBatch;
+use shared_mem::scene::SceneFile;
 use shared_mem::service::{Controller, ServiceError, Station};
 
 use crate::admission::{self, Admission};
@@ -171,7 +172,9 @@ impl Run<'_> {
         if self.config.admission == AdmissionPolicy::Skip {
             return Ok(());
         }
-        let mut coarser = self.config.coarser.iter();
+        let finest = SceneFile::levels(&self.config.scene).into_iter().skip(1);
+        let files = self.config.coarser.iter();
+        let mut coarser = finest.chain(files.flat_map(|file| SceneFile::levels(file)));
         loop {
             let scene = self.scene.scene()?;
             let found = admission::measure(&self.scene.name, scene, self.config, self.core)?;
@@ -182,7 +185,7 @@ impl Run<'_> {
                 return Ok(());
             }
             match coarser.next() {
-                Some(level) => self.scene = LoadedScene::load(level, &self.file)?.keep(),
+                Some(level) => self.scene = LoadedScene::load(&level, &self.file)?.keep(),
                 None if self.config.admission == AdmissionPolicy::Strict => {
                     return Err(RtError::DoesNotFit(Box::new(found)));
                 }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use bytemuck::Pod;
 
+use super::levels;
 use super::write::{HEADER_BYTES, Header, SECTIONS, Section, TABLE_ENTRY_BYTES};
 use super::{
     AttachmentRecord, BINDINGS, LAYOUT_VERSION, LinkRecord, MAGIC, OrganKind, OrganRecord,
@@ -29,6 +30,10 @@ pub enum SceneError {
     Version { found: u32 },
     #[error("compiled scene is damaged: its content does not match its identity; prepare it again")]
     Identity,
+    #[error(
+        "compiled scene has {levels} levels of detail, there is no level {level}; the finest is 0"
+    )]
+    NoSuchLevel { level: usize, levels: usize },
     #[error("scene has no room record")]
     MissingRoom,
     #[error("scene has {found} {what}, allowed are {min} to {max}; choose a coarser level")]
@@ -71,22 +76,53 @@ impl Bytes {
 }
 
 impl SceneFile {
-    /// Maps and checks a file. Do not change it in place while it is mapped; writers replace it
-    /// by renaming.
+    /// Maps and checks a file; of one with several levels of detail the finest, or the one that
+    /// the path ends in: `FILE#1` is the next coarser one. Do not change a file in place while it
+    /// is mapped; writers replace it by renaming.
     ///
     /// # Errors
     /// Says what is wrong and where.
     pub fn open(path: &Path) -> Result<Self, SceneError> {
+        let (path, level) = levels::split(path);
         let io = |source| SceneError::Io {
-            path: path.to_owned(),
+            path: path.clone(),
             source,
         };
-        let file = std::fs::File::open(path).map_err(io)?;
+        let mut file = std::fs::File::open(&path).map_err(io)?;
+        let found = levels::find(&mut file).map_err(io)?;
+        let Some(&(offset, bytes)) = found.get(level) else {
+            return Err(match found.len() {
+                0 => SceneError::NotAScene("too short"),
+                levels => SceneError::NoSuchLevel { level, levels },
+            });
+        };
         #[expect(unsafe_code, reason = "mapping a file is unsafe in memmap2")]
         // SAFETY: read-only map of a file that writers replace and never change in place (see
         // `SceneData::write`); all content is plain old data and checked below.
-        let map = unsafe { memmap2::Mmap::map(&file) }.map_err(io)?;
+        let map = unsafe {
+            memmap2::MmapOptions::new()
+                .offset(offset)
+                .len(bytes)
+                .map(&file)
+        }
+        .map_err(io)?;
         Self::check(Bytes::Mapped(map))
+    }
+
+    /// The levels of detail in a file, finest first, as paths for [`SceneFile::open`]; the path
+    /// itself when it names a level, or when the file cannot be read (opening it says why).
+    #[must_use]
+    pub fn levels(path: &Path) -> Vec<PathBuf> {
+        let (file, level) = levels::split(path);
+        if level > 0 {
+            return vec![path.to_owned()];
+        }
+        let found = std::fs::File::open(&file).and_then(|mut file| levels::find(&mut file));
+        let count = found.map_or(1, |found| found.len().max(1));
+        let name = |level| levels::join(&file, level);
+        std::iter::once(path.to_owned())
+            .chain((1..count).map(name))
+            .collect()
     }
 
     /// Checks a scene in memory.

@@ -6,14 +6,19 @@
 //! sections plain records, each 64-byte aligned
 //! ```
 //!
+//! A file may hold several levels of detail: complete scenes one after another, each from a
+//! 64-byte border on, finest first. Each has its own identity.
+//!
 //! The file is hostile input: [`SceneFile::open`] checks sizes, alignment, identity, every index
 //! and every number before anything is used.
 
 mod file;
+mod levels;
 mod record;
 mod write;
 
 pub use file::{SceneError, SceneFile};
+pub use levels::LEVELS_MAX;
 pub use record::{
     AttachmentRecord, BINDINGS, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord,
     SphereRecord, TetraRecord, VertexRecord, WEIGHT_SUM, WORLD, name_from_str, str_from_name,

@@ -103,7 +103,30 @@ impl SceneData {
     /// # Errors
     /// As [`SceneData::to_bytes`], and what the file system says.
     pub fn write(&self, path: &Path) -> Result<SceneId, SceneError> {
-        let bytes = self.to_bytes()?;
+        Self::write_levels(std::slice::from_ref(self), path)
+    }
+
+    /// Writes a file of several levels of detail, finest first; the finest one's identity.
+    ///
+    /// # Errors
+    /// As [`SceneData::write`], and when there is no level, or more than [`super::LEVELS_MAX`].
+    pub fn write_levels(levels: &[Self], path: &Path) -> Result<SceneId, SceneError> {
+        if !(1..=super::LEVELS_MAX).contains(&levels.len()) {
+            return Err(SceneError::Count {
+                what: "levels of detail",
+                found: levels.len(),
+                min: 1,
+                max: super::LEVELS_MAX,
+            });
+        }
+        let mut bytes = Vec::new();
+        let mut finest = None;
+        for level in levels {
+            bytes.resize(bytes.len().next_multiple_of(ALIGN), 0);
+            let level = level.to_bytes()?;
+            bytes.extend_from_slice(&level);
+            finest.get_or_insert(identity(&level));
+        }
         let io = |source| SceneError::Io {
             path: path.to_owned(),
             source,
@@ -111,8 +134,14 @@ impl SceneData {
         let partial = path.with_extension(format!("partial-{}", std::process::id()));
         std::fs::write(&partial, &bytes).map_err(io)?;
         std::fs::rename(&partial, path).map_err(io)?;
-        Ok(super::SceneFile::from_bytes(&bytes)?.id())
+        Ok(finest.unwrap_or_default())
     }
+}
+
+/// The identity in a scene's header.
+fn identity(bytes: &[u8]) -> SceneId {
+    let header: Header = bytemuck::pod_read_unaligned(&bytes[..HEADER_BYTES]);
+    header.identity
 }
 
 struct Body {

@@ -17,6 +17,9 @@ use crate::shape::{Anatomy, Shape};
 /// Organs of a scene, at most.
 const ORGANS_MAX: usize = rt_core::capacity::MAX_ORGANS;
 
+/// Time budget of a tick, µs: the period is 1000.
+const TICK_US: std::ops::RangeInclusive<f64> = 5.0..=1000.0;
+
 const KINDS: [(&str, OrganKind, usize); 11] = [
     ("liver", OrganKind::Liver, 581),
     ("gallbladder", OrganKind::Gallbladder, 240),
@@ -132,6 +135,9 @@ pub(super) fn check(text: &str, file: &str, meshes_dir: &Path) -> Result<Recipe,
         let organ = check_organ(&place, index, organ, &names, meshes_dir, raw.anatomy)?;
         organs.push(organ);
     }
+    let tick_us = raw
+        .tick_us
+        .map(|us| place.number(&[Step::Key("tick_us")], us, TICK_US));
     let total: usize = organs.iter().map(|organ| organ.spheres).sum();
     if total > SPHERES_MAX {
         let problem = format!("organs have {total} spheres together, allowed are {SPHERES_MAX}");
@@ -139,6 +145,7 @@ pub(super) fn check(text: &str, file: &str, meshes_dir: &Path) -> Result<Recipe,
     }
     Ok(Recipe {
         name: raw.name,
+        tick_us: tick_us.transpose()?,
         room: check_room(&place, &raw.room, &names)?,
         organs,
     })
@@ -234,12 +241,31 @@ fn check_organ(
         pieces: raw.pieces.unwrap_or_default(),
         spheres,
         gap_95_m,
+        coarser: check_coarser(place, &at("coarser"), raw.coarser)?,
         gravity_share,
         breath_m: Vec3::from(breath_mm) * 1e-3,
         packing: raw.packing.unwrap_or_else(|| default_packing(kind)),
         held: raw.held,
         attached: raw.attached,
     })
+}
+
+fn check_coarser(
+    place: &Place<'_>,
+    path: &[Step<'_>],
+    counts: Vec<usize>,
+) -> Result<Vec<usize>, RecipeError> {
+    let most = shared_mem::scene::LEVELS_MAX - 1;
+    let falls = counts.windows(2).all(|pair| pair[0] > pair[1]);
+    let in_range = |count: &usize| (SPHERES_MIN..=SPHERES_MAX).contains(count);
+    if counts.len() <= most && falls && counts.iter().all(in_range) {
+        return Ok(counts);
+    }
+    let problem = format!(
+        "is {counts:?}, allowed are up to {most} counts of {SPHERES_MIN} to {SPHERES_MAX} \
+         spheres, each below the one before"
+    );
+    Err(place.error(path, problem))
 }
 
 fn check_region(
@@ -434,6 +460,7 @@ pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, Recip
     let kind = OrganKind::Liver;
     Ok(Recipe {
         name: name.clone(),
+        tick_us: None,
         room: RoomPlan::default(),
         organs: vec![OrganPlan {
             name,
@@ -447,6 +474,7 @@ pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, Recip
             pieces: Pieces::Near,
             spheres: default_spheres(kind),
             gap_95_m: None,
+            coarser: Vec::new(),
             gravity_share: 0.0,
             breath_m: Vec3::zeros(),
             packing: Packing::Even,

@@ -29,6 +29,9 @@ pub const SPHERES_MAX: usize = rt_core::capacity::MAX_SPHERES;
 pub struct Recipe {
     /// Scene's name.
     pub name: String,
+    /// Time budget of a tick, µs on one core ([`crate::cost`]): as many spheres as it allows are
+    /// taken, shared as the organs' counts are. Tubes and organs with an error budget keep theirs.
+    pub tick_us: Option<f64>,
     /// Where things stand; what is `None` is derived from the organs.
     pub room: RoomPlan,
     /// Organs, at least one, names unique.
@@ -91,6 +94,9 @@ pub struct OrganPlan {
     /// Error budget: 95 % of the skin may be no farther than this from the spheres, m. The
     /// smallest count that keeps it is taken.
     pub gap_95_m: Option<f64>,
+    /// Counts of the scene's coarser levels, finest first. A level beyond the last takes the last;
+    /// without any, every level has the finest count.
+    pub coarser: Vec<usize>,
     /// How they are packed.
     pub packing: Packing,
     /// Share of gravity that acts. Default 0: the surface is the shape in the body, where weight
@@ -295,6 +301,45 @@ impl Recipe {
         check::from_mesh(path, unit)
     }
 
+    /// How many levels of detail it has, the finest included.
+    #[must_use]
+    pub fn levels(&self) -> usize {
+        let coarser = self.organs.iter().map(|organ| organ.coarser.len()).max();
+        1 + coarser.unwrap_or(0)
+    }
+
+    /// Level `level` of it, 0 the finest, as a recipe of one level. Budgets choose the finest only.
+    #[must_use]
+    pub fn level(&self, level: usize) -> Self {
+        let mut recipe = self.clone();
+        for organ in &mut recipe.organs {
+            let coarser = std::mem::take(&mut organ.coarser);
+            let last = coarser.len().min(level);
+            if let Some(count) = last.checked_sub(1).and_then(|i| coarser.get(i)) {
+                organ.spheres = *count;
+                organ.gap_95_m = None;
+            }
+        }
+        if level > 0 {
+            recipe.tick_us = None;
+        }
+        recipe
+    }
+
+    /// The same recipe with `levels` levels, each of half the spheres of the one before; `finest`
+    /// are the organs' counts. Tubes, which have few, keep theirs.
+    #[must_use]
+    pub fn with_levels(mut self, levels: usize, finest: &[usize]) -> Self {
+        for (organ, &count) in self.organs.iter_mut().zip(finest) {
+            organ.coarser.clear();
+            if organ.packing != Packing::Line {
+                let halves = (1..levels).map(|level| count >> level);
+                organ.coarser = halves.take_while(|&n| n >= SPHERES_MIN).collect();
+            }
+        }
+        self
+    }
+
     /// The same recipe with this many spheres in all, shared among the organs as before; budgets
     /// no longer choose.
     ///
@@ -303,6 +348,7 @@ impl Recipe {
     pub fn with_spheres(mut self, spheres: usize) -> Result<Self, RecipeError> {
         let before: usize = self.organs.iter().map(|organ| organ.spheres).sum();
         let share = spheres as f64 / before.max(1) as f64;
+        self.tick_us = None;
         for organ in &mut self.organs {
             organ.spheres = (organ.spheres as f64 * share).round() as usize;
             organ.gap_95_m = None;

@@ -9,6 +9,7 @@ use crate::shape::Anatomy;
 #[serde(deny_unknown_fields)]
 pub(super) struct RecipeRaw {
     pub(super) name: String,
+    pub(super) tick_us: Option<f64>,
     #[serde(default)]
     pub(super) room: RoomRaw,
     #[serde(default)]
@@ -62,6 +63,8 @@ pub(super) struct OrganRaw {
     pub(super) pieces: Option<Pieces>,
     pub(super) spheres: Option<usize>,
     pub(super) gap_95_mm: Option<f64>,
+    #[serde(default)]
+    pub(super) coarser: Vec<usize>,
     pub(super) packing: Option<Packing>,
     pub(super) gravity_share: Option<f64>,
     pub(super) breath_mm: Option<[f64; 3]>,
