@@ -21,6 +21,22 @@ pub(crate) struct Process {
     said: String,
 }
 
+/// A child that did not get as far as to be ready. What it had to say is on standard error.
+#[derive(Debug)]
+pub(crate) struct EndedEarly {
+    name: &'static str,
+    pub(crate) status: ExitStatus,
+}
+
+impl std::fmt::Display for EndedEarly {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { name, status } = self;
+        write!(f, "the {name} ended before it was ready ({status})")
+    }
+}
+
+impl std::error::Error for EndedEarly {}
+
 /// What a child says on standard output once it is ready, as its first line.
 pub(crate) const READY: &str = "ready";
 
@@ -57,7 +73,7 @@ impl Process {
                 return Ok(process);
             }
             if let Some(status) = process.ended()? {
-                return Err(format!("the {name} ended before it was ready ({status})").into());
+                return Err(EndedEarly { name, status }.into());
             }
             if stop.load(std::sync::atomic::Ordering::Relaxed) {
                 return Err("stopped while starting".into());

@@ -3,13 +3,16 @@
 use std::process::ExitCode;
 
 use rt_process::scope_line::{ModemLine, ScopeLine};
-use rt_process::{AdmissionPolicy, Realtime, RtConfig, Scheduler};
+use rt_process::{AdmissionPolicy, Realtime, RtConfig, RtError, Scheduler};
 
 use crate::children::READY;
 use crate::cli::{RtArgs, SchedulerName, ScopeLineName};
 use crate::say;
 use crate::scene::Problem;
 use crate::stop;
+
+/// Exit code for a scene that `--strict` refuses: the station then tries a coarser one.
+pub(crate) const DOES_NOT_FIT: u8 = 3;
 
 /// Runs the realtime process until it is told to end.
 pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
@@ -48,10 +51,15 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
     if let Some(seconds) = args.seconds {
         config.periods_max = Some((seconds.max(0.0) * 1e9) as u64 / config.period_ns);
     }
-    let summary = rt_process::run(&config, &stop, |ready| {
+    let outcome = rt_process::run(&config, &stop, |ready| {
         let json = serde_json::to_string(ready).unwrap_or_default();
         say::answer(format_args!("{READY} {json}"));
-    })?;
+    });
+    if let Err(error @ RtError::DoesNotFit(_)) = &outcome {
+        say::note(format_args!("calot: {error}"));
+        return Ok(ExitCode::from(DOES_NOT_FIT));
+    }
+    let summary = outcome?;
     if args.json {
         say::answer(format_args!("{}", serde_json::to_string(&summary)?));
     } else {

@@ -12,8 +12,9 @@ use display_host::window::{self, WindowConfig};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
-use crate::children::{Process, args as words, option};
+use crate::children::{EndedEarly, Process, args as words, option};
 use crate::cli::{DeviceArgs, RunArgs};
+use crate::rt::DOES_NOT_FIT;
 use crate::say;
 use crate::scene::{self, Problem};
 use crate::stop;
@@ -41,11 +42,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     }
     let folder = Folder::open(&args.station, args.attach)?;
     let scene = scene::compile(&args.scene, &folder.scene())?;
-    let children = match args.attach {
-        true => Vec::new(),
+    let (children, scene) = match args.attach {
+        true => (Vec::new(), scene), // its user tells it the scene
         false => start(args, &scene, &folder.path, &stop)?,
     };
-    let scene = level(&children, scene, &args.realtime.coarser)?;
     let watch = Watch::begin(children, stop.clone());
 
     let mut recorder = Recorder::new();
@@ -127,13 +127,14 @@ fn show(
     Ok(window::run(&config, stop, &mut observe)?)
 }
 
-/// Starts emulated devices for those that are not named, then the controller.
+/// Starts emulated devices for those that are not named, then the controller. Gives the level of the
+/// scene that it took, which the display must show too.
 pub(crate) fn start(
     args: &RunArgs,
     scene: &Path,
     folder: &Path,
     stop: &AtomicBool,
-) -> Result<Vec<Process>, Problem> {
+) -> Result<(Vec<Process>, PathBuf), Problem> {
     let mut children = Vec::new();
     let parent = std::process::id().to_string();
     let devices = folder.join("devices");
@@ -164,34 +165,54 @@ pub(crate) fn start(
         tracker: emulated(&named.tracker, "tracker"),
         pedal: emulated(&named.pedal, "pedal"),
     };
-    let mut rt = words([
-        &"rt",
-        &"--with-parent",
-        &parent,
-        &"--scene",
-        &scene,
-        &"--station",
-        &args.station,
-    ]);
-    rt.extend(args.realtime.words());
-    option(&mut rt, "--haptic", devices.haptic.as_deref());
-    option(&mut rt, "--tracker", devices.tracker.as_deref());
-    option(&mut rt, "--pedal", devices.pedal.as_deref());
-    children.push(Process::start("rt", &rt, PATIENCE_TO_START, stop)?);
-    Ok(children)
+    let mut scene = scene.to_owned();
+    for level in 1.. {
+        // Levels that the user names are the controller's to choose from; else they are made here,
+        // when one is needed.
+        let next = match args.realtime.coarser.is_empty() {
+            true => scene::coarser(&args.scene, level),
+            false => None,
+        };
+        let mut realtime = args.realtime.clone();
+        realtime.strict |= next.is_some();
+        let mut rt = words([
+            &"rt",
+            &"--with-parent",
+            &parent,
+            &"--scene",
+            &scene,
+            &"--station",
+            &args.station,
+        ]);
+        rt.extend(realtime.words());
+        option(&mut rt, "--haptic", devices.haptic.as_deref());
+        option(&mut rt, "--tracker", devices.tracker.as_deref());
+        option(&mut rt, "--pedal", devices.pedal.as_deref());
+        let problem = match Process::start("rt", &rt, PATIENCE_TO_START, stop) {
+            Ok(controller) => {
+                scene = taken(&controller, scene, &args.realtime.coarser)?;
+                children.push(controller);
+                break;
+            }
+            Err(problem) => problem,
+        };
+        let early = problem.downcast_ref::<EndedEarly>();
+        let code = early.and_then(|early| early.status.code());
+        match next {
+            Some(recipe) if code == Some(DOES_NOT_FIT.into()) => {
+                say::note("calot: taking the next coarser level of the scene");
+                scene = folder.join(format!("coarser-{level}.calot"));
+                scene::prepare(&recipe)?.scene.write(&scene)?;
+            }
+            _ => return Err(problem),
+        }
+    }
+    Ok((children, scene))
 }
 
-/// The level of the scene that the controller took, which the display must show too.
-pub(crate) fn level(
-    children: &[Process],
-    finest: PathBuf,
-    coarser: &[PathBuf],
-) -> Result<PathBuf, Problem> {
-    let controller = children.iter().find(|child| child.name() == "rt");
-    let said = controller.map_or("", Process::said);
-    let Ok(ready) = serde_json::from_str::<serde_json::Value>(said) else {
-        return Ok(finest); // a display that joins is told the scene by its user
-    };
+/// Which of the levels, of the scene's own file or of those that the user named, the controller took.
+fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<PathBuf, Problem> {
+    let ready: serde_json::Value = serde_json::from_str(controller.said())?;
     let own = SceneFile::levels(&finest).into_iter().skip(1);
     for path in own.chain(coarser.iter().flat_map(|file| SceneFile::levels(file))) {
         let id = SceneFile::open(&path)?.id();

@@ -9,6 +9,9 @@ use shared_mem::scene::SceneData;
 use crate::cli::SceneArgs;
 use crate::say;
 
+/// Coarser levels that are tried when a scene does not fit the machine.
+const COARSER_LEVELS: u32 = 2;
+
 /// Anything that a command failed of, in words for the user.
 pub(crate) type Problem = Box<dyn std::error::Error>;
 
@@ -27,6 +30,17 @@ pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Proble
     let recipe = recipe(&args.scene, args.meshes.as_deref(), None)?;
     write(&levels(&recipe)?, target)?;
     Ok(target.to_owned())
+}
+
+/// The same scene in fewer spheres: a half of them at level 1, a quarter at
+/// level 2. `None`: there is no such level (a compiled scene, or spheres are too few).
+pub(crate) fn coarser(args: &SceneArgs, level: u32) -> Option<Recipe> {
+    if level > COARSER_LEVELS {
+        return None;
+    }
+    let recipe = recipe(&args.scene, args.meshes.as_deref(), None).ok()?;
+    let spheres: usize = recipe.organs.iter().map(|organ| organ.spheres).sum();
+    recipe.with_spheres(spheres >> level).ok()
 }
 
 /// The recipe behind a name: the built-in one, a recipe's file, or one made up around a mesh.
@@ -99,6 +113,32 @@ mod tests {
         let usual = recipe("triangle", None, None).unwrap();
         let variant = recipe("triangle-variant", None, None).unwrap();
         assert_ne!(usual.organs, variant.organs);
+    }
+
+    #[test]
+    fn coarser_levels_halve_the_spheres_until_there_are_none() {
+        let of = |scene: &str, level| {
+            let scene = scene.to_owned();
+            let recipe = coarser(
+                &SceneArgs {
+                    scene,
+                    meshes: None,
+                },
+                level,
+            )?;
+            Some(
+                recipe
+                    .organs
+                    .iter()
+                    .map(|organ| organ.spheres)
+                    .sum::<usize>(),
+            )
+        };
+        let finest = of("built-in", 0).unwrap();
+        let half = of("built-in", 1).unwrap();
+        assert!(half.abs_diff(finest / 2) < 4 && of("built-in", 2) < Some(half));
+        assert_eq!(of("built-in", 3), None);
+        assert_eq!(of("compiled.calot", 1), None);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! The two commands of a fresh machine: `cargo xtask demo` and `cargo xtask test`. No
+//! The commands of a fresh machine: `cargo xtask demo`, `cargo xtask test` and others. No
 //! dependencies, so that it builds in a second and can say what the rest needs.
 
 mod packages;
@@ -13,6 +13,9 @@ cargo xtask COMMAND
                pictures, summary.json and report.html go to target/demo. ARGS go to `calot run`.
   test         set this machine up and pass every test: format, lints, documentation, licences,
                unit, property and system tests, golden replays in debug and release
+  jitter [idle|loaded|soak [SECONDS]]
+               what the README says about time: build, and measure for 60, 60 and 600 seconds beside
+               other programs in the same minutes, into target/jitter. Leave the machine alone!
   setup        only set up: name the system packages that are missing and install them where
                this user may, else print the line to type
   deny         install cargo-deny (minutes) and check licences, sources and duplicates
@@ -27,6 +30,7 @@ fn main() -> ExitCode {
     };
     let outcome = match (command, rest) {
         ("demo", args) => packages::set_up(false).and_then(|()| steps::demo(args)),
+        ("jitter", args) => packages::set_up(false).and_then(|()| steps::jitter(args)),
         ("test", []) => packages::set_up(true).and_then(|()| steps::test()),
         ("setup", []) => packages::set_up(true),
         ("deny", []) => steps::install_and_deny(),

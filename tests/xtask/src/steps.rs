@@ -101,6 +101,44 @@ pub(crate) fn demo(args: &[String]) -> Result<(), String> {
     step("demo", &words)
 }
 
+/// Figures about time: name, seconds, what else runs, what it is compared with.
+const FIGURES: [(&str, &str, &str, &str); 3] = [
+    ("idle", "60", "", LOOPS),
+    ("loaded", "60", "cpu,memory,io,join", LOOPS),
+    ("soak", "600", "join", "burn"),
+];
+const LOOPS: &str = "cyclictest,executor,sleep,embassy-std";
+
+pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
+    let wanted = args.first().map(String::as_str);
+    if let Some(name) = wanted
+        && !FIGURES.iter().any(|figure| figure.0 == name)
+    {
+        return Err(format!("'{name}' is none of idle, loaded, soak"));
+    }
+    let rival = "tests/embassy-std/Cargo.toml";
+    let target = std::env::var("CARGO_TARGET_DIR").unwrap_or_else(|_| "target".to_owned());
+    let build = ["build", "--locked", "--release"];
+    step("build", &[&build[..], &["-p", "calot"]].concat())?;
+    let beside = ["--manifest-path", rival, "--target-dir", &target];
+    step("build embassy's driver", &[&build[..], &beside].concat())?;
+    for (name, seconds, load, rivals) in FIGURES {
+        if wanted.is_some_and(|wanted| wanted != name) {
+            continue;
+        }
+        let (folder, station) = (format!("target/jitter/{name}"), format!("jitter-{name}"));
+        let seconds = args.get(1).map_or(seconds, String::as_str);
+        let mut words = vec!["run", "--locked", "--release", "-q", "-p", "calot", "--"];
+        words.extend(["jitter", "--scene", "triangle", "--seconds", seconds]);
+        words.extend(["--compare", rivals, "--station", &station, "--out", &folder]);
+        if !load.is_empty() {
+            words.extend(["--load", load]);
+        }
+        step(name, &words)?;
+    }
+    Ok(())
+}
+
 fn step(name: &str, args: &[&str]) -> Result<(), String> {
     println!("\n== {name}: cargo {}", args.join(" "));
     let start = Instant::now();

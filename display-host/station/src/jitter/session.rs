@@ -93,18 +93,12 @@ impl Bench<'_> {
             let _ = told.recv();
             let started = run::start(self.station, self.scene, self.folder, self.stop);
             let died = match started {
-                Ok(mut children) => {
-                    let coarser = &self.station.realtime.coarser;
-                    match run::level(&children, self.scene.to_owned(), coarser) {
-                        Ok(level) => {
-                            ran.clone_from(&level);
-                            if self.draws {
-                                let flags = &flags;
-                                let draw = move || self.draw(&level, flags, &frames_in);
-                                drawing = Some(scope.spawn(draw));
-                            }
-                        }
-                        Err(problem) => say::note(format_args!("jitter: {problem}")),
+                Ok((mut children, level)) => {
+                    ran.clone_from(&level);
+                    if self.draws {
+                        let flags = &flags;
+                        let draw = move || self.draw(&level, flags, &frames_in);
+                        drawing = Some(scope.spawn(draw));
                     }
                     let process = children.last().map(Process::id);
                     let start = kernel::Counters::read(self.core, process);
