@@ -16,19 +16,12 @@ use serialport::{ErrorKind, SerialPort, TTYPort};
 
 use crate::HardwareError;
 
-/// Every so many polls in a row that find nothing, one reads all the same: a line that was hung up
-/// may count 0 bytes for ever, and only a read tells. At 1 kHz an unplugging is noticed within
-/// 16 ms, and a silent line costs at most one possible wait per 16 polls.
-const PROBE_EVERY: u8 = 16;
-
 /// An open line. Dropping it closes it.
 #[derive(Debug)]
 pub(crate) struct Line {
     /// None once the line is lost.
     port: Option<OwnedFd>,
     path: PathBuf,
-    /// Polls in a row that found nothing, less than [`PROBE_EVERY`].
-    empty_polls: u8,
 }
 
 /// What a read brought.
@@ -73,7 +66,6 @@ impl Line {
         Ok(Self {
             port: Some(fd),
             path: path.to_path_buf(),
-            empty_polls: 0,
         })
     }
 
@@ -90,9 +82,9 @@ impl Line {
     /// Reads what is there, at most `buffer`. Never allocates.
     ///
     /// A read of a tty without input waits, non-blocking or not, until a kernel worker of ordinary
-    /// priority has flushed the line's buffer. So the line is asked first how much it holds, which
-    /// flushes nothing, and read no further than that. Only each [`PROBE_EVERY`]th poll in a row
-    /// that finds nothing reads all the same, and may wait.
+    /// priority has flushed the line's buffer: on a busy machine tens of milliseconds. So the line is
+    /// asked how much it holds, which flushes nothing, and read no further than that. A line that was
+    /// hung up refuses the question.
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Read {
         let Some(port) = &self.port else {
             return Read::Lost;
@@ -100,19 +92,8 @@ impl Line {
         let Ok(waiting) = rustix::io::ioctl_fionread(port) else {
             return self.lose();
         };
-        let wanted = if waiting > 0 {
-            self.empty_polls = 0;
-            usize::try_from(waiting).unwrap_or(usize::MAX)
-        } else {
-            self.empty_polls += 1;
-            if self.empty_polls < PROBE_EVERY {
-                return Read::Empty;
-            }
-            self.empty_polls = 0;
-            usize::MAX
-        };
-        let length = wanted.min(buffer.len());
-        let Some(buffer) = buffer.get_mut(..length) else {
+        let length = usize::try_from(waiting).map_or(0, |waiting| waiting.min(buffer.len()));
+        let Some(buffer) = buffer.get_mut(..length).filter(|some| !some.is_empty()) else {
             return Read::Empty;
         };
         match rustix::io::read(port, buffer) {
@@ -215,11 +196,11 @@ mod tests {
     fn a_silent_line_stays_and_an_unplugged_one_is_noticed() {
         let (far, mut line) = pair();
         let mut buffer = [0; 4];
-        for _ in 0..3 * u32::from(PROBE_EVERY) {
+        for _ in 0..50 {
             assert_eq!(line.read(&mut buffer), Read::Empty);
         }
         drop(far);
-        let noticed = (0..PROBE_EVERY).any(|_| line.read(&mut buffer) == Read::Lost);
-        assert!(noticed && line.is_lost());
+        assert_eq!(line.read(&mut buffer), Read::Lost);
+        assert!(line.is_lost());
     }
 }
