@@ -294,6 +294,20 @@ fn a_scene_that_does_not_fit_gives_way_to_a_coarser_one() {
 }
 
 #[test]
+fn a_scene_that_does_not_fit_gives_way_to_the_next_level_in_its_file() {
+    let bench = Bench::new();
+    let mut config = heavy(&bench, AdmissionPolicy::Strict);
+    let mut levels = std::fs::read(bench.scene()).unwrap();
+    levels.resize(levels.len().next_multiple_of(64), 0);
+    levels.extend(std::fs::read(bench.coarse_scene()).unwrap());
+    config.scene = bench.coarse_scene().with_file_name("levels.calot");
+    std::fs::write(&config.scene, levels).unwrap();
+    let summary = run(&config).unwrap();
+    assert_eq!(summary.scene, "coarse block");
+    assert_eq!(summary.admission.unwrap().spheres, 8);
+}
+
+#[test]
 fn a_strict_run_refuses_what_does_not_fit_and_another_one_says_so() {
     let bench = Bench::new();
     let error = run(&heavy(&bench, AdmissionPolicy::Strict)).unwrap_err();
