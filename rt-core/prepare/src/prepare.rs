@@ -143,6 +143,7 @@ fn assemble(
         tetrahedra.push(organ.tets);
     }
     let tied = attach::attach(&recipe.organs, skins, &mut scene)?;
+    attach::sew(&recipe.ties, &recipe.organs, &mut scene)?;
     for (organ, tied) in report.organs.iter_mut().zip(tied) {
         organ.attached = tied;
     }

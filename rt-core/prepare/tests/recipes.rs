@@ -21,6 +21,45 @@ material = { young_pa = 4000.0 }
 held = [{ base = 0.2 }, { ball = { center_m = [0, 0, 0], radius_m = 0.02 } }]
 "#;
 
+#[test]
+fn sutures_and_bands_name_their_places() {
+    let tie = |ends: &str| parse(&format!("{GOOD}\n[[suture]]\n{ends}"));
+    let near = "{ organ = \"liver\", near_m = [0, 0, 0] }";
+    let good = format!("from = {near}\nto = {{ world_m = [0, 0.1, 0] }}\nlength_mm = 20");
+    let recipe = tie(&good).unwrap();
+    assert_eq!(recipe.ties.len(), 1);
+    assert!(recipe.ties[0].is_thread);
+    assert_eq!(recipe.ties[0].length_m, Some(0.02));
+    for (from, to, line, key, words) in [
+        (
+            "liver",
+            "lever",
+            16,
+            "suture[0].from",
+            "'lever' is not an organ",
+        ),
+        ("0.1", "11", 17, "suture[0].to", "within 10 m"),
+        (
+            "= 20",
+            "= -1",
+            18,
+            "suture[0].length_mm",
+            "allowed are 0 to 1000",
+        ),
+        (
+            near,
+            "{ world_m = [0, 0, 0] }",
+            16,
+            "suture[0].from",
+            "write from = { organ",
+        ),
+    ] {
+        let error = tie(&good.replacen(from, to, 1)).expect_err(to);
+        assert_eq!((error.line, error.key.as_str()), (line, key), "{error}");
+        assert!(error.problem.contains(words), "{error}");
+    }
+}
+
 fn parse(text: &str) -> Result<Recipe, scene_prepare::RecipeError> {
     Recipe::parse(text, "test.toml", Path::new("meshes"))
 }

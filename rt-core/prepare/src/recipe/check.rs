@@ -5,10 +5,10 @@ use std::path::Path;
 use shared_mem::scene::OrganKind;
 
 use super::locate::{Step, line_of_offset, line_of_path};
-use super::raw::{FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw};
+use super::raw::{FrameRaw, MaterialRaw, OrganRaw, RecipeRaw, RoomRaw, TieRaw};
 use super::{
-    Closing, Frame, Material, OrganPlan, Packing, Pieces, Recipe, Region, RoomPlan, SPHERES_MAX,
-    SPHERES_MIN, Surface, Unit,
+    Closing, Frame, Material, OrganPlan, Packing, Pieces, Place, Recipe, Region, RoomPlan,
+    SPHERES_MAX, SPHERES_MIN, Surface, Tie, Unit,
 };
 use crate::Vec3;
 use crate::error::RecipeError;
@@ -50,12 +50,12 @@ fn default_packing(kind: OrganKind) -> Packing {
 }
 
 /// Where an error is reported.
-struct Place<'a> {
+struct Source<'a> {
     text: &'a str,
     file: &'a str,
 }
 
-impl Place<'_> {
+impl Source<'_> {
     fn error(&self, path: &[Step<'_>], problem: impl Into<String>) -> RecipeError {
         let mut key = String::new();
         for step in path {
@@ -111,7 +111,7 @@ impl Place<'_> {
 }
 
 pub(super) fn check(text: &str, file: &str, meshes_dir: &Path) -> Result<Recipe, RecipeError> {
-    let place = Place { text, file };
+    let place = Source { text, file };
     let raw: RecipeRaw = toml::from_str(text).map_err(|error| RecipeError {
         file: file.into(),
         line: error
@@ -143,15 +143,56 @@ pub(super) fn check(text: &str, file: &str, meshes_dir: &Path) -> Result<Recipe,
         let problem = format!("organs have {total} spheres together, allowed are {SPHERES_MAX}");
         return Err(place.error(&[Step::Key("organ")], problem));
     }
+    let mut ties = check_ties(&place, "suture", &raw.suture, &names)?;
+    ties.extend(check_ties(&place, "band", &raw.band, &names)?);
     Ok(Recipe {
         name: raw.name,
         tick_us: tick_us.transpose()?,
         room: check_room(&place, &raw.room, &names)?,
         organs,
+        ties,
     })
 }
 
-fn check_anatomy(place: &Place<'_>, anatomy: &Anatomy) -> Result<(), RecipeError> {
+fn check_ties(
+    place: &Source<'_>,
+    key: &'static str,
+    ties: &[TieRaw],
+    names: &[String],
+) -> Result<Vec<Tie>, RecipeError> {
+    let mut checked = Vec::new();
+    for (index, raw) in ties.iter().enumerate() {
+        let at = |name: &'static str| [Step::Key(key), Step::Index(index), Step::Key(name)];
+        for (name, end) in [("from", &raw.from), ("to", &raw.to)] {
+            match end {
+                Place::World { .. } if name == "from" => {
+                    let problem = "starts at a point of the world; write from = { organ, near_m }";
+                    return Err(place.error(&at(name), problem));
+                }
+                Place::World { world_m } => place.point(&at(name), *world_m)?,
+                Place::Organ { organ, .. } if !names.contains(organ) => {
+                    let problem = format!("'{organ}' is not an organ of this recipe");
+                    return Err(place.error(&at(name), problem));
+                }
+                Place::Organ { near_m, .. } => place.point(&at(name), *near_m)?,
+            };
+        }
+        let number = |name: &'static str, value: Option<f64>, min: f64, max: f64| {
+            let checked = value.map(|value| place.number(&at(name), value, min..=max));
+            checked.transpose()
+        };
+        checked.push(Tie {
+            from: raw.from.clone(),
+            to: raw.to.clone(),
+            length_m: number("length_mm", raw.length_mm, 0.0, 1000.0)?.map(|mm| 1e-3 * mm),
+            stiffness_n_m: number("stiffness_n_m", raw.stiffness_n_m, 0.1, 1e6)?,
+            is_thread: key == "suture",
+        });
+    }
+    Ok(checked)
+}
+
+fn check_anatomy(place: &Source<'_>, anatomy: &Anatomy) -> Result<(), RecipeError> {
     for (organ, build) in anatomy.builds() {
         let path = |key| [Step::Key("anatomy"), Step::Key(organ), Step::Key(key)];
         place.number(&path("size"), build.size, 0.7..=1.4)?;
@@ -164,7 +205,7 @@ fn check_anatomy(place: &Place<'_>, anatomy: &Anatomy) -> Result<(), RecipeError
 }
 
 fn check_organ(
-    place: &Place<'_>,
+    place: &Source<'_>,
     index: usize,
     raw: OrganRaw,
     names: &[String],
@@ -251,7 +292,7 @@ fn check_organ(
 }
 
 fn check_coarser(
-    place: &Place<'_>,
+    place: &Source<'_>,
     path: &[Step<'_>],
     counts: Vec<usize>,
 ) -> Result<Vec<usize>, RecipeError> {
@@ -269,7 +310,7 @@ fn check_coarser(
 }
 
 fn check_region(
-    place: &Place<'_>,
+    place: &Source<'_>,
     path: &[Step<'_>],
     region: &Region,
     own_name: &str,
@@ -305,7 +346,7 @@ fn check_region(
 }
 
 fn check_material(
-    place: &Place<'_>,
+    place: &Source<'_>,
     organ: usize,
     kind: OrganKind,
     raw: &MaterialRaw,
@@ -371,7 +412,11 @@ fn check_material(
     Ok(material)
 }
 
-fn check_room(place: &Place<'_>, raw: &RoomRaw, names: &[String]) -> Result<RoomPlan, RecipeError> {
+fn check_room(
+    place: &Source<'_>,
+    raw: &RoomRaw,
+    names: &[String],
+) -> Result<RoomPlan, RecipeError> {
     let at = |key: &'static str| [Step::Key("room"), Step::Key(key)];
     let point = |key: &'static str, value: Option<[f64; 3]>| {
         value.map(|value| place.point(&at(key), value)).transpose()
@@ -482,5 +527,6 @@ pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, Recip
             held: vec![Region::Base(0.15)],
             attached: Vec::new(),
         }],
+        ties: Vec::new(),
     })
 }

@@ -36,6 +36,8 @@ pub struct Recipe {
     pub room: RoomPlan,
     /// Organs, at least one, names unique.
     pub organs: Vec<OrganPlan>,
+    /// Sutures and bands between places of organs, or to the world.
+    pub ties: Vec<Tie>,
 }
 
 /// The room as the recipe gives it, world frame, SI.
@@ -120,6 +122,40 @@ pub struct Attached {
     pub to: String,
     /// Spheres whose surface is no farther than this from its skin are tied to it, m.
     pub within_m: f64,
+}
+
+/// A thread or band: `[[suture]]` or `[[band]]`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tie {
+    /// One end, in an organ.
+    pub from: Place,
+    /// The other.
+    pub to: Place,
+    /// Length when slack, m. Default: as far as the ends lie apart.
+    pub length_m: Option<f64>,
+    /// Force per stretch, N/m. Default: a 3-0 suture, or a band of the organ's tissue as thick as
+    /// the sphere that it ends at.
+    pub stiffness_n_m: Option<f64>,
+    /// Pulls and never pushes: a suture.
+    pub is_thread: bool,
+}
+
+/// Where a tie ends.
+#[derive(Debug, Clone, PartialEq, serde::Deserialize)]
+#[serde(untagged, deny_unknown_fields)]
+pub enum Place {
+    /// At the sphere of an organ that is nearest to a point, world frame, m.
+    Organ {
+        /// The organ's name.
+        organ: String,
+        /// The point.
+        near_m: [f64; 3],
+    },
+    /// At a point of the world, m: it never moves.
+    World {
+        /// The point.
+        world_m: [f64; 3],
+    },
 }
 
 /// Where an organ's surface comes from.

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{Attached, Closing, Packing, Pieces, Region, Unit};
+use super::{Attached, Closing, Packing, Pieces, Place, Region, Unit};
 use crate::shape::Anatomy;
 
 #[derive(Debug, Deserialize)]
@@ -16,6 +16,19 @@ pub(super) struct RecipeRaw {
     pub(super) anatomy: Anatomy,
     #[serde(default)]
     pub(super) organ: Vec<OrganRaw>,
+    #[serde(default)]
+    pub(super) suture: Vec<TieRaw>,
+    #[serde(default)]
+    pub(super) band: Vec<TieRaw>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct TieRaw {
+    pub(super) from: Place,
+    pub(super) to: Place,
+    pub(super) length_mm: Option<f64>,
+    pub(super) stiffness_n_m: Option<f64>,
 }
 
 #[derive(Debug, Default, Deserialize)]

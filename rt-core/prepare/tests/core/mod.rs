@@ -4,7 +4,7 @@ use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
     Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Tetra, TetraBatch, batches,
 };
-use shared_mem::scene::SceneData;
+use shared_mem::scene::{SceneData, WORLD};
 
 pub(crate) struct Prepared {
     pub(crate) organs: Vec<Organ>,
@@ -83,7 +83,10 @@ impl Prepared {
                 .iter()
                 .map(|tie| Attachment {
                     sphere: tie.a,
-                    to: Anchor::Sphere(tie.b),
+                    to: match tie.b {
+                        WORLD => Anchor::World(Vec3::from(tie.anchor_m)),
+                        b => Anchor::Sphere(b),
+                    },
                     rest_length_m: tie.rest_length_m,
                     compliance_m_n: tie.compliance_m_n,
                     is_thread: tie.is_thread != 0,
