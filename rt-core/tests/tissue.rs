@@ -124,7 +124,7 @@ fn a_held_end_turned_by_a_quarter_turns_all_of_it() {
             }
             step(tissue, 1);
         }
-        step(tissue, 4000);
+        step(tissue, 5000);
         let now = displacements(tissue, spheres);
         let errors = now
             .iter()

@@ -53,8 +53,8 @@ pub(crate) struct Advanced {
 }
 
 impl Bodies {
-    /// Velocity takes gravity and damping, displacement takes velocity. Immovable spheres go where
-    /// they are led.
+    /// Velocity takes damping, then gravity (which damping must not weaken), displacement takes
+    /// velocity. Immovable spheres go where they are led.
     pub(crate) fn predict(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32) {
         let fall = scene.room.gravity_m_s2 * (organ.gravity_share * step_s);
         let keep = (1.0 - organ.material.damping_per_s * step_s).max(0.0);
@@ -62,7 +62,7 @@ impl Bodies {
         let step_s = Lanes::splat(step_s);
         for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
             if node.inverse_mass_per_kg() > 0.0 {
-                node.velocity_m_s = (node.velocity_m_s + fall) * keep;
+                node.velocity_m_s = node.velocity_m_s * keep + fall;
             }
             node.step_m = node.velocity_m_s * step_s;
         }

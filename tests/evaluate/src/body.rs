@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use rt_core::soft_body::neo_hookean::STIFFNESS_SHARE;
 use scene_prepare::field::{Field, Grid, Sign};
 use scene_prepare::pack::{Interior, owners, pack_evenly};
 use scene_prepare::tetra;
@@ -258,11 +259,11 @@ impl Body {
         (volume / self.rest_m.len().max(1) as f32).cbrt()
     }
 
-    /// Force of the material on each sphere under displacements, N: what a neo-Hookean solid over
-    /// the tetrahedra pulls with.
+    /// Force of the material on each sphere under displacements, N: what the product's neo-Hookean solid
+    /// over the tetrahedra pulls with.
     pub(crate) fn pull_n(&self, u: &[V3]) -> Vec<V3> {
-        let mu = self.tissue.mu() as f32;
-        let lambda = self.tissue.lame() as f32 + mu;
+        let mu = STIFFNESS_SHARE * self.tissue.mu() as f32;
+        let lambda = STIFFNESS_SHARE * self.tissue.lame() as f32 + mu;
         let mut pull = vec![V3::zeros(); u.len()];
         for tet in &self.tets {
             let f = Self::gradient(tet, |n| u[n]);

@@ -1,18 +1,20 @@
 //! Stable neo-Hookean tetrahedra, volume and shear solved together (Macklin and Müller 2021), one
 //! pass a step from zero multipliers.
 
+use rt_core::soft_body::neo_hookean::STIFFNESS_SHARE;
+
 use super::{Env, Method, State};
 use crate::body::{Body, V3, cofactor};
 
-/// No settings: everything follows from E, ν and the step.
+/// No settings: everything follows from E, ν and the step, and the share of E that ships.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NeoHookean;
 
 impl Method for NeoHookean {
     fn step(&mut self, body: &Body, state: &mut State, env: &Env) {
         state.predict(env);
-        let mu = body.tissue.mu() as f32;
-        let lambda = body.tissue.lame() as f32 + mu;
+        let mu = STIFFNESS_SHARE * body.tissue.mu() as f32;
+        let lambda = STIFFNESS_SHARE * body.tissue.lame() as f32 + mu;
         let gamma = 1.0 + mu / lambda;
         let squared = env.dt_s * env.dt_s;
         for tet in &body.tets {
