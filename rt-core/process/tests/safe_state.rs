@@ -176,7 +176,13 @@ struct Pressing {
 }
 
 impl Pressing {
+    /// On a machine so busy that samples come in jumps, the speed trip holds the force back for good:
+    /// then another is started.
     fn start() -> Self {
+        (0..5).find_map(|_| Self::try_start()).expect("a force")
+    }
+
+    fn try_start() -> Option<Self> {
         let (bench, rig) = (Bench::new(), Rig::start());
         let mut child = Command::new(std::env::current_exe().unwrap())
             .args(["--exact", "controller_process", "--ignored", "--nocapture"])
@@ -187,20 +193,21 @@ impl Pressing {
             .spawn()
             .unwrap();
         let ready = line_with(&mut child, "ready").unwrap();
-        // On a busy machine samples go stale, and each time the force starts again from nothing.
-        for _ in 0..60_000 {
-            if rig.seen.force_n() > 0.1 {
-                break;
-            }
-            thread::sleep(Duration::from_millis(1));
-        }
-        assert!(rig.seen.force_n() > 0.1, "{} N", rig.seen.force_n());
-        Self {
+        let station = Self {
             rig,
             child,
             realtime: ready == "ready true",
             _bench: bench,
+        };
+        for _ in 0..10_000 {
+            if station.rig.seen.force_n() > 0.1 {
+                return Some(station);
+            }
+            thread::sleep(Duration::from_millis(1));
         }
+        station.signal(Signal::KILL);
+        station.end();
+        None
     }
 
     fn signal(&self, signal: Signal) {
