@@ -11,7 +11,7 @@
 
 use heapless::Vec;
 
-use crate::capacity::MAX_SPHERE_PAIRS;
+use crate::capacity::{MAX_ORGANS, MAX_SPHERE_PAIRS};
 use crate::collision::grid::Grid;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
@@ -42,6 +42,8 @@ pub(crate) struct Pairs {
     grid: Grid,
     current: Vec<Pair, MAX_SPHERE_PAIRS>,
     next: Vec<Pair, MAX_SPHERE_PAIRS>,
+    /// Organs that nothing moves in this cycle: they keep the pairs that they have.
+    quiet: [bool; MAX_ORGANS],
     /// Position in the cycle.
     phase: u32,
     /// Radius of the scene's largest sphere, m.
@@ -54,6 +56,7 @@ impl Pairs {
             grid: Grid::new(),
             current: Vec::new(),
             next: Vec::new(),
+            quiet: [false; MAX_ORGANS],
             phase: 0,
             radius_max_m: 0.0,
         }
@@ -64,19 +67,35 @@ impl Pairs {
         self.radius_max_m = scene.spheres.iter().map(|s| s.radius_m).fold(0.0, f32::max);
         self.current.clear();
         self.next.clear();
+        self.quiet = [false; MAX_ORGANS];
         self.phase = 0;
     }
 
-    /// Searches this tick's share of the spheres for near pairs.
-    pub(crate) fn find(&mut self, scene: &Scene<'_>, bodies: &Bodies, faults: &mut FaultSet) {
+    /// Searches this tick's share of the spheres for near pairs. `quiet` are the organs that sleep
+    /// with none awake near them: what they cost is their share of the grid, once a cycle.
+    pub(crate) fn find(
+        &mut self,
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+        quiet: impl FnOnce() -> [bool; MAX_ORGANS],
+        faults: &mut FaultSet,
+    ) {
         let count = scene.spheres.len() as u32;
         if self.phase == 0 {
             core::mem::swap(&mut self.current, &mut self.next);
             self.next.clear();
+            self.quiet = quiet();
+            let is_quiet = |sphere: u16| is_quiet(&self.quiet, bodies, u32::from(sphere));
+            for pair in self.current.iter().filter(|pair| is_quiet(pair.a)) {
+                faults.raise_if(self.next.push(*pair).is_err(), Fault::PairOverflow);
+            }
             self.grid
                 .build(bodies, count, 2.0 * self.radius_max_m + MARGIN_M);
         }
         for a in (self.phase..count).step_by(CYCLE as usize) {
+            if is_quiet(&self.quiet, bodies, a) {
+                continue;
+            }
             for run in self.grid.near(&bodies.nodes.at(a).center_m()) {
                 for &b in run.iter().filter(|&&b| u32::from(b) > a) {
                     if let Some(pair) = near_pair(bodies, a, u32::from(b)) {
@@ -107,6 +126,11 @@ impl Pairs {
             bodies.nodes.at_mut(u32::from(pair.b)).move_by(&db);
         }
     }
+}
+
+fn is_quiet(quiet: &[bool; MAX_ORGANS], bodies: &Bodies, sphere: u32) -> bool {
+    let organ = usize::from(*bodies.organ.at(sphere));
+    quiet.get(organ).is_some_and(|quiet| *quiet)
 }
 
 /// Displacements that bring two spheres, the first at `difference` from the second, `apart_m`
@@ -173,7 +197,7 @@ mod tests {
         }
         let mut faults = FaultSet::NONE;
         for _ in 0..=CYCLE {
-            pairs.find(&scene, &bodies, &mut faults);
+            pairs.find(&scene, &bodies, || [false; MAX_ORGANS], &mut faults);
         }
         (pairs, bodies)
     }
