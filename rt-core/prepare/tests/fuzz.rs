@@ -18,6 +18,14 @@ const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0
     "accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],
     "max":[1,1,1]}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36}]}"#;
 
+/// Found by a long run: the library indexed a list of accessors that was empty.
+#[test]
+fn positions_that_do_not_exist_are_refused() {
+    let text = GLTF.replace("\"accessors\":[{", "\"accesors\":[{");
+    assert_ne!(text, GLTF);
+    bodies::mesh(&[&[3], text.as_bytes()].concat());
+}
+
 /// Cuts, overwrites and inserts.
 fn damaged(text: &str, edits: &[(usize, u8, u8)]) -> Vec<u8> {
     let mut bytes = text.as_bytes().to_vec();

@@ -22,6 +22,8 @@ struct Reading<'a> {
 
 pub(super) fn parse(content: &[u8], folder: &Path, wanted: &[String]) -> Result<Mesh, MeshProblem> {
     let bad = |error: gltf::Error| malformed("glTF", &error);
+    let unchecked = gltf::Gltf::from_slice_without_validation(content).map_err(bad)?;
+    check_positions(unchecked.as_json())?;
     let mut file = gltf::Gltf::from_slice(content).map_err(bad)?;
     let blob = file.blob.take();
     let mut reading = Reading {
@@ -184,6 +186,24 @@ impl Reading<'_> {
 
 /// The crate's readers trust that an accessor's elements fit its view and that sparse ones are
 /// well formed.
+/// The crate's own validation looks positions up before it knows that they exist.
+fn check_positions(root: &gltf::json::Root) -> Result<(), MeshProblem> {
+    let wanted = gltf::json::validation::Checked::Valid(gltf::Semantic::Positions);
+    let primitives = root.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let mut positions = primitives.filter_map(|primitive| primitive.attributes.get(&wanted));
+    match positions.find(|index| index.value() >= root.accessors.len()) {
+        None => Ok(()),
+        Some(index) => Err(malformed(
+            "glTF",
+            &format!(
+                "a mesh's positions are accessor {}, there are {}",
+                index.value(),
+                root.accessors.len()
+            ),
+        )),
+    }
+}
+
 fn check_accessor(accessor: &gltf::Accessor<'_>) -> Result<(), MeshProblem> {
     let outside = || {
         malformed(
