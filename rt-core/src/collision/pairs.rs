@@ -221,6 +221,28 @@ mod tests {
     }
 
     #[test]
+    fn a_quiet_organ_keeps_its_pairs_and_is_searched_again_when_it_wakes() {
+        let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
+        let spheres = [at(0.0), at(0.05)];
+        let organs = [organ(0, 2, 0, 0)];
+        let near = [(1, Vec3::new(-0.032, 0.0, 0.0))];
+        let (mut pairs, mut bodies) = found(&organs, &spheres, &[], &near);
+        assert_eq!(listed(&pairs), [(0, 1)]);
+        let scene = Scene::new(&organs, &spheres, &[], room()).unwrap();
+        let mut search = |quiet: bool, bodies: &Bodies| {
+            for _ in 0..3 * CYCLE {
+                let mut faults = FaultSet::NONE;
+                pairs.find(&scene, bodies, || [quiet; MAX_ORGANS], &mut faults);
+            }
+            listed(&pairs)
+        };
+        assert_eq!(search(true, &bodies), [(0, 1)], "kept");
+        bodies.nodes.at_mut(1).move_by(&Vec3::new(0.032, 0.0, 0.0));
+        assert_eq!(search(true, &bodies), [(0, 1)], "not searched");
+        assert_eq!(search(false, &bodies), [], "awake: apart again");
+    }
+
+    #[test]
     fn which_pairs_are_kept_apart() {
         // Organ 0: spheres 0, 1 overlap at rest; 2 is 3 cm off, 3 linked to 2; organ 1: sphere 4.
         let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
