@@ -13,7 +13,7 @@ use crate::scene::{Material, Organ, Scene};
 use crate::soft_body::{Bodies, Solver, bar};
 
 /// Linear tetrahedra lock beyond this Poisson's ratio: at 0.49 they sag a fifth too little. A
-/// tissue of 0.49 taken for one of 0.45 sags 5 % too much.
+/// liver of 0.49 taken for one of 0.45 hangs 0.64 mm rms off finite elements, unclamped 2.3 mm.
 pub const POISSON_MAX: f32 = 0.45;
 
 /// Share of Young's modulus that the tetrahedra are given: over sphere centres, linear and with the
