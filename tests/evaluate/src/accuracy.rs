@@ -7,8 +7,8 @@ use scene_prepare::mesh::Mesh;
 
 use crate::body::{Body, Held, V3};
 use crate::case::Case;
-use crate::methods::{Env, Method, Parts, State, Surroundings, Way};
-use crate::reference::{self, Answer};
+use crate::methods::{Ball, Env, Method, Parts, State, Surroundings, Way};
+use crate::reference::{self, Answer, tell};
 use crate::scene::{Kind, Scene};
 
 /// Length of a tick, s.
@@ -130,11 +130,12 @@ fn one(
     // A turn takes many steps, and the meshes agree sooner.
     let layers = match case.kind {
         Kind::Twist(_) => ask.layers * 3 / 4,
+        // Its elements are small where it matters.
+        Kind::Press(..) => ask.layers / 2,
         _ => ask.layers,
     };
-    let solved = reference::solve(surface, &scene, &case.tissue, layers, &mut |_| {})
+    let solved = reference::solve(surface, &scene, &case.tissue, layers, &mut tell)
         .map_err(|e| e.to_string())?;
-    eprintln!("  reference: {} nodes", solved.nodes());
     let mut rows = Vec::new();
     for &count in counts {
         let Some(body) = Body::packed(surface, count, case.tissue) else {
@@ -158,7 +159,8 @@ fn one(
         ];
         rows.extend(measure(case, &stage, &ways));
     }
-    for &count in &ask.cubes {
+    // Cubes have a stair for a skin: nothing to press.
+    for &count in ask.cubes.iter().filter(|_| scene.press.is_none()) {
         let body = Body::of_cubes(surface, &scene, count, case.tissue);
         let stage = Stage::new(&body, &scene, solved.at(&body), true);
         rows.extend(measure(case, &stage, &[Way::Hexahedra]));
@@ -229,7 +231,14 @@ fn tick(stage: &Stage<'_>, way: Way, method: &mut dyn Method, state: &mut State,
             gravity_m_s2: around.gravity_m_s2 * share as f32,
             damping_per_s: DAMPING_PER_S,
         };
+        state.ball = stage.scene.press.map(|press| Ball {
+            center_m: press.center_m(share).cast(),
+            radius_m: press.radius_m as f32,
+        });
         method.step(stage.body, state, &env);
+        if !way.touches() {
+            state.touch(stage.body, dt_s);
+        }
     }
 }
 
@@ -293,7 +302,7 @@ fn calibrate(stage: &Stage<'_>, way: impl Fn(f32) -> Way) -> f32 {
 /// Why there is no reference, in words.
 pub(crate) fn fits(surface: &Mesh, body: &Body, layers: usize) -> Result<[f32; 2], String> {
     let scene = Scene::new(Kind::Sag, surface);
-    let solved = reference::solve(surface, &scene, &body.tissue, layers, &mut |_| {})
+    let solved = reference::solve(surface, &scene, &body.tissue, layers, &mut tell)
         .map_err(|e| e.to_string())?;
     let stage = Stage::new(body, &scene, solved.at(body), false);
     let paper = calibrate(&stage, |k| Way::Paper(k, 1));
@@ -376,7 +385,7 @@ fn judge(case: &Case, stage: &Stage<'_>, way: Way, state: &State) -> Row {
     row.max_mm = errors.iter().copied().fold(0.0, f64::max);
     let pull_n = pull_n(stage, way, state);
     let pulls = (0..state.u_m.len()).filter(|&i| stage.held[i] != Held::Free);
-    let load = scene.load(pulls.map(|i| {
+    let mut load = scene.load(pulls.map(|i| {
         // Held tissue hangs from the hold too.
         let weight = scene.gravity() * f64::from(body.mass_kg[i]);
         let pull: nalgebra::Vector3<f64> = pull_n[i].cast();
@@ -388,6 +397,9 @@ fn judge(case: &Case, stage: &Stage<'_>, way: Way, state: &State) -> Row {
             pull + weight,
         )
     }));
+    if scene.press.is_some() {
+        load = f64::from(state.ball_force_n.norm());
+    }
     row.force_error_pct = (load / answer.load - 1.0) * 100.0;
     row.volume_error_pct = (body.growth(&state.u_m) - answer.growth) * 100.0;
     row

@@ -7,7 +7,7 @@ use scene_prepare::field::{Field, Grid, Sign};
 use scene_prepare::pack::{Interior, owners, pack_evenly};
 use scene_prepare::tetra;
 
-use crate::scene::{Kind, Scene};
+use crate::scene::Scene;
 
 /// A point or direction in single precision, as the realtime methods compute.
 pub(crate) type V3 = nalgebra::Vector3<f32>;
@@ -86,6 +86,8 @@ pub(crate) struct Edge {
 pub(crate) struct Body {
     /// Sphere centres, m.
     pub(crate) rest_m: Vec<V3>,
+    /// Radius of each sphere within the organ's skin, m; 0 where there is none.
+    pub(crate) radius_m: Vec<f32>,
     /// Mass of each sphere, kg.
     pub(crate) mass_kg: Vec<f32>,
     /// Tetrahedra in the order in which they are solved.
@@ -113,16 +115,7 @@ impl Body {
         } else {
             f64::from(self.spacing_m())
         };
-        let what = |x: &V3| {
-            let along = f64::from(x[scene.axis]);
-            if along < scene.fixed_below_m + reach + 1e-6 {
-                Held::Fixed
-            } else if scene.kind != Kind::Sag && along > scene.free_below_m - reach - 1e-6 {
-                Held::Moved
-            } else {
-                Held::Free
-            }
-        };
+        let what = |x: &V3| scene.held(&x.cast(), reach);
         self.rest_m.iter().map(what).collect()
     }
 
@@ -195,7 +188,11 @@ impl Body {
             .iter()
             .map(|t| (t.spheres.map(|i| i as usize), t.volume_m3))
             .collect();
-        Some(Self::new(&centers, &share, &tets, tissue))
+        let mut body = Self::new(&centers, &share, &tets, tissue);
+        for (radius, ball) in body.radius_m.iter_mut().zip(&balls) {
+            *radius = ball.radius_m as f32;
+        }
+        Some(body)
     }
 
     /// From centres, the volume nearest to each, and tetrahedra with theirs.
@@ -241,6 +238,7 @@ impl Body {
         };
         Self {
             rest_m: centers.iter().map(|c| c.cast()).collect(),
+            radius_m: vec![0.0; centers.len()],
             mass_kg: share_m3
                 .iter()
                 .map(|v| (v * tissue.density_kg_m3) as f32)

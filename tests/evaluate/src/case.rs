@@ -37,7 +37,7 @@ impl Case {
     /// All cases. The first is the only one on which anything is calibrated.
     pub(crate) fn all() -> Vec<Self> {
         let liver = |kind| Self::new(Organ::Liver, kind);
-        vec![
+        let mut all = vec![
             liver(Kind::Sag),
             liver(Kind::Pull),
             liver(Kind::Twist(90)),
@@ -50,7 +50,11 @@ impl Case {
             Self::new(Organ::Gallbladder, Kind::Twist(90)),
             Self::new(Organ::Atlas, Kind::Sag),
             Self::new(Organ::Atlas, Kind::Pull),
-        ]
+        ];
+        // The diameters of laparoscopic instruments.
+        let balls = [3, 5, 10].into_iter();
+        all.extend(balls.flat_map(|mm| (0..3).map(move |site| liver(Kind::Press(mm, site)))));
+        all
     }
 
     /// Few, for a quick look and for the test.

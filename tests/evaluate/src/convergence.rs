@@ -2,7 +2,7 @@
 
 use crate::body::{Body, Held, Tissue};
 use crate::organ::Organ;
-use crate::reference;
+use crate::reference::{self, tell};
 use crate::scene::{Kind, Scene};
 
 /// A scene on one mesh.
@@ -26,22 +26,29 @@ pub(crate) struct Row {
 }
 
 /// Solves scenes on meshes of so many `layers` (rising). The probes are the centres of `spheres`
-/// spheres, those that no scene holds.
+/// spheres, those that no scene holds. `only`: of the scenes those whose name contains this.
 ///
 /// # Errors
 /// What went wrong, in words.
-pub(crate) fn run(layers: &[usize], spheres: usize) -> Result<Vec<Row>, String> {
+pub(crate) fn run(layers: &[usize], spheres: usize, only: &str) -> Result<Vec<Row>, String> {
     let surface = Organ::Liver.mesh()?;
     let tissue = Tissue::LIVER;
     let body = Body::packed(&surface, spheres, tissue).ok_or("the liver cannot be packed")?;
     let mut rows = Vec::new();
-    for kind in [Kind::Sag, Kind::Pull, Kind::Twist(90)] {
+    let kinds = [Kind::Sag, Kind::Pull, Kind::Twist(90), Kind::Press(3, 1)];
+    for kind in kinds.into_iter().filter(|k| k.name().contains(only)) {
         let scene = Scene::new(kind, &surface);
         let held = body.held(&scene, false);
         let mut solved = Vec::new();
-        for &layers in layers {
+        // Contact with finer elements takes hours.
+        let most = if scene.press.is_some() {
+            12
+        } else {
+            usize::MAX
+        };
+        for &layers in layers.iter().filter(|&&layers| layers <= most) {
             eprintln!("reference, {}, {layers} layers …", kind.name());
-            let one = reference::solve(&surface, &scene, &tissue, layers, &mut |_| {})
+            let one = reference::solve(&surface, &scene, &tissue, layers, &mut tell)
                 .map_err(|e| e.to_string())?;
             solved.push((layers, one.displacement_m(&body.rest_m), one));
         }

@@ -41,6 +41,10 @@ struct Asked {
     /// A reduced run: seconds instead of many minutes. Its figures are coarse.
     #[arg(long)]
     quick: bool,
+    /// Of the accuracy and reference cases only those whose name contains this ("press",
+    /// "liver: sag"); of accuracy also the first, on which settings are calibrated.
+    #[arg(long, value_name = "TEXT")]
+    case: Option<String>,
 }
 
 #[derive(Subcommand)]
@@ -76,7 +80,13 @@ fn run(asked: &Asked, [trust, speed, limits]: [bool; 3]) -> Result<(), String> {
     std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     let mut sections = Vec::new();
     if speed {
-        let rows = accuracy::run(&accuracy::Ask::new(quick))?;
+        let mut ask = accuracy::Ask::new(quick);
+        if let Some(text) = &asked.case {
+            let mut first = true;
+            ask.cases
+                .retain(|case| std::mem::take(&mut first) || case.name().contains(text));
+        }
+        let rows = accuracy::run(&ask)?;
         write(out, "accuracy.csv", &accuracy::csv(&rows))?;
         let svg = page::accuracy_chart(&rows)?;
         write(out, "accuracy.svg", &svg)?;
@@ -93,7 +103,9 @@ fn run(asked: &Asked, [trust, speed, limits]: [bool; 3]) -> Result<(), String> {
         sections.push(page::stability(&rows, &svg));
     }
     if trust {
-        let rows = convergence::run(if quick { &[4, 6] } else { &[6, 9, 12, 18] }, 581)?;
+        let layers: &[usize] = if quick { &[4, 6] } else { &[6, 9, 12, 18] };
+        let only = asked.case.as_deref().unwrap_or_default();
+        let rows = convergence::run(layers, 581, only)?;
         write(out, "reference.csv", &convergence::csv(&rows))?;
         sections.push(page::reference(&rows));
     }

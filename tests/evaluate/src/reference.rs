@@ -1,6 +1,6 @@
 //! The answer by finite elements, and how far it may be trusted.
 
-use fem_reference::{FemError, Hold, Locator, Material, Mesh, Problem, lattice};
+use fem_reference::{FemError, Hold, Locator, Material, Mesh, Problem, Tool, lattice};
 use nalgebra::Vector3;
 use scene_prepare::field::{Field, Grid, Nearest, Sign};
 
@@ -29,6 +29,34 @@ pub(crate) struct Solved {
     pub(crate) growth: f64,
 }
 
+/// Space drawn together around a point, so that elements grow with the distance from it, along each
+/// axis by itself: planes stay planes.
+struct Drawn {
+    around: Point,
+    /// Within about this elements keep their size, m; none: everywhere.
+    near_m: Option<f64>,
+}
+
+impl Drawn {
+    fn new(scene: &Scene) -> Self {
+        let press = scene.press.as_ref();
+        Self {
+            around: press.map_or_else(Point::zeros, |p| p.site_m),
+            near_m: press.map(|p| 4.0 * p.radius_m),
+        }
+    }
+
+    fn out(&self, p: &Point) -> Point {
+        let Some(near) = self.near_m else { return *p };
+        self.around + (p - self.around).map(|q| near * (q / near).sinh())
+    }
+
+    fn back(&self, p: &Point) -> Point {
+        let Some(near) = self.near_m else { return *p };
+        self.around + (p - self.around).map(|x| near * (x / near).asinh())
+    }
+}
+
 /// Fills a closed surface with elements that have a layer of corners on each of the scene's two
 /// planes and `layers` spaces between them: a plane between two layers would hold the body
 /// half an element too early, whatever the size.
@@ -37,24 +65,45 @@ fn mesh(
     scene: &Scene,
     layers: usize,
 ) -> Result<Mesh, FemError> {
-    let [mut min, max] = surface.bounds();
-    let space = (scene.free_below_m - scene.fixed_below_m) / layers as f64;
+    let bounds = surface.bounds();
+    let drawn = Drawn::new(scene);
+    let [mut min, max] = bounds.map(|p| drawn.back(&p));
+    let mut plane = drawn.around;
+    plane[scene.axis] = scene.fixed_below_m;
+    let fixed = drawn.back(&plane)[scene.axis];
+    let space = match drawn.near_m {
+        Some(near) => 3.0 * near / layers as f64,
+        None => (scene.free_below_m - scene.fixed_below_m) / layers as f64,
+    };
     let size = 2.0 * space;
     let field = Field::new(
         surface,
-        Grid::around([min, max], size / 6.0, 8),
+        Grid::around(bounds, cell_m(bounds, size), 8),
         Sign::Closed,
     );
     // The lattice starts 1.5 sizes before `min`.
     let start = min[scene.axis] - 1.5 * size;
-    let before = ((scene.fixed_below_m - start) / space).ceil();
-    min[scene.axis] = scene.fixed_below_m - before * space + 1.5 * size;
-    let mut mesh = lattice(min, max, size, |p| field.at(p))?;
+    let before = ((fixed - start) / space).ceil();
+    min[scene.axis] = fixed - before * space + 1.5 * size;
+    let mut mesh = lattice(min, max, size, |p| field.at(&drawn.out(p)))?;
+    if drawn.near_m.is_some() {
+        mesh = mesh.mapped(|p| drawn.out(p));
+    }
     // Chords lie inside: without this the body is too small by the square of the size.
     if let Some(nearest) = Nearest::new(surface) {
         mesh.curve_boundary(|p| nearest.point(p));
     }
     Ok(mesh)
+}
+
+/// Edge of the cells in which the distance to the surface is kept, m.
+fn cell_m([min, max]: [Point; 2], size_m: f64) -> f64 {
+    (size_m / 6.0).max((max - min).max() / 200.0)
+}
+
+/// Tells on standard error how far a solution is.
+pub(crate) fn tell(share: f64) {
+    eprintln!("  reference: {:.1} % of the load", share * 100.0);
 }
 
 /// Solves a scene with so many layers of elements between its planes. `progress` hears the share
@@ -67,6 +116,7 @@ pub(crate) fn solve(
     progress: &mut dyn FnMut(f64),
 ) -> Result<Solved, FemError> {
     let mesh = mesh(surface, scene, layers)?;
+    eprintln!("  reference: {} nodes", mesh.nodes.len());
     let problem = Problem {
         mesh: &mesh,
         material: Material::new(tissue.young_pa, tissue.poisson, tissue.density_kg_m3)?,
@@ -77,10 +127,15 @@ pub(crate) fn solve(
                 scene.motion(p, share)
             }),
         ],
-        tool: None,
+        tool: scene.press.map(|press| Tool {
+            radius_m: press.radius_m,
+            centre_m: Box::new(move |share| press.center_m(share)),
+            faces: mesh.faces_where(|p| (p - press.site_m).norm() < 4.0 * press.radius_m + 0.003),
+        }),
     };
     let steps = match scene.kind {
         Kind::Twist(degrees) => u32::from(degrees) / 18,
+        Kind::Press(..) => 6,
         _ => 3,
     };
     let stops: Vec<f64> = (1..=steps)
@@ -95,7 +150,11 @@ pub(crate) fn solve(
         .iter()
         .zip(&end.displacement_m)
         .zip(&end.reaction_n);
-    let load = scene.load(nodes.map(|((x, u), r)| (scene.is_moved(x), *x, *u, -r)));
+    let load = if scene.press.is_some() {
+        end.tool_force_n.norm()
+    } else {
+        scene.load(nodes.map(|((x, u), r)| (scene.is_moved(x), *x, *u, -r)))
+    };
     let growth = mesh.volume_m3(Some(&end.displacement_m))? / mesh.volume_m3(None)? - 1.0;
     drop(problem);
     Ok(Solved {

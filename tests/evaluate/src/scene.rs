@@ -3,6 +3,8 @@
 use nalgebra::{Rotation3, Unit, Vector3};
 use scene_prepare::mesh::Mesh;
 
+use crate::body::Held;
+
 type Point = Vector3<f64>;
 
 /// Which experiment.
@@ -14,7 +16,13 @@ pub(crate) enum Kind {
     Pull,
     /// One end fixed, the other turned about the long axis, degrees.
     Twist(u16),
+    /// The lower part fixed, a rigid frictionless ball of this diameter (mm) pressed by its radius
+    /// into the top at one of [`SITES`].
+    Press(u8, u8),
 }
+
+/// Where a ball is pressed in, as shares of the organ's length and width.
+const SITES: [[f64; 2]; 3] = [[0.25, 0.50], [0.50, 0.60], [0.75, 0.55]];
 
 impl Kind {
     /// Its name in files.
@@ -23,6 +31,9 @@ impl Kind {
             Self::Sag => "sag".to_owned(),
             Self::Pull => "pull 30 mm".to_owned(),
             Self::Twist(degrees) => format!("twist {degrees}°"),
+            Self::Press(diameter_mm, site) => {
+                format!("press, {diameter_mm} mm ball, site {}", site + 1)
+            }
         }
     }
 
@@ -31,8 +42,17 @@ impl Kind {
         match self {
             Self::Sag => [0.58, 1.0],
             Self::Pull => [0.35, 0.88],
+            // Within less of its length a half turn folds the tissue onto itself.
+            Self::Twist(180) => [0.12, 0.90],
             Self::Twist(_) => [0.25, 0.77],
+            // From below; there is no upper plane.
+            Self::Press(..) => [0.35, 1.0],
         }
+    }
+
+    /// Whether the organ's far end is moved.
+    const fn moves(self) -> bool {
+        matches!(self, Self::Pull | Self::Twist(_))
     }
 }
 
@@ -48,7 +68,54 @@ pub(crate) struct Scene {
     pub(crate) fixed_below_m: f64,
     /// From here on it is moved, or it ends, m.
     pub(crate) free_below_m: f64,
+    /// The ball that presses.
+    pub(crate) press: Option<Press>,
     pivot: Point,
+}
+
+/// A ball and where it presses.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Press {
+    /// Place on the organ's surface, m.
+    pub(crate) site_m: Point,
+    /// Its outward normal.
+    outward: Point,
+    /// Radius of the ball, m.
+    pub(crate) radius_m: f64,
+}
+
+impl Press {
+    /// The highest point of the organ above a place, and the surface's normal there.
+    fn new(mesh: &Mesh, diameter_mm: u8, [x, y]: [f64; 2]) -> Self {
+        let [min, max] = mesh.bounds();
+        let place = min + (max - min).component_mul(&Point::new(x, y, 1.0));
+        let mut press = Self {
+            site_m: place,
+            outward: Point::z(),
+            radius_m: f64::from(diameter_mm) * 0.5e-3,
+        };
+        let mut highest = f64::NEG_INFINITY;
+        for triangle in &mesh.triangles {
+            let [a, b, c] = mesh.corners(*triangle);
+            let normal = (b - a).cross(&(c - a));
+            let side = |p: Point, q: Point| (q - p).cross(&(place - p)).z;
+            let over = side(a, b) >= 0.0 && side(b, c) >= 0.0 && side(c, a) >= 0.0;
+            if normal.z > 0.0 && over {
+                let z = a.z - ((place - a).xy().dot(&normal.xy())) / normal.z;
+                if z > highest {
+                    highest = z;
+                    press.site_m.z = z;
+                    press.outward = normal.normalize();
+                }
+            }
+        }
+        press
+    }
+
+    /// Centre of the ball at a share of its way, m: it starts where it touches.
+    pub(crate) fn center_m(&self, share: f64) -> Point {
+        self.site_m + self.outward * (self.radius_m * (1.0 - share))
+    }
 }
 
 /// Two positions this near along the axis are the same, m.
@@ -58,7 +125,18 @@ impl Scene {
     /// On an organ.
     pub(crate) fn new(kind: Kind, mesh: &Mesh) -> Self {
         let [min, max] = mesh.bounds();
-        let axis = (max - min).imax();
+        let press = match kind {
+            Kind::Press(diameter_mm, site) => {
+                let site = SITES[usize::from(site) % SITES.len()];
+                Some(Press::new(mesh, diameter_mm, site))
+            }
+            _ => None,
+        };
+        let axis = if press.is_some() {
+            2
+        } else {
+            (max - min).imax()
+        };
         let at = |share: f64| min[axis] + share * (max[axis] - min[axis]);
         let [fixed_below_m, free_below_m] = kind.planes().map(at);
         let beyond = |p: &&Point| p[axis] > free_below_m;
@@ -68,6 +146,7 @@ impl Scene {
             axis,
             fixed_below_m,
             free_below_m,
+            press,
             pivot: end.iter().copied().sum::<Point>() / end.len().max(1) as f64,
         }
     }
@@ -79,7 +158,19 @@ impl Scene {
 
     /// Whether it belongs to the end that is moved.
     pub(crate) fn is_moved(&self, p: &Point) -> bool {
-        self.kind != Kind::Sag && p[self.axis] > self.free_below_m - SAME_M
+        self.kind.moves() && p[self.axis] > self.free_below_m - SAME_M
+    }
+
+    /// What holds a position, if tissue this far beyond the planes is held too, m.
+    pub(crate) fn held(&self, p: &Point, reach_m: f64) -> Held {
+        let along = p[self.axis];
+        if along < self.fixed_below_m + reach_m + 1e-6 {
+            Held::Fixed
+        } else if self.kind.moves() && along > self.free_below_m - reach_m - 1e-6 {
+            Held::Moved
+        } else {
+            Held::Free
+        }
     }
 
     /// Where a held position of the fixed end goes, m: nowhere. That of the moved end at a share
@@ -88,7 +179,7 @@ impl Scene {
         let mut along = Point::zeros();
         along[self.axis] = 1.0;
         match self.kind {
-            Kind::Sag => Point::zeros(),
+            Kind::Sag | Kind::Press(..) => Point::zeros(),
             Kind::Pull => {
                 let mut across = Point::zeros();
                 // Upwards, or forwards where the organ stands upright.

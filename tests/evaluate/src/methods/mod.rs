@@ -38,6 +38,32 @@ pub(crate) struct State {
     pub(crate) is_edited: bool,
     /// Spheres that the method itself found not finite, or far away, and put back.
     pub(crate) put_back: u32,
+    /// What presses, at the end of the step.
+    pub(crate) ball: Option<Ball>,
+    /// Force on it, mean of the last ticks, N.
+    pub(crate) ball_force_n: V3,
+}
+
+/// A rigid, frictionless ball.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Ball {
+    /// Its centre, m.
+    pub(crate) center_m: V3,
+    /// Its radius, m.
+    pub(crate) radius_m: f32,
+}
+
+/// Share of a tick in [`State::ball_force_n`].
+const FORCE_SHARE: f32 = 0.02;
+
+impl Ball {
+    /// How far a sphere has to move to be clear of it, m.
+    pub(crate) fn pushes(&self, center_m: &V3, radius_m: f32) -> Option<V3> {
+        let arm = center_m - self.center_m;
+        let distance = arm.norm();
+        let depth = self.radius_m + radius_m - distance;
+        (depth > 0.0 && distance > 0.0).then(|| arm * (depth / distance))
+    }
 }
 
 /// A step's surroundings.
@@ -80,7 +106,29 @@ impl State {
             pull_n: vec![V3::zeros(); n],
             is_edited: false,
             put_back: 0,
+            ball: None,
+            ball_force_n: V3::zeros(),
         }
+    }
+
+    /// Moves free spheres out of the ball, by position, as a tick's last constraint.
+    pub(crate) fn touch(&mut self, body: &Body, dt_s: f32) {
+        let Some(ball) = self.ball else { return };
+        let mut force = V3::zeros();
+        for i in (0..self.u_m.len()).filter(|&i| self.w_per_kg[i] > 0.0) {
+            let center = body.rest_m[i] + self.u_m[i];
+            if let Some(step) = ball.pushes(&center, body.radius_m[i]) {
+                self.u_m[i] += step;
+                self.v_m_s[i] += step / dt_s;
+                force -= step * (body.mass_kg[i] / (dt_s * dt_s));
+            }
+        }
+        self.feel(&force);
+    }
+
+    /// The ball feels the force of a step, N.
+    pub(crate) fn feel(&mut self, force_n: &V3) {
+        self.ball_force_n += (force_n - self.ball_force_n) * FORCE_SHARE;
     }
 
     /// Displacement as predicted and corrected so far, m.
@@ -170,6 +218,11 @@ impl Way {
             Self::StretchVolume(k) => format!("k = {k:.4}"),
             _ => String::new(),
         }
+    }
+
+    /// Whether its own step moves spheres out of the ball.
+    pub(crate) fn touches(self) -> bool {
+        matches!(self, Self::Ours | Self::Paper(..))
     }
 
     /// Steps a tick.

@@ -8,6 +8,8 @@ use rt_core::scene::{
 use rt_core::soft_body::pbd::PaperPbd;
 use rt_core::soft_body::{Bodies, Method as Solver, Tissue};
 
+use rt_core::sim::TICK_S;
+
 use super::{Env, Method, State, Surroundings};
 use crate::body::{Body, V3};
 
@@ -143,7 +145,7 @@ pub(crate) struct Product<'a> {
 }
 
 impl Method for Product<'_> {
-    fn step(&mut self, _: &Body, state: &mut State, _: &Env) {
+    fn step(&mut self, body: &Body, state: &mut State, _: &Env) {
         for (i, held) in (0_u32..).zip(&mut self.held) {
             let n = i as usize;
             let wanted = state.w_per_kg[n] <= 0.0;
@@ -158,7 +160,19 @@ impl Method for Product<'_> {
             }
         }
         state.is_edited = false;
-        state.put_back += self.tissue.step();
+        let (ball, mut force) = (state.ball, V3::zeros());
+        state.put_back += self.tissue.step_with(|tissue, step_s| {
+            let Some(ball) = ball else { return };
+            for (i, (radius, mass)) in (0_u32..).zip(body.radius_m.iter().zip(&body.mass_kg)) {
+                let free = tissue.inverse_mass_per_kg(i) > 0.0;
+                let push = ball.pushes(&tissue.center_m(i), *radius);
+                if let Some(step) = push.filter(|_| free) {
+                    tissue.move_by(i, &step);
+                    force -= step * (mass / (step_s * TICK_S));
+                }
+            }
+        });
+        state.feel(&force);
         for (i, (u, v)) in (0_u32..).zip(state.u_m.iter_mut().zip(&mut state.v_m_s)) {
             *u = self.tissue.displacement_m(i);
             *v = self.tissue.velocity_m_s(i);
