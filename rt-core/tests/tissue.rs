@@ -278,6 +278,31 @@ fn scrambled_it_comes_back() {
 }
 
 #[test]
+fn spheres_in_each_others_places_find_their_own() {
+    let bar = Bar::new();
+    for seed in 1..=6 {
+        let left_m = bar.play(|tissue, spheres| {
+            let mut dice = seed;
+            let mut free: Vec<u32> = (0..spheres.len() as u32)
+                .filter(|&i| !spheres[i as usize].held)
+                .collect();
+            let homes = free.clone();
+            for i in (1..free.len()).rev() {
+                let other = (0.5 * (noise(&mut dice) + 1.0) * i as f32) as usize;
+                free.swap(i, other);
+            }
+            for (&i, &place) in homes.iter().zip(&free) {
+                let to = spheres[place as usize].center_m - spheres[i as usize].center_m;
+                tissue.put(i, &to, &Vec3::zeros());
+            }
+            step(tissue, 10_000);
+            farthest_m(tissue, spheres)
+        });
+        assert!(left_m < 1.0e-4, "seed {seed}: {left_m} m from rest");
+    }
+}
+
+#[test]
 fn turned_inside_out_it_comes_back() {
     recovers("inside out", |at, _| Vec3::new(at.x, at.y, -at.z));
 }

@@ -41,8 +41,8 @@ struct Asked {
     /// A reduced run: seconds instead of many minutes. Its figures are coarse.
     #[arg(long)]
     quick: bool,
-    /// Of the accuracy and reference cases only those whose name contains this ("press",
-    /// "liver: sag"); of accuracy also the first, on which settings are calibrated.
+    /// Only the cases whose name contains this ("press", "liver: sag"); of accuracy also the first,
+    /// on which settings are calibrated.
     #[arg(long, value_name = "TEXT")]
     case: Option<String>,
 }
@@ -78,14 +78,13 @@ fn main() -> ExitCode {
 fn run(asked: &Asked, [trust, speed, limits]: [bool; 3]) -> Result<(), String> {
     let (out, quick) = (&asked.out, asked.quick);
     std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
+    let only = asked.case.as_deref().unwrap_or_default();
     let mut sections = Vec::new();
     if speed {
         let mut ask = accuracy::Ask::new(quick);
-        if let Some(text) = &asked.case {
-            let mut first = true;
-            ask.cases
-                .retain(|case| std::mem::take(&mut first) || case.name().contains(text));
-        }
+        let mut first = true;
+        ask.cases
+            .retain(|case| std::mem::take(&mut first) || case.name().contains(only));
         let rows = accuracy::run(&ask)?;
         write(out, "accuracy.csv", &accuracy::csv(&rows))?;
         let svg = page::accuracy_chart(&rows)?;
@@ -96,7 +95,7 @@ fn run(asked: &Asked, [trust, speed, limits]: [bool; 3]) -> Result<(), String> {
         sections.extend(page::accuracy(&rows, &svg)?);
     }
     if limits {
-        let rows = stability::run(quick)?;
+        let rows = stability::run(quick, only)?;
         write(out, "stability.csv", &stability::csv(&rows))?;
         let svg = page::stability_chart(&rows)?;
         write(out, "stability.svg", &svg)?;
@@ -104,7 +103,6 @@ fn run(asked: &Asked, [trust, speed, limits]: [bool; 3]) -> Result<(), String> {
     }
     if trust {
         let layers: &[usize] = if quick { &[4, 6] } else { &[6, 9, 12, 18] };
-        let only = asked.case.as_deref().unwrap_or_default();
         let rows = convergence::run(layers, 581, only)?;
         write(out, "reference.csv", &convergence::csv(&rows))?;
         sections.push(page::reference(&rows));

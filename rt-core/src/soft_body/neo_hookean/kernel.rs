@@ -25,6 +25,10 @@ const CRUSHED: f32 = 0.2;
 /// How far a crushed one is taken for more open than it is.
 const OPENING: f32 = 0.5;
 
+/// Share of their distance from the mean by which displacements of what is inside out are drawn
+/// together in a pass. 0.01 to 0.4 all untie a scrambled liver.
+const DRAWN_MAX: f32 = 0.1;
+
 /// An organ's elasticity for one substep.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Moduli {
@@ -147,10 +151,47 @@ fn project_batch<W: Wide>(nodes: &mut PerSphere<Node>, batch: &TetraBatch, modul
     let q = W::splat(0.0).sub(c2.add(m12.mul(p)).div(m22));
 
     let minus = W::splat(0.0).sub(origin.weight);
-    scatter(nodes, s0, push(g0, h0, p, q, minus));
-    scatter(nodes, s1, push(g[0], h[0], p, q, x.weight));
-    scatter(nodes, s2, push(g[1], h[1], p, q, y.weight));
-    scatter(nodes, s3, push(g[2], h[2], p, q, z.weight));
+    let mut pushes = [
+        push(g0, h0, p, q, minus),
+        push(g[0], h[0], p, q, x.weight),
+        push(g[1], h[1], p, q, y.weight),
+        push(g[2], h[2], p, q, z.weight),
+    ];
+    if volume.any_below(W::splat(0.0)) {
+        let drawn = drawn_together(&edges, &weights, volume);
+        for (push, drawn) in pushes.iter_mut().zip(drawn) {
+            *push = add(*push, drawn);
+        }
+    }
+    let [p0, p1, p2, p3] = pushes;
+    scatter(nodes, s0, p0);
+    scatter(nodes, s1, p1);
+    scatter(nodes, s2, p2);
+    scatter(nodes, s3, p3);
+}
+
+/// The corners of what is inside out draw their displacements together, without moving their common
+/// centre of mass. Elasticity alone finds ways out of an inverted tetrahedron that wind tissue around
+/// itself, and such a knot is an equilibrium; the mean of the neighbours' displacements is not.
+#[inline(always)]
+fn drawn_together<W: Wide>(edges: &[Vec3<W>; 3], weights: &[W; 4], volume: W) -> [Vec3<W>; 4] {
+    let zero = W::splat(0.0);
+    let inside_out = zero.sub(volume).max(zero);
+    // The smaller of two, by the larger of their negatives.
+    let share = zero.sub(
+        zero.sub(inside_out.mul(W::splat(10.0)))
+            .max(W::splat(-DRAWN_MAX)),
+    );
+    let [w0, w1, w2, w3] = *weights;
+    let lightest = w0.max(w1).max(w2).max(w3).max(W::splat(1.0e-6));
+    let per_weight = share.div(lightest);
+    let mean = scale(sum(edges), W::splat(0.25));
+    [
+        scale(mean, per_weight.mul(w0)),
+        scale(sub(mean, edges[0]), per_weight.mul(w1)),
+        scale(sub(mean, edges[1]), per_weight.mul(w2)),
+        scale(sub(mean, edges[2]), per_weight.mul(w3)),
+    ]
 }
 
 /// One corner of eight tetrahedra.

@@ -35,6 +35,17 @@ impl Method for NeoHookean {
                 m12 += w * g[i].dot(&h[i]);
                 m22 += w * h[i].norm_squared();
             }
+            let draw = 0.1_f32.min(-10.0 * f.determinant());
+            if draw > 0.0 {
+                // Inside out: displacements are drawn together around the centre of mass.
+                let mean = tet.nodes.iter().map(|&n| state.now(n)).sum::<V3>() / 4.0;
+                let weights = tet.nodes.map(|n| state.w_per_kg[n]);
+                let lightest = weights.into_iter().fold(1e-6, f32::max);
+                let drawn = tet.nodes.map(|n| mean - state.now(n));
+                for ((&n, w), drawn) in tet.nodes.iter().zip(weights).zip(drawn) {
+                    state.d_m[n] += drawn * (draw * w / lightest);
+                }
+            }
             let determinant = m11 * m22 - m12 * m12;
             let first = (m12 * norm - m22 * volume_value) / determinant;
             let second = (m12 * volume_value - m11 * norm) / determinant;

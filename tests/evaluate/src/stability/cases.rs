@@ -278,16 +278,18 @@ fn point(lab: &Lab, way: Way, share: f64) -> bool {
     released(lab, way, |_, x| (lab.middle_m - x) * share as f32)
 }
 
-/// Every sphere on its way to another's place.
+/// Every sphere on its way to another's place, by three shuffles.
 fn scrambled(lab: &Lab, way: Way, share: f64) -> bool {
     let mut dice = Dice::new();
     let rest = &lab.body(way).rest_m;
-    let mut order: Vec<usize> = (0..rest.len()).collect();
-    for i in (1..order.len()).rev() {
-        let other = (0.5 * (dice.next() + 1.0) * i as f32) as usize;
-        order.swap(i, other);
-    }
-    released(lab, way, |i, x| (rest[order[i]] - x) * share as f32)
+    (0..3).all(|_| {
+        let mut order: Vec<usize> = (0..rest.len()).collect();
+        for i in (1..order.len()).rev() {
+            let other = (0.5 * (dice.next() + 1.0) * i as f32) as usize;
+            order.swap(i, other);
+        }
+        released(lab, way, |i, x| (rest[order[i]] - x) * share as f32)
+    })
 }
 
 fn slivers(lab: &Lab, way: Way, times: f64) -> bool {
