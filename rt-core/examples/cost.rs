@@ -16,6 +16,7 @@ use std::time::Instant;
 use rig::{Anatomy, Bench, TOUCH};
 use rt_core::math::Vec3;
 use rt_core::port::Buttons;
+use rt_core::scene::Organ;
 use rt_core::sim::{Parameters, Sim};
 use rt_core::soft_body::{Bodies, Method, Tissue};
 use rt_core::state::State;
@@ -61,27 +62,64 @@ fn count(spheres: usize, times: usize) {
     );
 }
 
-/// The tick with the instrument 8 mm in the first organ's top, after the others fell asleep.
-fn touched_us(anatomy: &Anatomy) -> f64 {
-    let mut state = Box::new(State::new());
-    let parameters = Parameters {
-        method: Method::NeoHookean,
-        force_ramp_s: 0.01,
-        force_enabled: true,
-    };
-    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, parameters);
-    let mut bench = Bench::new();
-    let mut press = |step: f32| {
-        let depth_m = 0.001 * (0.05 * step).sin() - 0.055 * (step / 500.0).min(1.0);
-        bench.next_at(&Vec3::new(0.0, 0.0, 0.1 + depth_m), Buttons::default());
-        sim.tick(&mut bench);
-    };
-    (0..1000u16).for_each(|step| press(f32::from(step)));
-    let mut step = 1000.0;
-    smallest_us(|| {
-        step += 1.0;
-        press(step);
-    })
+/// A tick with the instrument about 8 mm in the first organ's top.
+struct Touched {
+    tick_us: f64,
+    /// Sphere centres and force after 4000 ticks.
+    centers_m: Vec<Vec3>,
+    force_n: Vec3,
+}
+
+impl Touched {
+    fn new(anatomy: &Anatomy) -> Self {
+        let mut state = Box::new(State::new());
+        let parameters = Parameters {
+            method: Method::NeoHookean,
+            force_ramp_s: 0.01,
+            force_enabled: true,
+        };
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, parameters);
+        let mut bench = Bench::new();
+        let press = |sim: &mut Sim<'_>, bench: &mut Bench, step: f32| {
+            let depth_m = 0.001 * (0.05 * step).sin() - 0.055 * (step / 500.0).min(1.0);
+            bench.next_at(&Vec3::new(0.0, 0.0, 0.1 + depth_m), Buttons::default());
+            sim.tick(bench);
+        };
+        (0..4000u16).for_each(|step| press(&mut sim, &mut bench, f32::from(step)));
+        let (centers_m, force_n) = (bench.centers_m.clone(), bench.force_n);
+        let mut step = 4000.0;
+        let tick_us = smallest_us(|| {
+            step += 1.0;
+            press(&mut sim, &mut bench, step);
+        });
+        Self {
+            tick_us,
+            centers_m,
+            force_n,
+        }
+    }
+
+    /// The same without sleep: organs that breathe, if only by a picometre, are always awake.
+    fn sleepless(anatomy: &Anatomy) -> Self {
+        let mut anatomy = anatomy.clone();
+        anatomy.breath_s = 4.0;
+        for organ in &mut anatomy.organs {
+            organ.breath_m = Vec3::new(0.0, 0.0, 1.0e-12);
+        }
+        Self::new(&anatomy)
+    }
+
+    /// Prints it beside `all`, of which it leaves something out.
+    fn tell(&self, what: &str, all: &Self) {
+        let apart = self.centers_m.iter().zip(&all.centers_m);
+        let most_m = apart.map(|(a, b)| (a - b).norm()).fold(0.0, f32::max);
+        println!(
+            "{what:35} {:9.1} {:14.4} {:12.2}",
+            self.tick_us,
+            1e3 * most_m,
+            1e3 * (self.force_n - all.force_n).norm()
+        );
+    }
 }
 
 fn all_moving_us(anatomy: &Anatomy) -> f64 {
@@ -113,17 +151,28 @@ fn main() {
     for times in [2, 4, 8] {
         count(4000, times);
     }
-    let (liver, four) = (Anatomy::liver(), Anatomy::four_organs());
+    let (liver, mut four) = (Anatomy::liver(), Anatomy::four_organs());
     println!(
         "tissue of four organs (1891), all moving: {:.1} µs",
         all_moving_us(&four)
     );
-    println!(
-        "whole tick, liver alone, touched:          {:.1} µs",
-        touched_us(&liver)
-    );
-    println!(
-        "whole tick, four organs, liver touched:    {:.1} µs",
-        touched_us(&four)
-    );
+    println!("\nwhole tick, liver touched             µs/tick   spheres off mm  force off mN");
+    // They sink under their weight before they sleep: what is left of that is what sleep gives up.
+    let sinks = |organ: &mut Organ| organ.gravity_share = 0.3;
+    four.organs.iter_mut().skip(1).for_each(sinks);
+    let sleepless = Touched::sleepless(&four);
+    sleepless.tell("four organs, all awake", &sleepless);
+    Touched::new(&four).tell("four organs, three asleep", &sleepless);
+    let liver = Touched::new(&liver);
+    liver.tell("liver alone", &liver);
+    let coarse = |spheres| {
+        let half_axes_m = Vec3::new(0.1, 0.06, 0.048);
+        let coarse = Anatomy::default().with_ellipsoid(Vec3::zeros(), half_axes_m, spheres, 0);
+        println!(
+            "{:35} {:9.1}   (accuracy: evaluate)",
+            format!("liver alone of {spheres} spheres"),
+            Touched::new(&coarse).tick_us
+        );
+    };
+    [100, 250, 1200].into_iter().for_each(coarse);
 }

@@ -34,6 +34,8 @@ pub(crate) struct Shared {
     pub(crate) page_faults: AtomicU64,
     pub(crate) involuntary_switches: AtomicU64,
     pub(crate) blocks: AtomicU64,
+    /// Ticks in which a device came, went stale or was lost.
+    pub(crate) device_changes: AtomicU64,
     /// The watch asks the tick to cut the force; a host's command lets it through again.
     pub(crate) cut_force: AtomicBool,
     /// Ticks in which each stage took longer than its budget.

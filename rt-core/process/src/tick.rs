@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use heapless::spsc::{Consumer, Producer};
 use rt_core::port::{ForceCommand, Polled};
-use rt_core::sim::{Command, Optional, Ports, Samples, Sim, Stage, TickView};
+use rt_core::sim::{Command, Optional, Ports, Samples, Sim, Stage, Status, TickView};
 use shared_mem::message::{EventMsg, STAGES, StateFrame, TickRecord, ToolFrame};
 
 use crate::budget::{self, PublishGate};
@@ -47,6 +47,8 @@ pub(crate) struct World {
     fresh_at_ns: Option<u64>,
     last_stamp_ns: u64,
     record: TickRecord,
+    /// Haptic device, tracker, pedal.
+    device_status: [Status; 3],
 }
 
 /// Simulation and world: one control period after the other.
@@ -111,6 +113,7 @@ impl World {
             fresh_at_ns: None,
             last_stamp_ns: 0,
             record: NO_RECORD,
+            device_status: [Status::Absent; 3],
         }
     }
 
@@ -179,6 +182,11 @@ impl Ports for World {
             .zip(view.fault_counters.as_array())
         {
             to.store(*from, Relaxed);
+        }
+        let status = [view.device.status, view.tracker.status, view.pedal.status];
+        if status != self.device_status {
+            self.device_status = status;
+            Shared::count(&self.shared.device_changes);
         }
         // Non-negative floats are ordered as their bits.
         let force_n = rt_core::math::norm(&view.tool.force_n).max(0.0);

@@ -183,7 +183,8 @@ fn ticking(
 ///
 /// With [`OnViolation::Abort`] a page fault in locked memory ends the process, as an allocation does,
 /// and so does a block: a wait for anything but the next tick (a lock, a file). Not in a batch that
-/// missed periods: whoever stops the process (`SIGSTOP`, a debugger) makes it wait, too.
+/// missed periods: whoever stops the process (`SIGSTOP`, a debugger) makes it wait, too. And not in
+/// one in which a device came or went: the kernel holds a line while it hangs it up.
 async fn account(batch_done: Rc<BatchDone>, shared: Arc<Shared>, on_violation: OnViolation) {
     let is_locked = shared.realtime.load(Relaxed) & TimingBatch::LOCKED != 0;
     let is_strict = is_locked && on_violation == OnViolation::Abort;
@@ -198,8 +199,8 @@ async fn account(batch_done: Rc<BatchDone>, shared: Arc<Shared>, on_violation: O
             u64::MAX
         };
         let usage = ThreadUsage::now().since(start);
-        let misses = shared.deadline_misses.load(Relaxed);
-        let blocked_on_time = blocks.note(usage.waits, sleeps(), misses);
+        let excuses = shared.deadline_misses.load(Relaxed) + shared.device_changes.load(Relaxed);
+        let blocked_on_time = blocks.note(usage.waits, sleeps(), excuses);
         shared.allocations.store(allocations, Relaxed);
         if is_strict && (usage.page_faults > 0 || blocked_on_time) {
             alloc_counter::disarm();
@@ -234,20 +235,19 @@ async fn account(batch_done: Rc<BatchDone>, shared: Arc<Shared>, on_violation: O
 struct Blocks {
     waits: u64,
     sleeps: Option<u64>,
-    misses: u64,
+    excuses: u64,
     count: u64,
 }
 
 impl Blocks {
-    /// The next batch, by the counts so far. Gives whether it blocked, although no period was
-    /// missed in it.
-    fn note(&mut self, waits: u64, sleeps: u64, misses: u64) -> bool {
+    /// The next batch, by the counts so far. Gives whether it blocked without an excuse in it.
+    fn note(&mut self, waits: u64, sleeps: u64, excuses: u64) -> bool {
         let slept = sleeps - self.sleeps.unwrap_or(sleeps);
         let blocked = (waits - self.waits).saturating_sub(slept);
-        let on_time = misses == self.misses;
+        let excused = excuses != self.excuses;
         self.count += blocked;
-        (self.waits, self.sleeps, self.misses) = (waits, Some(sleeps), misses);
-        blocked > 0 && on_time
+        (self.waits, self.sleeps, self.excuses) = (waits, Some(sleeps), excuses);
+        blocked > 0 && !excused
     }
 }
 

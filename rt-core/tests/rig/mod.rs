@@ -65,13 +65,14 @@ pub(crate) const LEVER: Kinematics = Kinematics {
 };
 
 /// Spheres and links of a scene that is being built.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(crate) struct Anatomy {
     pub(crate) organs: Vec<Organ>,
     pub(crate) spheres: Vec<RestSphere>,
     pub(crate) links: Vec<Link>,
     pub(crate) batches: Vec<TetraBatch>,
     pub(crate) tetrahedra: usize,
+    pub(crate) breath_s: f32,
 }
 
 impl Anatomy {
@@ -167,7 +168,11 @@ impl Anatomy {
 
     /// The scene, checked.
     pub(crate) fn scene(&self) -> Scene<'_> {
-        Scene::new(&self.organs, &self.spheres, &self.links, room())
+        let room = Room {
+            breath_s: self.breath_s,
+            ..room()
+        };
+        Scene::new(&self.organs, &self.spheres, &self.links, room)
             .and_then(|scene| scene.with_tetrahedra(&self.batches))
             .expect("a good scene")
     }
