@@ -176,7 +176,16 @@ impl Body {
     ) -> Option<Self> {
         let volume = mesh.volume();
         let interior = Interior::new(mesh, volume, count)?;
-        let balls = pack_evenly(&interior, count);
+        let mut balls = pack_evenly(&interior, count);
+        // A sphere of slivers only would be alone here: preparation hangs it on springs.
+        let mut in_use = vec![false; balls.len()];
+        for tetra in tetra::fill(&interior, &balls, volume) {
+            for i in tetra.spheres {
+                in_use[i as usize] = true;
+            }
+        }
+        let mut used = in_use.into_iter();
+        balls.retain(|_| used.next().unwrap_or(false));
         let centers: Vec<_> = balls.iter().map(|b| b.center).collect();
         let mut share = vec![0.0; centers.len()];
         let owner = owners(&interior, &centers);
