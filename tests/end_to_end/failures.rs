@@ -83,14 +83,14 @@ fn parent_of(pid: u32) -> Option<u32> {
         .find_map(|line| line.strip_prefix("PPid:")?.trim().parse().ok())
 }
 
-/// Waits until the station's controller publishes.
+/// Waits until the controller has published for a second: by then the station listens.
 fn wait_for_ticks(name: &str) {
     let host = Station::new(name)
         .and_then(|s| Host::open(&s))
         .expect("a station");
     let mut frame: Box<StateFrame> = bytemuck::zeroed_box();
     wait_until("the controller ticks", || {
-        host.newest_state(&mut frame) && frame.tick > 100
+        host.newest_state(&mut frame) && frame.tick > 1000
     });
 }
 
