@@ -287,3 +287,29 @@ proptest! {
         }
     }
 }
+
+/// A slip of the hand (`--out liver.stl`, a device) costs nothing, and leaves nothing behind.
+#[test]
+fn a_scene_replaces_only_a_scene() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    std::fs::write(at("liver.stl"), "solid liver, of many hours").unwrap();
+    std::fs::create_dir(at("folder")).unwrap();
+    std::os::unix::fs::symlink("/dev/null", at("device")).unwrap();
+    for name in ["liver.stl", "folder", "device", "missing/x.calot"] {
+        let refused = tiny().write(&at(name)).unwrap_err().to_string();
+        assert!(refused.contains(name), "{refused}");
+        assert!(refused.contains("cannot be written"), "{refused}");
+        assert!(refused.contains("name a new file"), "{refused}");
+    }
+    let kept = std::fs::read_to_string(at("liver.stl")).unwrap();
+    assert_eq!(kept, "solid liver, of many hours");
+    assert!(at("device").is_symlink());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 3);
+    std::fs::write(at("empty"), "").unwrap();
+    tiny().write(&at("empty")).unwrap();
+    let mut other = tiny();
+    other.spheres[0].mass_kg *= 2.0;
+    let id = other.write(&at("empty")).unwrap();
+    assert_eq!(SceneFile::open(&at("empty")).unwrap().id(), id);
+}

@@ -21,6 +21,11 @@ pub enum SceneError {
         path: PathBuf,
         source: std::io::Error,
     },
+    #[error("{path}: cannot be written ({source}); name a new file in a folder that exists")]
+    Unwritable {
+        path: PathBuf,
+        source: std::io::Error,
+    },
     #[error("not a compiled scene ({0}); prepare it again with `calot prepare`")]
     NotAScene(&'static str),
     #[error(

@@ -1,5 +1,6 @@
 //! Writing a compiled scene.
 
+use std::io::Read;
 use std::path::Path;
 
 use bytemuck::Pod;
@@ -127,15 +128,42 @@ impl SceneData {
             bytes.extend_from_slice(&level);
             finest.get_or_insert(identity(&level));
         }
-        let io = |source| SceneError::Io {
-            path: path.to_owned(),
-            source,
-        };
+        check_place(path)?;
         let partial = path.with_extension(format!("partial-{}", std::process::id()));
-        std::fs::write(&partial, &bytes).map_err(io)?;
-        std::fs::rename(&partial, path).map_err(io)?;
+        let written = std::fs::write(&partial, &bytes);
+        let written = written.and_then(|()| std::fs::rename(&partial, path));
+        written.map_err(|source| {
+            // Best effort: the first error is the one to tell.
+            let _ = std::fs::remove_file(&partial);
+            unwritable(path, source)
+        })?;
         Ok(finest.unwrap_or_default())
     }
+}
+
+fn unwritable(path: &Path, source: std::io::Error) -> SceneError {
+    SceneError::Unwritable {
+        path: path.to_owned(),
+        source,
+    }
+}
+
+/// A scene replaces an older one or an empty file, never what else a slip of the hand names: the
+/// mesh it was made of, a device.
+fn check_place(path: &Path) -> Result<(), SceneError> {
+    let Ok(there) = std::fs::metadata(path) else {
+        return Ok(());
+    };
+    let refuse = |why: &str| Err(unwritable(path, std::io::Error::other(why)));
+    if !there.is_file() {
+        return refuse("it is there and is not a plain file");
+    }
+    let mut magic = [0; MAGIC.len()];
+    let mut file = std::fs::File::open(path).map_err(|source| unwritable(path, source))?;
+    if there.len() > 0 && (file.read_exact(&mut magic).is_err() || magic != MAGIC) {
+        return refuse("it is there and is not a compiled scene");
+    }
+    Ok(())
 }
 
 /// The identity in a scene's header.
