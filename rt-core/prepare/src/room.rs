@@ -24,6 +24,13 @@ const APPROACH_M: f64 = 0.03;
 /// The target lies about this far from what is looked at, m.
 const TARGET_OFFSET_M: f64 = 0.035;
 
+/// Where no vertex will do, points of the skin about this far from each other are tried, m.
+const SKIN_STEP_M: f64 = 0.008;
+/// Of those in one triangle, at most this many along a side.
+const SKIN_STEPS_MAX: usize = 40;
+/// And this many altogether.
+const SKIN_POINTS_MAX: usize = 50_000;
+
 /// Default instrument port, seen from what is looked at: down, in front, to the left.
 const INSTRUMENT_PORT_FROM_VIEW: [f64; 3] = [0.095, -0.135, 0.115];
 /// Default endoscope port: from the pelvis.
@@ -209,40 +216,49 @@ fn find_target(
     exactly: bool,
 ) -> Result<(Vec3, Vec3), PrepareError> {
     let (plan, mesh) = organs[target_organ];
-    let normals = mesh.vertex_normals();
     let inside: Vec<Nearest<'_>> = organs.iter().filter_map(|(_, m)| Nearest::new(m)).collect();
     let own = Nearest::new(mesh);
-    let mut candidates: Vec<(f64, usize)> = Vec::new();
-    for (i, (p, n)) in mesh.vertices.iter().zip(&normals).enumerate() {
-        let shaft = p - sight.instrument_port;
-        let view = p - sight.camera;
-        let steep = -shaft.normalize().dot(n);
-        let seen = -view.normalize().dot(n);
-        let centred = view.normalize().dot(&sight.forward);
-        let reached = OUTSIDE_M.contains(&(sight.length - shaft.norm()));
-        if reached && steep > 0.35 && seen > 0.2 && centred > PICTURE_EDGE {
-            let wanted = if exactly { 0.0 } else { TARGET_OFFSET_M };
-            let off = ((p - near).norm() - wanted).abs();
-            candidates.push((steep + 0.5 * seen - 20.0 * off, i));
+    let mut in_sight = 0;
+    let mut best = |points: &[(Vec3, Vec3)]| {
+        let mut candidates: Vec<(f64, usize)> = Vec::new();
+        for (i, (p, n)) in points.iter().enumerate() {
+            let shaft = p - sight.instrument_port;
+            let view = p - sight.camera;
+            let steep = -shaft.normalize().dot(n);
+            let seen = -view.normalize().dot(n);
+            let centred = view.normalize().dot(&sight.forward);
+            let reached = OUTSIDE_M.contains(&(sight.length - shaft.norm()));
+            if reached && steep > 0.35 && seen > 0.2 && centred > PICTURE_EDGE {
+                let wanted = if exactly { 0.0 } else { TARGET_OFFSET_M };
+                let off = ((p - near).norm() - wanted).abs();
+                candidates.push((steep + 0.5 * seen - 20.0 * off, i));
+            }
         }
-    }
-    candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let suitable = candidates.iter().map(|&(_, i)| i).find(|&i| {
-        let (p, n) = (mesh.vertices[i], normals[i]);
-        let before = p + n * 0.002;
-        let start = p + n * APPROACH_M;
-        let free = |from: &Vec3, to: &Vec3| !inside.iter().any(|m| m.blocks(from, to));
-        let thick = own.as_ref().is_some_and(|own| {
-            own.distance(&(p - n * (TISSUE_M / 2.0))) > 0.4 * TISSUE_M
-                && !own.blocks(&(p - n * 0.001), &(p - n * TISSUE_M))
-        });
-        thick
-            && free(&before, &start)
-            && free(&before, &sight.instrument_port)
-            && free(&start, &sight.instrument_port)
-            && free(&before, &sight.camera)
+        candidates.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        in_sight += candidates.len();
+        candidates.iter().map(|&(_, i)| points[i]).find(|&(p, n)| {
+            let before = p + n * 0.002;
+            let start = p + n * APPROACH_M;
+            let free = |from: &Vec3, to: &Vec3| !inside.iter().any(|m| m.blocks(from, to));
+            let thick = own.as_ref().is_some_and(|own| {
+                own.distance(&(p - n * (TISSUE_M / 2.0))) > 0.4 * TISSUE_M
+                    && !own.blocks(&(p - n * 0.001), &(p - n * TISSUE_M))
+            });
+            thick
+                && free(&before, &start)
+                && free(&before, &sight.instrument_port)
+                && free(&start, &sight.instrument_port)
+                && free(&before, &sight.camera)
+        })
+    };
+    let normals = mesh.vertex_normals();
+    let vertices: Vec<(Vec3, Vec3)> = mesh.vertices.iter().copied().zip(normals).collect();
+    let mut tried = vertices.len();
+    let found = best(&vertices).or_else(|| {
+        let between = between_vertices(mesh);
+        tried += between.len();
+        best(&between)
     });
-    let found = suitable.map(|i| (mesh.vertices[i], normals[i]));
     found.ok_or_else(|| {
         PrepareError::Room(format!(
             "room: no point of '{}' can be reached and seen: from instrument_port_m {:.3?} the \
@@ -255,8 +271,32 @@ fn find_target(
             OUTSIDE_M.end(),
             sight.length,
             sight.camera.as_slice(),
-            candidates.len(),
-            mesh.vertices.len(),
+            in_sight,
+            tried,
         ))
     })
+}
+
+/// Points of the skin between its vertices, with its normal there: a coarse mesh has few vertices.
+fn between_vertices(mesh: &Mesh) -> Vec<(Vec3, Vec3)> {
+    let mut points = Vec::new();
+    for &t in &mesh.triangles {
+        let [a, b, c] = mesh.corners(t);
+        let Some(normal) = (b - a).cross(&(c - a)).try_normalize(0.0) else {
+            continue;
+        };
+        let longest_m = [b - a, c - b, a - c].map(|side| side.norm());
+        let longest_m = longest_m.into_iter().fold(0.0, f64::max);
+        let steps = ((longest_m / SKIN_STEP_M) as usize).min(SKIN_STEPS_MAX);
+        for i in 1..steps {
+            for j in 1..steps - i {
+                if points.len() == SKIN_POINTS_MAX {
+                    return points;
+                }
+                let share = |k: usize| k as f64 / steps as f64;
+                points.push((a + (b - a) * share(i) + (c - a) * share(j), normal));
+            }
+        }
+    }
+    points
 }

@@ -166,7 +166,14 @@ fn built_in_scene_is_sound_and_anatomical() {
         "{}",
         volume("gallbladder")
     );
-    let json = serde_json::to_value(&prepared.report).unwrap();
+    assert_json_has_all_keys(&prepared.report);
+}
+
+/// Every figure that the report promises, of the whole and of each organ.
+fn assert_json_has_all_keys(report: &scene_prepare::Report) {
+    let json = serde_json::to_value(report).expect("JSON");
+    let organs = json["organs"].as_array().expect("a list");
+    assert_eq!(organs.len(), report.organs.len());
     for key in [
         "build_s",
         "spheres",
@@ -184,9 +191,38 @@ fn built_in_scene_is_sound_and_anatomical() {
         "volume_ml",
         "mass_g",
     ] {
-        assert!(json[key].is_number(), "{key}");
-        assert!(json["organs"][1][key].is_number(), "organ's {key}");
+        for figures in organs.iter().chain([&json]) {
+            assert!(figures[key].is_number(), "{key} of {figures}");
+        }
     }
+}
+
+/// A mesh by itself, as coarse as can be: no vertex of it lies where the hand is to work.
+#[test]
+fn a_box_of_twelve_triangles_becomes_a_scene() {
+    let mut text = String::new();
+    for i in 0..8 {
+        let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(|step| 100 * step);
+        text.push_str(&format!("v {x} {y} {z}\n"));
+    }
+    for [a, b, c, d] in [
+        [1, 3, 4, 2],
+        [5, 6, 8, 7],
+        [1, 2, 6, 5],
+        [3, 7, 8, 4],
+        [1, 5, 7, 3],
+        [2, 4, 8, 6],
+    ] {
+        text.push_str(&format!("f {a} {b} {c} {d}\n"));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("box.obj");
+    std::fs::write(&path, text).unwrap();
+    let recipe = Recipe::from_mesh(&path, None).unwrap();
+    let prepared = prepare(&recipe.with_spheres(60).unwrap(), &mut |_| {}).unwrap();
+    check(&prepared);
+    assert_json_has_all_keys(&prepared.report);
+    assert!((prepared.report.volume_ml - 1000.0).abs() < 0.01);
 }
 
 /// Both courses of duct and artery: tubes of few spheres in a row, held at both ends, free
