@@ -74,6 +74,10 @@ pub enum MeshProblem {
         "comes in {count} separate pieces, up to {gap_mm:.1} mm from each other; set `pieces = \"largest\"` to drop the others, or \"join\" to link them across the gap"
     )]
     FarPieces { count: usize, gap_mm: f64 },
+    #[error(
+        "comes in {count} separate pieces of like size, allowed are {max}; take fewer `parts`, set `closing = \"solid\"`, or join them in the mesh"
+    )]
+    ManyPieces { count: usize, max: usize },
     #[error("is open: {loops} loops, {edges} open edges; set `closing = \"fill\"` or \"wrap\"")]
     Open { loops: usize, edges: usize },
     #[error(
@@ -81,10 +85,12 @@ pub enum MeshProblem {
     )]
     NonManifold { edges: usize },
     #[error(
-        "contradicts itself: it cannot be oriented (like a Moebius band); set `closing = \"wrap\"`"
+        "contradicts itself: it cannot be oriented (like a Moebius band); set `closing = \"solid\"`, or mend the mesh"
     )]
     NotOrientable,
-    #[error("encloses no volume ({volume_ml:.4} mL); is it a flat sheet?")]
+    #[error(
+        "encloses no volume ({volume_ml:.4} mL); is it a flat sheet, or is half of it inside out? Set `closing = \"solid\"`, or give a surface around a body"
+    )]
     NoVolume { volume_ml: f64 },
 }
 

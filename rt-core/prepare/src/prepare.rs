@@ -201,7 +201,7 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
     };
     let mended = read
         .and_then(|mesh| mesh::mend(&mesh, plan.closing))
-        .map_err(problem)?;
+        .map_err(|found| problem(with_guessed_unit(&plan.surface, found)))?;
     let mended = match plan.pieces {
         Pieces::Largest => mended.largest_piece(),
         Pieces::Near | Pieces::Join => mended,
@@ -220,6 +220,15 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
         ));
     }
     Ok(Skin { mended, story })
+}
+
+/// Where the unit was guessed, what an extent looks like says nothing about it.
+fn with_guessed_unit(surface: &Surface, mut problem: MeshProblem) -> MeshProblem {
+    let guessed = matches!(surface, Surface::Mesh { unit_m: None, .. });
+    if let (true, MeshProblem::Extent { hint, .. }) = (guessed, &mut problem) {
+        *hint = ", its numbers taken for metres if that is within 2 m, else for millimetres";
+    }
+    problem
 }
 
 /// Scales a mesh to metres. Without a unit it is taken for metres, or for millimetres if it

@@ -146,7 +146,7 @@ fn glb(nodes: &[Part<'_>], translation: [f32; 3]) -> Vec<u8> {
         views.join(","),
         data.len()
     );
-    while json.len() % 4 != 0 {
+    while !json.len().is_multiple_of(4) {
         json.push(' ');
     }
     let mut bytes = Vec::from(*b"glTF");
@@ -310,6 +310,168 @@ fn damaged_files_are_refused_with_a_remedy() {
         .unwrap_err()
         .to_string();
     assert!(missing.contains("--meshes"), "{missing}");
+}
+
+/// A GLB of one box with some of its text replaced; what is shorter is filled up with spaces.
+fn lying_glb(edits: &[(&str, &str)]) -> Vec<u8> {
+    let indices: Vec<u32> = triangles().into_flattened();
+    let bytes = glb(&[("box", &CORNERS, &indices)], [0.0; 3]);
+    let length = u32::from_le_bytes(bytes[12..16].try_into().expect("4 bytes")) as usize;
+    let (json, data) = bytes[20..].split_at(length);
+    let mut json = String::from_utf8(json.to_vec()).expect("text");
+    for (from, to) in edits {
+        assert!(json.contains(from), "{from}");
+        json = json.replace(from, to);
+    }
+    while !json.len().is_multiple_of(4) {
+        json.push(' ');
+    }
+    let mut edited = Vec::from(*b"glTF\x02\0\0\0");
+    edited.extend((20 + json.len() as u32 + data.len() as u32).to_le_bytes());
+    edited.extend((json.len() as u32).to_le_bytes());
+    edited.extend(b"JSON");
+    edited.extend(json.as_bytes());
+    edited.extend(data);
+    edited
+}
+
+/// Most memory that this process ever held, bytes.
+fn memory_peak() -> u64 {
+    let status = std::fs::read_to_string("/proc/self/status").expect("Linux");
+    let line = status.lines().find(|line| line.starts_with("VmHWM:"));
+    let kib = line.and_then(|line| line.split_whitespace().nth(1));
+    kib.and_then(|kib| kib.parse::<u64>().ok())
+        .expect("a number")
+        * 1024
+}
+
+/// Short files that promise a billion of something: refused with the number or the place, before
+/// memory is taken for it.
+#[test]
+fn a_billion_of_anything_is_refused_at_once() {
+    let many = "1000000000";
+    let ply = |elements: &str| {
+        format!("ply\nformat binary_little_endian 1.0\n{elements}end_header\n").into_bytes()
+    };
+    let xyz = "property float x\nproperty float y\nproperty float z\n";
+    let list = "property list uint int vertex_indices\n";
+    let mut long_list = ply(&format!("element vertex 1\n{xyz}element face 1\n{list}"));
+    long_list.extend([0; 12]);
+    long_list.extend(1_000_000_000u32.to_le_bytes());
+    let mut stl = binary_stl();
+    stl[80..84].copy_from_slice(&1_000_000_000u32.to_le_bytes());
+    let paths: Vec<String> = (1..60)
+        .map(|i| format!(r#"{{"children":[{i},{i}]}}"#))
+        .collect();
+    let paths = format!(r#""nodes":[{},{{"name""#, paths.join(","));
+    let cases: Vec<(&str, Vec<u8>, &str)> = vec![
+        ("faces.stl", stl, many),
+        (
+            "faces.ply",
+            ply(&format!("element face {many}\n{list}")),
+            many,
+        ),
+        (
+            "vertices.ply",
+            ply(&format!("element vertex {many}\n{xyz}")),
+            many,
+        ),
+        (
+            "nothings.ply",
+            ply(&format!("element nothing {many}\n")),
+            many,
+        ),
+        (
+            "other.ply",
+            ply(&format!("element other {many}\nproperty uchar a\n")),
+            many,
+        ),
+        ("list.ply", long_list, "PLY"),
+        (
+            "vertices.glb",
+            lying_glb(&[(r#""count":8,"#, r#""count":1000000000,"#)]),
+            "triangles",
+        ),
+        (
+            "indices.glb",
+            lying_glb(&[(r#""count":36,"#, r#""count":1000000000,"#)]),
+            "333333333 triangles",
+        ),
+        (
+            "data.glb",
+            lying_glb(&[(
+                r#""buffers":[{"byteLength":"#,
+                r#""buffers":[{"byteLength":1000000000000},{"byteLength":"#,
+            )]),
+            "bytes of data",
+        ),
+        (
+            "paths.glb",
+            lying_glb(&[(r#""nodes":[{"name""#, &paths)]),
+            "more than one parent",
+        ),
+        (
+            "index.obj",
+            b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 1000000000\n".to_vec(),
+            "line 4, 'f 1 2 1000000000'",
+        ),
+        (
+            "texture.obj",
+            b"v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nf 1/1000000000 2/1 3/1\n".to_vec(),
+            "line 5",
+        ),
+        (
+            "overflow.obj",
+            b"v 0 0 0\nv 1 0 0\nv 0 1 0\n\nf 1 2 99999999999999999999999\n".to_vec(),
+            "line 5",
+        ),
+        (
+            "number.obj",
+            b"v 0 0 0\nv 1 zero 0\n".to_vec(),
+            "line 2, 'v 1 zero 0'",
+        ),
+    ];
+    for (name, content, expected) in cases {
+        assert!(content.len() < 5000);
+        let message = read_bytes(name, &content).expect_err(name).to_string();
+        assert!(message.contains(expected), "{name}: {message}");
+    }
+    assert!(memory_peak() < 1 << 29, "{} bytes", memory_peak());
+}
+
+#[test]
+fn glb_with_elements_of_another_kind_is_refused() {
+    let index_type = r#""componentType":5125"#;
+    let cases = [
+        (index_type, r#""componentType":5126"#),
+        (r#""type":"SCALAR""#, r#""type":"VEC3""#),
+        (r#""type":"VEC3""#, r#""type":"VEC2""#),
+        (r#""componentType":5126"#, r#""componentType":5121"#),
+    ];
+    for (from, to) in cases {
+        let message = read_bytes("kind.glb", &lying_glb(&[(from, to)])).unwrap_err();
+        let message = message.to_string();
+        assert!(message.contains("it must be"), "{from} {to}: {message}");
+    }
+}
+
+/// Pipes and devices may have no end: what is no plain file is not read.
+#[test]
+fn what_is_no_plain_file_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let device = folder.path().join("zero.stl");
+    std::os::unix::fs::symlink("/dev/zero", &device).unwrap();
+    let buffer = lying_glb(&[(r#""buffers":[{"#, r#""buffers":[{"uri":"zero.stl","#)]);
+    let lying = folder.path().join("lying.glb");
+    std::fs::write(&lying, buffer).unwrap();
+    for path in [folder.path().join("zero.stl"), lying] {
+        let message = read(&path, &[]).unwrap_err().to_string();
+        assert!(message.contains("not a plain file"), "{message}");
+    }
+    std::os::unix::fs::symlink("/dev/zero", folder.path().join("zero.toml")).unwrap();
+    let recipe = scene_prepare::Recipe::load(&folder.path().join("zero.toml"), None);
+    let message = recipe.unwrap_err().to_string();
+    assert!(message.contains("not a plain file"), "{message}");
 }
 
 #[test]

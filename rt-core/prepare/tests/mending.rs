@@ -293,6 +293,102 @@ fn what_cannot_be_mended_says_why() {
     );
 }
 
+/// Two nested shells, whichever way each of them is turned, are one body: the outer one.
+#[test]
+fn nested_shells_of_any_winding_are_the_outer_one() {
+    for turned in 0..4 {
+        let mut mesh = unit_box();
+        mesh.append(&cuboid([0.02; 3], [0.06; 3]));
+        for (i, t) in mesh.triangles.iter_mut().enumerate() {
+            if turned >> (i / 12) & 1 == 1 {
+                t.swap(1, 2);
+            }
+        }
+        let mended = mend(&mesh, Closing::Auto).unwrap();
+        assert!((mended.volume_m3 - 1e-3).abs() < 1e-9, "{turned}: {mended}");
+    }
+}
+
+/// A figure of eight that turns over once on its way around: closed, and without sides.
+fn klein_bottle() -> Mesh {
+    let (around, across) = (60u32, 31u32);
+    let mut mesh = Mesh::default();
+    for i in 0..around {
+        let u = f64::from(i) / f64::from(around) * std::f64::consts::TAU;
+        for j in 0..across {
+            let v = f64::from(j) / f64::from(across) * std::f64::consts::TAU;
+            let (sin, cos) = (u / 2.0).sin_cos();
+            let out = 0.1 + 0.04 * (cos * v.sin() - sin * (2.0 * v).sin());
+            let up = 0.04 * (sin * v.sin() + cos * (2.0 * v).sin());
+            mesh.vertices
+                .push(Vec3::new(out * u.cos(), out * u.sin(), up));
+        }
+    }
+    let at = |i: u32, j: u32| {
+        let j = j % across;
+        if i < around {
+            i * across + j
+        } else {
+            (across - j) % across
+        }
+    };
+    for (i, j) in (0..around).flat_map(|i| (0..across).map(move |j| (i, j))) {
+        let (a, b, c, d) = (at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1));
+        mesh.triangles.extend([[a, b, c], [a, c, d]]);
+    }
+    mesh
+}
+
+#[test]
+fn closed_surface_without_sides_is_refused_and_its_remedy_works() {
+    let bottle = klein_bottle();
+    for closing in [Closing::Auto, Closing::Fill, Closing::Wrap, Closing::Refuse] {
+        let refused = mend(&bottle, closing).unwrap_err();
+        assert_eq!(refused, MeshProblem::NotOrientable);
+        assert!(refused.to_string().contains("closing = \"solid\""));
+    }
+    let solid = mend(&bottle, Closing::Solid).unwrap();
+    assert!(solid.mesh.is_closed() && solid.volume_m3 > 1e-4, "{solid}");
+}
+
+/// A bow tie, drawn out: as much of it is inside out as is not, whichever way it is turned.
+#[test]
+fn body_whose_halves_contradict_each_other_is_refused_and_its_remedy_works() {
+    let mut mesh = cuboid([0.0; 3], [0.1; 3]);
+    for i in [2, 6] {
+        let (a, b) = (mesh.vertices[i], mesh.vertices[i + 1]);
+        (mesh.vertices[i], mesh.vertices[i + 1]) = (b, a);
+    }
+    assert!(mesh.is_closed() && mesh.volume().abs() < 1e-9);
+    let refused = mend(&mesh, Closing::Refuse).unwrap_err();
+    assert!(matches!(refused, MeshProblem::NoVolume { .. }), "{refused}");
+    assert!(refused.to_string().contains("closing = \"solid\""));
+    let solid = mend(&mesh, Closing::Solid).unwrap();
+    assert!(
+        (0.4e-3..0.65e-3).contains(&solid.volume_m3),
+        "{}",
+        solid.volume_m3
+    );
+}
+
+#[test]
+fn thousands_of_pieces_are_refused_at_once_and_specks_are_not() {
+    let mut many = Mesh::default();
+    for i in 0..5_000u32 {
+        let at = [i % 30, i / 30 % 30, i / 900].map(|k| 0.02 * f64::from(k));
+        many.append(&cuboid(at, [0.01; 3]));
+    }
+    let refused = mend(&many, Closing::Auto).unwrap_err();
+    let expected = MeshProblem::ManyPieces {
+        count: 5_000,
+        max: 256,
+    };
+    assert_eq!(refused, expected);
+    many.append(&cuboid([-0.5; 3], [0.4; 3]));
+    let mended = mend(&many, Closing::Auto).unwrap();
+    assert!((mended.volume_m3 - 0.064).abs() < 1e-9);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(10))]
 

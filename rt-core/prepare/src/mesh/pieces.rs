@@ -3,7 +3,6 @@
 use std::collections::HashMap;
 
 use super::Mesh;
-use super::weld::without_unused;
 use crate::field::Nearest;
 
 /// Which piece each triangle belongs to (joined through vertices), and how many there are.
@@ -42,10 +41,22 @@ pub(super) fn piece_meshes(mesh: &Mesh) -> Vec<Mesh> {
     for (t, &piece) in mesh.triangles.iter().zip(&of_triangle) {
         triangles[piece].push(*t);
     }
-    triangles
-        .iter()
-        .map(|t| without_unused(&mesh.vertices, t))
-        .collect()
+    // One table for all: a scanned organ may come with thousands of specks.
+    let mut new_index = vec![0u32; mesh.vertices.len()];
+    let mut alone = |triangles: Vec<[u32; 3]>| {
+        let mut used = triangles.as_flattened().to_vec();
+        used.sort_unstable();
+        used.dedup();
+        for (new, &old) in (0..).zip(&used) {
+            new_index[old as usize] = new;
+        }
+        let shifted = triangles.iter().map(|t| t.map(|i| new_index[i as usize]));
+        Mesh {
+            triangles: shifted.collect(),
+            vertices: used.iter().map(|&i| mesh.vertices[i as usize]).collect(),
+        }
+    };
+    triangles.into_iter().map(&mut alone).collect()
 }
 
 /// How far each piece but the largest is from the nearest of those larger than it, m: from its

@@ -19,6 +19,8 @@ const WELD_SHARE: f64 = 1e-6;
 const VOLUME_SHARE_MIN: f64 = 2e-5;
 /// Pieces smaller than this share of the largest are dust.
 const DUST_SHARE: f64 = 1e-3;
+/// Pieces beyond dust, at most: each is tested against all larger ones.
+const PIECES_MAX: usize = 256;
 
 /// A mesh whose volume over half its area is below this share of its extent may be hollow.
 const THIN_SHARE: f64 = 0.05;
@@ -234,7 +236,7 @@ fn solid_if_hollow(mended: Mended) -> Mended {
 
 fn finish(mut mended: Mended, mut mesh: Mesh) -> Result<Mended, MeshProblem> {
     mended.turned |= orient_pieces_outward(&mut mesh);
-    mended.dropped_pieces += drop_pieces(&mut mesh);
+    mended.dropped_pieces += drop_pieces(&mut mesh)?;
     mended.volume_m3 = mesh.volume();
     if mended.volume_m3 < VOLUME_SHARE_MIN * mesh.area().powf(1.5) {
         return Err(MeshProblem::NoVolume {
@@ -368,18 +370,28 @@ fn orient_pieces_outward(mesh: &mut Mesh) -> bool {
 
 /// Drops pieces that lie inside a larger one (the inner side of a wall) and dust; returns how
 /// many.
-fn drop_pieces(mesh: &mut Mesh) -> usize {
+///
+/// # Errors
+/// When too many are left to tell which is inside which.
+fn drop_pieces(mesh: &mut Mesh) -> Result<usize, MeshProblem> {
     let mut all = piece_meshes(mesh);
     if all.len() < 2 {
-        return 0;
+        return Ok(0);
     }
     all.sort_by(|a, b| b.volume().total_cmp(&a.volume()));
     let dust = DUST_SHARE * all[0].volume();
-    let mut kept: Vec<Mesh> = Vec::new();
     let count = all.len();
+    all.retain(|piece| piece.volume() >= dust);
+    if all.len() > PIECES_MAX {
+        return Err(MeshProblem::ManyPieces {
+            count: all.len(),
+            max: PIECES_MAX,
+        });
+    }
+    let mut kept: Vec<Mesh> = Vec::new();
     for piece in all {
         let inside = |other: &Mesh| wrap::winding(other, &piece.vertices[0]) > 0.5;
-        if piece.volume() >= dust && !kept.iter().any(inside) {
+        if !kept.iter().any(inside) {
             kept.push(piece);
         }
     }
@@ -390,5 +402,5 @@ fn drop_pieces(mesh: &mut Mesh) -> usize {
             mesh.append(piece);
         }
     }
-    dropped
+    Ok(dropped)
 }

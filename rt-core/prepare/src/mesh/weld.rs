@@ -68,7 +68,7 @@ pub(super) fn weld(mesh: &Mesh, tolerance_m: f64) -> (Mesh, Welded) {
 }
 
 /// The same surface without vertices that no triangle uses.
-pub(super) fn without_unused(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Mesh {
+fn without_unused(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Mesh {
     let mut used = vec![false; vertices.len()];
     for &i in triangles.as_flattened() {
         used[i as usize] = true;

@@ -24,6 +24,9 @@ pub const SPHERES_MIN: usize = 8;
 /// Spheres of one organ, at most: the realtime process holds no more in a whole scene.
 pub const SPHERES_MAX: usize = rt_core::capacity::MAX_SPHERES;
 
+/// Bytes of a recipe's file, at most.
+const BYTES_MAX: u64 = 1 << 20;
+
 /// A checked recipe.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recipe {
@@ -295,12 +298,22 @@ impl Recipe {
     /// As [`Recipe::parse`], and when the file cannot be read.
     pub fn load(path: &Path, meshes_dir: Option<&Path>) -> Result<Self, RecipeError> {
         let file = path.display().to_string();
-        let text = std::fs::read_to_string(path).map_err(|error| RecipeError {
+        let unreadable = |why: &dyn std::fmt::Display| RecipeError {
             file: file.clone(),
             line: 0,
             key: "recipe".into(),
-            problem: format!("cannot be read ({error}); give the path of a TOML recipe"),
-        })?;
+            problem: format!("cannot be read ({why}); give the path of a TOML recipe"),
+        };
+        // What is no plain file (a pipe, a device) might have no end.
+        let found = std::fs::metadata(path).map_err(|error| unreadable(&error))?;
+        if !found.is_file() {
+            return Err(unreadable(&"it is not a plain file"));
+        }
+        if found.len() > BYTES_MAX {
+            let why = format!("{} bytes, allowed are {BYTES_MAX}", found.len());
+            return Err(unreadable(&why));
+        }
+        let text = std::fs::read_to_string(path).map_err(|error| unreadable(&error))?;
         let beside = path.parent().unwrap_or(Path::new("."));
         Self::parse(&text, &file, meshes_dir.unwrap_or(beside))
     }

@@ -2,10 +2,11 @@
 
 use std::path::Path;
 
+use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
 use nalgebra::Matrix4;
 
-use super::{Mesh, check_size, malformed, no_such_part};
+use super::{BYTES_MAX, Mesh, check_size, malformed, no_such_part};
 use crate::Vec3;
 use crate::error::MeshProblem;
 
@@ -16,6 +17,8 @@ struct Reading<'a> {
     buffers: Vec<Vec<u8>>,
     wanted: &'a [String],
     found: Vec<bool>,
+    /// Nodes that were met: each has one parent, or a short file would have endless paths.
+    met: Vec<bool>,
     mesh: Mesh,
     bytes: u64,
 }
@@ -30,6 +33,7 @@ pub(super) fn parse(content: &[u8], folder: &Path, wanted: &[String]) -> Result<
         buffers: read_buffers(&file, blob, folder)?,
         wanted,
         found: vec![false; wanted.len()],
+        met: vec![false; file.nodes().len()],
         mesh: Mesh::default(),
         bytes: content.len() as u64,
     };
@@ -50,6 +54,12 @@ fn read_buffers(
     mut blob: Option<Vec<u8>>,
     folder: &Path,
 ) -> Result<Vec<Vec<u8>>, MeshProblem> {
+    let announced = file.buffers().map(|buffer| buffer.length() as u64);
+    let announced = announced.fold(0, u64::saturating_add);
+    if announced > BYTES_MAX {
+        let detail = format!("announces {announced} bytes of data, allowed are {BYTES_MAX}");
+        return Err(malformed("glTF", &detail));
+    }
     let mut buffers = Vec::new();
     for buffer in file.buffers() {
         let content = match buffer.source() {
@@ -66,8 +76,12 @@ fn read_buffers(
                     let detail = format!("its data '{uri}' must be a file beside it");
                     return Err(malformed("glTF", &detail));
                 }
-                std::fs::read(folder.join(uri))
-                    .map_err(|error| malformed("glTF", &format!("its data '{uri}': {error}")))?
+                let mut content = super::content(&folder.join(uri))
+                    .map_err(|problem| malformed("glTF", &format!("its data '{uri}' {problem}")))?;
+                // What lies behind is nobody's, and many buffers may name one file.
+                content.truncate(buffer.length());
+                content.shrink_to_fit();
+                content
             }
         };
         if content.len() < buffer.length() {
@@ -97,6 +111,10 @@ impl Reading<'_> {
                 "glTF",
                 &format!("nodes are nested deeper than {DEPTH_MAX}"),
             ));
+        }
+        if std::mem::replace(&mut self.met[node.index()], true) {
+            let detail = format!("node {} has more than one parent", node.index());
+            return Err(malformed("glTF", &detail));
         }
         let own = Matrix4::from(node.transform().matrix()).map(f64::from);
         let world = parent * own;
@@ -134,10 +152,13 @@ impl Reading<'_> {
             .as_ref()
             .map_or(positions.count(), gltf::Accessor::count);
         check_size(self.bytes, (self.mesh.triangles.len() + count / 3) as u64)?;
-        check_size(self.bytes, positions.count() as u64 / 3)?;
-        check_accessor(&positions)?;
+        // Many primitives may share one accessor.
+        let vertices = (self.mesh.vertices.len() as u64).saturating_add(positions.count() as u64);
+        check_size(self.bytes, vertices / 3)?;
+        check_accessor(&positions, Dimensions::Vec3, &[DataType::F32])?;
         if let Some(indices) = &indices {
-            check_accessor(indices)?;
+            let whole = [DataType::U8, DataType::U16, DataType::U32];
+            check_accessor(indices, Dimensions::Scalar, &whole)?;
         }
         let buffers = &self.buffers;
         let reader = primitive.reader(|buffer| buffers.get(buffer.index()).map(Vec::as_slice));
@@ -184,8 +205,6 @@ impl Reading<'_> {
     }
 }
 
-/// The crate's readers trust that an accessor's elements fit its view and that sparse ones are
-/// well formed.
 /// The crate's own validation looks positions up before it knows that they exist.
 fn check_positions(root: &gltf::json::Root) -> Result<(), MeshProblem> {
     let wanted = gltf::json::validation::Checked::Valid(gltf::Semantic::Positions);
@@ -204,7 +223,13 @@ fn check_positions(root: &gltf::json::Root) -> Result<(), MeshProblem> {
     }
 }
 
-fn check_accessor(accessor: &gltf::Accessor<'_>) -> Result<(), MeshProblem> {
+/// The crate's readers trust that an accessor's elements are of the kind that its use asks for and
+/// fit its view, and that sparse ones are well formed.
+fn check_accessor(
+    accessor: &gltf::Accessor<'_>,
+    shape: Dimensions,
+    types: &[DataType],
+) -> Result<(), MeshProblem> {
     let outside = || {
         malformed(
             "glTF",
@@ -216,6 +241,14 @@ fn check_accessor(accessor: &gltf::Accessor<'_>) -> Result<(), MeshProblem> {
             "glTF",
             "has sparse accessors; export it without them",
         ));
+    }
+    let (found, element) = (accessor.dimensions(), accessor.data_type());
+    if found != shape || !types.contains(&element) {
+        let detail = format!(
+            "accessor {} is {found:?} of {element:?}, it must be {shape:?} of one of {types:?}",
+            accessor.index()
+        );
+        return Err(malformed("glTF", &detail));
     }
     let view = accessor.view().ok_or_else(outside)?;
     let stride = view.stride().unwrap_or(accessor.size());

@@ -57,15 +57,23 @@ pub fn read(path: &Path, parts: &[String]) -> Result<Mesh, MeshProblem> {
     let extension = extension.to_ascii_lowercase();
     let format = Format::of_extension(&extension)
         .ok_or_else(|| MeshProblem::UnknownFormat(format!(".{extension}")))?;
-    let unreadable = |error: std::io::Error| MeshProblem::Unreadable(error.to_string());
-    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
-    if bytes > BYTES_MAX {
-        // The most compact format needs about 12 bytes a triangle.
-        return Err(too_large(bytes, bytes / 12));
-    }
-    let content = std::fs::read(path).map_err(unreadable)?;
+    let content = content(path)?;
     let folder = path.parent().unwrap_or(Path::new("."));
     parse(format, &content, folder, parts)
+}
+
+/// A file's bytes. What is no plain file (a pipe, a device) might have no end.
+fn content(path: &Path) -> Result<Vec<u8>, MeshProblem> {
+    let unreadable = |error: std::io::Error| MeshProblem::Unreadable(error.to_string());
+    let file = std::fs::metadata(path).map_err(unreadable)?;
+    if !file.is_file() {
+        return Err(MeshProblem::Unreadable("it is not a plain file".into()));
+    }
+    if file.len() > BYTES_MAX {
+        // The most compact format needs about 12 bytes a triangle.
+        return Err(too_large(file.len(), file.len() / 12));
+    }
+    std::fs::read(path).map_err(unreadable)
 }
 
 /// As [`read`], from a file's content; glTF looks for its data in `folder`.
@@ -136,7 +144,8 @@ fn too_large(bytes: u64, triangles: u64) -> MeshProblem {
 }
 
 fn malformed(format: &'static str, detail: &(impl ToString + ?Sized)) -> MeshProblem {
-    let detail = detail.to_string().replace('\n', " ");
+    let detail = detail.to_string();
+    let detail = detail.split_whitespace().collect::<Vec<_>>().join(" ");
     MeshProblem::Malformed { format, detail }
 }
 

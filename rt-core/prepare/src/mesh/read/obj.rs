@@ -18,8 +18,15 @@ pub(super) fn parse(content: &[u8]) -> Result<Parts, MeshProblem> {
     };
     let no_materials = |_: &std::path::Path| Ok(Default::default());
     let mut reader = std::io::Cursor::new(content);
-    let (models, _) = tobj::load_obj_buf(&mut reader, &options, no_materials)
-        .map_err(|error| malformed("OBJ", &error))?;
+    let (models, _) =
+        tobj::load_obj_buf(&mut reader, &options, no_materials).map_err(
+            |error| match faulty_line(content) {
+                Some((number, line)) => {
+                    malformed("OBJ", &format!("line {number}, '{line}': {error}"))
+                }
+                None => malformed("OBJ", &error),
+            },
+        )?;
     let part = |model: tobj::Model| {
         let points = model.mesh.positions.as_chunks::<3>().0;
         let mesh = Mesh {
@@ -32,4 +39,38 @@ pub(super) fn parse(content: &[u8]) -> Result<Parts, MeshProblem> {
         (model.name, mesh)
     };
     Ok(models.into_iter().map(part).collect())
+}
+
+/// Number, from 1, and beginning of the first line that cannot be right: a vertex without three
+/// numbers, or a face of vertices that do not exist. The library says only that there is one.
+fn faulty_line(content: &[u8]) -> Option<(usize, String)> {
+    let lines = || content.split(|&b| b == b'\n').map(String::from_utf8_lossy);
+    let count = |key: &str| {
+        let keys = lines().filter(|line| line.split_whitespace().next() == Some(key));
+        keys.count() as u64
+    };
+    // Of what a corner `v/vt/vn` names.
+    let counts = ["v", "vt", "vn"].map(count);
+    let names_nothing = |(part, count): (&str, u64)| match part.parse::<i64>() {
+        Ok(index) => !(1..=count).contains(&index.unsigned_abs()),
+        Err(_) => !part.is_empty(),
+    };
+    let is_faulty = |line: &str| {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                let numbers = words.take(3).filter(|word| word.parse::<f32>().is_ok());
+                numbers.count() < 3
+            }
+            Some("f") => words.any(|corner| {
+                let parts = corner.split('/').zip(counts);
+                corner.starts_with('/') || parts.into_iter().any(names_nothing)
+            }),
+            _ => line.contains(char::REPLACEMENT_CHARACTER),
+        }
+    };
+    let mut numbered = (1..).zip(lines());
+    let (number, line) = numbered.find(|(_, line)| is_faulty(line))?;
+    let shown = line.chars().filter(|c| !c.is_control()).take(40);
+    Some((number, shown.collect()))
 }

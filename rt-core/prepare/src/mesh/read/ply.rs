@@ -81,6 +81,15 @@ pub(super) fn parse(content: &[u8]) -> Result<Mesh, MeshProblem> {
     for (name, element) in &header.elements {
         if name == "vertex" || name == "face" {
             check_size(content.len() as u64, element.count as u64)?;
+        } else if element.count > content.len() || element.properties.is_empty() {
+            // Elements without properties take no bytes: any count of them fits into any file.
+            let detail = format!(
+                "announces {} of element '{name}' with {} properties in {} bytes",
+                element.count,
+                element.properties.len(),
+                content.len()
+            );
+            return Err(malformed("PLY", &detail));
         }
     }
     let mut mesh = Mesh::default();
