@@ -6,6 +6,7 @@ mod cli;
 mod emulate;
 mod jitter;
 mod prepare;
+mod prepare_targets;
 mod rt;
 mod run;
 mod say;

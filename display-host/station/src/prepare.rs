@@ -7,6 +7,7 @@ use scene_prepare::Prepared;
 use shared_mem::scene::SceneFile;
 
 use crate::cli::PrepareArgs;
+use crate::prepare_targets;
 use crate::say;
 use crate::scene::{self, Problem};
 
@@ -15,6 +16,14 @@ const PICTURE: [u32; 2] = [1280, 560];
 
 /// Prepares, prints the report, writes what was asked for.
 pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
+    prepare_targets::check(
+        &args.source,
+        &[
+            ("--out", args.out.as_deref()),
+            ("--picture", args.picture.as_deref()),
+            ("--json", args.json.as_deref()),
+        ],
+    )?;
     let mut recipe = scene::recipe(&args.source, args.meshes.as_deref(), args.unit)?;
     if let Some(spheres) = args.spheres {
         recipe = recipe.with_spheres(spheres)?;

@@ -1,0 +1,79 @@
+//! What `calot prepare` writes must not replace what it reads, or each other; said before the
+//! work, not after it.
+
+use std::path::{Path, PathBuf};
+
+/// Checks the options' files against the source and each other; `-` is standard output.
+pub(crate) fn check(source: &str, targets: &[(&str, Option<&Path>)]) -> Result<(), String> {
+    let mut taken = vec![("the source", place(Path::new(source)))];
+    for (option, path) in targets {
+        let Some(path) = path.filter(|path| *path != Path::new("-")) else {
+            continue;
+        };
+        let shown = path.display();
+        let folder = path.parent().filter(|folder| *folder != Path::new(""));
+        if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {
+            return Err(format!(
+                "{option} {shown}: there is no folder {}; make it, or name another",
+                folder.display()
+            ));
+        }
+        if path.is_dir() {
+            return Err(format!("{option} {shown}: is a folder; name a file in it"));
+        }
+        let place = place(path);
+        if let Some((other, _)) = taken.iter().find(|(_, other)| *other == place) {
+            return Err(format!(
+                "{option} {shown}: would replace {other}; name another file"
+            ));
+        }
+        taken.push((option, place));
+    }
+    Ok(())
+}
+
+/// The file behind a path, if it is there already.
+fn place(path: &Path) -> PathBuf {
+    path.canonicalize().unwrap_or_else(|_| path.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_read_is_not_replaced() {
+        let here = std::env::current_exe().unwrap();
+        let folder = here.parent().unwrap();
+        let detour = folder.join(".").join(here.file_name().unwrap());
+        let source = here.to_str().unwrap();
+        let json = |path: &Path| check(source, &[("--out", None), ("--json", Some(path))]);
+        for (path, problem) in [
+            (here.clone(), "would replace the source"),
+            (detour, "would replace the source"),
+            (folder.to_owned(), "is a folder"),
+            (folder.join("missing/x.json"), "there is no folder"),
+        ] {
+            let error = json(&path).unwrap_err();
+            assert!(
+                error.starts_with("--json") && error.contains(problem),
+                "{error}"
+            );
+        }
+        assert_eq!(json(Path::new("-")), Ok(()));
+        assert_eq!(json(Path::new("report.json")), Ok(()));
+        assert_eq!(json(&folder.join("report.json")), Ok(()));
+    }
+
+    #[test]
+    fn two_options_do_not_share_a_file() {
+        let same = Some(Path::new("x.calot"));
+        let error = check("built-in", &[("--out", same), ("--json", same)]).unwrap_err();
+        assert!(
+            error.contains("--json x.calot: would replace --out"),
+            "{error}"
+        );
+        let dash = Some(Path::new("-"));
+        assert_eq!(check("-", &[("--out", same), ("--json", dash)]), Ok(()));
+    }
+}
