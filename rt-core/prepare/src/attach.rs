@@ -80,6 +80,35 @@ pub(crate) fn attach(
     Ok(tied)
 }
 
+/// A place this far outside the organ that it names is a slip: millimetres for metres, most often.
+const OFF_ORGAN_M: f64 = 0.02;
+
+/// Whether a suture's or band's place lies on the organ, whose nearest sphere was found.
+fn is_on_organ(
+    place: &Place,
+    found: Option<(usize, u32)>,
+    scene: &SceneData,
+) -> Result<(), PrepareError> {
+    let (Place::Organ { organ, near_m }, Some((_, sphere))) = (place, found) else {
+        return Ok(());
+    };
+    let (center, radius_m) = ball(scene, sphere);
+    let off_m = (Vec3::from(*near_m) - center).norm() - radius_m;
+    if off_m <= OFF_ORGAN_M {
+        return Ok(());
+    }
+    let problem = format!(
+        "a suture or band is to be sewn at {near_m:?} m, {:.0} mm off it (at most {:.0}); set \
+         `near_m` on the organ, in metres",
+        off_m * 1e3,
+        OFF_ORGAN_M * 1e3
+    );
+    Err(PrepareError::Organ {
+        organ: organ.clone(),
+        problem,
+    })
+}
+
 /// Force per strain of a thread, N: a 3-0 monofilament suture, 0.2 mm thick, of 1.3 GPa. Beside
 /// tissue it does not stretch.
 const THREAD_N: f64 = 40.0;
@@ -107,6 +136,8 @@ pub(crate) fn sew(
         let Some((own, a)) = end(&tie.from) else {
             continue; // the recipe's check leaves none
         };
+        is_on_organ(&tie.from, end(&tie.from), scene)?;
+        is_on_organ(&tie.to, end(&tie.to), scene)?;
         let (center, radius_m) = ball(scene, a);
         let (b, at) = match (&tie.to, end(&tie.to)) {
             (Place::World { world_m }, _) => (WORLD, Vec3::from(*world_m)),

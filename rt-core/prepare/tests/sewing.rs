@@ -114,3 +114,19 @@ fn sutures_and_bands_of_a_recipe_hold_what_they_are_sewn_to() {
     assert!((now_m - rest_m).abs() < 5e-4, "{now_m} {rest_m}");
     assert!(moved_m > 0.003, "{moved_m}");
 }
+
+#[test]
+fn a_place_far_from_its_organ_is_a_slip_that_is_named() {
+    let recipe = sewn(
+        "[[suture]]\nfrom = { organ = \"left\", near_m = [-10, 0, 0] }\n\
+         to = { organ = \"right\", near_m = [0.01, 0, 0] }\n",
+    );
+    let recipe = Recipe::parse(&recipe, "sewn.toml", std::path::Path::new(MESHES)).expect("sound");
+    let error = prepare(&recipe, &mut |_| {})
+        .expect_err("10 m off")
+        .to_string();
+    assert!(
+        error.contains("left") && error.contains("near_m") && error.contains("mm off"),
+        "{error}"
+    );
+}

@@ -245,7 +245,8 @@ impl Pressing {
 
 /// The first line of its output that starts with `word`.
 fn line_with(child: &mut Child, word: &str) -> Option<String> {
-    let lines = BufReader::new(child.stdout.as_mut()?).lines();
+    // A byte at a time: what is read ahead would be lost to the next call.
+    let lines = BufReader::with_capacity(1, child.stdout.as_mut()?).lines();
     lines
         .map_while(Result::ok)
         .find(|line| line.starts_with(word))
