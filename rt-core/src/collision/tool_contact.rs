@@ -1,5 +1,6 @@
 //! The instrument against tissue: which spheres its parts touch, how deep, and the push that
-//! follows.
+//! follows. Organs that have a contact skin meet it there ([`crate::collision::skin`]); of the
+//! others the spheres collide.
 //!
 //! Stage `contact` ([`ToolContacts::find`]) keeps the spheres near the instrument: organs whose
 //! box comes near, then their spheres, O(spheres of touched organs · parts). Stage `solve`
@@ -11,8 +12,9 @@ use core::cmp::Ordering;
 use heapless::Vec;
 use heapless::binary_heap::{BinaryHeap, Min};
 
-use crate::capacity::{MAX_CAPSULES, MAX_CONTACTS, MAX_ORGANS};
+use crate::capacity::{MAX_CAPSULES, MAX_CONTACTS, MAX_ORGANS, MAX_SKIN_CONTACTS};
 use crate::collision::cylinder::{Touch, touch};
+use crate::collision::skin::{SkinContacts, has_skin};
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::Scene;
@@ -23,6 +25,8 @@ use crate::tool::Capsule;
 /// How far a sphere may be from the instrument and still be looked at again after the solve, m:
 /// what the fastest sphere moves in a tick.
 const NEAR_M: f32 = 0.003;
+/// The same of spheres that lie under a skin, m: the skin is up to half a spacing above them.
+const NEAR_SKIN_M: f32 = 0.010;
 
 /// A sphere near the instrument; ordered by depth, then by index, so that the same ones stay.
 #[derive(Debug, Clone, Copy)]
@@ -73,8 +77,9 @@ pub(crate) struct Contact {
 #[derive(Debug, Default)]
 pub(crate) struct ToolContacts {
     near: BinaryHeap<Near, Min, MAX_CONTACTS>,
+    skin: SkinContacts,
     /// This tick's contacts; written by [`ToolContacts::push_out`].
-    pub(crate) list: Vec<Contact, MAX_CONTACTS>,
+    pub(crate) list: Vec<Contact, { MAX_CONTACTS + MAX_SKIN_CONTACTS }>,
 }
 
 impl ToolContacts {
@@ -86,6 +91,7 @@ impl ToolContacts {
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
         self.near.clear();
+        self.skin.clear();
         self.list.clear();
     }
 
@@ -99,12 +105,15 @@ impl ToolContacts {
         bodies: &Bodies,
         faults: &mut FaultSet,
     ) {
-        self.clear();
+        self.near.clear();
+        self.list.clear();
         for (organ, organ_box) in scene.organs.iter().zip(bounds) {
+            let under_skin = has_skin(scene, organ.sphere_start);
+            let margin_m = if under_skin { NEAR_SKIN_M } else { NEAR_M };
             let mut parts_near: Vec<Segment, MAX_CAPSULES> = Vec::new();
             for part in parts
                 .iter()
-                .filter(|part| part_box(part).is_near(organ_box, NEAR_M))
+                .filter(|part| part_box(part).is_near(organ_box, margin_m))
             {
                 let _ = parts_near.push(Segment::new(part)); // as many as `parts` at most
             }
@@ -116,10 +125,10 @@ impl ToolContacts {
             let radii = bodies.radius_m.range(first, organ.sphere_count);
             for (sphere, (node, &radius_m)) in (first..).zip(nodes.zip(radii)) {
                 let center_m = node.center_m();
-                let depth = |part: &Segment| part.depth_m(&center_m, radius_m);
+                let depth = |part: &Segment| part.depth_m(&center_m, radius_m, margin_m);
                 let deepest = parts_near.iter().filter_map(depth).fold(f32::MIN, f32::max);
-                let is_free = !bodies.bits.at(sphere).contains(SphereBits::GRASPED);
-                if deepest > -NEAR_M && is_free {
+                let held = bodies.bits.at(sphere).contains(SphereBits::GRASPED);
+                if deepest > -margin_m && (under_skin || !held) {
                     self.keep(
                         Near {
                             depth_m: deepest,
@@ -130,6 +139,8 @@ impl ToolContacts {
                 }
             }
         }
+        let near = self.near.iter().map(|near| near.sphere);
+        self.skin.find(parts, &near, scene, bodies, faults);
     }
 
     fn keep(&mut self, near: Near, faults: &mut FaultSet) {
@@ -149,7 +160,7 @@ impl ToolContacts {
 
     /// Pushes the spheres of organ `organ` that overlap `parts`, within a substep of `step_s`.
     pub(crate) fn push_organ(
-        &self,
+        &mut self,
         organ: u8,
         parts: &[Capsule],
         scene: &Scene<'_>,
@@ -157,17 +168,28 @@ impl ToolContacts {
         bodies: &mut Bodies,
     ) {
         for near in &self.near {
-            if *bodies.organ.at(near.sphere) == organ {
+            if *bodies.organ.at(near.sphere) == organ && !has_skin(scene, near.sphere) {
                 push(near.sphere, parts, scene, step_s, bodies);
             }
         }
+        self.skin.press(organ, step_s, bodies);
     }
 
     /// Pushes every sphere that overlaps `parts`, in its organ's last substep, and lists what they
     /// do to them.
     pub(crate) fn push_out(&mut self, parts: &[Capsule], scene: &Scene<'_>, bodies: &mut Bodies) {
         self.list.clear();
+        for (organ, _) in (0u8..).zip(scene.organs) {
+            self.skin.press(organ, scene.step_s_of(organ), bodies);
+        }
+        let list = &mut self.list;
+        self.skin.list(bodies, |contact| {
+            let _ = list.push(contact); // holds as many as there can be
+        });
         for near in &self.near {
+            if has_skin(scene, near.sphere) {
+                continue;
+            }
             let organ = *bodies.organ.at(near.sphere);
             let step_s = scene.step_s_of(organ);
             let Some((touch, force_n)) = push(near.sphere, parts, scene, step_s, bodies) else {
@@ -182,7 +204,7 @@ impl ToolContacts {
                 force_n,
                 stiffness_n_m: scene.material_of(organ).contact_stiffness_n_m,
             };
-            let _ = self.list.push(contact); // holds as many as `near`
+            let _ = self.list.push(contact); // holds as many as there can be
             let bits = bodies.bits.at_mut(near.sphere);
             *bits = bits.with(SphereBits::CONTACT);
         }
@@ -263,12 +285,12 @@ impl Segment {
 
     /// How deep a sphere overlaps it, or `None` if it is not even near.
     #[inline]
-    fn depth_m(&self, center_m: &Vec3, radius_m: f32) -> Option<f32> {
+    fn depth_m(&self, center_m: &Vec3, radius_m: f32, margin_m: f32) -> Option<f32> {
         let from_a = center_m - self.a_m;
         let t = (from_a.dot(&self.along_m) * self.inverse_length_squared).clamp(0.0, 1.0);
         let squared = (from_a - self.along_m * t).norm_squared();
         let reach = radius_m + self.radius_m;
-        let near = reach + NEAR_M;
+        let near = reach + margin_m;
         (squared < near * near).then(|| reach - math::sqrt(squared))
     }
 }

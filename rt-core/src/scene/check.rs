@@ -5,7 +5,8 @@ use core::fmt;
 use crate::capacity::{MAX_ATTACHMENTS, MAX_BATCHES, MAX_LINKS, MAX_ORGANS, MAX_SPHERES};
 use crate::math::{self, Pose, Vec3};
 use crate::scene::{
-    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, TetraBatch,
+    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, Skin,
+    TetraBatch,
 };
 
 /// Why [`Scene::new`] refused. Indices are the caller's.
@@ -170,6 +171,7 @@ impl<'a> Scene<'a> {
             links,
             batches: &[],
             attachments: &[],
+            skin: Skin::default(),
             room,
         })
     }

@@ -1,9 +1,11 @@
 //! The immutable scene: validated slices, no file format.
 
 mod check;
+mod skin;
 mod tetra;
 
 pub use check::SceneError;
+pub use skin::{NO_VERTEX, SKIN_BINDINGS, Skin, SkinVertex};
 pub use tetra::{LANES, Tetra, TetraBatch, batches};
 
 use crate::math::{Pose, Vec3};
@@ -153,6 +155,7 @@ pub struct Scene<'a> {
     pub(crate) links: &'a [Link],
     pub(crate) batches: &'a [TetraBatch],
     pub(crate) attachments: &'a [Attachment],
+    pub(crate) skin: Skin<'a>,
     pub(crate) room: Room,
 }
 

@@ -23,7 +23,7 @@ pub mod stretch;
 mod tissue;
 
 pub(crate) use integrate::Bounds;
-pub use tissue::{Correction, Tissue};
+pub use tissue::{Correction, Pressed, Tissue};
 
 use crate::math::Vec3;
 use crate::scene::{Organ, RestSphere, Scene};

@@ -1,9 +1,13 @@
 //! Tissue alone, without instrument or devices: for studies, tests and preparation.
 
+use crate::capacity::MAX_ORGANS;
+use crate::collision::tool_contact::ToolContacts;
+use crate::fault::FaultSet;
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::sim::TICK_S;
-use crate::soft_body::{Bodies, Method, Solver, attachment, inverse_mass_per_kg};
+use crate::soft_body::{Bodies, Bounds, Method, Solver, attachment, inverse_mass_per_kg};
+use crate::tool::Capsule;
 
 /// A scene's organs, stepped as the tick steps them, each in its substeps.
 #[derive(Debug)]
@@ -11,7 +15,19 @@ pub struct Tissue<'a> {
     scene: Scene<'a>,
     bodies: &'a mut Bodies,
     method: Method,
+    contacts: ToolContacts,
     tick: u64,
+}
+
+/// What a tool feels of a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Pressed {
+    /// Force of the tissue on the tool, world frame, N.
+    pub force_n: Vec3,
+    /// Places that touch.
+    pub contacts: usize,
+    /// Spheres that were not finite, or far away, and were put back.
+    pub put_back: u32,
 }
 
 impl<'a> Tissue<'a> {
@@ -23,6 +39,7 @@ impl<'a> Tissue<'a> {
             scene,
             bodies,
             method,
+            contacts: ToolContacts::default(),
             tick: 0,
         }
     }
@@ -57,6 +74,7 @@ impl<'a> Tissue<'a> {
     /// Everything back to rest, held as the scene has it.
     pub fn rest(&mut self) {
         self.bodies.rest(&self.scene);
+        self.contacts.clear();
         self.tick = 0;
     }
 
@@ -92,6 +110,43 @@ impl<'a> Tissue<'a> {
         }
         self.tick = self.tick.wrapping_add(1);
         put_back
+    }
+
+    /// One tick with these parts of a tool pressed against the tissue, as the tick of the whole
+    /// simulation does it.
+    pub fn press(&mut self, parts: &[Capsule]) -> Pressed {
+        let (scene, bodies, contacts) = (self.scene, &mut *self.bodies, &mut self.contacts);
+        let (mut pressed, mut faults) = (Pressed::default(), FaultSet::NONE);
+        bodies.begin(&scene, true);
+        let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
+        for (organ, bounds) in scene.organs.iter().zip(&mut bounds) {
+            *bounds = bodies.bounds(organ);
+        }
+        contacts.find(parts, &scene, &bounds, bodies, &mut faults);
+        for (i, organ) in (0u8..).zip(scene.organs) {
+            bodies.breathe(&scene, organ, self.tick);
+            let step_s = scene.step_s_of(i);
+            for substep in 1..=organ.substeps.max(1) {
+                bodies.predict(&scene, organ, step_s);
+                self.method.project(&scene, organ, step_s, bodies);
+                if substep < organ.substeps {
+                    contacts.push_organ(i, parts, &scene, step_s, bodies);
+                    pressed.put_back += bodies.advance(organ, step_s).put_back;
+                }
+            }
+        }
+        attachment::project_all(&scene, bodies);
+        contacts.push_out(parts, &scene, bodies);
+        for (i, organ) in (0u8..).zip(scene.organs) {
+            pressed.put_back += bodies.advance(organ, scene.step_s_of(i)).put_back;
+            bodies.stop_leading(organ);
+        }
+        for contact in &contacts.list {
+            pressed.force_n += contact.normal * contact.force_n;
+        }
+        pressed.contacts = contacts.list.len();
+        self.tick = self.tick.wrapping_add(1);
+        pressed
     }
 
     /// Displacement of a sphere from rest, m.

@@ -1,0 +1,302 @@
+//! The nearest point of a moving skin, found by walking over it.
+
+use heapless::Vec;
+
+use crate::math::{self, Vec3};
+use crate::scene::{SKIN_BINDINGS, Skin, SkinVertex};
+use crate::soft_body::Bodies;
+
+/// Spheres that a point of the skin follows, at most: those of three vertices.
+const PATCH_MAX: usize = 3 * SKIN_BINDINGS;
+/// Steps of a walk. A tool at 3 m/s goes one vertex in a tick.
+const WALK_MAX: u32 = 12;
+
+/// A point of the skin: the spheres that it follows, each once.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Patch {
+    parts: Vec<(u16, f32), PATCH_MAX>,
+}
+
+impl Patch {
+    /// Of a triangle's corners and their shares.
+    fn new(corners: [&SkinVertex; 3], shares: [f32; 3]) -> Self {
+        let mut patch = Self::default();
+        for (corner, share) in corners.into_iter().zip(shares) {
+            for (sphere, weight) in corner.spheres.into_iter().zip(corner.weights) {
+                patch.add(sphere, weight * share);
+            }
+        }
+        patch
+    }
+
+    fn add(&mut self, sphere: u16, weight: f32) {
+        if weight == 0.0 {
+            return;
+        }
+        match self.parts.iter_mut().find(|(own, _)| *own == sphere) {
+            Some((_, sum)) => *sum += weight,
+            None => {
+                let _ = self.parts.push((sphere, weight)); // has room for all of three vertices
+            }
+        }
+    }
+
+    /// Its spheres and their weights.
+    pub(crate) fn parts(&self) -> impl Iterator<Item = (u32, f32)> {
+        self.parts
+            .iter()
+            .map(|(sphere, weight)| (u32::from(*sphere), *weight))
+    }
+
+    /// Where it is, world frame, m.
+    pub(crate) fn at_m(&self, bodies: &Bodies) -> Vec3 {
+        let mut at = Vec3::zeros();
+        for (sphere, weight) in self.parts() {
+            at += bodies.nodes.at(sphere).center_m() * weight;
+        }
+        at
+    }
+
+    /// `Σ w ω²`: how fast it goes under a force, 1/kg.
+    pub(crate) fn inverse_mass_per_kg(&self, bodies: &Bodies) -> f32 {
+        let yields = |(sphere, weight): (u32, f32)| {
+            bodies.nodes.at(sphere).inverse_mass_per_kg() * weight * weight
+        };
+        self.parts().map(yields).sum()
+    }
+
+    /// Pushes it: an impulse times the step, kg m.
+    pub(crate) fn push(&self, push_kg_m: &Vec3, bodies: &mut Bodies) {
+        for (sphere, weight) in &self.parts {
+            let node = bodies.nodes.at_mut(u32::from(*sphere));
+            let step_m = push_kg_m * (node.inverse_mass_per_kg() * weight);
+            node.move_by(&step_m);
+        }
+    }
+}
+
+/// The point of the skin that is nearest to a place.
+#[derive(Debug, Clone)]
+pub(crate) struct Closest {
+    /// What it follows.
+    pub(crate) patch: Patch,
+    /// Outward unit normal, the corners' blended.
+    pub(crate) normal: Vec3,
+    /// Where it is, on the curved skin, m.
+    pub(crate) at_m: Vec3,
+    /// The curved skin over the flat triangle, along the normal, m.
+    pub(crate) bulge_m: f32,
+    /// The corner from which the next walk starts.
+    pub(crate) vertex: u16,
+    /// A of the patch, m.
+    pub(crate) patch_m: f32,
+}
+
+/// A walk's state.
+struct Nearest {
+    squared_m2: f32,
+    corners: [u16; 3],
+    shares: [f32; 3],
+}
+
+/// Walks from vertex `from` downhill to the nearest point of the skin: a local one, so that a tool
+/// that went in on one side stays on that side.
+pub(crate) fn walk(place_m: &Vec3, from: u16, skin: &Skin<'_>, bodies: &Bodies) -> Option<Closest> {
+    let mut vertex = from;
+    let mut best: Option<Nearest> = None;
+    for _ in 0..WALK_MAX {
+        let found = nearest_in_fan(place_m, vertex, skin, bodies)?;
+        let is_nearer = best
+            .as_ref()
+            .is_none_or(|best| found.squared_m2 < best.squared_m2);
+        if !is_nearer {
+            break;
+        }
+        let next = largest(&found);
+        best = Some(found);
+        if next == vertex {
+            break;
+        }
+        vertex = next;
+    }
+    let best = best?;
+    let next = largest(&best);
+    finish(&best, next, skin, bodies)
+}
+
+fn largest(found: &Nearest) -> u16 {
+    let [a, b, c] = found.shares;
+    let [i, j, k] = found.corners;
+    if a >= b && a >= c {
+        i
+    } else if b >= c {
+        j
+    } else {
+        k
+    }
+}
+
+fn nearest_in_fan(
+    place_m: &Vec3,
+    vertex: u16,
+    skin: &Skin<'_>,
+    bodies: &Bodies,
+) -> Option<Nearest> {
+    let center = skin.vertex(vertex)?;
+    let center_m = position(center, bodies);
+    let mut best: Option<Nearest> = None;
+    let mut last: Option<(u16, Vec3)> = None;
+    for &[b, c] in skin.fan(center) {
+        // Triangles of a fan follow each other: most corners are known already.
+        let b_m = match last {
+            Some((known, at)) if known == b => at,
+            _ => position(skin.vertex(b)?, bodies),
+        };
+        let c_m = position(skin.vertex(c)?, bodies);
+        last = Some((c, c_m));
+        let shares = closest_on_triangle(place_m, &center_m, &b_m, &c_m);
+        let [s, t, u] = shares;
+        let squared_m2 = (center_m * s + b_m * t + c_m * u - place_m).norm_squared();
+        if best
+            .as_ref()
+            .is_none_or(|best| squared_m2 < best.squared_m2)
+        {
+            best = Some(Nearest {
+                squared_m2,
+                corners: [vertex, b, c],
+                shares,
+            });
+        }
+    }
+    best
+}
+
+fn finish(found: &Nearest, next: u16, skin: &Skin<'_>, bodies: &Bodies) -> Option<Closest> {
+    let [i, j, k] = found.corners;
+    let corners = [skin.vertex(i)?, skin.vertex(j)?, skin.vertex(k)?];
+    let positions = corners.map(|corner| position(corner, bodies));
+    let normals = corners.map(|corner| normal(corner, skin, bodies));
+    let mut flat_m = Vec3::zeros();
+    let (mut blended, mut patch_m) = (Vec3::zeros(), 0.0);
+    for (((corner, at), share), normal) in corners
+        .iter()
+        .zip(&positions)
+        .zip(found.shares)
+        .zip(&normals)
+    {
+        flat_m += at * share;
+        blended += normal * share;
+        patch_m += corner.patch_m * share;
+    }
+    let normal = math::unit(&blended)?;
+    // Phong tessellation (Boubekeur and Alexa 2008), half of it: on a sphere the arc's height.
+    let mut bulge_m = 0.0;
+    for ((at, share), own) in positions.iter().zip(found.shares).zip(&normals) {
+        bulge_m += 0.5 * share * (at - flat_m).dot(own) * own.dot(&normal);
+    }
+    Some(Closest {
+        patch: Patch::new(corners, found.shares),
+        normal,
+        at_m: flat_m + normal * bulge_m,
+        bulge_m,
+        vertex: next,
+        patch_m,
+    })
+}
+
+/// Where a vertex is, world frame, m.
+fn position(vertex: &SkinVertex, bodies: &Bodies) -> Vec3 {
+    let mut at = Vec3::zeros();
+    for (sphere, weight) in vertex.spheres.iter().zip(vertex.weights) {
+        at += bodies.nodes.at(u32::from(*sphere)).center_m() * weight;
+    }
+    at
+}
+
+/// Outward normal of a vertex, its triangles weighed by area; zero where they cancel.
+fn normal(vertex: &SkinVertex, skin: &Skin<'_>, bodies: &Bodies) -> Vec3 {
+    let center_m = position(vertex, bodies);
+    let mut sum = Vec3::zeros();
+    let mut last: Option<(u16, Vec3)> = None;
+    for &[b, c] in skin.fan(vertex) {
+        let (Some(own_b), Some(own_c)) = (skin.vertex(b), skin.vertex(c)) else {
+            continue;
+        };
+        let b_m = match last {
+            Some((known, at)) if known == b => at,
+            _ => position(own_b, bodies),
+        };
+        let c_m = position(own_c, bodies);
+        last = Some((c, c_m));
+        sum += (b_m - center_m).cross(&(c_m - center_m));
+    }
+    math::unit(&sum).unwrap_or_else(Vec3::zeros)
+}
+
+/// Shares of the corners in the point of a triangle nearest to `p` (Ericson 2004, section 5.1.5).
+fn closest_on_triangle(p: &Vec3, a: &Vec3, b: &Vec3, c: &Vec3) -> [f32; 3] {
+    let (ab, ac) = (b - a, c - a);
+    let ap = p - a;
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return [0.0, 1.0, 0.0];
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let t = share(d1, d1 - d3);
+        return [1.0 - t, t, 0.0];
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return [0.0, 0.0, 1.0];
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let t = share(d2, d2 - d6);
+        return [1.0 - t, 0.0, t];
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let t = share(d4 - d3, (d4 - d3) + (d5 - d6));
+        return [0.0, 1.0 - t, t];
+    }
+    let sum = va + vb + vc;
+    let (v, w) = (share(vb, sum), share(vc, sum));
+    [1.0 - v - w, v, w]
+}
+
+/// `part / whole`; of nothing, nothing.
+fn share(part: f32, whole: f32) -> f32 {
+    if whole > 0.0 { part / whole } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    proptest! {
+        /// No point of the triangle is nearer than the nearest.
+        #[test]
+        fn none_is_nearer(p in vector(2.0), a in vector(1.0), b in vector(1.0), c in vector(1.0),
+                          u in 0.0f32..1.0, v in 0.0f32..1.0) {
+            let [r, s, t] = closest_on_triangle(&p, &a, &b, &c);
+            prop_assert!(r >= -1.0e-5 && s >= -1.0e-5 && t >= -1.0e-5);
+            prop_assert!((r + s + t - 1.0).abs() < 1.0e-5);
+            let found = math::norm(&(a * r + b * s + c * t - p));
+            let (v, w) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let other = math::norm(&(a + (b - a) * v + (c - a) * w - p));
+            prop_assert!(found <= other + 1.0e-3, "{found} {other}");
+        }
+    }
+}

@@ -1,0 +1,295 @@
+//! Tools against the skin of organs: where they touch, and the force that follows.
+//!
+//! Stage `contact` ([`SkinContacts::find`]) walks from where each place of a tool was on the skin
+//! to where it is now, O(places near organs). Stage `solve` ([`SkinContacts::press`]) closes the
+//! gaps: the spheres yield, and what they are too coarse for yields by the law of the half-space
+//! ([`law`]). The multiplier is the force, and what it does to the tissue is what the hand feels.
+
+mod closest;
+mod law;
+mod stations;
+
+use heapless::Vec;
+
+use crate::capacity::{MAX_ORGANS, MAX_SKIN_CONTACTS, MAX_STATIONS};
+use crate::collision::tool_contact::Contact;
+use crate::fault::{Fault, FaultSet};
+use crate::math::{self, Vec3};
+use crate::scene::{NO_VERTEX, Scene};
+use crate::soft_body::Bodies;
+use crate::state::SphereBits;
+use crate::tool::Capsule;
+use closest::{Closest, Patch, walk};
+use law::Law;
+use stations::{Station, stations};
+
+/// Skin nearer than this to a tool is looked at again after the solve, m: what the fastest sphere
+/// moves in a tick.
+const NEAR_M: f32 = 0.003;
+/// Skin farther than this is forgotten, m.
+const FORGET_M: f32 = 0.012;
+/// Passes over the contacts of an organ in a step; each begins with the last tick's forces.
+const PASSES: u32 = 4;
+
+/// What is remembered of a place of a tool on an organ.
+#[derive(Debug, Clone, Copy)]
+struct Track {
+    vertex: u16,
+    force_n: f32,
+}
+
+const NOWHERE: Track = Track {
+    vertex: NO_VERTEX,
+    force_n: 0.0,
+};
+
+/// A place of a tool near or on the skin.
+#[derive(Debug, Clone)]
+struct Touch {
+    organ: u8,
+    station: u8,
+    patch: Patch,
+    normal: Vec3,
+    /// Centre of the tool's place over the curved skin, along the normal, less the tool's radius:
+    /// what has to be taken from the centre's height over the flat patch, m.
+    reach_m: f32,
+    center_m: Vec3,
+    /// Where the skin was when it was found, m.
+    at_m: Vec3,
+    law: Law,
+    /// Gap before the solve, m.
+    gap_m: f32,
+    inverse_mass_per_kg: f32,
+    force_n: f32,
+    stiffness_n_m: f32,
+}
+
+/// Every place of the tools that is near skin.
+#[derive(Debug)]
+pub(crate) struct SkinContacts {
+    tracks: [[Track; MAX_STATIONS]; MAX_ORGANS],
+    near: Vec<Touch, MAX_SKIN_CONTACTS>,
+}
+
+impl Default for SkinContacts {
+    fn default() -> Self {
+        Self {
+            tracks: [[NOWHERE; MAX_STATIONS]; MAX_ORGANS],
+            near: Vec::new(),
+        }
+    }
+}
+
+impl SkinContacts {
+    /// Forgets everything.
+    pub(crate) fn clear(&mut self) {
+        self.tracks = [[NOWHERE; MAX_STATIONS]; MAX_ORGANS];
+        self.near.clear();
+    }
+
+    /// Finds the skin near `parts`, as it lies before the solve. `near_spheres` are the spheres
+    /// near them. When there is more than [`MAX_SKIN_CONTACTS`] the deepest stay.
+    pub(crate) fn find(
+        &mut self,
+        parts: &[Capsule],
+        near_spheres: &(impl Iterator<Item = u32> + Clone),
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+        faults: &mut FaultSet,
+    ) {
+        self.near.clear();
+        if scene.skin.vertices.is_empty() {
+            return;
+        }
+        let stations = stations(parts);
+        for ((organ, _), tracks) in (0u8..).zip(scene.organs).zip(&mut self.tracks) {
+            let mut own = near_spheres
+                .clone()
+                .filter(|sphere| *bodies.organ.at(*sphere) == organ && has_skin(scene, *sphere))
+                .peekable();
+            if own.peek().is_none() {
+                *tracks = [NOWHERE; MAX_STATIONS];
+                continue;
+            }
+            for ((index, station), track) in (0u8..).zip(&stations).zip(tracks.iter_mut()) {
+                let found = look(station, track, own.clone(), scene, bodies);
+                let Some((closest, gap_m)) = found.filter(|(_, gap_m)| *gap_m < FORGET_M) else {
+                    *track = NOWHERE;
+                    continue;
+                };
+                track.vertex = closest.vertex;
+                if gap_m >= NEAR_M {
+                    track.force_n = 0.0;
+                    continue;
+                }
+                let touch = touch(organ, index, station, track, closest, gap_m, scene, bodies);
+                keep(&mut self.near, touch, faults);
+            }
+        }
+    }
+
+    /// Presses the tools against the skin of organ `organ`, within a substep of `step_s`.
+    pub(crate) fn press(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        let squared = step_s * step_s;
+        // The last forces first: what is left to find is the change.
+        for touch in self.near.iter().filter(|touch| touch.organ == organ) {
+            let push = touch.normal * (-touch.force_n * squared);
+            touch.patch.push(&push, bodies);
+        }
+        for _ in 0..PASSES {
+            for i in 0..self.near.len() {
+                let Some(touch) = self.near.get(i).filter(|touch| touch.organ == organ) else {
+                    continue;
+                };
+                let yield_m_n = touch.inverse_mass_per_kg * squared;
+                let height_m = touch
+                    .normal
+                    .dot(&(touch.center_m - touch.patch.at_m(bodies)));
+                // The gap as it were without this contact's own force.
+                let gap_m = height_m - touch.reach_m - yield_m_n * touch.force_n
+                    + self.beside_others_m(i, touch);
+                let (force_n, stiffness_n_m) = touch.law.force_n(gap_m, yield_m_n);
+                let push = touch.normal * ((touch.force_n - force_n) * squared);
+                touch.patch.push(&push, bodies);
+                if let Some(touch) = self.near.get_mut(i) {
+                    touch.force_n = force_n;
+                    touch.stiffness_n_m = stiffness_n_m;
+                }
+            }
+        }
+    }
+
+    /// How far the other contacts on the same skin have already pressed it away from contact `i`,
+    /// beyond what the spheres carry over, m.
+    fn beside_others_m(&self, i: usize, touch: &Touch) -> f32 {
+        let mut sum_m = 0.0;
+        for (j, other) in self.near.iter().enumerate() {
+            if j == i || other.organ != touch.organ || other.force_n <= 0.0 {
+                continue;
+            }
+            let along = other.normal.dot(&touch.normal);
+            if along <= 0.0 {
+                continue;
+            }
+            let distance_m = math::norm(&(other.at_m - touch.at_m));
+            let half_width_m = other.law.half_width_m(other.force_n);
+            sum_m += along * other.force_n * other.law.beside_m_n(distance_m, half_width_m);
+        }
+        sum_m
+    }
+
+    /// Lists what the tools do to the skin, and remembers it for the next tick.
+    pub(crate) fn list(&mut self, bodies: &mut Bodies, mut add: impl FnMut(Contact)) {
+        for touch in &self.near {
+            let track = self
+                .tracks
+                .get_mut(usize::from(touch.organ))
+                .and_then(|tracks| tracks.get_mut(usize::from(touch.station)));
+            if let Some(track) = track {
+                track.force_n = touch.force_n;
+            }
+            if touch.force_n <= 0.0 {
+                continue;
+            }
+            for (sphere, _) in touch.patch.parts() {
+                let bits = bodies.bits.at_mut(sphere);
+                *bits = bits.with(SphereBits::CONTACT);
+            }
+            add(Contact {
+                organ: touch.organ,
+                at_m: touch.at_m,
+                normal: touch.normal,
+                force_n: touch.force_n,
+                stiffness_n_m: touch.stiffness_n_m,
+            });
+        }
+    }
+}
+
+/// Whether a sphere's organ collides by its skin.
+pub(crate) fn has_skin(scene: &Scene<'_>, sphere: u32) -> bool {
+    scene.skin.near_sphere(sphere).is_some()
+}
+
+/// The skin of an organ nearest to a place of a tool, and the gap between them, m. One that is
+/// touched is followed; otherwise the spheres say where else it could be nearer.
+fn look(
+    station: &Station,
+    track: &Track,
+    near_spheres: impl Iterator<Item = u32>,
+    scene: &Scene<'_>,
+    bodies: &Bodies,
+) -> Option<(Closest, f32)> {
+    let (center_m, skin) = (&station.center_m, &scene.skin);
+    let gap_m = |found: &Closest| found.normal.dot(&(center_m - found.at_m)) - station.radius_m;
+    let followed = walk(center_m, track.vertex, skin, bodies);
+    if let Some(found) = followed {
+        let gap_m = gap_m(&found);
+        if gap_m <= 0.0 || track.force_n > 0.0 {
+            return Some((found, gap_m));
+        }
+    }
+    let off_m = |sphere: u32| {
+        let from = bodies.nodes.at(sphere).center_m() - center_m;
+        math::norm(&from) - bodies.radius_m.at(sphere)
+    };
+    let mut nearest: Option<(u32, f32)> = None;
+    for sphere in near_spheres {
+        let off_m = off_m(sphere);
+        if nearest.is_none_or(|(_, least_m)| off_m < least_m) {
+            nearest = Some((sphere, off_m));
+        }
+    }
+    let (sphere, off_m) = nearest?;
+    if off_m > station.radius_m + FORGET_M {
+        return None;
+    }
+    let found = walk(center_m, skin.near_sphere(sphere)?, skin, bodies)?;
+    let gap_m = gap_m(&found);
+    Some((found, gap_m))
+}
+
+#[allow(clippy::too_many_arguments)]
+fn touch(
+    organ: u8,
+    index: u8,
+    station: &Station,
+    track: &Track,
+    closest: Closest,
+    gap_m: f32,
+    scene: &Scene<'_>,
+    bodies: &Bodies,
+) -> Touch {
+    let material = scene.material_of(organ);
+    let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
+    Touch {
+        organ,
+        station: index,
+        normal: closest.normal,
+        reach_m: station.radius_m + closest.bulge_m,
+        center_m: station.center_m,
+        at_m: closest.at_m,
+        law: Law::new(station.shape, modulus_pa, closest.patch_m),
+        gap_m,
+        inverse_mass_per_kg: closest.patch.inverse_mass_per_kg(bodies),
+        force_n: track.force_n,
+        stiffness_n_m: 0.0,
+        patch: closest.patch,
+    }
+}
+
+/// Adds a touch; of too many the deepest stay.
+fn keep(near: &mut Vec<Touch, MAX_SKIN_CONTACTS>, touch: Touch, faults: &mut FaultSet) {
+    let Err(touch) = near.push(touch) else {
+        return;
+    };
+    let mut lost_m = touch.gap_m;
+    let shallowest = near
+        .iter_mut()
+        .reduce(|a, b| if b.gap_m > a.gap_m { b } else { a });
+    if let Some(shallowest) = shallowest.filter(|shallowest| shallowest.gap_m > touch.gap_m) {
+        lost_m = shallowest.gap_m;
+        *shallowest = touch;
+    }
+    faults.raise_if(lost_m < 0.0, Fault::ContactOverflow);
+}

@@ -1,0 +1,180 @@
+//! The contact skin: the closed triangle surface of an organ that tools meet, coarser than the one
+//! that is drawn.
+
+use crate::capacity::{MAX_SKIN_VERTICES, MAX_SPHERES};
+use crate::math::Vec3;
+use crate::scene::{Scene, SceneError};
+
+/// Spheres that one vertex of the contact skin follows.
+pub const SKIN_BINDINGS: usize = 8;
+
+/// Stands for no vertex.
+pub const NO_VERTEX: u16 = u16::MAX;
+
+/// A vertex of the contact skin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SkinVertex {
+    /// Spheres of its organ that it follows; an unused one repeats another with weight 0.
+    pub spheres: [u16; SKIN_BINDINGS],
+    /// `Σ w = 1` and `Σ w X` is its place at rest: it follows every affine motion exactly.
+    pub weights: [f32; SKIN_BINDINGS],
+    /// First of its fan.
+    pub fan_start: u32,
+    /// Triangles around it.
+    pub fan_count: u32,
+    /// A force on this vertex reaches the spheres as if spread over a Gaussian `exp(−r²/A²)` of
+    /// the skin: A, m.
+    pub patch_m: f32,
+}
+
+/// The contact skins of all organs. Organs without tetrahedra have none: their spheres collide.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Skin<'a> {
+    /// Vertices.
+    pub vertices: &'a [SkinVertex],
+    /// The two other corners of every triangle around each vertex, anticlockwise seen from
+    /// outside.
+    pub fans: &'a [[u16; 2]],
+    /// For every sphere of the scene the vertex nearest to it, or [`NO_VERTEX`].
+    pub nearest: &'a [u16],
+}
+
+impl<'a> Skin<'a> {
+    /// The vertex with this index.
+    pub(crate) fn vertex(&self, index: u16) -> Option<&'a SkinVertex> {
+        self.vertices.get(usize::from(index))
+    }
+
+    /// The triangles around a vertex: their two other corners.
+    pub(crate) fn fan(&self, vertex: &SkinVertex) -> &'a [[u16; 2]] {
+        let start = vertex.fan_start as usize;
+        self.fans
+            .get(start..start.saturating_add(vertex.fan_count as usize))
+            .unwrap_or(&[])
+    }
+
+    /// Where the skin is nearest to a sphere.
+    pub(crate) fn near_sphere(&self, sphere: u32) -> Option<u16> {
+        let vertex = self.nearest.get(sphere as usize).copied();
+        vertex.filter(|vertex| *vertex != NO_VERTEX)
+    }
+}
+
+impl<'a> Scene<'a> {
+    /// With the organs' contact skins.
+    ///
+    /// # Errors
+    /// When a vertex names a sphere or vertex that is not of its organ, or a value is out of range.
+    pub fn with_skin(mut self, skin: Skin<'a>) -> Result<Self, SceneError> {
+        let too_many = |what, count, limit| SceneError::TooMany { what, count, limit };
+        let count = skin.vertices.len();
+        if count > MAX_SKIN_VERTICES {
+            return Err(too_many(
+                "vertices of the contact skin",
+                count,
+                MAX_SKIN_VERTICES,
+            ));
+        }
+        if skin.nearest.len() > MAX_SPHERES {
+            return Err(too_many(
+                "nearest vertices",
+                skin.nearest.len(),
+                MAX_SPHERES,
+            ));
+        }
+        for (i, vertex) in skin.vertices.iter().enumerate() {
+            self.check_vertex(i, vertex, &skin)?;
+        }
+        for (i, vertex) in skin.nearest.iter().enumerate() {
+            let organ = self.organ_of(i as u32);
+            let good = match skin.vertex(*vertex) {
+                Some(v) => organ.is_some() && organ == self.organ_of(u32::from(v.spheres[0])),
+                None => *vertex == NO_VERTEX,
+            };
+            if !good {
+                return Err(foreign("nearest vertex", i, u32::from(*vertex)));
+            }
+        }
+        self.skin = skin;
+        Ok(self)
+    }
+
+    fn check_vertex(
+        &self,
+        index: usize,
+        vertex: &SkinVertex,
+        skin: &Skin<'_>,
+    ) -> Result<(), SceneError> {
+        let what = "vertex of the contact skin";
+        let organ = self.organ_of(u32::from(vertex.spheres[0]));
+        let strange = vertex
+            .spheres
+            .iter()
+            .find(|s| organ.is_none() || self.organ_of(u32::from(**s)) != organ);
+        if let Some(sphere) = strange {
+            return Err(foreign(what, index, u32::from(*sphere)));
+        }
+        let (fan, whole) = (skin.fan(vertex), vertex.fan_count as usize);
+        if fan.len() != whole || !(3..=FAN_MAX).contains(&whole) {
+            return Err(value(what, index, whole as f32, "3 to 32 triangles"));
+        }
+        for corner in fan.as_flattened() {
+            let other = skin.vertex(*corner).map(|v| u32::from(v.spheres[0]));
+            if other.is_none_or(|sphere| self.organ_of(sphere) != organ) {
+                return Err(foreign(
+                    "triangle of the contact skin",
+                    index,
+                    u32::from(*corner),
+                ));
+            }
+        }
+        let sum: f32 = vertex.weights.iter().sum();
+        if !vertex.weights.iter().all(|w| w.abs() <= WEIGHT_MAX) || (sum - 1.0).abs() > 1.0e-3 {
+            return Err(value(what, index, sum, "weights of -8 to 8 that sum to 1"));
+        }
+        if !(1.0e-4..=1.0).contains(&vertex.patch_m) {
+            return Err(value(what, index, vertex.patch_m, "a patch of 1e-4 to 1 m"));
+        }
+        Ok(())
+    }
+
+    /// The organ of a sphere.
+    fn organ_of(&self, sphere: u32) -> Option<usize> {
+        self.organs.iter().position(|organ| {
+            (organ.sphere_start..organ.sphere_start + organ.sphere_count).contains(&sphere)
+        })
+    }
+
+    /// Where a vertex lies at rest, m.
+    #[must_use]
+    pub fn skin_at_rest_m(&self, vertex: &SkinVertex) -> Vec3 {
+        let mut at = Vec3::zeros();
+        for (sphere, weight) in vertex.spheres.iter().zip(vertex.weights) {
+            let rest = self.spheres.get(usize::from(*sphere));
+            at += rest.map_or_else(Vec3::zeros, |s| s.center_m) * weight;
+        }
+        at
+    }
+}
+
+/// Triangles around a vertex, at most.
+const FAN_MAX: usize = 32;
+/// Largest weight of a sphere: more would make a vertex swing.
+const WEIGHT_MAX: f32 = 8.0;
+
+fn foreign(what: &'static str, index: usize, sphere: u32) -> SceneError {
+    SceneError::Foreign {
+        what,
+        index,
+        sphere,
+    }
+}
+
+fn value(what: &'static str, index: usize, value: f32, allowed: &'static str) -> SceneError {
+    SceneError::Value {
+        what,
+        index,
+        value,
+        allowed,
+    }
+}
