@@ -6,11 +6,13 @@
 
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
-use crate::port::DeviceCapabilities;
+use crate::port::{DeviceCapabilities, ForceCommand};
 use crate::sim::{Status, TICK_S};
 
 /// Largest change of force in a tick, N. A Touch reaches its peak in 3.3 ms.
 const SLEW_N: f32 = 1.0;
+/// Largest change of torque in a tick, as a share of the peak: as quick as force is.
+const TORQUE_SLEW: f32 = 0.3;
 /// Fastest handle that force is rendered for, m/s.
 const SPEED_TRIP_M_S: f32 = 1.2;
 /// Time constant of the motors' heat, s. Assumed: makers do not publish it. 4 s at the peak of
@@ -27,6 +29,8 @@ const FALL_S: f32 = 0.02;
 pub struct Demand {
     /// Force on the handle, N, in any one frame.
     pub force_n: Vec3,
+    /// Torque on the handle, N m, in the same frame.
+    pub torque_n_m: Vec3,
     /// Stiffness behind it at the handle, N/m.
     pub stiffness_n_m: f32,
     /// Speed of the handle, m/s.
@@ -42,6 +46,7 @@ pub struct Demand {
 pub struct OutputLimit {
     peak_n: f32,
     continuous_n: f32,
+    torque_max_n_m: f32,
     stiffness_max_n_m: f32,
     ramp_s: f32,
     enabled: bool,
@@ -50,8 +55,8 @@ pub struct OutputLimit {
     gain: f32,
     /// Running mean of the squared force, N².
     heat_n2: f32,
-    /// Force of the last tick, N.
-    last_n: Vec3,
+    /// What left in the last tick.
+    last: ForceCommand,
 }
 
 /// Limits below this (N, N/m, s) are 0: squares of smaller forces lose their digits.
@@ -74,13 +79,14 @@ impl OutputLimit {
         Self {
             peak_n,
             continuous_n: safe(device.force_continuous_n).min(peak_n),
+            torque_max_n_m: safe(device.torque_max_n_m),
             stiffness_max_n_m: safe(device.stiffness_max_n_m),
             ramp_s: safe(ramp_s).max(TICK_S),
             enabled: false,
             tripped: false,
             gain: 0.0,
             heat_n2: 0.0,
-            last_n: Vec3::zeros(),
+            last: ForceCommand::default(),
         }
     }
 
@@ -100,36 +106,43 @@ impl OutputLimit {
     /// No tick ran for so long that nobody answered for the force: it rises from nothing again.
     pub fn restart(&mut self) {
         self.gain = 0.0;
-        self.last_n = Vec3::zeros();
+        self.last = ForceCommand::default();
     }
 
-    /// The force that may leave in this tick, N, in the demand's frame. Never longer than the
-    /// device's peak, always finite.
-    pub fn apply(&mut self, demand: &Demand, faults: &mut FaultSet) -> Vec3 {
+    /// What may leave in this tick, in the demand's frame. Never more than the device's peaks,
+    /// always finite.
+    pub fn apply(&mut self, demand: &Demand, faults: &mut FaultSet) -> ForceCommand {
         faults.raise_if(demand.device == Status::Stale, Fault::StaleDevice);
         faults.raise_if(demand.device == Status::Lost, Fault::LostDevice);
         self.trip(demand, faults);
-        let force = match self.finite(demand, faults) {
-            Some(wanted) if self.is_open() && demand.device != Status::Lost => {
-                self.ramp(demand);
-                let force = self.cap_stiffness(&wanted, demand.stiffness_n_m, faults) * self.gain;
-                let force = self.clamp(&force, faults);
-                self.slew(&force, faults)
+        let is_finite = is_sound(demand);
+        faults.raise_if(!is_finite, Fault::BadForce);
+        let out = if is_finite && self.is_open() && demand.device != Status::Lost {
+            self.ramp(demand);
+            let share = self.gain * self.cap_stiffness(demand.stiffness_n_m, faults);
+            ForceCommand {
+                force_n: self.limit_force(&(demand.force_n * share), faults),
+                torque_n_m: self.limit_torque(&(demand.torque_n_m * share), faults),
             }
+        } else {
             // Cut at once: a force that nobody can answer for does not fade.
-            _ => {
-                self.gain = 0.0;
+            self.gain = 0.0;
+            ForceCommand::default()
+        };
+        let or_none = |v: Vec3| {
+            if math::is_finite(&v) {
+                v
+            } else {
                 Vec3::zeros()
             }
         };
-        let force = if math::is_finite(&force) {
-            force
-        } else {
-            Vec3::zeros()
+        let out = ForceCommand {
+            force_n: or_none(out.force_n),
+            torque_n_m: or_none(out.torque_n_m),
         };
-        self.heat_n2 += (force.norm_squared() - self.heat_n2) * (TICK_S / HEAT_TIME_S);
-        self.last_n = force;
-        force
+        self.heat_n2 += (out.force_n.norm_squared() - self.heat_n2) * (TICK_S / HEAT_TIME_S);
+        self.last = out;
+        out
     }
 
     fn trip(&mut self, demand: &Demand, faults: &mut FaultSet) {
@@ -141,12 +154,6 @@ impl OutputLimit {
         }
     }
 
-    fn finite(&self, demand: &Demand, faults: &mut FaultSet) -> Option<Vec3> {
-        let finite = math::is_finite(&demand.force_n) && !demand.stiffness_n_m.is_nan();
-        faults.raise_if(!finite, Fault::BadForce);
-        finite.then_some(demand.force_n)
-    }
-
     fn ramp(&mut self, demand: &Demand) {
         let step = if demand.device == Status::Live && !demand.paused {
             TICK_S / self.ramp_s
@@ -156,30 +163,31 @@ impl OutputLimit {
         self.gain = (self.gain + step).clamp(0.0, 1.0);
     }
 
-    fn cap_stiffness(&self, force: &Vec3, stiffness: f32, faults: &mut FaultSet) -> Vec3 {
+    /// What share of the force keeps the stiffness within the device's.
+    fn cap_stiffness(&self, stiffness: f32, faults: &mut FaultSet) -> f32 {
         if stiffness <= self.stiffness_max_n_m {
-            return *force;
+            return 1.0;
         }
         faults.raise(Fault::StiffnessCapped);
-        force * (self.stiffness_max_n_m / stiffness)
+        self.stiffness_max_n_m / stiffness
     }
 
-    fn clamp(&self, force: &Vec3, faults: &mut FaultSet) -> Vec3 {
+    fn limit_force(&self, force: &Vec3, faults: &mut FaultSet) -> Vec3 {
         let limit = self.limit_n();
-        let length = math::norm(force);
-        if length <= limit {
-            return *force;
-        }
         let warm = limit < self.peak_n;
-        faults.raise(if warm {
+        let fault = if warm {
             Fault::ThermalLimited
         } else {
             Fault::Clamped
-        });
-        match math::unit(force) {
-            Some(direction) => direction * limit,
-            None => Vec3::zeros(), // longer than f32 can square
-        }
+        };
+        let force = clamp(force, limit, fault, faults);
+        slew(&self.last.force_n, &force, SLEW_N, faults)
+    }
+
+    fn limit_torque(&self, torque: &Vec3, faults: &mut FaultSet) -> Vec3 {
+        let peak = self.torque_max_n_m;
+        let torque = clamp(torque, peak, Fault::Clamped, faults);
+        slew(&self.last.torque_n_m, &torque, TORQUE_SLEW * peak, faults)
     }
 
     /// The peak while the motors are cold; comes down to the continuous force as their heat
@@ -193,14 +201,32 @@ impl OutputLimit {
         let share = (excess / ((1.0 - WARM) * full)).min(1.0);
         self.peak_n + (self.continuous_n - self.peak_n) * share
     }
+}
 
-    fn slew(&self, force: &Vec3, faults: &mut FaultSet) -> Vec3 {
-        let step = force - self.last_n;
-        let length = math::norm(&step);
-        if length <= SLEW_N {
-            return *force;
-        }
-        faults.raise(Fault::Slewed);
-        self.last_n + step * (SLEW_N / length)
+fn is_sound(demand: &Demand) -> bool {
+    let finite = math::is_finite(&demand.force_n) && math::is_finite(&demand.torque_n_m);
+    finite && !demand.stiffness_n_m.is_nan()
+}
+
+/// `wanted`, no longer than `limit`.
+fn clamp(wanted: &Vec3, limit: f32, fault: Fault, faults: &mut FaultSet) -> Vec3 {
+    if math::norm(wanted) <= limit {
+        return *wanted;
     }
+    faults.raise(fault);
+    match math::unit(wanted) {
+        Some(direction) => direction * limit,
+        None => Vec3::zeros(), // longer than f32 can square
+    }
+}
+
+/// `wanted`, no further from `last` than `step_max`.
+fn slew(last: &Vec3, wanted: &Vec3, step_max: f32, faults: &mut FaultSet) -> Vec3 {
+    let step = wanted - last;
+    let length = math::norm(&step);
+    if length <= step_max {
+        return *wanted;
+    }
+    faults.raise(Fault::Slewed);
+    last + step * (step_max / length)
 }

@@ -67,7 +67,7 @@ pub struct PedalSample {
 pub struct ForceCommand {
     /// Force at the handle's tip, N.
     pub force_n: Vec3,
-    /// Torque, N m; a 3-DOF device drops it.
+    /// Torque on the handle, N m; zero for a device that renders none.
     pub torque_n_m: Vec3,
 }
 
@@ -78,16 +78,30 @@ pub struct DeviceCapabilities {
     pub force_max_n: f32,
     /// Force that can be held for ever, N (Touch: 0.88).
     pub force_continuous_n: f32,
+    /// Peak torque, N m; 0 for a device that renders none and drops what it is sent.
+    pub torque_max_n_m: f32,
     /// Largest stiffness that the device renders stably, N/m.
     pub stiffness_max_n_m: f32,
-    /// Largest damping, N s/m.
+    /// Largest damping that it renders, N s/m.
     pub damping_max_n_s_m: f32,
+    /// Damping of the device itself, with what its dry friction takes from a tremor, N s/m: what
+    /// bears the energy that sampling and delay make.
+    pub damping_n_s_m: f32,
+    /// From a movement to its sample and from a command to its force, together, s; without the
+    /// time that the force is held.
+    pub delay_s: f32,
     /// Radius of the workspace around the base frame's origin, m.
     pub workspace_radius_m: f32,
-    /// Whether torque is rendered.
-    pub renders_torque: bool,
     /// Samples per second that the device sends.
     pub rate_hz: f32,
+}
+
+impl DeviceCapabilities {
+    /// Whether torque reaches the hand.
+    #[must_use]
+    pub fn renders_torque(&self) -> bool {
+        self.torque_max_n_m > 0.0
+    }
 }
 
 /// What a poll of a device brought.

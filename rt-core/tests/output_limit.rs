@@ -10,15 +10,18 @@ use rt_core::sim::Status;
 const DEVICE: DeviceCapabilities = DeviceCapabilities {
     force_max_n: 3.0,
     force_continuous_n: 1.0,
+    torque_max_n_m: 0.0,
     stiffness_max_n_m: 500.0,
     damping_max_n_s_m: 1.0,
+    damping_n_s_m: 1.8,
+    delay_s: 0.001,
     workspace_radius_m: 0.2,
-    renders_torque: false,
     rate_hz: 1000.0,
 };
 
 const HALF: Demand = Demand {
     force_n: Vec3::new(0.0, 0.0, 0.5),
+    torque_n_m: Vec3::new(0.0, 0.0, 0.0),
     stiffness_n_m: 100.0,
     speed_m_s: 0.0,
     device: Status::Live,
@@ -35,8 +38,9 @@ fn open() -> OutputLimit {
 /// Length of the force, and the faults raised.
 fn apply(limit: &mut OutputLimit, demand: &Demand) -> (f32, FaultSet) {
     let mut faults = FaultSet::NONE;
-    let force = limit.apply(demand, &mut faults);
-    (norm(&force), faults)
+    let out = limit.apply(demand, &mut faults);
+    assert_eq!(out.torque_n_m, Vec3::zeros(), "the device renders none");
+    (norm(&out.force_n), faults)
 }
 
 /// Applies `demand` for so many ticks.
@@ -59,7 +63,7 @@ fn near(a: f32, b: f32) -> bool {
 #[test]
 fn a_small_force_passes_unchanged() {
     let mut faults = FaultSet::NONE;
-    let force = open().apply(&HALF, &mut faults);
+    let force = open().apply(&HALF, &mut faults).force_n;
     assert!(
         norm(&(force - HALF.force_n)) < 1.0e-6 && faults.is_empty(),
         "{force} {faults:?}"
@@ -258,6 +262,42 @@ fn a_device_that_states_no_sane_limits_gets_no_force() {
     }
 }
 
+#[test]
+fn torque_passes_the_same_gates() {
+    let device = DeviceCapabilities {
+        torque_max_n_m: 0.1,
+        ..DEVICE
+    };
+    let mut limit = OutputLimit::new(&device, 0.0);
+    limit.enable(true);
+    let mut torque = |demand: &Demand| {
+        let mut faults = FaultSet::NONE;
+        (limit.apply(demand, &mut faults).torque_n_m, faults)
+    };
+    let with = |x: f32| Demand {
+        torque_n_m: Vec3::new(x, 0.0, 0.0),
+        ..HALF
+    };
+    assert_eq!(
+        torque(&with(0.02)),
+        (Vec3::new(0.02, 0.0, 0.0), FaultSet::NONE)
+    );
+    let (slewed, faults) = torque(&with(9.0));
+    assert!(near(slewed.x, 0.05) && faults.contains(Fault::Slewed));
+    assert!(near(torque(&with(9.0)).0.x, 0.08));
+    let (clamped, faults) = torque(&with(9.0));
+    assert!(near(clamped.x, 0.1) && faults == only(Fault::Clamped));
+    let capped = Demand {
+        stiffness_n_m: 1000.0,
+        ..with(0.16)
+    };
+    assert!(near(torque(&capped).0.x, 0.08));
+    assert_eq!(
+        torque(&with(f32::NAN)),
+        (Vec3::zeros(), only(Fault::BadForce))
+    );
+}
+
 fn hostile() -> impl Strategy<Value = f32> {
     prop_oneof![
         4 => -10.0f32..10.0,
@@ -275,11 +315,11 @@ fn demand() -> impl Strategy<Value = Demand> {
         1 => Just(Status::Stale),
         1 => Just(Status::Lost),
     ];
-    let force = (hostile(), hostile(), hostile());
+    let force = (hostile(), hostile(), hostile(), hostile());
     (force, hostile(), hostile(), status, any::<bool>()).prop_map(|(f, k, v, device, paused)| {
-        let force_n = Vec3::new(f.0, f.1, f.2);
         Demand {
-            force_n,
+            force_n: Vec3::new(f.0, f.1, f.2),
+            torque_n_m: Vec3::new(f.3, f.0, 0.0),
             stiffness_n_m: k,
             speed_m_s: v,
             device,
@@ -312,6 +352,7 @@ proptest! {
             force_max_n: peak,
             force_continuous_n: continuous,
             stiffness_max_n_m: stiffness,
+            torque_max_n_m: 0.1,
             ..DEVICE
         };
         let mut limit = OutputLimit::new(&device, ramp);
@@ -323,9 +364,10 @@ proptest! {
                 limit.enable(true);
             }
             let mut faults = FaultSet::NONE;
-            let force = limit.apply(&demand, &mut faults);
-            prop_assert!(is_finite(&force));
-            let length = norm(&force);
+            let out = limit.apply(&demand, &mut faults);
+            prop_assert!(is_finite(&out.force_n) && is_finite(&out.torque_n_m));
+            prop_assert!(norm(&out.torque_n_m) <= 0.100_001);
+            let length = norm(&out.force_n);
             prop_assert!(length <= allowed * 1.000_01, "{length} of {allowed}");
             prop_assert!(length <= last * 1.000_01 + 1.0001, "{last} to {length}");
             prop_assert!(demand.device != Status::Lost || length <= 0.0);

@@ -192,14 +192,10 @@ impl Device {
             self.counters.watchdog_trips = self.counters.watchdog_trips.wrapping_add(1);
             return Force::default();
         }
-        let max_n = self.capabilities.force_max_n;
+        let can = &self.capabilities;
         Force {
-            force_n: shorten(rendered.command.force_n, max_n),
-            torque_n_m: if self.capabilities.renders_torque {
-                rendered.command.torque_n_m
-            } else {
-                [0.0; 3]
-            },
+            force_n: shorten(rendered.command.force_n, can.force_max_n),
+            torque_n_m: shorten(rendered.command.torque_n_m, can.torque_max_n_m),
         }
     }
 

@@ -85,7 +85,9 @@ impl HapticDevice for RigHaptic {
             stiffness_max_n_m: self.identity.stiffness_max_n_m,
             damping_max_n_s_m: self.identity.damping_max_n_s_m,
             workspace_radius_m: self.identity.workspace_radius_m,
-            renders_torque: self.identity.renders_torque,
+            torque_max_n_m: self.identity.torque_max_n_m,
+            damping_n_s_m: self.identity.damping_n_s_m,
+            delay_s: self.identity.delay_s,
             rate_hz: self.identity.rate_hz.into(),
         }
     }
@@ -124,20 +126,9 @@ impl HapticDevice for RigHaptic {
     }
 
     fn send(&mut self, command: ForceCommand, _now_ns: TimeNs) {
-        let mut force_n = command.force_n;
-        let norm = force_n.norm();
-        // The core has limited it already; a line never carries more than the device can.
-        if norm > self.identity.force_max_n {
-            force_n *= self.identity.force_max_n / norm;
-        }
-        if !norm.is_finite() {
-            force_n = Vec3::zeros();
-        }
-        let torque_n_m = if self.identity.renders_torque {
-            command.torque_n_m
-        } else {
-            Vec3::zeros()
-        };
+        // The core has limited both already; a line never carries more than the device can.
+        let force_n = within(command.force_n, self.identity.force_max_n);
+        let torque_n_m = within(command.torque_n_m, self.identity.torque_max_n_m);
         let sequence = self.host.next_sequence();
         let force = Force {
             force_n: force_n.into(),
@@ -148,6 +139,18 @@ impl HapticDevice for RigHaptic {
 
     fn counters(&self) -> LineCounters {
         self.host.counters()
+    }
+}
+
+/// `wanted`, no longer than `limit`; nothing where it is no number.
+fn within(wanted: Vec3, limit: f32) -> Vec3 {
+    let norm = wanted.norm();
+    if norm <= limit {
+        wanted
+    } else if norm.is_finite() {
+        wanted * (limit / norm)
+    } else {
+        Vec3::zeros()
     }
 }
 

@@ -260,6 +260,16 @@ fn check(path: &Path, kind: DeviceKind, found: &Capabilities) -> Result<(), Hard
             "more than 0",
         ));
     }
+    if found.damping_n_s_m <= 0.0 {
+        return Err(capability(
+            "damping_n_s_m",
+            found.damping_n_s_m,
+            "more than 0",
+        ));
+    }
+    if found.delay_s > 0.05 {
+        return Err(capability("delay_s", found.delay_s, "0 to 0.05"));
+    }
     if !(0.01..=1.5).contains(&found.workspace_radius_m) {
         return Err(capability(
             "workspace_radius_m",

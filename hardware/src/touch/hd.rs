@@ -20,7 +20,6 @@ pub(super) mod name {
     pub(in crate::touch) const MODEL: u32 = 0x2501;
     pub(in crate::touch) const SERIAL: u32 = 0x2504;
     pub(in crate::touch) const USABLE_WORKSPACE: u32 = 0x2551;
-    pub(in crate::touch) const OUTPUT_DOF: u32 = 0x2554;
     pub(in crate::touch) const CALIBRATION_STYLE: u32 = 0x2555;
     pub(in crate::touch) const MAX_STIFFNESS: u32 = 0x2602;
     pub(in crate::touch) const MAX_FORCE: u32 = 0x2603;

@@ -9,3 +9,9 @@ mod hd;
 mod slot;
 
 pub use driver::TouchHaptic;
+
+/// Damping of a Touch: 0.2 N s/m of its hinges (assumed), and what 0.26 N of dry friction (data
+/// sheet) take from a tremor of 0.2 m/s, `4 f / (π v)`.
+pub const DAMPING_N_S_M: f32 = 1.85;
+/// Delay of a Touch on USB: a millisecond for the sample, one for the motors. Assumed.
+pub const DELAY_S: f32 = 0.002;

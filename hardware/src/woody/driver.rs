@@ -158,7 +158,9 @@ impl HapticDevice for WoodyHaptic {
             stiffness_max_n_m: self.mechanism.stiffness_max_n_m as f32,
             damping_max_n_s_m: self.mechanism.damping_max_n_s_m as f32,
             workspace_radius_m: self.mechanism.radius_m as f32,
-            renders_torque: false,
+            torque_max_n_m: 0.0,
+            damping_n_s_m: self.mechanism.damping_n_s_m as f32,
+            delay_s: self.mechanism.delay_s as f32,
             // As often as it is asked.
             rate_hz: 1000.0,
         }

@@ -48,10 +48,16 @@ pub struct Mechanism {
     pub stiffness_max_n_m: f64,
     /// Largest damping, N s/m.
     pub damping_max_n_s_m: f64,
+    /// Damping of the device itself, N s/m.
+    pub damping_n_s_m: f64,
+    /// From a movement to its sample and from a command to its force, together, s.
+    pub delay_s: f64,
 }
 
 impl Mechanism {
-    /// The device as published. What it holds for ever is not: a fifth of the peak is taken.
+    /// The device as published. What it holds for ever is not: a fifth of the peak is taken; nor its
+    /// damping and delay: those of the emulated one, as a tremor of 0.2 m/s finds its friction, and
+    /// a millisecond each way.
     pub const WOODY: Self = Self {
         capstan_m: [0.010; 3],
         drum_m: [0.160, 0.120, 0.120],
@@ -68,6 +74,8 @@ impl Mechanism {
         force_continuous_n: 1.0,
         stiffness_max_n_m: 1000.0,
         damping_max_n_s_m: 8.0,
+        damping_n_s_m: 0.84,
+        delay_s: 0.002,
     };
 
     fn gear(&self, axis: usize) -> f64 {

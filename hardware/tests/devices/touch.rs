@@ -112,7 +112,7 @@ fn poses_arrive_in_metres_and_forces_are_rendered_and_limited() {
     assert!((capabilities.stiffness_max_n_m - 700.0).abs() < 1e-3);
     assert!((capabilities.damping_max_n_s_m - 5.0).abs() < 1e-3);
     assert!((capabilities.workspace_radius_m - 0.08).abs() < 1e-6);
-    assert!(!capabilities.renders_torque);
+    assert!(!capabilities.renders_torque());
 
     let (mut samples, mut strongest, mut rendered) = (0, 0.0f64, false);
     poll_for(Duration::from_secs(10), |now_ns| {

@@ -65,6 +65,7 @@ pub struct Sim<'a> {
     contacts: ToolContacts,
     grasp: Grasp,
     limit: OutputLimit,
+    renders_torque: bool,
     journal: Journal,
     fault_counters: FaultCounters,
     tick: u64,
@@ -97,6 +98,7 @@ impl<'a> Sim<'a> {
             contacts: ToolContacts::default(),
             grasp: Grasp::default(),
             limit,
+            renders_torque: device.renders_torque(),
             journal: Journal::default(),
             fault_counters: FaultCounters::ZERO,
             tick: 0,
@@ -314,23 +316,27 @@ impl<'a> Sim<'a> {
     fn render_force(&mut self, faults: &mut FaultSet) -> ForceCommand {
         let paused = self.tool.switches.paused;
         let pull = self.grasp.pull(&self.state.bodies).filter(|_| !paused);
-        let handle = &self.tool.world_from_handle;
-        let felt = force::felt(&self.contacts.list, pull.as_ref(), &self.kinematics, handle);
+        let felt = force::felt(
+            &self.contacts.list,
+            pull.as_ref(),
+            &self.kinematics,
+            &self.tool.world_from_handle,
+            self.renders_torque,
+        );
         let world_from_device = &self.scene.room().world_from_device.rotation;
         let demand = Demand {
-            force_n: world_from_device.inverse() * felt.force_n,
+            force_n: world_from_device.inverse() * felt.wrench.force_n,
+            torque_n_m: world_from_device.inverse() * felt.wrench.torque_n_m,
             stiffness_n_m: felt.stiffness_n_m,
             speed_m_s: math::norm(&self.tool.handle_velocity_m_s),
             device: self.inputs.device_health().status,
             paused,
         };
-        let force_n = self.limit.apply(&demand, faults);
-        self.tool.force_n = world_from_device * force_n;
+        let command = self.limit.apply(&demand, faults);
+        self.tool.force_n = world_from_device * command.force_n;
+        self.tool.torque_n_m = world_from_device * command.torque_n_m;
         self.tool.switches.force_enabled = self.limit.is_open();
-        ForceCommand {
-            force_n,
-            torque_n_m: Vec3::zeros(),
-        }
+        command
     }
 
     fn measure_bounds(&mut self) {
@@ -393,6 +399,7 @@ impl<'a> Sim<'a> {
         hash.pose(&self.tool.world_from_instrument);
         hash.pose(&self.tool.world_from_camera);
         hash.vector(&self.tool.force_n);
+        hash.vector(&self.tool.torque_n_m);
         hash.float(self.tool.jaw);
         hash.word(self.tick as u32);
         hash.finish()

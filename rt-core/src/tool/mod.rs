@@ -7,7 +7,7 @@ mod instrument;
 mod kinematics;
 
 pub use instrument::{Capsule, Instrument, Role, capsules};
-pub use kinematics::Kinematics;
+pub use kinematics::{Kinematics, Wrench};
 
 use heapless::Vec;
 
@@ -49,6 +49,8 @@ pub struct ToolState {
     pub capsules: Vec<Capsule, MAX_CAPSULES>,
     /// Force on the hand as sent to the device, N.
     pub force_n: Vec3,
+    /// Torque on the hand as sent to the device, N m.
+    pub torque_n_m: Vec3,
     /// Spheres that the instrument touches.
     pub contact_count: u32,
     /// Spheres between closed jaws.
@@ -72,6 +74,7 @@ impl ToolState {
             buttons: Buttons::default(),
             capsules: Vec::new(),
             force_n: Vec3::zeros(),
+            torque_n_m: Vec3::zeros(),
             contact_count: 0,
             grasped_count: 0,
             switches: Switches::default(),

@@ -88,10 +88,12 @@ extern "C" fn _start() -> ! {
     let device = anything(DeviceCapabilities {
         force_max_n: 1.0,
         force_continuous_n: 1.0,
+        torque_max_n_m: 0.0,
         stiffness_max_n_m: 1.0,
         damping_max_n_s_m: 1.0,
+        damping_n_s_m: 1.8,
+        delay_s: 0.001,
         workspace_radius_m: 1.0,
-        renders_torque: false,
         rate_hz: 1000.0,
     });
     // SAFETY: the only reference to it, in the only thread.

@@ -21,21 +21,25 @@ mod capabilities {
     pub(super) const STIFFNESS_MAX: usize = 13;
     pub(super) const DAMPING_MAX: usize = 15;
     pub(super) const WORKSPACE: usize = 17;
-    pub(super) const SERIAL: usize = 19;
-    pub(super) const NAME: usize = 23;
-    pub(super) const END: usize = 39;
+    pub(super) const TORQUE_MAX: usize = 19;
+    pub(super) const DAMPING: usize = 21;
+    pub(super) const DELAY: usize = 23;
+    pub(super) const SERIAL: usize = 25;
+    pub(super) const NAME: usize = 29;
+    pub(super) const END: usize = 45;
 }
 
 pub(super) const HELLO_BYTES: usize = hello::END - super::field::BODY;
 pub(super) const CAPABILITIES_BYTES: usize = capabilities::END - super::field::BODY;
 
 const MAGIC: [u8; 5] = *b"CALOT";
-const RENDERS_TORQUE: u8 = 1;
 const MEASURES_VELOCITY: u8 = 2;
 const FORCE_UNIT_N: f32 = 1e-3;
 const STIFFNESS_UNIT_N_M: f32 = 1.0;
 const DAMPING_UNIT_N_S_M: f32 = 1e-3;
 const WORKSPACE_UNIT_M: f32 = 1e-4;
+const TORQUE_UNIT_N_M: f32 = 1e-4;
+const DELAY_UNIT_S: f32 = 1e-5;
 
 /// The host's greeting.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -85,8 +89,6 @@ pub struct Capabilities {
     pub version: u8,
     /// What it is.
     pub kind: DeviceKind,
-    /// Whether torque is rendered.
-    pub renders_torque: bool,
     /// Whether the velocity in `STATE` is measured.
     pub measures_velocity: bool,
     /// Without a new `FORCE` for so long the device drops the force, ms.
@@ -103,6 +105,13 @@ pub struct Capabilities {
     pub damping_max_n_s_m: f32,
     /// Radius of the workspace, m; in steps of 0.1 mm.
     pub workspace_radius_m: f32,
+    /// Peak torque, N m; in steps of 0.1 mN m. 0: none is rendered.
+    pub torque_max_n_m: f32,
+    /// Damping of the device itself, N s/m; in steps of 1 mN s/m.
+    pub damping_n_s_m: f32,
+    /// From a movement to its sample and from a command to its force, together, s; in steps of
+    /// 10 µs.
+    pub delay_s: f32,
     /// Serial number.
     pub serial: u32,
     /// Name, ASCII, padded with zeros.
@@ -125,7 +134,6 @@ impl Capabilities {
         Ok(Self {
             version: message.u8(at::VERSION),
             kind,
-            renders_torque: flags & RENDERS_TORQUE != 0,
             measures_velocity: flags & MEASURES_VELOCITY != 0,
             watchdog_ms: message.u8(at::WATCHDOG),
             rate_hz: message.u16(at::RATE),
@@ -134,6 +142,9 @@ impl Capabilities {
             stiffness_max_n_m: f32::from(message.u16(at::STIFFNESS_MAX)) * STIFFNESS_UNIT_N_M,
             damping_max_n_s_m: f32::from(message.u16(at::DAMPING_MAX)) * DAMPING_UNIT_N_S_M,
             workspace_radius_m: f32::from(message.u16(at::WORKSPACE)) * WORKSPACE_UNIT_M,
+            torque_max_n_m: f32::from(message.u16(at::TORQUE_MAX)) * TORQUE_UNIT_N_M,
+            damping_n_s_m: f32::from(message.u16(at::DAMPING)) * DAMPING_UNIT_N_S_M,
+            delay_s: f32::from(message.u16(at::DELAY)) * DELAY_UNIT_S,
             serial: message.u32(at::SERIAL),
             name: message.bytes(at::NAME),
         })
@@ -143,9 +154,11 @@ impl Capabilities {
     #[must_use]
     pub fn frame(&self, sequence: u16) -> Frame {
         let mut writer = Writer::new(Kind::Capabilities, sequence);
-        let flag = |set: bool, bit: u8| if set { bit } else { 0 };
-        let flags = flag(self.renders_torque, RENDERS_TORQUE)
-            | flag(self.measures_velocity, MEASURES_VELOCITY);
+        let flags = if self.measures_velocity {
+            MEASURES_VELOCITY
+        } else {
+            0
+        };
         writer.put(&[self.version, self.kind as u8, flags, self.watchdog_ms]);
         writer.put(&self.rate_hz.to_le_bytes());
         writer.put_u16(self.force_max_n, FORCE_UNIT_N);
@@ -153,6 +166,9 @@ impl Capabilities {
         writer.put_u16(self.stiffness_max_n_m, STIFFNESS_UNIT_N_M);
         writer.put_u16(self.damping_max_n_s_m, DAMPING_UNIT_N_S_M);
         writer.put_u16(self.workspace_radius_m, WORKSPACE_UNIT_M);
+        writer.put_u16(self.torque_max_n_m, TORQUE_UNIT_N_M);
+        writer.put_u16(self.damping_n_s_m, DAMPING_UNIT_N_S_M);
+        writer.put_u16(self.delay_s, DELAY_UNIT_S);
         writer.put(&self.serial.to_le_bytes());
         writer.put(&self.name);
         writer.frame()
@@ -164,7 +180,6 @@ impl Capabilities {
         Self {
             version: VERSION,
             kind: DeviceKind::Haptic,
-            renders_torque: false,
             measures_velocity: true,
             watchdog_ms: 50,
             rate_hz: 1000,
@@ -173,6 +188,9 @@ impl Capabilities {
             stiffness_max_n_m: 700.0,
             damping_max_n_s_m: 5.0,
             workspace_radius_m: 0.1,
+            torque_max_n_m: 0.0,
+            damping_n_s_m: crate::touch::DAMPING_N_S_M,
+            delay_s: crate::touch::DELAY_S,
             serial: 1,
             name: *b"emulated touch\0\0",
         }
@@ -184,7 +202,6 @@ impl Capabilities {
         Self {
             version: VERSION,
             kind: DeviceKind::Pedal,
-            renders_torque: false,
             measures_velocity: false,
             watchdog_ms: 0,
             rate_hz,
@@ -193,6 +210,9 @@ impl Capabilities {
             stiffness_max_n_m: 0.0,
             damping_max_n_s_m: 0.0,
             workspace_radius_m: 0.0,
+            torque_max_n_m: 0.0,
+            damping_n_s_m: 0.0,
+            delay_s: 0.0,
             serial: 2,
             name: *b"emulated pedal\0\0",
         }
@@ -229,6 +249,8 @@ mod tests {
             let read = Capabilities::parse(&Message::new(&bytes).unwrap()).unwrap();
             assert!((read.force_max_n - sent.force_max_n).abs() < 1e-6);
             assert!((read.workspace_radius_m - sent.workspace_radius_m).abs() < 1e-6);
+            assert!((read.damping_n_s_m - sent.damping_n_s_m).abs() < 1e-6);
+            assert!((read.delay_s - sent.delay_s).abs() < 1e-8);
             assert_eq!(
                 Capabilities {
                     force_max_n: sent.force_max_n,
