@@ -1,0 +1,116 @@
+//! Meshes as they come: a box, two pieces, a guessed unit.
+
+use scene_prepare::{Recipe, Vec3, prepare};
+use std::path::PathBuf;
+
+use crate::sound::{assert_json_has_all_keys, check};
+
+/// A mesh by itself, as coarse as can be: no vertex of it lies where the hand is to work.
+#[test]
+fn a_box_of_twelve_triangles_becomes_a_scene() {
+    let mut text = String::new();
+    for i in 0..8 {
+        let [x, y, z] = [i & 1, i >> 1 & 1, i >> 2].map(|step| 100 * step);
+        text.push_str(&format!("v {x} {y} {z}\n"));
+    }
+    for [a, b, c, d] in [
+        [1, 3, 4, 2],
+        [5, 6, 8, 7],
+        [1, 2, 6, 5],
+        [3, 7, 8, 4],
+        [1, 5, 7, 3],
+        [2, 4, 8, 6],
+    ] {
+        text.push_str(&format!("f {a} {b} {c} {d}\n"));
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("box.obj");
+    std::fs::write(&path, text).unwrap();
+    let recipe = Recipe::from_mesh(&path, None).unwrap();
+    let prepared = prepare(&recipe.with_spheres(60).unwrap(), &mut |_| {}).unwrap();
+    check(&prepared);
+    assert_json_has_all_keys(&prepared.report);
+    assert!((prepared.report.volume_ml - 1000.0).abs() < 0.01);
+}
+
+/// Two balls of 2 cm, 6 cm from middle to middle, in millimetres.
+fn two_balls() -> (tempfile::TempDir, PathBuf) {
+    let ball = |x: f64| {
+        let bounds = [
+            Vec3::new(x - 0.022, -0.022, -0.022),
+            Vec3::new(x + 0.022, 0.022, 0.022),
+        ];
+        let distance = move |p: &Vec3| (p - Vec3::x() * x).norm() - 0.02;
+        scene_prepare::shape::skin(&distance, bounds, 0.004)
+    };
+    let mut mesh = ball(0.0);
+    mesh.append(&ball(0.06));
+    let mut text = String::new();
+    for p in &mesh.vertices {
+        text.push_str(&format!("v {} {} {}\n", 1e3 * p.x, 1e3 * p.y, 1e3 * p.z));
+    }
+    for t in &mesh.triangles {
+        let [a, b, c] = t.map(|i| i + 1);
+        text.push_str(&format!("f {a} {b} {c}\n"));
+    }
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("two.obj");
+    std::fs::write(&path, text).expect("a file");
+    (folder, path)
+}
+
+#[test]
+fn far_pieces_are_refused_unless_the_recipe_says_what_to_do() {
+    let (folder, _path) = two_balls();
+    let with = |line: &str| {
+        let text = format!(
+            "name = \"two\"\n[[organ]]\nname = \"two\"\nkind = \"liver\"\nmesh = \"two.obj\"\n\
+             unit = \"mm\"\nspheres = 120\nheld = [{{ base = 0.2 }}]\n{line}\n\
+             [room]\nlook_at_m = [0.0, 0.0, 0.0]\n"
+        );
+        prepare(
+            &Recipe::parse(&text, "two", folder.path()).unwrap(),
+            &mut |_| {},
+        )
+    };
+    let refused = with("").unwrap_err().to_string();
+    assert!(
+        refused.contains("two.obj") && refused.contains("2 separate pieces, up to 20.0 mm"),
+        "{refused}"
+    );
+    assert!(refused.contains("pieces = \"largest\""), "{refused}");
+    let joined = with("pieces = \"join\"").unwrap().report;
+    assert_eq!(joined.components, 1);
+    assert!(
+        joined.organs[0]
+            .mesh
+            .contains("linked across up to 20.0 mm"),
+        "{}",
+        joined.organs[0].mesh
+    );
+    let largest = with("pieces = \"largest\"").unwrap().report;
+    assert!((largest.volume_ml / joined.volume_ml - 0.5).abs() < 0.01);
+}
+
+#[test]
+fn a_guessed_unit_is_said() {
+    let (_folder, path) = two_balls();
+    let mut recipe = Recipe::from_mesh(&path, None).unwrap();
+    recipe.organs[0].pieces = scene_prepare::recipe::Pieces::Join;
+    recipe.room.look_at_m = Some(Vec3::zeros());
+    let story = |recipe: &Recipe| {
+        prepare(recipe, &mut |_| {}).unwrap().report.organs[0]
+            .mesh
+            .clone()
+    };
+    let guessed = story(&recipe);
+    assert!(
+        guessed.contains("in millimetres as its size suggests: 100 mm across"),
+        "{guessed}"
+    );
+    let told = Recipe::from_mesh(&path, Some(scene_prepare::recipe::Unit::Centimetre)).unwrap();
+    let scene_prepare::recipe::Surface::Mesh { unit_m, .. } = &told.organs[0].surface else {
+        panic!("a mesh")
+    };
+    assert_eq!(*unit_m, Some(0.01));
+}

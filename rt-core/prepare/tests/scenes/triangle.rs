@@ -1,0 +1,65 @@
+//! Calot's triangle: tubes, and the ties between organs.
+
+use scene_prepare::{Recipe, Vec3, prepare};
+use shared_mem::scene::OrganKind;
+
+use crate::built_in::deepest_overlap;
+use crate::sound::check;
+
+/// Both courses of duct and artery: tubes of few spheres in a row, held at both ends, free
+/// between them, and nothing of one organ inside another.
+#[test]
+fn triangle_of_calot_is_sound_in_both_courses() {
+    for variant in [false, true] {
+        let prepared = prepare(&Recipe::triangle(variant).unwrap(), &mut |_| {}).unwrap();
+        check(&prepared);
+        let scene = &prepared.scene;
+        for (organ, report) in scene.organs.iter().zip(&prepared.report.organs) {
+            // A layer one sphere thick has no tetrahedra either.
+            if report.tetrahedra > 0 || organ.kind == OrganKind::ConnectiveTissue as u32 {
+                continue;
+            }
+            let [first, count] = organ.spheres.map(|x| x as usize);
+            assert!((12..=80).contains(&count), "{}: {count}", report.name);
+            let spheres = &scene.spheres[first..first + count];
+            let length: f64 = scene.links[organ.links[0] as usize..][..organ.links[1] as usize]
+                .iter()
+                .map(|l| f64::from(l.rest_length_m))
+                .fold(f64::INFINITY, f64::min)
+                * count as f64;
+            assert!(
+                (0.015..0.9).contains(&length),
+                "{}: {length} m",
+                report.name
+            );
+            let held = spheres.iter().filter(|s| s.held == 1).count();
+            assert!(held + report.attached >= 2, "{}", report.name);
+        }
+        check_ties(scene);
+        let overlap = deepest_overlap(&prepared);
+        assert!(overlap < 0.0005, "organs overlap by {overlap} m");
+    }
+}
+
+/// Ties join different organs, are as long as their ends are apart, and give as a bar of tissue
+/// that thick would: not nothing, and not more than the softest, fat, would.
+fn check_ties(scene: &shared_mem::scene::SceneData) {
+    assert!(!scene.attachments.is_empty());
+    let organ_of = |i: u32| {
+        scene
+            .organs
+            .iter()
+            .position(|o| i < o.spheres[0] + o.spheres[1])
+    };
+    for tie in &scene.attachments {
+        assert_ne!(organ_of(tie.a), organ_of(tie.b));
+        let at = |i: u32| Vec3::from(scene.spheres[i as usize].center_m.map(f64::from));
+        let length = (at(tie.a) - at(tie.b)).norm();
+        assert!((length - f64::from(tie.rest_length_m)).abs() < 1e-6);
+        assert!(length < 0.04, "{length}");
+        assert!(
+            tie.compliance_m_n > 1e-5 && tie.compliance_m_n < 100.0,
+            "{tie:?}"
+        );
+    }
+}

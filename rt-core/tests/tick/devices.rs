@@ -1,0 +1,147 @@
+//! Samples, good and bad, and what a device that falls silent does to the force.
+
+use crate::rig::{Anatomy, Bench, TOUCH, pedal, tracker_at};
+use crate::{AWAY, NONE, OPEN, PRESSED, go, stay, store};
+use rt_core::event::EventKind;
+use rt_core::fault::Fault;
+use rt_core::math::{Vec3, norm};
+use rt_core::port::Polled;
+use rt_core::sim::{Command, Sim, Status};
+
+#[test]
+fn a_silent_device_loses_its_force_and_a_returning_one_gets_it_back() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    assert_eq!(bench.status[0], Status::Absent);
+    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    stay(&mut sim, &mut bench, &PRESSED, 300, NONE);
+    let full = norm(&bench.force_n);
+    assert!(full > 0.2);
+    for _ in 0..5 {
+        bench.next();
+        sim.tick(&mut bench);
+    }
+    assert_eq!(bench.status[0], Status::Live, "5 ms are not too long");
+    for _ in 0..25 {
+        bench.next();
+        sim.tick(&mut bench);
+    }
+    assert_eq!(bench.status[0], Status::Stale);
+    assert!(norm(&bench.force_n) < f32::EPSILON);
+    assert_eq!(bench.counters.of(Fault::StaleDevice), 25);
+    stay(&mut sim, &mut bench, &PRESSED, 100, NONE);
+    assert!(norm(&bench.force_n) > 0.8 * full);
+    bench.next().device = Polled::Lost;
+    sim.tick(&mut bench);
+    assert!(norm(&bench.force_n) < f32::EPSILON);
+    bench.next(); // silence does not mean that it is back
+    sim.tick(&mut bench);
+    assert_eq!(bench.status[0], Status::Lost);
+    assert_eq!(bench.counters.of(Fault::LostDevice), 2);
+    let faults: Vec<f32> = bench
+        .events
+        .iter()
+        .filter(|e| e.kind == EventKind::Fault)
+        .map(|e| e.value)
+        .collect();
+    assert_eq!(
+        faults,
+        [Fault::StaleDevice, Fault::LostDevice].map(|f| f32::from(f.code()))
+    );
+}
+
+#[test]
+fn a_leap_of_the_handle_trips_until_a_person_enables() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    stay(&mut sim, &mut bench, &AWAY, 50, NONE);
+    stay(&mut sim, &mut bench, &PRESSED, 50, NONE); // 11 cm in a tick
+    assert_eq!(bench.counters.of(Fault::SpeedTrip), 1);
+    assert!(bench.contact_count > 0 && norm(&bench.force_n) < f32::EPSILON);
+    bench.next_at(&PRESSED, NONE).command = Some(Command::EnableForce(true));
+    sim.tick(&mut bench);
+    stay(&mut sim, &mut bench, &PRESSED, 50, NONE);
+    assert!(norm(&bench.force_n) > 0.05);
+}
+
+#[test]
+fn samples_that_are_no_poses_are_not_taken() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    let good = bench.tip_m;
+    for tip in [
+        Vec3::repeat(f32::NAN),
+        Vec3::repeat(f32::INFINITY),
+        Vec3::repeat(1.0e6),
+    ] {
+        let samples = bench.next_at(&PRESSED, NONE);
+        if let Polled::Fresh(sample) = &mut samples.device {
+            sample.device_from_handle.translation.vector = tip;
+        }
+        sim.tick(&mut bench);
+        assert_eq!(bench.tip_m, good);
+    }
+    assert_eq!(bench.counters.of(Fault::BadSample), 3);
+    let samples = bench.next();
+    samples.tracker = Polled::Fresh(tracker_at(Vec3::repeat(f32::NAN), samples.now_ns));
+    sim.tick(&mut bench);
+    assert_eq!(bench.counters.of(Fault::BadSample), 4);
+}
+
+#[test]
+fn pedal_and_camera() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    let mut tick = |bench: &mut Bench, x: f32, cut: bool, lock: bool| {
+        let samples = bench.next();
+        samples.tracker = Polled::Fresh(tracker_at(Vec3::new(x, 0.0, 0.0), samples.now_ns));
+        samples.pedal = Polled::Fresh(pedal(cut, lock, samples.now_ns));
+        sim.tick(bench);
+        (bench.camera.translation.vector.x * 10.0).round() as i32
+    };
+    assert_eq!(tick(&mut bench, 0.1, false, false), 1);
+    assert_eq!(tick(&mut bench, 0.2, true, true), 1, "locked");
+    assert_eq!(tick(&mut bench, 0.3, true, false), 3);
+    let electro =
+        |bench: &Bench| -> Vec<f32> { bench.events.iter().map(|event| event.value).collect() };
+    assert_eq!(electro(&bench), [1.0]);
+    bench.next().pedal = Polled::Lost;
+    sim.tick(&mut bench);
+    assert_eq!(
+        electro(&bench),
+        [1.0, 0.0],
+        "a lost pedal is a released one"
+    );
+    assert_eq!(bench.status[2], Status::Lost);
+}
+
+#[test]
+fn a_standstill_starts_the_force_from_nothing() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    stay(&mut sim, &mut bench, &PRESSED, 200, NONE);
+    let full = norm(&bench.force_n);
+    let standstill = |bench: &mut Bench, ms: u64| {
+        bench.samples.now_ns += ms * 1_000_000;
+        bench.next_at(&PRESSED, NONE);
+    };
+    standstill(&mut bench, 18);
+    sim.tick(&mut bench);
+    assert!(norm(&bench.force_n) > 0.9 * full, "a hiccup is not felt");
+    standstill(&mut bench, 200);
+    sim.tick(&mut bench);
+    assert!(norm(&bench.force_n) < 0.2 * full, "{}", bench.force_n);
+    assert_eq!(bench.counters.of(Fault::StaleDevice), 1);
+}

@@ -1,0 +1,210 @@
+//! Contact, grasp and the force of both.
+
+use crate::rig::{Anatomy, Bench, SOFT, TOUCH, organ, room};
+use crate::{AWAY, NONE, OPEN, PRESSED, go, kinds, loose, sphere, stay, store};
+use rt_core::event::{Event, EventKind};
+use rt_core::fault::Fault;
+use rt_core::math::{Vec3, norm};
+use rt_core::port::Buttons;
+use rt_core::scene::{RestSphere, Scene};
+use rt_core::sim::{Command, Sim};
+use rt_core::state::SphereBits;
+use rt_core::tool::Instrument;
+
+#[test]
+fn without_contact_there_is_no_force() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    let beside = Vec3::new(0.05, 0.03, 0.09);
+    go(&mut sim, &mut bench, &AWAY, &beside, 1500, NONE);
+    assert_eq!(bench.contact_count, 0);
+    assert!(norm(&bench.force_n) < f32::EPSILON);
+    assert!(bench.events.is_empty(), "{:?}", bench.events);
+}
+
+#[test]
+fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    stay(&mut sim, &mut bench, &AWAY, 2000, NONE);
+    let before = bench.centers_m.clone();
+    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    stay(&mut sim, &mut bench, &PRESSED, 200, NONE);
+    assert!(bench.contact_count > 0);
+    assert!((0.2..3.3).contains(&bench.force_n.z), "{}", bench.force_n);
+    let dented = bench
+        .centers_m
+        .iter()
+        .zip(&before)
+        .map(|(a, b)| b.z - a.z)
+        .fold(0.0, f32::max);
+    assert!(dented > 0.001, "{dented}");
+    assert!(
+        bench
+            .bits
+            .iter()
+            .any(|bits| bits.contains(SphereBits::CONTACT))
+    );
+    let organ = Some(0);
+    assert!(matches!(
+        bench.events[..],
+        [Event {
+            kind: EventKind::Contact,
+            ..
+        }]
+    ));
+    go(&mut sim, &mut bench, &PRESSED, &AWAY, 500, NONE);
+    stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
+    assert!(norm(&bench.force_n) < f32::EPSILON);
+    assert_eq!(
+        kinds(&bench.events),
+        [EventKind::Contact, EventKind::Release]
+    );
+    assert!(bench.events.iter().all(|event| event.organ == organ));
+    let back = bench
+        .centers_m
+        .iter()
+        .zip(&before)
+        .map(|(a, b)| norm(&(a - b)));
+    assert!(back.fold(0.0, f32::max) < 2.0e-4);
+}
+
+#[test]
+fn tissue_and_hand_are_pushed_apart() {
+    // A loose sphere without gravity under the tip: it goes down, the hand is pushed up.
+    let mut room = room();
+    room.gravity_m_s2 = Vec3::zeros();
+    let anatomy = loose(&[sphere(0.0, 0.0)], SOFT);
+    let scene = Scene::new(&anatomy.organs, &anatomy.spheres, &[], room).unwrap();
+    let mut state = store();
+    let mut sim = Sim::new(scene, &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    let mut touched = 0;
+    for step in 0..400 {
+        let before = bench.centers_m.first().map_or(0.0, |center| center.z);
+        bench.next_at(&Vec3::new(0.0, 0.0, 0.05 - 0.0002 * step as f32), NONE);
+        sim.tick(&mut bench);
+        if bench.contact_count > 0 {
+            touched += 1;
+            assert!(bench.force_n.z > 0.0 && bench.centers_m[0].z < before);
+        }
+    }
+    assert!(touched > 0);
+}
+
+#[test]
+fn a_grasp_holds_pulls_and_lets_go() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    stay(&mut sim, &mut bench, &PRESSED, 300, Buttons::GRASP);
+    assert!(bench.grasped_count > 0);
+    let held = bench
+        .bits
+        .iter()
+        .position(|bits| bits.contains(SphereBits::GRASPED))
+        .unwrap();
+    let before = bench.centers_m[held];
+    let lifted = PRESSED + Vec3::new(0.0, 0.0, 0.02);
+    go(&mut sim, &mut bench, &PRESSED, &lifted, 300, Buttons::GRASP);
+    stay(&mut sim, &mut bench, &lifted, 300, Buttons::GRASP);
+    assert!(
+        (bench.centers_m[held].z - before.z - 0.02).abs() < 0.007,
+        "it follows, as far as the grip's spring lets it"
+    );
+    assert!(
+        bench.force_n.z < -0.1,
+        "the organ pulls back: {}",
+        bench.force_n
+    );
+    stay(&mut sim, &mut bench, &lifted, 1, NONE);
+    assert_eq!(bench.grasped_count, 0);
+    stay(&mut sim, &mut bench, &AWAY, 4000, NONE);
+    assert!(
+        bench
+            .bits
+            .iter()
+            .all(|bits| !bits.contains(SphereBits::GRASPED))
+    );
+    assert!(bench.centers_m[held].z < before.z + 0.005, "it falls back");
+    let kinds = kinds(&bench.events);
+    assert!(
+        kinds.contains(&EventKind::Grasp) && kinds.contains(&EventKind::LetGo),
+        "{kinds:?}"
+    );
+    let count = |kind| {
+        bench
+            .events
+            .iter()
+            .filter(|event| event.kind == kind)
+            .count()
+    };
+    assert_eq!((count(EventKind::Grasp), count(EventKind::LetGo)), (1, 1));
+}
+
+#[test]
+fn only_a_grasper_grasps_and_the_handle_changes_instruments() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    stay(&mut sim, &mut bench, &AWAY, 1, NONE);
+    stay(&mut sim, &mut bench, &AWAY, 5, Buttons::CHANGE); // one press, one change
+    assert_eq!(bench.instrument, Instrument::Hook);
+    go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+    stay(&mut sim, &mut bench, &PRESSED, 300, Buttons::GRASP);
+    assert_eq!(bench.grasped_count, 0);
+    bench.next().command = Some(Command::Instrument(Instrument::ClipApplier));
+    sim.tick(&mut bench);
+    assert_eq!(bench.instrument, Instrument::ClipApplier);
+}
+
+#[test]
+fn more_contacts_than_kept_are_counted() {
+    // 300 spheres in one place under the tip.
+    let spheres: Vec<RestSphere> = (0..300).map(|i| sphere(0.0, -0.00002 * i as f32)).collect();
+    let organ = organ([0, 300], [0, 0], SOFT);
+    let anatomy = Anatomy {
+        organs: vec![organ],
+        spheres,
+        ..Anatomy::default()
+    };
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    stay(&mut sim, &mut bench, &Vec3::zeros(), 1, NONE);
+    assert_eq!(bench.contact_count, 128);
+    assert!(bench.counters.of(Fault::ContactOverflow) > 0);
+    // The deepest, which are the uppermost, have been kept.
+    let touched = |i: usize| bench.bits[i].contains(SphereBits::CONTACT);
+    assert!((0..100).all(touched) && !(200..300).any(touched));
+}
+
+#[test]
+fn the_lever_turns_a_sideways_push_around() {
+    // The tip pushes a sphere in +x: the sphere pushes back in −x, and the hand, on the other
+    // side of the trocar, feels +x.
+    let mut wall = sphere(0.0, 0.0);
+    wall.held = true;
+    let anatomy = loose(&[wall], SOFT);
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    let (from, to) = (
+        Vec3::new(-0.03, 0.0, -0.005),
+        Vec3::new(-0.005, 0.0, -0.005),
+    );
+    go(&mut sim, &mut bench, &from, &to, 200, NONE);
+    stay(&mut sim, &mut bench, &to, 50, NONE);
+    assert!(
+        bench.contact_count == 1 && bench.force_n.x > 0.05,
+        "{}",
+        bench.force_n
+    );
+}
