@@ -9,7 +9,8 @@ use wgpu::util::DeviceExt;
 
 use super::gpu::Gpu;
 use super::pipeline::{InsidePipelines, Layouts};
-use super::{Quality, Renderer, bind};
+use super::resource::bind;
+use super::{Quality, Renderer};
 use crate::DisplayError;
 
 /// Vertices of a ball and of a spring: as `inside.wgsl` has them.

@@ -4,7 +4,7 @@ use core::fmt::Write as _;
 use std::path::Path;
 
 use super::recorder::STAGE_NAMES;
-use super::{Quantiles, Recorder, Summary, chart};
+use super::{Machine, Quantiles, Recorder, Summary, chart};
 use crate::headless::{Ended, Outcome};
 
 /// How reports look.
@@ -225,29 +225,34 @@ fn pictures(page: &mut Page, outcome: &Outcome, folder: &Path) {
 }
 
 fn machine(page: &mut Page, s: &Summary) {
-    let m = &s.machine;
-    page.add(format_args!("<h2>Machine</h2><table>"));
+    let graphics = s.adapter.as_deref().unwrap_or("none");
+    page.0 += &machine_table(&s.machine, &[("graphics", graphics)]);
+}
+
+/// The machine that a page's figures are of, and what else is told of it.
+#[must_use]
+pub fn machine_table(m: &Machine, more: &[(&str, &str)]) -> String {
+    let (cores, memory) = (m.cores.to_string(), format!("{} MiB", m.memory_mib));
+    let kernel = format!("{} {}", m.kernel, m.kernel_version);
     let rows = [
-        ("processor", m.processor.clone()),
-        ("cores", m.cores.to_string()),
-        ("memory", format!("{} MiB", m.memory_mib)),
-        ("kernel", format!("{} {}", m.kernel, m.kernel_version)),
+        ("processor", m.processor.as_str()),
+        ("cores", &cores),
+        ("memory", &memory),
+        ("kernel", &kernel),
         (
             "virtual machine",
-            if m.virtual_machine { "yes" } else { "no" }.to_owned(),
+            if m.virtual_machine { "yes" } else { "no" },
         ),
-        ("clock source", m.clock_source.clone()),
-        ("governor", m.governor.clone()),
-        ("load average", m.load_average.clone()),
-        (
-            "graphics",
-            s.adapter.clone().unwrap_or_else(|| "none".to_owned()),
-        ),
+        ("clock source", &m.clock_source),
+        ("governor", &m.governor),
+        ("load average", &m.load_average),
     ];
-    for (name, value) in rows {
-        page.add(format_args!("<tr><td>{name}<td>{}</tr>", escape(&value)));
-    }
-    page.add(format_args!("</table>"));
+    let rows = rows.iter().chain(more);
+    let rows = rows.map(|(name, value)| format!("<tr><td>{name}<td>{}</tr>", escape(value)));
+    format!(
+        "<h2>Machine</h2><table>{}</table>",
+        rows.collect::<String>()
+    )
 }
 
 /// Text from outside, safe between tags and in attributes.
