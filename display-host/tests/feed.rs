@@ -108,3 +108,11 @@ fn zeros_show_nothing() {
     assert_ne!(feed.offer_state(&state), Offer::Taken);
     assert_ne!(feed.offer_tools(&ToolFrame::zeroed()), Offer::Taken);
 }
+
+#[test]
+fn tools_are_shown() {
+    let scene = support::scene(12);
+    let mut feed = Feed::new(&scene);
+    let tools = support::tools(&scene, 0.01, 0.5);
+    assert_eq!(feed.offer_tools(&tools), Offer::Taken);
+}

@@ -21,7 +21,7 @@ fn scene() -> &'static (tempfile::TempPath, SceneFile) {
             .expect("the test's own set-up")
             .into_temp_path();
         std::fs::write(&path, support::scene_bytes(24)).expect("the test's own set-up");
-        let scene = SceneFile::open(&path).expect("the test's own set-up");
+        let scene = support::scene(24);
         (path, scene)
     })
 }

@@ -13,9 +13,10 @@ use display_host::DisplayError;
 use display_host::headless::Ended;
 use display_host::latency::now_ns;
 use display_host::window::{WindowConfig, run};
-use shared_mem::scene::SceneFile;
 use shared_mem::service::{Controller, Station};
 
+/// How fine the skins are, in both processes.
+const RINGS: usize = 32;
 /// Set in the process that opens the window; names the scene's file.
 const IN_CHILD: &str = "CALOT_WINDOW_TEST_SCENE";
 
@@ -80,7 +81,7 @@ fn a_window_shows_picture_and_panel() {
         return;
     };
     let scene = dir.path().join("scene.calot");
-    std::fs::write(&scene, support::scene_bytes(32)).unwrap();
+    std::fs::write(&scene, support::scene_bytes(RINGS)).unwrap();
     let mut child = Command::new(std::env::current_exe().unwrap())
         .args(["in_the_window_s_process", "--exact", "--nocapture"])
         .env("DISPLAY", &screen.display)
@@ -117,7 +118,7 @@ fn in_the_window_s_process() {
     let Some(path) = std::env::var_os(IN_CHILD) else {
         return;
     };
-    let scene = SceneFile::open(path.as_ref()).unwrap();
+    let scene = support::scene(RINGS);
     let station = Station::new(&format!("window-{}", std::process::id())).unwrap();
     let over = Arc::new(AtomicBool::new(false));
     let controller = std::thread::spawn({

@@ -1,8 +1,6 @@
 //! A small scene of our own: a liver-like and a gallbladder-like blob over their spheres, and the
 //! frames that a controller would publish for it.
 
-#![allow(dead_code, reason = "each test uses its own part")]
-
 use glam::{Mat3, Quat, Vec3};
 use shared_mem::message::{CapsuleMsg, PoseMsg, SphereState, StateFrame, ToolFrame};
 use shared_mem::scene::{

@@ -4,8 +4,10 @@
 use proptest::prelude::*;
 use scene_prepare::recipe::{BUILT_IN, TRIANGLE};
 
-#[path = "../fuzz/bodies.rs"]
-mod bodies;
+#[path = "../fuzz/bodies/mesh.rs"]
+mod mesh;
+#[path = "../fuzz/bodies/recipe.rs"]
+mod recipe;
 
 const OBJ: &str = "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n";
 const PLY: &str = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n\
@@ -23,7 +25,7 @@ const GLTF: &str = r#"{"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[0
 fn positions_that_do_not_exist_are_refused() {
     let text = GLTF.replace("\"accessors\":[{", "\"accesors\":[{");
     assert_ne!(text, GLTF);
-    bodies::mesh(&[&[3], text.as_bytes()].concat());
+    mesh::read(&[&[3], text.as_bytes()].concat());
 }
 
 /// Cuts, overwrites and inserts.
@@ -50,22 +52,22 @@ fn edits() -> impl Strategy<Value = Vec<(usize, u8, u8)>> {
 proptest! {
     #[test]
     fn recipe_of_any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..300)) {
-        bodies::recipe(&bytes);
+        recipe::read(&bytes);
     }
 
     #[test]
     fn recipe_with_damage(edits in edits(), triangle in any::<bool>()) {
-        bodies::recipe(&damaged(if triangle { TRIANGLE } else { BUILT_IN }, &edits));
+        recipe::read(&damaged(if triangle { TRIANGLE } else { BUILT_IN }, &edits));
     }
 
     #[test]
     fn mesh_of_any_bytes(bytes in prop::collection::vec(any::<u8>(), 0..400)) {
-        bodies::mesh(&bytes);
+        mesh::read(&bytes);
     }
 
     #[test]
     fn mesh_with_damage(edits in edits(), format in 0usize..4) {
         let text = [OBJ, STL, PLY, GLTF][format];
-        bodies::mesh(&[&[format as u8], damaged(text, &edits).as_slice()].concat());
+        mesh::read(&[&[format as u8], damaged(text, &edits).as_slice()].concat());
     }
 }

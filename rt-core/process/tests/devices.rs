@@ -1,5 +1,4 @@
 //! The realtime process with a whole emulated station of devices behind ptys.
-#![allow(clippy::unwrap_used)] // a panic is how a test fails
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;

@@ -1,5 +1,4 @@
 //! The realtime process as a process: killed, stopped, unprivileged, run away.
-#![allow(clippy::unwrap_used)] // a panic is how a test fails
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;
@@ -20,7 +19,7 @@ use support::{Bench, Emulated, host};
 
 /// A controller in a process of its own, which is this test program again.
 fn spawn_controller(bench: &Bench, periods: u64, change: impl FnOnce(&mut Command)) -> Child {
-    let mut command = Command::new(std::env::current_exe().unwrap());
+    let mut command = Command::new(std::env::current_exe().expect("the test's own set-up"));
     command
         .args(["--exact", "controller_process", "--ignored", "--nocapture"])
         .env("RT_TEST_STATION", &bench.station)
@@ -28,7 +27,7 @@ fn spawn_controller(bench: &Bench, periods: u64, change: impl FnOnce(&mut Comman
         .env("RT_TEST_PERIODS", periods.to_string())
         .stdout(Stdio::piped());
     change(&mut command);
-    command.spawn().unwrap()
+    command.spawn().expect("the test's own set-up")
 }
 
 /// Body of that process.
@@ -54,8 +53,8 @@ fn controller_process() {
 }
 
 fn signal(child: &Child, signal: Signal) {
-    let pid = Pid::from_raw(child.id().cast_signed()).unwrap();
-    kill_process(pid, signal).unwrap();
+    let pid = Pid::from_raw(child.id().cast_signed()).expect("the test's own set-up");
+    kill_process(pid, signal).expect("the test's own set-up");
 }
 
 /// The first line of its output that starts with `word`.

@@ -1,6 +1,5 @@
 //! The force that a device renders while its controller comes to grief: zero within the stated
 //! time, whatever happens. Seen from the device's side: this test is the device.
-#![allow(clippy::unwrap_used)] // a panic is how a test fails
 
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed};
 use core::time::Duration;
@@ -56,20 +55,21 @@ struct Rig {
 impl Rig {
     fn start() -> Self {
         let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC);
-        let master = master.unwrap();
-        grantpt(&master).unwrap();
-        unlockpt(&master).unwrap();
-        let name = ptsname(&master, Vec::new()).unwrap();
+        let master = master.expect("the test's own set-up");
+        grantpt(&master).expect("the test's own set-up");
+        unlockpt(&master).expect("the test's own set-up");
+        let name = ptsname(&master, Vec::new()).expect("the test's own set-up");
         let tty = PathBuf::from(std::ffi::OsStr::from_bytes(name.as_bytes()));
         let slave = std::fs::File::options()
             .read(true)
             .write(true)
             .open(&tty)
-            .unwrap();
-        let mut raw = tcgetattr(&slave).unwrap();
+            .expect("the test's own set-up");
+        let mut raw = tcgetattr(&slave).expect("the test's own set-up");
         raw.make_raw();
-        tcsetattr(&slave, OptionalActions::Now, &raw).unwrap();
-        rustix::fs::fcntl_setfl(&master, rustix::fs::OFlags::NONBLOCK).unwrap();
+        tcsetattr(&slave, OptionalActions::Now, &raw).expect("the test's own set-up");
+        rustix::fs::fcntl_setfl(&master, rustix::fs::OFlags::NONBLOCK)
+            .expect("the test's own set-up");
         let seen = Arc::<Seen>::default();
         let shared = Arc::clone(&seen);
         let thread = thread::spawn(move || {
@@ -184,15 +184,15 @@ impl Pressing {
 
     fn try_start() -> Option<Self> {
         let (bench, rig) = (Bench::new(), Rig::start());
-        let mut child = Command::new(std::env::current_exe().unwrap())
+        let mut child = Command::new(std::env::current_exe().expect("the test's own set-up"))
             .args(["--exact", "controller_process", "--ignored", "--nocapture"])
             .env("RT_TEST_STATION", &bench.station)
             .env("RT_TEST_SCENE", bench.scene())
             .env("RT_TEST_HAPTIC", &rig.tty)
             .stdout(Stdio::piped())
             .spawn()
-            .unwrap();
-        let ready = line_with(&mut child, "ready").unwrap();
+            .expect("the test's own set-up");
+        let ready = line_with(&mut child, "ready").expect("the test's own set-up");
         let station = Self {
             rig,
             child,
@@ -211,7 +211,7 @@ impl Pressing {
     }
 
     fn signal(&self, signal: Signal) {
-        kill_process(Pid::from_child(&self.child), signal).unwrap();
+        kill_process(Pid::from_child(&self.child), signal).expect("the test's own set-up");
     }
 
     /// Lets `harm` happen: the force must be gone in time, and stay away.
@@ -236,9 +236,9 @@ impl Pressing {
 
     fn end(mut self) -> Option<String> {
         let said = line_with(&mut self.child, "ended");
-        self.child.wait().unwrap();
+        self.child.wait().expect("the test's own set-up");
         self.rig.seen.end.store(true, Relaxed);
-        self.rig.thread.join().unwrap();
+        self.rig.thread.join().expect("the test's own set-up");
         said
     }
 }

@@ -1,5 +1,4 @@
 //! The realtime process over real shared memory, without devices.
-#![allow(clippy::unwrap_used)] // a panic is how a test fails
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;

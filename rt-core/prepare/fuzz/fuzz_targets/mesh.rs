@@ -1,7 +1,6 @@
 #![no_main]
 
-#[allow(dead_code)]
-#[path = "../bodies.rs"]
-mod bodies;
+#[path = "../bodies/mesh.rs"]
+mod mesh;
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| bodies::mesh(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| mesh::read(bytes));

@@ -1,7 +1,6 @@
 #![no_main]
 
-#[allow(dead_code)]
-#[path = "../bodies.rs"]
-mod bodies;
+#[path = "../bodies/recipe.rs"]
+mod recipe;
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| bodies::recipe(bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| recipe::read(bytes));

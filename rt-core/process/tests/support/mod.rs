@@ -1,6 +1,5 @@
 //! A small scene and a station of its own for each test.
 #![allow(dead_code, missing_docs, unreachable_pub)] // each test file uses its part
-#![allow(clippy::unwrap_used)] // a panic is how a test fails
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering, Ordering::Relaxed};
@@ -34,9 +33,13 @@ impl Bench {
     pub fn new() -> Self {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let n = NEXT.fetch_add(1, Ordering::Relaxed);
-        let folder = tempfile::tempdir().unwrap();
-        block(5).write(&folder.path().join("block.calot")).unwrap();
-        block(2).write(&folder.path().join("coarse.calot")).unwrap();
+        let folder = tempfile::tempdir().expect("the test's own set-up");
+        block(5)
+            .write(&folder.path().join("block.calot"))
+            .expect("the test's own set-up");
+        block(2)
+            .write(&folder.path().join("coarse.calot"))
+            .expect("the test's own set-up");
         Self {
             folder,
             station: format!("rt-test-{}-{n}", std::process::id()),
@@ -79,7 +82,8 @@ impl Drop for Bench {
 
 /// The end that a display holds.
 pub fn host(bench: &Bench) -> Host {
-    Host::open(&Station::new(&bench.station).unwrap()).unwrap()
+    Host::open(&Station::new(&bench.station).expect("the test's own set-up"))
+        .expect("the test's own set-up")
 }
 
 /// Emulated devices in a thread; they go away when `stop` is set.
@@ -91,7 +95,7 @@ pub struct Emulated {
 
 impl Emulated {
     pub fn start(bench: &Bench) -> Self {
-        let scene = SceneFile::open(&bench.scene()).unwrap();
+        let scene = SceneFile::open(&bench.scene()).expect("the test's own set-up");
         let room = scene.room();
         let config = EmulateConfig {
             directory: bench.folder.path().join("devices"),
@@ -114,11 +118,11 @@ impl Emulated {
         let (tell, told) = mpsc::channel();
         let thread = thread::spawn(move || {
             hardware::emulate::run(&config, &flag, &mut |lines| {
-                tell.send(lines.clone()).unwrap();
+                tell.send(lines.clone()).expect("the test's own set-up");
             })
-            .unwrap();
+            .expect("the test's own set-up");
         });
-        let lines = told.recv().unwrap();
+        let lines = told.recv().expect("the test's own set-up");
         Self {
             stop,
             thread,
@@ -128,7 +132,7 @@ impl Emulated {
 
     pub fn unplug(self) {
         self.stop.store(true, Relaxed);
-        self.thread.join().unwrap();
+        self.thread.join().expect("the test's own set-up");
     }
 
     /// A station file that names them, two by driver, and puts the device elsewhere.
@@ -143,7 +147,7 @@ impl Emulated {
              rotation_xyzw = [0.0, 0.0, 0.0, 1.0]\n"
         );
         let path = bench.folder.path().join("station.toml");
-        std::fs::write(&path, text).unwrap();
+        std::fs::write(&path, text).expect("the test's own set-up");
         path
     }
 

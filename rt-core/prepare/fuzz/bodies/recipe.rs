@@ -1,0 +1,14 @@
+//! What the fuzz target does with any bytes at all, read as a recipe: nothing here may panic, hang or
+//! take memory out of proportion.
+
+use std::path::Path;
+
+use scene_prepare::Recipe;
+
+/// A recipe: read and checked. An error says where and what.
+pub(crate) fn read(bytes: &[u8]) {
+    let text = String::from_utf8_lossy(bytes);
+    if let Err(error) = Recipe::parse(&text, "fuzz.toml", Path::new("no such folder")) {
+        assert!(!error.problem.is_empty() && error.line > 0, "{error}");
+    }
+}
