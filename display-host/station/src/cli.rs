@@ -123,6 +123,15 @@ pub(crate) enum ScopeLineName {
     Dtr,
 }
 
+/// What a controller is told, by whoever starts one.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ControllerArgs {
+    #[command(flatten)]
+    pub(crate) devices: DeviceArgs,
+    #[command(flatten)]
+    pub(crate) realtime: RealtimeArgs,
+}
+
 impl RealtimeArgs {
     /// The words that ask a `calot rt` for the same.
     pub(crate) fn words(&self) -> Vec<OsString> {
@@ -193,9 +202,7 @@ pub(crate) struct RunArgs {
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) devices: DeviceArgs,
-    #[command(flatten)]
-    pub(crate) realtime: RealtimeArgs,
+    pub(crate) controller: ControllerArgs,
 }
 
 impl Default for RunArgs {
@@ -228,9 +235,7 @@ pub(crate) struct RtArgs {
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) devices: DeviceArgs,
-    #[command(flatten)]
-    pub(crate) realtime: RealtimeArgs,
+    pub(crate) controller: ControllerArgs,
 }
 
 #[derive(Debug, Clone, Args)]
@@ -372,7 +377,11 @@ mod tests {
         assert!(Cli::parse_from(["calot"]).command.is_none());
         let args = RunArgs::default();
         assert_eq!(
-            (args.station.as_str(), args.frames, args.realtime.priority),
+            (
+                args.station.as_str(),
+                args.frames,
+                args.controller.realtime.priority
+            ),
             ("main", 8, 80)
         );
     }
@@ -387,11 +396,14 @@ mod tests {
             panic!("{asked:?}");
         };
         let mut rt: Vec<OsString> = ["calot", "rt", "--scene", "x"].map(Into::into).to_vec();
-        rt.extend(run.realtime.words());
+        rt.extend(run.controller.realtime.words());
         let Some(Command::Rt(rt)) = Cli::parse_from(rt).command else {
             panic!("not rt");
         };
-        assert_eq!(format!("{:?}", rt.realtime), format!("{:?}", run.realtime));
+        assert_eq!(
+            format!("{:?}", rt.controller),
+            format!("{:?}", run.controller)
+        );
     }
 
     #[test]

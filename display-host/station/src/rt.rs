@@ -21,22 +21,27 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
         stop::end_with_parent(parent)?;
     }
     let mut config = RtConfig::new(&args.station, &args.scene);
-    config.haptic = args.devices.haptic.clone();
-    config.tracker = args.devices.tracker.clone();
-    config.pedal = args.devices.pedal.clone();
-    config.core = args.realtime.core;
-    config.priority = args.realtime.priority;
-    config.publisher_priority = config.publisher_priority.min(args.realtime.priority - 1);
-    config.spin_ns = args.realtime.spin * 1000;
-    config.scheduler = match args.realtime.scheduler {
+    config.haptic = args.controller.devices.haptic.clone();
+    config.tracker = args.controller.devices.tracker.clone();
+    config.pedal = args.controller.devices.pedal.clone();
+    config.core = args.controller.realtime.core;
+    config.priority = args.controller.realtime.priority;
+    config.publisher_priority = config
+        .publisher_priority
+        .min(args.controller.realtime.priority - 1);
+    config.spin_ns = args.controller.realtime.spin * 1000;
+    config.scheduler = match args.controller.realtime.scheduler {
         SchedulerName::Fifo => Scheduler::Fifo,
         SchedulerName::Deadline => Scheduler::Deadline,
     };
-    config.coarser = args.realtime.coarser.clone();
-    if args.realtime.strict {
+    config.coarser = args.controller.realtime.coarser.clone();
+    if args.controller.realtime.strict {
         config.admission = AdmissionPolicy::Strict;
     }
-    if let (Some(line), Some(tty)) = (args.realtime.scope_line, &args.realtime.scope_tty) {
+    if let (Some(line), Some(tty)) = (
+        args.controller.realtime.scope_line,
+        &args.controller.realtime.scope_tty,
+    ) {
         config.scope_line = Some(ScopeLine {
             tty: tty.clone(),
             line: match line {
@@ -45,7 +50,7 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
             },
         });
     }
-    if args.realtime.no_realtime {
+    if args.controller.realtime.no_realtime {
         config.realtime = Realtime::Never;
     }
     if let Some(seconds) = args.seconds {

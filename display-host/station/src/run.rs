@@ -112,7 +112,7 @@ fn show(
             size: args.size,
             frames: args.frames,
             patience: PATIENCE_FOR_STATE,
-            tick_cpu: args.realtime.core,
+            tick_cpu: args.controller.realtime.core,
             need_pictures: false,
         };
         return Ok(headless::run(&config, stop, &mut observe)?);
@@ -122,7 +122,7 @@ fn show(
         scene: scene.to_owned(),
         size: args.size.unwrap_or([1280, 720]),
         seconds: args.seconds,
-        tick_cpu: args.realtime.core,
+        tick_cpu: args.controller.realtime.core,
     };
     Ok(window::run(&config, stop, &mut observe)?)
 }
@@ -138,7 +138,7 @@ pub(crate) fn start(
     let mut children = Vec::new();
     let parent = std::process::id().to_string();
     let devices = folder.join("devices");
-    let named = &args.devices;
+    let named = &args.controller.devices;
     if named.haptic.is_none() || named.tracker.is_none() || named.pedal.is_none() {
         let seed = args.seed.to_string();
         let emulate = words([
@@ -169,11 +169,11 @@ pub(crate) fn start(
     for level in 1.. {
         // Levels that the user names are the controller's to choose from; else they are made here,
         // when one is needed.
-        let next = match args.realtime.coarser.is_empty() {
+        let next = match args.controller.realtime.coarser.is_empty() {
             true => scene::coarser(&args.scene, level),
             false => None,
         };
-        let mut realtime = args.realtime.clone();
+        let mut realtime = args.controller.realtime.clone();
         realtime.strict |= next.is_some();
         let mut rt = words([
             &"rt",
@@ -190,7 +190,7 @@ pub(crate) fn start(
         option(&mut rt, "--pedal", devices.pedal.as_deref());
         let problem = match Process::start("rt", &rt, PATIENCE_TO_START, stop) {
             Ok(controller) => {
-                scene = taken(&controller, scene, &args.realtime.coarser)?;
+                scene = taken(&controller, scene, &args.controller.realtime.coarser)?;
                 children.push(controller);
                 break;
             }

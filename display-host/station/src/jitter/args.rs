@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 
-use crate::cli::{DeviceArgs, RealtimeArgs, SceneArgs, parse_seconds, parse_station};
+use crate::cli::{ControllerArgs, SceneArgs, parse_seconds, parse_station};
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -50,9 +50,7 @@ pub(crate) struct JitterArgs {
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]
-    pub(crate) devices: DeviceArgs,
-    #[command(flatten)]
-    pub(crate) realtime: RealtimeArgs,
+    pub(crate) controller: ControllerArgs,
 }
 
 /// Work that competes with the tick.

@@ -165,12 +165,16 @@ fn rounds(
     };
     let turn_s = args.seconds / f64::from(count);
     let cores = rt_process::realtime::allowed_cores();
-    let core = args.realtime.core.or(cores.last().copied()).unwrap_or(0);
+    let core = args
+        .controller
+        .realtime
+        .core
+        .or(cores.last().copied())
+        .unwrap_or(0);
     let station = RunArgs {
         scene: args.scene.clone(),
         station: args.station.clone(),
-        devices: args.devices.clone(),
-        realtime: args.realtime.clone(),
+        controller: args.controller.clone(),
         ..RunArgs::default()
     };
     let bench = Bench {
@@ -207,8 +211,8 @@ fn rounds(
             ));
             let terms = Terms {
                 core,
-                priority: args.realtime.priority,
-                spin_us: args.realtime.spin,
+                priority: args.controller.realtime.priority,
+                spin_us: args.controller.realtime.spin,
                 work_ns: report.times("tick_ns").quantiles().p50,
             };
             if let Some(turn) = rivals::turn(rival, terms, turn_s, stop)? {
@@ -267,7 +271,37 @@ fn save(report: &Report, folder: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
+/// How it was called, without this machine's folders: whoever reads the report has others.
 fn command() -> String {
-    let words: Vec<String> = std::env::args().skip(1).collect();
+    let words: Vec<String> = std::env::args().skip(1).map(shortened).collect();
     format!("calot {}", words.join(" "))
+}
+
+/// The last part of a path from the root; a device's whole.
+fn shortened(word: String) -> String {
+    let path = Path::new(&word);
+    match path.file_name() {
+        Some(name) if path.is_absolute() && !path.starts_with("/dev") => {
+            name.to_string_lossy().into_owned()
+        }
+        _ => word,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::shortened;
+
+    #[test]
+    fn a_machines_folders_are_not_told() {
+        for (typed, told) in [
+            ("/home/me/runs/idle", "idle"),
+            ("/dev/ttyS0", "/dev/ttyS0"),
+            ("target/jitter/idle", "target/jitter/idle"),
+            ("--seconds", "--seconds"),
+            ("/", "/"),
+        ] {
+            assert_eq!(shortened(typed.to_owned()), told);
+        }
+    }
 }

@@ -3,7 +3,7 @@
 use core::fmt::Write as _;
 
 use display_host::report::chart;
-use display_host::report::page::{STYLE, escape};
+use display_host::report::page::{STYLE, escape, machine_table};
 
 use super::report::Report;
 use super::table;
@@ -199,24 +199,7 @@ fn counts(report: &Report) -> String {
     for (name, count) in &report.counts {
         let _ = write!(page, "<tr><td>{}<td>{count}</tr>", escape(name));
     }
-    page += "</table><h2>Machine</h2><table>";
-    let m = &report.about.machine;
-    for (name, value) in [
-        ("processor", m.processor.clone()),
-        ("cores", m.cores.to_string()),
-        ("memory", format!("{} MiB", m.memory_mib)),
-        ("kernel", format!("{} {}", m.kernel, m.kernel_version)),
-        (
-            "virtual machine",
-            if m.virtual_machine { "yes" } else { "no" }.to_owned(),
-        ),
-        ("clock source", m.clock_source.clone()),
-        ("governor", m.governor.clone()),
-        ("load average before", m.load_average.clone()),
-    ] {
-        let _ = write!(page, "<tr><td>{name}<td>{}</tr>", escape(&value));
-    }
-    page + "</table>"
+    page + "</table>" + &machine_table(&report.about.machine, &[])
 }
 
 #[cfg(test)]
