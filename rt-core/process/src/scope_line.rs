@@ -34,11 +34,14 @@ pub struct ScopeLine {
 /// Puts a line high or low.
 pub(crate) type Switch = Box<dyn Fn(bool) + Send>;
 
+/// Sets or clears modem bits: a port, `TIOCMBIS` or `TIOCMBIC`, the bits. `false`: refused.
+type SetBits = fn(&File, libc::Ioctl, libc::c_int) -> bool;
+
 /// The line, open; low when it goes.
-#[derive(Debug)]
 struct OpenLine {
     port: File,
     bit: libc::c_int,
+    set_bits: SetBits,
 }
 
 impl ScopeLine {
@@ -47,6 +50,10 @@ impl ScopeLine {
     /// # Errors
     /// [`RtError::ScopeLine`] when the port does not open or has no such line.
     pub(crate) fn open(&self) -> Result<Switch, RtError> {
+        self.open_with(set_bits)
+    }
+
+    fn open_with(&self, set_bits: SetBits) -> Result<Switch, RtError> {
         let failed = |source| RtError::ScopeLine {
             tty: self.tty.clone(),
             source,
@@ -61,7 +68,11 @@ impl ScopeLine {
             ModemLine::Rts => libc::TIOCM_RTS,
             ModemLine::Dtr => libc::TIOCM_DTR,
         };
-        let line = OpenLine { port, bit };
+        let line = OpenLine {
+            port,
+            bit,
+            set_bits,
+        };
         match line.set(false) {
             true => Ok(Box::new(move |high| {
                 // Refused only when the port goes; the tick has nobody to tell.
@@ -76,9 +87,14 @@ impl OpenLine {
     /// High or low: one system call, no allocation. `false`: refused.
     fn set(&self, high: bool) -> bool {
         let request = if high { libc::TIOCMBIS } else { libc::TIOCMBIC };
-        // SAFETY: the descriptor is open; the pointer is to a field that lives through the call.
-        unsafe { libc::ioctl(self.port.as_raw_fd(), request, &raw const self.bit) == 0 }
+        (self.set_bits)(&self.port, request, self.bit)
     }
+}
+
+/// The kernel's.
+fn set_bits(port: &File, request: libc::Ioctl, bits: libc::c_int) -> bool {
+    // SAFETY: the descriptor is open; the pointer is to a value that lives through the call.
+    unsafe { libc::ioctl(port.as_raw_fd(), request, &raw const bits) == 0 }
 }
 
 impl Drop for OpenLine {
@@ -90,6 +106,37 @@ impl Drop for OpenLine {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::cell::RefCell;
+
+    thread_local! {
+        static ASKED: RefCell<Vec<(libc::Ioctl, libc::c_int)>> = const { RefCell::new(Vec::new()) };
+    }
+
+    /// A kernel whose port has the lines.
+    fn willing(_port: &File, request: libc::Ioctl, bits: libc::c_int) -> bool {
+        ASKED.with_borrow_mut(|asked| asked.push((request, bits)));
+        true
+    }
+
+    #[test]
+    fn each_change_asks_the_kernel_for_that_line_alone() {
+        for (line, bit) in [
+            (ModemLine::Rts, libc::TIOCM_RTS),
+            (ModemLine::Dtr, libc::TIOCM_DTR),
+        ] {
+            ASKED.take();
+            let tty = "/dev/null".into();
+            let switch = ScopeLine { tty, line }.open_with(willing).unwrap();
+            for _tick in 0..2 {
+                switch(true);
+                switch(false);
+            }
+            drop(switch);
+            let [up, down] = [(libc::TIOCMBIS, bit), (libc::TIOCMBIC, bit)];
+            // Low at first, high and low in each tick, low when it goes.
+            assert_eq!(ASKED.take(), [down, up, down, up, down, down]);
+        }
+    }
 
     #[test]
     fn what_has_no_such_line_is_named() {
