@@ -24,9 +24,6 @@ KERNEL=="cpu_dma_latency", GROUP="realtime", MODE="0660"
 # FTDI chips hold bytes back for 16 ms unless told otherwise.
 ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{{latency_timer}}="1"
 RULES
-udevadm control --reload
-udevadm trigger --subsystem-match=usb-serial --subsystem-match=misc --action=add
-
 cat > /etc/systemd/system/calot@.service <<UNIT
 # systemctl start calot@SCENE runs the controller of /var/lib/calot/SCENE.calot by itself.
 # Shared memory belongs to its user: the display must be that user's, too.
@@ -46,7 +43,14 @@ RestartSec=1
 [Install]
 WantedBy=multi-user.target
 UNIT
-systemctl daemon-reload
+
+# Where neither runs (a container, another init) the files are for later.
+if udevadm control --reload; then
+  udevadm trigger --subsystem-match=usb-serial --subsystem-match=misc --action=add
+else
+  echo "udev did not answer: its rules count from the next start on"
+fi
+systemctl daemon-reload || echo "systemd did not answer: start the controller by hand"
 echo "installed; log out and in again, then: calot check"
 "#
     )
