@@ -1,7 +1,7 @@
 //! `calot jitter` and `calot check` through the real program: what a latency tester does.
 
 use std::path::Path;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 
 use serde_json::Value;
 use system_tests::{calot, finish, said, station_name, wait_until};
@@ -41,7 +41,7 @@ fn assert_distribution(times: &Value, name: &str) {
 fn a_run_names_its_figures_as_summary_json_does_and_runs_add_up_and_compare() {
     let folder = tempfile::tempdir().expect("a folder");
     let [first, second, sum] = ["first", "second", "sum"].map(|name| folder.path().join(name));
-    let printed = measure(&first, &["--compare", "sleep", "--rounds", "1"]);
+    let printed = measure(&first, &["--compare", "sleep,burn", "--rounds", "1"]);
     let json = read(&first.join("jitter.json"));
     assert_eq!(json, printed);
     assert_eq!(json["complete"], true);
@@ -72,6 +72,14 @@ fn a_run_names_its_figures_as_summary_json_does_and_runs_add_up_and_compare() {
         assert_distribution(&json["stage_ns"][stage], stage);
     }
     assert_distribution(&json["sleep"]["wake_latency_ns"], "sleep");
+    // burn did the work of the station's ticks, and what both missed is told apart.
+    assert_distribution(&json["burn"]["tick_ns"], "burn");
+    for kind in ["periods", "woken_late", "at_work", "occasions", "overruns"] {
+        for key in ["station", "burn", "difference_low", "difference_high"] {
+            let figure = &json["misses_to_burn"][kind][key];
+            assert!(figure.is_number(), "{kind} {key}: {figure}");
+        }
+    }
     let (ticks, misses) = (json["ticks"].as_u64(), json["deadline_misses"].as_u64());
     assert!(
         ticks.zip(misses).is_some_and(|(t, m)| t + m >= 1900),
@@ -143,33 +151,35 @@ fn a_run_names_its_figures_as_summary_json_does_and_runs_add_up_and_compare() {
 
 #[test]
 fn a_killed_run_leaves_what_it_had() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let mut running = calot()
-        .args(["jitter", "--seconds", "600", "--station"])
-        .arg(station_name("killed"))
-        .arg("--out")
-        .arg(folder.path())
-        .stderr(Stdio::null())
-        .spawn()
-        .expect("it starts");
-    let file = folder.path().join("jitter.json");
-    wait_until("results are written", || file.exists());
-    running.kill().expect("it runs");
-    running.wait().expect("it can be waited for");
-    let json = read(&file);
-    assert_eq!(json["complete"], false);
-    assert_distribution(&json["wake_latency_ns"], "wake_latency_ns");
-    assert!(folder.path().join("jitter.html").exists());
-    let again = finish(
-        calot()
-            .args(["jitter", "--diff"])
-            .args([folder.path(), folder.path()]),
-    );
-    assert!(
-        again.status.success(),
-        "what it left can be read: {}",
-        said(&again)
-    );
+    for (signal, name) in [("-KILL", "killed"), ("-TERM", "ended")] {
+        let folder = tempfile::tempdir().expect("a folder");
+        let mut running = calot()
+            .args(["jitter", "--seconds", "600", "--station"])
+            .arg(station_name(name))
+            .arg("--out")
+            .arg(folder.path())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("it starts");
+        let file = folder.path().join("jitter.json");
+        wait_until("results are written", || file.exists());
+        let pid = running.id().to_string();
+        let sent = Command::new("kill").args([signal, &pid]).status();
+        assert!(sent.expect("there is a kill").success());
+        running.wait().expect("it can be waited for");
+        let json = read(&file);
+        assert_eq!(json["complete"], false, "{signal}");
+        assert_distribution(&json["wake_latency_ns"], "wake_latency_ns");
+        assert!(folder.path().join("jitter.html").exists());
+        let again = finish(
+            calot()
+                .args(["jitter", "--diff"])
+                .args([folder.path(), folder.path()]),
+        );
+        let said = said(&again);
+        assert!(again.status.success(), "{signal}: cannot be read: {said}");
+    }
 }
 
 #[test]

@@ -19,7 +19,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (rounds, seconds) = (number(3)?, number(10)?);
     let last = allowed_cores().last().copied().unwrap_or(0);
     let core = usize::try_from(number(last as u64)?)?;
-    let work_us = number(0)?;
+    let work_ns = u32::try_from(number(0)? * 1000)?;
     let missed = std::cell::Cell::new(0);
     let probe = |kind| {
         let probe = Probe {
@@ -27,13 +27,17 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             periods: seconds * 1000,
             core,
             priority: PRIORITY,
-            work_ns: work_us * 1000,
+            work_ns: if work_ns > 0 {
+                vec![work_ns]
+            } else {
+                Vec::new()
+            },
         };
         let found = probe.run()?;
         if !found.standing.is_realtime() {
             eprintln!("NOT REALTIME: {:?}", found.standing.refused);
         }
-        missed.set(found.missed);
+        missed.set(found.misses.periods());
         Ok::<_, rt_process::RtError>(found.wake_latency_ns)
     };
     type Measure<'a> = Box<dyn Fn() -> Result<Vec<u32>, Box<dyn std::error::Error>> + 'a>;

@@ -41,7 +41,7 @@ pub enum Loop {
 }
 
 /// What is measured.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub struct Probe {
     /// Which loop.
     pub kind: Loop,
@@ -51,17 +51,50 @@ pub struct Probe {
     pub core: usize,
     /// `SCHED_FIFO` priority.
     pub priority: u8,
-    /// Time burnt in each tick, ns: a stand-in for the tick's work.
-    pub work_ns: u64,
+    /// Work of each tick, in order and from the start again: so much as takes these ns when nothing
+    /// disturbs it. None: none.
+    pub work_ns: Vec<u32>,
+}
+
+/// Missed periods, told apart by who missed them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Misses {
+    /// By a loop that slept, its last tick done in time: the machine woke it too late.
+    pub woken_late: u64,
+    /// By a loop whose last tick was still at work.
+    pub at_work: u64,
+    /// Times that it happened, each of one period or more.
+    pub occasions: u64,
+    /// Ticks that ended after their deadline; most cost no period.
+    pub overruns: u64,
+}
+
+impl Misses {
+    /// A tick began; `missed`: periods lost before it, `overran`: whether the one before it did.
+    pub fn note_begin(&mut self, missed: u32, overran: bool) {
+        self.occasions += u64::from(missed > 0);
+        match overran {
+            true => self.at_work += u64::from(missed),
+            false => self.woken_late += u64::from(missed),
+        }
+    }
+
+    /// Periods missed.
+    #[must_use]
+    pub fn periods(&self) -> u64 {
+        self.woken_late + self.at_work
+    }
 }
 
 /// What was found.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct Latencies {
     /// Actual − scheduled wake-up of every tick, ns, in order.
     pub wake_latency_ns: Vec<u32>,
-    /// Periods that were skipped.
-    pub missed: u64,
+    /// What each tick's work took, ns, as it was disturbed; empty without work.
+    pub burnt_ns: Vec<u32>,
+    /// Periods that were skipped, ticks that ended late.
+    pub misses: Misses,
     /// How realtime the thread was.
     pub standing: Standing,
     /// Page faults and involuntary switches during the run.
@@ -94,25 +127,43 @@ impl Probe {
         realtime::leave_signals_to_main();
         standing.note(TimingBatch::PINNED, realtime::pin_to(&[self.core]));
         standing.note(TimingBatch::FIFO, realtime::take_fifo(self.priority));
-        let mut latencies = Vec::with_capacity(usize::try_from(self.periods).unwrap_or(0));
-        // Touched now, not in the loop.
-        latencies.resize(latencies.capacity(), 1u32);
-        latencies.clear();
-        let found = Rc::new(RefCell::new((latencies, 0)));
+        let touched = |each: usize| {
+            let mut room = vec![1u32; each * usize::try_from(self.periods).unwrap_or(0)];
+            // Touched now, not in the loop.
+            room.clear();
+            room
+        };
+        let found = Rc::new(RefCell::new(Latencies {
+            wake_latency_ns: touched(1),
+            burnt_ns: touched(usize::from(!self.work_ns.is_empty())),
+            ..Latencies::default()
+        }));
+        let rounds_per_ns = rounds_per_ns();
+        let periods = self.periods;
+        let (work_ns, mut next) = (self.work_ns, 0);
+        let work_ns_count = work_ns.len();
         let schedule = Schedule::new(monotonic_ns() + 5 * PERIOD_NS, PERIOD_NS);
         realtime::prefault_stack();
         let before = ThreadUsage::now();
         let keep = Rc::clone(&found);
-        let tick = move |due: crate::schedule::Due| {
+        let mut overran = false;
+        let mut tick = move |due: crate::schedule::Due| {
             let now = now_ns();
+            let saturate = |ns: u64| u32::try_from(ns).unwrap_or(u32::MAX);
             let mut found = keep.borrow_mut();
             let latency_ns = now.saturating_sub(due.scheduled_ns);
-            found.0.push(u32::try_from(latency_ns).unwrap_or(u32::MAX));
-            found.1 += u64::from(due.missed);
-            while now_ns() < now + self.work_ns {
-                core::hint::spin_loop();
+            found.wake_latency_ns.push(saturate(latency_ns));
+            found.misses.note_begin(due.missed, overran);
+            overran = false;
+            if let Some(&work_ns) = work_ns.get(next) {
+                next = (next + 1) % work_ns_count;
+                work((f64::from(work_ns) * rounds_per_ns) as u64);
+                let end = now_ns();
+                found.burnt_ns.push(saturate(end - now));
+                overran = end > due.deadline_ns;
+                found.misses.overruns += u64::from(overran);
             }
-            if found.0.len() as u64 + found.1 >= self.periods {
+            if found.wake_latency_ns.len() as u64 + found.misses.periods() >= periods {
                 return ControlFlow::Break(());
             }
             ControlFlow::Continue(())
@@ -134,14 +185,34 @@ impl Probe {
             }
         }
         let usage = ThreadUsage::now().since(before);
-        let (wake_latency_ns, missed) = found.take();
+        let found = found.replace(Latencies::default());
         Latencies {
-            wake_latency_ns,
-            missed,
             standing,
             usage,
+            ..found
         }
     }
+}
+
+/// Work that takes the same number of instructions each time, however long it is interrupted.
+fn work(rounds: u64) {
+    let mut x = 1u64;
+    for _ in 0..rounds {
+        // Each waits for the one before.
+        x = core::hint::black_box(x.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1));
+    }
+}
+
+/// How fast [`work`] is when nothing disturbs it: the best of many tries.
+fn rounds_per_ns() -> f64 {
+    const ROUNDS: u64 = 20_000;
+    let try_once = |_| {
+        let start = now_ns();
+        work(ROUNDS);
+        now_ns().saturating_sub(start).max(1)
+    };
+    let best_ns = (0..100).map(try_once).min().unwrap_or(1);
+    ROUNDS as f64 / best_ns as f64
 }
 
 /// Mean time that executor, timer queue and schedule cost a tick, ns: `ticks` empty ticks in
@@ -232,14 +303,40 @@ mod tests {
                 periods: 50,
                 core: realtime::allowed_cores()[0],
                 priority: 50,
-                work_ns: 10_000,
+                work_ns: vec![10_000, 200_000],
             };
             let found = probe.run().unwrap();
-            let ticks = found.wake_latency_ns.len() as u64;
-            assert!(ticks > 0 && ticks + found.missed >= 50, "{kind:?}");
+            let ticks = found.wake_latency_ns.len();
+            let missed = found.misses.periods();
+            assert!(ticks > 0 && ticks as u64 + missed >= 50, "{kind:?}");
             let late = found.wake_latency_ns.iter().filter(|&&ns| ns > 1_000_000);
-            assert!(late.count() as u64 <= found.missed, "a late period is told");
+            assert!(late.count() as u64 <= missed, "a late period is told");
+            assert_eq!(found.burnt_ns.len(), ticks);
         }
+    }
+
+    #[test]
+    fn work_is_in_proportion() {
+        let best = |rounds| {
+            let once = |_| {
+                let start = monotonic_ns();
+                work(rounds);
+                monotonic_ns() - start
+            };
+            (0..50).map(once).min().unwrap_or(0) as f64
+        };
+        let ratio = best(80_000) / best(20_000);
+        assert!((3.0..5.0).contains(&ratio), "{ratio}");
+    }
+
+    #[test]
+    fn a_period_is_missed_asleep_or_at_work() {
+        let mut misses = Misses::default();
+        misses.note_begin(0, true);
+        misses.note_begin(3, false);
+        misses.note_begin(2, true);
+        assert_eq!((misses.woken_late, misses.at_work), (3, 2));
+        assert_eq!((misses.occasions, misses.periods()), (2, 5));
     }
 
     #[test]

@@ -102,10 +102,11 @@ pub(crate) fn demo(args: &[String]) -> Result<(), String> {
 }
 
 /// Figures about time: name, seconds, what else runs, what it is compared with.
-const FIGURES: [(&str, &str, &str, &str); 3] = [
+const FIGURES: [(&str, &str, &str, &str); 4] = [
     ("idle", "60", "", LOOPS),
     ("loaded", "60", "cpu,memory,io,join", LOOPS),
-    ("soak", "600", "join", "burn"),
+    ("misses", "300", "join", "burn"),
+    ("soak", "600", "display", ""),
 ];
 const LOOPS: &str = "cyclictest,executor,sleep,embassy-std";
 
@@ -114,7 +115,7 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
     if let Some(name) = wanted
         && !FIGURES.iter().any(|figure| figure.0 == name)
     {
-        return Err(format!("'{name}' is none of idle, loaded, soak"));
+        return Err(format!("'{name}' is none of idle, loaded, misses, soak"));
     }
     let rival = "tests/embassy-std/Cargo.toml";
     let target = std::env::var("CARGO_TARGET_DIR").unwrap_or_else(|_| "target".to_owned());
@@ -130,7 +131,10 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
         let seconds = args.get(1).map_or(seconds, String::as_str);
         let mut words = vec!["run", "--locked", "--release", "-q", "-p", "calot", "--"];
         words.extend(["jitter", "--scene", "triangle", "--seconds", seconds]);
-        words.extend(["--compare", rivals, "--station", &station, "--out", &folder]);
+        words.extend(["--station", &station, "--out", &folder]);
+        if !rivals.is_empty() {
+            words.extend(["--compare", rivals]);
+        }
         if !load.is_empty() {
             words.extend(["--load", load]);
         }

@@ -34,7 +34,7 @@ pub(crate) struct JitterArgs {
     /// Take turns with these programs and report ratios
     #[arg(long, value_name = "PROGRAM", value_delimiter = ',')]
     pub(crate) compare: Vec<Rival>,
-    /// Turns that each program takes when several are compared [default: 3, or one a minute]
+    /// Turns that each program takes when several are compared [default: 3, or one each 30 s]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) rounds: Option<u32>,
     /// Where jitter.json, .csv, .html and .trace.json go; renewed every 5 s
@@ -98,7 +98,7 @@ pub(crate) enum Rival {
     Executor,
     /// A bare loop of clock_nanosleep
     Sleep,
-    /// The bare loop, burning in each period what the station's median tick takes
+    /// The bare loop, with as much work as the ticks of the station's last turn, in their order
     Burn,
     /// embassy's stock driver for std (`cargo install --path tests/embassy-std`)
     EmbassyStd,
@@ -149,9 +149,9 @@ pub(crate) struct LoopArgs {
     /// As in `calot rt`
     #[arg(long, default_value_t = 0)]
     pub(crate) spin: u64,
-    /// Burnt in each period, ns
-    #[arg(long, default_value_t = 0)]
-    pub(crate) work_ns: u64,
+    /// File of the work in each period, a line each, in ns
+    #[arg(long, value_name = "FILE")]
+    pub(crate) work: Option<PathBuf>,
     /// End when this process, which started this one, ends
     #[arg(long, value_name = "PID")]
     pub(crate) with_parent: Option<i32>,

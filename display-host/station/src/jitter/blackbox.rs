@@ -32,9 +32,14 @@ impl Tick {
         u64::from(self.wake_latency_ns) + u64::from(self.tick_ns)
     }
 
+    /// Whether it ended too late.
+    pub(crate) fn overran(&self) -> bool {
+        self.bits & TickRecord::OVERRAN != 0
+    }
+
     /// Whether a deadline was missed: periods skipped, or it ended too late.
     pub(crate) fn is_miss(&self) -> bool {
-        self.missed > 0 || self.bits & TickRecord::OVERRAN != 0
+        self.missed > 0 || self.overran()
     }
 }
 

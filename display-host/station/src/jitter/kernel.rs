@@ -7,6 +7,8 @@ use std::os::unix::fs::FileExt;
 
 /// Model-specific register that counts system management interrupts (Intel).
 const SMI_COUNT: u64 = 0x34;
+/// Unit of times in `/proc/stat`: USER_HZ, a hundredth of a second to all programs.
+const USER_TICK_MS: u64 = 10;
 
 /// Counters at one moment.
 #[derive(Debug, Clone, Default)]
@@ -49,6 +51,31 @@ impl Counters {
     pub(crate) fn knows_smis(&self) -> bool {
         self.0.contains_key("smis")
     }
+}
+
+/// Memory that this program holds, KiB.
+pub(crate) fn resident_kib() -> Option<u64> {
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let line = status
+        .lines()
+        .find_map(|line| line.strip_prefix("VmRSS:"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+/// Time that the hypervisor took from a core since the machine's start, ms, in steps of 10; none:
+/// it does not tell, or there is none.
+pub(crate) fn stolen_ms(core: usize) -> Option<u64> {
+    stolen(&fs::read_to_string("/proc/stat").ok()?, core)
+}
+
+/// From `/proc/stat`.
+fn stolen(table: &str, core: usize) -> Option<u64> {
+    let wanted = format!("cpu{core}");
+    let mut lines = table.lines().map(str::split_whitespace);
+    let mut words = lines.find_map(|mut words| (words.next()? == wanted).then_some(words))?;
+    // user nice system idle iowait irq softirq steal
+    let ticks: u64 = words.nth(7)?.parse().ok()?;
+    Some(ticks * USER_TICK_MS)
 }
 
 /// Name and count of each interrupt on a core, from `/proc/interrupts`.
@@ -125,6 +152,20 @@ ERR:          0
         assert_eq!(interrupts(TABLE, 0).len(), 2);
         assert!(interrupts(TABLE, 7).is_empty());
         assert!(interrupts("", 0).is_empty());
+    }
+
+    #[test]
+    fn this_program_holds_memory() {
+        assert!(resident_kib().is_some_and(|kib| kib > 100));
+    }
+
+    #[test]
+    fn stolen_time_of_one_core() {
+        let table = "cpu  9 9 9 9 9 9 9 99\ncpu0 1 2 3 4 5 6 7 8 9 10\ncpu1 1 2 3 4 5 6 7 0 9 10\n";
+        assert_eq!(stolen(table, 0), Some(80));
+        assert_eq!(stolen(table, 1), Some(0));
+        assert_eq!(stolen(table, 2), None);
+        assert_eq!(stolen("cpu0 1 2 3", 0), None);
     }
 
     #[test]

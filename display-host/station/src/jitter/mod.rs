@@ -14,6 +14,7 @@ pub(crate) mod bare_loop;
 mod blackbox;
 mod kernel;
 pub(crate) mod load;
+mod misses;
 mod page;
 mod report;
 mod rivals;
@@ -34,7 +35,7 @@ use display_host::report::Machine;
 use shared_mem::scene::SceneFile;
 
 use self::args::{JitterArgs, Load, Rival};
-use self::report::{About, FILE, Report, Round, per_million};
+use self::report::{About, FILE, Report, Round};
 use self::rivals::Terms;
 use self::session::Bench;
 use self::tally::Tally;
@@ -45,7 +46,7 @@ use crate::scene::{self, Problem};
 use crate::stop;
 
 /// A turn is not longer, so that all programs see the same minutes.
-const TURN_MAX_S: f64 = 60.0;
+const TURN_MAX_S: f64 = 30.0;
 /// Turns at least: a median needs three.
 const ROUNDS_MIN: u32 = 3;
 
@@ -139,6 +140,7 @@ fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
             load: loads.iter().map(|load| load.name()).collect(),
             realtime: false,
             notes,
+            memory_kib: None,
             machine: Machine::read(),
         },
         times: BTreeMap::new(),
@@ -189,6 +191,7 @@ fn rounds(
         stop,
     };
     let mut tally = Tally::default();
+    let work = folder.path().join("work");
     let mut programs: Vec<Option<Rival>> = vec![None];
     programs.extend(args.compare.iter().copied().map(Some));
     for round in 0..count {
@@ -197,9 +200,12 @@ fn rounds(
                 return Ok(None);
             }
             let Some(rival) = program else {
-                let died = bench.measure(turn_s, round, &mut tally, report)?;
+                let (died, ticks_ns) = bench.measure(turn_s, round, &mut tally, report)?;
                 if died.is_some() {
                     return Ok(died);
+                }
+                if args.compare.contains(&Rival::Burn) {
+                    bare_loop::write_work(&work, &ticks_ns)?;
                 }
                 continue;
             };
@@ -213,10 +219,13 @@ fn rounds(
                 core,
                 priority: args.controller.realtime.priority,
                 spin_us: args.controller.realtime.spin,
-                work_ns: report.times("tick_ns").quantiles().p50,
+                work: &work,
             };
+            let stolen_before_ms = kernel::stolen_ms(core);
             if let Some(turn) = rivals::turn(rival, terms, turn_s, stop)? {
-                note_turn(report, rival, round, &turn);
+                let stolen_ms = kernel::stolen_ms(core).zip(stolen_before_ms);
+                let stolen_ms = stolen_ms.map(|(now, then)| now.saturating_sub(then));
+                note_turn(report, rival, round, &turn, stolen_ms);
             }
             save(report, &args.out)?;
         }
@@ -226,15 +235,24 @@ fn rounds(
     Ok(None)
 }
 
-fn note_turn(report: &mut Report, rival: Rival, round: u32, turn: &rivals::Turn) {
+fn note_turn(
+    report: &mut Report,
+    rival: Rival,
+    round: u32,
+    turn: &rivals::Turn,
+    stolen_ms: Option<u64>,
+) {
     let name = rival.name();
     let q = turn.wake_latency.quantiles();
     report
         .times(&format!("{name}.wake_latency_ns"))
         .add(&turn.wake_latency);
     if let Some(missed) = turn.missed {
-        report.count(&format!("{name}.deadline_misses"), missed);
+        report.count(&format!("{name}.deadline_misses"), missed.periods());
         report.count(&format!("{name}.ticks"), q.count);
+    }
+    if turn.burnt.count() > 0 {
+        report.times(&format!("{name}.tick_ns")).add(&turn.burnt);
     }
     if turn.realtime == Some(false) {
         let note = format!("{name} did not run realtime");
@@ -248,7 +266,8 @@ fn note_turn(report: &mut Report, rival: Rival, round: u32, turn: &rivals::Turn)
         p50: q.p50,
         p99: q.p99,
         max: q.max,
-        misses_per_million: turn.missed.map(|missed| per_million(missed, q.count)),
+        missed: turn.missed,
+        stolen_ms,
     });
 }
 

@@ -5,6 +5,7 @@ use core::fmt::Write as _;
 use display_host::report::chart;
 use display_host::report::page::{STYLE, escape, machine_table};
 
+use super::misses::{self, Missed};
 use super::report::Report;
 use super::table;
 
@@ -96,15 +97,45 @@ fn rounds(report: &Report) -> String {
         }
         page += "</table>";
     }
-    page += "<table><tr><th>program<th>round<th>p50, µs<th>p99, µs<th>max, µs<th>missed in a million</tr>";
+    let against_burn = misses::compare(&report.rounds);
+    if !against_burn.is_empty() {
+        page += "<table><tr><th>in a million periods<th>station<th>burn<th>station − burn: 95 % of \
+                 draws of the rounds<th></tr>";
+        for line in &against_burn {
+            let [low, high] = line.difference;
+            let _ = write!(
+                page,
+                "<tr><td>{}<td>{:.1}<td>{:.1}<td>{low:.1} to {high:.1}<td>{}</tr>",
+                line.words.replace("  ", "&emsp;"),
+                line.station,
+                line.burn,
+                misses::verdict(line),
+            );
+        }
+        page += "</table><p class=\"lead\">burn: a bare loop of <code>clock_nanosleep</code> at the same \
+                 priority on the same core, which does as much work in each period as the station's ticks \
+                 of the turn before took, in their order.</p>";
+    }
+    page += "<table><tr><th>program<th>round<th>p50, µs<th>p99, µs<th>max, µs<th>missed in a million\
+             <th>woken too late<th>still at work<th>occasions<th>ended late\
+             <th>stolen by the hypervisor, ms</tr>";
     for r in &report.rounds {
         let us = |ns: u64| ns as f64 / 1e3;
-        let missed = r
-            .misses_per_million
-            .map_or("–".to_owned(), |m| format!("{m:.1}"));
+        let known = |value: Option<u64>| value.map_or("–".to_owned(), |n| n.to_string());
+        let count = |of: fn(Missed) -> u64| known(r.missed.map(of));
+        let share = r.misses_per_million();
+        let missed = share.map_or("–".to_owned(), |m| format!("{m:.1}"));
+        let causes = [
+            count(|m| m.woken_late),
+            count(|m| m.at_work),
+            count(|m| m.occasions),
+            count(|m| m.overruns),
+            known(r.stolen_ms),
+        ];
+        let causes = causes.join("<td>");
         let _ = write!(
             page,
-            "<tr><td>{}<td>{}<td>{:.1}<td>{:.1}<td>{:.1}<td>{missed}</tr>",
+            "<tr><td>{}<td>{}<td>{:.1}<td>{:.1}<td>{:.1}<td>{missed}<td>{causes}</tr>",
             escape(&r.program),
             r.round + 1,
             us(r.p50),
@@ -198,6 +229,12 @@ fn counts(report: &Report) -> String {
     let mut page = String::from("<h2>Counters</h2><table>");
     for (name, count) in &report.counts {
         let _ = write!(page, "<tr><td>{}<td>{count}</tr>", escape(name));
+    }
+    if let Some([first, last]) = report.about.memory_kib {
+        let _ = write!(
+            page,
+            "<tr><td>memory of calot jitter in its first seconds, at its end<td>{first} KiB, {last} KiB</tr>"
+        );
     }
     page + "</table>" + &machine_table(&report.about.machine, &[])
 }

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
 use super::blackbox::Incident;
+use super::misses::{self, Missed};
 use super::timeline::Timeline;
 use crate::scene::Problem;
 
@@ -36,6 +37,10 @@ pub(crate) struct About {
     pub(crate) realtime: bool,
     /// What it lacked, or what else a reader must know.
     pub(crate) notes: Vec<String>,
+    /// What the program that measures holds in memory, KiB: after its first seconds, and at the
+    /// end. That it does not grow lets it run for a day.
+    #[serde(default)]
+    pub(crate) memory_kib: Option<[u64; 2]>,
     /// The machine, as the run began.
     pub(crate) machine: Machine,
 }
@@ -53,8 +58,12 @@ pub(crate) struct Round {
     pub(crate) p99: u64,
     /// Greatest, ns.
     pub(crate) max: u64,
-    /// Periods missed in a million; unknown for cyclictest.
-    pub(crate) misses_per_million: Option<f64>,
+    /// What it missed; unknown for cyclictest.
+    #[serde(default)]
+    pub(crate) missed: Option<Missed>,
+    /// Time that the hypervisor took from the tick's core during the turn, ms, where it tells.
+    #[serde(default)]
+    pub(crate) stolen_ms: Option<u64>,
 }
 
 /// A run.
@@ -142,6 +151,8 @@ impl Report {
                 .map(|(program, p50, p99)| (program, json!({"p50": p50, "p99": p99})))
                 .collect();
             root.insert("wake_latency_to_cyclictest".into(), ratios.into());
+            let against_burn = misses::compare(&self.rounds);
+            root.insert("misses_to_burn".into(), misses::to_json(&against_burn));
             for (name, times) in &self.times {
                 put(root, name, json!(times.quantiles()));
             }
@@ -243,6 +254,7 @@ pub(crate) mod tests {
                 load: vec!["cpu".into()],
                 realtime: true,
                 notes: Vec::new(),
+                memory_kib: Some([9000, 9100]),
                 machine: Machine::read(),
             },
             times: BTreeMap::new(),
@@ -269,7 +281,8 @@ pub(crate) mod tests {
                     p50,
                     p99: 2 * p50,
                     max: 3 * p50,
-                    misses_per_million: None,
+                    missed: None,
+                    stolen_ms: None,
                 });
             }
         }

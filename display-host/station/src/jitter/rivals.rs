@@ -1,7 +1,7 @@
 //! The programs that the station is compared with: each is run for a turn and prints a histogram
 //! in cyclictest's form.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
@@ -9,6 +9,7 @@ use std::time::Duration;
 use display_host::report::Distribution;
 
 use super::args::Rival;
+use super::misses::Missed;
 use crate::scene::Problem;
 
 /// Built by `tests/embassy-std`: no program can hold embassy's driver and ours.
@@ -16,28 +17,36 @@ const EMBASSY_STD: &str = "calot-embassy-std";
 
 /// Where and how the loops run: as the station's tick does.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Terms {
+pub(crate) struct Terms<'a> {
     pub(crate) core: usize,
     pub(crate) priority: u8,
     pub(crate) spin_us: u64,
-    /// What `burn` burns in each period, ns.
-    pub(crate) work_ns: u64,
+    /// File of what `burn` burns.
+    pub(crate) work: &'a Path,
 }
 
 /// What a turn brought.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Turn {
     pub(crate) wake_latency: Distribution,
-    /// Periods missed; unknown for cyclictest.
-    pub(crate) missed: Option<u64>,
+    /// What each tick's work took; empty without work.
+    pub(crate) burnt: Distribution,
+    /// What was missed; unknown for cyclictest.
+    pub(crate) missed: Option<Missed>,
     /// Whether it ran as realtime as it asked to; unknown for cyclictest, which fails otherwise.
     pub(crate) realtime: Option<bool>,
+}
+
+impl Turn {
+    fn missed_mut(&mut self) -> &mut Missed {
+        self.missed.get_or_insert_default()
+    }
 }
 
 /// Lets a rival have its turn. `None`: it was stopped.
 pub(crate) fn turn(
     rival: Rival,
-    terms: Terms,
+    terms: Terms<'_>,
     seconds: f64,
     stop: &AtomicBool,
 ) -> Result<Option<Turn>, Problem> {
@@ -108,7 +117,7 @@ fn read_all(mut pipe: impl std::io::Read + Send + 'static) -> std::thread::JoinH
     })
 }
 
-fn command(rival: Rival, terms: Terms, seconds: f64) -> Result<Command, Problem> {
+fn command(rival: Rival, terms: Terms<'_>, seconds: f64) -> Result<Command, Problem> {
     let Terms { core, priority, .. } = terms;
     // cyclictest takes whole seconds.
     let whole = seconds.ceil().max(1.0) as u64;
@@ -122,7 +131,7 @@ fn command(rival: Rival, terms: Terms, seconds: f64) -> Result<Command, Problem>
         ]);
         command
     };
-    let own = |kind: &str, work_ns: u64| -> Result<Command, Problem> {
+    let own = |kind: &str, work: Option<&Path>| -> Result<Command, Problem> {
         let mut command = Command::new(std::env::current_exe()?);
         command.arg("loop").arg(kind);
         for (name, value) in [
@@ -130,19 +139,21 @@ fn command(rival: Rival, terms: Terms, seconds: f64) -> Result<Command, Problem>
             ("--core", core.to_string()),
             ("--priority", priority.to_string()),
             ("--spin", terms.spin_us.to_string()),
-            ("--work-ns", work_ns.to_string()),
             ("--with-parent", std::process::id().to_string()),
         ] {
             command.arg(name).arg(value);
+        }
+        if let Some(work) = work {
+            command.arg("--work").arg(work);
         }
         Ok(command)
     };
     match rival {
         Rival::Cyclictest => Ok(as_cyclictest("cyclictest".into())),
         Rival::EmbassyStd => Ok(as_cyclictest(beside(EMBASSY_STD))),
-        Rival::Executor => own("executor", 0),
-        Rival::Sleep => own("sleep", 0),
-        Rival::Burn => own("sleep", terms.work_ns),
+        Rival::Executor => own("executor", None),
+        Rival::Sleep => own("sleep", None),
+        Rival::Burn => own("sleep", Some(terms.work)),
     }
 }
 
@@ -181,7 +192,14 @@ fn parse(text: &str) -> Turn {
                 ("Unit", _) if value == "ns" => (scale, half) = (1, 0),
                 ("Max Latencies", Some(max)) => max_us = max,
                 ("Histogram Overflows", Some(count)) => over = count,
-                ("Missed", count) => turn.missed = count,
+                ("Work", Some(ns)) => {
+                    let count = value.split_whitespace().nth(1).and_then(|w| w.parse().ok());
+                    turn.burnt.record_n(ns, count.unwrap_or(0));
+                }
+                ("Missed, woken late", Some(n)) => turn.missed_mut().woken_late = n,
+                ("Missed, at work", Some(n)) => turn.missed_mut().at_work = n,
+                ("Occasions", Some(n)) => turn.missed_mut().occasions = n,
+                ("Overruns", Some(n)) => turn.missed_mut().overruns = n,
                 ("Realtime", _) => turn.realtime = Some(value == "true"),
                 _ => {}
             }
@@ -197,6 +215,10 @@ fn parse(text: &str) -> Turn {
         turn.wake_latency.record_n(ns, count);
     }
     turn.wake_latency.record_n(max_us * 1000, over);
+    let ticks = turn.wake_latency.count();
+    if let Some(missed) = &mut turn.missed {
+        missed.ticks = ticks;
+    }
     turn
 }
 
@@ -220,9 +242,20 @@ mod tests {
 
     #[test]
     fn our_own_loops_count_ns_and_misses() {
-        let turn = parse("# Unit: ns\n1234 5\n99 1\n# Missed: 3\n# Realtime: false");
+        let turn = parse(
+            "# Unit: ns\n1234 5\n99 1\n# Work: 70 2\n# Missed, woken late: 3\n# Missed, at work: 4\n\
+             # Occasions: 2\n# Overruns: 9\n# Realtime: false",
+        );
         assert_eq!(turn.wake_latency.counts(), [(99, 1), (1234, 5)]);
-        assert_eq!((turn.missed, turn.realtime), (Some(3), Some(false)));
+        assert_eq!(turn.burnt.counts(), [(70, 2)]);
+        let missed = Missed {
+            ticks: 6,
+            woken_late: 3,
+            at_work: 4,
+            occasions: 2,
+            overruns: 9,
+        };
+        assert_eq!((turn.missed, turn.realtime), (Some(missed), Some(false)));
         assert_eq!(parse("nonsense\n#\n1 x").wake_latency.count(), 0);
     }
 }

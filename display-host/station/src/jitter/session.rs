@@ -15,7 +15,7 @@ use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, Station};
 
 use super::kernel;
-use super::report::{Report, Round, per_million};
+use super::report::{Report, Round};
 use super::save;
 use super::tally::Tally;
 use crate::children::Process;
@@ -66,15 +66,16 @@ struct Flags {
 }
 
 impl Bench<'_> {
-    /// Measures for `seconds`. Gives the process that died, if one did.
+    /// Measures for `seconds`. Gives the process that died, if one did, and what the ticks took.
     pub(crate) fn measure(
         &self,
         seconds: f64,
         round: u32,
         tally: &mut Tally,
         report: &mut Report,
-    ) -> Result<Option<String>, Problem> {
+    ) -> Result<(Option<String>, Vec<u32>), Problem> {
         let flags = Flags::default();
+        let mut stolen_ms = None;
         let before_s = report.about.seconds;
         let mut kernel_counts = Vec::new();
         let mut ran = self.scene.to_owned();
@@ -102,8 +103,13 @@ impl Bench<'_> {
                     }
                     let process = children.last().map(Process::id);
                     let start = kernel::Counters::read(self.core, process);
+                    let stolen_before_ms = kernel::stolen_ms(self.core);
                     let died = self.wait(&flags, &mut children, || watcher.is_finished());
                     kernel_counts = kernel::Counters::read(self.core, process).since(&start);
+                    let stolen_now_ms = kernel::stolen_ms(self.core);
+                    stolen_ms = stolen_now_ms
+                        .zip(stolen_before_ms)
+                        .map(|(now, then)| now - then);
                     flags.done.store(true, Ordering::Relaxed);
                     // All of them, the controller first.
                     let problems = children.into_iter().rev().filter_map(Process::end);
@@ -130,22 +136,23 @@ impl Bench<'_> {
         for (name, count) in kernel_counts {
             report.count(&name, count);
         }
-        let (wake, counters) = tally.end_session(report.about.seconds);
+        let over = tally.end_session(report.about.seconds);
         tally.fill(report);
-        let q = wake.quantiles();
+        let q = over.wake.quantiles();
         report.rounds.push(Round {
             round,
             program: "station".to_owned(),
             p50: q.p50,
             p99: q.p99,
             max: q.max,
-            misses_per_million: Some(per_million(counters.deadline_misses, counters.ticks)),
+            missed: Some(over.missed),
+            stolen_ms,
         });
         if report.about.seconds <= before_s && died.is_none() && !self.stop.load(Ordering::Relaxed)
         {
             return Err("the station published no timing; try `calot rt` by hand".into());
         }
-        Ok(died)
+        Ok((died, over.ticks_ns))
     }
 
     /// Waits for the end of the turn; gives the child that died before.
@@ -230,6 +237,11 @@ impl Bench<'_> {
             }
             if saved.elapsed() >= SAVE && first.is_some() {
                 tally.fill(report);
+                if let Some(now) = kernel::resident_kib() {
+                    // The first pages that it writes are the last that it has to grow for.
+                    let [_, last] = report.about.memory_kib.get_or_insert([now; 2]);
+                    *last = now;
+                }
                 save(report, self.out)?;
                 saved = Instant::now();
             }

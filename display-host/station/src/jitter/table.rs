@@ -4,6 +4,7 @@ use core::fmt::Write as _;
 
 use display_host::report::Quantiles;
 
+use super::misses;
 use super::report::Report;
 
 /// Names and what they mean, in the order of a tick; others follow by name.
@@ -65,7 +66,10 @@ fn label(name: &str) -> String {
         "frame_ns" => "frame time: picture submitted → there".to_owned(),
         _ => match name.strip_suffix(".wake_latency_ns") {
             Some(program) => format!("wake-up latency of {program}"),
-            None => name.to_owned(),
+            None => match name.strip_suffix(".tick_ns") {
+                Some(program) => format!("work of {program} in each period"),
+                None => name.to_owned(),
+            },
         },
     }
 }
@@ -101,11 +105,17 @@ pub(crate) fn text(report: &Report) -> String {
         m.load_average,
     ));
     if !about.realtime {
-        line(format_args!("NOT REALTIME: {}", about.notes.join("; ")));
-    } else {
-        for note in &about.notes {
-            line(format_args!("{note}"));
-        }
+        line(format_args!(
+            "NOT REALTIME: `calot check` says what mends it"
+        ));
+    }
+    for note in &about.notes {
+        line(format_args!("{note}"));
+    }
+    if let Some([first, last]) = about.memory_kib {
+        line(format_args!(
+            "this program held {first} KiB in its first seconds, {last} KiB at the end"
+        ));
     }
     line(format_args!(
         "{:72}{:>9}{:>9}{:>9}{:>9}{:>9}{:>10}{:>10}",
@@ -137,6 +147,23 @@ pub(crate) fn text(report: &Report) -> String {
             .map(|(name, n)| format!("{name} {n}"))
             .collect();
         line(format_args!("{}", words.join(", ")));
+    }
+    let against_burn = misses::compare(&report.rounds);
+    if !against_burn.is_empty() {
+        line(format_args!(
+            "{:48}{:>11}{:>11}   95 % of station − burn",
+            "in a million periods", "station", "burn"
+        ));
+    }
+    for found in &against_burn {
+        let [low, high] = found.difference;
+        line(format_args!(
+            "{:48}{:11.1}{:11.1}   {low:.1} to {high:.1}: {}",
+            found.words,
+            found.station,
+            found.burn,
+            misses::verdict(found),
+        ));
     }
     for (program, p50, p99) in report.ratios() {
         line(format_args!(

@@ -4,6 +4,7 @@ use display_host::report::Distribution;
 use shared_mem::message::{STAGES, TickRecord, TimingBatch};
 
 use super::blackbox::{BlackBox, Tick};
+use super::misses::Missed;
 use super::report::Report;
 
 /// Stages of a tick, in order.
@@ -52,7 +53,22 @@ struct Session {
     counters: Counters,
     /// Wake-ups of this session alone.
     wake: Distribution,
+    missed: Missed,
+    /// What the first ticks took.
+    ticks_ns: Vec<u32>,
 }
+
+/// A session, when it is over.
+#[derive(Debug, Default)]
+pub(crate) struct Over {
+    pub(crate) wake: Distribution,
+    pub(crate) missed: Missed,
+    /// What each tick took, in order, of the first two minutes.
+    pub(crate) ticks_ns: Vec<u32>,
+}
+
+/// Of longer sessions the rest is not kept: memory stays constant.
+const TICKS_KEPT: usize = 120_000;
 
 /// The controller's own counts.
 #[derive(Debug, Clone, Copy, Default)]
@@ -123,6 +139,17 @@ impl Tally {
             self.period
                 .record(began(&tick).saturating_sub(began(&last)));
         }
+        let in_row = |last: &Tick| last.tick + 1 == tick.tick;
+        let last_overran = session
+            .last
+            .filter(in_row)
+            .is_some_and(|last| last.overran());
+        session
+            .missed
+            .note_tick(tick.missed, last_overran, tick.overran());
+        if session.ticks_ns.len() < TICKS_KEPT {
+            session.ticks_ns.push(tick.tick_ns);
+        }
         session.last = Some(tick);
         for (stage, &ns) in self.stages.iter_mut().zip(&tick.stage_ns) {
             stage.record(ns.into());
@@ -145,8 +172,8 @@ impl Tally {
             .note(at_s, tick.wake_latency_ns, tick.tick_ns);
     }
 
-    /// The session's end: what follows is another one. Gives its own wake-ups and counts.
-    pub(crate) fn end_session(&mut self, measured_s: f64) -> (Distribution, Counters) {
+    /// The session's end: what follows is another one.
+    pub(crate) fn end_session(&mut self, measured_s: f64) -> Over {
         self.black_box.interrupt();
         let session = core::mem::replace(
             &mut self.session,
@@ -156,7 +183,11 @@ impl Tally {
             },
         );
         self.over.add(session.counters);
-        (session.wake, session.counters)
+        Over {
+            wake: session.wake,
+            missed: session.missed,
+            ticks_ns: session.ticks_ns,
+        }
     }
 
     /// Puts what is known so far into the report.
@@ -220,8 +251,9 @@ mod tests {
         let mut tally = Tally::default();
         tally.take(&batch(0, 0), &mut report);
         tally.take(&batch(2, 8), &mut report);
-        let (wake, counters) = tally.end_session(1.0);
-        assert_eq!((wake.count(), counters.ticks), (8, 12));
+        let over = tally.end_session(1.0);
+        assert_eq!((over.wake.count(), over.missed.ticks), (8, 8));
+        assert_eq!(over.ticks_ns, [50_000; 8]);
         tally.take(&batch(0, 0), &mut report);
         tally.fill(&mut report);
         let count = |name: &str| report.times[name].count();
@@ -240,6 +272,36 @@ mod tests {
         assert_eq!(report.counts["ticks"], 16);
         assert_eq!(report.counts["deadline_misses"], 2);
         assert_eq!(report.counts["timing_batches_lost"], 1);
+    }
+
+    /// A tick a second for a day, as wild as can be.
+    #[test]
+    fn a_day_takes_no_more_memory_than_an_hour() {
+        let mut report = sample();
+        let mut tally = Tally::default();
+        let mut size_after = |from_s: u64, to_s: u64| {
+            for s in (from_s..to_s).step_by(4) {
+                let mut batch = batch(s / 4, s);
+                for record in batch.records.iter_mut().take(4) {
+                    record.scheduled_ns = record.tick * 1_000_000_000;
+                    let wild = record.tick.wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 40;
+                    record.wake_latency_ns = wild as u32;
+                    record.tick_ns = (wild ^ 0xffff) as u32;
+                }
+                tally.take(&batch, &mut report);
+            }
+            tally.fill(&mut report);
+            assert!(tally.session.ticks_ns.len() <= TICKS_KEPT);
+            assert!(report.timeline.worst_ns.len() <= 600 && report.incidents.len() <= 32);
+            let in_each = report.incidents.iter().map(|i| i.ticks.len());
+            assert!(in_each.max() <= Some(33));
+            // All that it keeps goes into this.
+            report.to_json().to_string().len() as f64
+        };
+        let hour = size_after(0, 3600);
+        let day = size_after(3600, 86_400);
+        // Bins that were empty fill, at most all of them; ticks came 24 times as many.
+        assert!(day < 2.0 * hour, "{hour} {day}");
     }
 
     #[test]

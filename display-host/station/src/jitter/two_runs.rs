@@ -35,6 +35,7 @@ pub(crate) fn merge(runs: Vec<Report>) -> Option<Report> {
         let (all, one) = (&mut sum.about, run.about);
         all.seconds += one.seconds;
         all.complete &= one.complete;
+        all.memory_kib = None;
         all.realtime &= one.realtime;
         let mut note = |differs: bool, text: String| {
             if differs && !all.notes.contains(&text) {
