@@ -12,6 +12,7 @@ mod body;
 mod case;
 mod chart;
 mod convergence;
+mod force;
 mod methods;
 mod organ;
 mod page;
@@ -55,6 +56,8 @@ enum Command {
     Accuracy(Asked),
     /// Where methods fail: every case, every method, survived or not, and its limit.
     Stability(Asked),
+    /// Force over depth under rigid tools, against finite elements.
+    Force(Asked),
     /// All of these. Real organs are read from the folder that CALOT_ANATOMY names.
     All(Asked),
 }
@@ -64,6 +67,11 @@ fn main() -> ExitCode {
         Command::Reference(asked) => run(&asked, [true, false, false]),
         Command::Accuracy(asked) => run(&asked, [false, true, false]),
         Command::Stability(asked) => run(&asked, [false, false, true]),
+        Command::Force(asked) => force::run(
+            &asked.out,
+            asked.quick,
+            asked.case.as_deref().unwrap_or_default(),
+        ),
         Command::All(asked) => run(&asked, [true; 3]),
     };
     match done {

@@ -127,10 +127,10 @@ pub(crate) fn solve(
                 scene.motion(p, share)
             }),
         ],
-        tool: scene.press.map(|press| Tool {
-            radius_m: press.radius_m,
-            centre_m: Box::new(move |share| press.center_m(share)),
-            faces: mesh.faces_where(|p| (p - press.site_m).norm() < 4.0 * press.radius_m + 0.003),
+        tool: scene.press.map(|press| {
+            let near = |p: &Point| (p - press.site_m).norm() < 4.0 * press.radius_m + 0.003;
+            let path = move |share| press.center_m(share);
+            Tool::ball(press.radius_m, path, mesh.faces_where(near))
         }),
     };
     let steps = match scene.kind {

@@ -1,18 +1,82 @@
-//! A rigid, frictionless ball against the body's boundary: augmented Lagrangian at the points of
-//! a degree-4 rule on every boundary triangle (Alart and Curnier 1991, without friction).
+//! A rigid, frictionless tool of round bars against the body's boundary: augmented Lagrangian at
+//! the points of a degree-4 rule on every boundary triangle (Alart and Curnier 1991, without
+//! friction).
 
 use nalgebra::Matrix3;
 
 use crate::{Mesh, Vec3};
 
-/// A rigid ball that is moved along a path.
-pub struct Tool<'a> {
+/// All within a radius of the line between two points: a bar with round ends, or a ball where the
+/// ends coincide.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bar {
+    /// Ends of its axis, world frame, m.
+    pub ends_m: [Vec3; 2],
     /// Its radius, m.
     pub radius_m: f64,
-    /// Its centre at a share of the load from 0 to 1, world frame, m.
-    pub centre_m: Box<dyn Fn(f64) -> Vec3 + 'a>,
+}
+
+/// A rigid tool that is moved along a path without turning.
+pub struct Tool<'a> {
+    /// Its parts; what touches is their union.
+    pub bars: Vec<Bar>,
+    /// How far it is from there at a share of the load from 0 to 1, world frame, m.
+    pub shift_m: Box<dyn Fn(f64) -> Vec3 + 'a>,
     /// Boundary faces that it may touch.
     pub faces: Vec<u32>,
+}
+
+impl<'a> Tool<'a> {
+    /// A ball whose centre moves along a path.
+    #[must_use]
+    pub fn ball(radius_m: f64, centre_m: impl Fn(f64) -> Vec3 + 'a, faces: Vec<u32>) -> Self {
+        Self {
+            bars: vec![Bar {
+                ends_m: [Vec3::zeros(); 2],
+                radius_m,
+            }],
+            shift_m: Box::new(centre_m),
+            faces,
+        }
+    }
+}
+
+/// Where a point is beside a tool.
+struct Beside {
+    /// Distance to the tool's surface, m; negative inside.
+    separation_m: f64,
+    /// Away from the tool.
+    normal: Vec3,
+    /// Derivative of the normal by the point's position, 1/m.
+    bend: Matrix3<f64>,
+}
+
+impl Bar {
+    fn beside(&self, x: &Vec3) -> Option<Beside> {
+        let [a, b] = self.ends_m;
+        let axis = b - a;
+        let squared = axis.norm_squared();
+        let along = if squared > 0.0 {
+            (x - a).dot(&axis) / squared
+        } else {
+            0.0
+        };
+        let arm = x - a - axis * along.clamp(0.0, 1.0);
+        let distance = arm.norm();
+        if distance <= 0.0 {
+            return None;
+        }
+        let normal = arm / distance;
+        let mut across = Matrix3::identity() - normal * normal.transpose();
+        if 0.0 < along && along < 1.0 {
+            across -= axis * axis.transpose() / squared;
+        }
+        Some(Beside {
+            separation_m: distance - self.radius_m,
+            normal,
+            bend: across / distance,
+        })
+    }
 }
 
 /// Barycentric coordinates of the rule (Dunavant 1985, degree 4) and their weights.
@@ -33,7 +97,7 @@ pub(crate) struct Patch {
 /// Contact with one tool.
 pub(crate) struct Contact {
     pub(crate) patches: Vec<Patch>,
-    radius_m: f64,
+    bars: Vec<Bar>,
     /// Penalty, Pa per metre of penetration.
     stiffness_pa_m: f64,
 }
@@ -107,7 +171,7 @@ impl Contact {
         let face_m = (total / tool.faces.len().max(1) as f64).sqrt();
         Self {
             patches,
-            radius_m: tool.radius_m,
+            bars: tool.bars.clone(),
             stiffness_pa_m: 30.0 * young_pa / face_m.max(f64::MIN_POSITIVE),
         }
     }
@@ -119,40 +183,45 @@ impl Contact {
             .sum()
     }
 
-    fn pressure(&self, patch: &Patch, distance_m: f64) -> f64 {
-        let separation = distance_m - self.radius_m;
+    /// Where a contact point is beside the tool's nearest part; none on its axis.
+    fn beside(&self, patch: &Patch, rest: &[Vec3], u: &[Vec3], shift: &Vec3) -> Option<Beside> {
+        let x = Self::at(patch, rest, u) - shift;
+        let all = self.bars.iter().filter_map(|bar| bar.beside(&x));
+        all.min_by(|p, q| p.separation_m.total_cmp(&q.separation_m))
+    }
+
+    fn pressure(&self, patch: &Patch, beside: Option<&Beside>) -> f64 {
+        let separation = beside.map_or(0.0, |b| b.separation_m);
         (patch.pressure_pa - self.stiffness_pa_m * separation).max(0.0)
     }
 
-    pub(crate) fn energy(&self, rest: &[Vec3], u: &[Vec3], centre: &Vec3) -> f64 {
+    pub(crate) fn energy(&self, rest: &[Vec3], u: &[Vec3], shift: &Vec3) -> f64 {
         let one = |patch: &Patch| {
-            let p = self.pressure(patch, (Self::at(patch, rest, u) - centre).norm());
+            let p = self.pressure(patch, self.beside(patch, rest, u, shift).as_ref());
             let before = patch.pressure_pa;
             patch.area_m2 * (p * p - before * before) / (2.0 * self.stiffness_pa_m)
         };
         self.patches.iter().map(one).sum()
     }
 
-    /// All points that press. `convex` leaves out the ball's own curvature, which softens.
+    /// All points that press. `convex` leaves out the tool's own curvature, which softens.
     pub(crate) fn presses<'s>(
         &'s self,
         rest: &'s [Vec3],
         u: &'s [Vec3],
-        centre: &'s Vec3,
+        shift: &'s Vec3,
         convex: bool,
     ) -> impl Iterator<Item = Press> + 's {
         self.patches.iter().filter_map(move |patch| {
-            let arm = Self::at(patch, rest, u) - centre;
-            let distance = arm.norm();
-            let pressure = self.pressure(patch, distance);
-            if pressure <= 0.0 || distance <= 0.0 {
+            let beside = self.beside(patch, rest, u, shift)?;
+            let pressure = self.pressure(patch, Some(&beside));
+            if pressure <= 0.0 {
                 return None;
             }
-            let normal = arm / distance;
-            let along = normal * normal.transpose();
-            let mut stiffness = along * self.stiffness_pa_m;
+            let normal = beside.normal;
+            let mut stiffness = normal * normal.transpose() * self.stiffness_pa_m;
             if !convex {
-                stiffness -= (Matrix3::identity() - along) * (pressure / distance);
+                stiffness -= beside.bend * pressure;
             }
             Some(Press {
                 nodes: patch.nodes,
@@ -165,9 +234,8 @@ impl Contact {
 
     /// Whether the pressures differ from their multipliers by less than `share` of the force
     /// altogether; otherwise the multipliers take them over.
-    pub(crate) fn settled(&mut self, rest: &[Vec3], u: &[Vec3], centre: &Vec3, share: f64) -> bool {
-        let distance = |patch: &Patch| (Self::at(patch, rest, u) - centre).norm();
-        let now = |patch: &Patch| self.pressure(patch, distance(patch));
+    pub(crate) fn settled(&mut self, rest: &[Vec3], u: &[Vec3], shift: &Vec3, share: f64) -> bool {
+        let now = |patch: &Patch| self.pressure(patch, self.beside(patch, rest, u, shift).as_ref());
         let pressures: Vec<f64> = self.patches.iter().map(now).collect();
         let (mut change, mut force) = (0.0, 0.0);
         for (patch, p) in self.patches.iter().zip(&pressures) {
@@ -189,5 +257,44 @@ impl Contact {
         for (patch, &p) in self.patches.iter_mut().zip(pressures) {
             patch.pressure_pa = p;
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Normal and bend are the first and second derivative of the separation, beside the bar and
+    /// beyond its ends.
+    #[test]
+    fn a_bar_is_round() {
+        let bar = Bar {
+            ends_m: [Vec3::new(0.0, 0.0, 0.1), Vec3::new(0.2, 0.1, 0.0)],
+            radius_m: 0.03,
+        };
+        let step = 1e-5;
+        for x in [
+            Vec3::new(0.1, 0.2, 0.1),
+            Vec3::new(-0.1, 0.05, 0.2),
+            Vec3::new(0.3, 0.1, -0.1),
+        ] {
+            let here = bar.beside(&x).expect("off the axis");
+            for axis in 0..3 {
+                let mut by = Vec3::zeros();
+                by[axis] = step;
+                let (next, before) = (bar.beside(&(x + by)), bar.beside(&(x - by)));
+                let (next, before) = (next.expect("off"), before.expect("off"));
+                let slope = (next.separation_m - before.separation_m) / (2.0 * step);
+                assert!((slope - here.normal[axis]).abs() < 1e-6);
+                let turn = (next.normal - before.normal) / (2.0 * step);
+                assert!((turn - here.bend.column(axis)).norm() < 1e-4);
+            }
+        }
+        let ball = Bar {
+            ends_m: [Vec3::zeros(); 2],
+            radius_m: 0.01,
+        };
+        let above = ball.beside(&(Vec3::z() * 0.03)).expect("off");
+        assert!((above.separation_m - 0.02).abs() < 1e-12);
     }
 }

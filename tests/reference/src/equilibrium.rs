@@ -55,7 +55,7 @@ pub struct Problem<'a> {
     pub gravity_m_s2: Vec3,
     /// Prescribed displacements; of several for one degree of freedom the last counts.
     pub holds: Vec<Hold<'a>>,
-    /// A rigid ball.
+    /// What presses.
     pub tool: Option<Tool<'a>>,
 }
 
@@ -110,6 +110,23 @@ impl Problem<'_> {
         stops: &[f64],
         progress: &mut dyn FnMut(f64),
     ) -> Result<Vec<Solution>, FemError> {
+        match self.solve_as_far(stops, SMALLEST_STEP, progress)? {
+            (solutions, None) => Ok(solutions),
+            (_, Some(failed)) => Err(failed),
+        }
+    }
+
+    /// The same, but where equilibrium is not found at a stop in steps of at least
+    /// `smallest_step` of the load up to there: what was found before, and why there is no more.
+    ///
+    /// # Errors
+    /// What is wrong before anything is solved; see [`FemError`].
+    pub fn solve_as_far(
+        &self,
+        stops: &[f64],
+        smallest_step: f64,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<(Vec<Solution>, Option<FemError>), FemError> {
         let mut solver = Solver::new(self)?;
         let mut state = State {
             u: vec![Vec3::zeros(); self.mesh.nodes.len()],
@@ -132,15 +149,15 @@ impl Problem<'_> {
                     }
                     Err(failed) => {
                         step /= 2.0;
-                        if step < SMALLEST_STEP * stop.abs() {
-                            return Err(failed);
+                        if step < smallest_step * stop.abs() {
+                            return Ok((solutions, Some(failed)));
                         }
                     }
                 }
             }
             solutions.push(solver.solution(&mut state));
         }
-        Ok(solutions)
+        Ok((solutions, None))
     }
 }
 
@@ -180,11 +197,11 @@ impl<'a, 'p> Solver<'a, 'p> {
         })
     }
 
-    fn centre(&self, share: f64) -> Vec3 {
+    fn shift(&self, share: f64) -> Vec3 {
         self.problem
             .tool
             .as_ref()
-            .map_or_else(Vec3::zeros, |tool| (tool.centre_m)(share))
+            .map_or_else(Vec3::zeros, |tool| (tool.shift_m)(share))
     }
 
     /// What the prescribed displacements still lack at a share of the load.
@@ -217,7 +234,7 @@ impl<'a, 'p> Solver<'a, 'p> {
         let contact = self
             .contact
             .as_ref()
-            .map_or(0.0, |c| c.energy(rest, u, &self.centre(share)));
+            .map_or(0.0, |c| c.energy(rest, u, &self.shift(share)));
         elastic - height + contact
     }
 
@@ -236,8 +253,8 @@ impl<'a, 'p> Solver<'a, 'p> {
             *r -= problem.gravity_m_s2 * (mass * share);
         }
         if let Some(contact) = &self.contact {
-            let centre = self.centre(share);
-            for press in contact.presses(&problem.mesh.nodes, u, &centre, true) {
+            let shift = self.shift(share);
+            for press in contact.presses(&problem.mesh.nodes, u, &shift, true) {
                 for (&n, s) in press.nodes.iter().zip(press.shares) {
                     r[n as usize] -= press.force_n * s;
                 }
@@ -276,8 +293,8 @@ impl<'a, 'p> Solver<'a, 'p> {
             }
         }
         if let Some(contact) = &self.contact {
-            let centre = self.centre(share);
-            for press in contact.presses(&problem.mesh.nodes, u, &centre, convex) {
+            let shift = self.shift(share);
+            for press in contact.presses(&problem.mesh.nodes, u, &shift, convex) {
                 for (&a, sa) in press.nodes.iter().zip(press.shares) {
                     for (&b, sb) in press.nodes.iter().zip(press.shares) {
                         for i in 0..3 {
@@ -373,10 +390,10 @@ impl<'a, 'p> Solver<'a, 'p> {
             if augmentation == MOST_AUGMENTATIONS {
                 break; // the penetration left is one penalty's worth of a small change
             }
-            let centre = self.centre(share);
+            let shift = self.shift(share);
             let rest = &self.problem.mesh.nodes;
             let settled = match &mut self.contact {
-                Some(contact) => contact.settled(rest, &u, &centre, PRESSURE_CHANGE),
+                Some(contact) => contact.settled(rest, &u, &shift, PRESSURE_CHANGE),
                 None => true,
             };
             if settled {
@@ -459,12 +476,12 @@ impl<'a, 'p> Solver<'a, 'p> {
                 reaction_n[dof / 3][dof % 3] = 0.0;
             }
         }
-        let centre = self.centre(state.share);
+        let shift = self.shift(state.share);
         let rest = &problem.mesh.nodes;
         let presses = self
             .contact
             .iter()
-            .flat_map(|c| c.presses(rest, &state.u, &centre, true));
+            .flat_map(|c| c.presses(rest, &state.u, &shift, true));
         let parts = self.elements.iter().zip(&problem.mesh.tets);
         Solution {
             share: state.share,

@@ -5,7 +5,7 @@
 //! mesh::lattice / block / shell_octant   quadratic tetrahedra
 //! Material                               energy, stress, stiffness (SI)
 //! Problem { holds, gravity, tool }       what is asked
-//! Problem::solve                         Newton, line search, load steps, sparse Cholesky
+//! Problem::solve, solve_as_far           Newton, line search, load steps, sparse Cholesky
 //! Locator                                the answer at any point
 //! ```
 //!
@@ -20,7 +20,7 @@ mod material;
 pub mod mesh;
 mod sparse;
 
-pub use contact::Tool;
+pub use contact::{Bar, Tool};
 pub use equilibrium::{Hold, Motion, Problem, Solution};
 pub use error::FemError;
 pub use material::Material;

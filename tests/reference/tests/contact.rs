@@ -27,11 +27,11 @@ fn pressed(mesh: &Mesh, depths_m: &[f64]) -> Vec<Solution> {
         material: Material::new(5000.0, 0.45, 1060.0).expect("valid"),
         gravity_m_s2: Vec3::zeros(),
         holds,
-        tool: Some(Tool {
-            radius_m: RADIUS_M,
-            centre_m: Box::new(move |t| Vec3::z() * (RADIUS_M - deepest * t)),
-            faces: mesh.faces_where(|p| p.z > -1e-9 && p.xy().norm() < RADIUS_M),
-        }),
+        tool: Some(Tool::ball(
+            RADIUS_M,
+            move |t| Vec3::z() * (RADIUS_M - deepest * t),
+            mesh.faces_where(|p| p.z > -1e-9 && p.xy().norm() < RADIUS_M),
+        )),
     };
     let stops: Vec<f64> = depths_m.iter().map(|d| d / deepest).collect();
     problem.solve(&stops, &mut |_| {}).expect("equilibrium")

@@ -1,0 +1,256 @@
+//! Force over depth by finite elements, on two meshes.
+
+use std::path::Path;
+
+use fem_reference::{Hold, Material, Problem, Tool, lattice};
+use nalgebra::Vector3;
+use scene_prepare::field::{Field, Grid, Nearest, Sign};
+use scene_prepare::mesh::Mesh;
+
+use super::case::{Case, Placed};
+use crate::body::Tissue;
+
+type Point = Vector3<f64>;
+
+/// Depths, mm.
+pub(crate) const DEPTHS_MM: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
+
+/// Size of the smallest elements over the mean of the tool's radius and [`MEAN_M`]: the coarser
+/// mesh and the finer.
+const SIZES: [f64; 2] = [1.2, 0.9];
+const MEAN_M: f64 = 0.005;
+/// Steps of the load below this share of it end a curve.
+const SMALLEST_STEP: f64 = 1.0 / 16.0;
+
+/// Space drawn together around a place: elements grow with the distance from it.
+struct Focus {
+    around: Point,
+    /// Up to about this distance elements keep their size, m.
+    near_m: f64,
+    /// How much longer they are along each axis.
+    stretch: Point,
+}
+
+impl Focus {
+    fn out(&self, p: &Point) -> Point {
+        let arm = p - self.around;
+        let q = arm.norm() / self.near_m;
+        let far = if q > 1e-9 { q.sinh() / q } else { 1.0 };
+        self.around + arm.component_mul(&self.stretch) * far
+    }
+
+    fn back(&self, p: &Point) -> Point {
+        let arm = (p - self.around).component_div(&self.stretch);
+        let x = arm.norm() / self.near_m;
+        let close = if x > 1e-9 { x.asinh() / x } else { 1.0 };
+        self.around + arm * close
+    }
+
+    /// A box that holds what another box becomes.
+    fn bounds(&self, [min, max]: [Point; 2]) -> [Point; 2] {
+        let mut held = [Point::repeat(f64::MAX), Point::repeat(f64::MIN)];
+        // Directions from the focus shrink towards it: the box's faces bulge, farthest where they
+        // are nearest.
+        for i in 0..4096 {
+            let share = |shift: u32| f64::from(i >> shift & 15) / 15.0;
+            let at = Point::new(share(0), share(4), share(8));
+            let q = self.back(&(min + (max - min).component_mul(&at)));
+            held = [held[0].inf(&q), held[1].sup(&q)];
+        }
+        held
+    }
+}
+
+/// Fills what of a closed surface lies beyond the plane up to which it is held.
+fn fill(
+    surface: &Mesh,
+    focus: &Focus,
+    (axis, plane_m): (usize, f64),
+    size_m: f64,
+) -> Result<fem_reference::Mesh, fem_reference::FemError> {
+    let mut bounds = surface.bounds();
+    let cell = (bounds[1] - bounds[0]).max() / 160.0;
+    let field = Field::new(surface, Grid::around(bounds, cell, 4), Sign::Closed);
+    bounds[0][axis] = plane_m;
+    let [min, max] = focus.bounds(bounds);
+    let distance = |p: &Point| field.at(p).max(plane_m - p[axis]);
+    let mut mesh = lattice(min, max, size_m, |p| distance(&focus.out(p)))?.mapped(|p| focus.out(p));
+    // Chords lie inside: without this the body is too small by the square of the size.
+    if let Some(nearest) = Nearest::new(surface) {
+        mesh.curve_boundary(|p| {
+            if p[axis] < plane_m + ON_PLANE_M {
+                *p
+            } else {
+                nearest.point(p)
+            }
+        });
+    }
+    Ok(mesh)
+}
+
+/// What is this near to the plane lies on it, m.
+const ON_PLANE_M: f64 = 2e-4;
+
+/// Force over depth.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Curve {
+    /// Force along the way of the tool at the first of [`DEPTHS_MM`], as far as equilibrium was
+    /// found, N.
+    pub(crate) force_n: Vec<f64>,
+    /// On the coarser mesh, N.
+    pub(crate) coarse_n: Vec<f64>,
+    /// Nodes of both meshes, the finer last.
+    pub(crate) nodes: [usize; 2],
+}
+
+impl Curve {
+    /// Root mean square difference of the meshes, relative to the finer, %.
+    pub(crate) fn doubt_pct(&self) -> f64 {
+        rms_pct(&self.coarse_n, &self.force_n)
+    }
+}
+
+/// Root mean square of how far values are off, %; over as many as both have.
+pub(crate) fn rms_pct(values: &[f64], truth: &[f64]) -> f64 {
+    let off: Vec<f64> = values.iter().zip(truth).map(|(v, t)| v / t - 1.0).collect();
+    let squares: f64 = off.iter().map(|e| e * e).sum();
+    100.0 * (squares / off.len().max(1) as f64).sqrt()
+}
+
+/// The curve of a case: out of `folder` if it was found before, else solved and kept there.
+///
+/// # Errors
+/// In words.
+pub(crate) fn curve(case: &Case, folder: &Path, quick: bool) -> Result<Curve, String> {
+    let kept = folder.join(format!("{}.txt", file_name(&case.name(), quick)));
+    if let Some(curve) = std::fs::read_to_string(&kept).ok().and_then(|t| read(&t)) {
+        return Ok(curve);
+    }
+    let surface = case.site.subject.mesh()?;
+    let placed = case.placed(&surface)?;
+    let sizes = if quick { [2.0, 1.6] } else { SIZES };
+    let mean_m = (case.tool.radius_m() * MEAN_M).sqrt();
+    let mut solved = Vec::new();
+    for size in sizes {
+        solved.push(solve(case, &surface, &placed, size * mean_m)?);
+    }
+    let [(nodes_before, coarse_n), (nodes, force_n)] = solved
+        .try_into()
+        .map_err(|_| "two meshes, two curves".to_owned())?;
+    let curve = Curve {
+        force_n,
+        coarse_n,
+        nodes: [nodes_before, nodes],
+    };
+    std::fs::write(&kept, text(&curve)).map_err(|e| format!("{}: {e}", kept.display()))?;
+    Ok(curve)
+}
+
+fn file_name(name: &str, quick: bool) -> String {
+    let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '_' };
+    let name: String = name.chars().map(plain).collect();
+    if quick { name + "_quick" } else { name }
+}
+
+fn text(curve: &Curve) -> String {
+    let line = |values: &[f64]| {
+        let words: Vec<String> = values.iter().map(|f| format!("{f:.7}")).collect();
+        words.join(" ")
+    };
+    let [before, nodes] = curve.nodes;
+    format!(
+        "{before} {nodes}\n{}\n{}\n",
+        line(&curve.coarse_n),
+        line(&curve.force_n)
+    )
+}
+
+fn read(text: &str) -> Option<Curve> {
+    let mut lines = text.lines().map(|l| l.split_whitespace());
+    let counts: Option<Vec<usize>> = lines.next()?.map(|w| w.parse().ok()).collect();
+    let mut forces = || -> Option<Vec<f64>> { lines.next()?.map(|w| w.parse().ok()).collect() };
+    Some(Curve {
+        nodes: counts?.try_into().ok()?,
+        coarse_n: forces()?,
+        force_n: forces()?,
+    })
+}
+
+/// Nodes, and force at each depth that was reached.
+fn solve(
+    case: &Case,
+    surface: &Mesh,
+    placed: &Placed,
+    size_m: f64,
+) -> Result<(usize, Vec<f64>), String> {
+    let words = |e: fem_reference::FemError| format!("{}: {e}", case.name());
+    let radius_m = case.tool.radius_m();
+    let near_m = 1.5 * radius_m;
+    let focus = Focus {
+        around: placed.at_m,
+        near_m,
+        stretch: placed.reach_m.map(|reach| (1.0 + reach / near_m).sqrt()),
+    };
+    let (axis, plane) = case.site.held_below;
+    let mesh = fill(surface, &focus, (axis, plane), size_m).map_err(words)?;
+    let deepest_m = DEPTHS_MM[DEPTHS_MM.len() - 1] * 1e-3;
+    let reach = 3.0 * radius_m + 0.008;
+    let may_touch = |p: &Point| {
+        let from_bar = |bar: &fem_reference::Bar| {
+            let [a, b] = bar.ends_m;
+            let along = (p - a).dot(&(b - a)) / (b - a).norm_squared().max(1e-12);
+            (p - a - (b - a) * along.clamp(0.0, 1.0)).norm()
+        };
+        placed.bars.iter().any(|bar| from_bar(bar) < reach)
+    };
+    let tissue = Tissue::LIVER;
+    let outward = placed.outward;
+    let problem = Problem {
+        mesh: &mesh,
+        material: Material::new(tissue.young_pa, tissue.poisson, tissue.density_kg_m3)
+            .map_err(words)?,
+        gravity_m_s2: Point::zeros(),
+        holds: vec![Hold::fixed(
+            mesh.nodes_where(|p| p[axis] < plane + ON_PLANE_M),
+        )],
+        tool: Some(Tool {
+            bars: placed.bars.clone(),
+            shift_m: Box::new(move |share| -outward * (share * deepest_m)),
+            faces: mesh.faces_where(may_touch),
+        }),
+    };
+    let stops: Vec<f64> = DEPTHS_MM.iter().map(|mm| mm * 1e-3 / deepest_m).collect();
+    let start = std::time::Instant::now();
+    let (solutions, ended) = problem
+        .solve_as_far(&stops, SMALLEST_STEP, &mut |_| ())
+        .map_err(words)?;
+    let force_n: Vec<f64> = solutions
+        .iter()
+        .map(|s| s.tool_force_n.dot(&outward))
+        .collect();
+    eprintln!(
+        "  reference, {}: {} nodes, {:.0} s, {:.4?} N{}",
+        case.name(),
+        mesh.nodes.len(),
+        start.elapsed().as_secs_f64(),
+        force_n,
+        if ended.is_some() { ", no further" } else { "" }
+    );
+    Ok((mesh.nodes.len(), force_n))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_kept_curve_is_read_as_it_was() {
+        let curve = Curve {
+            force_n: vec![0.02, 0.05, 0.0912345],
+            coarse_n: vec![0.021, 0.049],
+            nodes: [4000, 7000],
+        };
+        assert_eq!(read(&text(&curve)), Some(curve));
+        assert_eq!(read("nonsense"), None);
+    }
+}
