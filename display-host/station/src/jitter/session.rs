@@ -237,12 +237,12 @@ impl Bench<'_> {
             }
             if saved.elapsed() >= SAVE && first.is_some() {
                 tally.fill(report);
+                save(report, self.out)?;
+                // The first pages that it writes are the last that it has to grow for.
                 if let Some(now) = kernel::resident_kib() {
-                    // The first pages that it writes are the last that it has to grow for.
                     let [_, last] = report.about.memory_kib.get_or_insert([now; 2]);
                     *last = now;
                 }
-                save(report, self.out)?;
                 saved = Instant::now();
             }
             if over {
