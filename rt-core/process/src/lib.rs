@@ -10,6 +10,7 @@
 //!
 //! Between the threads are only lock-free queues (loan handover for frames) and atomics.
 
+mod account;
 pub mod admission;
 /// A line on standard error. Unlike `eprintln!` it does not panic when nobody reads it any more:
 /// the thread that watches the tick must not die of that.
