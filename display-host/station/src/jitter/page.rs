@@ -233,7 +233,7 @@ fn counts(report: &Report) -> String {
     if let Some([first, last]) = report.about.memory_kib {
         let _ = write!(
             page,
-            "<tr><td>memory of calot jitter in its first seconds, at its end<td>{first} KiB, {last} KiB</tr>"
+            "<tr><td>memory of calot jitter after its first minute, at its end<td>{first} KiB, {last} KiB</tr>"
         );
     }
     page + "</table>" + &machine_table(&report.about.machine, &[])

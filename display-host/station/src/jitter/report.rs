@@ -37,7 +37,7 @@ pub(crate) struct About {
     pub(crate) realtime: bool,
     /// What it lacked, or what else a reader must know.
     pub(crate) notes: Vec<String>,
-    /// What the program that measures holds in memory, KiB: after its first seconds, and at the
+    /// What the program that measures holds in memory, KiB: after its first minute, and at the
     /// end. That it does not grow lets it run for a day.
     #[serde(default)]
     pub(crate) memory_kib: Option<[u64; 2]>,

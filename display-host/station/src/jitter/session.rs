@@ -32,11 +32,14 @@ const PROGRESS: Duration = Duration::from_secs(2);
 const SAVE: Duration = Duration::from_secs(5);
 /// How long the controller may stay silent.
 const PATIENCE: Duration = Duration::from_secs(60);
+/// By then this program has done everything once, drawing included, and should grow no more.
+const WARM_UP_S: f64 = 60.0;
 /// Pictures are drawn in stretches of this length, so that their times come in early and their
 /// files do not pile up.
-const STRETCH_S: f64 = 10.0;
-/// Pictures a second that are asked for; a slow driver draws fewer.
-const PICTURES_PER_S: f64 = 4.0;
+const STRETCH_S: f64 = 20.0;
+/// Pictures a second that are asked for at first, and at least. A driver that falls behind is asked
+/// for fewer: a picture that waited for another tells nothing about time.
+const PICTURES_PER_S: [f64; 2] = [2.0, 0.25];
 
 /// What all turns have in common.
 pub(crate) struct Bench<'a> {
@@ -238,9 +241,11 @@ impl Bench<'_> {
             if saved.elapsed() >= SAVE && first.is_some() {
                 tally.fill(report);
                 save(report, self.out)?;
-                // The first pages that it writes are the last that it has to grow for.
                 if let Some(now) = kernel::resident_kib() {
-                    let [_, last] = report.about.memory_kib.get_or_insert([now; 2]);
+                    let [first, last] = report.about.memory_kib.get_or_insert([now; 2]);
+                    if report.about.seconds < WARM_UP_S {
+                        *first = now;
+                    }
                     *last = now;
                 }
                 saved = Instant::now();
@@ -258,24 +263,32 @@ impl Bench<'_> {
         let Ok(station) = Station::new(&self.station.station) else {
             return;
         };
-        let config = HeadlessConfig {
+        let [mut per_s, least_per_s] = PICTURES_PER_S;
+        let mut config = HeadlessConfig {
             station,
             scene: scene.to_owned(),
             seconds: STRETCH_S,
             out_dir: out_dir.clone(),
             size: None,
-            frames: (STRETCH_S * PICTURES_PER_S) as u32,
+            frames: 0,
             patience: Duration::from_secs(30),
             tick_cpu: Some(self.core),
             need_pictures: true,
         };
         while !flags.done.load(Ordering::Relaxed) && !self.stop.load(Ordering::Relaxed) {
+            config.frames = (STRETCH_S * per_s) as u32;
             let outcome = headless::run(&config, &flags.done, &mut |_| ());
             let _ = std::fs::remove_dir_all(&out_dir);
             match outcome {
-                Ok(outcome) => outcome.frames.into_iter().for_each(|frame| {
-                    let _ = frames.send(frame);
-                }),
+                Ok(outcome) => {
+                    let in_time = outcome.frames.iter().filter(|frame| frame.live).count();
+                    if 2 * in_time < outcome.frames.len() {
+                        per_s = (per_s / 2.0).max(least_per_s);
+                    }
+                    for frame in outcome.frames {
+                        let _ = frames.send(frame);
+                    }
+                }
                 Err(problem) => {
                     say::note(format_args!("jitter: no display draws: {problem}"));
                     return;

@@ -114,7 +114,7 @@ pub(crate) fn text(report: &Report) -> String {
     }
     if let Some([first, last]) = about.memory_kib {
         line(format_args!(
-            "this program held {first} KiB in its first seconds, {last} KiB at the end"
+            "this program held {first} KiB after its first minute, {last} KiB at the end"
         ));
     }
     line(format_args!(
