@@ -37,10 +37,13 @@ pub enum Fault {
     Overrun = 14,
     /// Time did not go forward between two ticks. Answer: the tick counts as one period.
     BadClock = 15,
+    /// Contact gave the hand more energy than it took from it (too stiff for the loop's delay, or
+    /// tissue that moves by itself). Answer: damped until that is gone.
+    Damped = 16,
 }
 
 /// How many kinds there are.
-pub const FAULT_COUNT: usize = 16;
+pub const FAULT_COUNT: usize = 17;
 
 impl Fault {
     /// All kinds, in the order of their numbers.
@@ -61,6 +64,7 @@ impl Fault {
         Self::EventOverflow,
         Self::Overrun,
         Self::BadClock,
+        Self::Damped,
     ];
 
     /// Its number: index of its counter, code in events.
@@ -89,6 +93,7 @@ impl Fault {
             Self::EventOverflow => "event_overflow",
             Self::Overrun => "overrun",
             Self::BadClock => "bad_clock",
+            Self::Damped => "damped",
         }
     }
 
@@ -97,7 +102,11 @@ impl Fault {
     pub const fn is_alarm(self) -> bool {
         !matches!(
             self,
-            Self::Clamped | Self::Slewed | Self::StiffnessCapped | Self::ThermalLimited
+            Self::Clamped
+                | Self::Slewed
+                | Self::StiffnessCapped
+                | Self::ThermalLimited
+                | Self::Damped
         )
     }
 }
@@ -132,7 +141,7 @@ impl FaultCounters {
 
 /// The faults of one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FaultSet(u16);
+pub struct FaultSet(u32);
 
 impl FaultSet {
     /// None.
@@ -140,7 +149,7 @@ impl FaultSet {
 
     /// Adds `fault`.
     pub const fn raise(&mut self, fault: Fault) {
-        self.0 |= 1 << (fault as u16);
+        self.0 |= 1 << (fault as u32);
     }
 
     /// Adds `fault` if `happened`.
@@ -153,7 +162,7 @@ impl FaultSet {
     /// Whether `fault` is in it.
     #[must_use]
     pub const fn contains(self, fault: Fault) -> bool {
-        self.0 & (1 << (fault as u16)) != 0
+        self.0 & (1 << (fault as u32)) != 0
     }
 
     /// Those that are in `self` and not in `earlier`.

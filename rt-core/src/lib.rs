@@ -22,6 +22,7 @@ mod grasp;
 mod hash;
 pub mod math;
 pub mod output_limit;
+mod passivity;
 pub mod port;
 mod sample;
 pub mod scene;

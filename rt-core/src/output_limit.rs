@@ -1,16 +1,26 @@
 //! The only way out for force. What the simulation wants passes every gate, in this order:
-//! finite, enable and ramp (stale, lost, paused and tripped included), stiffness, clamp with
-//! thermal limit, slew, finite again.
+//! finite, enable and ramp (stale, lost, paused and tripped included), stiffness, passivity, clamp
+//! with thermal limit, slew, finite again.
 //!
 //! Trips latch until a person enables the force again. Every gate that acts raises its fault.
 
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
+use crate::passivity::Passivity;
 use crate::port::{DeviceCapabilities, ForceCommand};
 use crate::sim::{Status, TICK_S};
 
 /// Largest change of force in a tick, N. A Touch reaches its peak in 3.3 ms.
 const SLEW_N: f32 = 1.0;
+/// Share that is let through of the stiffness at which a loop of that damping and delay begins to
+/// swing (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with delay). The rule holds for the
+/// emulated Touch (`evaluate haptics`), so that little has to be given away.
+const STABLE_SHARE: f32 = 0.7;
+/// Largest change of force in a tick that comes of another share being let through, N: less than
+/// is felt.
+const SHARE_STEP_N: f32 = 0.004;
+/// Longest delay of a device that a stiffness is computed for, s.
+const DELAY_MAX_S: f32 = 0.1;
 /// Largest change of torque in a tick, as a share of the peak: as quick as force is.
 const TORQUE_SLEW: f32 = 0.3;
 /// Fastest handle that force is rendered for, m/s.
@@ -33,6 +43,8 @@ pub struct Demand {
     pub torque_n_m: Vec3,
     /// Stiffness behind it at the handle, N/m.
     pub stiffness_n_m: f32,
+    /// Where the handle is, m, in the same frame, if this tick brought a sample.
+    pub handle_m: Option<Vec3>,
     /// Speed of the handle, m/s.
     pub speed_m_s: f32,
     /// Whether the device can be relied on.
@@ -48,11 +60,16 @@ pub struct OutputLimit {
     continuous_n: f32,
     torque_max_n_m: f32,
     stiffness_max_n_m: f32,
+    passivity: Passivity,
     ramp_s: f32,
     enabled: bool,
     tripped: bool,
     /// Rises to 1 over the ramp.
     gain: f32,
+    /// Share that the stiffness leaves.
+    share: f32,
+    /// Size of the last force that was wanted, N.
+    wanted_n: f32,
     /// Running mean of the squared force, N².
     heat_n2: f32,
     /// What left in the last tick.
@@ -80,11 +97,14 @@ impl OutputLimit {
             peak_n,
             continuous_n: safe(device.force_continuous_n).min(peak_n),
             torque_max_n_m: safe(device.torque_max_n_m),
-            stiffness_max_n_m: safe(device.stiffness_max_n_m),
+            stiffness_max_n_m: stiffness_max_n_m(device),
+            passivity: Passivity::new(device),
             ramp_s: safe(ramp_s).max(TICK_S),
             enabled: false,
             tripped: false,
             gain: 0.0,
+            share: 1.0,
+            wanted_n: 0.0,
             heat_n2: 0.0,
             last: ForceCommand::default(),
         }
@@ -107,6 +127,21 @@ impl OutputLimit {
     pub fn restart(&mut self) {
         self.gain = 0.0;
         self.last = ForceCommand::default();
+        self.passivity.forget();
+    }
+
+    /// Stiffest contact that is rendered as it is, N/m: what the device states, or what its
+    /// damping bears at its delay.
+    #[must_use]
+    pub const fn stiffness_max_n_m(&self) -> f32 {
+        self.stiffness_max_n_m
+    }
+
+    /// What the hand put into contact and its device's damping, and did not get back, J. Below
+    /// nothing the loop makes energy, and is damped.
+    #[must_use]
+    pub const fn energy_j(&self) -> f32 {
+        self.passivity.energy_j()
     }
 
     /// What may leave in this tick, in the demand's frame. Never more than the device's peaks,
@@ -117,11 +152,14 @@ impl OutputLimit {
         self.trip(demand, faults);
         let is_finite = is_sound(demand);
         faults.raise_if(!is_finite, Fault::BadForce);
+        self.passivity.observe(demand.handle_m);
         let out = if is_finite && self.is_open() && demand.device != Status::Lost {
             self.ramp(demand);
-            let share = self.gain * self.cap_stiffness(demand.stiffness_n_m, faults);
+            let share = self.gain * self.cap_stiffness(demand, faults);
+            let (force_n, damped) = self.passivity.damp(&(demand.force_n * share));
+            faults.raise_if(damped, Fault::Damped);
             ForceCommand {
-                force_n: self.limit_force(&(demand.force_n * share), faults),
+                force_n: self.limit_force(&force_n, faults),
                 torque_n_m: self.limit_torque(&(demand.torque_n_m * share), faults),
             }
         } else {
@@ -141,6 +179,7 @@ impl OutputLimit {
             torque_n_m: or_none(out.torque_n_m),
         };
         self.heat_n2 += (out.force_n.norm_squared() - self.heat_n2) * (TICK_S / HEAT_TIME_S);
+        self.passivity.note_sent(&out.force_n);
         self.last = out;
         out
     }
@@ -163,13 +202,21 @@ impl OutputLimit {
         self.gain = (self.gain + step).clamp(0.0, 1.0);
     }
 
-    /// What share of the force keeps the stiffness within the device's.
-    fn cap_stiffness(&self, stiffness: f32, faults: &mut FaultSet) -> f32 {
-        if stiffness <= self.stiffness_max_n_m {
-            return 1.0;
-        }
-        faults.raise(Fault::StiffnessCapped);
-        self.stiffness_max_n_m / stiffness
+    /// What share of the force keeps the stiffness within the device's. It goes there in small
+    /// steps of force: a contact that comes or goes under a load is not felt as a knock.
+    fn cap_stiffness(&mut self, demand: &Demand, faults: &mut FaultSet) -> f32 {
+        let too_stiff = demand.stiffness_n_m > self.stiffness_max_n_m;
+        faults.raise_if(too_stiff, Fault::StiffnessCapped);
+        let goal = if too_stiff {
+            self.stiffness_max_n_m / demand.stiffness_n_m
+        } else {
+            1.0
+        };
+        // What was felt already changes slowly; what begins now begins with its own share.
+        let step = SHARE_STEP_N / self.wanted_n.max(SHARE_STEP_N);
+        self.share += (goal - self.share).max(-step).min(step);
+        self.wanted_n = math::norm(&demand.force_n);
+        self.share
     }
 
     fn limit_force(&self, force: &Vec3, faults: &mut FaultSet) -> Vec3 {
@@ -203,9 +250,24 @@ impl OutputLimit {
     }
 }
 
+/// Stiffest contact for a device; 0 where it states nothing that makes sense.
+fn stiffness_max_n_m(device: &DeviceCapabilities) -> f32 {
+    let period_s = if device.rate_hz >= 1.0 {
+        device.rate_hz.recip().max(TICK_S)
+    } else {
+        return 0.0;
+    };
+    if !(0.0..=DELAY_MAX_S).contains(&device.delay_s) {
+        return 0.0;
+    }
+    let borne_n_m = safe(device.damping_n_s_m) / (0.5 * period_s + device.delay_s);
+    safe(device.stiffness_max_n_m).min(STABLE_SHARE * borne_n_m)
+}
+
 fn is_sound(demand: &Demand) -> bool {
     let finite = math::is_finite(&demand.force_n) && math::is_finite(&demand.torque_n_m);
-    finite && !demand.stiffness_n_m.is_nan()
+    let handle = demand.handle_m.is_none_or(|at_m| math::is_finite(&at_m));
+    finite && handle && !demand.stiffness_n_m.is_nan()
 }
 
 /// `wanted`, no longer than `limit`.

@@ -144,6 +144,12 @@ impl Inputs {
             .unwrap_or_default()
     }
 
+    /// The handle in the device's frame, m, if this tick brought it.
+    pub(crate) fn fresh_handle_m(&self) -> Option<Vec3> {
+        let sample = self.device.newest().filter(|_| self.device.is_fresh())?;
+        Some(sample.device_from_handle.translation.vector)
+    }
+
     /// Buttons that this tick's sample pressed.
     pub(crate) const fn newly_pressed(&self) -> Buttons {
         self.newly_pressed

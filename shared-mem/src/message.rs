@@ -12,7 +12,7 @@ pub const TIMING_BATCH: usize = 64;
 pub const STAGES: usize = 7;
 /// Names of the faults, in the order of [`TimingBatch::faults`]. Equal to the names of
 /// `rt_core::fault::Fault` (tested where both are seen, in `rt-process`).
-pub const FAULT_NAMES: [&str; 16] = [
+pub const FAULT_NAMES: [&str; 17] = [
     "bad_sample",
     "bad_force",
     "bad_sphere",
@@ -29,6 +29,7 @@ pub const FAULT_NAMES: [&str; 16] = [
     "event_overflow",
     "overrun",
     "bad_clock",
+    "damped",
 ];
 /// Capsules that a [`ToolFrame`] shows.
 pub const MAX_CAPSULES: usize = 16;
@@ -297,7 +298,7 @@ impl TickRecord {
 /// Service `timing`: batches of records, with the thread's counters since its start.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.TimingBatch.v2")]
+#[type_name("calot.TimingBatch.v3")]
 pub struct TimingBatch {
     /// Batch number; a gap is a loss.
     pub sequence: u64,
@@ -316,7 +317,7 @@ pub struct TimingBatch {
     /// Ticks so far that ended after their deadline.
     pub overruns: u64,
     /// Faults of each kind so far (`rt_core::fault::Fault`).
-    pub faults: [u64; 16],
+    pub faults: [u64; 17],
     /// Bits: 1 SCHED_FIFO, 2 memory locked, 4 pinned, realtime only with all three.
     pub realtime: u32,
     /// How many of `records` are used.
@@ -391,6 +392,6 @@ const _: () = {
     assert!(size_of::<DeviceHealth>() == 32);
     assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 3 * 32);
     assert!(size_of::<EventMsg>() == 48);
-    assert!(size_of::<TimingBatch>() == 200 + 64 * TIMING_BATCH);
+    assert!(size_of::<TimingBatch>() == 208 + 64 * TIMING_BATCH);
     assert!(size_of::<TickRecord>() == 64);
 };

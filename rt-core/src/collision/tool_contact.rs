@@ -202,7 +202,7 @@ impl ToolContacts {
                 at_m,
                 normal: touch.normal,
                 force_n,
-                stiffness_n_m: scene.material_of(organ).contact_stiffness_n_m,
+                stiffness_n_m: felt_stiffness_n_m(near.sphere, scene, bodies),
             };
             let _ = self.list.push(contact); // holds as many as there can be
             let bits = bodies.bits.at_mut(near.sphere);
@@ -232,6 +232,19 @@ fn push(
     let force_n = stiffness_n_m * touch.depth_m / (1.0 + stiffness_n_m * yielding_m_n);
     node.move_by(&(touch.normal * (-force_n * yielding_m_n)));
     Some((touch, force_n))
+}
+
+/// Stiffness of a contact as a slow hand meets it: the contact's own spring, and behind it the
+/// tissue that a free sphere lies in, as a half-space under it (`2 E r / (1 − ν²)`).
+fn felt_stiffness_n_m(sphere: u32, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
+    let material = scene.material_of(*bodies.organ.at(sphere));
+    let own = material.contact_stiffness_n_m;
+    if bodies.nodes.at(sphere).inverse_mass_per_kg() <= 0.0 {
+        return own;
+    }
+    let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
+    let behind = 2.0 * modulus_pa * *bodies.radius_m.at(sphere);
+    own * behind / (own + behind).max(f32::MIN_POSITIVE)
 }
 
 /// The overlap of a sphere with all parts as one: `Σ d² n / Σ d`. Alone, a part counts as it is; two

@@ -55,6 +55,8 @@ pub struct TickView<'a> {
     pub tool: &'a ToolState,
     /// What happened, in order.
     pub events: &'a [Event],
+    /// What the hand put into contact and has not got back, J; below nothing contact makes energy.
+    pub energy_j: f32,
     /// Faults of this tick.
     pub faults: FaultSet,
     /// Ticks that each fault happened in so far.

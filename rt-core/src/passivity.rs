@@ -1,0 +1,266 @@
+//! Passivity observer and controller on the handle (Hannaford and Ryu 2002, in the time domain).
+//!
+//! Contact may give the hand back what the hand put in, no more. The observer adds up the work that
+//! hand and device exchange with what is rendered: exact for the force that acted in each period,
+//! which is the one sent `delay` before. What the device's own damping takes counts as well. Where
+//! the sum falls below nothing, the loop makes energy (too stiff for its delay, samples that come
+//! late), and the controller takes it out again by damping, no stronger than the device renders.
+//!
+//! What tissue has swallowed must not hide what the loop makes, so the sum never stands above what
+//! the present force could give back on the way to where it began. Without contact it is forgotten.
+
+use crate::math::{self, Vec3};
+use crate::port::DeviceCapabilities;
+use crate::sim::TICK_S;
+
+/// Longest delay that is looked at, ticks: that of a slow USB device.
+const DELAY_MAX: usize = 16;
+/// Ticks without force after which nothing is remembered.
+const FREE_TICKS: u32 = 100;
+/// Speed below which nothing is damped, m/s: an encoder step of a Touch in 4 ms.
+const STILL_M_S: f32 = 0.015;
+/// How much of a new speed is believed: encoder steps are coarse.
+const SPEED_BLEND: f32 = 0.3;
+
+/// What the observer remembers. Positions and forces are in one frame, the device's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Passivity {
+    damping_n_s_m: f32,
+    damping_max_n_s_m: f32,
+    /// Forces sent, the newest last.
+    sent_n: [Vec3; DELAY_MAX],
+    delay_ticks: usize,
+    /// The handle at its last sample.
+    handle_m: Option<Vec3>,
+    /// What acted since then, summed over its ticks, N.
+    acted_n: Vec3,
+    ticks: f32,
+    speed_m_s: Vec3,
+    /// Where the present contact began.
+    began_m: Vec3,
+    free_ticks: u32,
+    /// Put in by the hand and not given back, J.
+    energy_j: f32,
+}
+
+impl Passivity {
+    /// Nothing exchanged. Figures that make no sense count as none, and a delay no longer than can
+    /// be looked at.
+    pub(crate) fn new(device: &DeviceCapabilities) -> Self {
+        let sane = |x: f32| if x.is_finite() { x.max(0.0) } else { 0.0 };
+        Self {
+            damping_n_s_m: sane(device.damping_n_s_m),
+            damping_max_n_s_m: sane(device.damping_max_n_s_m),
+            sent_n: [Vec3::zeros(); DELAY_MAX],
+            delay_ticks: (sane(device.delay_s) / TICK_S + 0.5) as usize,
+            handle_m: None,
+            acted_n: Vec3::zeros(),
+            ticks: 0.0,
+            speed_m_s: Vec3::zeros(),
+            began_m: Vec3::zeros(),
+            free_ticks: 0,
+            energy_j: 0.0,
+        }
+    }
+
+    /// A period has passed; `handle_m` is the handle if a sample of it came.
+    pub(crate) fn observe(&mut self, handle_m: Option<Vec3>) {
+        let newest_first = self.sent_n.iter().rev();
+        let acted_n = newest_first
+            .skip(self.delay_ticks.min(DELAY_MAX - 1))
+            .next();
+        self.acted_n += acted_n.copied().unwrap_or_else(Vec3::zeros);
+        self.ticks += 1.0;
+        let Some(now_m) = handle_m else {
+            return;
+        };
+        if let Some(before_m) = self.handle_m {
+            let way_m = now_m - before_m;
+            let passed_s = self.ticks * TICK_S;
+            let mean_n = self.acted_n / self.ticks;
+            self.energy_j -= mean_n.dot(&way_m);
+            self.energy_j += self.damping_n_s_m * way_m.norm_squared() / passed_s;
+            self.speed_m_s += (way_m / passed_s - self.speed_m_s) * SPEED_BLEND;
+        }
+        self.handle_m = Some(now_m);
+        self.acted_n = Vec3::zeros();
+        self.ticks = 0.0;
+    }
+
+    /// `wanted_n`, with what damping it takes; and whether it took any.
+    pub(crate) fn damp(&mut self, wanted_n: &Vec3) -> (Vec3, bool) {
+        let Some(handle_m) = self.handle_m else {
+            return (*wanted_n, false);
+        };
+        let size_n = math::norm(wanted_n);
+        if !(size_n > 0.0) {
+            self.free_ticks = self.free_ticks.saturating_add(1);
+            self.began_m = handle_m;
+            if self.free_ticks > FREE_TICKS {
+                self.energy_j = 0.0;
+            }
+            // No contact, no force: not even damping.
+            return (*wanted_n, false);
+        }
+        self.free_ticks = 0;
+        let could_give_j = size_n * math::norm(&(handle_m - self.began_m));
+        self.energy_j = self.energy_j.min(could_give_j);
+        let speed = math::norm(&self.speed_m_s);
+        let moving = speed - STILL_M_S;
+        if !(self.energy_j < 0.0 && moving > 0.0) {
+            return (*wanted_n, false);
+        }
+        // What takes the debt away within a tick, or as much as the device renders.
+        let whole_n_s_m = -self.energy_j / (TICK_S * speed * speed);
+        let damping = whole_n_s_m.min(self.damping_max_n_s_m);
+        let damped_n = wanted_n - self.speed_m_s * (damping * moving / speed);
+        (damped_n, true)
+    }
+
+    /// What leaves in this tick.
+    pub(crate) fn note_sent(&mut self, force_n: &Vec3) {
+        self.sent_n.rotate_left(1);
+        if let Some(newest) = self.sent_n.last_mut() {
+            *newest = *force_n;
+        }
+    }
+
+    /// Nobody knows what happened meanwhile: starts anew.
+    pub(crate) fn forget(&mut self) {
+        *self = Self {
+            sent_n: [Vec3::zeros(); DELAY_MAX],
+            handle_m: None,
+            acted_n: Vec3::zeros(),
+            ticks: 0.0,
+            speed_m_s: Vec3::zeros(),
+            free_ticks: 0,
+            energy_j: 0.0,
+            ..*self
+        };
+    }
+
+    /// Put in by the hand and not given back, J.
+    pub(crate) const fn energy_j(&self) -> f32 {
+        self.energy_j
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+
+    const DEVICE: DeviceCapabilities = DeviceCapabilities {
+        force_max_n: 3.3,
+        force_continuous_n: 0.88,
+        torque_max_n_m: 0.0,
+        stiffness_max_n_m: 1000.0,
+        damping_max_n_s_m: 5.0,
+        damping_n_s_m: 0.0,
+        delay_s: 0.0,
+        workspace_radius_m: 0.1,
+        rate_hz: 1000.0,
+    };
+
+    /// The handle led along `x_m`, a tick each, against a wall of `stiffness` at 0: the forces, the
+    /// largest damping force, and the energy at the end.
+    fn led(
+        way: impl Iterator<Item = f32>,
+        stiffness: f32,
+        device: &DeviceCapabilities,
+    ) -> (f32, f32) {
+        let mut passivity = Passivity::new(device);
+        let mut most_n = 0.0f32;
+        for x_m in way {
+            passivity.observe(Some(Vec3::x() * x_m));
+            let wanted_n = Vec3::x() * (-x_m * stiffness).max(0.0);
+            let (out_n, acted) = passivity.damp(&wanted_n);
+            most_n = most_n.max(math::norm(&(out_n - wanted_n)));
+            assert!(acted || out_n == wanted_n);
+            passivity.note_sent(&out_n);
+        }
+        (most_n, passivity.energy_j())
+    }
+
+    fn stroke(depth_m: f32, ticks: usize) -> impl Iterator<Item = f32> {
+        (0..=ticks).map(move |i| {
+            let turn = core::f64::consts::TAU * i as f64 / ticks as f64;
+            (-f64::from(depth_m) * 0.5 * (1.0 - turn.cos()) + 1.0e-4) as f32
+        })
+    }
+
+    #[test]
+    fn a_held_force_makes_energy_by_hand() {
+        // In and out in two steps of 10 mm at 100 N/m: in against no force, out with 1 N.
+        let mut passivity = Passivity::new(&DEVICE);
+        for (x, force, energy) in [(0.0, 0.0, 0.0), (-0.01, 1.0, 0.0), (0.0, 0.0, -0.01)] {
+            passivity.observe(Some(Vec3::x() * x));
+            assert!((passivity.energy_j() - energy).abs() < 1.0e-7);
+            passivity.note_sent(&(Vec3::x() * force));
+        }
+        // The device's own damping of 0.1 N s/m takes 0.1 · (10 m/s)² · 1 ms each way: nothing is left.
+        let damped = DeviceCapabilities {
+            damping_n_s_m: 0.05,
+            ..DEVICE
+        };
+        let mut passivity = Passivity::new(&damped);
+        for (x, force, energy) in [(0.0, 0.0, 0.0), (-0.01, 1.0, 0.005), (0.0, 0.0, 0.0)] {
+            passivity.observe(Some(Vec3::x() * x));
+            assert!((passivity.energy_j() - energy).abs() < 1.0e-7);
+            passivity.note_sent(&(Vec3::x() * force));
+        }
+    }
+
+    #[test]
+    fn a_wall_within_the_device_s_damping_is_left_alone_and_one_beyond_is_damped() {
+        // K (T/2 + delay) = 400 · 2.5 ms = 1 N s/m.
+        let device = |damping_n_s_m| DeviceCapabilities {
+            delay_s: 0.002,
+            damping_n_s_m,
+            ..DEVICE
+        };
+        let strokes = || (0..20).flat_map(|_| stroke(0.003, 40));
+        assert!(led(strokes(), 400.0, &device(1.2)).0.to_bits() == 0);
+        let (most_n, _) = led(strokes(), 400.0, &device(0.2));
+        assert!(most_n > 0.02, "{most_n}");
+    }
+
+    #[test]
+    fn samples_that_come_late_are_counted_with_what_acted_meanwhile() {
+        let mut passivity = Passivity::new(&DEVICE);
+        passivity.observe(Some(Vec3::zeros()));
+        for force in [1.0, 2.0, 3.0] {
+            passivity.note_sent(&(Vec3::x() * force));
+            passivity.observe(None);
+        }
+        passivity.note_sent(&(Vec3::x() * 4.0));
+        passivity.observe(Some(Vec3::x() * -0.01)); // against 2.5 N on the mean
+        assert!((passivity.energy_j() - 0.025).abs() < 1.0e-7);
+    }
+
+    proptest! {
+        /// Nothing without contact, whatever was before; what is added opposes the movement and
+        /// stays within the device's damping.
+        #[test]
+        fn damping_is_only_damping(
+            ways in prop::collection::vec((-0.002f32..0.002, -5.0f32..5.0, any::<bool>()), 1..200),
+            damping in 0.0f32..3.0, delay in 0.0f32..0.05,
+        ) {
+            let device = DeviceCapabilities { damping_n_s_m: damping, delay_s: delay, ..DEVICE };
+            let mut passivity = Passivity::new(&device);
+            let mut at_m = Vec3::zeros();
+            for (way, force, fresh) in ways {
+                at_m.x += way;
+                passivity.observe(fresh.then_some(at_m));
+                let wanted_n = Vec3::x() * force.max(0.0);
+                let (out_n, _) = passivity.damp(&wanted_n);
+                let added = (out_n - wanted_n).x;
+                prop_assert!(wanted_n.x > 0.0 || added.to_bits() == 0);
+                prop_assert!(added * passivity.speed_m_s.x <= 0.0);
+                prop_assert!(added.abs() <= 5.0 * passivity.speed_m_s.x.abs() + 1.0e-6);
+                passivity.note_sent(&out_n);
+            }
+        }
+    }
+}
