@@ -65,11 +65,9 @@ impl Passivity {
 
     /// A period has passed; `handle_m` is the handle if a sample of it came.
     pub(crate) fn observe(&mut self, handle_m: Option<Vec3>) {
-        let newest_first = self.sent_n.iter().rev();
-        let acted_n = newest_first
-            .skip(self.delay_ticks.min(DELAY_MAX - 1))
-            .next();
-        self.acted_n += acted_n.copied().unwrap_or_else(Vec3::zeros);
+        let delay = self.delay_ticks.min(DELAY_MAX - 1);
+        let acted_n = self.sent_n.iter().nth_back(delay).copied();
+        self.acted_n += acted_n.unwrap_or_else(Vec3::zeros);
         self.ticks += 1.0;
         let Some(now_m) = handle_m else {
             return;
@@ -93,7 +91,7 @@ impl Passivity {
             return (*wanted_n, false);
         };
         let size_n = math::norm(wanted_n);
-        if !(size_n > 0.0) {
+        if size_n <= 0.0 {
             self.free_ticks = self.free_ticks.saturating_add(1);
             self.began_m = handle_m;
             if self.free_ticks > FREE_TICKS {
@@ -107,7 +105,7 @@ impl Passivity {
         self.energy_j = self.energy_j.min(could_give_j);
         let speed = math::norm(&self.speed_m_s);
         let moving = speed - STILL_M_S;
-        if !(self.energy_j < 0.0 && moving > 0.0) {
+        if self.energy_j >= 0.0 || moving <= 0.0 {
             return (*wanted_n, false);
         }
         // What takes the debt away within a tick, or as much as the device renders.

@@ -82,7 +82,7 @@ struct Counters {
     page_faults: u64,
     involuntary_switches: u64,
     realtime: u32,
-    faults: [u64; 16],
+    faults: [u64; FAULT_NAMES.len()],
 }
 
 impl Recorder {
@@ -184,7 +184,7 @@ impl Recorder {
             }
         }
         let stages = STAGE_NAMES.iter().zip(&self.stages);
-        let faults = counters.map_or([0; 16], |c| c.faults);
+        let faults = counters.map_or([0; FAULT_NAMES.len()], |c| c.faults);
         Summary {
             program: concat!("calot ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene: scene.name().to_owned(),
