@@ -152,7 +152,8 @@ impl OutputLimit {
         self.trip(demand, faults);
         let is_finite = is_sound(demand);
         faults.raise_if(!is_finite, Fault::BadForce);
-        self.passivity.observe(demand.handle_m.filter(math::is_finite));
+        self.passivity
+            .observe(demand.handle_m.filter(math::is_finite));
         let out = if is_finite && self.is_open() && demand.device != Status::Lost {
             self.ramp(demand);
             let share = self.gain * self.cap_stiffness(demand, faults);

@@ -109,6 +109,10 @@ mod tests {
             without_sleep = if slept_ns == 0 { without_sleep + 1 } else { 0 };
             assert!(without_sleep < BREATHLESS_MAX);
         }
+        // Every period is a tick's or told as missed.
+        let missed: u64 = log.iter().map(|(_, due)| u64::from(due.missed)).sum();
+        let deadline_ns = log[log.len() - 1].1.deadline_ns;
+        assert_eq!((deadline_ns - 2 * MS) / MS, 1000 + missed);
         let (first, last) = (log[0].0, log[log.len() - 1].0);
         let busy = 999.0 * cost_ns as f64 / (last - first) as f64;
         assert!(busy < 0.95, "Linux's throttle strikes at 95 %: {busy}");
