@@ -32,4 +32,13 @@ pub(crate) fn scene_file(bytes: &[u8]) {
     for band in scene.attachments() {
         assert!((band.a as usize) < spheres);
     }
+    let contact = scene.contact_vertices().len();
+    for v in scene.contact_vertices() {
+        let [first, n] = v.fan.map(|n| n as usize);
+        assert!(first + n <= scene.contact_fans().len());
+        assert!(v.spheres.iter().all(|&i| usize::from(i) < spheres));
+    }
+    for corner in scene.contact_fans().as_flattened() {
+        assert!(usize::from(*corner) < contact);
+    }
 }

@@ -4,12 +4,22 @@ use bytemuck::Zeroable;
 use proptest::prelude::*;
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
-    AttachmentRecord, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData,
-    SceneError, SceneFile, SphereRecord, TetraRecord, VertexRecord, WORLD, name_from_str,
+    AttachmentRecord, ContactVertexRecord, LinkRecord, MaterialRecord, NO_CONTACT_VERTEX,
+    OrganKind, OrganRecord, RoomRecord, SceneData, SceneError, SceneFile, SphereRecord,
+    TetraRecord, VertexRecord, WORLD, name_from_str,
 };
 
 #[path = "../fuzz/body.rs"]
 mod fuzz;
+
+fn contact_vertex(i: u16) -> ContactVertexRecord {
+    ContactVertexRecord {
+        spheres: [i; 12],
+        weights: [1.5, -0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        fan: [u32::from(i), 1],
+        patch_m: 0.01,
+    }
+}
 
 fn tiny() -> SceneData {
     let sphere = |x: f32| SphereRecord {
@@ -73,6 +83,9 @@ fn tiny() -> SceneData {
             spheres: [0, 1, 2, 3],
             volume_m3: 1e-5,
         }],
+        contact_vertices: vec![contact_vertex(0), contact_vertex(1), contact_vertex(2)],
+        contact_fans: vec![[1, 2], [2, 0], [0, 1]],
+        contact_nearest: vec![0, 1, 2, NO_CONTACT_VERTEX],
         attachments: vec![AttachmentRecord {
             a: 3,
             b: WORLD,
@@ -100,6 +113,9 @@ fn a_scene_survives_the_file() {
     assert_eq!(scene.triangles(), data.triangles);
     assert_eq!(scene.tetrahedra(), data.tetrahedra);
     assert_eq!(scene.attachments(), data.attachments);
+    assert_eq!(scene.contact_vertices(), data.contact_vertices);
+    assert_eq!(scene.contact_fans(), data.contact_fans);
+    assert_eq!(scene.contact_nearest(), data.contact_nearest);
     assert_eq!(
         data.to_bytes().unwrap(),
         std::fs::read(&path).unwrap(),
@@ -128,7 +144,7 @@ type Fault = (&'static str, fn(&mut SceneData));
 
 #[test]
 fn every_fault_is_refused_and_named() {
-    let faults: [Fault; 24] = [
+    let faults: [Fault; 28] = [
         ("kind", |s| s.organs[0].kind = 99),
         ("name", |s| s.organs[0].name = [0; 32]),
         ("poisson", |s| s.organs[0].material.poisson = 0.5),
@@ -154,6 +170,12 @@ fn every_fault_is_refused_and_named() {
         ("vertex 2", |s| s.vertices[2].weights[0] = 1),
         ("vertex 0", |s| s.vertices[0].spheres[7] = 4),
         ("triangle 0", |s| s.triangles[0][1] = 3),
+        ("contact vertex 1", |s| s.contact_vertices[1].spheres[3] = 4),
+        ("contact vertex 2", |s| {
+            s.contact_vertices[2].weights[0] = f32::NAN
+        }),
+        ("contact triangle 0", |s| s.contact_fans[0][0] = 3),
+        ("nearest contact vertex 3", |s| s.contact_nearest[3] = 3),
         ("instrument length", |s| {
             if let Some(room) = &mut s.room {
                 room.instrument_length_m = 0.0;

@@ -33,6 +33,7 @@ pub mod order;
 pub mod pack;
 mod prepare;
 pub mod room;
+pub mod skin;
 mod surface_nets;
 pub mod tetra;
 

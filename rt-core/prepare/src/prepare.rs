@@ -3,7 +3,8 @@
 use std::time::Instant;
 
 use shared_mem::scene::{
-    LinkRecord, OrganRecord, SceneData, SphereRecord, TetraRecord, VertexRecord, name_from_str,
+    ContactVertexRecord, LinkRecord, NO_CONTACT_VERTEX, OrganRecord, SceneData, SphereRecord,
+    TetraRecord, VertexRecord, name_from_str,
 };
 
 use crate::budget::{self, Count};
@@ -13,6 +14,7 @@ use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
 use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, Surface};
 use crate::report::{OrganReport, Report};
+use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
 use crate::{attach, bind, cost, held, links, room};
 
@@ -45,6 +47,7 @@ struct Organ {
     elastic: Elastic,
     tets: Vec<Tetra>,
     vertices: Vec<VertexRecord>,
+    skin: ContactSkin,
     quality: Quality,
     because: String,
 }
@@ -333,6 +336,17 @@ fn build(
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
+        // A tube is as thick as its spheres: they collide.
+        skin: match plan.packing {
+            Packing::Line => ContactSkin::default(),
+            Packing::Even | Packing::Paper => ContactSkin::new(
+                &interior,
+                &surface.mesh,
+                &balls,
+                &tets,
+                plan.material.poisson,
+            ),
+        },
         quality: Quality::measure(&interior, &surface.mesh, &balls),
         elastic: elastic::elastic(
             &balls,
@@ -458,4 +472,27 @@ fn append(scene: &mut SceneData, plan: &OrganPlan, surface: &Mended, organ: &Org
         .iter()
         .map(|t| t.map(|i| i + first_vertex));
     scene.triangles.extend(shifted);
+    append_skin(scene, &organ.skin, first_sphere, organ.balls.len());
+}
+
+fn append_skin(scene: &mut SceneData, skin: &ContactSkin, first_sphere: u32, spheres: usize) {
+    let first_vertex = scene.contact_vertices.len();
+    let first_fan = scene.contact_fans.len() as u32;
+    // What does not fit is said by the scene's own check.
+    let shifted = |vertex: u16| (first_vertex + usize::from(vertex)) as u16;
+    scene
+        .contact_vertices
+        .extend(skin.vertices.iter().map(|v| ContactVertexRecord {
+            spheres: v.spheres.map(|i| (u32::from(i) + first_sphere) as u16),
+            weights: v.weights,
+            fan: [v.fan_start + first_fan, v.fan_count],
+            patch_m: v.patch_m,
+        }));
+    let fans = skin.fans.iter().map(|corners| corners.map(shifted));
+    scene.contact_fans.extend(fans);
+    let mut nearest = vec![NO_CONTACT_VERTEX; spheres];
+    for (to, from) in nearest.iter_mut().zip(&skin.nearest) {
+        *to = shifted(*from);
+    }
+    scene.contact_nearest.extend(nearest);
 }

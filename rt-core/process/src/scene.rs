@@ -6,12 +6,13 @@ use hardware::station::StationFile;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
-    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Tetra, TetraBatch, batches,
+    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Skin, SkinVertex, Tetra,
+    TetraBatch, batches,
 };
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
-    AttachmentRecord, LinkRecord, OrganRecord, RoomRecord, SceneFile, SphereRecord, TetraRecord,
-    WORLD,
+    AttachmentRecord, ContactVertexRecord, LinkRecord, OrganRecord, RoomRecord, SceneFile,
+    SphereRecord, TetraRecord, WORLD,
 };
 
 use crate::error::RtError;
@@ -29,6 +30,9 @@ pub(crate) struct LoadedScene {
     links: Vec<Link>,
     batches: Vec<TetraBatch>,
     attachments: Vec<Attachment>,
+    skin_vertices: Vec<SkinVertex>,
+    skin_fans: Vec<[u16; 2]>,
+    skin_nearest: Vec<u16>,
     room: Room,
 }
 
@@ -67,6 +71,9 @@ impl LoadedScene {
             links: file.links().iter().map(link).collect(),
             batches: packed,
             attachments: file.attachments().iter().map(attachment).collect(),
+            skin_vertices: file.contact_vertices().iter().map(skin_vertex).collect(),
+            skin_fans: file.contact_fans().to_vec(),
+            skin_nearest: file.contact_nearest().to_vec(),
             room: room(file.room(), station),
         };
         loaded.scene()?;
@@ -78,6 +85,13 @@ impl LoadedScene {
         Scene::new(&self.organs, &self.spheres, &self.links, self.room)
             .and_then(|scene| scene.with_tetrahedra(&self.batches))
             .and_then(|scene| scene.with_attachments(&self.attachments))
+            .and_then(|scene| {
+                scene.with_skin(Skin {
+                    vertices: &self.skin_vertices,
+                    fans: &self.skin_fans,
+                    nearest: &self.skin_nearest,
+                })
+            })
             .map_err(RtError::Core)
     }
 
@@ -123,6 +137,16 @@ fn attachment(record: &AttachmentRecord) -> Attachment {
         rest_length_m: record.rest_length_m,
         compliance_m_n: record.compliance_m_n,
         is_thread: record.is_thread != 0,
+    }
+}
+
+fn skin_vertex(record: &ContactVertexRecord) -> SkinVertex {
+    SkinVertex {
+        spheres: record.spheres,
+        weights: record.weights,
+        fan_start: record.fan[0],
+        fan_count: record.fan[1],
+        patch_m: record.patch_m,
     }
 }
 

@@ -6,7 +6,7 @@ use crate::math::Vec3;
 use crate::scene::{Scene, SceneError};
 
 /// Spheres that one vertex of the contact skin follows.
-pub const SKIN_BINDINGS: usize = 8;
+pub const SKIN_BINDINGS: usize = 12;
 
 /// Stands for no vertex.
 pub const NO_VERTEX: u16 = u16::MAX;

@@ -7,8 +7,9 @@ use bytemuck::Pod;
 use super::levels;
 use super::write::{HEADER_BYTES, Header, SECTIONS, Section, TABLE_ENTRY_BYTES};
 use super::{
-    AttachmentRecord, BINDINGS, LAYOUT_VERSION, LinkRecord, MAGIC, OrganKind, OrganRecord,
-    RoomRecord, SceneId, SphereRecord, TetraRecord, VertexRecord, WEIGHT_SUM, WORLD, str_from_name,
+    AttachmentRecord, BINDINGS, ContactVertexRecord, LAYOUT_VERSION, LinkRecord, MAGIC,
+    NO_CONTACT_VERTEX, OrganKind, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord,
+    VertexRecord, WEIGHT_SUM, WORLD, str_from_name,
 };
 use crate::message::MAX_SPHERES;
 
@@ -263,6 +264,25 @@ impl SceneFile {
         self.section(7)
     }
 
+    /// Vertices of the contact skins.
+    #[must_use]
+    pub fn contact_vertices(&self) -> &[ContactVertexRecord] {
+        self.section(8)
+    }
+
+    /// The two other corners of every triangle around each contact vertex.
+    #[must_use]
+    pub fn contact_fans(&self) -> &[[u16; 2]] {
+        self.section(9)
+    }
+
+    /// For every sphere the contact vertex nearest to it, or [`NO_CONTACT_VERTEX`]; empty if no
+    /// organ has a contact skin.
+    #[must_use]
+    pub fn contact_nearest(&self) -> &[u16] {
+        self.section(10)
+    }
+
     fn check_content(&self) -> Result<(), SceneError> {
         count("room", self.sections[0].count as usize, 1, 1)?;
         count("organs", self.organs().len(), 1, 16)?;
@@ -272,6 +292,26 @@ impl SceneFile {
         count("skin triangles", self.triangles().len(), 0, 8_000_000)?;
         count("tetrahedra", self.tetrahedra().len(), 0, 6 * MAX_SPHERES)?;
         count("attachments", self.attachments().len(), 0, MAX_ATTACHMENTS)?;
+        let contact = [
+            (
+                "contact vertices",
+                self.contact_vertices().len(),
+                MAX_CONTACT_VERTICES,
+            ),
+            (
+                "contact triangles",
+                self.contact_fans().len(),
+                16 * MAX_CONTACT_VERTICES,
+            ),
+            (
+                "nearest contact vertices",
+                self.contact_nearest().len(),
+                self.spheres().len(),
+            ),
+        ];
+        for (what, found, max) in contact {
+            count(what, found, 0, max)?;
+        }
         self.check_room()?;
 
         let mut ends = [0u32; 5];
@@ -429,7 +469,42 @@ impl SceneFile {
                 }
             }
         }
-        self.check_attachments()
+        self.check_attachments()?;
+        self.check_contact_skin()
+    }
+
+    /// That all exists. Whether it is of one organ, the realtime process checks.
+    fn check_contact_skin(&self) -> Result<(), SceneError> {
+        let (vertices, fans) = (self.contact_vertices(), self.contact_fans());
+        for (i, v) in vertices.iter().enumerate() {
+            let [first, n] = v.fan.map(|n| n as usize);
+            let sum: f32 = v.weights.iter().sum();
+            let good = v
+                .spheres
+                .iter()
+                .all(|&s| usize::from(s) < self.spheres().len())
+                && first.checked_add(n).is_some_and(|end| end <= fans.len())
+                && v.weights.iter().all(|w| w.abs() <= 8.0)
+                && (sum - 1.0).abs() <= 1e-3
+                && (1e-4..=1.0).contains(&v.patch_m);
+            if !good {
+                return Err(record("contact vertex", i, format!("out of range: {v:?}")));
+            }
+        }
+        let exists = |vertex: u16| usize::from(vertex) < vertices.len();
+        for (i, corners) in fans.iter().enumerate() {
+            if !corners.iter().all(|&corner| exists(corner)) {
+                let problem = format!("{corners:?} do not exist");
+                return Err(record("contact triangle", i, problem));
+            }
+        }
+        for (i, &vertex) in self.contact_nearest().iter().enumerate() {
+            if !exists(vertex) && vertex != NO_CONTACT_VERTEX {
+                let problem = format!("{vertex} does not exist");
+                return Err(record("nearest contact vertex", i, problem));
+            }
+        }
+        Ok(())
     }
 
     fn check_attachments(&self) -> Result<(), SceneError> {
@@ -457,10 +532,15 @@ const ELEMENT_BYTES: [usize; SECTIONS] = [
     size_of::<[u32; 3]>(),
     size_of::<TetraRecord>(),
     size_of::<AttachmentRecord>(),
+    size_of::<ContactVertexRecord>(),
+    size_of::<[u16; 2]>(),
+    size_of::<u16>(),
 ];
 
 /// Attachments in a scene; equals the realtime process's limit.
 const MAX_ATTACHMENTS: usize = 1024;
+/// Contact vertices in a scene; equals the realtime process's limit.
+const MAX_CONTACT_VERTICES: usize = 32_768;
 /// A micronewton for a metre: whatever is softer holds nothing.
 const COMPLIANCE_MAX_M_N: f32 = 1e6;
 /// Steps in a tick, at most.

@@ -6,6 +6,8 @@ use crate::message::PoseMsg;
 
 /// Spheres that one skin vertex is bound to, at most.
 pub const BINDINGS: usize = 8;
+/// Spheres that one contact vertex follows, at most.
+pub const CONTACT_BINDINGS: usize = 12;
 /// Stands for the second sphere of an [`AttachmentRecord`] that ends at a point of the world.
 pub const WORLD: u32 = u32::MAX;
 /// The quantised weights of a vertex sum to this.
@@ -207,6 +209,21 @@ pub struct VertexRecord {
     pub spheres: [u16; BINDINGS],
     /// Their weights; sum is [`WEIGHT_SUM`], unused ones are zero.
     pub weights: [u16; BINDINGS],
+}
+
+/// A vertex of the contact skin, which tools meet; coarser than the skin that is drawn.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct ContactVertexRecord {
+    /// Spheres of one organ that it follows, indices into the scene's spheres; unused ones have
+    /// weight 0.
+    pub spheres: [u16; CONTACT_BINDINGS],
+    /// Their weights; the sum is 1. Some may be negative.
+    pub weights: [f32; CONTACT_BINDINGS],
+    /// Triangles around it: first and count, each by its two other corners.
+    pub fan: [u32; 2],
+    /// A force on it reaches the spheres as if spread over a Gaussian `exp(−r²/A²)`: A, m.
+    pub patch_m: f32,
 }
 
 /// A fixed name field from a string, cut at a character border.

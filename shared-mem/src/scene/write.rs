@@ -7,8 +7,8 @@ use bytemuck::Pod;
 
 use super::file::SceneError;
 use super::{
-    AttachmentRecord, LAYOUT_VERSION, LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId,
-    SphereRecord, TetraRecord, VertexRecord,
+    AttachmentRecord, ContactVertexRecord, LAYOUT_VERSION, LinkRecord, MAGIC, OrganRecord,
+    RoomRecord, SceneId, SphereRecord, TetraRecord, VertexRecord,
 };
 
 /// A scene in memory, as preparation builds it.
@@ -30,12 +30,19 @@ pub struct SceneData {
     pub tetrahedra: Vec<TetraRecord>,
     /// What joins organs to each other and to the world.
     pub attachments: Vec<AttachmentRecord>,
+    /// Vertices of the contact skins.
+    pub contact_vertices: Vec<ContactVertexRecord>,
+    /// The two other corners of every triangle around each of them.
+    pub contact_fans: Vec<[u16; 2]>,
+    /// For every sphere the contact vertex nearest to it, or [`super::NO_CONTACT_VERTEX`]; empty if
+    /// no organ has a contact skin.
+    pub contact_nearest: Vec<u16>,
 }
 
 pub(super) const HEADER_BYTES: usize = 64;
 pub(super) const TABLE_ENTRY_BYTES: usize = 32;
 pub(super) const ALIGN: usize = 64;
-pub(super) const SECTIONS: usize = 8;
+pub(super) const SECTIONS: usize = 11;
 
 /// Header of the file.
 #[repr(C)]
@@ -79,6 +86,9 @@ impl SceneData {
         body.push(6, &self.triangles);
         body.push(7, &self.tetrahedra);
         body.push(8, &self.attachments);
+        body.push(9, &self.contact_vertices);
+        body.push(10, &self.contact_fans);
+        body.push(11, &self.contact_nearest);
 
         let table: &[u8] = bytemuck::cast_slice(&body.table);
         let mut hash = blake3::Hasher::new();

@@ -2,7 +2,8 @@
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
-    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Tetra, TetraBatch, batches,
+    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Skin, SkinVertex, Tetra,
+    TetraBatch, batches,
 };
 use shared_mem::scene::{SceneData, WORLD};
 
@@ -12,6 +13,9 @@ pub(crate) struct Prepared {
     links: Vec<Link>,
     batches: Vec<TetraBatch>,
     attachments: Vec<Attachment>,
+    skin_vertices: Vec<SkinVertex>,
+    skin_fans: Vec<[u16; 2]>,
+    skin_nearest: Vec<u16>,
     room: Room,
 }
 
@@ -92,6 +96,19 @@ impl Prepared {
                     is_thread: tie.is_thread != 0,
                 })
                 .collect(),
+            skin_vertices: data
+                .contact_vertices
+                .iter()
+                .map(|v| SkinVertex {
+                    spheres: v.spheres,
+                    weights: v.weights,
+                    fan_start: v.fan[0],
+                    fan_count: v.fan[1],
+                    patch_m: v.patch_m,
+                })
+                .collect(),
+            skin_fans: data.contact_fans.clone(),
+            skin_nearest: data.contact_nearest.clone(),
             room: Room {
                 gravity_m_s2: Vec3::from(room.gravity_m_s2),
                 world_from_device: Pose::identity(),
@@ -109,6 +126,13 @@ impl Prepared {
         Scene::new(&self.organs, &self.spheres, &self.links, self.room)
             .and_then(|scene| scene.with_tetrahedra(&self.batches))
             .and_then(|scene| scene.with_attachments(&self.attachments))
+            .and_then(|scene| {
+                scene.with_skin(Skin {
+                    vertices: &self.skin_vertices,
+                    fans: &self.skin_fans,
+                    nearest: &self.skin_nearest,
+                })
+            })
             .expect("the core takes what preparation makes")
     }
 }

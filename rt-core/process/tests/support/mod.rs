@@ -252,5 +252,8 @@ fn block(n: usize) -> SceneData {
         triangles: Vec::new(),
         tetrahedra: Vec::new(),
         attachments: Vec::new(),
+        contact_vertices: Vec::new(),
+        contact_fans: Vec::new(),
+        contact_nearest: Vec::new(),
     }
 }

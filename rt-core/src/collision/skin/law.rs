@@ -11,13 +11,18 @@ use crate::math;
 /// A tool's shape where it touches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shape {
-    /// A round end. Sneddon 1965: the punch is a sphere at any depth.
+    /// A round end. Sneddon 1965: the punch is a sphere at any depth; softened as tissue is that
+    /// strains so much.
     Ball { radius_m: f32 },
     /// A piece of a shaft that lies on the skin: Hertz's line contact under this length, and the
     /// half-space's answer in its middle.
     Bar { radius_m: f32, length_m: f32 },
 }
 
+/// A neo-Hookean half-space is softer than a linear one by this share for a dent of a radius:
+/// Hertz's force times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014), over Sneddon's. It is so
+/// up to δ = R; beyond it is carried on.
+const SOFTENING: f32 = 0.06;
 /// Contact half-width at which a ball is buried, share of its radius: the law's pole is at 1.
 const BURIED: f32 = 0.97;
 
@@ -75,11 +80,14 @@ impl Law {
             Shape::Ball { radius_m } => {
                 let x = half_width_m / radius_m;
                 let (force, depth, slope) = sneddon(x);
+                let soft = 1.0 + SOFTENING * depth;
+                let force = force / soft;
                 Dent {
                     force_n: self.modulus_pa * radius_m * radius_m * force,
                     depth_m: radius_m * depth,
                     depth_slope: slope,
-                    stiffness_n_m: 2.0 * self.modulus_pa * half_width_m,
+                    stiffness_n_m: self.modulus_pa * radius_m * (2.0 * x - SOFTENING * force)
+                        / soft,
                 }
             }
             Shape::Bar { radius_m, length_m } => {

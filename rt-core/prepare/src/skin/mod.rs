@@ -1,0 +1,210 @@
+//! The contact skin: what tools meet. A coarser closed surface than the one that is drawn, its
+//! vertices following the spheres exactly under every affine motion.
+
+mod patch;
+
+use nalgebra::{Matrix4, Vector4};
+use rayon::prelude::*;
+use rt_core::scene::{NO_VERTEX, SKIN_BINDINGS, SkinVertex};
+
+use crate::Vec3;
+use crate::field::{Field, Grid, Sign};
+use crate::mesh::Mesh;
+use crate::pack::{Ball, Interior};
+use crate::surface_nets;
+use crate::tetra::Tetra;
+
+/// Edge of the skin's triangles, spacings of the spheres.
+const EDGE_SPACINGS: f64 = 0.4;
+/// Not finer than this, m: below the jaws' width there is nothing to tell apart.
+const EDGE_MIN_M: f64 = 0.0025;
+/// Not coarser than this, m: the arc over an edge is 0.1 mm where an organ's radius is 3 cm.
+const EDGE_MAX_M: f64 = 0.005;
+/// Vertices of an organ's skin, about, at most.
+const VERTICES_MAX: f64 = 6000.0;
+/// Width of the Gaussian by which near spheres carry a vertex, spacings.
+const CARRY_SPACINGS: f64 = 1.2;
+/// A larger weight would make the vertex swing.
+const WEIGHT_MAX: f64 = 2.0;
+
+/// A contact skin. Indices are the organ's own.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ContactSkin {
+    /// Vertices.
+    pub vertices: Vec<SkinVertex>,
+    /// The two other corners of every triangle around each vertex.
+    pub fans: Vec<[u16; 2]>,
+    /// The vertex nearest to each sphere.
+    pub nearest: Vec<u16>,
+}
+
+impl ContactSkin {
+    /// Around `mesh`, carried by `balls` with `tets` of a material of this Poisson's ratio between
+    /// them.
+    #[must_use]
+    pub fn new(
+        interior: &Interior<'_>,
+        mesh: &Mesh,
+        balls: &[Ball],
+        tets: &[Tetra],
+        poisson: f64,
+    ) -> Self {
+        let finest = (mesh.area() / VERTICES_MAX).sqrt();
+        let edge_m = (EDGE_SPACINGS * interior.spacing_m)
+            .clamp(EDGE_MIN_M, EDGE_MAX_M)
+            .max(finest);
+        let grid = Grid::around(mesh.bounds(), edge_m, 2);
+        let field = Field::new(mesh, grid, Sign::Closed);
+        let values: Vec<f64> = field.distance_m.iter().map(|d| f64::from(*d)).collect();
+        let coarse = surface_nets::surface(&field.grid, &values);
+        let places: Vec<Vec3> = coarse
+            .vertices
+            .par_iter()
+            .map(|p| interior.nearest.point(p))
+            .collect();
+        let fans = fans(&coarse, &places);
+        let kept: Vec<usize> = (0..places.len()).filter(|&i| fans[i].len() >= 3).collect();
+        if kept.len() >= usize::from(NO_VERTEX) {
+            return Self::default();
+        }
+        let mut new_number = vec![NO_VERTEX; places.len()];
+        for (new, old) in (0u16..).zip(&kept) {
+            new_number[*old] = new;
+        }
+        let bound: Vec<_> = kept
+            .par_iter()
+            .map(|&i| carriers(&places[i], balls, interior.spacing_m))
+            .collect();
+        let mut skin = Self::default();
+        for (&old, (spheres, weights)) in kept.iter().zip(bound) {
+            let fan_start = skin.fans.len() as u32;
+            let renumbered = fans[old].iter().map(|t| t.map(|i| new_number[i as usize]));
+            skin.fans
+                .extend(renumbered.filter(|t| !t.contains(&NO_VERTEX)));
+            skin.vertices.push(SkinVertex {
+                spheres,
+                weights,
+                fan_start,
+                fan_count: skin.fans.len() as u32 - fan_start,
+                patch_m: interior.spacing_m as f32,
+            });
+        }
+        let nearest = |ball: &Ball| {
+            let off = |i: &usize| (places[*i] - ball.center).norm_squared();
+            let nearest = kept.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+            nearest.map_or(NO_VERTEX, |i| new_number[*i])
+        };
+        skin.nearest = balls.par_iter().map(nearest).collect();
+        let rest = skin.rest(kept.iter().map(|&i| places[i]).collect());
+        let tissue = patch::Tissue {
+            balls,
+            tets,
+            poisson,
+            spacing_m: interior.spacing_m,
+        };
+        patch::bake(&mut skin, &rest, &tissue);
+        skin
+    }
+
+    fn rest(&self, places: Vec<Vec3>) -> patch::Rest {
+        let scaled = |(vertex, at): (&SkinVertex, &Vec3)| {
+            let fan = &self.fans[vertex.fan_start as usize..][..vertex.fan_count as usize];
+            let corner = |i: u16| places[usize::from(i)] - at;
+            let crosses = fan.iter().map(|&[b, c]| corner(b).cross(&corner(c)));
+            crosses.collect::<Vec<Vec3>>()
+        };
+        let crosses: Vec<_> = self.vertices.iter().zip(&places).map(scaled).collect();
+        let normal = |all: &Vec<Vec3>| {
+            let sum: Vec3 = all.iter().sum();
+            sum.try_normalize(0.0).unwrap_or_else(Vec3::zeros)
+        };
+        let area = |all: &Vec<Vec3>| all.iter().map(|c| c.norm()).sum::<f64>() / 6.0;
+        patch::Rest {
+            normals: crosses.iter().map(normal).collect(),
+            areas: crosses.iter().map(area).collect(),
+            places,
+        }
+    }
+}
+
+/// Around each vertex the two other corners of its triangles, one after the other. Triangles that
+/// projection onto the skin has left without area are kept: they only cost time.
+fn fans(mesh: &Mesh, places: &[Vec3]) -> Vec<Vec<[u32; 2]>> {
+    let mut fans = vec![Vec::new(); places.len()];
+    for &[a, b, c] in &mesh.triangles {
+        fans[a as usize].push([b, c]);
+        fans[b as usize].push([c, a]);
+        fans[c as usize].push([a, b]);
+    }
+    for fan in &mut fans {
+        for i in 1..fan.len() {
+            let last: [u32; 2] = fan[i - 1];
+            let next = (i..fan.len()).find(|&j| fan[j][0] == last[1]);
+            if let Some(next) = next {
+                fan.swap(i, next);
+            }
+        }
+    }
+    fans
+}
+
+/// The spheres nearest to a place and their weights ω: the least `Σ ω²/φ`, φ a Gaussian of the
+/// distance, with `Σ ω = 1` and `Σ ω X` the place itself.
+fn carriers(
+    place: &Vec3,
+    balls: &[Ball],
+    spacing_m: f64,
+) -> ([u16; SKIN_BINDINGS], [f32; SKIN_BINDINGS]) {
+    let mut near: Vec<(f64, usize)> = balls
+        .iter()
+        .enumerate()
+        .map(|(i, ball)| ((ball.center - place).norm(), i))
+        .collect();
+    near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    near.truncate(SKIN_BINDINGS);
+    let width_m = (CARRY_SPACINGS * spacing_m).max(near[0].0);
+    let rows: Vec<(f64, Vector4<f64>)> = near
+        .iter()
+        .map(|&(distance, i)| {
+            let from = (balls[i].center - place) / spacing_m;
+            let share = (-(distance / width_m).powi(2)).exp();
+            (share, Vector4::new(1.0, from.x, from.y, from.z))
+        })
+        .collect();
+    let mut weights = [0.0; SKIN_BINDINGS];
+    // Where the near spheres lie in a plane nothing holds the place over it: a little of the
+    // plain mean, more until no weight is large.
+    let mut stay = 1e-6;
+    loop {
+        let mut moment = Matrix4::from_diagonal(&Vector4::new(0.0, stay, stay, stay));
+        for (share, row) in &rows {
+            moment += *share * row * row.transpose();
+        }
+        let solved = moment
+            .try_inverse()
+            .map(|inverse| inverse * Vector4::new(1.0, 0.0, 0.0, 0.0));
+        if let Some(solved) = solved {
+            let sum: f64 = rows
+                .iter()
+                .map(|(share, row)| share * row.dot(&solved))
+                .sum();
+            for (weight, (share, row)) in weights.iter_mut().zip(&rows) {
+                *weight = share * row.dot(&solved) / sum;
+            }
+            if weights.iter().all(|w| w.abs() <= WEIGHT_MAX) {
+                break;
+            }
+        }
+        if stay > 1e3 {
+            weights = [0.0; SKIN_BINDINGS];
+            weights[0] = 1.0;
+            break;
+        }
+        stay *= 10.0;
+    }
+    let mut spheres = [near[0].1 as u16; SKIN_BINDINGS];
+    for (sphere, (_, i)) in spheres.iter_mut().zip(&near) {
+        *sphere = *i as u16;
+    }
+    (spheres, weights.map(|w| w as f32))
+}

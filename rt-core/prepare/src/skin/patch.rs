@@ -1,0 +1,197 @@
+//! How far the spheres themselves spread a force on the skin.
+//!
+//! The spheres yield to a force on one vertex by `c_patch`, and to the same force spread over a
+//! Gaussian of the skin by `c_wide`. The latter they are fine enough for; on a half-space it would
+//! be `0.399 / (E* A)` locally. So what they yield to the vertex, locally, is
+//! `c = c_patch − c_wide + 0.399 / (E* A)`, and they act as if they spread the force over a patch
+//! of `0.399 / (E* c)`. Whatever is far away (the organ's shape, what holds it) is in both and
+//! cancels: a neighbourhood of a few spacings is enough.
+
+use std::collections::BTreeMap;
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3};
+use rayon::prelude::*;
+use rt_core::soft_body::neo_hookean::{POISSON_MAX, STIFFNESS_SHARE};
+
+use super::ContactSkin;
+use crate::Vec3;
+use crate::pack::Ball;
+use crate::tetra::Tetra;
+
+/// A of the wide Gaussian, spacings.
+const WIDE_SPACINGS: f64 = 1.5;
+/// The neighbourhood's radius, spacings.
+const NEIGHBOURHOOD_SPACINGS: f64 = 3.2;
+/// Mean of 1/(π r) over two points of a Gaussian `exp(−r²/A²)`, times A: `1 / √(2π)`.
+const GAUSSIAN: f64 = 0.398_942_3;
+/// A patch is kept within these, spacings.
+const PATCH_SPACINGS: [f64; 2] = [0.25, 4.0];
+
+/// What is baked from.
+pub(super) struct Tissue<'a> {
+    pub(super) balls: &'a [Ball],
+    pub(super) tets: &'a [Tetra],
+    pub(super) poisson: f64,
+    pub(super) spacing_m: f64,
+}
+
+/// The skin at rest.
+pub(super) struct Rest {
+    pub(super) places: Vec<Vec3>,
+    pub(super) normals: Vec<Vec3>,
+    /// A third of each vertex's triangles, m².
+    pub(super) areas: Vec<f64>,
+}
+
+/// Sets the patch of every vertex.
+pub(super) fn bake(skin: &mut ContactSkin, rest: &Rest, tissue: &Tissue<'_>) {
+    let mut of_sphere: BTreeMap<u16, Vec<usize>> = BTreeMap::new();
+    for (i, vertex) in skin.vertices.iter().enumerate() {
+        of_sphere.entry(vertex.spheres[0]).or_default().push(i);
+    }
+    let elements = elements(tissue);
+    let groups: Vec<_> = of_sphere.into_iter().collect();
+    let patches: Vec<Vec<(usize, f64)>> = groups
+        .par_iter()
+        .map(|(sphere, vertices)| {
+            let near = Neighbourhood::new(usize::from(*sphere), tissue, &elements);
+            let patch = |&i: &usize| (i, near.patch_m(i, skin, rest, tissue));
+            vertices.iter().map(patch).collect()
+        })
+        .collect();
+    for (i, patch_m) in patches.into_iter().flatten() {
+        skin.vertices[i].patch_m = patch_m as f32;
+    }
+}
+
+/// Tetrahedra by sphere.
+fn elements(tissue: &Tissue<'_>) -> Vec<Vec<u32>> {
+    let mut of_sphere = vec![Vec::new(); tissue.balls.len()];
+    for (number, tet) in (0u32..).zip(tissue.tets) {
+        for &sphere in &tet.spheres {
+            of_sphere[sphere as usize].push(number);
+        }
+    }
+    of_sphere
+}
+
+/// The tissue around a sphere, everything beyond it held.
+struct Neighbourhood {
+    /// Row of each sphere in it, in threes.
+    rows: BTreeMap<u32, usize>,
+    /// Its stiffness for a Young's modulus of 1; `None` if nothing holds it.
+    stiffness: Option<Cholesky<f64, Dyn>>,
+}
+
+impl Neighbourhood {
+    fn new(sphere: usize, tissue: &Tissue<'_>, elements: &[Vec<u32>]) -> Self {
+        let center = tissue.balls[sphere].center;
+        let radius_m = NEIGHBOURHOOD_SPACINGS * tissue.spacing_m;
+        let is_near = |ball: &Ball| (ball.center - center).norm() < radius_m;
+        let near = (0u32..).zip(tissue.balls).filter(|(_, ball)| is_near(ball));
+        let rows: BTreeMap<u32, usize> = near.map(|(i, _)| i).zip((0..).step_by(3)).collect();
+        let mut stiffness = DMatrix::zeros(3 * rows.len(), 3 * rows.len());
+        let mut tets: Vec<u32> = rows
+            .keys()
+            .flat_map(|i| elements[*i as usize].iter().copied())
+            .collect();
+        tets.sort_unstable();
+        tets.dedup();
+        for tet in tets {
+            add(&mut stiffness, &tissue.tets[tet as usize], &rows, tissue);
+        }
+        // A sphere that no tetrahedron holds carries nothing.
+        for i in 0..stiffness.nrows() {
+            if stiffness[(i, i)] <= 0.0 {
+                stiffness[(i, i)] = 1.0;
+            }
+        }
+        Self {
+            rows,
+            stiffness: Cholesky::new(stiffness),
+        }
+    }
+
+    /// The patch of vertex `i`, m.
+    fn patch_m(&self, i: usize, skin: &ContactSkin, rest: &Rest, tissue: &Tissue<'_>) -> f64 {
+        let [least, most] = PATCH_SPACINGS.map(|spacings| spacings * tissue.spacing_m);
+        let Some(stiffness) = &self.stiffness else {
+            return tissue.spacing_m;
+        };
+        let yields = |load: &DVector<f64>| load.dot(&stiffness.solve(load));
+        let normal = rest.normals[i];
+        let at_vertex = self.load([(i, 1.0)].into_iter(), skin, &normal);
+        let wide_m = WIDE_SPACINGS * tissue.spacing_m;
+        let spread: Vec<(usize, f64)> = (0..rest.places.len())
+            .filter_map(|j| {
+                let off = (rest.places[j] - rest.places[i]).norm();
+                let faces = rest.normals[j].dot(&normal) > 0.3;
+                let share = rest.areas[j] * (-(off / wide_m).powi(2)).exp();
+                (faces && off < 2.5 * wide_m).then_some((j, share))
+            })
+            .collect();
+        let sum: f64 = spread.iter().map(|(_, share)| share).sum();
+        let shares = spread.iter().map(|(j, share)| (*j, share / sum));
+        let widely = self.load(shares, skin, &normal);
+        let modulus = 1.0 / (1.0 - tissue.poisson * tissue.poisson);
+        let local = yields(&at_vertex) - yields(&widely) + GAUSSIAN / (modulus * wide_m);
+        if local > 0.0 {
+            (GAUSSIAN / (modulus * local)).clamp(least, most)
+        } else {
+            most
+        }
+    }
+
+    /// A unit force along `normal`, shared among vertices, as it reaches the spheres.
+    fn load(
+        &self,
+        shares: impl Iterator<Item = (usize, f64)>,
+        skin: &ContactSkin,
+        normal: &Vec3,
+    ) -> DVector<f64> {
+        let mut load = DVector::zeros(3 * self.rows.len());
+        for (vertex, share) in shares {
+            let vertex = &skin.vertices[vertex];
+            for (sphere, weight) in vertex.spheres.iter().zip(vertex.weights) {
+                if let Some(&row) = self.rows.get(&u32::from(*sphere)) {
+                    let force = normal * (share * f64::from(weight));
+                    let mut rows = load.fixed_rows_mut::<3>(row);
+                    rows += force;
+                }
+            }
+        }
+        load
+    }
+}
+
+/// Adds a tetrahedron's stiffness, of the solver's own modulus and Poisson's ratio:
+/// `V (λ a bᵀ + μ b aᵀ + μ a·b)` between corners whose shape functions have the slopes a and b.
+fn add(
+    stiffness: &mut DMatrix<f64>,
+    tet: &Tetra,
+    rows: &BTreeMap<u32, usize>,
+    tissue: &Tissue<'_>,
+) {
+    let x = tet.spheres.map(|i| tissue.balls[i as usize].center);
+    let edges = Matrix3::from_columns(&[x[1] - x[0], x[2] - x[0], x[3] - x[0]]);
+    let Some(inverse) = edges.try_inverse() else {
+        return;
+    };
+    let row = |k: usize| inverse.row(k).transpose();
+    let slopes = [-(row(0) + row(1) + row(2)), row(0), row(1), row(2)];
+    let poisson = tissue.poisson.min(f64::from(POISSON_MAX));
+    let mu = f64::from(STIFFNESS_SHARE) / (2.0 * (1.0 + poisson));
+    let lambda = 2.0 * mu * poisson / (1.0 - 2.0 * poisson);
+    for (a, i) in slopes.iter().zip(&tet.spheres) {
+        for (b, j) in slopes.iter().zip(&tet.spheres) {
+            let (Some(&i), Some(&j)) = (rows.get(i), rows.get(j)) else {
+                continue;
+            };
+            let block = a * b.transpose() * lambda
+                + b * a.transpose() * mu
+                + Matrix3::identity() * (mu * a.dot(b));
+            let mut view = stiffness.fixed_view_mut::<3, 3>(i, j);
+            view += block * tet.volume_m3;
+        }
+    }
+}
