@@ -172,7 +172,7 @@ fn every_fault_is_refused_and_named() {
         ("triangle 0", |s| s.triangles[0][1] = 3),
         ("contact vertex 1", |s| s.contact_vertices[1].spheres[3] = 4),
         ("contact vertex 2", |s| {
-            s.contact_vertices[2].weights[0] = f32::NAN
+            s.contact_vertices[2].weights[0] = f32::NAN;
         }),
         ("contact triangle 0", |s| s.contact_fans[0][0] = 3),
         ("nearest contact vertex 3", |s| s.contact_nearest[3] = 3),

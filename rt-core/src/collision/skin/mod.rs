@@ -15,7 +15,7 @@ use crate::capacity::{MAX_ORGANS, MAX_SKIN_CONTACTS, MAX_STATIONS};
 use crate::collision::tool_contact::Contact;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
-use crate::scene::{NO_VERTEX, Scene};
+use crate::scene::{Material, NO_VERTEX, Scene};
 use crate::soft_body::Bodies;
 use crate::state::SphereBits;
 use crate::tool::Capsule;
@@ -102,7 +102,7 @@ impl SkinContacts {
             return;
         }
         let stations = stations(parts);
-        for ((organ, _), tracks) in (0u8..).zip(scene.organs).zip(&mut self.tracks) {
+        for ((organ, it), tracks) in (0u8..).zip(scene.organs).zip(&mut self.tracks) {
             let mut own = near_spheres
                 .clone()
                 .filter(|sphere| *bodies.organ.at(*sphere) == organ && has_skin(scene, *sphere))
@@ -111,18 +111,19 @@ impl SkinContacts {
                 *tracks = [NOWHERE; MAX_STATIONS];
                 continue;
             }
-            for ((index, station), track) in (0u8..).zip(&stations).zip(tracks.iter_mut()) {
-                let found = look(station, track, own.clone(), scene, bodies);
-                let Some((closest, gap_m)) = found.filter(|(_, gap_m)| *gap_m < FORGET_M) else {
+            for (place, track) in (0u8..).zip(&stations).zip(tracks.iter_mut()) {
+                let found = look(place.1, track, own.clone(), scene, bodies);
+                let Some(found) = found.filter(|(_, gap_m)| *gap_m < FORGET_M) else {
                     *track = NOWHERE;
                     continue;
                 };
-                track.vertex = closest.vertex;
-                if gap_m >= NEAR_M {
+                track.vertex = found.0.vertex;
+                if found.1 >= NEAR_M {
                     track.force_n = 0.0;
                     continue;
                 }
-                let touch = touch(organ, index, station, track, closest, gap_m, scene, bodies);
+                let organ = (organ, &it.material);
+                let touch = Touch::new(organ, place, found, track.force_n, bodies);
                 keep(&mut self.near, touch, faults);
             }
         }
@@ -249,32 +250,30 @@ fn look(
     Some((found, gap_m))
 }
 
-#[allow(clippy::too_many_arguments)]
-fn touch(
-    organ: u8,
-    index: u8,
-    station: &Station,
-    track: &Track,
-    closest: Closest,
-    gap_m: f32,
-    scene: &Scene<'_>,
-    bodies: &Bodies,
-) -> Touch {
-    let material = scene.material_of(organ);
-    let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
-    Touch {
-        organ,
-        station: index,
-        normal: closest.normal,
-        reach_m: station.radius_m + closest.bulge_m,
-        center_m: station.center_m,
-        at_m: closest.at_m,
-        law: Law::new(station.shape, modulus_pa, closest.patch_m),
-        gap_m,
-        inverse_mass_per_kg: closest.patch.inverse_mass_per_kg(bodies),
-        force_n: track.force_n,
-        stiffness_n_m: 0.0,
-        patch: closest.patch,
+impl Touch {
+    /// At a place of a tool (`station`, with this number) on what was found of an organ's skin.
+    fn new(
+        (organ, material): (u8, &Material),
+        (number, station): (u8, &Station),
+        (closest, gap_m): (Closest, f32),
+        force_n: f32,
+        bodies: &Bodies,
+    ) -> Self {
+        let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
+        Self {
+            organ,
+            station: number,
+            normal: closest.normal,
+            reach_m: station.radius_m + closest.bulge_m,
+            center_m: station.center_m,
+            at_m: closest.at_m,
+            law: Law::new(station.shape, modulus_pa, closest.patch_m),
+            gap_m,
+            inverse_mass_per_kg: closest.patch.inverse_mass_per_kg(bodies),
+            force_n,
+            stiffness_n_m: 0.0,
+            patch: closest.patch,
+        }
     }
 }
 

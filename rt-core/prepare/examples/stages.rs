@@ -1,0 +1,146 @@
+//! What each stage of the tick costs in a whole scene with the instrument at work on it: `cargo run
+//! --release -p scene-prepare --example stages`. The tip is pressed 6 mm into the target and drawn
+//! over it; the shaft lies on what it lies on. Also the largest step of the force in a tick.
+
+#[path = "../tests/core/mod.rs"]
+mod core;
+
+use std::time::Instant;
+
+use rt_core::math::{Vec3, norm};
+use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled};
+use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
+use rt_core::state::State;
+use rt_core::tool::Kinematics;
+use scene_prepare::{Recipe, prepare};
+
+const TICKS: u32 = 6000;
+/// Ticks in which the tip goes in and nothing is counted.
+const APPROACH: u32 = 1500;
+
+/// A Touch-class device.
+const TOUCH: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 3.3,
+    force_continuous_n: 0.88,
+    torque_max_n_m: 0.0,
+    stiffness_max_n_m: 1000.0,
+    damping_max_n_s_m: 5.0,
+    damping_n_s_m: 1.8,
+    delay_s: 0.001,
+    workspace_radius_m: 0.2,
+    rate_hz: 1000.0,
+};
+
+struct Timed {
+    samples: Samples,
+    last: Instant,
+    stage_us: [Vec<f64>; 7],
+    force_n: Vec3,
+    step_n: f32,
+    contacts: u32,
+}
+
+impl Ports for Timed {
+    fn sample(&mut self) -> Samples {
+        self.last = Instant::now();
+        self.samples
+    }
+
+    fn send_force(&mut self, command: ForceCommand) {
+        self.step_n = norm(&(command.force_n - self.force_n));
+        self.force_n = command.force_n;
+    }
+
+    fn publish(&mut self, view: &TickView<'_>) {
+        self.contacts = view.tool.contact_count;
+    }
+
+    fn stamp(&mut self, stage: Stage) {
+        let now = Instant::now();
+        self.stage_us[stage as usize].push((now - self.last).as_secs_f64() * 1.0e6);
+        self.last = now;
+    }
+}
+
+fn main() {
+    let full = std::env::args().any(|a| a == "--full");
+    let recipe = Recipe::triangle(full).expect("a built-in recipe");
+    let built = prepare(&recipe, &mut |_| {}).expect("a built-in recipe");
+    let scene = &built.scene;
+    let room = scene.room.expect("every scene has a room");
+    let loaded = core::Prepared::new(scene);
+    let mut state = Box::new(State::new());
+    let parameters = Parameters {
+        force_ramp_s: 0.01,
+        force_enabled: true,
+        ..Parameters::default()
+    };
+    let mut sim = Sim::new(loaded.scene(), &mut state, TOUCH, parameters);
+    let lever = Kinematics {
+        port_m: Vec3::from(room.instrument_port_m),
+        length_m: room.instrument_length_m,
+    };
+    let (target, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
+    let along = normal.cross(&(lever.port_m - target)).normalize();
+    let mut timed = Timed {
+        samples: Samples {
+            now_ns: 0,
+            device: Polled::Nothing,
+            tracker: Polled::Nothing,
+            pedal: Polled::Nothing,
+            command: None,
+        },
+        last: Instant::now(),
+        stage_us: std::array::from_fn(|_| Vec::new()),
+        force_n: Vec3::zeros(),
+        step_n: 0.0,
+        contacts: 0,
+    };
+    let (mut largest_n, mut mean_n, mut contacts) = ([0.0f32; 2], 0.0, 0);
+    for t in 0..TICKS {
+        let share = (f64::from(t) / f64::from(APPROACH)).min(1.0) as f32;
+        let slide = f64::from(t.saturating_sub(APPROACH)) * 1e-3;
+        let off_m = 0.008 * (slide * 2.0).sin() as f32;
+        let tip_m = target + normal * (0.020 - 0.026 * share) + along * off_m;
+        timed.samples.now_ns += 1_000_000;
+        let up = Vec3::y();
+        timed.samples.device = Polled::Fresh(DeviceSample {
+            device_from_handle: lever.handle_from_tip(&tip_m, &up),
+            velocity_m_s: None,
+            buttons: Buttons::default(),
+            sequence: t as u16,
+            at_ns: timed.samples.now_ns,
+        });
+        sim.tick(&mut timed);
+        let phase = usize::from(t >= APPROACH);
+        largest_n[phase] = largest_n[phase].max(timed.step_n);
+        if phase == 1 {
+            mean_n += timed.force_n.norm() / (TICKS - APPROACH) as f32;
+            contacts = contacts.max(timed.contacts);
+        }
+    }
+    println!(
+        "{}: {} spheres, {} tetrahedra, {} vertices of contact skin, up to {contacts} contacts, mean force {mean_n:.3} N",
+        recipe.name,
+        scene.spheres.len(),
+        scene.tetrahedra.len(),
+        scene.contact_vertices.len(),
+    );
+    println!(
+        "largest step of the force in a tick: {:.1} mN going in at 17 mm/s, {:.1} mN sliding at up to 16 mm/s",
+        1e3 * largest_n[0],
+        1e3 * largest_n[1]
+    );
+    let mut sum = (0.0, 0.0);
+    for (stage, times_us) in Stage::ALL.iter().zip(&mut timed.stage_us) {
+        let times_us = &mut times_us[APPROACH as usize..];
+        times_us.sort_by(f64::total_cmp);
+        let (least, median) = (times_us[0], times_us[times_us.len() / 2]);
+        println!(
+            "  {:<10} min {least:7.1} µs  p50 {median:7.1} µs",
+            format!("{stage:?}")
+        );
+        sum = (sum.0 + least, sum.1 + median);
+    }
+    println!("  {:<10} min {:7.1} µs  p50 {:7.1} µs", "sum", sum.0, sum.1);
+}
