@@ -35,13 +35,68 @@ const PASSES: u32 = 4;
 #[derive(Debug, Clone, Copy)]
 struct Track {
     vertex: u16,
+    /// Whether the skin was near enough to be touched.
+    is_near: bool,
     force_n: f32,
+    /// Added to the gap, and dying away: what a contact that is found deep in the skin, or that
+    /// jumps to another place of it, would else change at once, m.
+    forgiven_m: f32,
+    /// The gap, this included, m.
+    gap_m: f32,
+    /// Where the skin was touched, m; its outward normal there, and the place of the tool, m.
+    at_m: Vec3,
+    normal: Vec3,
+    center_m: Vec3,
 }
 
 const NOWHERE: Track = Track {
     vertex: NO_VERTEX,
+    is_near: false,
     force_n: 0.0,
+    forgiven_m: 0.0,
+    gap_m: 0.0,
+    at_m: Vec3::new(0.0, 0.0, 0.0),
+    normal: Vec3::new(0.0, 0.0, 0.0),
+    center_m: Vec3::new(0.0, 0.0, 0.0),
 };
+
+/// What is left of a forgiven gap after a tick: it dies away within 0.1 s.
+const FORGIVEN_KEEP: f32 = 0.99;
+/// A place of the skin, or the gap, that goes this much farther in a tick than twice the tool has
+/// jumped, m.
+const JUMP_M: f32 = 0.0002;
+/// A tool that slips off an edge goes over the skin by this a tick, and twice its own way, m.
+const SLIP_M: f32 = 0.000_03;
+
+impl Track {
+    /// Takes in what was found, and keeps the gap from jumping.
+    fn follow(&mut self, found: &Closest, gap_m: f32, center_m: &Vec3) {
+        self.forgiven_m *= FORGIVEN_KEEP;
+        if self.is_near {
+            let moved_m = math::norm(&(found.at_m - self.at_m));
+            let raw_m = self.gap_m - self.forgiven_m / FORGIVEN_KEEP;
+            let closed_m = (raw_m - gap_m).abs();
+            if moved_m.max(closed_m) > 2.0 * math::norm(&(center_m - self.center_m)) + JUMP_M {
+                self.forgiven_m = self.gap_m - gap_m;
+            }
+        } else {
+            self.forgiven_m = -gap_m;
+            self.force_n = 0.0;
+        }
+        // Nothing that does not overlap is forgiven, nor owed.
+        self.forgiven_m = if gap_m < 0.0 {
+            self.forgiven_m.max(gap_m)
+        } else {
+            0.0
+        };
+        self.vertex = found.vertex;
+        self.is_near = gap_m < NEAR_M;
+        self.gap_m = gap_m + self.forgiven_m;
+        self.at_m = found.at_m;
+        self.normal = found.normal;
+        self.center_m = *center_m;
+    }
+}
 
 /// A place of a tool near or on the skin.
 #[derive(Debug, Clone)]
@@ -50,8 +105,8 @@ struct Touch {
     station: u8,
     patch: Patch,
     normal: Vec3,
-    /// Centre of the tool's place over the curved skin, along the normal, less the tool's radius:
-    /// what has to be taken from the centre's height over the flat patch, m.
+    /// What is taken from the centre's height over the flat patch to give the gap: the tool's
+    /// radius, the skin's bulge, less what is forgiven, m.
     reach_m: f32,
     center_m: Vec3,
     /// Where the skin was when it was found, m.
@@ -117,13 +172,12 @@ impl SkinContacts {
                     *track = NOWHERE;
                     continue;
                 };
-                track.vertex = found.0.vertex;
-                if found.1 >= NEAR_M {
-                    track.force_n = 0.0;
+                track.follow(&found.0, found.1, &place.1.center_m);
+                if !track.is_near {
                     continue;
                 }
                 let organ = (organ, &it.material);
-                let touch = Touch::new(organ, place, found, track.force_n, bodies);
+                let touch = Touch::new(organ, place, found.0, track, bodies);
                 keep(&mut self.near, touch, faults);
             }
         }
@@ -223,7 +277,17 @@ fn look(
 ) -> Option<(Closest, f32)> {
     let (center_m, skin) = (&station.center_m, &scene.skin);
     let gap_m = |found: &Closest| found.normal.dot(&(center_m - found.at_m)) - station.radius_m;
-    let followed = walk(center_m, track.vertex, skin, bodies);
+    // From under the skin the nearest point of it jumps. A tool that touches is lifted onto the skin
+    // along the last normal and followed there, as a god-object is (Zilles and Salisbury 1995).
+    let lifted_m = if track.is_near {
+        let lift_m = track.normal.dot(&(track.at_m - center_m));
+        let slip_m = center_m + track.normal * lift_m - track.at_m;
+        let most_m = 2.0 * math::norm(&(center_m - track.center_m)) + SLIP_M;
+        track.at_m + slip_m * (most_m / math::norm(&slip_m).max(most_m))
+    } else {
+        *center_m
+    };
+    let followed = walk(&lifted_m, track.vertex, skin, bodies);
     if let Some(found) = followed {
         let gap_m = gap_m(&found);
         if gap_m <= 0.0 || track.force_n > 0.0 {
@@ -255,8 +319,8 @@ impl Touch {
     fn new(
         (organ, material): (u8, &Material),
         (number, station): (u8, &Station),
-        (closest, gap_m): (Closest, f32),
-        force_n: f32,
+        closest: Closest,
+        track: &Track,
         bodies: &Bodies,
     ) -> Self {
         let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
@@ -264,13 +328,13 @@ impl Touch {
             organ,
             station: number,
             normal: closest.normal,
-            reach_m: station.radius_m + closest.bulge_m,
+            reach_m: station.radius_m + closest.bulge_m - track.forgiven_m,
             center_m: station.center_m,
             at_m: closest.at_m,
             law: Law::new(station.shape, modulus_pa, closest.patch_m),
-            gap_m,
+            gap_m: track.gap_m,
             inverse_mass_per_kg: closest.patch.inverse_mass_per_kg(bodies),
-            force_n,
+            force_n: track.force_n,
             stiffness_n_m: 0.0,
             patch: closest.patch,
         }

@@ -1,0 +1,121 @@
+//! A round tip against the contact skin: what it feels depends on the tissue, not on how many
+//! spheres it is made of, and changes without steps.
+
+mod core;
+
+use rt_core::math::{Vec3, norm};
+use rt_core::soft_body::{Bodies, Method, Tissue};
+use rt_core::tool::{Capsule, Role};
+use scene_prepare::{Prepared, Recipe, prepare};
+
+fn liver(spheres: usize) -> Prepared {
+    let text = format!(
+        "name = \"one liver\"\n[[organ]]\nname = \"liver\"\nkind = \"liver\"\nspheres = {spheres}\n\
+         shape = {{ form = \"liver\" }}\ngravity_share = 0.0\nheld = [{{ base = 0.2 }}]\n\
+         [organ.material]\nyoung_pa = 5000.0\npoisson = 0.45\n"
+    );
+    let recipe = Recipe::parse(&text, "a test", std::path::Path::new(".")).unwrap();
+    prepare(&recipe, &mut |_| {}).unwrap()
+}
+
+fn ball(center_m: Vec3, radius_m: f32) -> Capsule {
+    Capsule {
+        a_m: center_m,
+        b_m: center_m,
+        radius_m,
+        role: Role::Tip,
+    }
+}
+
+/// Forces along the way of a ball that is pressed to `depth_m` in `ticks` at the target, then held
+/// there for as many.
+fn press(built: &Prepared, radius_m: f32, depth_m: f32, ticks: u16) -> Vec<f32> {
+    let room = built.scene.room.unwrap();
+    let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
+    let loaded = core::Prepared::new(&built.scene);
+    let mut bodies = Box::new(Bodies::new());
+    let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
+    let mut felt = Vec::new();
+    for tick in 0..2 * ticks {
+        let share = (f32::from(tick) / f32::from(ticks)).min(1.0);
+        let center_m = site + normal * (radius_m + 0.001 - (depth_m + 0.001) * share);
+        let pressed = tissue.press(&[ball(center_m, radius_m)]);
+        assert_eq!(pressed.put_back, 0);
+        let off_m = norm(&(center_m - site)) - radius_m;
+        assert!(
+            pressed.contacts == 0 || off_m < 0.0005,
+            "felt {off_m} m away"
+        );
+        felt.push(pressed.force_n.dot(&normal));
+    }
+    felt
+}
+
+#[test]
+fn the_force_is_the_tissues_and_not_the_spheres() {
+    let (radius_m, depth_m) = (0.005f32, 0.004f32);
+    let modulus_pa = 5000.0 / (1.0 - 0.45f32 * 0.45);
+    let hertz_n = 4.0 / 3.0 * modulus_pa * radius_m.sqrt() * depth_m.powf(1.5);
+    for spheres in [250, 581, 1200] {
+        let felt_n = *press(&liver(spheres), radius_m, depth_m, 400)
+            .last()
+            .unwrap();
+        // A half-space that is not linear, on a body that yields as a whole.
+        let share = felt_n / hertz_n;
+        assert!(
+            (0.78..1.0).contains(&share),
+            "{spheres} spheres: {share} of Hertz"
+        );
+    }
+}
+
+#[test]
+fn deeper_is_more_and_no_tick_has_a_step() {
+    // 6 mm at 10 mm/s.
+    let felt = press(&liver(581), 0.005, 0.006, 700);
+    for (tick, pair) in felt.windows(2).enumerate() {
+        let step_n = pair[1] - pair[0];
+        assert!(step_n.abs() < 0.002, "tick {tick}: {step_n} N");
+        assert!(
+            tick >= 690 || step_n > -1e-4,
+            "tick {tick}: {step_n} N while it goes in"
+        );
+    }
+    assert!(felt[0] <= 0.0 && felt[1399] > 0.15, "{felt:?}");
+}
+
+#[test]
+fn a_shaft_and_a_tip_behind_each_other_count_once() {
+    let built = liver(581);
+    let room = built.scene.room.unwrap();
+    let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
+    let loaded = core::Prepared::new(&built.scene);
+    let felt = |parts: &[Capsule]| {
+        let mut bodies = Box::new(Bodies::new());
+        let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
+        let mut force_n = 0.0;
+        for tick in 0u16..600 {
+            let depth_m = 0.004 * (f32::from(tick) / 300.0).min(1.0);
+            let moved: Vec<Capsule> = parts
+                .iter()
+                .map(|part| Capsule {
+                    a_m: part.a_m - normal * depth_m,
+                    b_m: part.b_m - normal * depth_m,
+                    ..*part
+                })
+                .collect();
+            force_n = tissue.press(&moved).force_n.dot(&normal);
+        }
+        force_n
+    };
+    let tip = ball(site + normal * 0.003, 0.003);
+    let with_shank = Capsule {
+        a_m: site + normal * 0.05,
+        ..tip
+    };
+    let (alone_n, whole_n) = (felt(&[tip]), felt(&[with_shank]));
+    assert!(
+        (whole_n / alone_n - 1.0).abs() < 0.03,
+        "{alone_n} N, with its shank {whole_n} N"
+    );
+}
