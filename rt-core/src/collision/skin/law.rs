@@ -124,7 +124,7 @@ impl Law {
         }
         // Newton, kept inside the interval that holds the answer.
         let (mut low, mut high) = (0.0, self.half_width_max_m);
-        let mut half_width_m = self.first_guess_m(gap_m).clamp(1.0e-3 * high, high);
+        let mut half_width_m = self.first_guess_m(gap_m).max(1.0e-3 * high).min(high);
         let mut dent = self.dent(half_width_m);
         for _ in 0..NEWTON {
             let rest = open(&dent);
