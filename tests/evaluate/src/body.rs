@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use rt_core::soft_body::neo_hookean::STIFFNESS_SHARE;
 use scene_prepare::field::{Field, Grid, Sign};
-use scene_prepare::pack::{Interior, owners, pack_evenly};
+use scene_prepare::pack::{Ball, Interior, owners, pack_evenly};
 use scene_prepare::tetra;
 
 use crate::scene::Scene;
@@ -174,6 +174,16 @@ impl Body {
         count: usize,
         tissue: Tissue,
     ) -> Option<Self> {
+        Self::packed_with(mesh, count, tissue, |_, _, _| ()).map(|(body, ())| body)
+    }
+
+    /// The same, and what follows from the packing.
+    pub(crate) fn packed_with<T>(
+        mesh: &scene_prepare::mesh::Mesh,
+        count: usize,
+        tissue: Tissue,
+        follows: impl FnOnce(&Interior<'_>, &[Ball], &[tetra::Tetra]) -> T,
+    ) -> Option<(Self, T)> {
         let volume = mesh.volume();
         let interior = Interior::new(mesh, volume, count)?;
         let mut balls = pack_evenly(&interior, count);
@@ -201,7 +211,7 @@ impl Body {
         for (radius, ball) in body.radius_m.iter_mut().zip(&balls) {
             *radius = ball.radius_m as f32;
         }
-        Some(body)
+        Some((body, follows(&interior, &balls, &filled)))
     }
 
     /// From centres, the volume nearest to each, and tetrahedra with theirs.

@@ -21,6 +21,8 @@ pub(crate) struct Series {
     pub(crate) name: String,
     /// Points; one whose `y` is not finite is drawn as a cross on the upper edge.
     pub(crate) points: Vec<[f64; 2]>,
+    /// A thin line without dots: a bound.
+    pub(crate) is_thin: bool,
 }
 
 /// One coordinate system.
@@ -262,7 +264,14 @@ where
         let color = color(place);
         let sound = series.points.iter().filter(|p| p[1].is_finite());
         let line: Vec<(f64, f64)> = sound.map(|p| (p[0], p[1])).collect();
-        chart.draw_series(LineSeries::new(line.iter().copied(), color.stroke_width(2)))?;
+        let width = if series.is_thin { 1 } else { 2 };
+        chart.draw_series(LineSeries::new(
+            line.iter().copied(),
+            color.stroke_width(width),
+        ))?;
+        if series.is_thin {
+            continue;
+        }
         chart.draw_series(line.iter().map(|&p| Circle::new(p, 4, color.filled())))?;
         let broken = series.points.iter().filter(|p| !p[1].is_finite());
         chart.draw_series(broken.map(|p| Cross::new((p[0], top), 5, color.stroke_width(2))))?;
@@ -283,6 +292,7 @@ mod tests {
             series: vec![Series {
                 name: "a method".to_owned(),
                 points: vec![[10.0, 1.0], [100.0, 0.1], [50.0, f64::INFINITY]],
+                is_thin: false,
             }],
         };
         let all = [Scale::Linear, Scale::Log];

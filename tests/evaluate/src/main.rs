@@ -4,6 +4,7 @@
 //! reference   scene × ever finer meshes: how far the reference may be trusted
 //! accuracy    case × method × spheres → error against the reference, against time
 //! stability   case × method → survives or not, and up to where
+//! force       case × contact law × spheres → force over depth against the reference
 //! all         everything, as CSV, SVG and one offline page
 //! ```
 
@@ -64,15 +65,11 @@ enum Command {
 
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
-        Command::Reference(asked) => run(&asked, [true, false, false]),
-        Command::Accuracy(asked) => run(&asked, [false, true, false]),
-        Command::Stability(asked) => run(&asked, [false, false, true]),
-        Command::Force(asked) => force::run(
-            &asked.out,
-            asked.quick,
-            asked.case.as_deref().unwrap_or_default(),
-        ),
-        Command::All(asked) => run(&asked, [true; 3]),
+        Command::Reference(asked) => run(&asked, [true, false, false, false]),
+        Command::Accuracy(asked) => run(&asked, [false, true, false, false]),
+        Command::Stability(asked) => run(&asked, [false, false, true, false]),
+        Command::Force(asked) => run(&asked, [false, false, false, true]),
+        Command::All(asked) => run(&asked, [true; 4]),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -83,7 +80,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(asked: &Asked, [trust, speed, limits]: [bool; 3]) -> Result<(), String> {
+fn run(asked: &Asked, [trust, speed, limits, feel]: [bool; 4]) -> Result<(), String> {
     let (out, quick) = (&asked.out, asked.quick);
     std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     let only = asked.case.as_deref().unwrap_or_default();
@@ -108,6 +105,15 @@ fn run(asked: &Asked, [trust, speed, limits]: [bool; 3]) -> Result<(), String> {
         let svg = page::stability_chart(&rows)?;
         write(out, "stability.svg", &svg)?;
         sections.push(page::stability(&rows, &svg));
+    }
+    if feel {
+        let measured = force::run(out, quick, only)?;
+        write(out, "force.csv", &force::csv(&measured.rows))?;
+        write(out, "force_depth.csv", &force::depth_csv(&measured.rows))?;
+        write(out, "force_steps.csv", &force::steps_csv(&measured.steps))?;
+        let svg = force::chart(&measured.rows)?;
+        write(out, "force.svg", &svg)?;
+        sections.push(force::section(&measured, &svg));
     }
     if trust {
         let layers: &[usize] = if quick { &[4, 6] } else { &[6, 9, 12, 18] };

@@ -24,7 +24,7 @@ fn escape(text: &str) -> String {
 }
 
 /// A table; the first row is its head. Cells are text.
-fn table(rows: &[Vec<String>]) -> String {
+pub(crate) fn table(rows: &[Vec<String>]) -> String {
     let mut html = "<div class=wide><table>".to_owned();
     for (i, row) in rows.iter().enumerate() {
         let tag = if i == 0 { "th" } else { "td" };
@@ -37,11 +37,11 @@ fn table(rows: &[Vec<String>]) -> String {
     html + "</table></div>"
 }
 
-fn strings<const N: usize>(row: [&str; N]) -> Vec<String> {
+pub(crate) fn strings<const N: usize>(row: [&str; N]) -> Vec<String> {
     row.map(str::to_owned).to_vec()
 }
 
-fn number(value: f64, digits: usize) -> String {
+pub(crate) fn number(value: f64, digits: usize) -> String {
     if value.is_finite() {
         format!("{value:.digits$}")
     } else {
@@ -63,6 +63,7 @@ fn panels(rows: &[accuracy::Row], scenes: &[&str]) -> Vec<Panel> {
                 None => series.push(Series {
                     name: row.method.to_owned(),
                     points: vec![point],
+                    is_thin: false,
                 }),
             }
         }

@@ -219,6 +219,8 @@ pub(crate) struct Placed {
     pub(crate) at_m: Point,
     /// Out of the body.
     pub(crate) outward: Point,
+    /// Along the surface.
+    pub(crate) along: Point,
     /// Its parts where they touch, m.
     pub(crate) bars: Vec<Bar>,
     /// How far it touches along each axis of the world, m.
@@ -298,6 +300,7 @@ impl Case {
         Ok(Placed {
             at_m,
             outward,
+            along,
             bars,
             reach_m: along.abs() * long + across.abs() * wide,
         })

@@ -1,14 +1,19 @@
 //! `evaluate force`: what a tool feels, over depth, against finite elements.
 
 mod case;
+mod ours;
+mod page;
 mod reference;
 
 use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use case::Case;
-use reference::{Curve, DEPTHS_MM};
+use case::{Case, Shaped};
+use ours::{Law, Rig};
+use reference::{Curve, DEPTHS_MM, rms_pct};
+
+pub(crate) use page::{chart, section};
 
 /// Reference curves are solved by so many threads at once.
 const THREADS: usize = 2;
@@ -48,43 +53,224 @@ fn references(
     Ok(found.into_iter().map(take).collect())
 }
 
-/// Everything; writes `force_depth.csv` into `out`.
+/// A law at a case.
+#[derive(Debug, Clone)]
+pub(crate) struct Row {
+    /// What was pressed.
+    pub(crate) case: Case,
+    /// Which law.
+    pub(crate) law: Law,
+    /// How many spheres the organ has.
+    pub(crate) spheres: usize,
+    /// Force at the first of [`DEPTHS_MM`], N.
+    pub(crate) force_n: Vec<f64>,
+    /// The same by finite elements.
+    pub(crate) reference: Curve,
+}
+
+impl Row {
+    /// Root mean square and largest error over the depths, %.
+    pub(crate) fn error_pct(&self) -> [f64; 2] {
+        let pairs = self.force_n.iter().zip(&self.reference.force_n);
+        let worst = pairs.map(|(f, r)| (f / r - 1.0).abs() * 100.0);
+        let rms = rms_pct(&self.force_n, &self.reference.force_n);
+        [rms, worst.fold(0.0, f64::max)]
+    }
+
+    /// Whether it says something that was not chosen here, against a reference to be trusted.
+    pub(crate) fn counts(&self) -> bool {
+        !self.case.site.seen && self.reference.doubt_pct() <= DOUBT_MAX_PCT
+    }
+}
+
+/// The just noticeable difference of force, %.
+pub(crate) const GOAL_PCT: f64 = 7.0;
+/// Of a reference whose meshes differ by more than this nothing is concluded, %.
+pub(crate) const DOUBT_MAX_PCT: f64 = 3.5;
+
+/// The largest step of the force in a tick.
+#[derive(Debug, Clone)]
+pub(crate) struct Step {
+    /// The body and the site.
+    pub(crate) site: String,
+    /// How many spheres the organ has.
+    pub(crate) spheres: usize,
+    /// Speed across; none: a press.
+    pub(crate) slide_m_s: Option<f64>,
+    /// The step, N.
+    pub(crate) step_n: f64,
+}
+
+/// What was measured.
+pub(crate) struct Measured {
+    /// Every law at every case.
+    pub(crate) rows: Vec<Row>,
+    /// How smooth the product's is.
+    pub(crate) steps: Vec<Step>,
+}
+
+/// Measures all cases whose name contains `only`. References are kept in `out` and not solved
+/// again.
 ///
 /// # Errors
 /// In words.
-pub(crate) fn run(out: &Path, quick: bool, only: &str) -> Result<(), String> {
+pub(crate) fn run(out: &Path, quick: bool, only: &str) -> Result<Measured, String> {
     let mut cases = Case::all();
     cases.retain(|case| case.name().contains(only));
     let curves = references(&cases, &out.join("reference"), quick)?;
-    let mut text = "organ,site,tool,seen,nodes,depth_mm,reference_n,coarser_mesh_n\n".to_owned();
-    for (case, curve) in cases.iter().zip(&curves) {
-        let curve = match curve {
-            Ok(curve) => curve,
-            Err(why) => {
-                eprintln!("  no reference: {why}");
-                continue;
+    let counts: &[usize] = if quick {
+        &[250, 581]
+    } else {
+        &[250, 581, 1200, 2500]
+    };
+    let mut measured = Measured {
+        rows: Vec::new(),
+        steps: Vec::new(),
+    };
+    let mut subjects: Vec<_> = cases.iter().map(|c| c.site.subject).collect();
+    subjects.sort_unstable();
+    subjects.dedup();
+    for subject in subjects {
+        let surface = subject.mesh()?;
+        for &count in counts {
+            eprintln!("{}, {count} spheres …", subject.name());
+            let mut rig = Rig::new(&surface, count)?;
+            let here = cases.iter().zip(&curves);
+            for (case, curve) in here.filter(|(case, _)| case.site.subject == subject) {
+                let curve = match curve {
+                    Ok(curve) if !curve.force_n.is_empty() => curve,
+                    Ok(_) => continue,
+                    Err(why) => {
+                        eprintln!("  no reference: {why}");
+                        continue;
+                    }
+                };
+                let placed = case.placed(&surface)?;
+                for law in Law::ALL {
+                    let row = Row {
+                        case: *case,
+                        law,
+                        spheres: rig.spheres(),
+                        force_n: rig.press(case, &placed, law, curve.force_n.len())?,
+                        reference: curve.clone(),
+                    };
+                    let [rms, most] = row.error_pct();
+                    eprintln!(
+                        "  {}, {}: rms {rms:.1} %, max {most:.1} %",
+                        case.name(),
+                        law.name()
+                    );
+                    measured.rows.push(row);
+                }
+                if case.tool == Shaped::Tip(5.0) {
+                    for slide_m_s in [None, Some(0.02), Some(0.1), Some(0.3)] {
+                        let site = format!("{} {}", subject.name(), case.site.name);
+                        let step_n = rig.largest_step_n(case, &placed, slide_m_s)?;
+                        measured.steps.push(Step {
+                            site,
+                            spheres: rig.spheres(),
+                            slide_m_s,
+                            step_n,
+                        });
+                    }
+                }
             }
-        };
-        for (i, (depth, force)) in DEPTHS_MM.iter().zip(&curve.force_n).enumerate() {
-            let coarse = curve
-                .coarse_n
-                .get(i)
-                .map_or_else(String::new, |f| format!("{f:.5}"));
-            text += &format!(
-                "{},{},\"{}\",{},{},{depth},{force:.5},{coarse}\n",
-                case.site.subject.name(),
-                case.site.name,
-                case.tool.name(),
-                case.site.seen,
-                curve.nodes[1],
-            );
         }
-        eprintln!(
-            "  {}: meshes differ by {:.1} %",
-            case.name(),
-            curve.doubt_pct()
+    }
+    Ok(measured)
+}
+
+/// `force.csv`: one row a law, case and count. `tool_mm` is the radius of the tool's parts;
+/// `reference_doubt_pct` how much the reference's two meshes differ; `to_mm` how deep it goes.
+pub(crate) fn csv(rows: &[Row]) -> String {
+    let mut text = "organ,site,tool_mm,spheres,rms_error_pct,max_error_pct,law,tool,seen,\
+                    reference_doubt_pct,to_mm\n"
+        .to_owned();
+    for row in rows {
+        let (site, [rms, most]) = (&row.case.site, row.error_pct());
+        text += &format!(
+            "{},{},{},{},{rms:.2},{most:.2},{},\"{}\",{},{:.2},{}\n",
+            site.subject.name(),
+            site.name,
+            row.case.tool.radius_m() * 1e3,
+            row.spheres,
+            row.law.name(),
+            row.case.tool.name(),
+            site.seen,
+            row.reference.doubt_pct(),
+            DEPTHS_MM[row.force_n.len() - 1],
         );
     }
-    let path = out.join("force_depth.csv");
-    std::fs::write(&path, text).map_err(|e| format!("{}: {e}", path.display()))
+    text
+}
+
+/// `force_depth.csv`: every depth by itself.
+pub(crate) fn depth_csv(rows: &[Row]) -> String {
+    let mut text =
+        "organ,site,tool,law,spheres,depth_mm,force_n,reference_n,coarser_reference_n\n".to_owned();
+    for row in rows {
+        let site = &row.case.site;
+        let forces = row.force_n.iter().zip(&row.reference.force_n);
+        for (i, (depth, (force, reference))) in DEPTHS_MM.iter().zip(forces).enumerate() {
+            let coarse = row.reference.coarse_n.get(i);
+            text += &format!(
+                "{},{},\"{}\",{},{},{depth},{force:.5},{reference:.5},{}\n",
+                site.subject.name(),
+                site.name,
+                row.case.tool.name(),
+                row.law.name(),
+                row.spheres,
+                coarse.map_or_else(String::new, |f| format!("{f:.5}")),
+            );
+        }
+    }
+    text
+}
+
+/// `force_steps.csv`: how smooth the product's force is.
+pub(crate) fn steps_csv(steps: &[Step]) -> String {
+    let mut text = "site,spheres,motion,largest_step_mn_per_tick\n".to_owned();
+    for step in steps {
+        text += &format!(
+            "{},{},{},{:.3}\n",
+            step.site,
+            step.spheres,
+            motion(step),
+            step.step_n * 1e3
+        );
+    }
+    text
+}
+
+/// How a tool moves, in words.
+pub(crate) fn motion(step: &Step) -> String {
+    step.slide_m_s.map_or_else(
+        || "press 10 mm/s".to_owned(),
+        |speed| format!("slide {:.0} mm/s", speed * 1e3),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Against what the full run found at 2, 4 and 6 mm.
+    #[test]
+    fn ours_is_near_the_reference_and_a_rigid_skin_is_not() {
+        let of = |case: &Case| case.name() == "liver left lobe: tip 5 mm";
+        let case = Case::all().into_iter().find(of).expect("in the list");
+        let surface = case.site.subject.mesh().expect("built in");
+        let placed = case.placed(&surface).expect("a place");
+        let mut rig = Rig::new(&surface, 250).expect("packed");
+        let mut error = |law| {
+            let force = rig.press(&case, &placed, law, 6).expect("pressed");
+            [(1, 0.055), (3, 0.144), (5, 0.249)]
+                .map(|(i, r): (usize, f64)| force[i] / r - 1.0)
+                .map(f64::abs)
+                .into_iter()
+                .fold(0.0, f64::max)
+        };
+        let (ours, rigid) = (error(Law::Ours), error(Law::RigidSkin));
+        assert!(ours < 0.3 && rigid > 2.0 * ours, "{ours} {rigid}");
+    }
 }

@@ -2,13 +2,14 @@
 
 use rt_core::math::Pose;
 use rt_core::scene::{
-    Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, SceneError, Tetra, TetraBatch,
-    batches,
+    Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, SceneError, Skin, Tetra,
+    TetraBatch, batches,
 };
 use rt_core::soft_body::pbd::PaperPbd;
 use rt_core::soft_body::{Bodies, Method as Solver, Tissue};
 
 use rt_core::sim::TICK_S;
+use scene_prepare::skin::ContactSkin;
 
 use super::{Env, Method, State, Surroundings};
 use crate::body::{Body, V3};
@@ -22,6 +23,7 @@ pub(crate) struct Parts {
     batches: Vec<TetraBatch>,
     gravity_m_s2: V3,
     solver: Solver,
+    skin: ContactSkin,
 }
 
 /// Stiffness number of a substep up to which one pass is the material's stiffness within 3 %.
@@ -111,7 +113,13 @@ impl Parts {
             } else {
                 Solver::NeoHookean
             },
+            skin: ContactSkin::default(),
         })
+    }
+
+    /// With what tools meet.
+    pub(crate) fn with_skin(self, skin: ContactSkin) -> Self {
+        Self { skin, ..self }
     }
 
     /// The tissue at rest.
@@ -119,6 +127,16 @@ impl Parts {
     /// # Errors
     /// What the scene's check refuses.
     pub(crate) fn tissue(&mut self) -> Result<Product<'_>, SceneError> {
+        let held = vec![false; self.spheres.len()];
+        let tissue = self.bare()?;
+        Ok(Product { tissue, held })
+    }
+
+    /// The same, by itself.
+    ///
+    /// # Errors
+    /// What the scene's check refuses.
+    pub(crate) fn bare(&mut self) -> Result<Tissue<'_>, SceneError> {
         let room = Room {
             gravity_m_s2: self.gravity_m_s2,
             world_from_device: Pose::identity(),
@@ -130,11 +148,13 @@ impl Parts {
             breath_s: 0.0,
         };
         let scene = Scene::new(&self.organs, &self.spheres, &self.links, room)?
-            .with_tetrahedra(&self.batches)?;
-        Ok(Product {
-            tissue: Tissue::new(scene, &mut self.bodies, self.solver),
-            held: vec![false; self.spheres.len()],
-        })
+            .with_tetrahedra(&self.batches)?
+            .with_skin(Skin {
+                vertices: &self.skin.vertices,
+                fans: &self.skin.fans,
+                nearest: &self.skin.nearest,
+            })?;
+        Ok(Tissue::new(scene, &mut self.bodies, self.solver))
     }
 }
 

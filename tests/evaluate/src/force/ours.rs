@@ -1,0 +1,287 @@
+//! The same presses by the product's tissue: with its own contact law, and with two plainer ones
+//! to compare, which are written here and are not in the product.
+
+use nalgebra::Vector3;
+use rt_core::sim::TICK_S;
+use rt_core::soft_body::{Correction, Tissue};
+use rt_core::tool::{Capsule, Role};
+use scene_prepare::mesh::Mesh;
+use scene_prepare::skin::ContactSkin;
+
+use super::case::{Case, Placed};
+use super::reference::DEPTHS_MM;
+use crate::body::{self, Body, V3};
+use crate::methods::{Parts, Surroundings};
+
+type Point = Vector3<f64>;
+
+/// What meets the tool.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Law {
+    /// The product's.
+    Ours,
+    /// The inner spheres, each through a spring of 500 N/m: as the product had it before.
+    Spheres,
+    /// The vertices of the contact skin, rigid: the force is the constraint's multiplier.
+    RigidSkin,
+}
+
+impl Law {
+    /// All.
+    pub(crate) const ALL: [Self; 3] = [Self::Ours, Self::Spheres, Self::RigidSkin];
+
+    /// Its name in files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Ours => "Calot",
+            Self::Spheres => "spheres",
+            Self::RigidSkin => "rigid skin",
+        }
+    }
+}
+
+/// Speed of a press, m/s.
+const SPEED_M_S: f64 = 0.010;
+const TICKS_PER_MM: usize = 100;
+/// Rest at a depth lasts at most so long, ticks, and ends when the force moves less than this.
+const REST_TICKS: usize = 600;
+const STILL_N: f64 = 2e-5;
+/// Stiffness of [`Law::Spheres`], N/m.
+const SPHERE_N_M: f32 = 500.0;
+
+/// An organ of spheres, ready to be pressed.
+pub(crate) struct Rig {
+    body: Body,
+    parts: Parts,
+    skin: ContactSkin,
+}
+
+impl Rig {
+    /// Packs a surface with so many spheres.
+    ///
+    /// # Errors
+    /// In words.
+    pub(crate) fn new(mesh: &Mesh, spheres: usize) -> Result<Self, String> {
+        let tissue = body::Tissue::LIVER;
+        let (body, skin) = Body::packed_with(mesh, spheres, tissue, |interior, balls, tets| {
+            ContactSkin::new(interior, mesh, balls, tets, tissue.poisson)
+        })
+        .ok_or_else(|| format!("{spheres} spheres cannot be packed"))?;
+        let around = Surroundings {
+            gravity_m_s2: V3::zeros(),
+            damping_per_s: 20.0,
+        };
+        let parts = Parts::new(&body, &around, None).map_err(|e| e.to_string())?;
+        Ok(Self {
+            body,
+            parts: parts.with_skin(skin.clone()),
+            skin,
+        })
+    }
+
+    /// How many spheres there are.
+    pub(crate) fn spheres(&self) -> usize {
+        self.body.rest_m.len()
+    }
+
+    /// The organ at rest, held as a case has it.
+    fn held(&mut self, case: &Case) -> Result<Run<'_>, String> {
+        let (axis, plane) = case.site.held_below;
+        // Half a spacing: midway between the last sphere that is held and the first that is free.
+        let reach = plane as f32 + 0.5 * self.body.spacing_m();
+        let mut tissue = self.parts.bare().map_err(|e| e.to_string())?;
+        for (i, x) in (0_u32..).zip(&self.body.rest_m) {
+            if x[axis] < reach {
+                tissue.hold(i, true);
+            }
+        }
+        Ok(Run {
+            tissue,
+            body: &self.body,
+            skin: &self.skin,
+        })
+    }
+
+    /// Force along the tool's way at the first of [`DEPTHS_MM`], N.
+    ///
+    /// # Errors
+    /// In words.
+    pub(crate) fn press(
+        &mut self,
+        case: &Case,
+        placed: &Placed,
+        law: Law,
+        depths: usize,
+    ) -> Result<Vec<f64>, String> {
+        let mut run = self.held(case)?;
+        let mut at_m = 0.0;
+        let mut forces = Vec::new();
+        for depth in DEPTHS_MM.iter().take(depths) {
+            let from_m = at_m;
+            at_m = depth * 1e-3;
+            let ticks = ((at_m - from_m) * 1e3 * TICKS_PER_MM as f64).round() as usize;
+            for i in 1..=ticks {
+                let now_m = from_m + (at_m - from_m) * i as f64 / ticks as f64;
+                run.tick(&placed.bars_at(&(-placed.outward * now_m)), law);
+            }
+            let parts = placed.bars_at(&(-placed.outward * at_m));
+            let (mut before, mut mean) = (f64::NAN, 0.0);
+            for _ in 0..REST_TICKS / 50 {
+                mean = 0.0;
+                for _ in 0..50 {
+                    mean += run.tick(&parts, law).dot(&placed.outward) / 50.0;
+                }
+                if (mean - before).abs() < STILL_N {
+                    break;
+                }
+                before = mean;
+            }
+            forces.push(mean);
+        }
+        Ok(forces)
+    }
+
+    /// The largest step of the force from one tick to the next, N: in a press of 5 mm at
+    /// 10 mm/s, and in a slide of 40 mm across the site, 4 mm deep, at a speed.
+    ///
+    /// # Errors
+    /// In words.
+    pub(crate) fn largest_step_n(
+        &mut self,
+        case: &Case,
+        placed: &Placed,
+        slide_m_s: Option<f64>,
+    ) -> Result<f64, String> {
+        let mut run = self.held(case)?;
+        let along = placed.along * if slide_m_s.is_some() { 0.020 } else { 0.0 };
+        let tick_s = f64::from(TICK_S);
+        let mut last: Option<Point> = None;
+        let mut largest: f64 = 0.0;
+        let deepest_m = if slide_m_s.is_some() { 0.004 } else { 0.005 };
+        let ticks = (deepest_m / SPEED_M_S / tick_s) as usize;
+        for i in 0..=ticks {
+            let depth_m = deepest_m * i as f64 / ticks as f64;
+            let parts = placed.bars_at(&(-placed.outward * depth_m - along));
+            let force = run.tick(&parts, Law::Ours);
+            if slide_m_s.is_none() {
+                largest = largest.max(last.map_or(0.0, |l| (force - l).norm()));
+            }
+            last = Some(force);
+        }
+        let Some(speed) = slide_m_s else {
+            return Ok(largest);
+        };
+        // It sets off and stops smoothly: half a wave of the sine.
+        let ticks = (0.040 / speed / tick_s * std::f64::consts::FRAC_PI_2) as usize;
+        for i in 0..=ticks {
+            let side = -(std::f64::consts::PI * i as f64 / ticks as f64).cos();
+            let parts = placed.bars_at(&(along * side - placed.outward * deepest_m));
+            let force = run.tick(&parts, Law::Ours);
+            largest = largest.max(last.map_or(0.0, |l| (force - l).norm()));
+            last = Some(force);
+        }
+        Ok(largest)
+    }
+}
+
+impl Placed {
+    fn bars_at(&self, shift: &Point) -> Vec<Capsule> {
+        let capsule = |bar: &fem_reference::Bar| {
+            let [a, b] = bar.ends_m.map(|p| (p + shift).cast());
+            Capsule {
+                // The end that touches is a tip's second.
+                a_m: b,
+                b_m: a,
+                radius_m: bar.radius_m as f32,
+                role: Role::Tip,
+            }
+        };
+        self.bars.iter().map(capsule).collect()
+    }
+}
+
+struct Run<'a> {
+    tissue: Tissue<'a>,
+    body: &'a Body,
+    skin: &'a ContactSkin,
+}
+
+impl Run<'_> {
+    /// One tick; force of the tissue on the tool, N.
+    fn tick(&mut self, parts: &[Capsule], law: Law) -> Point {
+        let (body, skin) = (self.body, self.skin);
+        let mut force = V3::zeros();
+        match law {
+            Law::Ours => force = self.tissue.press(parts).force_n,
+            Law::Spheres => {
+                self.tissue.step_with(|tissue, step_s| {
+                    force += push_spheres(tissue, body, parts, step_s);
+                });
+            }
+            Law::RigidSkin => {
+                self.tissue.step_with(|tissue, step_s| {
+                    force += push_skin(tissue, skin, parts, step_s);
+                });
+            }
+        }
+        force.cast()
+    }
+}
+
+/// How deep a ball lies in the nearest of the parts, m, and the way out.
+fn depth(parts: &[Capsule], center_m: &V3, radius_m: f32) -> Option<(f32, V3)> {
+    let one = |part: &Capsule| {
+        let axis = part.b_m - part.a_m;
+        let along = (center_m - part.a_m).dot(&axis) / axis.norm_squared().max(1e-12);
+        let arm = center_m - part.a_m - axis * along.clamp(0.0, 1.0);
+        (part.radius_m + radius_m - arm.norm(), arm)
+    };
+    let deepest = parts.iter().map(one).max_by(|a, b| a.0.total_cmp(&b.0))?;
+    (deepest.0 > 0.0).then(|| (deepest.0, deepest.1.normalize()))
+}
+
+fn push_spheres(tissue: &mut Correction<'_>, body: &Body, parts: &[Capsule], step_s: f32) -> V3 {
+    let mut felt = V3::zeros();
+    for (i, &radius_m) in (0_u32..).zip(&body.radius_m) {
+        if let Some((depth_m, out)) = depth(parts, &tissue.center_m(i), radius_m) {
+            let yielding = tissue.inverse_mass_per_kg(i) * step_s * step_s;
+            let force_n = SPHERE_N_M * depth_m / (1.0 + SPHERE_N_M * yielding);
+            tissue.move_by(i, &(out * (force_n * yielding)));
+            felt -= out * (force_n * step_s / TICK_S);
+        }
+    }
+    felt
+}
+
+fn push_skin(
+    tissue: &mut Correction<'_>,
+    skin: &ContactSkin,
+    parts: &[Capsule],
+    step_s: f32,
+) -> V3 {
+    let mut felt = V3::zeros();
+    for vertex in &skin.vertices {
+        let carriers = || {
+            vertex
+                .spheres
+                .map(u32::from)
+                .into_iter()
+                .zip(vertex.weights)
+        };
+        let at_m: V3 = carriers().map(|(i, w)| tissue.center_m(i) * w).sum();
+        let Some((depth_m, out)) = depth(parts, &at_m, 0.0) else {
+            continue;
+        };
+        let yields = carriers().map(|(i, w)| tissue.inverse_mass_per_kg(i) * w * w);
+        let yields: f32 = yields.sum();
+        if yields > 0.0 {
+            let pushed = depth_m / yields;
+            for (i, w) in carriers() {
+                let by = tissue.inverse_mass_per_kg(i) * w * pushed;
+                tissue.move_by(i, &(out * by));
+            }
+            felt -= out * (pushed / (step_s * TICK_S));
+        }
+    }
+    felt
+}
