@@ -88,6 +88,13 @@ impl ToolContacts {
         self.near.iter().map(|near| near.sphere)
     }
 
+    /// How deep the instrument lies in skin, or in spheres without one, m; before the solve.
+    pub(crate) fn deepest_m(&self, scene: &Scene<'_>) -> Option<f32> {
+        let bare = self.near.iter().filter(|n| !has_skin(scene, n.sphere));
+        let depths = bare.map(|near| near.depth_m).chain(self.skin.depths_m());
+        depths.filter(|m| *m > 0.0).reduce(f32::max)
+    }
+
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
         self.near.clear();

@@ -149,6 +149,20 @@ impl<'a> Tissue<'a> {
         pressed
     }
 
+    /// How deep these parts of a tool lie in the tissue at the deepest place, m, found as the tick
+    /// finds it; `None` if nothing touches. Nothing is moved.
+    pub fn meet(&mut self, parts: &[Capsule]) -> Option<f32> {
+        let (scene, bodies) = (self.scene, &*self.bodies);
+        let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
+        for (organ, bounds) in scene.organs.iter().zip(&mut bounds) {
+            *bounds = bodies.bounds(organ);
+        }
+        let mut faults = FaultSet::NONE;
+        self.contacts
+            .find(parts, &scene, &bounds, bodies, &mut faults);
+        self.contacts.deepest_m(&scene)
+    }
+
     /// Displacement of a sphere from rest, m.
     #[must_use]
     pub fn displacement_m(&self, sphere: u32) -> Vec3 {

@@ -4,6 +4,7 @@
 //! reference   scene × ever finer meshes: how far the reference may be trusted
 //! accuracy    case × method × spheres → error against the reference, against time
 //! stability   case × method → survives or not, and up to where
+//! collision   organ × size × way → time, and agreement with the exact answer
 //! force       case × contact law × spheres → force over depth against the reference
 //! all         everything, as CSV, SVG and one offline page
 //! ```
@@ -12,6 +13,7 @@ mod accuracy;
 mod body;
 mod case;
 mod chart;
+mod collision;
 mod convergence;
 mod force;
 mod methods;
@@ -47,6 +49,10 @@ struct Asked {
     /// on which settings are calibrated.
     #[arg(long, value_name = "TEXT")]
     case: Option<String>,
+    /// Of `force` only the cases whose reference lies in DIR/reference already: solving all takes
+    /// half an hour of two cores.
+    #[arg(long)]
+    kept: bool,
 }
 
 #[derive(Subcommand)]
@@ -59,17 +65,21 @@ enum Command {
     Stability(Asked),
     /// Force over depth under rigid tools, against finite elements.
     Force(Asked),
+    /// Which spheres, vertices or faces the instruments touch: time and agreement of the ways to
+    /// find out.
+    Collision(Asked),
     /// All of these. Real organs are read from the folder that CALOT_ANATOMY names.
     All(Asked),
 }
 
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
-        Command::Reference(asked) => run(&asked, [true, false, false, false]),
-        Command::Accuracy(asked) => run(&asked, [false, true, false, false]),
-        Command::Stability(asked) => run(&asked, [false, false, true, false]),
-        Command::Force(asked) => run(&asked, [false, false, false, true]),
-        Command::All(asked) => run(&asked, [true; 4]),
+        Command::Reference(asked) => run(&asked, [true, false, false, false, false]),
+        Command::Accuracy(asked) => run(&asked, [false, true, false, false, false]),
+        Command::Stability(asked) => run(&asked, [false, false, true, false, false]),
+        Command::Force(asked) => run(&asked, [false, false, false, true, false]),
+        Command::Collision(asked) => run(&asked, [false, false, false, false, true]),
+        Command::All(asked) => run(&asked, [true; 5]),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -80,7 +90,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(asked: &Asked, [trust, speed, limits, feel]: [bool; 4]) -> Result<(), String> {
+fn run(asked: &Asked, [trust, speed, limits, feel, meet]: [bool; 5]) -> Result<(), String> {
     let (out, quick) = (&asked.out, asked.quick);
     std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     let only = asked.case.as_deref().unwrap_or_default();
@@ -107,13 +117,20 @@ fn run(asked: &Asked, [trust, speed, limits, feel]: [bool; 4]) -> Result<(), Str
         sections.push(page::stability(&rows, &svg));
     }
     if feel {
-        let measured = force::run(out, quick, only)?;
+        let measured = force::run(out, quick, only, asked.kept)?;
         write(out, "force.csv", &force::csv(&measured.rows))?;
         write(out, "force_depth.csv", &force::depth_csv(&measured.rows))?;
         write(out, "force_steps.csv", &force::steps_csv(&measured.steps))?;
         let svg = force::chart(&measured.rows)?;
         write(out, "force.svg", &svg)?;
         sections.push(force::section(&measured, &svg));
+    }
+    if meet {
+        let measured = collision::run(quick, only)?;
+        write(out, "collision.csv", &collision::csv(&measured))?;
+        let svg = collision::chart(&measured)?;
+        write(out, "collision.svg", &svg)?;
+        sections.push(collision::section(&measured, &svg));
     }
     if trust {
         let layers: &[usize] = if quick { &[4, 6] } else { &[6, 9, 12, 18] };

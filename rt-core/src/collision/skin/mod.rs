@@ -183,6 +183,11 @@ impl SkinContacts {
         }
     }
 
+    /// How deep each place near skin lies in it, m; negative: the gap.
+    pub(crate) fn depths_m(&self) -> impl Iterator<Item = f32> {
+        self.near.iter().map(|touch| -touch.gap_m)
+    }
+
     /// Presses the tools against the skin of organ `organ`, within a substep of `step_s`.
     pub(crate) fn press(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let squared = step_s * step_s;

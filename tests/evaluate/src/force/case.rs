@@ -191,6 +191,20 @@ impl Shaped {
         }
     }
 
+    /// Whether it touches at two places.
+    pub(crate) fn has_two_ends(self) -> bool {
+        matches!(self, Self::OpenJaws | Self::TwoTips)
+    }
+
+    /// Between its radius and another length, m: what elements are measured by. Thin jaws are
+    /// pressed deep for their radius.
+    pub(crate) fn mean_m(self, other_m: f64) -> f64 {
+        match self {
+            Self::Jaws | Self::OpenJaws => self.radius_m(),
+            _ => (self.radius_m() * other_m).sqrt(),
+        }
+    }
+
     /// How far from the site it touches, along it and across, at little depth, m.
     fn reach_m(self) -> [f64; 2] {
         match self {
@@ -235,10 +249,10 @@ impl Case {
         let others = [
             (NECK, Shaped::Tip(5.0)),
             (LEFT_LOBE, Shaped::Shaft),
+            (WALL, Shaped::Shaft),
             (LEFT_LOBE, Shaped::TwoTips),
             (LEFT_LOBE, Shaped::Jaws),
             (LEFT_LOBE, Shaped::OpenJaws),
-            (WALL, Shaped::Shaft),
             (NECK, Shaped::Tip(3.0)),
         ];
         let all = [with(5.0), with(10.0)].concat().into_iter();

@@ -110,14 +110,17 @@ pub(crate) struct Measured {
 }
 
 /// Measures all cases whose name contains `only`. References are kept in `out` and not solved
-/// again.
+/// again; with `kept` none is solved.
 ///
 /// # Errors
 /// In words.
-pub(crate) fn run(out: &Path, quick: bool, only: &str) -> Result<Measured, String> {
+pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Measured, String> {
     let mut cases = Case::all();
-    cases.retain(|case| case.name().contains(only));
-    let curves = references(&cases, &out.join("reference"), quick)?;
+    let folder = out.join("reference");
+    cases.retain(|case| {
+        case.name().contains(only) && (!kept || reference::is_kept(case, &folder, quick))
+    });
+    let curves = references(&cases, &folder, quick)?;
     let counts: &[usize] = if quick {
         &[250, 581]
     } else {

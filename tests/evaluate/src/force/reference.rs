@@ -1,6 +1,6 @@
 //! Force over depth by finite elements, on two meshes.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use fem_reference::{Hold, Material, Problem, Tool, lattice};
 use nalgebra::Vector3;
@@ -122,14 +122,14 @@ pub(crate) fn rms_pct(values: &[f64], truth: &[f64]) -> f64 {
 /// # Errors
 /// In words.
 pub(crate) fn curve(case: &Case, folder: &Path, quick: bool) -> Result<Curve, String> {
-    let kept = folder.join(format!("{}.txt", file_name(&case.name(), quick)));
+    let kept = place(case, folder, quick);
     if let Some(curve) = std::fs::read_to_string(&kept).ok().and_then(|t| read(&t)) {
         return Ok(curve);
     }
     let surface = case.site.subject.mesh()?;
     let placed = case.placed(&surface)?;
     let sizes = if quick { [2.0, 1.6] } else { SIZES };
-    let mean_m = (case.tool.radius_m() * MEAN_M).sqrt();
+    let mean_m = case.tool.mean_m(MEAN_M);
     let mut solved = Vec::new();
     for size in sizes {
         solved.push(solve(case, &surface, &placed, size * mean_m)?);
@@ -144,6 +144,15 @@ pub(crate) fn curve(case: &Case, folder: &Path, quick: bool) -> Result<Curve, St
     };
     std::fs::write(&kept, text(&curve)).map_err(|e| format!("{}: {e}", kept.display()))?;
     Ok(curve)
+}
+
+/// Whether a case's curve was found before.
+pub(crate) fn is_kept(case: &Case, folder: &Path, quick: bool) -> bool {
+    place(case, folder, quick).exists()
+}
+
+fn place(case: &Case, folder: &Path, quick: bool) -> PathBuf {
+    folder.join(format!("{}.txt", file_name(&case.name(), quick)))
 }
 
 fn file_name(name: &str, quick: bool) -> String {
@@ -185,11 +194,21 @@ fn solve(
 ) -> Result<(usize, Vec<f64>), String> {
     let words = |e: fem_reference::FemError| format!("{}: {e}", case.name());
     let radius_m = case.tool.radius_m();
-    let near_m = 1.5 * radius_m;
+    // Two ends need small elements between them too; along a bar they may be long.
+    let (near_m, stretch) = if case.tool.has_two_ends() {
+        (
+            1.5 * radius_m + 0.5 * placed.reach_m.max(),
+            Point::repeat(1.0),
+        )
+    } else {
+        let near_m = 1.5 * radius_m;
+        let long = |reach: f64| (1.0 + reach / near_m).sqrt();
+        (near_m, placed.reach_m.map(long))
+    };
     let focus = Focus {
         around: placed.at_m,
         near_m,
-        stretch: placed.reach_m.map(|reach| (1.0 + reach / near_m).sqrt()),
+        stretch,
     };
     let (axis, plane) = case.site.held_below;
     let mesh = fill(surface, &focus, (axis, plane), size_m).map_err(words)?;

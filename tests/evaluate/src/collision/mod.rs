@@ -1,0 +1,367 @@
+//! `evaluate collision`, the paper's experiment 2: what the instruments touch, found in six ways.
+
+mod gpu;
+mod methods;
+mod motion;
+mod page;
+
+use std::hint::black_box;
+use std::time::Instant;
+
+use methods::{Exact, Found, Hierarchy, Octree, V3};
+use nalgebra::Vector3;
+use rt_core::tool::Capsule;
+use scene_prepare::mesh::Mesh;
+use scene_prepare::shape::{Form, Shape};
+use scene_prepare::skin::ContactSkin;
+
+use crate::body::{Body, Tissue};
+use crate::methods::{Parts, Surroundings};
+
+pub(crate) use page::{chart, section};
+
+/// A way to find contacts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Way {
+    /// The product's: near spheres, then the contact skin.
+    Ours,
+    /// The paper's kernel, one after the other on the CPU.
+    Spheres,
+    /// The paper's kernel on a graphics card, spheres sent and depths read back.
+    Card,
+    /// Mesh vertices against cylinders.
+    Vertices,
+    /// An octree over the faces.
+    Octree,
+    /// parry's bounding volumes over the faces.
+    Parry,
+}
+
+impl Way {
+    const ALL: [Self; 6] = [
+        Self::Ours,
+        Self::Spheres,
+        Self::Card,
+        Self::Vertices,
+        Self::Octree,
+        Self::Parry,
+    ];
+
+    /// Its name in files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Ours => "Calot, CPU",
+            Self::Spheres => "inner spheres, CPU",
+            Self::Card => "inner spheres, GPU (paper)",
+            Self::Vertices => "mesh vertices",
+            Self::Octree => "surface octree",
+            Self::Parry => "parry BVH",
+        }
+    }
+}
+
+/// A way on one organ of one size.
+#[derive(Debug, Clone)]
+pub(crate) struct Row {
+    /// Organ; "balls" for the sweep of the paper's kernel alone.
+    pub(crate) organ: &'static str,
+    /// Faces of its mesh.
+    pub(crate) faces: usize,
+    /// Its spheres.
+    pub(crate) spheres: usize,
+    /// Which way.
+    pub(crate) way: Way,
+    /// Time of a tick, half of them and all but one in a hundred, µs.
+    pub(crate) us: [f64; 2],
+    /// What is to be rebuilt when the organ has moved, µs a tick.
+    pub(crate) rebuild_us: f64,
+    /// Share of its touches that are ones, and of all touches that it finds.
+    pub(crate) precision_recall: [f64; 2],
+    /// Root mean square error of the depth where both find one, mm.
+    pub(crate) depth_error_mm: f64,
+}
+
+/// What was measured.
+pub(crate) struct Measured {
+    /// Every way on every organ.
+    pub(crate) rows: Vec<Row>,
+    /// The graphics card, or why there is none.
+    pub(crate) card: Result<String, String>,
+}
+
+/// The paper's organs and how many spheres it gives them (Table 1).
+const ORGANS: [(&str, Form, usize); 4] = [
+    ("liver", Form::Liver, 581),
+    ("gallbladder", Form::Gallbladder, 475),
+    ("intestine", Form::Intestine, 383),
+    ("stomach", Form::Stomach, 452),
+];
+/// How many times as many spheres; the faces are cut in four from one to the next.
+const SIZES: [usize; 3] = [1, 3, 6];
+/// What the paper's kernel alone is timed with.
+const BALLS: [usize; 6] = [500, 2000, 8000, 32_000, 128_000, 512_000];
+
+/// Measures all organs whose name contains `only`.
+///
+/// # Errors
+/// In words.
+pub(crate) fn run(quick: bool, only: &str) -> Result<Measured, String> {
+    let card = gpu::Card::open();
+    let mut rows = Vec::new();
+    let ticks = if quick { 200 } else { 2000 };
+    for (name, form, spheres) in ORGANS.into_iter().filter(|o| o.0.contains(only)) {
+        let mut mesh = Shape::from(form).mesh();
+        let sizes = if quick { &SIZES[..1] } else { &SIZES[..] };
+        for (i, &times) in sizes.iter().enumerate() {
+            if i > 0 {
+                mesh = cut(&mesh);
+            }
+            eprintln!(
+                "{name}, {} faces, {} spheres …",
+                mesh.triangles.len(),
+                spheres * times
+            );
+            rows.extend(organ(
+                name,
+                &mesh,
+                spheres * times,
+                ticks,
+                card.as_ref().ok(),
+            )?);
+        }
+    }
+    if "balls".contains(only) {
+        let counts = if quick { &BALLS[..2] } else { &BALLS[..] };
+        for &count in counts {
+            rows.extend(sweep(count, ticks / 10, card.as_ref().ok())?);
+        }
+    }
+    Ok(Measured {
+        rows,
+        card: card.map(|card| card.name),
+    })
+}
+
+/// Every face in four.
+fn cut(mesh: &Mesh) -> Mesh {
+    let mut vertices = mesh.vertices.clone();
+    let mut middles = std::collections::HashMap::new();
+    let mut triangles = Vec::with_capacity(4 * mesh.triangles.len());
+    for &[a, b, c] in &mesh.triangles {
+        let mut middle = |i: u32, j: u32| {
+            *middles.entry((i.min(j), i.max(j))).or_insert_with(|| {
+                vertices.push((mesh.vertices[i as usize] + mesh.vertices[j as usize]) / 2.0);
+                vertices.len() as u32 - 1
+            })
+        };
+        let (ab, bc, ca) = (middle(a, b), middle(b, c), middle(c, a));
+        triangles.extend([[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]]);
+    }
+    Mesh {
+        vertices,
+        triangles,
+    }
+}
+
+fn organ(
+    name: &'static str,
+    mesh: &Mesh,
+    count: usize,
+    ticks: usize,
+    card: Option<&gpu::Card>,
+) -> Result<Vec<Row>, String> {
+    let tissue = Tissue::LIVER;
+    let (body, skin) = Body::packed_with(mesh, count, tissue, |interior, balls, tets| {
+        ContactSkin::new(interior, mesh, balls, tets, tissue.poisson)
+    })
+    .ok_or_else(|| format!("{name}: {count} spheres cannot be packed"))?;
+    let around = Surroundings {
+        gravity_m_s2: Vector3::zeros(),
+        damping_per_s: 20.0,
+    };
+    let mut parts = Parts::new(&body, &around, None)
+        .map_err(|e| e.to_string())?
+        .with_skin(skin);
+    let mut ours = parts.bare().map_err(|e| e.to_string())?;
+    let spheres: Vec<(V3, f32)> = body
+        .rest_m
+        .iter()
+        .copied()
+        .zip(body.radius_m.iter().copied())
+        .collect();
+    let vertices: Vec<V3> = mesh.vertices.iter().map(|p| p.cast()).collect();
+    let faces = || -> Vec<[V3; 3]> {
+        let corners = |t: &[u32; 3]| t.map(|i| vertices[i as usize]);
+        mesh.triangles.iter().map(corners).collect()
+    };
+    let none = || format!("{name} has no faces");
+    let motion = motion::motion(mesh, ticks).ok_or_else(none)?;
+    let exact = Exact::new(mesh).ok_or_else(none)?;
+    let truth: Vec<Found> = motion.iter().map(|parts| exact.find(parts)).collect();
+    let mut rows = Vec::new();
+    for way in Way::ALL {
+        let mut rebuild_us = 0.0;
+        let (found, us) = match way {
+            Way::Ours => timed(&motion, |parts| Ok(ours.meet(parts)))?,
+            Way::Spheres => timed(&motion, |parts| Ok(methods::spheres(&spheres, parts)))?,
+            Way::Card => {
+                let Some(card) = card else { continue };
+                let there = card.load(&spheres);
+                timed(&motion, |parts| card.find(&there, &spheres, parts))?
+            }
+            Way::Vertices => timed(&motion, |parts| Ok(methods::vertices(&vertices, parts)))?,
+            Way::Octree => {
+                let start = Instant::now();
+                let tree = Octree::new(faces());
+                rebuild_us = start.elapsed().as_secs_f64() * 1e6;
+                timed(&motion, |parts| Ok(tree.find(parts)))?
+            }
+            Way::Parry => {
+                let start = Instant::now();
+                let tree = Hierarchy::new(&vertices, &mesh.triangles).ok_or_else(none)?;
+                rebuild_us = start.elapsed().as_secs_f64() * 1e6;
+                timed(&motion, |parts| Ok(tree.find(parts)))?
+            }
+        };
+        let (precision_recall, depth_error_mm) = agreement(&found, &truth);
+        let row = Row {
+            organ: name,
+            faces: mesh.triangles.len(),
+            spheres: spheres.len(),
+            way,
+            us,
+            rebuild_us,
+            precision_recall,
+            depth_error_mm,
+        };
+        eprintln!("  {row:?}");
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+/// The paper's kernel alone, on so many balls in a cube, on the CPU and on the card.
+fn sweep(count: usize, ticks: usize, card: Option<&gpu::Card>) -> Result<Vec<Row>, String> {
+    let side = (count as f64).cbrt().ceil() as usize;
+    let pitch = 0.2 / side as f32;
+    let ball = |i: usize| {
+        let at = [i % side, i / side % side, i / side / side].map(|k| k as f32 * pitch);
+        (V3::from(at), 0.6 * pitch)
+    };
+    let balls: Vec<(V3, f32)> = (0..count).map(ball).collect();
+    let cube = fem_reference::block(Vector3::zeros(), Vector3::repeat(0.2), [4; 3]);
+    let mesh = Mesh {
+        vertices: cube.nodes,
+        triangles: cube.faces.iter().map(|f| [f[0], f[1], f[2]]).collect(),
+    };
+    let motion = motion::motion(&mesh, ticks).ok_or("a cube has faces")?;
+    let mut rows = Vec::new();
+    let mut add = |way, us| {
+        let row = Row {
+            organ: "balls",
+            faces: 0,
+            spheres: count,
+            way,
+            us,
+            rebuild_us: 0.0,
+            precision_recall: [1.0; 2],
+            depth_error_mm: 0.0,
+        };
+        eprintln!("  {row:?}");
+        rows.push(row);
+    };
+    let (on_cpu, us) = timed(&motion, |parts| Ok(methods::spheres(&balls, parts)))?;
+    add(Way::Spheres, us);
+    if let Some(card) = card {
+        let there = card.load(&balls);
+        let (on_card, us) = timed(&motion, |parts| card.find(&there, &balls, parts))?;
+        add(Way::Card, us);
+        let off = on_cpu.iter().zip(&on_card).map(|pair| match pair {
+            (Some(a), Some(b)) => (a - b).abs(),
+            (a, b) => a.or(*b).unwrap_or(0.0),
+        });
+        let off_m = off.fold(0.0, f32::max);
+        if off_m > 1e-5 {
+            return Err(format!(
+                "the card is {off_m} m off the CPU at {count} balls"
+            ));
+        }
+    }
+    Ok(rows)
+}
+
+/// What a way finds in every tick; median time and 99th percentile, µs.
+fn timed(
+    motion: &[Vec<Capsule>],
+    mut find: impl FnMut(&[Capsule]) -> Result<Found, String>,
+) -> Result<(Vec<Found>, [f64; 2]), String> {
+    let mut found = Vec::with_capacity(motion.len());
+    let mut times = Vec::with_capacity(motion.len());
+    for parts in motion {
+        let start = Instant::now();
+        let one = black_box(find(black_box(parts))?);
+        times.push(start.elapsed().as_secs_f64() * 1e6);
+        found.push(one);
+    }
+    times.sort_by(f64::total_cmp);
+    let at = |share: f64| times[((times.len() - 1) as f64 * share) as usize];
+    Ok((found, [at(0.5), at(0.99)]))
+}
+
+/// Precision, recall, and root mean square error of the depth, mm.
+fn agreement(found: &[Found], truth: &[Found]) -> ([f64; 2], f64) {
+    let share = |both: usize, all: usize| both as f64 / all.max(1) as f64;
+    let pairs = || found.iter().zip(truth);
+    let both = pairs().filter_map(|(f, t)| Some(f64::from((*f)? - (*t)?) * 1e3));
+    let errors: Vec<f64> = both.collect();
+    let claimed = found.iter().flatten().count();
+    let real = truth.iter().flatten().count();
+    let squares: f64 = errors.iter().map(|e| e * e).sum();
+    let rms_mm = (squares / errors.len().max(1) as f64).sqrt();
+    (
+        [share(errors.len(), claimed), share(errors.len(), real)],
+        rms_mm,
+    )
+}
+
+/// `collision.csv`.
+pub(crate) fn csv(measured: &Measured) -> String {
+    let mut text = "organ,faces,spheres,way,p50_us,p99_us,rebuild_us,precision,recall,\
+                    depth_error_mm\n"
+        .to_owned();
+    for r in &measured.rows {
+        let ([p50, p99], [precision, recall]) = (r.us, r.precision_recall);
+        text += &format!(
+            "{},{},{},\"{}\",{p50:.2},{p99:.2},{:.0},{precision:.4},{recall:.4},{:.3}\n",
+            r.organ,
+            r.faces,
+            r.spheres,
+            r.way.name(),
+            r.rebuild_us,
+            r.depth_error_mm
+        );
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn agreement_counts_what_both_find() {
+        let found = [Some(0.002), None, Some(0.001), None];
+        let truth = [Some(0.001), Some(0.004), None, None];
+        let ([precision, recall], rms_mm) = agreement(&found, &truth);
+        assert!((precision - 0.5).abs() < 1e-9 && (recall - 0.5).abs() < 1e-9);
+        assert!((rms_mm - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_cut_mesh_is_the_same_body() {
+        let mesh = Shape::from(Form::Gallbladder).mesh();
+        let fine = cut(&mesh);
+        assert!(fine.is_closed() && fine.triangles.len() == 4 * mesh.triangles.len());
+        assert!((fine.volume() / mesh.volume() - 1.0).abs() < 1e-9);
+    }
+}

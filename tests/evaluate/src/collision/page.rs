@@ -1,0 +1,167 @@
+//! The chart and the section of experiment 2.
+
+use super::{Measured, Row, Way};
+use crate::chart::{self, Panel, Scale, Series};
+use crate::page::{Section, number, strings, table};
+
+/// The paper's collision times, ms (Table 3).
+const PAPER_MS: [(&str, f64); 4] = [
+    ("liver", 1.25),
+    ("gallbladder", 1.21),
+    ("intestine", 1.16),
+    ("stomach", 1.24),
+];
+
+/// Time over faces, a panel an organ; then the paper's kernel alone over its balls.
+///
+/// # Errors
+/// The drawing library's words.
+pub(crate) fn chart(measured: &Measured) -> Result<String, String> {
+    let mut panels: Vec<Panel> = Vec::new();
+    let mut organs: Vec<&str> = measured.rows.iter().map(|r| r.organ).collect();
+    organs.dedup();
+    for organ in organs {
+        let rows = || measured.rows.iter().filter(|r| r.organ == organ);
+        let over = if organ == "balls" { "spheres" } else { "faces" };
+        let series = Way::ALL.map(|way| Series {
+            name: way.name().to_owned(),
+            points: rows()
+                .filter(|r| r.way == way)
+                .map(|r| {
+                    [
+                        if organ == "balls" { r.spheres } else { r.faces } as f64,
+                        r.us[0],
+                    ]
+                })
+                .collect(),
+            is_thin: false,
+        });
+        panels.push(Panel {
+            title: if organ == "balls" {
+                "the paper’s kernel alone"
+            } else {
+                organ
+            }
+            .to_owned(),
+            axes: [over.to_owned(), "µs a tick, median".to_owned()],
+            scales: [Scale::Log; 2],
+            series: series
+                .into_iter()
+                .filter(|s| !s.points.is_empty())
+                .collect(),
+        });
+    }
+    chart::panels(&panels, 3)
+}
+
+/// The section.
+pub(crate) fn section(measured: &Measured, svg: &str) -> Section {
+    let card = match &measured.card {
+        Ok(name) => format!("The graphics card here: <b>{name}</b>."),
+        Err(why) => format!("Without the paper’s GPU kernel: {why}."),
+    };
+    Section {
+        title: "What the instruments touch (the paper’s experiment 2)".to_owned(),
+        body: format!(
+            "<p>Two instruments of three parts each go around an organ and in and out of its surface. Every way gets \
+the same organ at rest and the same motion, and says in every tick how deep the deepest part lies. The truth is the \
+signed distance of the mesh from places 0.25 mm apart on every part’s axis. Precision: how many of the touches that \
+a way finds are ones; recall: how many of all touches it finds. The finer meshes have the same faces cut in four, \
+with 3 and 6 times as many spheres.</p><p>{card} Its time has the sending of the spheres, the launch and the reading \
+back in it. The trees’ times are those of the question alone; an organ that has moved has to be put into them again \
+every tick, which is in a column of its own.</p><p>{}</p>{svg}{}<details><summary>All figures</summary>{}</details>",
+            pays(&measured.rows),
+            table(&beside_the_paper(&measured.rows)),
+            table(&all(&measured.rows)),
+        ),
+    }
+}
+
+/// From how many spheres on the card is quicker.
+fn pays(rows: &[Row]) -> String {
+    let of = |way| {
+        rows.iter()
+            .filter(move |r| r.organ == "balls" && r.way == way)
+    };
+    let mut ahead = of(Way::Card).filter(|card| {
+        of(Way::Spheres).any(|cpu| cpu.spheres == card.spheres && cpu.us[0] > card.us[0])
+    });
+    match (of(Way::Card).next_back(), ahead.next()) {
+        (None, _) => String::new(),
+        (Some(_), Some(first)) => format!(
+            "The paper’s kernel is quicker on this card than on one core of this CPU from {} spheres on.",
+            first.spheres
+        ),
+        (Some(most), None) => format!(
+            "The paper’s kernel is nowhere quicker on this card than on one core of this CPU, up to {} spheres.",
+            most.spheres
+        ),
+    }
+}
+
+fn beside_the_paper(rows: &[Row]) -> Vec<Vec<String>> {
+    let mut lines = vec![strings([
+        "organ",
+        "spheres",
+        "paper, ms",
+        "paper’s kernel, GPU here, µs",
+        "paper’s kernel, CPU here, µs",
+        "Calot, µs",
+        "its p99, µs",
+        "its precision, recall",
+        "its depth off by, mm",
+    ])];
+    for (organ, ms) in PAPER_MS {
+        let of = |way| {
+            rows.iter()
+                .find(move |r: &&Row| r.organ == organ && r.way == way)
+        };
+        let Some(ours) = of(Way::Ours) else { continue };
+        let time = |row: Option<&Row>| row.map_or_else(|| "–".to_owned(), |r| number(r.us[0], 1));
+        let [precision, recall] = ours.precision_recall;
+        lines.push(vec![
+            organ.to_owned(),
+            ours.spheres.to_string(),
+            number(ms, 2),
+            time(of(Way::Card)),
+            time(of(Way::Spheres)),
+            number(ours.us[0], 1),
+            number(ours.us[1], 1),
+            format!("{precision:.3}, {recall:.3}"),
+            number(ours.depth_error_mm, 2),
+        ]);
+    }
+    lines
+}
+
+fn all(rows: &[Row]) -> Vec<Vec<String>> {
+    let mut lines = vec![strings([
+        "organ",
+        "way",
+        "faces",
+        "spheres",
+        "p50 µs",
+        "p99 µs",
+        "put in again µs",
+        "precision",
+        "recall",
+        "depth off by mm",
+    ])];
+    for r in rows {
+        let is_sweep = r.organ == "balls";
+        let or_not = |text: String| if is_sweep { String::new() } else { text };
+        lines.push(vec![
+            r.organ.to_owned(),
+            r.way.name().to_owned(),
+            or_not(r.faces.to_string()),
+            r.spheres.to_string(),
+            number(r.us[0], 1),
+            number(r.us[1], 1),
+            or_not(number(r.rebuild_us, 0)),
+            or_not(number(r.precision_recall[0], 3)),
+            or_not(number(r.precision_recall[1], 3)),
+            or_not(number(r.depth_error_mm, 2)),
+        ]);
+    }
+    lines
+}
