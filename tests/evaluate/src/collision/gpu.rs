@@ -46,9 +46,9 @@ fn meet(@builtin(global_invocation_id) id: vec3u) {
         if r0 <= 0.0 { break; }
         let h = distance(p1, p2);
         let u = (p2 - p1) / h;
-        let from = c - 0.5 * (p1 + p2);
-        let x = abs(dot(u, from));
-        let d = length(cross(u, from));
+        let away = c - 0.5 * (p1 + p2);
+        let x = abs(dot(u, away));
+        let d = length(cross(u, away));
         // Algorithm 1 of the paper, as a depth.
         let beyond = x - 0.5 * h;
         var gap = length(vec2f(max(beyond, 0.0), max(d - r0, 0.0)));
