@@ -71,8 +71,8 @@ pub(crate) struct Row {
 impl Row {
     /// Root mean square and largest error over the depths, %.
     pub(crate) fn error_pct(&self) -> [f64; 2] {
-        let pairs = self.force_n.iter().zip(&self.reference.force_n);
-        let worst = pairs.map(|(f, r)| (f / r - 1.0).abs() * 100.0);
+        let off = reference::off(&self.force_n, &self.reference.force_n);
+        let worst = off.into_iter().map(|e| e.abs() * 100.0);
         let rms = rms_pct(&self.force_n, &self.reference.force_n);
         [rms, worst.fold(0.0, f64::max)]
     }

@@ -110,9 +110,19 @@ impl Curve {
     }
 }
 
-/// Root mean square of how far values are off, %; over as many as both have.
+/// Below this the tool hardly touches, and a share of the force says nothing, N.
+const TOUCHES_N: f64 = 0.005;
+
+/// How far values are off, as shares; of as many as both have, where the tool touches.
+pub(crate) fn off(values: &[f64], truth: &[f64]) -> Vec<f64> {
+    let pairs = values.iter().zip(truth);
+    let felt = pairs.filter(|(_, t)| **t >= TOUCHES_N);
+    felt.map(|(v, t)| v / t - 1.0).collect()
+}
+
+/// Root mean square of [`off`], %.
 pub(crate) fn rms_pct(values: &[f64], truth: &[f64]) -> f64 {
-    let off: Vec<f64> = values.iter().zip(truth).map(|(v, t)| v / t - 1.0).collect();
+    let off = off(values, truth);
     let squares: f64 = off.iter().map(|e| e * e).sum();
     100.0 * (squares / off.len().max(1) as f64).sqrt()
 }
