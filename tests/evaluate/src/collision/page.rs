@@ -66,8 +66,8 @@ pub(crate) fn section(measured: &Measured, svg: &str) -> Section {
             "<p>Two instruments of three parts each go around an organ and in and out of its surface. Every way gets \
 the same organ at rest and the same motion, and says in every tick how deep the deepest part lies. The truth is the \
 signed distance of the mesh from places 0.25 mm apart on every part’s axis. Precision: how many of the touches that \
-a way finds are ones; recall: how many of all touches it finds. The finer meshes have the same faces cut in four, \
-with 3 and 6 times as many spheres.</p><p>{card} Its time has the sending of the spheres, the launch and the reading \
+a way finds are ones; recall: how many of all touches it finds. The finer mesh has the same faces cut in four, \
+with 4 times as many spheres.</p><p>{card} Its time has the sending of the spheres, the launch and the reading \
 back in it. The trees’ times are those of the question alone; an organ that has moved has to be put into them again \
 every tick, which is in a column of its own.</p><p>{}</p>{svg}{}<details><summary>All figures</summary>{}</details>",
             pays(&measured.rows),
