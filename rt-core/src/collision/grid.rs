@@ -36,12 +36,12 @@ impl Grid {
         }
     }
 
-    /// Sorts the first `count` spheres into cells at least `reach_m` wide. O(count + cells).
-    pub(super) fn build(&mut self, bodies: &Bodies, count: u32, reach_m: f32) {
-        let nodes = bodies.nodes.range(0, count);
+    /// Sorts these spheres into cells at least `reach_m` wide. O(spheres + cells).
+    pub(super) fn build(&mut self, bodies: &Bodies, spheres: &[u16], reach_m: f32) {
+        let center_m = |sphere: u16| bodies.nodes.at(u32::from(sphere)).center_m();
         let big = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
-        let (low, high) = nodes.iter().fold((big, -big), |(low, high), node| {
-            let center = node.center_m();
+        let (low, high) = spheres.iter().fold((big, -big), |(low, high), &sphere| {
+            let center = center_m(sphere);
             (low.inf(&center), high.sup(&center))
         });
         self.low_m = low;
@@ -50,8 +50,8 @@ impl Grid {
             .max(1.0e-6)
             .recip();
         self.ends.fill(0);
-        for node in nodes {
-            let cell = slot(self.cell(&node.center_m()));
+        for &sphere in spheres {
+            let cell = slot(self.cell(&center_m(sphere)));
             if let Some(end) = self.ends.get_mut(cell) {
                 *end += 1;
             }
@@ -62,8 +62,8 @@ impl Grid {
             sum += *end;
             *end = sum;
         }
-        for (sphere, node) in (0..nodes.len() as u16).zip(nodes).rev() {
-            let cell = slot(self.cell(&node.center_m()));
+        for &sphere in spheres.iter().rev() {
+            let cell = slot(self.cell(&center_m(sphere)));
             let Some(end) = self.ends.get_mut(cell) else {
                 continue;
             };

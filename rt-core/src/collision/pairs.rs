@@ -11,7 +11,7 @@
 
 use heapless::Vec;
 
-use crate::capacity::{MAX_ORGANS, MAX_SPHERE_PAIRS};
+use crate::capacity::{MAX_ORGANS, MAX_SPHERE_PAIRS, MAX_SPHERES};
 use crate::collision::grid::Grid;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
@@ -40,6 +40,9 @@ struct Pair {
 #[derive(Debug)]
 pub(crate) struct Pairs {
     grid: Grid,
+    /// Spheres that something can meet: those nearest to the skin, where there is one. The others
+    /// lie behind them.
+    outer: Vec<u16, MAX_SPHERES>,
     current: Vec<Pair, MAX_SPHERE_PAIRS>,
     next: Vec<Pair, MAX_SPHERE_PAIRS>,
     /// Organs that nothing moves in this cycle: they keep the pairs that they have.
@@ -54,6 +57,7 @@ impl Pairs {
     pub(crate) const fn new() -> Self {
         Self {
             grid: Grid::new(),
+            outer: Vec::new(),
             current: Vec::new(),
             next: Vec::new(),
             quiet: [false; MAX_ORGANS],
@@ -65,6 +69,12 @@ impl Pairs {
     /// Starts anew with `scene`, whose spheres `bodies` holds.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.radius_max_m = scene.spheres.iter().map(|s| s.radius_m).fold(0.0, f32::max);
+        self.outer.clear();
+        for sphere in 0..scene.spheres.len() as u16 {
+            if is_outer(scene, sphere) {
+                let _ = self.outer.push(sphere); // has room for every sphere
+            }
+        }
         self.current.clear();
         self.next.clear();
         self.quiet = [false; MAX_ORGANS];
@@ -75,12 +85,10 @@ impl Pairs {
     /// with none awake near them: what they cost is their share of the grid, once a cycle.
     pub(crate) fn find(
         &mut self,
-        scene: &Scene<'_>,
         bodies: &Bodies,
         quiet: impl FnOnce() -> [bool; MAX_ORGANS],
         faults: &mut FaultSet,
     ) {
-        let count = scene.spheres.len() as u32;
         if self.phase == 0 {
             core::mem::swap(&mut self.current, &mut self.next);
             self.next.clear();
@@ -90,9 +98,10 @@ impl Pairs {
                 faults.raise_if(self.next.push(*pair).is_err(), Fault::PairOverflow);
             }
             self.grid
-                .build(bodies, count, 2.0 * self.radius_max_m + MARGIN_M);
+                .build(bodies, &self.outer, 2.0 * self.radius_max_m + MARGIN_M);
         }
-        for a in (self.phase..count).step_by(CYCLE as usize) {
+        let share = self.outer.iter().skip(self.phase as usize);
+        for a in share.step_by(CYCLE as usize).map(|&a| u32::from(a)) {
             if is_quiet(&self.quiet, bodies, a) {
                 continue;
             }
@@ -126,6 +135,13 @@ impl Pairs {
             bodies.nodes.at_mut(u32::from(pair.b)).move_by(&db);
         }
     }
+}
+
+/// Whether a sphere has no skin, or is the nearest to some of it.
+fn is_outer(scene: &Scene<'_>, sphere: u16) -> bool {
+    let skin = &scene.skin;
+    let covered = skin.near_sphere(u32::from(sphere)).is_some();
+    !covered || skin.vertices.iter().any(|v| v.spheres[0] == sphere)
 }
 
 fn is_quiet(quiet: &[bool; MAX_ORGANS], bodies: &Bodies, sphere: u32) -> bool {
@@ -197,7 +213,7 @@ mod tests {
         }
         let mut faults = FaultSet::NONE;
         for _ in 0..=CYCLE {
-            pairs.find(&scene, &bodies, || [false; MAX_ORGANS], &mut faults);
+            pairs.find(&bodies, || [false; MAX_ORGANS], &mut faults);
         }
         (pairs, bodies)
     }
@@ -232,7 +248,7 @@ mod tests {
         let mut search = |quiet: bool, bodies: &Bodies| {
             for _ in 0..3 * CYCLE {
                 let mut faults = FaultSet::NONE;
-                pairs.find(&scene, bodies, || [quiet; MAX_ORGANS], &mut faults);
+                pairs.find(bodies, || [quiet; MAX_ORGANS], &mut faults);
             }
             listed(&pairs)
         };

@@ -204,7 +204,7 @@ impl<'a> Sim<'a> {
             let sleeps = |organ| self.sleep.is_asleep(organ);
             if self_collision && !organs.all(sleeps) {
                 let quiet = || quiet_organs(scene, &self.sleep, &self.bounds);
-                self.state.pairs.find(scene, bodies, quiet, faults);
+                self.state.pairs.find(bodies, quiet, faults);
             }
         }
     }
