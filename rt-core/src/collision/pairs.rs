@@ -244,7 +244,6 @@ mod tests {
         let near = [(1, Vec3::new(-0.032, 0.0, 0.0))];
         let (mut pairs, mut bodies) = found(&organs, &spheres, &[], &near);
         assert_eq!(listed(&pairs), [(0, 1)]);
-        let scene = Scene::new(&organs, &spheres, &[], room()).unwrap();
         let mut search = |quiet: bool, bodies: &Bodies| {
             for _ in 0..3 * CYCLE {
                 let mut faults = FaultSet::NONE;
