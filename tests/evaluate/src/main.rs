@@ -3,6 +3,7 @@
 //! ```text
 //! reference   scene × ever finer meshes: how far the reference may be trusted
 //! accuracy    case × method × spheres → error against the reference, against time
+//! haptics     device × delay × hand × law → what contact may be rendered, and is it still
 //! stability   case × method → survives or not, and up to where
 //! collision   organ × size × way → time, and agreement with the exact answer
 //! force       case × contact law × spheres → force over depth against the reference
@@ -16,6 +17,7 @@ mod chart;
 mod collision;
 mod convergence;
 mod force;
+mod haptics;
 mod methods;
 mod organ;
 mod page;
@@ -68,18 +70,21 @@ enum Command {
     /// Which spheres, vertices or faces the instruments touch: time and agreement of the ways to
     /// find out.
     Collision(Asked),
+    /// Does contact stay still under a hand: devices, delays, hands, laws.
+    Haptics(Asked),
     /// All of these. Real organs are read from the folder that CALOT_ANATOMY names.
     All(Asked),
 }
 
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
-        Command::Reference(asked) => run(&asked, [true, false, false, false, false]),
-        Command::Accuracy(asked) => run(&asked, [false, true, false, false, false]),
-        Command::Stability(asked) => run(&asked, [false, false, true, false, false]),
-        Command::Force(asked) => run(&asked, [false, false, false, true, false]),
-        Command::Collision(asked) => run(&asked, [false, false, false, false, true]),
-        Command::All(asked) => run(&asked, [true; 5]),
+        Command::Reference(asked) => run(&asked, [true, false, false, false, false, false]),
+        Command::Accuracy(asked) => run(&asked, [false, true, false, false, false, false]),
+        Command::Stability(asked) => run(&asked, [false, false, true, false, false, false]),
+        Command::Force(asked) => run(&asked, [false, false, false, true, false, false]),
+        Command::Collision(asked) => run(&asked, [false, false, false, false, true, false]),
+        Command::Haptics(asked) => run(&asked, [false, false, false, false, false, true]),
+        Command::All(asked) => run(&asked, [true; 6]),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -90,7 +95,7 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(asked: &Asked, [trust, speed, limits, feel, meet]: [bool; 5]) -> Result<(), String> {
+fn run(asked: &Asked, [trust, speed, limits, feel, meet, still]: [bool; 6]) -> Result<(), String> {
     let (out, quick) = (&asked.out, asked.quick);
     std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
     let only = asked.case.as_deref().unwrap_or_default();
@@ -131,6 +136,13 @@ fn run(asked: &Asked, [trust, speed, limits, feel, meet]: [bool; 5]) -> Result<(
         let svg = collision::chart(&measured)?;
         write(out, "collision.svg", &svg)?;
         sections.push(collision::section(&measured, &svg));
+    }
+    if still {
+        let rows = haptics::run(quick)?;
+        write(out, "haptics.csv", &haptics::csv(&rows))?;
+        let svg = haptics::chart(&rows)?;
+        write(out, "haptics.svg", &svg)?;
+        sections.push(haptics::section(&rows, &svg));
     }
     if trust {
         let layers: &[usize] = if quick { &[4, 6] } else { &[6, 9, 12, 18] };

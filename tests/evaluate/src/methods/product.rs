@@ -132,12 +132,41 @@ impl Parts {
         Ok(Product { tissue, held })
     }
 
-    /// The same, by itself.
+    /// Holds what lies below this height, m, gives every sphere this radius, m, and the tissue this
+    /// retardation, s.
+    pub(crate) fn settle(&mut self, height_m: f32, radius_m: f32, retardation_s: f32) {
+        for organ in &mut self.organs {
+            organ.material.retardation_s = retardation_s;
+        }
+        for sphere in &mut self.spheres {
+            sphere.held = sphere.center_m.z < height_m;
+            sphere.radius_m = radius_m;
+        }
+    }
+
+    /// Sets the stiffness between a tool and a sphere, N/m.
+    pub(crate) fn meet_with(&mut self, contact_stiffness_n_m: f32) {
+        for organ in &mut self.organs {
+            organ.material.contact_stiffness_n_m = contact_stiffness_n_m;
+        }
+    }
+
+    /// The spheres at rest.
+    pub(crate) fn spheres(&self) -> &[RestSphere] {
+        &self.spheres
+    }
+
+    /// The scene without a skin, the instrument's port above its origin.
     ///
     /// # Errors
     /// What the scene's check refuses.
-    pub(crate) fn bare(&mut self) -> Result<Tissue<'_>, SceneError> {
-        let room = Room {
+    pub(crate) fn scene(&self) -> Result<Scene<'_>, SceneError> {
+        Scene::new(&self.organs, &self.spheres, &self.links, self.room())?
+            .with_tetrahedra(&self.batches)
+    }
+
+    fn room(&self) -> Room {
+        Room {
             gravity_m_s2: self.gravity_m_s2,
             world_from_device: Pose::identity(),
             world_from_tracker: Pose::identity(),
@@ -146,7 +175,15 @@ impl Parts {
             endoscope_port_m: V3::new(0.1, 0.0, 0.2),
             world_from_camera: Pose::identity(),
             breath_s: 0.0,
-        };
+        }
+    }
+
+    /// The same, by itself.
+    ///
+    /// # Errors
+    /// What the scene's check refuses.
+    pub(crate) fn bare(&mut self) -> Result<Tissue<'_>, SceneError> {
+        let room = self.room();
         let scene = Scene::new(&self.organs, &self.spheres, &self.links, room)?
             .with_tetrahedra(&self.batches)?
             .with_skin(Skin {

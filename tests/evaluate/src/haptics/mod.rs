@@ -1,0 +1,324 @@
+//! Does contact stay still under a hand? The device and the hand along one axis at 20 kHz, the force
+//! by the product's own tick and by the laws that it is compared with.
+
+mod device;
+mod law;
+mod report;
+mod scene;
+mod trial;
+
+use rt_core::state::State;
+
+pub(crate) use report::{chart, csv, section};
+
+use crate::methods::Parts;
+use device::{Device, Hand};
+use law::{Coupling, Gates, Hooke, Law, Product, boundless, stated};
+use trial::{Outcome, START_M, press, respond, wave};
+
+/// What a row tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Test {
+    /// The stiffest wall up to which every wall is stable.
+    Wall,
+    /// A liver is pressed.
+    Tissue,
+    /// The hand waves in free space.
+    Free,
+    /// The handle is led to and fro in a wall: gain and delay.
+    Response,
+}
+
+/// How a force follows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum How {
+    /// The product.
+    Ours,
+    /// Hooke's law on penetration.
+    Hooke,
+    /// A virtual coupling.
+    Coupling,
+    /// The product's contact without the gates of its output.
+    Bare,
+    /// The same, and the tool meets the spheres rigidly.
+    Rigid,
+}
+
+impl How {
+    /// Its name in files and charts.
+    pub(crate) const fn name(self) -> &'static str {
+        match self {
+            Self::Ours => "Calot",
+            Self::Hooke => "Hooke on penetration",
+            Self::Coupling => "virtual coupling",
+            Self::Bare => "multiplier, no limits",
+            Self::Rigid => "multiplier, rigid contact",
+        }
+    }
+}
+
+/// One figure of the chart.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Row {
+    pub(crate) test: Test,
+    pub(crate) how: How,
+    hand: Hand,
+    device: Device,
+    /// N/m of a wall, Pa of tissue, Hz of a response.
+    pub(crate) of: f64,
+    /// Stiffest stable wall, N/m; of a response the gain.
+    stiffness_n_m: f64,
+    /// Force over depth where it came to rest; of the stiffest stable wall.
+    rendered_n_m: f64,
+    outcome: Outcome,
+    gates: Gates,
+    /// Of a response, s.
+    lag_s: f64,
+}
+
+/// The softest wall that is tried, N/m: in a softer one a weight of 1 N goes too deep.
+const SOFTEST_N_M: f64 = 100.0;
+/// With what the hand presses into a wall and into tissue, N: in soft tissue 0.3 N are 8 mm.
+const WALL_PRESS_N: f64 = 1.0;
+const TISSUE_PRESS_N: f64 = 0.3;
+/// Spheres of the liver.
+const SPHERES: usize = 581;
+/// The stiffest wall, N/m.
+const STIFFEST_N_M: f64 = 20e3;
+
+/// Everything.
+///
+/// # Errors
+/// What the scene's check refuses, in words.
+pub(crate) fn run(quick: bool) -> Result<Vec<Row>, String> {
+    let mut bench = Bench {
+        state: Box::new(State::new()),
+        rows: Vec::new(),
+        ratio: if quick { 2.0 } else { 1.25 },
+    };
+    let delays_ms: &[f64] = if quick {
+        &[0.0, 2.0, 5.0]
+    } else {
+        &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
+    };
+    let dampings: &[f64] = if quick {
+        &[0.2, 1.0]
+    } else {
+        &[0.0, 0.1, 0.2, 0.5, 1.0, 2.0]
+    };
+    let viscous = |&damping_n_s_m: &f64| Device {
+        damping_n_s_m,
+        ..Device::BARE
+    };
+    let devices: Vec<Device> = dampings
+        .iter()
+        .map(viscous)
+        .chain([Device::TOUCH])
+        .collect();
+    let delayed = |device: Device, delay_ms: f64| Device {
+        delay_s: delay_ms * 1e-3,
+        ..device
+    };
+    for (i, device) in devices.iter().enumerate() {
+        eprintln!("haptics: walls, device {} of {}", i + 1, devices.len());
+        for delay_ms in delays_ms {
+            for how in [How::Ours, How::Hooke, How::Coupling] {
+                for hand in Hand::ALL {
+                    bench.wall(how, hand, delayed(*device, *delay_ms))?;
+                }
+            }
+        }
+    }
+    eprintln!("haptics: slow, lost and late samples");
+    for (every, lost, late) in [
+        (2, 0.0, 0),
+        (4, 0.0, 0),
+        (1, 0.1, 0),
+        (1, 0.5, 0),
+        (1, 0.1, 3),
+    ] {
+        for device in [viscous(&0.5), Device::TOUCH] {
+            let device = Device {
+                every,
+                lost,
+                late,
+                ..delayed(device, 2.0)
+            };
+            for how in [How::Ours, How::Hooke, How::Coupling] {
+                for hand in Hand::ALL {
+                    bench.wall(how, hand, device)?;
+                }
+            }
+        }
+    }
+    let youngs: &[f64] = if quick { &[5e3] } else { &[5e3, 20e3] };
+    for young_pa in youngs {
+        eprintln!("haptics: a liver of {} kPa", young_pa / 1e3);
+        let (mut parts, top_m) = scene::liver(SPHERES, *young_pa)?;
+        for device in [viscous(&0.1), viscous(&0.5), Device::TOUCH] {
+            for delay_ms in delays_ms.iter().step_by(if quick { 1 } else { 2 }) {
+                for how in [How::Ours, How::Bare, How::Rigid] {
+                    parts.meet_with(if how == How::Rigid { 1e6 } else { 500.0 });
+                    let tissue = (&parts, top_m, *young_pa);
+                    bench.tissue(how, tissue, delayed(device, *delay_ms))?;
+                }
+            }
+        }
+    }
+    bench.free(delayed(Device::TOUCH, 2.0))?;
+    bench.response(delayed(Device::TOUCH, 2.0))?;
+    Ok(bench.rows)
+}
+
+struct Bench {
+    state: Box<State>,
+    rows: Vec<Row>,
+    /// Between a wall and the next stiffer one.
+    ratio: f64,
+}
+
+impl Bench {
+    /// What `law` does with a wall of this stiffness.
+    fn with_wall<T>(
+        &mut self,
+        how: How,
+        device: &Device,
+        stiffness_n_m: f64,
+        ask: impl FnOnce(&mut dyn Law) -> T,
+    ) -> Result<(T, Gates), String> {
+        Ok(match how {
+            How::Hooke => {
+                let mut law = Hooke {
+                    stiffness_n_m,
+                    x_m: START_M,
+                };
+                (ask(&mut law), Gates::default())
+            }
+            How::Coupling => (
+                ask(&mut Coupling::new(stiffness_n_m, START_M)),
+                Gates::default(),
+            ),
+            How::Ours | How::Bare | How::Rigid => {
+                let wall = scene::Wall::new(stiffness_n_m);
+                let can = if how == How::Ours {
+                    stated(device)
+                } else {
+                    boundless(device)
+                };
+                let mut law = Product::new(wall.scene()?, &mut self.state, can, 0.0);
+                (ask(&mut law), law.gates())
+            }
+        })
+    }
+
+    /// Ever stiffer walls, until one is not stable.
+    fn wall(&mut self, how: How, hand: Hand, device: Device) -> Result<(), String> {
+        let mut stiffness_n_m = SOFTEST_N_M;
+        let mut best: Option<(f64, Outcome, Gates)> = None;
+        while stiffness_n_m <= STIFFEST_N_M * 1.001 {
+            let (outcome, gates) = self.with_wall(how, &device, stiffness_n_m, |law| {
+                press(law, device, hand, [WALL_PRESS_N, stiffness_n_m])
+            })?;
+            if !outcome.is_stable() {
+                break;
+            }
+            best = Some((stiffness_n_m, outcome, gates));
+            if stiffness_n_m >= STIFFEST_N_M {
+                break;
+            }
+            stiffness_n_m = (stiffness_n_m * self.ratio).min(STIFFEST_N_M);
+        }
+        let (stiffness_n_m, outcome, gates) =
+            best.unwrap_or((0.0, Outcome::NONE, Gates::default()));
+        self.rows.push(Row {
+            test: Test::Wall,
+            how,
+            hand,
+            device,
+            of: stiffness_n_m,
+            stiffness_n_m,
+            rendered_n_m: outcome.force_n / (-outcome.x_m).max(1e-9),
+            outcome,
+            gates,
+            lag_s: 0.0,
+        });
+        Ok(())
+    }
+
+    /// A liver, the height of its top and its modulus, under every hand.
+    fn tissue(
+        &mut self,
+        how: How,
+        (parts, top_m, young_pa): (&Parts, f64, f64),
+        device: Device,
+    ) -> Result<(), String> {
+        for hand in Hand::ALL {
+            let can = if how == How::Ours {
+                stated(&device)
+            } else {
+                boundless(&device)
+            };
+            let scene = parts.scene().map_err(|e| e.to_string())?;
+            let mut law = Product::new(scene, &mut self.state, can, top_m);
+            let outcome = press(&mut law, device, hand, [TISSUE_PRESS_N, 60.0]);
+            let gates = law.gates();
+            self.rows.push(Row {
+                test: Test::Tissue,
+                how,
+                hand,
+                device,
+                of: young_pa,
+                stiffness_n_m: 0.0,
+                rendered_n_m: outcome.force_n / (-outcome.x_m).max(1e-9),
+                outcome,
+                gates,
+                lag_s: 0.0,
+            });
+        }
+        Ok(())
+    }
+
+    fn free(&mut self, device: Device) -> Result<(), String> {
+        for how in [How::Ours, How::Hooke, How::Coupling] {
+            let (force_n, gates) = self.with_wall(how, &device, 500.0, |law| wave(law, device))?;
+            self.rows.push(Row {
+                test: Test::Free,
+                how,
+                hand: Hand::FIRM,
+                device,
+                of: 0.0,
+                stiffness_n_m: 0.0,
+                rendered_n_m: 0.0,
+                outcome: Outcome {
+                    force_n,
+                    ..Outcome::NONE
+                },
+                gates,
+                lag_s: 0.0,
+            });
+        }
+        Ok(())
+    }
+
+    fn response(&mut self, device: Device) -> Result<(), String> {
+        for how in [How::Ours, How::Hooke, How::Coupling] {
+            for hz in [1.0, 3.0, 10.0, 30.0, 100.0] {
+                let ([gain, lag_s], gates) =
+                    self.with_wall(how, &device, 300.0, |law| respond(law, device, 0.002, hz))?;
+                self.rows.push(Row {
+                    test: Test::Response,
+                    how,
+                    hand: Hand::FIRM,
+                    device,
+                    of: hz,
+                    stiffness_n_m: gain,
+                    rendered_n_m: gain,
+                    outcome: Outcome::NONE,
+                    gates,
+                    lag_s,
+                });
+            }
+        }
+        Ok(())
+    }
+}

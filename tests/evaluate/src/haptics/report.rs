@@ -1,0 +1,214 @@
+//! The rows as CSV, as a map, and as a section of the page.
+
+use super::device::Hand;
+use super::{How, Row, SOFTEST_N_M, STIFFEST_N_M, Test};
+use crate::chart::{Cell, heat_map};
+use crate::page::Section;
+
+/// All rows.
+pub(crate) fn csv(rows: &[Row]) -> String {
+    let mut text = "test,law,hand,device_damping_n_s_m,friction_n,delay_ms,rate_hz,lost,late_ms,of,\
+stable_up_to_n_m,rendered_n_m,stable,swing_mm,step_mn,force_n,given_mj,observed_least_mj,damped_ticks,capped_ticks,lag_ms\n"
+        .to_owned();
+    for r in rows {
+        let (d, o) = (&r.device, &r.outcome);
+        let test = match r.test {
+            Test::Wall => "wall",
+            Test::Tissue => "tissue",
+            Test::Free => "free",
+            Test::Response => "response",
+        };
+        text += &format!(
+            "{test},\"{}\",{},{},{},{},{},{},{},{:.1},{:.1},{:.1},{},{:.4},{:.3},{:.4},{:.4},{:.4},{},{},{:.2}\n",
+            r.how.name(),
+            r.hand.name,
+            d.damping_n_s_m,
+            d.friction_n,
+            d.delay_s * 1e3,
+            1000 / d.every,
+            d.lost,
+            d.late,
+            r.of,
+            r.stiffness_n_m,
+            r.rendered_n_m,
+            u8::from(o.is_stable()),
+            o.swing_m * 1e3,
+            o.step_n * 1e3,
+            o.force_n,
+            o.given_j * 1e3,
+            r.gates.energy_j * 1e3,
+            r.gates.damped,
+            r.gates.capped,
+            r.lag_s * 1e3,
+        );
+    }
+    text
+}
+
+/// A column of the map: delay, samples.
+fn column(r: &Row) -> String {
+    let d = &r.device;
+    let mut name = format!("{} ms", d.delay_s * 1e3);
+    if d.every > 1 {
+        name += &format!(", {} Hz", 1000 / d.every);
+    }
+    if d.lost > 0.0 {
+        name += &format!(", {} % lost", d.lost * 100.0);
+    }
+    if d.late > 0 {
+        name += &format!(", {} ms late", d.late);
+    }
+    name
+}
+
+fn device(r: &Row) -> String {
+    let d = &r.device;
+    if d.friction_n > 0.0 {
+        "Touch".to_owned()
+    } else {
+        format!("{} N s/m", d.damping_n_s_m)
+    }
+}
+
+/// Names in the order in which they first come.
+fn in_order(names: impl Iterator<Item = String>) -> Vec<String> {
+    let mut all: Vec<String> = Vec::new();
+    for name in names {
+        if !all.contains(&name) {
+            all.push(name);
+        }
+    }
+    all
+}
+
+/// The map: up to which stiffness a wall is stable.
+///
+/// # Errors
+/// The drawing library's words.
+pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
+    let walls: Vec<&Row> = rows.iter().filter(|r| r.test == Test::Wall).collect();
+    let columns = in_order(walls.iter().map(|r| column(r)));
+    let devices = in_order(walls.iter().map(|r| device(r)));
+    let (mut names, mut lines) = (Vec::new(), Vec::new());
+    for of in &devices {
+        for hand in Hand::ALL {
+            for how in [How::Ours, How::Hooke, How::Coupling] {
+                names.push(format!("{of}, hand {}: {}", hand.name, how.name()));
+                let cell = |name: &String| {
+                    let found = walls.iter().find(|r| {
+                        device(r) == *of && r.hand == hand && r.how == how && column(r) == *name
+                    });
+                    found.map_or(
+                        Cell {
+                            text: String::new(),
+                            good: None,
+                        },
+                        |r| wall_cell(r),
+                    )
+                };
+                lines.push(columns.iter().map(cell).collect());
+            }
+        }
+    }
+    heat_map(&columns, &names, &lines)
+}
+
+/// Ours says what is rendered of a wall and up to which wall; the others render what they are told.
+fn wall_cell(r: &Row) -> Cell {
+    let limit = if r.stiffness_n_m >= STIFFEST_N_M {
+        "all".to_owned()
+    } else if r.stiffness_n_m < SOFTEST_N_M {
+        "none".to_owned()
+    } else {
+        format!("≤ {:.0}", r.stiffness_n_m)
+    };
+    let text = if r.how == How::Ours && r.stiffness_n_m > 0.0 {
+        format!("{limit} ({:.0})", r.rendered_n_m)
+    } else {
+        limit
+    };
+    let good = (r.stiffness_n_m / SOFTEST_N_M).max(1.0).ln() / (STIFFEST_N_M / SOFTEST_N_M).ln();
+    Cell {
+        text,
+        good: Some(good),
+    }
+}
+
+/// The section.
+pub(crate) fn section(rows: &[Row], svg: &str) -> Section {
+    let ours = |test| {
+        rows.iter()
+            .filter(move |r| r.test == test && r.how == How::Ours)
+    };
+    let walls = ours(Test::Wall).count();
+    let all = ours(Test::Wall).filter(|r| r.stiffness_n_m >= STIFFEST_N_M);
+    let mut body = format!(
+        "<p>A handle of 45 g (emulated Touch: 0.055 mm encoder steps, 3.3 N, force held for a millisecond), mechanics \
+at 20 kHz. A hand presses (nobody: a weight lies on the handle; relaxed: 30 N/m and 0.2 N s/m; firm: 400 N/m, 4 N s/m \
+and 20 g), with 1 N into a wall or with 0.3 N into a liver of 581 spheres. Stable: after 1.2 s the handle swings within 0.275 mm, or ever \
+less. The map says up to which stiffness every wall is stable, 100 N/m to 20 kN/m; Calot is told the device's damping, \
+friction and delay, but neither the hand nor lost and late samples; in brackets the stiffness that it renders of the \
+stiffest stable wall. In {} of {walls} settings it is stable with every wall. “Touch” has 0.2 N s/m and 0.26 N of \
+dry friction; the others have no friction.</p>{svg}",
+        all.count()
+    );
+    let left: Vec<String> = ours(Test::Wall)
+        .filter(|r| r.stiffness_n_m < STIFFEST_N_M)
+        .map(|r| {
+            format!(
+                "{}, hand {}, {}: up to {:.0} N/m",
+                device(r),
+                r.hand.name,
+                column(r),
+                r.stiffness_n_m
+            )
+        })
+        .collect();
+    if !left.is_empty() {
+        body += &format!(
+            "<details><summary>Calot's exceptions</summary><p>0 N/m: what the device's damping bears at its delay \
+does not carry the weight.</p><ul><li>{}</ul></details>",
+            left.join("<li>")
+        );
+    }
+    body += "<h3>A liver</h3><p>5 and 20 kPa, its spheres met without a contact skin; devices of 0.1 and 0.5 N s/m and \
+the Touch, 0 to 4 ms.</p><table><tr><th>law<th>stable<th>largest change of force a tick, held, mN<th>most energy \
+given, mJ<th>ticks damped";
+    for how in [How::Ours, How::Bare, How::Rigid] {
+        let of = || {
+            rows.iter()
+                .filter(move |r| r.test == Test::Tissue && r.how == how)
+        };
+        let most = |f: fn(&Row) -> f64| of().map(f).fold(0.0, f64::max);
+        body += &format!(
+            "<tr><td>{}<td>{} of {}<td>{:.1}<td>{:.2}<td>{}",
+            how.name(),
+            of().filter(|r| r.outcome.is_stable()).count(),
+            of().count(),
+            most(|r| r.outcome.step_n * 1e3),
+            most(|r| r.outcome.given_j * 1e3),
+            of().map(|r| r.gates.damped).sum::<u64>(),
+        );
+    }
+    body += "</table><h3>Free space, and bandwidth</h3><table><tr><th>law<th>most force in free space, mN<th>at 1, 3, \
+10, 30, 100 Hz: gain N/m of a wall of 300 N/m, lag ms (delay 2 ms)";
+    for how in [How::Ours, How::Hooke, How::Coupling] {
+        let of = |test| rows.iter().filter(move |r| r.test == test && r.how == how);
+        let free = of(Test::Free)
+            .map(|r| r.outcome.force_n)
+            .fold(0.0, f64::max);
+        let response: Vec<String> = of(Test::Response)
+            .map(|r| format!("{:.0}, {:.1}", r.stiffness_n_m, r.lag_s * 1e3))
+            .collect();
+        body += &format!(
+            "<tr><td>{}<td>{:.2}<td>{}",
+            how.name(),
+            free * 1e3,
+            response.join("; ")
+        );
+    }
+    Section {
+        title: "Does contact stay still under a hand".to_owned(),
+        body: body + "</table>",
+    }
+}

@@ -1,0 +1,143 @@
+//! One trial: a hand presses, and does it stay still?
+
+use super::device::{Device, Hand, Loop};
+use super::law::Law;
+
+/// The hand moves in within this time, s.
+const APPROACH_S: f64 = 0.3;
+/// It has this long to come to rest, s…
+const SETTLE_S: f64 = 1.2;
+/// …and is watched for this long, s.
+const WATCH_S: f64 = 0.5;
+/// From so far away, m.
+pub(super) const START_M: f64 = 0.003;
+/// Swings larger than this are felt and seen, m: five encoder steps of a Touch.
+pub(super) const STILL_M: f64 = 0.275e-3;
+
+/// How it ended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Outcome {
+    /// The handle swings within this, m, while it is held.
+    pub(super) swing_m: f64,
+    /// The same in the half second before.
+    pub(super) before_m: f64,
+    /// Largest change of the command from tick to tick meanwhile, N.
+    pub(super) step_n: f64,
+    /// Command in the end, N.
+    pub(super) force_n: f64,
+    /// Where the handle came to rest, m.
+    pub(super) x_m: f64,
+    /// Most that the motors gave the hand over the whole trial, less what they took before, J: from
+    /// rest to rest nothing passive can give any.
+    pub(super) given_j: f64,
+    /// The law switched itself off.
+    pub(super) gave_up: bool,
+}
+
+impl Outcome {
+    /// Nothing happened.
+    pub(super) const NONE: Self = Self {
+        swing_m: 0.0,
+        before_m: 0.0,
+        step_n: 0.0,
+        force_n: 0.0,
+        x_m: 0.0,
+        given_j: 0.0,
+        gave_up: false,
+    };
+
+    /// Whether it is still, or comes to rest.
+    pub(super) fn is_stable(&self) -> bool {
+        let still = self.swing_m <= STILL_M || self.swing_m < 0.7 * self.before_m;
+        still && !self.gave_up
+    }
+}
+
+/// The hand presses with about `press_n` into what has `stiffness_n_m`, and holds.
+pub(super) fn press(
+    law: &mut dyn Law,
+    device: Device,
+    hand: Hand,
+    [press_n, stiffness_n_m]: [f64; 2],
+) -> Outcome {
+    let mut handle = Loop::new(device, hand, START_M);
+    let goal_m = if hand.stiffness_n_m > 0.0 {
+        -press_n / stiffness_n_m - press_n / hand.stiffness_n_m
+    } else {
+        START_M
+    };
+    let ticks = ((APPROACH_S + SETTLE_S + WATCH_S) * 1e3) as u32;
+    let watched = (WATCH_S * 1e3) as u32;
+    // Lowest and highest place in the half second before, and in the last.
+    let mut range_m = [[f64::MAX, f64::MIN]; 2];
+    let (mut last_n, mut step_n, mut given_j) = (0.0_f64, 0.0_f64, 0.0_f64);
+    for tick in 0..ticks {
+        let share = (f64::from(tick) * 1e-3 / APPROACH_S).min(1.0);
+        let smooth = share * share * (3.0 - 2.0 * share);
+        let target_m = START_M + (goal_m - START_M) * smooth;
+        let pull_n = if hand.stiffness_n_m > 0.0 {
+            0.0
+        } else {
+            -press_n * smooth
+        };
+        let sample = handle.sample();
+        let force_n = law.force_n(sample);
+        handle.tick(force_n, target_m, pull_n);
+        given_j = given_j.max(handle.motor_j);
+        if tick >= ticks - 2 * watched {
+            let [low, high] = &mut range_m[usize::from(tick >= ticks - watched)];
+            (*low, *high) = (low.min(handle.x_m), high.max(handle.x_m));
+        }
+        if tick >= ticks - watched {
+            step_n = step_n.max((force_n - last_n).abs());
+        }
+        last_n = force_n;
+    }
+    Outcome {
+        swing_m: range_m[1][1] - range_m[1][0],
+        before_m: range_m[0][1] - range_m[0][0],
+        step_n,
+        force_n: last_n,
+        x_m: handle.x_m,
+        given_j,
+        gave_up: law.gave_up(),
+    }
+}
+
+/// Most force in free space, N: the hand moves up and down above the wall at up to 0.25 m/s.
+pub(super) fn wave(law: &mut dyn Law, device: Device) -> f64 {
+    let mut handle = Loop::new(device, Hand::FIRM, START_M);
+    let mut most_n = 0.0_f64;
+    for tick in 0..2000 {
+        let target_m = START_M + 0.01 * (1.0 - (25.0 * f64::from(tick) * 1e-3).cos());
+        let sample = handle.sample();
+        let force_n = law.force_n(sample);
+        most_n = most_n.max(force_n.abs());
+        handle.tick(force_n, target_m, 0.0);
+    }
+    most_n
+}
+
+/// Gain (N/m) of the force on a handle that is led sinusoidally by 0.5 mm at `hz` around `depth_m`,
+/// and how late it acts (s), the device's delay and the hold of half a tick included.
+pub(super) fn respond(law: &mut dyn Law, device: Device, depth_m: f64, hz: f64) -> [f64; 2] {
+    const AMPLITUDE_M: f64 = 0.5e-3;
+    let turn = std::f64::consts::TAU * hz * 1e-3;
+    let whole = (2000.0 * hz / 1e3).floor().max(1.0) * 1e3 / hz;
+    let (mut cosine, mut sine) = (0.0, 0.0);
+    for tick in 0..(500 + whole as u32) {
+        let in_s = (f64::from(tick) / 300.0).min(1.0);
+        let phase = turn * f64::from(tick);
+        let x_m = START_M - (START_M + depth_m) * in_s + AMPLITUDE_M * phase.sin() * in_s;
+        let step = device.encoder_m;
+        let force_n = law.force_n(Some((x_m / step).round() * step));
+        if tick >= 500 {
+            sine -= force_n * phase.sin();
+            cosine -= force_n * phase.cos();
+        }
+    }
+    let ticks = f64::from(whole as u32);
+    let gain = 2.0 * (sine * sine + cosine * cosine).sqrt() / (ticks * AMPLITUDE_M);
+    let lag_s = (-cosine).atan2(sine) / (turn * 1e3) + device.delay_s + 0.5e-3;
+    [gain, lag_s]
+}
