@@ -1,5 +1,5 @@
 //! What each stage of the tick costs in a whole scene with the instrument at work on it: `cargo run
-//! --release -p scene-prepare --example stages`. The tip is pressed 6 mm into the target and drawn
+//! --release -p scene-prepare --example scene_stages`. The tip is pressed 6 mm into the target and drawn
 //! over it; the shaft lies on what it lies on. Also the largest step of the force in a tick.
 
 #[path = "../tests/core/mod.rs"]
