@@ -3,11 +3,23 @@
 use heapless::Vec;
 
 use crate::math::{self, Vec3};
-use crate::scene::{SKIN_BINDINGS, Skin, SkinVertex};
+use crate::scene::{Skin, SkinVertex};
 use crate::soft_body::Bodies;
 
-/// Spheres that a point of the skin follows, at most: those of three vertices.
-const PATCH_MAX: usize = 3 * SKIN_BINDINGS;
+/// Spheres that a place of the skin follows, at most: those of three vertices, or what lies under
+/// a tip that is wider than the spheres are apart. What is more carries nothing.
+const PATCH_MAX: usize = 96;
+/// Places around a wide patch's middle.
+const RING: [[f32; 2]; 6] = [
+    [1.0, 0.0],
+    [0.5, 0.866_025_4],
+    [-0.5, 0.866_025_4],
+    [-1.0, 0.0],
+    [-0.5, -0.866_025_4],
+    [0.5, -0.866_025_4],
+];
+/// Share of the force that the middle of a wide patch takes, and of each place around it.
+const RING_SHARES: [f32; 2] = [0.25, 0.125];
 /// Steps of a walk. A tool at 3 m/s goes one vertex in a tick.
 const WALK_MAX: u32 = 12;
 
@@ -84,12 +96,36 @@ pub(crate) struct Closest {
     pub(crate) normal: Vec3,
     /// Where it is, on the curved skin, m.
     pub(crate) at_m: Vec3,
-    /// The curved skin over the flat triangle, along the normal, m.
-    pub(crate) bulge_m: f32,
     /// The corner from which the next walk starts.
     pub(crate) vertex: u16,
     /// A of the patch, m.
     pub(crate) patch_m: f32,
+}
+
+impl Closest {
+    /// Spreads the patch over a Gaussian `exp(−r²/B²)` more, B of this width, m: a tip that is wider
+    /// than its spheres are apart presses on all that lie under it.
+    pub(crate) fn spread(&mut self, width_m: f32, skin: &Skin<'_>, bodies: &Bodies) {
+        let [middle, around] = RING_SHARES;
+        // The ring's mean square distance is the Gaussian's.
+        let radius_m = width_m / math::sqrt(1.0 - middle);
+        let x = math::across(&self.normal);
+        let y = self.normal.cross(&x);
+        let mut patch = Patch::default();
+        for (sphere, weight) in &self.patch.parts {
+            patch.add(*sphere, weight * middle);
+        }
+        for [along_x, along_y] in RING {
+            let place_m = self.at_m + (x * along_x + y * along_y) * radius_m;
+            let found = walk(&place_m, self.vertex, skin, bodies);
+            let own = found.as_ref().map_or(&self.patch, |found| &found.patch);
+            for (sphere, weight) in &own.parts {
+                patch.add(*sphere, weight * around);
+            }
+        }
+        self.patch = patch;
+        self.patch_m = math::sqrt(self.patch_m * self.patch_m + width_m * width_m);
+    }
 }
 
 /// A walk's state.
@@ -198,7 +234,6 @@ fn finish(found: &Nearest, next: u16, skin: &Skin<'_>, bodies: &Bodies) -> Optio
         patch: Patch::new(corners, found.shares),
         normal,
         at_m: flat_m + normal * bulge_m,
-        bulge_m,
         vertex: next,
         patch_m,
     })

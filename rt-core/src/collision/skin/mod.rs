@@ -105,8 +105,8 @@ struct Touch {
     station: u8,
     patch: Patch,
     normal: Vec3,
-    /// What is taken from the centre's height over the flat patch to give the gap: the tool's
-    /// radius, the skin's bulge, less what is forgiven, m.
+    /// What is taken from the centre's height over the patch to give the gap: the tool's radius, what
+    /// the skin is curved, less what is forgiven, m.
     reach_m: f32,
     center_m: Vec3,
     /// Where the skin was when it was found, m.
@@ -177,7 +177,8 @@ impl SkinContacts {
                     continue;
                 }
                 let organ = (organ, &it.material);
-                let touch = Touch::new(organ, place, found.0, track, bodies);
+                let closest = spread_under(place.1, found.0, scene, bodies);
+                let touch = Touch::new(organ, place, closest, track, bodies);
                 keep(&mut self.near, touch, faults);
             }
         }
@@ -319,6 +320,24 @@ fn look(
     Some((found, gap_m))
 }
 
+/// Least patch under a tip, its radii: narrower ones would be pushed in ahead of the skin around
+/// them as soon as the contact is as wide as they are.
+const PATCH_RADII: f32 = 0.8;
+
+fn spread_under(
+    station: &Station,
+    mut closest: Closest,
+    scene: &Scene<'_>,
+    bodies: &Bodies,
+) -> Closest {
+    let least_m = PATCH_RADII * station.radius_m;
+    let missing_m2 = least_m * least_m - closest.patch_m * closest.patch_m;
+    if missing_m2 > 0.0 {
+        closest.spread(math::sqrt(missing_m2), &scene.skin, bodies);
+    }
+    closest
+}
+
 impl Touch {
     /// At a place of a tool (`station`, with this number) on what was found of an organ's skin.
     fn new(
@@ -333,7 +352,10 @@ impl Touch {
             organ,
             station: number,
             normal: closest.normal,
-            reach_m: station.radius_m + closest.bulge_m - track.forgiven_m,
+            reach_m: closest
+                .normal
+                .dot(&(station.center_m - closest.patch.at_m(bodies)))
+                - track.gap_m,
             center_m: station.center_m,
             at_m: closest.at_m,
             law: Law::new(station.shape, modulus_pa, closest.patch_m),
