@@ -38,8 +38,11 @@ fn pebble(name: &str, center_m: Vec3) {
             text += &format!("f {a} {c} {d}\nf {a} {d} {b}\n");
         }
     }
+    // The tests run side by side: each finds the file whole.
     let path = std::path::Path::new(MESHES).join(format!("{name}.obj"));
-    std::fs::write(path, text).expect("sound");
+    let own = path.with_extension(format!("{:?}", std::thread::current().id()));
+    std::fs::write(&own, text).expect("writable");
+    std::fs::rename(&own, &path).expect("writable");
 }
 
 /// Two pebbles, 2 cm apart, their far ends held, and what ties them.
