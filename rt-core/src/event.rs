@@ -169,6 +169,8 @@ mod tests {
             laplacian_stiffness: 0.0,
             damping_per_s: 0.0,
             contact_stiffness_n_m: 0.0,
+            friction: 0.0,
+            toughness_j_m2: 0.0,
         },
     };
 

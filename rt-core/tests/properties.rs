@@ -52,8 +52,9 @@ fn sphere() -> impl Strategy<Value = RestSphere> {
 fn material() -> impl Strategy<Value = Material> {
     let elastic = (0.0f32..=9.0, 0.0f32..=0.4999, 0.0f32..=1.0);
     let paper = (0.0f32..=1.0, 0.0f32..=1.0);
-    (elastic, paper, 0.0f32..=1000.0, 0.0f32..=1.0e6).prop_map(
-        |(elastic, paper, damping_per_s, contact_stiffness_n_m)| {
+    let surface = (0.0f32..=1.0e6, 0.0f32..=2.0, 0.0f32..=1.0e6);
+    (elastic, paper, 0.0f32..=1000.0, surface).prop_map(
+        |(elastic, paper, damping_per_s, (contact_stiffness_n_m, friction, toughness_j_m2))| {
             let ((young, poisson, retardation_s), (stretch_stiffness, laplacian_stiffness)) =
                 (elastic, paper);
             Material {
@@ -64,6 +65,8 @@ fn material() -> impl Strategy<Value = Material> {
                 laplacian_stiffness,
                 damping_per_s,
                 contact_stiffness_n_m,
+                friction,
+                toughness_j_m2,
             }
         },
     )

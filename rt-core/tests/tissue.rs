@@ -336,6 +336,7 @@ fn a_thread_pulls_but_never_pushes_and_a_band_does_both() {
             rest_length_m: 0.05,
             compliance_m_n: 1.0e-3,
             is_thread,
+            tear_j: 0.0,
         });
         bar.play(|tissue, _| {
             step(tissue, 2000);

@@ -65,6 +65,8 @@ fn tiny() -> SceneData {
             damping_per_s: 1.0,
             contact_stiffness_n_m: 200.0,
             retardation_s: 0.002,
+            friction: 0.1,
+            toughness_j_m2: 100.0,
         },
     };
     SceneData {
@@ -93,6 +95,7 @@ fn tiny() -> SceneData {
             rest_length_m: 0.1,
             compliance_m_n: 0.0,
             is_thread: 1,
+            tear_j: 0.01,
         }],
     }
 }
@@ -144,7 +147,7 @@ type Fault = (&'static str, fn(&mut SceneData));
 
 #[test]
 fn every_fault_is_refused_and_named() {
-    let faults: [Fault; 28] = [
+    let faults: [Fault; 31] = [
         ("kind", |s| s.organs[0].kind = 99),
         ("name", |s| s.organs[0].name = [0; 32]),
         ("poisson", |s| s.organs[0].material.poisson = 0.5),
@@ -162,10 +165,15 @@ fn every_fault_is_refused_and_named() {
         ("retardation_s", |s| {
             s.organs[0].material.retardation_s = -1.0;
         }),
+        ("friction", |s| s.organs[0].material.friction = 2.5),
+        ("toughness_j_m2", |s| {
+            s.organs[0].material.toughness_j_m2 = f32::NAN;
+        }),
         ("tetrahedron 0", |s| s.tetrahedra[0].spheres[2] = 4),
         ("tetrahedron 0", |s| s.tetrahedra[0].spheres[2] = 0),
         ("attachment 0", |s| s.attachments[0].b = 4),
         ("attachment 0", |s| s.attachments[0].is_thread = 2),
+        ("attachment 0", |s| s.attachments[0].tear_j = -1.0),
         ("link 0", |s| s.links[0].b = 0),
         ("vertex 2", |s| s.vertices[2].weights[0] = 1),
         ("vertex 0", |s| s.vertices[0].spheres[7] = 4),

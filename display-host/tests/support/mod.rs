@@ -17,6 +17,8 @@ const MATERIAL: MaterialRecord = MaterialRecord {
     damping_per_s: 2.0,
     contact_stiffness_n_m: 200.0,
     retardation_s: 0.002,
+    friction: 0.1,
+    toughness_j_m2: 100.0,
 };
 
 /// Where the tool presses, on the liver's front.

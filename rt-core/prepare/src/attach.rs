@@ -18,7 +18,7 @@ const TIES_OF_TUBE: usize = 3;
 /// spheres of that organ; each organ's count of spheres that are tied.
 ///
 /// A tie is a bar of the softer tissue, its share of the sphere's cross-section thick: compliance
-/// `n L / (E π r²)` of `n` ties.
+/// `n L / (E π r²)` of `n` ties. It tears by the weaker one's toughness over the same area.
 ///
 /// # Errors
 /// Names the organ that no sphere reaches.
@@ -39,6 +39,8 @@ pub(crate) fn attach(
                 continue;
             };
             let young_pa = plan.material.young_pa.min(organs[other].material.young_pa);
+            let toughness_j_m2 =
+                (plan.material.toughness_j_m2).min(organs[other].material.toughness_j_m2);
             let nearest = Nearest::new(&skins[other]);
             let mut some = false;
             for (i, flag) in is_tied.iter_mut().enumerate() {
@@ -60,6 +62,7 @@ pub(crate) fn attach(
                         rest_length_m: length_m as f32,
                         compliance_m_n: (length_m / (young_pa * area_m2)) as f32,
                         is_thread: 0,
+                        tear_j: (toughness_j_m2 * area_m2) as f32,
                     });
                 }
             }
@@ -115,7 +118,7 @@ const THREAD_N: f64 = 40.0;
 /// Shorter than this a tie has no direction of its own for its compliance, m.
 const SHORT_M: f64 = 1e-3;
 
-/// Adds the recipe's sutures and bands.
+/// Adds the recipe's sutures and bands. A suture does not tear.
 ///
 /// # Errors
 /// When both ends are in one sphere.
@@ -153,14 +156,17 @@ pub(crate) fn sew(
         }
         let apart_m = (at - center).norm();
         let length_m = tie.length_m.unwrap_or(apart_m);
-        let stiffness_n_m = tie.stiffness_n_m.unwrap_or_else(|| {
-            let tension_n = if tie.is_thread {
-                THREAD_N
-            } else {
-                organs[own].material.young_pa * PI * radius_m * radius_m
-            };
-            tension_n / length_m.max(SHORT_M)
-        });
+        let (material, area_m2) = (organs[own].material, PI * radius_m * radius_m);
+        let (tension_n, tear_j) = if tie.is_thread {
+            (THREAD_N, 0.0)
+        } else {
+            (
+                material.young_pa * area_m2,
+                material.toughness_j_m2 * area_m2,
+            )
+        };
+        let typical_n_m = tension_n / length_m.max(SHORT_M);
+        let stiffness_n_m = tie.stiffness_n_m.unwrap_or(typical_n_m);
         let anchor_m = match b {
             WORLD => at.map(|x| x as f32).into(),
             _ => [0.0; 3],
@@ -172,6 +178,7 @@ pub(crate) fn sew(
             rest_length_m: length_m as f32,
             compliance_m_n: stiffness_n_m.recip() as f32,
             is_thread: u32::from(tie.is_thread),
+            tear_j: tear_j as f32,
         });
     }
     Ok(())

@@ -127,6 +127,20 @@ fn mistakes_name_line_key_value_and_remedy() {
             "allowed are 10",
         ),
         (
+            "young_pa = 4000.0",
+            "friction = 3.0",
+            12,
+            "organ[0].material.friction",
+            "allowed are 0 to 2",
+        ),
+        (
+            "young_pa = 4000.0",
+            "toughness_j_m2 = -1.0",
+            12,
+            "organ[0].material.toughness_j_m2",
+            "allowed are 0 to 1000000",
+        ),
+        (
             "base = 0.2",
             "base = 1.2",
             13,

@@ -137,6 +137,7 @@ fn attachment(record: &AttachmentRecord) -> Attachment {
         rest_length_m: record.rest_length_m,
         compliance_m_n: record.compliance_m_n,
         is_thread: record.is_thread != 0,
+        tear_j: record.tear_j,
     }
 }
 
@@ -172,6 +173,8 @@ fn organ(record: &OrganRecord) -> Organ {
             laplacian_stiffness: material.laplacian_stiffness,
             damping_per_s: material.damping_per_s,
             contact_stiffness_n_m: material.contact_stiffness_n_m,
+            friction: material.friction,
+            toughness_j_m2: material.toughness_j_m2,
         },
     }
 }

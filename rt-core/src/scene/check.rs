@@ -246,6 +246,7 @@ fn check_attachment(i: usize, it: &Attachment, spheres: usize) -> Result<(), Sce
         Anchor::World(at_m) => check_position("anchor", i, &at_m)?,
     }
     in_range("rest length", i, it.rest_length_m, (0.0, 10.0), "0 to 10 m")?;
+    in_range("tear energy", i, it.tear_j, (0.0, 1.0e3), "0 to 1000 J")?;
     check_compliance(i, it.compliance_m_n)
 }
 
@@ -438,6 +439,14 @@ fn check_material(i: usize, material: &Material) -> Result<(), SceneError> {
         contact,
         (0.0, 1.0e6),
         "0 to 1e6 N/m",
+    )?;
+    in_range("friction", i, material.friction, (0.0, 2.0), "0 to 2")?;
+    in_range(
+        "toughness",
+        i,
+        material.toughness_j_m2,
+        (0.0, 1.0e6),
+        "0 to 1e6 J/m2",
     )
 }
 

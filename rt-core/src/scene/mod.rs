@@ -29,6 +29,10 @@ pub struct Material {
     pub damping_per_s: f32,
     /// Stiffness between a tool and a sphere that it overlaps, N/m.
     pub contact_stiffness_n_m: f32,
+    /// Coulomb friction on a moist steel tool: tangential over normal force.
+    pub friction: f32,
+    /// Energy that it takes to tear or cut a unit of area, J/m²; 0: does not tear.
+    pub toughness_j_m2: f32,
 }
 
 impl Material {
@@ -41,6 +45,8 @@ impl Material {
         laplacian_stiffness: 0.0,
         damping_per_s: 0.0,
         contact_stiffness_n_m: 0.0,
+        friction: 0.0,
+        toughness_j_m2: 0.0,
     };
 }
 
@@ -115,6 +121,8 @@ pub struct Attachment {
     pub compliance_m_n: f32,
     /// Pulls and never pushes (a suture).
     pub is_thread: bool,
+    /// Energy that it takes to tear it, J; 0: does not tear.
+    pub tear_j: f32,
 }
 
 /// The other end of an [`Attachment`].
@@ -255,6 +263,8 @@ pub(crate) mod tests {
             laplacian_stiffness: 0.1,
             damping_per_s: 1.0,
             contact_stiffness_n_m: 500.0,
+            friction: 0.0,
+            toughness_j_m2: 0.0,
         };
         Organ {
             sphere_start,

@@ -41,6 +41,8 @@ pub(crate) const SOFT: Material = Material {
     laplacian_stiffness: 0.005,
     damping_per_s: 5.0,
     contact_stiffness_n_m: 400.0,
+    friction: 0.0,
+    toughness_j_m2: 0.0,
 };
 
 /// An organ without tetrahedra, all links elastic.

@@ -514,7 +514,8 @@ impl SceneFile {
             let numbers_ok = band.anchor_m.iter().all(|x| x.is_finite() && x.abs() < 1e3)
                 && (0.0..10.0).contains(&band.rest_length_m)
                 && (0.0..=COMPLIANCE_MAX_M_N).contains(&band.compliance_m_n)
-                && band.is_thread <= 1;
+                && band.is_thread <= 1
+                && (0.0..=TEAR_MAX_J).contains(&band.tear_j);
             if !ends_ok || !numbers_ok {
                 return Err(record("attachment", i, format!("out of range: {band:?}")));
             }
@@ -543,6 +544,8 @@ const MAX_ATTACHMENTS: usize = 1024;
 const MAX_CONTACT_VERTICES: usize = 32_768;
 /// A micronewton for a metre: whatever is softer holds nothing.
 const COMPLIANCE_MAX_M_N: f32 = 1e6;
+/// A kilojoule: no hand brings that up.
+const TEAR_MAX_J: f32 = 1e3;
 /// Steps in a tick, at most.
 const SUBSTEPS_MAX: u32 = 16;
 
@@ -579,6 +582,8 @@ fn check_material(organ: &OrganRecord) -> Result<(), String> {
         ("damping_per_s", m.damping_per_s, 0.0, 1e3),
         ("contact_stiffness_n_m", m.contact_stiffness_n_m, 0.0, 1e5),
         ("retardation_s", m.retardation_s, 0.0, 1.0),
+        ("friction", m.friction, 0.0, 2.0),
+        ("toughness_j_m2", m.toughness_j_m2, 0.0, 1e6),
         ("volume_m3", organ.volume_m3, 0.0, 1.0),
         ("substeps", organ.substeps as f32, 1.0, SUBSTEPS_MAX as f32),
         ("gravity_share", organ.gravity_share, 0.0, 1.0),

@@ -105,6 +105,10 @@ pub struct MaterialRecord {
     /// Strain-rate damping: the time by which stress runs ahead of strain (Kelvin–Voigt:
     /// viscosity over modulus), s.
     pub retardation_s: f32,
+    /// Coulomb friction on a moist steel tool: tangential over normal force.
+    pub friction: f32,
+    /// Energy that it takes to tear or cut a unit of area, J/m²; 0: does not tear.
+    pub toughness_j_m2: f32,
 }
 
 /// An organ: ranges into the other sections.
@@ -195,6 +199,8 @@ pub struct AttachmentRecord {
     pub compliance_m_n: f32,
     /// 1: pulls and never pushes (a suture).
     pub is_thread: u32,
+    /// Energy that it takes to tear it, J; 0: does not tear.
+    pub tear_j: f32,
 }
 
 /// A skin vertex and what moves it (paper Eq. 9–12).

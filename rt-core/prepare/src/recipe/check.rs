@@ -352,7 +352,7 @@ fn check_material(
     raw: &MaterialRaw,
 ) -> Result<Material, RecipeError> {
     let mut material = Material::typical(kind);
-    let fields: [(&'static str, Option<f64>, &mut f64, f64, f64); 8] = [
+    let fields: [(&'static str, Option<f64>, &mut f64, f64, f64); 10] = [
         (
             "density_kg_m3",
             raw.density_kg_m3,
@@ -396,6 +396,14 @@ fn check_material(
             &mut material.contact_stiffness_n_m,
             0.0,
             10_000.0,
+        ),
+        ("friction", raw.friction, &mut material.friction, 0.0, 2.0),
+        (
+            "toughness_j_m2",
+            raw.toughness_j_m2,
+            &mut material.toughness_j_m2,
+            0.0,
+            1e6,
         ),
     ];
     for (key, given, value, min, max) in fields {

@@ -100,4 +100,6 @@ pub(super) struct MaterialRaw {
     pub(super) damping_per_s: Option<f64>,
     pub(super) retardation_s: Option<f64>,
     pub(super) contact_stiffness_n_m: Option<f64>,
+    pub(super) friction: Option<f64>,
+    pub(super) toughness_j_m2: Option<f64>,
 }

@@ -64,6 +64,8 @@ impl Prepared {
                     laplacian_stiffness: material.laplacian_stiffness,
                     damping_per_s: material.damping_per_s,
                     contact_stiffness_n_m: material.contact_stiffness_n_m,
+                    friction: material.friction,
+                    toughness_j_m2: material.toughness_j_m2,
                 },
             });
         }
@@ -94,6 +96,7 @@ impl Prepared {
                     rest_length_m: tie.rest_length_m,
                     compliance_m_n: tie.compliance_m_n,
                     is_thread: tie.is_thread != 0,
+                    tear_j: tie.tear_j,
                 })
                 .collect(),
             skin_vertices: data

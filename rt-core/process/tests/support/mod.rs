@@ -221,6 +221,8 @@ fn block(n: usize) -> SceneData {
             damping_per_s: 2.0,
             contact_stiffness_n_m: 200.0,
             retardation_s: 0.002,
+            friction: 0.1,
+            toughness_j_m2: 100.0,
         },
     };
     let lifted = |z| PoseMsg {

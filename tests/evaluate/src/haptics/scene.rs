@@ -23,6 +23,8 @@ impl Wall {
             laplacian_stiffness: 1.0,
             damping_per_s: 0.0,
             contact_stiffness_n_m: stiffness_n_m as f32,
+            friction: 0.0,
+            toughness_j_m2: 0.0,
         };
         Self {
             organs: [Organ {

@@ -99,6 +99,8 @@ impl Parts {
                 laplacian_stiffness: stiffness,
                 damping_per_s: around.damping_per_s,
                 contact_stiffness_n_m: 500.0,
+                friction: 0.0,
+                toughness_j_m2: 0.0,
             },
         };
         Ok(Self {
