@@ -182,6 +182,8 @@ mod tests {
             normal: zero,
             force_n: 0.0,
             stiffness_n_m: 0.0,
+            friction_n: zero,
+            friction_stiffness_n_m: 0.0,
         }
     }
 

@@ -45,8 +45,14 @@ pub(crate) fn felt(
         stiffness_n_m += way * way.transpose() * k;
     };
     for contact in contacts {
-        at_port += kinematics.wrench(&contact.at_m, &(contact.normal * contact.force_n));
+        at_port += kinematics.wrench(&contact.at_m, &contact.whole_force_n());
         add_spring(&contact.at_m, &contact.normal, contact.stiffness_n_m);
+        if contact.friction_stiffness_n_m > 0.0 {
+            let x = math::across(&contact.normal);
+            for along in [x, contact.normal.cross(&x)] {
+                add_spring(&contact.at_m, &along, contact.friction_stiffness_n_m);
+            }
+        }
     }
     if let Some(pull) = pull {
         at_port += kinematics.wrench(&pull.at_m, &pull.force_n);
@@ -112,7 +118,23 @@ mod tests {
             normal,
             force_n: 2.0,
             stiffness_n_m: 400.0,
+            friction_n: Vec3::zeros(),
+            friction_stiffness_n_m: 0.0,
         }
+    }
+
+    #[test]
+    fn friction_is_felt_across_the_contact() {
+        let rubbed = Contact {
+            friction_n: Vec3::new(0.2, 0.0, 0.0),
+            friction_stiffness_n_m: 800.0,
+            stiffness_n_m: 100.0,
+            ..contact(Vec3::new(0.0, 0.0, -0.1), Vec3::z())
+        };
+        let felt = felt(&[rubbed], None);
+        assert!(is_force(&felt, -0.1, 0.0, 2.0), "{felt:?}");
+        // 800 · (1/2)² in two directions, 100 in the third: at most 2^⅛ too high.
+        assert!((200.0..=219.0).contains(&felt.stiffness_n_m), "{felt:?}");
     }
 
     fn felt(contacts: &[Contact], pull: Option<&Pull>) -> Felt {

@@ -122,3 +122,47 @@ fn a_shaft_and_a_tip_behind_each_other_count_once() {
         "{alone_n} N, with its shank {whole_n} N"
     );
 }
+
+/// Presses a ball of 3 mm `depth_m` deep and draws it 6 mm along the skin and back at 6 mm/s; what it
+/// feels (along the normal, along the way) at every tick of the way.
+fn slide(tissue: &mut Tissue<'_>, site: Vec3, normal: Vec3, depth_m: f32) -> Vec<[f32; 2]> {
+    let radius_m = 0.003;
+    let along = normal.cross(&Vec3::x()).normalize();
+    let mut felt = Vec::new();
+    for tick in 0u16..2400 {
+        let depth_m = depth_m * (f32::from(tick) / 400.0).min(1.0);
+        let ahead_m = (f32::from(tick) - 400.0).max(0.0) * 6.0e-6;
+        let ahead_m = ahead_m.min(0.012 - ahead_m);
+        let center_m = site + normal * (radius_m - depth_m) + along * ahead_m;
+        let force_n = tissue.press(&[ball(center_m, radius_m)]).force_n;
+        felt.push([force_n.dot(&normal), force_n.dot(&along)]);
+    }
+    felt
+}
+
+#[test]
+fn friction_holds_back_both_ways_and_has_no_step() {
+    let built = liver(581);
+    let room = built.scene.room.unwrap();
+    let loaded = core::Prepared::new(&built.scene);
+    let mut bodies = Box::new(Bodies::new());
+    let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
+    let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
+    let felt = slide(&mut tissue, site, normal, 0.003);
+    for (tick, pair) in felt.windows(2).enumerate() {
+        let step_n = (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
+        assert!(step_n < 0.005, "tick {tick}: {step_n} N");
+    }
+    // At the same place, there and back: what the skin's slope does is the same, friction is not.
+    let mut shares = Vec::new();
+    for off in (100..600).step_by(50) {
+        let (there, back) = (felt[1400 - off], felt[1400 + off]);
+        let across_n = 0.5 * (there[0] + back[0]);
+        shares.push(0.5 * (back[1] - there[1]) / across_n);
+    }
+    let mean = shares.iter().sum::<f32>() / shares.len() as f32;
+    assert!(
+        (0.07..0.12).contains(&mean),
+        "{shares:?} of the force across"
+    );
+}

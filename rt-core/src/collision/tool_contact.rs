@@ -71,6 +71,17 @@ pub(crate) struct Contact {
     pub(crate) force_n: f32,
     /// Stiffness of that force, N/m.
     pub(crate) stiffness_n_m: f32,
+    /// Friction of tissue on tool, across the normal, N.
+    pub(crate) friction_n: Vec3,
+    /// Stiffness of the friction while it sticks, N/m.
+    pub(crate) friction_stiffness_n_m: f32,
+}
+
+impl Contact {
+    /// Of tissue on tool, N.
+    pub(crate) fn whole_force_n(&self) -> Vec3 {
+        self.normal * self.force_n + self.friction_n
+    }
 }
 
 /// Every sphere that the instrument is near to, and those that it touches.
@@ -210,6 +221,8 @@ impl ToolContacts {
                 normal: touch.normal,
                 force_n,
                 stiffness_n_m: felt_stiffness_n_m(near.sphere, scene, bodies),
+                friction_n: Vec3::zeros(),
+                friction_stiffness_n_m: 0.0,
             };
             let _ = self.list.push(contact); // holds as many as there can be
             let bits = bodies.bits.at_mut(near.sphere);

@@ -142,7 +142,7 @@ impl<'a> Tissue<'a> {
             bodies.stop_leading(organ);
         }
         for contact in &contacts.list {
-            pressed.force_n += contact.normal * contact.force_n;
+            pressed.force_n += contact.whole_force_n();
         }
         pressed.contacts = contacts.list.len();
         self.tick = self.tick.wrapping_add(1);

@@ -6,6 +6,7 @@
 //! here. It is the difference of two half-spaces, so that everything farther away than a few
 //! spacings (the organ's shape, what it hangs from, other tools) is left to the spheres.
 
+use crate::collision::skin::friction;
 use crate::math;
 
 /// A tool's shape where it touches.
@@ -168,6 +169,19 @@ impl Law {
         };
         let squared = 4.0 * share * radius_m / (core::f32::consts::PI * self.modulus_pa);
         math::sqrt(squared).min(radius_m)
+    }
+
+    /// Stiffness of the contact along the skin under this force, beyond what the spheres yield, N/m.
+    pub(crate) fn along_n_m(&self, force_n: f32, poisson: f32) -> f32 {
+        let half_width_m = match self.shape {
+            Shape::Ball { .. } => self.half_width_m(force_n),
+            // A round contact as large as the strip.
+            Shape::Bar { length_m, .. } => {
+                let strip_m2 = 2.0 * self.half_width_m(force_n) * length_m;
+                math::sqrt(strip_m2 * core::f32::consts::FRAC_1_PI)
+            }
+        };
+        friction::stiffness_n_m(self.modulus_pa, poisson, half_width_m, self.supplied_m_n)
     }
 
     /// Dent per force that another contact, this far off on the same skin, makes here beyond what

@@ -6,8 +6,11 @@
 //! ([`law`]). The multiplier is the force, and what it does to the tissue is what the hand feels.
 
 mod closest;
+mod friction;
 mod law;
 mod stations;
+#[cfg(test)]
+mod tests;
 
 use heapless::Vec;
 
@@ -20,6 +23,7 @@ use crate::soft_body::Bodies;
 use crate::state::SphereBits;
 use crate::tool::Capsule;
 use closest::{Closest, Patch, walk};
+use friction::Bristle;
 use law::Law;
 use stations::{Station, stations};
 
@@ -28,6 +32,8 @@ use stations::{Station, stations};
 const NEAR_M: f32 = 0.003;
 /// Skin farther than this is forgotten, m.
 const FORGET_M: f32 = 0.012;
+/// μ between wet tissue and steel.
+const FRICTION: f32 = 0.1;
 /// Passes over the contacts of an organ in a step; each begins with the last tick's forces.
 const PASSES: u32 = 4;
 
@@ -47,6 +53,9 @@ struct Track {
     at_m: Vec3,
     normal: Vec3,
     center_m: Vec3,
+    /// How the place of the tool went in the last tick, m.
+    way_m: Vec3,
+    bristle: Bristle,
 }
 
 const NOWHERE: Track = Track {
@@ -58,6 +67,8 @@ const NOWHERE: Track = Track {
     at_m: Vec3::new(0.0, 0.0, 0.0),
     normal: Vec3::new(0.0, 0.0, 0.0),
     center_m: Vec3::new(0.0, 0.0, 0.0),
+    way_m: Vec3::new(0.0, 0.0, 0.0),
+    bristle: Bristle::STRAIGHT,
 };
 
 /// What is left of a forgiven gap after a tick: it dies away within 0.1 s.
@@ -79,9 +90,12 @@ impl Track {
             if moved_m.max(closed_m) > 2.0 * math::norm(&(center_m - self.center_m)) + JUMP_M {
                 self.forgiven_m = self.gap_m - gap_m;
             }
+            self.way_m = center_m - self.center_m;
         } else {
             self.forgiven_m = -gap_m;
             self.force_n = 0.0;
+            self.way_m = Vec3::zeros();
+            self.bristle = Bristle::STRAIGHT;
         }
         // Nothing that does not overlap is forgiven, nor owed.
         self.forgiven_m = if gap_m < 0.0 {
@@ -117,6 +131,16 @@ struct Touch {
     inverse_mass_per_kg: f32,
     force_n: f32,
     stiffness_n_m: f32,
+    /// μ: the most that friction pulls, per normal force.
+    friction: f32,
+    /// How the place of the tool has gone in this tick, m.
+    way_m: Vec3,
+    /// Where the patch was before the solve, m.
+    patch_m: Vec3,
+    bristle: Bristle,
+    /// Of the skin on the tool, N.
+    friction_n: Vec3,
+    friction_stiffness_n_m: f32,
 }
 
 /// Every place of the tools that is near skin.
@@ -194,7 +218,7 @@ impl SkinContacts {
         let squared = step_s * step_s;
         // The last forces first: what is left to find is the change.
         for touch in self.near.iter().filter(|touch| touch.organ == organ) {
-            let push = touch.normal * (-touch.force_n * squared);
+            let push = (touch.normal * touch.force_n + touch.friction_n) * -squared;
             touch.patch.push(&push, bodies);
         }
         for _ in 0..PASSES {
@@ -203,18 +227,27 @@ impl SkinContacts {
                     continue;
                 };
                 let yield_m_n = touch.inverse_mass_per_kg * squared;
-                let height_m = touch
-                    .normal
-                    .dot(&(touch.center_m - touch.patch.at_m(bodies)));
+                let patch_m = touch.patch.at_m(bodies);
+                let height_m = touch.normal.dot(&(touch.center_m - patch_m));
                 // The gap as it were without this contact's own force.
                 let gap_m = height_m - touch.reach_m - yield_m_n * touch.force_n
                     + self.beside_others_m(i, touch);
                 let (force_n, stiffness_n_m) = touch.law.force_n(gap_m, yield_m_n);
-                let push = touch.normal * ((touch.force_n - force_n) * squared);
-                touch.patch.push(&push, bodies);
+                // Along the skin the same: how far the tool is ahead without this contact's friction.
+                let ahead_m =
+                    touch.way_m - (patch_m - touch.patch_m) - touch.friction_n * yield_m_n;
+                let most_n = touch.friction * force_n;
+                let friction_n = touch
+                    .bristle
+                    .pull_n(&ahead_m, &touch.normal, yield_m_n, most_n);
+                let change_n =
+                    touch.normal * (touch.force_n - force_n) + (touch.friction_n - friction_n);
+                touch.patch.push(&(change_n * squared), bodies);
                 if let Some(touch) = self.near.get_mut(i) {
                     touch.force_n = force_n;
                     touch.stiffness_n_m = stiffness_n_m;
+                    touch.friction_n = friction_n;
+                    touch.friction_stiffness_n_m = touch.bristle.felt_n_m(yield_m_n);
                 }
             }
         }
@@ -248,6 +281,7 @@ impl SkinContacts {
                 .and_then(|tracks| tracks.get_mut(usize::from(touch.station)));
             if let Some(track) = track {
                 track.force_n = touch.force_n;
+                track.bristle = touch.bristle.after(&touch.friction_n);
             }
             if touch.force_n <= 0.0 {
                 continue;
@@ -262,6 +296,8 @@ impl SkinContacts {
                 normal: touch.normal,
                 force_n: touch.force_n,
                 stiffness_n_m: touch.stiffness_n_m,
+                friction_n: touch.friction_n,
+                friction_stiffness_n_m: touch.friction_stiffness_n_m,
             });
         }
     }
@@ -348,21 +384,34 @@ impl Touch {
         bodies: &Bodies,
     ) -> Self {
         let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
+        let law = Law::new(station.shape, modulus_pa, closest.patch_m);
+        let bristle_n_m = law.along_n_m(track.force_n, material.poisson);
+        let bristle = track.bristle.on(&closest.normal, bristle_n_m);
+        let patch_m = closest.patch.at_m(bodies);
         Self {
             organ,
             station: number,
             normal: closest.normal,
-            reach_m: closest
-                .normal
-                .dot(&(station.center_m - closest.patch.at_m(bodies)))
-                - track.gap_m,
+            reach_m: closest.normal.dot(&(station.center_m - patch_m)) - track.gap_m,
             center_m: station.center_m,
             at_m: closest.at_m,
-            law: Law::new(station.shape, modulus_pa, closest.patch_m),
+            law,
             gap_m: track.gap_m,
             inverse_mass_per_kg: closest.patch.inverse_mass_per_kg(bodies),
             force_n: track.force_n,
             stiffness_n_m: 0.0,
+            friction: FRICTION,
+            way_m: track.way_m,
+            patch_m,
+            // Where nothing has moved yet it pulls as in the last tick, where that is allowed.
+            friction_n: bristle.pull_n(
+                &Vec3::zeros(),
+                &closest.normal,
+                0.0,
+                FRICTION * track.force_n,
+            ),
+            friction_stiffness_n_m: 0.0,
+            bristle,
             patch: closest.patch,
         }
     }

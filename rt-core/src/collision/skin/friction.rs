@@ -1,0 +1,207 @@
+//! Dry friction of a contact: a bristle that bends with the tool until the skin lets it slide.
+//!
+//! It is as stiff along the skin as a half-space under a contact of half-width a (Mindlin 1949:
+//! `8 G a / (2 − ν)`) less what the spheres yield by themselves, and never pulls harder than
+//! `μ F` (return mapping): no step between sticking and sliding, and none at a reversal.
+
+use crate::math::{self, Vec3};
+
+/// The bristle of a contact, as a tick leaves it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bristle {
+    /// How far the tool is ahead of the skin that it sticks to, along the skin, m.
+    bent_m: Vec3,
+    /// N/m; 0: nothing has touched yet.
+    stiffness_n_m: f32,
+}
+
+/// Missing compliance is at least this share of the half-space's: under a contact that is wider
+/// than the spheres are apart nothing is missing, and a rigid bristle would trade blows with them.
+const LEAST_SHARE: f32 = 0.25;
+
+/// Stiffness along the skin of tissue with this modulus `E / (1 − ν²)` under a contact of this
+/// half-width, N/m, where a force across the skin is yielded to by the spheres with `supplied_m_n`.
+/// Both compliances are larger along the skin by the same share (Cerruti's mean over Boussinesq's).
+pub(crate) fn stiffness_n_m(
+    modulus_pa: f32,
+    poisson: f32,
+    half_width_m: f32,
+    supplied_m_n: f32,
+) -> f32 {
+    let along = (2.0 - poisson) / (2.0 * (1.0 - poisson));
+    let across_m_n = (2.0 * modulus_pa * half_width_m.max(SHARP_M)).recip();
+    (along * (across_m_n - supplied_m_n).max(LEAST_SHARE * across_m_n)).recip()
+}
+
+/// No contact is narrower, m: its bristle would be too soft to name.
+const SHARP_M: f32 = 1.0e-5;
+
+impl Bristle {
+    /// Of a contact that has not begun.
+    pub(crate) const STRAIGHT: Self = Self {
+        bent_m: Vec3::new(0.0, 0.0, 0.0),
+        stiffness_n_m: 0.0,
+    };
+
+    /// On skin that lies across `normal` and is now this stiff, N/m. A bristle that stiffens keeps
+    /// its force, one that softens its bend: neither stores energy that nobody put in.
+    pub(crate) fn on(&self, normal: &Vec3, stiffness_n_m: f32) -> Self {
+        let keep = if stiffness_n_m > self.stiffness_n_m {
+            self.stiffness_n_m / stiffness_n_m
+        } else {
+            1.0
+        };
+        Self {
+            bent_m: along(&self.bent_m, normal) * keep,
+            stiffness_n_m,
+        }
+    }
+
+    /// Force on the tool, N, once it has gone `way_m` ahead of the skin, this force not counted, to
+    /// which the skin yields with `yield_m_n`; at most `most_n`.
+    pub(crate) fn pull_n(&self, way_m: &Vec3, normal: &Vec3, yield_m_n: f32, most_n: f32) -> Vec3 {
+        let bent_m = self.bent_m + along(way_m, normal);
+        let sticking = bent_m * (-self.stiffness_n_m / (1.0 + self.stiffness_n_m * yield_m_n));
+        let size_n = math::norm(&sticking);
+        if size_n <= most_n {
+            sticking
+        } else {
+            sticking * (most_n / size_n)
+        }
+    }
+
+    /// Stiffness that a tool feels within a step in which the skin yields with `yield_m_n`, N/m.
+    pub(crate) fn felt_n_m(&self, yield_m_n: f32) -> f32 {
+        self.stiffness_n_m / (1.0 + self.stiffness_n_m * yield_m_n)
+    }
+
+    /// Once it pulls with this: what it would have to be bent further has slid.
+    pub(crate) fn after(&self, pull_n: &Vec3) -> Self {
+        let per_n = self.stiffness_n_m.max(f32::MIN_POSITIVE).recip();
+        let bent_m = -pull_n * per_n;
+        Self {
+            bent_m: if math::is_finite(&bent_m) {
+                bent_m
+            } else {
+                Vec3::zeros()
+            },
+            ..*self
+        }
+    }
+}
+
+/// What of `v` lies along the skin.
+fn along(v: &Vec3, normal: &Vec3) -> Vec3 {
+    v - normal * normal.dot(v)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::math::Quat;
+    use proptest::prelude::*;
+
+    const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
+
+    /// One tick on skin that does not yield.
+    fn go(bristle: Bristle, way_m: Vec3, stiffness_n_m: f32, most_n: f32) -> (Bristle, Vec3) {
+        let now = bristle.on(&UP, stiffness_n_m);
+        let pull_n = now.pull_n(&way_m, &UP, 0.0, most_n);
+        (now.after(&pull_n), pull_n)
+    }
+
+    #[test]
+    fn mindlin_by_hand() {
+        // E 5 kPa, ν 0.45: G = 1724 Pa; under 3 mm of half-width 8 G a / (2 − ν) = 26.7 N/m.
+        let modulus_pa = 5000.0 / (1.0 - 0.45 * 0.45);
+        let alone = stiffness_n_m(modulus_pa, 0.45, 0.003, 0.0);
+        assert!((alone - 26.7).abs() < 0.05, "{alone}");
+        // Spheres that yield half as much leave twice the stiffness; those that yield more than
+        // all, four times.
+        let half = stiffness_n_m(modulus_pa, 0.45, 0.003, 0.5 / (2.0 * modulus_pa * 0.003));
+        assert!((half / alone - 2.0).abs() < 1.0e-3);
+        assert!((stiffness_n_m(modulus_pa, 0.45, 0.003, 1.0) / alone - 4.0).abs() < 1.0e-3);
+    }
+
+    #[test]
+    fn sticks_slides_and_turns_back_by_hand() {
+        // 100 N/m and at most 20 mN: sticks for 0.2 mm.
+        let (at_rest, none) = go(Bristle::STRAIGHT, Vec3::zeros(), 100.0, 0.02);
+        assert!(math::norm(&none) <= 0.0);
+        let (stuck, pull_n) = go(at_rest, Vec3::new(1.0e-4, 0.0, 0.0), 100.0, 0.02);
+        assert!(math::norm(&(pull_n - Vec3::new(-0.01, 0.0, 0.0))) < 1.0e-8);
+        let (back, pull_n) = go(stuck, Vec3::new(-1.0e-4, 0.0, 0.0), 100.0, 0.02);
+        assert!(math::norm(&pull_n) < 1.0e-8 && math::norm(&back.bent_m) < 1.0e-10);
+        let (slid, pull_n) = go(stuck, Vec3::new(5.0e-4, 0.0, 0.0), 100.0, 0.02);
+        assert!(math::norm(&(pull_n - Vec3::new(-0.02, 0.0, 0.0))) < 1.0e-8);
+        // Load reversed: 0.2 mm back the bristle is straight, and there is no force without motion.
+        let (straight, pull_n) = go(slid, Vec3::new(-2.0e-4, 0.0, 0.0), 100.0, 0.02);
+        assert!(math::norm(&pull_n) < 1.0e-8, "{pull_n}");
+        let (_, pull_n) = go(straight, Vec3::zeros(), 100.0, 0.02);
+        assert!(math::norm(&pull_n) < 1.0e-8, "{pull_n}");
+        // Lifted off, it forgets.
+        let (lifted, pull_n) = go(slid, Vec3::zeros(), 100.0, 0.0);
+        assert!(math::norm(&pull_n) <= 0.0 && math::norm(&lifted.bent_m) <= 0.0);
+    }
+
+    #[test]
+    fn what_yields_is_pulled_along() {
+        // Skin that gives as much as the bristle takes half of the way, and half the force.
+        let bristle = Bristle::STRAIGHT.on(&UP, 100.0);
+        let pull_n = bristle.pull_n(&Vec3::new(1.0e-4, 0.0, 0.5), &UP, 0.01, 1.0);
+        assert!(math::norm(&(pull_n - Vec3::new(-0.005, 0.0, 0.0))) < 1.0e-8);
+        assert!((bristle.felt_n_m(0.01) - 50.0).abs() < 1.0e-4);
+    }
+
+    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    proptest! {
+        /// However the tool goes and is pressed meanwhile: never more than μ F, never along the
+        /// skin's normal, and no energy but what the hand put in.
+        #[test]
+        fn no_energy_is_made(
+            ways in prop::collection::vec((vector(3.0e-4), 1.0f32..300.0, 0.0f32..0.05), 1..60),
+        ) {
+            let (mut bristle, mut given_j) = (Bristle::STRAIGHT, 0.0f64);
+            for (way, stiffness_n_m, most_n) in ways {
+                let (next, pull_n) = go(bristle, way, stiffness_n_m, most_n);
+                prop_assert!(math::norm(&pull_n) <= most_n * 1.0001);
+                prop_assert!(pull_n.z.abs() < 1.0e-9);
+                // As an implicit step reckons: the force after it, over all of its way.
+                given_j -= f64::from(pull_n.dot(&way));
+                bristle = next;
+                let stored_j = f64::from(0.5 * stiffness_n_m * bristle.bent_m.norm_squared());
+                prop_assert!(stored_j <= given_j + 1.0e-9, "{stored_j} of {given_j}");
+            }
+        }
+
+        /// Sliding, it pulls against the way.
+        #[test]
+        fn it_pulls_back(way in vector(1.0e-3), most_n in 1.0e-4f32..0.01) {
+            prop_assume!(math::norm(&along(&way, &UP)) > 1.0e-4);
+            let (_, pull_n) = go(Bristle::STRAIGHT, way, 300.0, most_n);
+            let against = -pull_n.dot(&along(&way, &UP));
+            let size = math::norm(&pull_n) * math::norm(&along(&way, &UP));
+            prop_assert!(against > 0.999 * size);
+        }
+
+        /// Turned or seen in a mirror: the same.
+        #[test]
+        fn it_knows_no_direction(first in vector(3.0e-4), way in vector(3.0e-4), turn in vector(3.0)) {
+            let pull = |map: &dyn Fn(&Vec3) -> Vec3| {
+                let up = map(&UP);
+                let begun = Bristle::STRAIGHT.on(&up, 100.0);
+                let begun = begun.after(&begun.pull_n(&map(&first), &up, 0.001, 0.02));
+                begun.on(&up, 120.0).pull_n(&map(&way), &up, 0.001, 0.02)
+            };
+            let here = pull(&|v| *v);
+            let turn = Quat::from_scaled_axis(turn);
+            prop_assert!(math::norm(&(pull(&|v| turn * v) - turn * here)) < 1.0e-6);
+            let mirror = |v: &Vec3| Vec3::new(-v.x, v.y, v.z);
+            prop_assert!(math::norm(&(pull(&mirror) - mirror(&here))) < 1.0e-7);
+        }
+    }
+}

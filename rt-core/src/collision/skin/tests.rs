@@ -1,0 +1,148 @@
+//! Tools against an octahedron of free spheres whose skin goes through their centres.
+
+extern crate std;
+
+use std::boxed::Box;
+use std::vec::Vec as List;
+
+use proptest::prelude::*;
+
+use crate::math::{self, Vec3};
+use crate::scene::tests::{organ, room, sphere};
+use crate::scene::{Organ, RestSphere, SKIN_BINDINGS, Scene, Skin, SkinVertex};
+use crate::soft_body::{Bodies, Method, Tissue};
+use crate::tool::{Capsule, Role};
+
+/// From the middle to each corner, m.
+const SIZE_M: f32 = 0.02;
+const MASS_KG: f32 = 0.002;
+const BALL_M: f32 = 0.003;
+
+struct Octahedron {
+    organs: [Organ; 1],
+    spheres: List<RestSphere>,
+    vertices: List<SkinVertex>,
+    fans: List<[u16; 2]>,
+    nearest: List<u16>,
+}
+
+impl Octahedron {
+    fn new() -> Self {
+        let corners = [
+            Vec3::x(),
+            -Vec3::x(),
+            Vec3::y(),
+            -Vec3::y(),
+            Vec3::z(),
+            -Vec3::z(),
+        ];
+        let spheres = corners.map(|corner| sphere(corner * SIZE_M, 0.01)).to_vec();
+        let (mut vertices, mut fans) = (List::new(), List::new());
+        for (i, up) in (0u16..).zip(corners) {
+            // The four corners around this one, anticlockwise seen from outside.
+            let x = math::across(&up);
+            let ring = [x, up.cross(&x), -x, -up.cross(&x)];
+            let ring = ring.map(|way| {
+                let nearest = |(_, corner): &(u16, Vec3)| corner.dot(&way) > 0.9;
+                (0u16..).zip(corners).find(nearest).map_or(0, |(j, _)| j)
+            });
+            vertices.push(SkinVertex {
+                spheres: [i; SKIN_BINDINGS],
+                weights: core::array::from_fn(|k| if k == 0 { 1.0 } else { 0.0 }),
+                fan_start: fans.len() as u32,
+                fan_count: 4,
+                patch_m: 0.01,
+            });
+            for k in 0..4 {
+                fans.push([ring[k], ring[(k + 1) % 4]]);
+            }
+        }
+        let mut organs = [organ(0, 6, 0, 0)];
+        organs[0].gravity_share = 0.0;
+        organs[0].material.damping_per_s = 0.0;
+        Self {
+            organs,
+            spheres,
+            vertices,
+            fans,
+            nearest: (0..6).collect(),
+        }
+    }
+
+    fn scene(&self) -> Scene<'_> {
+        let skin = Skin {
+            vertices: &self.vertices,
+            fans: &self.fans,
+            nearest: &self.nearest,
+        };
+        let scene = Scene::new(&self.organs, &self.spheres, &[], room()).unwrap();
+        scene.with_skin(skin).unwrap()
+    }
+}
+
+fn ball(center_m: Vec3) -> [Capsule; 1] {
+    [Capsule {
+        a_m: center_m,
+        b_m: center_m,
+        radius_m: BALL_M,
+        role: Role::Tip,
+    }]
+}
+
+/// A ball that comes to the middle of the face (1, 1, 1) and goes `ways` from there, and the force
+/// and the spheres' momentum after every tick.
+fn follow(ways: &[Vec3]) -> List<(Vec3, Vec3)> {
+    let octahedron = Octahedron::new();
+    let mut bodies = Box::new(Bodies::new());
+    let mut tissue = Tissue::new(octahedron.scene(), &mut bodies, Method::NeoHookean);
+    let out = Vec3::new(1.0, 1.0, 1.0).normalize();
+    let mut center_m = Vec3::new(1.0, 1.0, 1.0) * (SIZE_M / 3.0) + out * (BALL_M + 0.001);
+    let mut ticks = List::new();
+    for way in ways {
+        center_m += way;
+        let force_n = tissue.press(&ball(center_m)).force_n;
+        let momentum: Vec3 = (0..6).map(|i| tissue.velocity_m_s(i) * MASS_KG).sum();
+        ticks.push((force_n, momentum));
+    }
+    ticks
+}
+
+fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+    (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+}
+
+#[test]
+fn a_ball_that_is_drawn_along_the_skin_is_held_back() {
+    let (inward, along) = (
+        Vec3::new(-1.0, -1.0, -1.0).normalize(),
+        Vec3::new(1.0, -1.0, 0.0),
+    );
+    let mut ways = List::from([inward * 1.0e-4; 15]);
+    ways.extend([along * 5.0e-5; 5]);
+    let ticks = follow(&ways);
+    let (pressed, drawn) = (ticks[14].0, ticks[19].0);
+    assert!(math::norm(&pressed) > 1.0e-4, "{pressed}");
+    assert!(
+        pressed.dot(&along).abs() < 0.01 * math::norm(&pressed),
+        "{pressed}"
+    );
+    assert!(drawn.dot(&along) < 0.0, "{drawn}");
+}
+
+proptest! {
+    /// Third law: what the tool feels of a tick is what the spheres take, friction included.
+    #[test]
+    fn the_spheres_take_what_the_tool_feels(
+        ways in prop::collection::vec(vector(2.0e-4), 1..40), inward in 0.0f32..2.0e-4,
+    ) {
+        let inward = Vec3::new(-1.0, -1.0, -1.0) * inward;
+        let ways: List<Vec3> = ways.iter().map(|way| way + inward).collect();
+        let mut before = Vec3::zeros();
+        for (force_n, momentum) in follow(&ways) {
+            let taken_n = (momentum - before) / 0.001;
+            let off_n = math::norm(&(taken_n + force_n));
+            prop_assert!(off_n < 1.0e-4 + 1.0e-3 * math::norm(&force_n), "{taken_n} {force_n}");
+            before = momentum;
+        }
+    }
+}
