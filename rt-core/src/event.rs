@@ -18,8 +18,10 @@ pub enum EventKind {
     Release,
     /// Jaws closed on tissue; value: spheres held.
     Grasp,
-    /// Jaws let go; value: spheres that were held.
+    /// Jaws let go, or what they held has slipped out; value: spheres that were held.
     LetGo,
+    /// What the jaws hold has slipped by 2 mm; value: what it pulls with, N.
+    Slip,
     /// A fault was raised; value: [`crate::fault::Fault::code`].
     Fault,
     /// Electrosurgery: value 1 cut, 2 coagulate, 0 off.

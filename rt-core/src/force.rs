@@ -24,7 +24,7 @@ pub(crate) struct Pull {
     pub(crate) at_m: Vec3,
     /// World frame, N.
     pub(crate) force_n: Vec3,
-    /// N/m.
+    /// As a slow hand meets it, N/m.
     pub(crate) stiffness_n_m: f32,
 }
 

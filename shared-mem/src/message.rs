@@ -254,6 +254,8 @@ impl EventMsg {
     pub const FAULT: u32 = 5;
     /// Electrosurgery on (value 1 cut, 2 coagulate) or off (0).
     pub const ELECTRO: u32 = 6;
+    /// What the jaws hold has slipped; value: what it pulls with, N.
+    pub const SLIP: u32 = 7;
 }
 
 /// One tick's timing.

@@ -233,6 +233,7 @@ fn event_name(kind: u32) -> &'static str {
         EventMsg::LET_GO => "let_go",
         EventMsg::FAULT => "fault",
         EventMsg::ELECTRO => "electro",
+        EventMsg::SLIP => "slip",
         _ => "unknown",
     }
 }

@@ -94,6 +94,7 @@ pub(crate) fn event(event: &Event, sequence: u64, tick: u64, at_ns: u64) -> Even
             EventKind::Release => EventMsg::RELEASE,
             EventKind::Grasp => EventMsg::GRASP,
             EventKind::LetGo => EventMsg::LET_GO,
+            EventKind::Slip => EventMsg::SLIP,
             EventKind::Fault => EventMsg::FAULT,
             EventKind::Electro => EventMsg::ELECTRO,
         },

@@ -2,10 +2,11 @@
 
 use crate::event::{Event, EventKind};
 use crate::fault::FaultSet;
+use crate::grasp::Jaws;
 use crate::math;
 use crate::port::Buttons;
 use crate::sim::{Sim, TICK_S};
-use crate::tool::Instrument;
+use crate::tool::{Instrument, ToolState};
 
 /// Time in which the jaws close or open, s.
 const JAW_TIME_S: f32 = 0.15;
@@ -20,47 +21,61 @@ impl Sim<'_> {
             self.change_instrument(self.tool.instrument.next());
         }
         let closing = self.tool.buttons.contains(Buttons::GRASP);
-        if !closing && self.grasp.count() > 0 {
-            self.let_go();
-        }
         let step = TICK_S / JAW_TIME_S * if closing { -1.0 } else { 1.0 };
         let jaw = (self.tool.jaw + step).clamp(0.0, 1.0);
+        let jaw = self.grasp.stop(&jaws(&self.tool), jaw);
         let bites = self.tool.jaw > JAW_HOLDS && jaw <= JAW_HOLDS && self.grasp.count() == 0;
+        self.tool.jaw = jaw;
         if bites && self.tool.instrument == Instrument::Grasper && !self.tool.switches.paused {
             self.close_jaws(faults);
         }
-        // Jaws that hold something do not close further.
-        if self.grasp.count() == 0 || jaw > self.tool.jaw {
-            self.tool.jaw = jaw;
-        }
+        self.hold(closing);
         self.tool.grasped_count = self.grasp.count();
     }
 
     fn close_jaws(&mut self, faults: &mut FaultSet) {
-        let bodies = &mut self.state.bodies;
-        let (instrument, tip_m) = (&self.tool.world_from_instrument, &self.tool.tip_m);
-        self.grasp
-            .close(instrument, tip_m, &self.scene, bodies, faults);
-        if let Some(first) = self.grasp.spheres().next() {
-            self.journal.raise(Event {
-                kind: EventKind::Grasp,
-                organ: Some(u32::from(*bodies.organ.at(first))),
-                at_m: *tip_m,
-                value: self.grasp.count() as f32,
-            });
+        let (scene, bodies) = (&self.scene, &mut self.state.bodies);
+        let (jaws, list) = (jaws(&self.tool), &self.contacts.list);
+        self.grasp.close(&jaws, list, scene, bodies, faults);
+        self.tell_of_grasp(EventKind::Grasp, self.grasp.count() as f32);
+    }
+
+    /// What the jaws hold slips, slides out of them, or is let go.
+    fn hold(&mut self, closing: bool) {
+        let Some(first) = self.grasp.first() else {
+            return;
+        };
+        let (held, force_n) = (self.grasp.count(), math::norm(&self.grasp.pull_n()));
+        if self.grasp.hold(&jaws(&self.tool), &mut self.state.bodies) {
+            self.tell_of_grasp(EventKind::Slip, force_n);
+        }
+        if !closing && self.grasp.is_loose() {
+            self.let_go();
+        } else if self.grasp.count() == 0 {
+            self.tell(EventKind::LetGo, first, held as f32);
+            self.grasp.open(&mut self.state.bodies);
         }
     }
 
     pub(super) fn let_go(&mut self) {
-        if let Some(first) = self.grasp.spheres().next() {
-            self.journal.raise(Event {
-                kind: EventKind::LetGo,
-                organ: Some(u32::from(*self.state.bodies.organ.at(first))),
-                at_m: self.tool.tip_m,
-                value: self.grasp.count() as f32,
-            });
-        }
+        self.tell_of_grasp(EventKind::LetGo, self.grasp.count() as f32);
         self.grasp.open(&mut self.state.bodies);
+    }
+
+    fn tell_of_grasp(&mut self, kind: EventKind, value: f32) {
+        if let Some(first) = self.grasp.first() {
+            self.tell(kind, first, value);
+        }
+    }
+
+    /// Of the organ of this sphere, at the tip.
+    fn tell(&mut self, kind: EventKind, sphere: u32, value: f32) {
+        self.journal.raise(Event {
+            kind,
+            organ: Some(u32::from(*self.state.bodies.organ.at(sphere))),
+            at_m: self.tool.tip_m,
+            value,
+        });
     }
 
     pub(super) fn change_instrument(&mut self, instrument: Instrument) {
@@ -77,5 +92,13 @@ impl Sim<'_> {
         self.journal
             .note_electro(&self.tool.switches.pedal, self.tool.tip_m);
         self.journal.note_faults(faults, self.tool.tip_m);
+    }
+}
+
+fn jaws(tool: &ToolState) -> Jaws<'_> {
+    Jaws {
+        instrument: tool.instrument,
+        world_from_instrument: &tool.world_from_instrument,
+        jaw: tool.jaw,
     }
 }

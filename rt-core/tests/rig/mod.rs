@@ -41,7 +41,7 @@ pub(crate) const SOFT: Material = Material {
     laplacian_stiffness: 0.005,
     damping_per_s: 5.0,
     contact_stiffness_n_m: 400.0,
-    friction: 0.0,
+    friction: 0.1,
     toughness_j_m2: 0.0,
 };
 
@@ -295,6 +295,7 @@ pub(crate) struct Bench {
     pub(crate) force_n: Vec3,
     pub(crate) contact_count: u32,
     pub(crate) grasped_count: u32,
+    pub(crate) jaw: f32,
     pub(crate) camera: Pose,
     pub(crate) tip_m: Vec3,
     pub(crate) instrument: Instrument,
@@ -320,6 +321,7 @@ impl Bench {
             force_n: Vec3::zeros(),
             contact_count: 0,
             grasped_count: 0,
+            jaw: 1.0,
             camera: Pose::identity(),
             tip_m: Vec3::zeros(),
             instrument: Instrument::Grasper,
@@ -366,6 +368,7 @@ impl Ports for Bench {
         self.force_n = view.tool.force_n;
         self.contact_count = view.tool.contact_count;
         self.grasped_count = view.tool.grasped_count;
+        self.jaw = view.tool.jaw;
         self.camera = view.tool.world_from_camera;
         self.tip_m = view.tool.tip_m;
         self.instrument = view.tool.instrument;
