@@ -22,6 +22,8 @@ pub enum EventKind {
     LetGo,
     /// What the jaws hold has slipped by 2 mm; value: what it pulls with, N.
     Slip,
+    /// A band between organs, or a link of a tube, has torn; value: the energy it took, J.
+    Tear,
     /// A fault was raised; value: [`crate::fault::Fault::code`].
     Fault,
     /// Electrosurgery: value 1 cut, 2 coagulate, 0 off.

@@ -256,6 +256,8 @@ impl EventMsg {
     pub const ELECTRO: u32 = 6;
     /// What the jaws hold has slipped; value: what it pulls with, N.
     pub const SLIP: u32 = 7;
+    /// A band between organs, or a link of a tube, has torn; value: the energy it took, J.
+    pub const TEAR: u32 = 8;
 }
 
 /// One tick's timing.

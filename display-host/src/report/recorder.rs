@@ -234,6 +234,7 @@ fn event_name(kind: u32) -> &'static str {
         EventMsg::FAULT => "fault",
         EventMsg::ELECTRO => "electro",
         EventMsg::SLIP => "slip",
+        EventMsg::TEAR => "tear",
         _ => "unknown",
     }
 }

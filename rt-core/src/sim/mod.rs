@@ -139,6 +139,7 @@ impl<'a> Sim<'a> {
         ports.stamp(Stage::Force);
 
         self.work_instrument(&mut faults);
+        self.tear();
         self.note_events(&mut faults);
         ports.stamp(Stage::Procedure);
 

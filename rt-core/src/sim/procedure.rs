@@ -6,6 +6,7 @@ use crate::grasp::Jaws;
 use crate::math;
 use crate::port::Buttons;
 use crate::sim::{Sim, TICK_S};
+use crate::soft_body::tear::wear_all;
 use crate::tool::{Instrument, ToolState};
 
 /// Time in which the jaws close or open, s.
@@ -31,6 +32,22 @@ impl Sim<'_> {
         }
         self.hold(closing);
         self.tool.grasped_count = self.grasp.count();
+    }
+
+    /// What the tick has stretched too far tears.
+    pub(super) fn tear(&mut self) {
+        if self.tool.switches.paused {
+            return;
+        }
+        let (bodies, journal) = (&mut self.state.bodies, &mut self.journal);
+        wear_all(&self.scene, bodies, |torn| {
+            journal.raise(Event {
+                kind: EventKind::Tear,
+                organ: Some(u32::from(torn.organ)),
+                at_m: torn.at_m,
+                value: torn.energy_j,
+            });
+        });
     }
 
     fn close_jaws(&mut self, faults: &mut FaultSet) {

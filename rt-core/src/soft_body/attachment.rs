@@ -4,11 +4,17 @@ use crate::scene::{Anchor, Scene};
 use crate::soft_body::Bodies;
 use crate::soft_body::bar::Bar;
 use crate::soft_body::lanes::Lanes;
+use crate::soft_body::tear::Strength;
 
 /// Projects every attachment as a bar in the last substep of its first sphere's organ; a thread
-/// only while it is taut. Those held together at length zero are drawn into one place.
+/// only while it is taut, and none that has torn. Those held together at length zero are drawn into one place.
 pub(crate) fn project_all(scene: &Scene<'_>, bodies: &mut Bodies) {
-    for tie in scene.attachments {
+    for (i, tie) in scene.attachments.iter().enumerate() {
+        let worn_m = bodies.wear.ties().get(i).copied().unwrap_or(0.0);
+        let left = Strength::of_tie(tie).map_or(1.0, |strength| strength.left(worn_m));
+        if left <= 0.0 {
+            continue;
+        }
         let step_s = scene.step_s_of(*bodies.organ.at(tie.sphere));
         let a = *bodies.nodes.at(tie.sphere);
         let (difference, step, other) = match tie.to {
@@ -28,7 +34,7 @@ pub(crate) fn project_all(scene: &Scene<'_>, bodies: &mut Bodies) {
         }
         let bar = Bar {
             rest_length_m: tie.rest_length_m,
-            compliance_m_n: tie.compliance_m_n,
+            compliance_m_n: tie.compliance_m_n / left,
             rate: 0.0,
             step_s,
         };

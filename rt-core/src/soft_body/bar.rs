@@ -38,14 +38,14 @@ impl Bar {
     }
 }
 
-/// Projects a link as a bar.
+/// Projects a link as a bar of which the share `left` holds, above 0.
 #[inline(always)]
-pub(crate) fn project(nodes: &mut PerSphere<Node>, link: &Link, rate: f32, step_s: f32) {
+pub(crate) fn project(nodes: &mut PerSphere<Node>, link: &Link, left: f32, rate: f32, step_s: f32) {
     let (a, b) = (*nodes.at(link.a), *nodes.at(link.b));
     let (wa, wb) = (a.inverse_mass_per_kg(), b.inverse_mass_per_kg());
     let bar = Bar {
         rest_length_m: link.rest_length_m,
-        compliance_m_n: link.compliance_m_n,
+        compliance_m_n: link.compliance_m_n / left,
         rate,
         step_s,
     };

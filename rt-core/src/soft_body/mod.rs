@@ -20,6 +20,7 @@ pub mod pbd;
 pub(crate) mod per_sphere;
 pub(crate) mod sleep;
 pub mod stretch;
+pub(crate) mod tear;
 mod tissue;
 
 pub(crate) use integrate::Bounds;
@@ -33,6 +34,7 @@ use lanes::Lanes;
 use neo_hookean::NeoHookean;
 use pbd::{PaperPbd, PaperSphere};
 use per_sphere::PerSphere;
+use tear::Wear;
 
 /// Corrects the predicted displacements of one organ by its inner constraints. Contacts are not
 /// its business.
@@ -155,6 +157,7 @@ pub struct Bodies {
     /// Index of each sphere's organ.
     pub(crate) organ: PerSphere<u8>,
     pub(crate) adjacency: Adjacency,
+    pub(crate) wear: Wear,
 }
 
 impl Bodies {
@@ -168,6 +171,7 @@ impl Bodies {
             bits: PerSphere::new(SphereBits(0)),
             organ: PerSphere::new(0),
             adjacency: Adjacency::new(),
+            wear: Wear::NONE,
         }
     }
 
@@ -227,8 +231,9 @@ impl Bodies {
         bounds
     }
 
-    /// Puts every sphere back to rest.
+    /// Puts every sphere back to rest, and joins what has torn.
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
+        self.wear.heal(scene);
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());

@@ -9,7 +9,9 @@ use rt_core::math::{Pose, Quat, Vec3, norm};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample,
 };
-use rt_core::scene::{Link, Material, Organ, RestSphere, Room, Scene, Tetra, TetraBatch, batches};
+use rt_core::scene::{
+    Attachment, Link, Material, Organ, RestSphere, Room, Scene, Tetra, TetraBatch, batches,
+};
 use rt_core::sim::{Ports, Samples, Stage, TickView};
 use rt_core::soft_body::Method;
 use rt_core::soft_body::pbd::PaperPbd;
@@ -76,6 +78,7 @@ pub(crate) struct Anatomy {
     pub(crate) links: Vec<Link>,
     pub(crate) batches: Vec<TetraBatch>,
     pub(crate) tetrahedra: usize,
+    pub(crate) attachments: Vec<Attachment>,
     pub(crate) breath_s: f32,
 }
 
@@ -178,6 +181,7 @@ impl Anatomy {
         };
         Scene::new(&self.organs, &self.spheres, &self.links, room)
             .and_then(|scene| scene.with_tetrahedra(&self.batches))
+            .and_then(|scene| scene.with_attachments(&self.attachments))
             .expect("a good scene")
     }
 }

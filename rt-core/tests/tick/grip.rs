@@ -16,7 +16,7 @@ fn bearing(stiffness_n_m: f32) -> DeviceCapabilities {
 }
 
 /// Force along the shaft tick by tick, while the tip goes from `from` to `to`.
-fn felt(
+pub(super) fn felt(
     sim: &mut Sim<'_>,
     bench: &mut Bench,
     (from, to): (&Vec3, &Vec3),
@@ -32,12 +32,12 @@ fn felt(
     (1..=ticks).map(tick).collect()
 }
 
-fn largest_step(forces: &[f32]) -> f32 {
+pub(super) fn largest_step(forces: &[f32]) -> f32 {
     let steps = forces.windows(2).map(|pair| (pair[1] - pair[0]).abs());
     steps.fold(0.0, f32::max)
 }
 
-fn count(bench: &Bench, kind: EventKind) -> usize {
+pub(super) fn count(bench: &Bench, kind: EventKind) -> usize {
     let same = |event: &&Event| event.kind == kind;
     bench.events.iter().filter(same).count()
 }

@@ -5,13 +5,14 @@ mod grip;
 mod motion;
 #[path = "../rig/mod.rs"]
 mod rig;
+mod tear;
 mod touch;
 
-use rig::{Anatomy, Bench, TOUCH, organ};
+use rig::{Anatomy, Bench, SOFT, TOUCH, organ};
 use rt_core::event::{Event, EventKind};
 use rt_core::math::{Vec3, norm};
 use rt_core::port::Buttons;
-use rt_core::scene::{Material, RestSphere};
+use rt_core::scene::{Material, Organ, RestSphere};
 use rt_core::sim::{Command, Parameters, Sim, Stage};
 use rt_core::soft_body::Method;
 use rt_core::state::{SphereBits, State};

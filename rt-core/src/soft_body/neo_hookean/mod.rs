@@ -10,6 +10,7 @@ mod wide;
 use kernel::Moduli;
 
 use crate::scene::{Material, Organ, Scene};
+use crate::soft_body::tear::Strength;
 use crate::soft_body::{Bodies, Solver, bar};
 
 /// Linear tetrahedra lock beyond this Poisson's ratio: at 0.49 they sag a fifth too little. A
@@ -33,8 +34,13 @@ impl Solver for NeoHookean {
             kernel::project(&mut bodies.nodes, batches, &moduli);
         }
         let rate = organ.material.retardation_s / step_s;
-        for link in scene.elastic_links_of(organ) {
-            bar::project(&mut bodies.nodes, link, rate, step_s);
+        let worn = bodies.wear.links_of(organ);
+        for (link, worn_m) in scene.elastic_links_of(organ).iter().zip(worn) {
+            let strength = Strength::of_link(link, &organ.material);
+            let left = strength.map_or(1.0, |strength| strength.left(*worn_m));
+            if left > 0.0 {
+                bar::project(&mut bodies.nodes, link, left, rate, step_s);
+            }
         }
     }
 }

@@ -1,0 +1,166 @@
+//! What a pull tears: bands between organs, and tubes.
+
+use super::grip::{count, felt, largest_step};
+use super::*;
+use rt_core::scene::{Anchor, Attachment, Link};
+
+/// What it takes to tear one of the bands, J: 100 mN at 2 mm, and as much again.
+const BAND_J: f32 = 2.0e-4;
+const BAND_N_M: f32 = 50.0;
+
+/// A pad of tissue, 5 × 5 × 3 cm, that lies on its bed by bands under its lower half.
+fn pad() -> Anatomy {
+    let half_axes_m = Vec3::new(0.025, 0.025, 0.015);
+    let mut pad = Anatomy::default().with_ellipsoid(Vec3::zeros(), half_axes_m, 100, 0);
+    let down = Vec3::new(0.0, 0.0, -0.005);
+    for (i, sphere) in (0u32..).zip(&mut pad.spheres) {
+        sphere.held = false;
+        if sphere.center_m.z < -0.006 {
+            pad.attachments.push(Attachment {
+                sphere: i,
+                to: Anchor::World(sphere.center_m + down),
+                rest_length_m: norm(&down),
+                compliance_m_n: BAND_N_M.recip(),
+                is_thread: false,
+                tear_j: BAND_J,
+            });
+        }
+    }
+    pad
+}
+
+const BITTEN: Vec3 = Vec3::new(0.0, 0.0, 0.006);
+
+fn grasped(sim: &mut Sim<'_>, bench: &mut Bench) {
+    go(sim, bench, &AWAY, &BITTEN, 500, NONE);
+    stay(sim, bench, &BITTEN, 300, NONE);
+    stay(sim, bench, &BITTEN, 700, Buttons::GRASP);
+}
+
+#[test]
+fn a_pull_tears_band_after_band_and_takes_their_energy() {
+    let anatomy = pad();
+    let bands = anatomy.attachments.len();
+    assert!(bands > 5, "{bands}");
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    grasped(&mut sim, &mut bench);
+    // A little, and back: nothing has torn, and it is as it was.
+    let before_n = bench.force_n.z;
+    let up = |by_m: f32| BITTEN + Vec3::new(0.0, 0.0, by_m);
+    for (from, to) in [(0.0, 0.003), (0.003, 0.0)] {
+        felt(
+            &mut sim,
+            &mut bench,
+            (&up(from), &up(to)),
+            600,
+            Buttons::GRASP,
+        );
+    }
+    stay(&mut sim, &mut bench, &BITTEN, 500, Buttons::GRASP);
+    assert_eq!(count(&bench, EventKind::Tear), 0);
+    assert!(
+        (bench.force_n.z - before_n).abs() < 0.02,
+        "{before_n} {}",
+        bench.force_n.z
+    );
+    // Off it goes: 40 mm in 8 s.
+    let (way_m, ticks) = (0.04, 8000);
+    let forces = felt(
+        &mut sim,
+        &mut bench,
+        (&BITTEN, &up(way_m)),
+        ticks,
+        Buttons::GRASP,
+    );
+    assert_eq!(count(&bench, EventKind::Tear), bands, "all of them");
+    assert_eq!(count(&bench, EventKind::LetGo), 0);
+    let most_n = forces.iter().fold(0.0f32, |most, f| most.max(-f));
+    assert!(
+        most_n > 0.3 && bench.force_n.z.abs() < 0.02,
+        "{most_n} {}",
+        bench.force_n.z
+    );
+    let work_j: f32 = forces.iter().map(|f| -f * way_m / ticks as f32).sum();
+    // What the tissue had taken up beside the bands is lost as they let go.
+    let torn_j = BAND_J * bands as f32;
+    assert!(
+        (1.0..3.0).contains(&(work_j / torn_j)),
+        "{work_j} J for {torn_j} J"
+    );
+    let step = largest_step(&forces);
+    // What it bore goes as fast as fibres part: in 50 ticks, not at once.
+    assert!(step < most_n / 40.0, "{step} of {most_n} N in a tick");
+    // A reset joins them.
+    bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
+    sim.tick(&mut bench);
+    let events = bench.events.len();
+    grasped(&mut sim, &mut bench);
+    felt(
+        &mut sim,
+        &mut bench,
+        (&BITTEN, &up(way_m)),
+        ticks,
+        Buttons::GRASP,
+    );
+    let again = bench.events[events..]
+        .iter()
+        .filter(|event| event.kind == EventKind::Tear);
+    assert_eq!(again.count(), bands);
+}
+
+#[test]
+fn a_tube_tears_where_its_toughness_ends() {
+    // 21 spheres in a row, its ends held; E A = 5 kPa · 28 mm² = 0.141 N.
+    let area_m2 = std::f32::consts::PI * 0.003 * 0.003;
+    let tube = |toughness_j_m2| {
+        let spheres: Vec<RestSphere> = (0..21)
+            .map(|i| RestSphere {
+                center_m: Vec3::new(0.003 * (i as f32 - 10.0), 0.0, 0.0),
+                radius_m: 0.003,
+                mass_kg: 0.001,
+                held: i == 0 || i == 20,
+            })
+            .collect();
+        let links: Vec<Link> = (0..20)
+            .map(|a| Link {
+                a,
+                b: a + 1,
+                rest_length_m: 0.003,
+                compliance_m_n: 0.003 / (SOFT.young_pa * area_m2),
+            })
+            .collect();
+        let material = Material {
+            toughness_j_m2,
+            ..SOFT
+        };
+        Anatomy {
+            organs: vec![Organ {
+                gravity_share: 0.0,
+                ..organ([0, 21], [0, 20], material)
+            }],
+            spheres,
+            links,
+            ..Anatomy::default()
+        }
+    };
+    let torn = |toughness_j_m2| {
+        let anatomy = tube(toughness_j_m2);
+        let mut state = store();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut bench = Bench::new();
+        let at = Vec3::new(0.0, 0.0, -0.003);
+        go(&mut sim, &mut bench, &AWAY, &at, 500, NONE);
+        stay(&mut sim, &mut bench, &at, 500, Buttons::GRASP);
+        assert!(bench.grasped_count > 0);
+        let up = at + Vec3::new(0.0, 0.0, 0.05);
+        felt(&mut sim, &mut bench, (&at, &up), 5000, Buttons::GRASP);
+        (count(&bench, EventKind::Tear), -bench.force_n.z)
+    };
+    // Each link bears a stretch of √(Γ L / E): 0.55 mm of 3 at 0.5 J/m², 7.7 mm at 100.
+    let (tears, left_n) = torn(0.5);
+    assert!(tears >= 1 && left_n.abs() < 0.02, "{tears} {left_n}");
+    let (tears, left_n) = torn(100.0);
+    assert!(tears == 0 && left_n > 0.1, "{tears} {left_n}");
+}
