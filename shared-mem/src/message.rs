@@ -272,7 +272,7 @@ pub struct TickRecord {
     pub wake_latency_ns: u32,
     /// Start to end of the tick.
     pub tick_ns: u32,
-    /// Device sample read → force written. 0: no fresh sample this tick.
+    /// Device sample arrived at the host → force written. 0: no fresh sample this tick.
     pub motion_to_force_ns: u32,
     /// Whole periods between scheduled and actual start: skipped (deadline misses).
     pub missed: u32,

@@ -38,7 +38,7 @@ pub struct Summary {
     pub wake_latency_ns: Quantiles,
     /// Start to end of a tick.
     pub tick_ns: Quantiles,
-    /// Device sample read by the tick → force written.
+    /// Device sample arrived at the host → force written.
     pub motion_to_force_ns: Quantiles,
     /// Time of each stage of a tick.
     pub stage_ns: BTreeMap<&'static str, Quantiles>,

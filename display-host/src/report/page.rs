@@ -113,7 +113,7 @@ fn times(page: &mut Page, s: &Summary) {
         row(&format!("&nbsp;&nbsp;{name}"), &s.stage_ns[name]);
     }
     row(
-        "motion to force (sample read → force written)",
+        "motion to force (sample arrived → force written)",
         &s.motion_to_force_ns,
     );
     row("publish to frame submitted", &s.publish_to_frame_ns);

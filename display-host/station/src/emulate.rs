@@ -4,6 +4,7 @@ use std::process::ExitCode;
 
 use hardware::emulate::{EmulateConfig, HandScript};
 use rt_core::math::{Pose, Quat, Vec3};
+use rt_process::realtime;
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{RoomRecord, SceneFile};
 
@@ -12,6 +13,9 @@ use crate::cli::EmulateArgs;
 use crate::say;
 use crate::scene::Problem;
 use crate::stop;
+
+/// `SCHED_FIFO` priority of the emulated devices: below the tick's, should they share its core.
+const EMULATOR_PRIORITY: u8 = 70;
 
 /// Emulates the devices until told to end.
 pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
@@ -27,6 +31,10 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
         haptic: hardware::emulate::HapticModel::default(),
         faults: hardware::emulate::LineFaults::default(),
     };
+    // A device has a processor of its own. Where Linux refuses that, it is a slower device.
+    let cores = realtime::allowed_cores();
+    let tick_core = cores.last().copied().unwrap_or(0);
+    let _ = realtime::work_beside_tick(&cores, tick_core, EMULATOR_PRIORITY);
     hardware::emulate::run(&config, &stop, &mut |lines| {
         say::answer(format_args!(
             "{READY} {} {} {}",

@@ -136,7 +136,7 @@ impl BirdTracker {
             let asked = Instant::now();
             while have < N && asked.elapsed() < ANSWER {
                 match self.line.read(answer.get_mut(have..).unwrap_or(&mut [])) {
-                    Read::Bytes(count) => have += count,
+                    Read::Bytes(count, _) => have += count,
                     Read::Empty => thread::sleep(Duration::from_millis(1)),
                     Read::Lost => return Err(self.vanished()),
                 }
@@ -166,7 +166,7 @@ impl BirdTracker {
         let mut bytes = [0; BYTES_PER_POLL];
         while last.elapsed() < QUIET && start.elapsed() < ANSWER {
             match self.line.read(&mut bytes) {
-                Read::Bytes(count) => {
+                Read::Bytes(count, _) => {
                     dropped += count as u64;
                     last = Instant::now();
                 }
@@ -193,10 +193,10 @@ impl Drop for BirdTracker {
 }
 
 impl Tracker for BirdTracker {
-    fn poll(&mut self, now_ns: TimeNs) -> Polled<TrackerSample> {
+    fn poll(&mut self, _now_ns: TimeNs) -> Polled<TrackerSample> {
         let mut bytes = [0; BYTES_PER_POLL];
-        let count = match self.line.read(&mut bytes) {
-            Read::Bytes(count) => count,
+        let (count, at_ns) = match self.line.read(&mut bytes) {
+            Read::Bytes(count, at_ns) => (count, at_ns),
             Read::Empty => return Polled::Nothing,
             Read::Lost => return Polled::Lost,
         };
@@ -206,7 +206,7 @@ impl Tracker for BirdTracker {
                 None => continue,
                 Some(read) => read.ok().and_then(Record::parse),
             };
-            match record.filter(|record| self.gate.admit(record, now_ns)) {
+            match record.filter(|record| self.gate.admit(record, at_ns)) {
                 Some(record) => {
                     self.counters.frames += 1;
                     newest = Some(record);
@@ -220,7 +220,7 @@ impl Tracker for BirdTracker {
                     Vec3::from(record.position_m).into(),
                     record.rotation,
                 ),
-                at_ns: now_ns,
+                at_ns,
             })
         })
     }

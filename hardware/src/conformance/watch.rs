@@ -79,7 +79,7 @@ pub(super) fn silent_after_close(report: &mut Report, path: &Path, baud: u32) {
         let mut bytes = [0; 256];
         let mut heard = 0;
         until(Duration::from_millis(300), |_| {
-            if let Read::Bytes(count) = line.read(&mut bytes) {
+            if let Read::Bytes(count, _) = line.read(&mut bytes) {
                 heard += count;
             }
             true

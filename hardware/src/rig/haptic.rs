@@ -92,28 +92,25 @@ impl HapticDevice for RigHaptic {
         }
     }
 
-    fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
+    fn poll(&mut self, _now_ns: TimeNs) -> Polled<DeviceSample> {
         let reach_m = self.identity.workspace_radius_m * REACH;
         let measures_velocity = self.identity.measures_velocity;
         let mut newest = None;
         let mut status = self.status;
         let mut rejected = 0;
-        let read = self.host.receive(|message| match State::parse(message) {
-            Ok(state) if Vec3::from(state.position_m).norm() <= reach_m => {
-                status = RigStatus {
-                    status: state.status,
-                    applied_force: state.applied_force,
-                    device_time_us: state.device_time_us,
-                };
-                newest = Some(sample(
-                    &state,
-                    message.sequence(),
-                    measures_velocity,
-                    now_ns,
-                ));
-            }
-            _ => rejected += 1,
-        });
+        let read = self
+            .host
+            .receive(|message, at_ns| match State::parse(message) {
+                Ok(state) if Vec3::from(state.position_m).norm() <= reach_m => {
+                    status = RigStatus {
+                        status: state.status,
+                        applied_force: state.applied_force,
+                        device_time_us: state.device_time_us,
+                    };
+                    newest = Some(sample(&state, message.sequence(), measures_velocity, at_ns));
+                }
+                _ => rejected += 1,
+            });
         for _ in 0..rejected {
             self.host.reject();
         }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rt_core::port::LineCounters;
+use rt_core::port::{LineCounters, TimeNs};
 
 use crate::HardwareError;
 use crate::line::{Line, Read, Written};
@@ -69,7 +69,7 @@ impl Host {
                 self.send(&Hello { version: VERSION }.frame(sequence));
                 next_greeting += GREETING_INTERVAL;
             }
-            let read = self.receive(|message| {
+            let read = self.receive(|message, _| {
                 if let Ok(capabilities) = Capabilities::parse(message) {
                     answer = Some(capabilities);
                 }
@@ -91,12 +91,12 @@ impl Host {
         })
     }
 
-    /// Reads what is there, hands every good message that is not a repetition to `take`, and
-    /// returns how many bytes came. `None` when the line is lost.
-    pub(super) fn receive(&mut self, mut take: impl FnMut(&Message<'_>)) -> Option<usize> {
+    /// Reads what is there, hands every good message that is not a repetition to `take`, with the time
+    /// when what is there had arrived, and returns how many bytes came. `None` when the line is lost.
+    pub(super) fn receive(&mut self, mut take: impl FnMut(&Message<'_>, TimeNs)) -> Option<usize> {
         let mut bytes = [0; BYTES_PER_POLL];
-        let count = match self.line.read(&mut bytes) {
-            Read::Bytes(count) => count,
+        let (count, at_ns) = match self.line.read(&mut bytes) {
+            Read::Bytes(count, at_ns) => (count, at_ns),
             Read::Empty => return Some(0),
             Read::Lost => return None,
         };
@@ -123,11 +123,11 @@ impl Host {
                     if step < 0x8000 {
                         self.counters.lost_frames += u64::from(step - 1);
                     }
-                    take(&message);
+                    take(&message, at_ns);
                 }
                 None => {
                     self.counters.frames += 1;
-                    take(&message);
+                    take(&message, at_ns);
                 }
             }
         }

@@ -51,26 +51,28 @@ impl Pedal for RigPedal {
     fn poll(&mut self, now_ns: TimeNs) -> Polled<PedalSample> {
         let mut newest = None;
         let mut rejected = 0;
-        let read = self.host.receive(|message| match Switches::parse(message) {
-            Ok(switches) => newest = Some(switches),
-            Err(_) => rejected += 1,
-        });
+        let read = self
+            .host
+            .receive(|message, at_ns| match Switches::parse(message) {
+                Ok(switches) => newest = Some((switches, at_ns)),
+                Err(_) => rejected += 1,
+            });
         for _ in 0..rejected {
             self.host.reject();
         }
-        if let Some(Switches {
-            cut,
-            coagulate,
-            camera_lock,
-        }) = newest
-        {
-            self.last_heard_ns = Some(now_ns);
+        if let Some((switches, at_ns)) = newest {
+            let Switches {
+                cut,
+                coagulate,
+                camera_lock,
+            } = switches;
+            self.last_heard_ns = Some(at_ns);
             self.pressed = cut || coagulate || camera_lock;
             return Polled::Fresh(PedalSample {
                 cut,
                 coagulate,
                 camera_lock,
-                at_ns: now_ns,
+                at_ns,
             });
         }
         let silent = self

@@ -99,7 +99,7 @@ impl WoodyHaptic {
             }
             let mut bytes = [0; BYTES_PER_POLL];
             match self.line.read(&mut bytes) {
-                Read::Bytes(count) => {
+                Read::Bytes(count, _) => {
                     heard += count as u64;
                     let mut found = None;
                     for &byte in bytes.iter().take(count) {
@@ -166,10 +166,10 @@ impl HapticDevice for WoodyHaptic {
         }
     }
 
-    fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
+    fn poll(&mut self, _now_ns: TimeNs) -> Polled<DeviceSample> {
         let mut bytes = [0; BYTES_PER_POLL];
-        let count = match self.line.read(&mut bytes) {
-            Read::Bytes(count) => count,
+        let (count, at_ns) = match self.line.read(&mut bytes) {
+            Read::Bytes(count, at_ns) => (count, at_ns),
             Read::Empty => return Polled::Nothing,
             Read::Lost => return Polled::Lost,
         };
@@ -204,7 +204,7 @@ impl HapticDevice for WoodyHaptic {
                 velocity_m_s: None,
                 buttons: Buttons::default(),
                 sequence: self.sequence,
-                at_ns: now_ns,
+                at_ns,
             })
         })
     }

@@ -203,6 +203,20 @@ pub fn take_fifo(priority: u8) -> Result<(), String> {
     ))
 }
 
+/// Gives the calling thread what works beside the tick has: cores other than the tick's, where there
+/// are any, and `SCHED_FIFO`.
+///
+/// # Errors
+/// In words, with the mending command.
+pub fn work_beside_tick(cores: &[usize], tick_core: usize, priority: u8) -> Result<(), String> {
+    let cores = cores.iter().copied();
+    let others: Vec<usize> = cores.filter(|&core| core != tick_core).collect();
+    if !others.is_empty() {
+        pin_to(&others)?;
+    }
+    take_fifo(priority)
+}
+
 /// Gives the calling thread `SCHED_DEADLINE`: nine tenths of every period, by its end.
 ///
 /// # Errors

@@ -132,12 +132,7 @@ impl Run<'_> {
         let asks = self.config.realtime == Realtime::Ask;
         let priority = self.config.publisher_priority;
         let period_ns = self.config.period_ns;
-        let others: Vec<usize> = self
-            .cores
-            .iter()
-            .copied()
-            .filter(|&c| c != self.core)
-            .collect();
+        let (cores, core) = (self.cores.clone(), self.core);
         let (tell, told) = mpsc::sync_channel::<Result<(), ServiceError>>(1);
         let body = move || {
             realtime::leave_signals_to_main();
@@ -150,10 +145,7 @@ impl Run<'_> {
             };
             if asks {
                 // What is refused here is refused to the tick as well, and told there.
-                if !others.is_empty() {
-                    let _ = realtime::pin_to(&others);
-                }
-                let _ = realtime::take_fifo(priority);
+                let _ = realtime::work_beside_tick(&cores, core, priority);
             }
             let _ = tell.send(Ok(()));
             publisher::publish(&controller, ends, &shared, period_ns);
@@ -197,9 +189,29 @@ impl Run<'_> {
         }
     }
 
+    /// Opens the devices, from a thread whose cores and priority their lines' threads inherit: what
+    /// arrives is noted before the tick looks for it.
+    fn open_devices(&self) -> Result<Devices, RtError> {
+        let asks = self.config.realtime == Realtime::Ask;
+        let priority = self.config.priority.saturating_add(1).min(99);
+        std::thread::scope(|scope| {
+            let open = scope.spawn(|| {
+                if asks {
+                    // What is refused here is refused to the tick as well, and told there.
+                    let _ = realtime::work_beside_tick(&self.cores, self.core, priority);
+                }
+                Devices::open(self.config, &self.file)
+            });
+            open.join().map_err(|panic| RtError::Panicked {
+                thread: "devices",
+                message: last_words(&*panic),
+            })?
+        })
+    }
+
     /// Opens the devices, locks memory, starts the tick's thread and waits until it is ready.
     fn start_tick(&self, ends: tick::Ends) -> Result<TickThread, RtError> {
-        let devices = Devices::open(self.config, &self.file)?;
+        let devices = self.open_devices()?;
         let mut standing = Standing::default();
         let mut no_deep_idle = None;
         match self.config.realtime {

@@ -43,7 +43,7 @@ pub(crate) struct World {
     /// When the tick must have ended.
     deadline_ns: u64,
     next_event: u64,
-    /// When the device sample of this tick was read, if it is new.
+    /// When the device sample of this tick arrived, if it is new.
     fresh_at_ns: Option<u64>,
     last_stamp_ns: u64,
     record: TickRecord,
@@ -71,25 +71,6 @@ const NO_RECORD: TickRecord = TickRecord {
     stage_ns: [0; STAGES],
     bits: 0,
 };
-
-/// Missed periods after which a line holds more than one poll reads.
-const BACKLOG_AFTER: u32 = 10;
-/// Polls that empty any line: the kernel keeps 4 KiB of a terminal, a poll reads 1 KiB.
-const BACKLOG_POLLS: usize = 8;
-
-/// What `poll` brings; with a backlog, the last of what waits.
-fn newest<T>(backlog: bool, mut poll: impl FnMut() -> Polled<T>) -> Polled<T> {
-    let mut newest = poll();
-    if backlog {
-        for _ in 1..BACKLOG_POLLS {
-            match poll() {
-                Polled::Nothing => break,
-                later => newest = later,
-            }
-        }
-    }
-    newest
-}
 
 impl World {
     pub(crate) fn new(
@@ -130,13 +111,13 @@ impl World {
 impl Ports for World {
     fn sample(&mut self) -> Samples {
         let now = now_ns();
-        let backlog = self.record.missed >= BACKLOG_AFTER;
-        let haptic = self.devices.haptic.as_mut();
-        let device = haptic.map_or(Polled::Nothing, |d| newest(backlog, || d.poll(now)));
-        let tracker = self.devices.tracker.as_mut();
-        let tracker = tracker.map_or(Polled::Nothing, |t| newest(backlog, || t.poll(now)));
-        let pedal = self.devices.pedal.as_mut();
-        let pedal = pedal.map_or(Polled::Nothing, |p| newest(backlog, || p.poll(now)));
+        let devices = &mut self.devices;
+        let haptic = devices.haptic.as_mut();
+        let device = haptic.map_or(Polled::Nothing, |haptic| haptic.poll(now));
+        let tracker = devices.tracker.as_mut();
+        let tracker = tracker.map_or(Polled::Nothing, |tracker| tracker.poll(now));
+        let pedal = devices.pedal.as_mut();
+        let pedal = pedal.map_or(Polled::Nothing, |pedal| pedal.poll(now));
         self.fresh_at_ns = match &device {
             Polled::Fresh(sample) => Some(sample.at_ns),
             _ => None,
@@ -163,8 +144,9 @@ impl Ports for World {
     fn send_force(&mut self, command: ForceCommand) {
         if let Some(haptic) = &mut self.devices.haptic {
             haptic.send(command, now_ns());
-            if let Some(read_ns) = self.fresh_at_ns {
-                self.record.motion_to_force_ns = saturate(now_ns().saturating_sub(read_ns)).max(1);
+            if let Some(arrived_ns) = self.fresh_at_ns {
+                self.record.motion_to_force_ns =
+                    saturate(now_ns().saturating_sub(arrived_ns)).max(1);
             }
         }
     }

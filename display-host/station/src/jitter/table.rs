@@ -15,7 +15,7 @@ const ROWS: [(&str, &str); 8] = [
     ("stage_ns.", "  stage "),
     (
         "motion_to_force_ns",
-        "motion to force: sample read → force written",
+        "motion to force: sample arrived → force written",
     ),
     (
         "force_to_publish_ns",

@@ -9,6 +9,7 @@ use std::thread::{self, JoinHandle};
 use hardware::emulate::{EmulateConfig, HandScript, LineFaults, Lines};
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_process::alloc_counter::CountingAllocator;
+use rt_process::realtime;
 use rt_process::{AdmissionPolicy, RtConfig};
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
@@ -117,6 +118,10 @@ impl Emulated {
         let flag = Arc::clone(&stop);
         let (tell, told) = mpsc::channel();
         let thread = thread::spawn(move || {
+            // A device has a processor of its own, whatever else this machine is busy with.
+            let cores = realtime::allowed_cores();
+            let tick_core = cores.last().copied().unwrap_or(0);
+            let _ = realtime::work_beside_tick(&cores, tick_core, 70);
             hardware::emulate::run(&config, &flag, &mut |lines| {
                 tell.send(lines.clone()).expect("the test's own set-up");
             })

@@ -1,34 +1,40 @@
-//! A serial line for the tick: opened with `serialport`, then read and written without
-//! allocating, and without waiting where the kernel allows that (see [`Line::read`]).
+//! A serial line for the tick: opened with `serialport`, read by a thread of its own ([`inlet`]), and
+//! written directly: the tick neither waits nor allocates.
 //!
 //! `serialport`'s own reads box an error whenever there is nothing to read, so after opening,
 //! the descriptor is non-blocking and used directly.
 #![allow(unsafe_code)] // One descriptor changes hands between two crates' types.
 
+mod inlet;
+
 use std::io;
 use std::os::fd::{FromRawFd, IntoRawFd, OwnedFd};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::Duration;
 
+use rt_core::port::TimeNs;
 use rustix::fs::OFlags;
 use rustix::io::Errno;
 use serialport::{ErrorKind, SerialPort, TTYPort};
 
 use crate::HardwareError;
+use inlet::Inlet;
 
-/// An open line. Dropping it closes it.
+/// An open line. Dropping it closes it, and waits for its thread: not for the tick.
 #[derive(Debug)]
 pub(crate) struct Line {
-    /// None once the line is lost.
-    port: Option<OwnedFd>,
+    // Before the port: the port closes with the last who holds it.
+    inlet: Inlet,
+    port: Arc<OwnedFd>,
     path: PathBuf,
 }
 
 /// What a read brought.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Read {
-    /// So many bytes.
-    Bytes(usize),
+    /// So many bytes, the last of which arrived then.
+    Bytes(usize, TimeNs),
     /// Nothing now.
     Empty,
     /// The line is gone.
@@ -58,13 +64,19 @@ impl Line {
         // SAFETY: `into_raw_fd` gives up the port's only descriptor, which is open; from here
         // `OwnedFd` alone owns and closes it. The lock on it lives as long as the descriptor.
         let fd = unsafe { OwnedFd::from_raw_fd(port.into_raw_fd()) };
-        rustix::fs::fcntl_setfl(&fd, OFlags::NONBLOCK).map_err(|errno| HardwareError::Line {
+        let line_error = |doing, what: String| HardwareError::Line {
             path: path.to_path_buf(),
-            doing: "switching to non-blocking",
-            what: errno.to_string(),
-        })?;
+            doing,
+            what,
+        };
+        rustix::fs::fcntl_setfl(&fd, OFlags::NONBLOCK)
+            .map_err(|errno| line_error("switching to non-blocking", errno.to_string()))?;
+        let port = Arc::new(fd);
+        let inlet = Inlet::open(&port)
+            .map_err(|error| line_error("starting its reading thread", error.to_string()))?;
         Ok(Self {
-            port: Some(fd),
+            inlet,
+            port,
             path: path.to_path_buf(),
         })
     }
@@ -76,55 +88,35 @@ impl Line {
 
     /// Whether the line has gone.
     pub(crate) fn is_lost(&self) -> bool {
-        self.port.is_none()
+        self.inlet.is_lost()
     }
 
-    /// Reads what is there, at most `buffer`. Never allocates.
-    ///
-    /// A read of a tty without input waits, non-blocking or not, until a kernel worker of ordinary
-    /// priority has flushed the line's buffer: on a busy machine tens of milliseconds. So the line is
-    /// asked how much it holds, which flushes nothing, and read no further than that. A line that was
-    /// hung up refuses the question.
+    /// What has come, at most `buffer`; when more than 2 KiB were left, only the newest of it. What
+    /// came before the line was lost is still given.
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Read {
-        let Some(port) = &self.port else {
-            return Read::Lost;
-        };
-        let Ok(waiting) = rustix::io::ioctl_fionread(port) else {
-            return self.lose();
-        };
-        let length = usize::try_from(waiting).map_or(0, |waiting| waiting.min(buffer.len()));
-        let Some(buffer) = buffer.get_mut(..length).filter(|some| !some.is_empty()) else {
-            return Read::Empty;
-        };
-        match rustix::io::read(port, buffer) {
-            // A non-blocking tty in raw mode says EAGAIN when it is idle; 0 means hung up.
-            Ok(0) => self.lose(),
-            Ok(count) => Read::Bytes(count),
-            Err(Errno::AGAIN | Errno::INTR) => Read::Empty,
-            Err(_) => self.lose(),
+        // Asked first: what arrived before the loss is then there.
+        let is_lost = self.inlet.is_lost();
+        match self.inlet.take(buffer) {
+            (0, _) if is_lost => Read::Lost,
+            (0, _) => Read::Empty,
+            (count, at_ns) => Read::Bytes(count, at_ns),
         }
     }
 
     /// Writes what the line takes now; does not wait for room. Never allocates.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Written {
-        let Some(port) = &self.port else {
+        if self.inlet.is_lost() {
             return Written::Nothing;
-        };
-        match rustix::io::write(port, bytes) {
+        }
+        match rustix::io::write(&*self.port, bytes) {
             Ok(count) if count == bytes.len() => Written::All,
             Ok(0) | Err(Errno::AGAIN | Errno::INTR) => Written::Nothing,
             Ok(_) => Written::Part,
             Err(_) => {
-                self.lose();
+                self.inlet.lose();
                 Written::Nothing
             }
         }
-    }
-
-    fn lose(&mut self) -> Read {
-        // Closing a dead descriptor is a short system call, once per unplugging.
-        self.port = None;
-        Read::Lost
     }
 }
 
@@ -181,7 +173,7 @@ mod tests {
         let mut buffer = [0; 4];
         for _ in 0..1000 {
             match line.read(&mut buffer) {
-                Read::Bytes(count) => heard.extend_from_slice(&buffer[..count]),
+                Read::Bytes(count, _) => heard.extend_from_slice(&buffer[..count]),
                 Read::Empty => std::thread::sleep(Duration::from_millis(1)),
                 Read::Lost => panic!("lost"),
             }
@@ -192,15 +184,40 @@ mod tests {
         assert_eq!(heard, b"0123456789");
     }
 
+    /// What it says within a second, other than that there is nothing.
+    fn hears(line: &mut Line) -> Read {
+        let mut buffer = [0; 4];
+        for _ in 0..1000 {
+            match line.read(&mut buffer) {
+                Read::Empty => std::thread::sleep(Duration::from_millis(1)),
+                heard => return heard,
+            }
+        }
+        Read::Empty
+    }
+
     #[test]
     fn a_silent_line_stays_and_an_unplugged_one_is_noticed() {
-        let (far, mut line) = pair();
+        let (mut far, mut line) = pair();
         let mut buffer = [0; 4];
         for _ in 0..50 {
             assert_eq!(line.read(&mut buffer), Read::Empty);
         }
+        far.write_all(b"end").unwrap();
+        assert!(matches!(hears(&mut line), Read::Bytes(3, _)));
         drop(far);
-        assert_eq!(line.read(&mut buffer), Read::Lost);
+        assert_eq!(hears(&mut line), Read::Lost);
         assert!(line.is_lost());
+        assert_eq!(line.write(b"?"), Written::Nothing);
+    }
+
+    #[test]
+    fn a_closed_line_can_be_opened_again_at_once() {
+        let (far, line) = pair();
+        let path = line.path().to_path_buf();
+        drop(line);
+        let mut again = Line::open(&path, 115_200).unwrap();
+        drop(far);
+        assert_eq!(hears(&mut again), Read::Lost);
     }
 }
