@@ -1,11 +1,16 @@
 //! The station's devices behind the core's ports; one that is not configured is simply absent.
+//!
+//! A line that is lost goes out of the tick to the thread that opens devices ([`crate::reconnect`]),
+//! and comes back open.
 
 use std::path::Path;
 
 use hardware::HardwareError;
 use hardware::station::StationFile;
+use heapless::spsc::{Consumer, Producer};
 use rt_core::port::{
-    DeviceCapabilities, ForceCommand, HapticDevice, LineCounters, Pedal, TimeNs, Tracker,
+    DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Pedal, PedalSample,
+    Polled, TimeNs, Tracker, TrackerSample,
 };
 use shared_mem::message::DeviceHealth;
 
@@ -25,63 +30,269 @@ pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities {
     rate_hz: 1000.0,
 };
 
-/// Open devices.
+/// Kinds of devices, in the order of [`DeviceHealth`]s.
+pub(crate) const KINDS: usize = 3;
+
+/// Any open device.
+pub(crate) enum Device {
+    Haptic(Box<dyn HapticDevice + Send>),
+    Tracker(Box<dyn Tracker + Send>),
+    Pedal(Box<dyn Pedal + Send>),
+}
+
+impl Device {
+    /// Opens what is configured as this kind (0 to [`KINDS`]), by path or by the station file. Waits
+    /// for the device's answer.
+    pub(crate) fn open(
+        kind: usize,
+        config: &RtConfig,
+        file: &StationFile,
+    ) -> Result<Option<Self>, RtError> {
+        Ok(match kind {
+            0 => haptic(config, file)?.map(Self::Haptic),
+            1 => tracker(config, file)?.map(Self::Tracker),
+            _ => pedal(config, file)?.map(Self::Pedal),
+        })
+    }
+
+    pub(crate) fn kind(&self) -> usize {
+        match self {
+            Self::Haptic(_) => 0,
+            Self::Tracker(_) => 1,
+            Self::Pedal(_) => 2,
+        }
+    }
+
+    /// Kind and path, for people.
+    pub(crate) fn name(kind: usize, config: &RtConfig, file: &StationFile) -> String {
+        let (name, path) = match kind {
+            0 => (
+                HAPTIC,
+                config
+                    .haptic
+                    .as_ref()
+                    .or(file.haptic.as_ref().map(|spec| &spec.path)),
+            ),
+            1 => (
+                TRACKER,
+                config
+                    .tracker
+                    .as_ref()
+                    .or(file.tracker.as_ref().map(|spec| &spec.path)),
+            ),
+            _ => (
+                PEDAL,
+                config
+                    .pedal
+                    .as_ref()
+                    .or(file.pedal.as_ref().map(|spec| &spec.path)),
+            ),
+        };
+        path.map_or(name.to_owned(), |path| format!("{name} {}", path.display()))
+    }
+
+    fn counters(&self) -> LineCounters {
+        match self {
+            Self::Haptic(device) => device.counters(),
+            Self::Tracker(device) => device.counters(),
+            Self::Pedal(device) => device.counters(),
+        }
+    }
+}
+
+const HAPTIC: &str = "haptic device";
+const TRACKER: &str = "tracker";
+const PEDAL: &str = "pedal";
+
+fn haptic(
+    config: &RtConfig,
+    file: &StationFile,
+) -> Result<Option<Box<dyn HapticDevice + Send>>, RtError> {
+    Ok(match (&config.haptic, &file.haptic) {
+        (Some(path), _) => Some(Box::new(named(
+            HAPTIC,
+            path,
+            hardware::rig::RigHaptic::open,
+        )?)),
+        (None, Some(spec)) => Some(named(HAPTIC, &spec.path, |_| spec.open())?),
+        (None, None) => None,
+    })
+}
+
+fn tracker(
+    config: &RtConfig,
+    file: &StationFile,
+) -> Result<Option<Box<dyn Tracker + Send>>, RtError> {
+    Ok(match (&config.tracker, &file.tracker) {
+        (Some(path), _) => Some(Box::new(named(
+            TRACKER,
+            path,
+            hardware::bird::BirdTracker::open,
+        )?)),
+        (None, Some(spec)) => Some(Box::new(named(TRACKER, &spec.path, |_| spec.open())?)),
+        (None, None) => None,
+    })
+}
+
+fn pedal(config: &RtConfig, file: &StationFile) -> Result<Option<Box<dyn Pedal + Send>>, RtError> {
+    Ok(match (&config.pedal, &file.pedal) {
+        (Some(path), _) => Some(Box::new(named(PEDAL, path, hardware::rig::RigPedal::open)?)),
+        (None, Some(spec)) => Some(named(PEDAL, &spec.path, |_| spec.open())?),
+        (None, None) => None,
+    })
+}
+
+/// The tick's ends of the queues to the thread that opens devices. Each holds every kind once: what
+/// is lost does not come back twice.
+pub(crate) struct Exchange {
+    pub(crate) lost: Producer<'static, Device>,
+    pub(crate) reopened: Consumer<'static, Device>,
+}
+
+/// Where one kind of device is, or was.
+#[derive(Default)]
+struct Slot {
+    device: Option<Device>,
+    is_lost: bool,
+    /// Counters of those that were lost.
+    before: LineCounters,
+    configured: bool,
+}
+
+/// Devices of every kind, as the tick holds them.
 #[derive(Default)]
 pub(crate) struct Devices {
-    pub(crate) haptic: Option<Box<dyn HapticDevice + Send>>,
-    pub(crate) tracker: Option<Box<dyn Tracker + Send>>,
-    pub(crate) pedal: Option<Box<dyn Pedal + Send>>,
+    slots: [Slot; KINDS],
+    exchange: Option<Exchange>,
 }
 
 impl Devices {
-    /// Opens what is configured, by path or by the station file. Waits for each device's answer.
+    /// Opens what is configured. Waits for each device's answer.
     pub(crate) fn open(config: &RtConfig, file: &StationFile) -> Result<Self, RtError> {
         let mut devices = Self::default();
-        if let Some(path) = &config.haptic {
-            let haptic = named("haptic device", path, hardware::rig::RigHaptic::open)?;
-            devices.haptic = Some(Box::new(haptic));
-        } else if let Some(spec) = &file.haptic {
-            devices.haptic = Some(named("haptic device", &spec.path, |_| spec.open())?);
-        }
-        if let Some(path) = &config.tracker {
-            let tracker = named("tracker", path, hardware::bird::BirdTracker::open)?;
-            devices.tracker = Some(Box::new(tracker));
-        } else if let Some(spec) = &file.tracker {
-            let tracker = named("tracker", &spec.path, |_| spec.open())?;
-            devices.tracker = Some(Box::new(tracker));
-        }
-        if let Some(path) = &config.pedal {
-            let pedal = named("pedal", path, hardware::rig::RigPedal::open)?;
-            devices.pedal = Some(Box::new(pedal));
-        } else if let Some(spec) = &file.pedal {
-            devices.pedal = Some(named("pedal", &spec.path, |_| spec.open())?);
+        for kind in 0..KINDS {
+            if let Some(device) = Device::open(kind, config, file)? {
+                devices.put(device);
+            }
         }
         Ok(devices)
     }
 
+    /// Lost devices leave by `exchange`, and come back.
+    pub(crate) fn with_exchange(mut self, exchange: Exchange) -> Self {
+        self.exchange = Some(exchange);
+        self
+    }
+
+    /// Uses this device for its kind.
+    pub(crate) fn put(&mut self, device: Device) {
+        if let Some(slot) = self.slots.get_mut(device.kind()) {
+            slot.device = Some(device);
+            slot.is_lost = false;
+            slot.configured = true;
+        }
+    }
+
+    /// Takes back what was opened again. Neither waits nor frees anything.
+    pub(crate) fn take_reopened(&mut self) {
+        while let Some(device) = self.exchange.as_mut().and_then(|e| e.reopened.dequeue()) {
+            self.put(device);
+        }
+    }
+
+    /// The newest sample of the haptic device.
+    pub(crate) fn poll_haptic(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
+        self.poll(0, |device| match device {
+            Device::Haptic(device) => device.poll(now_ns),
+            _ => Polled::Nothing,
+        })
+    }
+
+    /// The newest sample of the tracker.
+    pub(crate) fn poll_tracker(&mut self, now_ns: TimeNs) -> Polled<TrackerSample> {
+        self.poll(1, |device| match device {
+            Device::Tracker(device) => device.poll(now_ns),
+            _ => Polled::Nothing,
+        })
+    }
+
+    /// The newest state of the pedal.
+    pub(crate) fn poll_pedal(&mut self, now_ns: TimeNs) -> Polled<PedalSample> {
+        self.poll(2, |device| match device {
+            Device::Pedal(device) => device.poll(now_ns),
+            _ => Polled::Nothing,
+        })
+    }
+
+    fn poll<T>(&mut self, kind: usize, poll: impl FnOnce(&mut Device) -> Polled<T>) -> Polled<T> {
+        let Some(slot) = self.slots.get_mut(kind) else {
+            return Polled::Nothing;
+        };
+        let Some(device) = &mut slot.device else {
+            return if slot.is_lost {
+                Polled::Lost
+            } else {
+                Polled::Nothing
+            };
+        };
+        // It stays in its place meanwhile: a driver that panics must still get its zero force.
+        let polled = poll(device);
+        if let (Polled::Lost, Some(exchange)) = (&polled, &mut self.exchange)
+            && let Some(lost) = slot.device.take()
+        {
+            slot.is_lost = true;
+            slot.before = sum(slot.before, lost.counters());
+            // Never full; if it were, the device would stay and be lost in the next tick, too.
+            slot.device = exchange.lost.enqueue(lost).err();
+        }
+        polled
+    }
+
+    /// Whether there is a haptic device, lost or not.
+    pub(crate) fn has_haptic(&self) -> bool {
+        self.slots.first().is_some_and(|slot| slot.configured)
+    }
+
+    /// Sends a force, if there is a haptic device now.
+    pub(crate) fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
+        if let Some(Device::Haptic(haptic)) = self.slots.first_mut().and_then(|s| s.device.as_mut())
+        {
+            haptic.send(command, now_ns);
+        }
+    }
+
     /// What the haptic device can do.
     pub(crate) fn capabilities(&self) -> DeviceCapabilities {
-        self.haptic
-            .as_ref()
-            .map_or(NO_DEVICE, |haptic| haptic.capabilities())
+        match self.slots.first().and_then(|slot| slot.device.as_ref()) {
+            Some(Device::Haptic(haptic)) => haptic.capabilities(),
+            _ => NO_DEVICE,
+        }
     }
 
     /// Zero force: the safe state. Repeated, for a line may drop one.
     pub(crate) fn make_safe(&mut self, now_ns: TimeNs) {
-        if let Some(haptic) = &mut self.haptic {
-            for _ in 0..3 {
-                haptic.send(ForceCommand::default(), now_ns);
-            }
+        for _ in 0..3 {
+            self.send(ForceCommand::default(), now_ns);
         }
     }
 
     /// Counters of haptic device, tracker and pedal; none for an absent one.
-    pub(crate) fn counters(&self) -> [Option<LineCounters>; 3] {
-        [
-            self.haptic.as_ref().map(|device| device.counters()),
-            self.tracker.as_ref().map(|device| device.counters()),
-            self.pedal.as_ref().map(|device| device.counters()),
-        ]
+    pub(crate) fn counters(&self) -> [Option<LineCounters>; KINDS] {
+        self.slots.each_ref().map(|slot| {
+            let now = slot.device.as_ref().map(Device::counters);
+            slot.configured
+                .then(|| sum(slot.before, now.unwrap_or_default()))
+        })
+    }
+}
+
+/// What a kind's lines have seen together.
+fn sum(a: LineCounters, b: LineCounters) -> LineCounters {
+    LineCounters {
+        frames: a.frames + b.frames,
+        bad_frames: a.bad_frames + b.bad_frames,
+        lost_frames: a.lost_frames + b.lost_frames,
+        dropped_writes: a.dropped_writes + b.dropped_writes,
     }
 }
 

@@ -34,6 +34,7 @@ mod handover;
 pub mod probe;
 mod publisher;
 pub mod realtime;
+mod reconnect;
 mod run;
 pub mod runaway;
 mod scene;

@@ -17,11 +17,11 @@ use shared_mem::service::{Controller, ServiceError, Station};
 
 use crate::admission::{self, Admission};
 use crate::config::{AdmissionPolicy, Realtime, RtConfig};
-use crate::devices::Devices;
 use crate::error::RtError;
 use crate::handover::Handover;
 use crate::publisher::{self, COMMAND_QUEUE, EVENT_QUEUE, RECORD_QUEUE};
 use crate::realtime::{self, NoDeepIdle, Standing};
+use crate::reconnect::Opener;
 use crate::runaway::RunawayGuard;
 use crate::scene::LoadedScene;
 use crate::scope_line::ScopeLine;
@@ -112,6 +112,8 @@ struct Run<'a> {
 /// The tick's thread, about to tick.
 struct TickThread {
     thread: JoinHandle<()>,
+    /// Opens devices that were lost; ends after the tick.
+    opener: JoinHandle<()>,
     standing: Standing,
     /// The request holds as long as it lives.
     _no_deep_idle: Option<NoDeepIdle>,
@@ -189,29 +191,16 @@ impl Run<'_> {
         }
     }
 
-    /// Opens the devices, from a thread whose cores and priority their lines' threads inherit: what
-    /// arrives is noted before the tick looks for it.
-    fn open_devices(&self) -> Result<Devices, RtError> {
-        let asks = self.config.realtime == Realtime::Ask;
-        let priority = self.config.priority.saturating_add(1).min(99);
-        std::thread::scope(|scope| {
-            let open = scope.spawn(|| {
-                if asks {
-                    // What is refused here is refused to the tick as well, and told there.
-                    let _ = realtime::work_beside_tick(&self.cores, self.core, priority);
-                }
-                Devices::open(self.config, &self.file)
-            });
-            open.join().map_err(|panic| RtError::Panicked {
-                thread: "devices",
-                message: last_words(&*panic),
-            })?
-        })
-    }
-
     /// Opens the devices, locks memory, starts the tick's thread and waits until it is ready.
     fn start_tick(&self, ends: tick::Ends) -> Result<TickThread, RtError> {
-        let devices = self.open_devices()?;
+        let opener = Opener {
+            config: self.config.clone(),
+            file: self.file.clone(),
+            cores: self.cores.clone(),
+            tick_core: self.core,
+            shared: Arc::clone(&self.shared),
+        };
+        let (devices, opener) = opener.start()?;
         let mut standing = Standing::default();
         let mut no_deep_idle = None;
         match self.config.realtime {
@@ -249,6 +238,7 @@ impl Run<'_> {
         match told.recv() {
             Ok(standing) => Ok(TickThread {
                 thread,
+                opener,
                 standing,
                 _no_deep_idle: no_deep_idle,
             }),
@@ -304,6 +294,7 @@ impl Run<'_> {
             }
         }
         join("tick", tick.thread)?;
+        join("devices", tick.opener)?;
         Ok(Supervised {
             ended: self.shared.asked_to_end().unwrap_or(Ended::Asked),
             standing: tick.standing,
@@ -417,7 +408,7 @@ pub(crate) fn join(thread: &'static str, handle: JoinHandle<()>) -> Result<(), R
 }
 
 /// A thread that ended before it told anything has panicked.
-fn without_a_word(thread: &'static str, handle: JoinHandle<()>) -> RtError {
+pub(crate) fn without_a_word(thread: &'static str, handle: JoinHandle<()>) -> RtError {
     let silent = RtError::Panicked {
         thread,
         message: "ended without a word".to_owned(),

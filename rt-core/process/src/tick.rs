@@ -111,13 +111,10 @@ impl World {
 impl Ports for World {
     fn sample(&mut self) -> Samples {
         let now = now_ns();
-        let devices = &mut self.devices;
-        let haptic = devices.haptic.as_mut();
-        let device = haptic.map_or(Polled::Nothing, |haptic| haptic.poll(now));
-        let tracker = devices.tracker.as_mut();
-        let tracker = tracker.map_or(Polled::Nothing, |tracker| tracker.poll(now));
-        let pedal = devices.pedal.as_mut();
-        let pedal = pedal.map_or(Polled::Nothing, |pedal| pedal.poll(now));
+        self.devices.take_reopened();
+        let device = self.devices.poll_haptic(now);
+        let tracker = self.devices.poll_tracker(now);
+        let pedal = self.devices.poll_pedal(now);
         self.fresh_at_ns = match &device {
             Polled::Fresh(sample) => Some(sample.at_ns),
             _ => None,
@@ -142,8 +139,8 @@ impl Ports for World {
     }
 
     fn send_force(&mut self, command: ForceCommand) {
-        if let Some(haptic) = &mut self.devices.haptic {
-            haptic.send(command, now_ns());
+        if self.devices.has_haptic() {
+            self.devices.send(command, now_ns());
             if let Some(arrived_ns) = self.fresh_at_ns {
                 self.record.motion_to_force_ns =
                     saturate(now_ns().saturating_sub(arrived_ns)).max(1);

@@ -177,6 +177,7 @@ fn ticking(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::devices::Device;
     use crate::run::queues;
     use crate::summary::Ended;
     use crate::time_driver::{advance_simulated, simulate_from};
@@ -256,6 +257,8 @@ mod tests {
             forces: Arc::clone(&forces),
         };
         let shared = Arc::<Shared>::default();
+        let mut devices = Devices::default();
+        devices.put(Device::Haptic(Box::new(fake)));
         let (ends, publisher_ends) = queues();
         let room = Room {
             gravity_m_s2: Vec3::zeros(),
@@ -277,10 +280,7 @@ mod tests {
         let start = Start {
             scene: Scene::new(&[], &[], &[], room).unwrap(),
             scene_id: [7; 16],
-            devices: Devices {
-                haptic: Some(Box::new(fake)),
-                ..Devices::default()
-            },
+            devices,
             ends,
             shared: Arc::clone(&shared),
             core: 0,

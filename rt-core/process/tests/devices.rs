@@ -12,7 +12,7 @@ mod support;
 use support::{Bench, Emulated, host};
 
 #[test]
-fn devices_are_read_force_is_sent_and_unplugging_is_survived() {
+fn devices_are_read_force_is_sent_and_an_unplugged_one_is_used_again() {
     let bench = Bench::new();
     let devices = Emulated::start(&bench);
     let config = devices.config(&bench);
@@ -79,8 +79,24 @@ fn devices_are_read_force_is_sent_and_unplugging_is_survived() {
     }
     assert_eq!(tools.health.map(|h| h.status), [DeviceHealth::LOST; 3]);
     assert!(tools.force_n.iter().all(|f| f.abs() < f32::MIN_POSITIVE));
+    let heard = tools.health.map(|h| h.frames);
+
+    // Plugged in again: the same run goes on with them.
+    let devices = Emulated::start(&bench);
+    for _ in 0..4000 {
+        let fresh = host.newest_tools(&mut tools);
+        if fresh && tools.health.iter().all(|h| h.status == DeviceHealth::LIVE) {
+            break;
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!(tools.health.map(|h| h.status), [DeviceHealth::LIVE; 3]);
+    for (health, before) in tools.health.iter().zip(heard) {
+        assert!(health.frames > before, "counters go on");
+    }
     stop.store(true, Relaxed);
     let summary = controller.join().unwrap().unwrap();
+    devices.unplug();
     assert!(summary.faults.contains_key("lost_device"), "{summary:?}");
     assert_eq!(summary.allocations_after_start, Some(0));
     if summary.realtime {

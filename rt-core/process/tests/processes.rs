@@ -17,6 +17,9 @@ use shared_mem::service::{Host, Station};
 mod support;
 use support::{Bench, Emulated, host};
 
+/// Time over which the force rises after each enable, s.
+const RAMP_S: f32 = 0.4;
+
 /// A controller in a process of its own, which is this test program again.
 fn spawn_controller(bench: &Bench, periods: u64, change: impl FnOnce(&mut Command)) -> Child {
     let mut command = Command::new(std::env::current_exe().expect("the test's own set-up"));
@@ -40,6 +43,8 @@ fn controller_process() {
     let mut config = RtConfig::new(station, std::env::var("RT_TEST_SCENE").unwrap());
     config.periods_max = Some(std::env::var("RT_TEST_PERIODS").unwrap().parse().unwrap());
     config.admission = AdmissionPolicy::Skip;
+    // On a busy machine samples go stale now and then, and the force begins again.
+    config.parameters.force_ramp_s = RAMP_S;
     config.haptic = std::env::var_os("RT_TEST_HAPTIC").map(Into::into);
     let stop = Arc::new(AtomicBool::new(false));
     signal_hook::flag::register(signal_hook::consts::SIGTERM, Arc::clone(&stop)).unwrap();
@@ -185,11 +190,11 @@ fn a_stopped_controller_goes_on_without_a_jolt() {
         thread::sleep(Duration::from_millis(1));
     }
     assert!(first.tick > last_tick, "it goes on");
-    // The ramp takes 2 s; a machine that shows the first frame late shows more of it.
+    // A machine that shows the first frame late shows more of the ramp.
     let ticks = first.tick - last_tick;
     let after_n = force_n(&first);
     assert!(
-        ticks > 500 || after_n < before_n / 2.0,
+        ticks as f32 > 1000.0 * RAMP_S / 4.0 || after_n < before_n / 2.0,
         "{after_n} N after {ticks} ticks"
     );
 

@@ -87,6 +87,14 @@ pub fn host(bench: &Bench) -> Host {
         .expect("the test's own set-up")
 }
 
+/// Gives the calling thread what a device has, as far as it may: a processor of its own, whatever
+/// else this machine is busy with.
+pub fn have_own_processor() {
+    let cores = realtime::allowed_cores();
+    let tick_core = cores.last().copied().unwrap_or(0);
+    let _ = realtime::work_beside_tick(&cores, tick_core, 70);
+}
+
 /// Emulated devices in a thread; they go away when `stop` is set.
 pub struct Emulated {
     pub stop: Arc<AtomicBool>,
@@ -118,10 +126,7 @@ impl Emulated {
         let flag = Arc::clone(&stop);
         let (tell, told) = mpsc::channel();
         let thread = thread::spawn(move || {
-            // A device has a processor of its own, whatever else this machine is busy with.
-            let cores = realtime::allowed_cores();
-            let tick_core = cores.last().copied().unwrap_or(0);
-            let _ = realtime::work_beside_tick(&cores, tick_core, 70);
+            have_own_processor();
             hardware::emulate::run(&config, &flag, &mut |lines| {
                 tell.send(lines.clone()).expect("the test's own set-up");
             })

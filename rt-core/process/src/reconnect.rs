@@ -1,0 +1,123 @@
+//! The thread that opens the devices, and opens again what was unplugged.
+//!
+//! A lost device comes out of the tick, is closed here, and its path is tried until it answers again.
+
+use core::sync::atomic::Ordering::Acquire;
+use core::time::Duration;
+use std::sync::mpsc::{self, SyncSender};
+use std::sync::{Arc, OnceLock};
+use std::thread::{JoinHandle, sleep};
+
+use hardware::station::StationFile;
+use heapless::spsc::{Consumer, Producer, Queue};
+use rt_core::port::DeviceCapabilities;
+
+use crate::config::{Realtime, RtConfig};
+use crate::devices::{Device, Devices, Exchange, KINDS};
+use crate::error::RtError;
+use crate::realtime;
+use crate::run::spawn;
+use crate::shared::Shared;
+
+/// Between two looks for what was lost, and two tries to open it.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
+/// One place more than kinds: a queue of `N` holds `N − 1`.
+const PLACES: usize = KINDS + 1;
+
+/// What the thread needs.
+pub(crate) struct Opener {
+    pub(crate) config: RtConfig,
+    pub(crate) file: StationFile,
+    pub(crate) cores: Vec<usize>,
+    pub(crate) tick_core: usize,
+    pub(crate) shared: Arc<Shared>,
+}
+
+impl Opener {
+    /// Starts the thread and waits until every device is open. The thread ends after the tick.
+    pub(crate) fn start(self) -> Result<(Devices, JoinHandle<()>), RtError> {
+        let (tell, told) = mpsc::sync_channel(1);
+        let thread = spawn("devices", 1 << 20, move || self.run(&tell))?;
+        match told.recv() {
+            Ok(Ok(devices)) => Ok((devices, thread)),
+            Ok(Err(error)) => Err(error),
+            Err(_) => Err(crate::run::without_a_word("devices", thread)),
+        }
+    }
+
+    fn run(self, tell: &SyncSender<Result<Devices, RtError>>) {
+        realtime::leave_signals_to_main();
+        if self.config.realtime == Realtime::Ask {
+            // The lines' threads inherit it: what arrives is noted before the tick looks for it. What
+            // is refused here is refused to the tick as well, and told there.
+            let priority = self.config.priority.saturating_add(1).min(99);
+            let _ = realtime::work_beside_tick(&self.cores, self.tick_core, priority);
+        }
+        let devices = match Devices::open(&self.config, &self.file) {
+            Ok(devices) => devices,
+            Err(error) => {
+                let _ = tell.send(Err(error));
+                return;
+            }
+        };
+        let capabilities = devices.capabilities();
+        let (lost_in, mut lost) = queue();
+        let (mut reopened, reopened_out) = queue();
+        let exchange = Exchange {
+            lost: lost_in,
+            reopened: reopened_out,
+        };
+        let _ = tell.send(Ok(devices.with_exchange(exchange)));
+
+        let mut waiting = [false; KINDS];
+        while !self.shared.tick_ended.load(Acquire) {
+            sleep(LOOK_EVERY);
+            while let Some(device) = lost.dequeue() {
+                let kind = device.kind();
+                drop(device);
+                crate::say!(
+                    "calot rt: lost: {}; it is used again when it is back",
+                    self.name(kind)
+                );
+                if let Some(waits) = waiting.get_mut(kind) {
+                    *waits = true;
+                }
+            }
+            for (kind, waits) in waiting.iter_mut().enumerate().filter(|(_, waits)| **waits) {
+                if let Some(device) = self.try_open(kind, &capabilities) {
+                    crate::say!("calot rt: back: {}", self.name(kind));
+                    *waits = reopened.enqueue(device).is_err();
+                }
+            }
+        }
+    }
+
+    /// The device, if it answers and is the one that was lost.
+    fn try_open(&self, kind: usize, capabilities: &DeviceCapabilities) -> Option<Device> {
+        let device = Device::open(kind, &self.config, &self.file).ok()??;
+        match &device {
+            // Its limits are in every gate of the force.
+            Device::Haptic(haptic) if haptic.capabilities() != *capabilities => {
+                static TOLD: OnceLock<()> = OnceLock::new();
+                TOLD.get_or_init(|| {
+                    crate::say!(
+                        "calot rt: {} is another device now (its limits differ): plug in the one \
+                         that was there, or start again",
+                        self.name(kind)
+                    );
+                });
+                None
+            }
+            _ => Some(device),
+        }
+    }
+
+    fn name(&self, kind: usize) -> String {
+        Device::name(kind, &self.config, &self.file)
+    }
+}
+
+/// Lives as long as the process, as the tick's other queues do.
+fn queue() -> (Producer<'static, Device>, Consumer<'static, Device>) {
+    Box::leak(Box::new(Queue::<Device, PLACES>::new())).split()
+}
