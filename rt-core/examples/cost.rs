@@ -54,7 +54,7 @@ fn count(spheres: usize, times: usize) {
         tick += 1.0;
         tissues.iter_mut().for_each(|tissue| swing(tissue, tick));
     });
-    let (spheres, tetrahedra) = (spheres * times, anatomy.tetrahedra * times);
+    let (spheres, tetrahedra) = (spheres * times, anatomy.tetrahedra.len() * times);
     println!(
         "{spheres:7} {tetrahedra:7} {us:9.1} {:9.1} {:9.1}",
         1e3 * us / spheres as f64,
@@ -141,7 +141,7 @@ fn main() {
         let mut bodies = Box::new(Bodies::new());
         let mut tissue = Tissue::new(anatomy.scene(), &mut bodies, Method::NeoHookean);
         (0..ticks).for_each(|_| _ = tissue.step());
-        println!("{ticks} ticks of {} tetrahedra", anatomy.tetrahedra);
+        println!("{ticks} ticks of {} tetrahedra", anatomy.tetrahedra.len());
         return;
     }
     println!("spheres    tets   µs/tick ns/sphere    ns/tet");

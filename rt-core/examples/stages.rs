@@ -67,7 +67,7 @@ fn measure(name: &str, anatomy: &Anatomy, method: Method) {
         "{name}, {method:?}: {} spheres, {} links, {} tetrahedra",
         anatomy.spheres.len(),
         anatomy.links.len(),
-        anatomy.tetrahedra
+        anatomy.tetrahedra.len()
     );
     let mut sum = (0.0, 0.0);
     for (stage, times_us) in Stage::ALL.iter().zip(&mut timed.stage_us) {

@@ -10,7 +10,7 @@ use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample,
 };
 use rt_core::scene::{
-    Attachment, Link, Material, Organ, RestSphere, Room, Scene, Tetra, TetraBatch, batches,
+    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Tetra, TetraBatch, batches,
 };
 use rt_core::sim::{Ports, Samples, Stage, TickView};
 use rt_core::soft_body::Method;
@@ -77,9 +77,11 @@ pub(crate) struct Anatomy {
     pub(crate) spheres: Vec<RestSphere>,
     pub(crate) links: Vec<Link>,
     pub(crate) batches: Vec<TetraBatch>,
-    pub(crate) tetrahedra: usize,
+    pub(crate) tetrahedra: Vec<Tetra>,
     pub(crate) attachments: Vec<Attachment>,
     pub(crate) breath_s: f32,
+    /// How it is turned about the origin, with the room and the devices in it.
+    pub(crate) turn: Quat,
 }
 
 impl Anatomy {
@@ -139,7 +141,6 @@ impl Anatomy {
             held: c.z < held_below,
         }));
         let corners = in_batches(lattice_tetrahedra(&points));
-        self.tetrahedra += corners.len();
         let volume_m3 = volume / corners.len() as f32;
         let carry = |t: [u32; 4]| Tetra {
             spheres: t.map(|i| first + i),
@@ -147,6 +148,7 @@ impl Anatomy {
         };
         let tetrahedra: Vec<Tetra> = corners.into_iter().map(carry).collect();
         batches(&tetrahedra, &self.spheres, |batch| self.batches.push(batch)).expect("upright");
+        self.tetrahedra.extend(tetrahedra);
         let organ = self.organs.last_mut().expect("pushed above");
         organ.batch_count = self.batches.len() as u32 - organ.batch_start;
         self
@@ -173,11 +175,32 @@ impl Anatomy {
             .with_ellipsoid(Vec3::new(0.9, 0.0, 0.0), half_axes_m, 452, 3161)
     }
 
+    /// One organ, turned about the origin with the room and the devices.
+    pub(crate) fn turned(mut self, turn: Quat) -> Self {
+        for sphere in &mut self.spheres {
+            sphere.center_m = turn * sphere.center_m;
+        }
+        for tie in &mut self.attachments {
+            if let Anchor::World(at_m) = &mut tie.to {
+                *at_m = turn * *at_m;
+            }
+        }
+        self.batches.clear();
+        let (all, packed) = (&self.tetrahedra, &mut self.batches);
+        batches(all, &self.spheres, |batch| packed.push(batch)).expect("upright");
+        self.turn = turn;
+        self
+    }
+
     /// The scene, checked.
     pub(crate) fn scene(&self) -> Scene<'_> {
+        let upright = room();
         let room = Room {
             breath_s: self.breath_s,
-            ..room()
+            gravity_m_s2: self.turn * upright.gravity_m_s2,
+            world_from_device: Pose::from_parts(Vec3::zeros().into(), self.turn),
+            instrument_port_m: self.turn * upright.instrument_port_m,
+            ..upright
         };
         Scene::new(&self.organs, &self.spheres, &self.links, room)
             .and_then(|scene| scene.with_tetrahedra(&self.batches))

@@ -1,6 +1,7 @@
 //! The tick as the process sees it: ports in, ports out.
 
 mod devices;
+mod energy;
 mod grip;
 mod motion;
 #[path = "../rig/mod.rs"]

@@ -9,7 +9,7 @@ const BAND_J: f32 = 2.0e-4;
 const BAND_N_M: f32 = 50.0;
 
 /// A pad of tissue, 5 × 5 × 3 cm, that lies on its bed by bands under its lower half.
-fn pad() -> Anatomy {
+pub(super) fn pad() -> Anatomy {
     let half_axes_m = Vec3::new(0.025, 0.025, 0.015);
     let mut pad = Anatomy::default().with_ellipsoid(Vec3::zeros(), half_axes_m, 100, 0);
     let down = Vec3::new(0.0, 0.0, -0.005);
@@ -29,7 +29,7 @@ fn pad() -> Anatomy {
     pad
 }
 
-const BITTEN: Vec3 = Vec3::new(0.0, 0.0, 0.006);
+pub(super) const BITTEN: Vec3 = Vec3::new(0.0, 0.0, 0.006);
 
 fn grasped(sim: &mut Sim<'_>, bench: &mut Bench) {
     go(sim, bench, &AWAY, &BITTEN, 500, NONE);
