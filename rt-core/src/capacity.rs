@@ -13,14 +13,18 @@ pub const MAX_BATCHES: usize = MAX_SPHERES;
 pub const MAX_ATTACHMENTS: usize = 1024;
 /// Capsules of all tools together.
 pub const MAX_CAPSULES: usize = 16;
-/// Contacts of tools with spheres that one tick keeps; the deepest stay.
+/// Spheres under a contact skin near tools that one tick keeps; the deepest stay.
 pub const MAX_CONTACTS: usize = 128;
 /// Vertices of all contact skins together.
 pub const MAX_SKIN_VERTICES: usize = 32_768;
 /// Places along all tools at which the skin is looked for.
 pub const MAX_STATIONS: usize = 64;
-/// Contacts of tools with skin that one tick keeps; the deepest stay.
-pub const MAX_SKIN_CONTACTS: usize = 48;
+/// Beads along organs without a contact skin.
+pub const MAX_BEADS: usize = 4 * MAX_SPHERES;
+/// Beads near parts of tools that are followed from tick to tick.
+pub const MAX_TUBE_CONTACTS: usize = 128;
+/// Places where tools touch tissue that one tick keeps; the deepest stay.
+pub const MAX_TOUCHES: usize = 64;
 /// Pairs of overlapping, unlinked spheres that one tick projects apart.
 pub const MAX_SPHERE_PAIRS: usize = 2048;
 /// Events that one tick can raise; more are counted, not kept.

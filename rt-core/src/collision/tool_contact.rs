@@ -1,20 +1,20 @@
-//! The instrument against tissue: which spheres its parts touch, how deep, and the push that
-//! follows. Organs that have a contact skin meet it there ([`crate::collision::skin`]); of the
-//! others the spheres collide.
+//! The tools against tissue: organs that have a contact skin meet them there
+//! ([`crate::collision::skin`]), ducts and vessels along their line ([`crate::collision::tube`]).
 //!
-//! Stage `contact` ([`ToolContacts::find`]) keeps the spheres near the instrument: organs whose
-//! box comes near, then their spheres, O(spheres of touched organs · parts). Stage `solve`
-//! ([`ToolContacts::push_out`]) measures them again where the tissue has gone meanwhile, and
-//! pushes each with the force that the hand feels.
+//! Stage `contact` ([`ToolContacts::find`]) keeps the spheres near the tools: organs whose box comes
+//! near, then their spheres, O(spheres of organs near · parts); skins and tubes say where they
+//! touch. Stage `solve` ([`ToolContacts::push_out`]) closes the gaps where the tissue has gone
+//! meanwhile, and pushes it with the force that the hand feels ([`crate::collision::touch`]).
 
 use core::cmp::Ordering;
 
 use heapless::Vec;
 use heapless::binary_heap::{BinaryHeap, Min};
 
-use crate::capacity::{MAX_CAPSULES, MAX_CONTACTS, MAX_ORGANS, MAX_SKIN_CONTACTS};
-use crate::collision::cylinder::{Touch, touch};
-use crate::collision::skin::{SkinContacts, has_skin};
+use crate::capacity::{MAX_CAPSULES, MAX_CONTACTS, MAX_ORGANS, MAX_TOUCHES};
+use crate::collision::skin::SkinContacts;
+use crate::collision::touch::{Place, Touches};
+use crate::collision::tube::TubeContacts;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::Scene;
@@ -22,10 +22,8 @@ use crate::soft_body::{Bodies, Bounds};
 use crate::state::SphereBits;
 use crate::tool::Capsule;
 
-/// How far a sphere may be from the instrument and still be looked at again after the solve, m:
-/// what the fastest sphere moves in a tick.
-const NEAR_M: f32 = 0.003;
-/// The same of spheres that lie under a skin, m: the skin is up to half a spacing above them.
+/// How far a sphere under a skin may be from a tool and still be looked at, m: the skin is up to half
+/// a spacing above it.
 const NEAR_SKIN_M: f32 = 0.010;
 
 /// A sphere near the instrument; ordered by depth, then by index, so that the same ones stay.
@@ -58,12 +56,12 @@ impl PartialEq for Near {
 
 impl Eq for Near {}
 
-/// A sphere that the instrument touches.
+/// A place where a tool touches tissue.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Contact {
     /// Its organ.
     pub(crate) organ: u8,
-    /// Where it touches the instrument, world frame, m.
+    /// Where it touches the tool, world frame, m.
     pub(crate) at_m: Vec3,
     /// From tissue to tool.
     pub(crate) normal: Vec3,
@@ -84,25 +82,28 @@ impl Contact {
     }
 }
 
-/// Every sphere that the instrument is near to, and those that it touches.
+/// Everything that the tools are near to, and what they touch.
 #[derive(Debug, Default)]
 pub(crate) struct ToolContacts {
+    /// Spheres under a skin.
     near: BinaryHeap<Near, Min, MAX_CONTACTS>,
     skin: SkinContacts,
+    tubes: TubeContacts,
+    touches: Touches,
     /// This tick's contacts; written by [`ToolContacts::push_out`].
-    pub(crate) list: Vec<Contact, { MAX_CONTACTS + MAX_SKIN_CONTACTS }>,
+    pub(crate) list: Vec<Contact, MAX_TOUCHES>,
 }
 
 impl ToolContacts {
-    /// The spheres near the instrument.
-    pub(crate) fn near_spheres(&self) -> impl Iterator<Item = u32> {
-        self.near.iter().map(|near| near.sphere)
+    /// The spheres near the tools.
+    pub(crate) fn near_spheres(&self, bodies: &Bodies) -> impl Iterator<Item = u32> {
+        let under_skin = self.near.iter().map(|near| near.sphere);
+        under_skin.chain(self.tubes.near_spheres(bodies))
     }
 
-    /// How deep the instrument lies in skin, or in spheres without one, m; before the solve.
-    pub(crate) fn deepest_m(&self, scene: &Scene<'_>) -> Option<f32> {
-        let bare = self.near.iter().filter(|n| !has_skin(scene, n.sphere));
-        let depths = bare.map(|near| near.depth_m).chain(self.skin.depths_m());
+    /// How deep the tools lie in tissue at the deepest place, m; before the solve.
+    pub(crate) fn deepest_m(&self) -> Option<f32> {
+        let depths = self.touches.iter().map(|touch| -touch.gap_m);
         depths.filter(|m| *m > 0.0).reduce(f32::max)
     }
 
@@ -110,11 +111,13 @@ impl ToolContacts {
     pub(crate) fn clear(&mut self) {
         self.near.clear();
         self.skin.clear();
+        self.tubes.clear();
+        self.touches.clear();
         self.list.clear();
     }
 
-    /// Collects the spheres near `parts`, as they lie before the solve. When there are more than
-    /// [`MAX_CONTACTS`] the deepest stay.
+    /// Looks for what is near `parts`, as it lies before the solve. Where there is more than there is
+    /// room for the deepest stay.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
@@ -124,14 +127,16 @@ impl ToolContacts {
         faults: &mut FaultSet,
     ) {
         self.near.clear();
+        self.touches.clear();
         self.list.clear();
         for (organ, organ_box) in scene.organs.iter().zip(bounds) {
-            let under_skin = has_skin(scene, organ.sphere_start);
-            let margin_m = if under_skin { NEAR_SKIN_M } else { NEAR_M };
+            if scene.skin.near_sphere(organ.sphere_start).is_none() {
+                continue;
+            }
             let mut parts_near: Vec<Segment, MAX_CAPSULES> = Vec::new();
             for part in parts
                 .iter()
-                .filter(|part| part_box(part).is_near(organ_box, margin_m))
+                .filter(|part| part_box(part).is_near(organ_box, NEAR_SKIN_M))
             {
                 let _ = parts_near.push(Segment::new(part)); // as many as `parts` at most
             }
@@ -143,10 +148,9 @@ impl ToolContacts {
             let radii = bodies.radius_m.range(first, organ.sphere_count);
             for (sphere, (node, &radius_m)) in (first..).zip(nodes.zip(radii)) {
                 let center_m = node.center_m();
-                let depth = |part: &Segment| part.depth_m(&center_m, radius_m, margin_m);
+                let depth = |part: &Segment| part.depth_m(&center_m, radius_m, NEAR_SKIN_M);
                 let deepest = parts_near.iter().filter_map(depth).fold(f32::MIN, f32::max);
-                let held = bodies.bits.at(sphere).contains(SphereBits::GRASPED);
-                if deepest > -margin_m && (under_skin || !held) {
+                if deepest > -NEAR_SKIN_M {
                     self.keep(
                         Near {
                             depth_m: deepest,
@@ -158,7 +162,10 @@ impl ToolContacts {
             }
         }
         let near = self.near.iter().map(|near| near.sphere);
-        self.skin.find(parts, &near, scene, bodies, faults);
+        let touches = &mut self.touches;
+        self.skin.find(parts, &near, scene, bodies, touches, faults);
+        self.tubes
+            .find(parts, scene, bounds, bodies, touches, faults);
     }
 
     fn keep(&mut self, near: Near, faults: &mut FaultSet) {
@@ -176,119 +183,48 @@ impl ToolContacts {
         faults.raise_if(lost.depth_m > 0.0, Fault::ContactOverflow);
     }
 
-    /// Pushes the spheres of organ `organ` that overlap `parts`, within a substep of `step_s`.
-    pub(crate) fn push_organ(
-        &mut self,
-        organ: u8,
-        parts: &[Capsule],
-        scene: &Scene<'_>,
-        step_s: f32,
-        bodies: &mut Bodies,
-    ) {
-        for near in &self.near {
-            if *bodies.organ.at(near.sphere) == organ && !has_skin(scene, near.sphere) {
-                push(near.sphere, parts, scene, step_s, bodies);
-            }
-        }
-        self.skin.press(organ, step_s, bodies);
+    /// Presses the tools against organ `organ`, within a substep of `step_s`.
+    pub(crate) fn push_organ(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        self.touches.press(organ, step_s, bodies);
     }
 
-    /// Pushes every sphere that overlaps `parts`, in its organ's last substep, and lists what they
-    /// do to them.
-    pub(crate) fn push_out(&mut self, parts: &[Capsule], scene: &Scene<'_>, bodies: &mut Bodies) {
-        self.list.clear();
+    /// Presses the tools against every organ, in its last substep, and lists what they do to it.
+    pub(crate) fn push_out(&mut self, scene: &Scene<'_>, bodies: &mut Bodies) {
         for (organ, _) in (0u8..).zip(scene.organs) {
-            self.skin.press(organ, scene.step_s_of(organ), bodies);
+            self.touches.press(organ, scene.step_s_of(organ), bodies);
         }
-        let list = &mut self.list;
-        self.skin.list(bodies, |contact| {
-            let _ = list.push(contact); // holds as many as there can be
-        });
-        for near in &self.near {
-            if has_skin(scene, near.sphere) {
+        self.list.clear();
+        for touch in self.touches.iter() {
+            match touch.place {
+                Place::Skin { station } => {
+                    self.skin.remember(touch.organ, station, touch.carried());
+                }
+                Place::Tube { bead, part } => {
+                    self.tubes.remember(bead, part, touch.carried());
+                }
+            }
+            if touch.felt_n <= 0.0 {
                 continue;
             }
-            let organ = *bodies.organ.at(near.sphere);
-            let step_s = scene.step_s_of(organ);
-            let Some((touch, force_n)) = push(near.sphere, parts, scene, step_s, bodies) else {
-                continue;
-            };
-            let radius_m = *bodies.radius_m.at(near.sphere);
-            let at_m = bodies.nodes.at(near.sphere).center_m() + touch.normal * radius_m;
-            let contact = Contact {
-                organ,
-                at_m,
+            for (sphere, _) in touch.patch.parts() {
+                let bits = bodies.bits.at_mut(sphere);
+                *bits = bits.with(SphereBits::CONTACT);
+            }
+            let _ = self.list.push(Contact {
+                organ: touch.organ,
+                at_m: touch.at_m,
                 normal: touch.normal,
-                force_n,
-                stiffness_n_m: felt_stiffness_n_m(near.sphere, scene, bodies),
-                friction_n: Vec3::zeros(),
-                friction_stiffness_n_m: 0.0,
-            };
-            let _ = self.list.push(contact); // holds as many as there can be
-            let bits = bodies.bits.at_mut(near.sphere);
-            *bits = bits.with(SphereBits::CONTACT);
+                force_n: touch.felt_n,
+                stiffness_n_m: touch.stiffness_n_m,
+                friction_n: touch.felt_friction_n,
+                friction_stiffness_n_m: touch.friction_stiffness_n_m,
+            }); // as many as touches
         }
     }
 }
 
-/// One contact as a spring that only pushes (XPBD, Macklin 2016): the multiplier is the force, and
-/// what it does to the tissue is what the hand feels. The spring stands for the dent in the tissue
-/// between skin and sphere, which spheres are too coarse to make. Immovable spheres only push.
-fn push(
-    sphere: u32,
-    parts: &[Capsule],
-    scene: &Scene<'_>,
-    step_s: f32,
-    bodies: &mut Bodies,
-) -> Option<(Touch, f32)> {
-    let radius_m = *bodies.radius_m.at(sphere);
-    let stiffness_n_m = scene
-        .material_of(*bodies.organ.at(sphere))
-        .contact_stiffness_n_m;
-    let node = bodies.nodes.at_mut(sphere);
-    let touch = overlap(&node.center_m(), radius_m, parts)?;
-    let yielding_m_n = node.inverse_mass_per_kg() * step_s * step_s;
-    // k d / (1 + k w dt²): nothing is pushed where nothing is stiff.
-    let force_n = stiffness_n_m * touch.depth_m / (1.0 + stiffness_n_m * yielding_m_n);
-    node.move_by(&(touch.normal * (-force_n * yielding_m_n)));
-    Some((touch, force_n))
-}
-
-/// Stiffness of a contact as a slow hand meets it: the contact's own spring, and behind it the
-/// tissue that a free sphere lies in, as a half-space under it (`2 E r / (1 − ν²)`).
-fn felt_stiffness_n_m(sphere: u32, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
-    let material = scene.material_of(*bodies.organ.at(sphere));
-    let own = material.contact_stiffness_n_m;
-    if bodies.nodes.at(sphere).inverse_mass_per_kg() <= 0.0 {
-        return own;
-    }
-    let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
-    let behind = 2.0 * modulus_pa * *bodies.radius_m.at(sphere);
-    own * behind / (own + behind).max(f32::MIN_POSITIVE)
-}
-
-/// The overlap of a sphere with all parts as one: `Σ d² n / Σ d`. Alone, a part counts as it is; two
-/// that overlap at a joint count once; a sphere between two blades is pushed by both. It changes
-/// as little as the depths do: no step in the force when another part becomes the deepest.
-fn overlap(center_m: &Vec3, radius_m: f32, parts: &[Capsule]) -> Option<Touch> {
-    let (mut sum_m, mut weighted_m2, mut any) = (0.0, Vec3::zeros(), None);
-    for part in parts {
-        let touch = touch(center_m, radius_m, part);
-        if touch.depth_m > 0.0 {
-            sum_m += touch.depth_m;
-            weighted_m2 += touch.normal * (touch.depth_m * touch.depth_m);
-            any = Some(touch.normal);
-        }
-    }
-    let any = any?;
-    let overlap_m = weighted_m2 / sum_m;
-    Some(Touch {
-        depth_m: math::norm(&overlap_m),
-        normal: math::unit(&overlap_m).unwrap_or(any),
-    })
-}
-
-fn part_box(part: &Capsule) -> Bounds {
+/// The box around a part, m.
+pub(crate) fn part_box(part: &Capsule) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     bounds.add(&part.a_m, part.radius_m);
     bounds.add(&part.b_m, part.radius_m);
@@ -346,7 +282,8 @@ mod tests {
         }
     }
 
-    fn meet(parts: &[Capsule], held: bool) -> (ToolContacts, Box<Bodies>) {
+    /// A bar that comes down on a ball of 10 mm from 10 mm above `z`, in one tick.
+    fn meet(z: f32, held: bool) -> (ToolContacts, Box<Bodies>) {
         let mut ball = sphere(Vec3::zeros(), 0.01);
         ball.held = held;
         let (organs, spheres) = ([organ(0, 1, 0, 0)], [ball]);
@@ -355,23 +292,25 @@ mod tests {
         bodies.load(&scene);
         let bounds = [bodies.bounds(&organs[0]); MAX_ORGANS];
         let (mut contacts, mut faults) = (ToolContacts::default(), FaultSet::NONE);
-        contacts.find(parts, &scene, &bounds, &bodies, &mut faults);
-        contacts.push_out(parts, &scene, &mut bodies);
+        for z in [z + 0.004, z] {
+            contacts.find(&[bar(z)], &scene, &bounds, &bodies, &mut faults);
+            contacts.push_out(&scene, &mut bodies);
+        }
         (contacts, bodies)
     }
 
     #[test]
     fn the_same_force_on_both_by_hand() {
-        // The end stands 8 mm over the middle of a 10 mm sphere: 2 mm deep, 500 N/m; the sphere
-        // of 2 g yields 1/500 N/m · 1/4 in a tick: 1 N / 1.25.
-        let (contacts, bodies) = meet(&[bar(0.008)], false);
+        // The round end of 2 mm stands 10 mm over the middle of a 10 mm sphere: 2 mm deep, 500 N/m;
+        // the sphere of 2 g yields 1/500 N/m · 1/4 in a tick: 1 N / 1.25.
+        let (contacts, bodies) = meet(0.010, false);
         let [contact] = contacts.list[..] else {
             panic!("{:?}", contacts.list)
         };
         assert!((contact.force_n - 0.8).abs() < 1.0e-4, "{contact:?}");
         assert!(math::norm(&(contact.normal - Vec3::z())) < 1.0e-5);
         assert!(
-            math::norm(&(contact.at_m - Vec3::z() * 0.0096)) < 1.0e-6,
+            math::norm(&(contact.at_m - Vec3::z() * 0.008)) < 1.0e-6,
             "{contact:?}"
         );
         // The tissue goes the other way: F w dt².
@@ -385,18 +324,16 @@ mod tests {
 
     #[test]
     fn what_is_held_stays_and_pushes_all_the_same() {
-        let (contacts, bodies) = meet(&[bar(0.008)], true);
+        let (contacts, bodies) = meet(0.010, true);
         assert!((contacts.list[0].force_n - 1.0).abs() < 1.0e-4);
         assert!(math::norm(&bodies.nodes.at(0).moved_m()) < f32::EPSILON);
     }
 
     #[test]
-    fn near_is_no_contact_and_parts_count_once() {
-        let (contacts, _) = meet(&[bar(0.011)], false);
-        assert!(contacts.near.len() == 1 && contacts.list.is_empty());
-        assert!(meet(&[bar(0.05)], false).0.near.is_empty());
-        let (contacts, _) = meet(&[bar(0.007), bar(0.007), bar(0.007)], false);
-        assert_eq!(contacts.list.len(), 1);
-        assert!((contacts.list[0].force_n - 1.2).abs() < 1.0e-4);
+    fn near_is_no_contact() {
+        let (contacts, bodies) = meet(0.013, false);
+        assert!(contacts.near_spheres(&bodies).count() > 0 && contacts.list.is_empty());
+        let (contacts, bodies) = meet(0.05, false);
+        assert_eq!(contacts.near_spheres(&bodies).count(), 0);
     }
 }

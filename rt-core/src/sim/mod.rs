@@ -218,7 +218,7 @@ impl<'a> Sim<'a> {
         }
         let moves = self.moving_organs(far_organs);
         let (scene, bodies) = (&self.scene, &mut self.state.bodies);
-        let (parts, jaws) = (&self.tool.capsules, &self.tool.world_from_instrument);
+        let jaws = &self.tool.world_from_instrument;
         for (organ, _) in scene.organs.iter().zip(moves).filter(|(_, moves)| !moves) {
             bodies.stand(organ);
         }
@@ -236,7 +236,7 @@ impl<'a> Sim<'a> {
                 bodies.predict(scene, organ, step_s);
                 self.solver.project(scene, organ, step_s, bodies);
                 self.grasp.carry(Some(i), share, jaws, scene, bodies);
-                self.contacts.push_organ(i, parts, scene, step_s, bodies);
+                self.contacts.push_organ(i, step_s, bodies);
                 bodies.advance(organ, step_s);
             }
             bodies.predict(scene, organ, step_s);
@@ -247,7 +247,7 @@ impl<'a> Sim<'a> {
         }
         attachment::project_all(scene, bodies);
         self.grasp.carry(None, 1.0, jaws, scene, bodies);
-        self.contacts.push_out(parts, scene, bodies);
+        self.contacts.push_out(scene, bodies);
         for ((i, organ), moves) in (0u8..).zip(scene.organs).zip(moves) {
             if !moves {
                 continue;
@@ -304,8 +304,9 @@ impl<'a> Sim<'a> {
     /// Whether the instrument is near each organ, or holds some of it.
     fn worked_organs(&self) -> [bool; MAX_ORGANS] {
         let mut worked = [false; MAX_ORGANS];
-        let organs = &self.state.bodies.organ;
-        for sphere in self.contacts.near_spheres().chain(self.grasp.spheres()) {
+        let bodies = &self.state.bodies;
+        let organs = &bodies.organ;
+        for sphere in (self.contacts.near_spheres(bodies)).chain(self.grasp.spheres()) {
             if let Some(organ) = worked.get_mut(usize::from(*organs.at(sphere))) {
                 *organ = true;
             }

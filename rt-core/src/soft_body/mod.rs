@@ -26,10 +26,11 @@ mod tissue;
 pub(crate) use integrate::Bounds;
 pub use tissue::{Correction, Pressed, Tissue};
 
+use crate::collision::tube::Beads;
 use crate::math::Vec3;
 use crate::scene::{Organ, RestSphere, Scene};
 use crate::state::SphereBits;
-use adjacency::Adjacency;
+pub(crate) use adjacency::Adjacency;
 use lanes::Lanes;
 use neo_hookean::NeoHookean;
 use pbd::{PaperPbd, PaperSphere};
@@ -158,6 +159,8 @@ pub struct Bodies {
     pub(crate) organ: PerSphere<u8>,
     pub(crate) adjacency: Adjacency,
     pub(crate) wear: Wear,
+    /// Where tools meet organs without a contact skin.
+    pub(crate) beads: Beads,
 }
 
 impl Bodies {
@@ -172,12 +175,14 @@ impl Bodies {
             organ: PerSphere::new(0),
             adjacency: Adjacency::new(),
             wear: Wear::NONE,
+            beads: Beads::new(),
         }
     }
 
     /// Takes over `scene`, at rest.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.adjacency.build(scene.links);
+        self.beads.build(scene, &self.adjacency);
         for (index, organ) in (0u8..).zip(scene.organs) {
             self.organ
                 .range_mut(organ.sphere_start, organ.sphere_count)

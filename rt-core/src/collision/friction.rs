@@ -21,16 +21,20 @@ const LEAST_SHARE: f32 = 0.25;
 
 /// Stiffness along the skin of tissue with this modulus `E / (1 − ν²)` under a contact of this
 /// half-width, N/m, where a force across the skin is yielded to by the spheres with `supplied_m_n`.
-/// Both compliances are larger along the skin by the same share (Cerruti's mean over Boussinesq's).
 pub(crate) fn stiffness_n_m(
     modulus_pa: f32,
     poisson: f32,
     half_width_m: f32,
     supplied_m_n: f32,
 ) -> f32 {
-    let along = (2.0 - poisson) / (2.0 * (1.0 - poisson));
     let across_m_n = (2.0 * modulus_pa * half_width_m.max(SHARP_M)).recip();
-    (along * (across_m_n - supplied_m_n).max(LEAST_SHARE * across_m_n)).recip()
+    (along_over_across(poisson) * (across_m_n - supplied_m_n).max(LEAST_SHARE * across_m_n)).recip()
+}
+
+/// By how much tissue yields more to a force along its skin than across it (Cerruti's mean over
+/// Boussinesq's).
+pub(crate) fn along_over_across(poisson: f32) -> f32 {
+    (2.0 - poisson) / (2.0 * (1.0 - poisson))
 }
 
 /// No contact is narrower, m: its bristle would be too soft to name.

@@ -6,7 +6,7 @@
 //! here. It is the difference of two half-spaces, so that everything farther away than a few
 //! spacings (the organ's shape, what it hangs from, other tools) is left to the spheres.
 
-use crate::collision::skin::friction;
+use crate::collision::friction;
 use crate::math;
 
 /// A tool's shape where it touches.
@@ -138,13 +138,18 @@ impl Law {
                 high = half_width_m;
             }
             let slope = dent.depth_slope * (1.0 + spare_m_n * dent.stiffness_n_m);
-            let next = half_width_m - rest / slope;
-            half_width_m = if next >= low && next <= high {
-                next
+            let newton = half_width_m - rest / slope;
+            let next = if newton >= low && newton <= high {
+                newton
             } else {
                 0.5 * (low + high)
             };
+            let is_there = (next - half_width_m).abs() <= 1.0e-4 * half_width_m;
+            half_width_m = next;
             dent = self.dent(half_width_m);
+            if is_there {
+                break;
+            }
         }
         let compliance_m_n = (dent.stiffness_n_m.recip() + spare_m_n).max(LEAST);
         (dent.force_n, compliance_m_n.recip())
@@ -202,8 +207,9 @@ const GAUSSIAN: f32 = 0.398_942_3;
 const WITHIN: f32 = 0.424_413_2;
 /// Tries to find where the spheres alone yield as much; each takes a fifth off.
 const SHORTENINGS: u32 = 24;
-/// Steps of Newton's method: four give six digits from the guess.
-const NEWTON: u32 = 5;
+/// Steps of Newton's method, at most: mostly three give six digits from the guess; where a ball is all
+/// but buried the way is longer.
+const NEWTON: u32 = 20;
 /// Nothing is stiffer than this, m/N.
 const LEAST: f32 = 1.0e-6;
 

@@ -1,0 +1,266 @@
+//! Where tools meet tissue, and the forces between them: the gap is closed by what the spheres yield
+//! and by what they are too coarse for. The multiplier is the force, and what it does to the tissue is
+//! what the hand feels.
+
+use heapless::Vec;
+
+use crate::capacity::MAX_TOUCHES;
+use crate::collision::friction::Bristle;
+use crate::collision::law::Law;
+use crate::collision::patch::Patch;
+use crate::fault::{Fault, FaultSet};
+use crate::math::{self, Vec3};
+use crate::sim::TICK_S;
+use crate::soft_body::Bodies;
+use crate::tool::Role;
+
+/// Passes over the contacts of an organ in a step; each begins with the last tick's forces.
+const PASSES: u32 = 4;
+
+/// Which place of which tool touches what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// A station of the tools on the skin of the touch's organ.
+    Skin { station: u8 },
+    /// A part of the tools on a bead of a tube.
+    Tube { bead: u16, part: Role },
+}
+
+/// How tissue answers what the spheres do not yield.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Answer {
+    /// As a half-space under a tool of this shape.
+    HalfSpace(Law),
+    /// As a spring: the wall of a tube.
+    Spring {
+        /// N/m.
+        wall_n_m: f32,
+    },
+}
+
+impl Answer {
+    /// The force F ≥ 0 that closes a gap to which the spheres yield so much, and its slope, N/m.
+    fn force_n(&self, gap_m: f32, yield_m_n: f32) -> (f32, f32) {
+        match self {
+            Self::HalfSpace(law) => law.force_n(gap_m, yield_m_n),
+            Self::Spring { wall_n_m } if gap_m < 0.0 => {
+                // What ties a light sphere to others answers too: its wall alone is never exceeded.
+                let force_n = wall_n_m * -gap_m / (1.0 + wall_n_m * yield_m_n);
+                (force_n, *wall_n_m)
+            }
+            Self::Spring { .. } => (0.0, 0.0),
+        }
+    }
+}
+
+/// What a touch leaves to the next tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Carried {
+    /// Across the skin, N.
+    pub(crate) force_n: f32,
+    pub(crate) bristle: Bristle,
+}
+
+impl Carried {
+    /// Nothing touched.
+    pub(crate) const NOTHING: Self = Self {
+        force_n: 0.0,
+        bristle: Bristle::STRAIGHT,
+    };
+}
+
+/// A place of a tool near or on tissue.
+#[derive(Debug, Clone)]
+pub(crate) struct Touch {
+    pub(crate) organ: u8,
+    pub(crate) place: Place,
+    /// What of the tissue it touches.
+    pub(crate) patch: Patch,
+    /// From tissue to tool.
+    pub(crate) normal: Vec3,
+    /// Place of the tool, m.
+    pub(crate) center_m: Vec3,
+    /// Where the tissue was touched, m.
+    pub(crate) at_m: Vec3,
+    pub(crate) answer: Answer,
+    /// Gap before the solve, m.
+    pub(crate) gap_m: f32,
+    /// How the place of the tool has gone in this tick, m.
+    pub(crate) way_m: Vec3,
+    /// μ: the most that friction pulls, per normal force.
+    pub(crate) friction: f32,
+    pub(crate) bristle: Bristle,
+    /// Of the tissue on the tool in the last substep, N: across the skin and along it.
+    force_n: f32,
+    friction_n: Vec3,
+    /// The same, the mean of the tick so far, N: what the tool feels.
+    pub(crate) felt_n: f32,
+    pub(crate) felt_friction_n: Vec3,
+    /// Stiffness of both, N/m.
+    pub(crate) stiffness_n_m: f32,
+    pub(crate) friction_stiffness_n_m: f32,
+    /// Where the patch was before the solve, m.
+    patch_m: Vec3,
+    /// What is taken from the centre's height over the patch to give the gap: the tool's radius, what
+    /// the skin is curved, less what is forgiven, m.
+    reach_m: f32,
+    inverse_mass_per_kg: f32,
+}
+
+/// What is known of a touch before it is solved.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    pub(crate) organ: u8,
+    pub(crate) place: Place,
+    pub(crate) patch: Patch,
+    pub(crate) normal: Vec3,
+    pub(crate) center_m: Vec3,
+    pub(crate) at_m: Vec3,
+    pub(crate) answer: Answer,
+    pub(crate) gap_m: f32,
+    pub(crate) way_m: Vec3,
+    pub(crate) friction: f32,
+    /// Stiffness of its friction now, N/m.
+    pub(crate) along_n_m: f32,
+    pub(crate) carried: Carried,
+}
+
+impl Touch {
+    fn new(found: Found, bodies: &Bodies) -> Self {
+        let patch_m = found.patch.at_m(bodies);
+        let (normal, force_n) = (found.normal, found.carried.force_n);
+        let bristle = found.carried.bristle.on(&normal, found.along_n_m);
+        // Where nothing has moved yet it pulls as in the last tick, as far as that is allowed.
+        let friction_n = bristle.pull_n(&Vec3::zeros(), &normal, 0.0, found.friction * force_n);
+        Self {
+            organ: found.organ,
+            place: found.place,
+            normal,
+            center_m: found.center_m,
+            at_m: found.at_m,
+            answer: found.answer,
+            gap_m: found.gap_m,
+            way_m: found.way_m,
+            friction: found.friction,
+            bristle,
+            force_n,
+            friction_n,
+            felt_n: 0.0,
+            felt_friction_n: Vec3::zeros(),
+            stiffness_n_m: 0.0,
+            friction_stiffness_n_m: 0.0,
+            patch_m,
+            reach_m: normal.dot(&(found.center_m - patch_m)) - found.gap_m,
+            inverse_mass_per_kg: found.patch.inverse_mass_per_kg(bodies),
+            patch: found.patch,
+        }
+    }
+
+    /// What it leaves to the next tick.
+    pub(crate) fn carried(&self) -> Carried {
+        Carried {
+            force_n: self.force_n,
+            bristle: self.bristle.after(&self.friction_n),
+        }
+    }
+}
+
+/// Every place of the tools that is near tissue.
+#[derive(Debug, Default)]
+pub(crate) struct Touches {
+    near: Vec<Touch, MAX_TOUCHES>,
+}
+
+impl Touches {
+    pub(crate) fn clear(&mut self) {
+        self.near.clear();
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Touch> {
+        self.near.iter()
+    }
+
+    /// Adds a touch; of too many the deepest stay.
+    pub(crate) fn add(&mut self, found: Found, bodies: &Bodies, faults: &mut FaultSet) {
+        let Err(touch) = self.near.push(Touch::new(found, bodies)) else {
+            return;
+        };
+        let mut lost_m = touch.gap_m;
+        let shallowest = self
+            .near
+            .iter_mut()
+            .reduce(|a, b| if b.gap_m > a.gap_m { b } else { a });
+        if let Some(shallowest) = shallowest.filter(|shallowest| shallowest.gap_m > touch.gap_m) {
+            lost_m = shallowest.gap_m;
+            *shallowest = touch;
+        }
+        faults.raise_if(lost_m < 0.0, Fault::ContactOverflow);
+    }
+
+    /// Presses the tools against organ `organ`, within a substep of `step_s`.
+    pub(crate) fn press(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        let squared = step_s * step_s;
+        // The last forces first: what is left to find is the change.
+        for touch in self.near.iter().filter(|touch| touch.organ == organ) {
+            let push = (touch.normal * touch.force_n + touch.friction_n) * -squared;
+            touch.patch.push(&push, bodies);
+        }
+        for _ in 0..PASSES {
+            for i in 0..self.near.len() {
+                let Some(touch) = self.near.get(i).filter(|touch| touch.organ == organ) else {
+                    continue;
+                };
+                let yield_m_n = touch.inverse_mass_per_kg * squared;
+                let patch_m = touch.patch.at_m(bodies);
+                let height_m = touch.normal.dot(&(touch.center_m - patch_m));
+                // The gap as it were without this contact's own force.
+                let gap_m = height_m - touch.reach_m - yield_m_n * touch.force_n
+                    + self.beside_others_m(i, touch);
+                let (force_n, stiffness_n_m) = touch.answer.force_n(gap_m, yield_m_n);
+                // Along the skin the same: how far the tool is ahead without this contact's friction.
+                let ahead_m =
+                    touch.way_m - (patch_m - touch.patch_m) - touch.friction_n * yield_m_n;
+                let most_n = touch.friction * force_n;
+                let friction_n = touch
+                    .bristle
+                    .pull_n(&ahead_m, &touch.normal, yield_m_n, most_n);
+                let change_n =
+                    touch.normal * (touch.force_n - force_n) + (touch.friction_n - friction_n);
+                touch.patch.push(&(change_n * squared), bodies);
+                if let Some(touch) = self.near.get_mut(i) {
+                    touch.force_n = force_n;
+                    touch.stiffness_n_m = stiffness_n_m;
+                    touch.friction_n = friction_n;
+                    touch.friction_stiffness_n_m = touch.bristle.felt_n_m(yield_m_n);
+                }
+            }
+        }
+        let share = step_s / TICK_S;
+        for touch in self.near.iter_mut().filter(|touch| touch.organ == organ) {
+            touch.felt_n += touch.force_n * share;
+            touch.felt_friction_n += touch.friction_n * share;
+        }
+    }
+
+    /// How far the other contacts on the same skin have already pressed it away from contact `i`,
+    /// beyond what the spheres carry over, m.
+    fn beside_others_m(&self, i: usize, touch: &Touch) -> f32 {
+        let mut sum_m = 0.0;
+        for (j, other) in self.near.iter().enumerate() {
+            let Answer::HalfSpace(law) = &other.answer else {
+                continue;
+            };
+            if j == i || other.organ != touch.organ || other.force_n <= 0.0 {
+                continue;
+            }
+            let along = other.normal.dot(&touch.normal);
+            if along <= 0.0 {
+                continue;
+            }
+            let distance_m = math::norm(&(other.at_m - touch.at_m));
+            let half_width_m = law.half_width_m(other.force_n);
+            sum_m += along * other.force_n * law.beside_m_n(distance_m, half_width_m);
+        }
+        sum_m
+    }
+}

@@ -1,0 +1,263 @@
+//! Tools against organs without a contact skin: ducts and vessels, which are beads along a line.
+//!
+//! Stage `contact` ([`TubeContacts::find`]) follows every part of the tools past every bead near it,
+//! through the whole of a tick's motion: a part stays on its side of a tube however fast it comes.
+//! O(beads of organs near · parts).
+
+mod beads;
+mod sweep;
+#[cfg(test)]
+mod tests;
+
+use beads::Ball;
+pub(crate) use beads::{Bead, Beads};
+
+use heapless::Vec;
+
+use crate::capacity::{MAX_CAPSULES, MAX_ORGANS, MAX_TUBE_CONTACTS};
+use crate::collision::friction::along_over_across;
+use crate::collision::gap::Gap;
+use crate::collision::patch::Patch;
+use crate::collision::skin::SLIP_M;
+use crate::collision::tool_contact::part_box;
+use crate::collision::touch::{Answer, Carried, Found, Place, Touches};
+use crate::fault::{Fault, FaultSet};
+use crate::math::{self, Vec3};
+use crate::scene::{Material, Scene};
+use crate::soft_body::{Bodies, Bounds};
+use crate::state::SphereBits;
+use crate::tool::{Capsule, Role};
+use sweep::{Axis, Motion, Side};
+
+/// How far a bead may be from a tool and still be followed, m: what both go in a tick at most.
+const FOLLOW_M: f32 = 0.0065;
+/// Beads nearer than this to a tool are looked at again after the solve, m: what the fastest sphere
+/// moves in a tick.
+const NEAR_M: f32 = 0.003;
+
+/// What the jaws take hold of lets go of them within 0.2 s, and the other way round: a share a tick.
+const LOOSEN: f32 = 0.007;
+
+/// A part of a tool and a bead near it, as a tick leaves them.
+#[derive(Debug, Clone, Copy)]
+struct Track {
+    bead: u16,
+    part: Role,
+    side: Side,
+    bead_m: Vec3,
+    gap: Gap,
+    carried: Carried,
+    /// Share of its stiffness with which the bead answers: nothing while the jaws hold it.
+    loose: f32,
+}
+
+/// Every bead near the tools.
+#[derive(Debug, Default)]
+pub(crate) struct TubeContacts {
+    /// In the order of beads.
+    tracks: Vec<Track, MAX_TUBE_CONTACTS>,
+    /// The tools in the last tick.
+    parts: Vec<Capsule, MAX_CAPSULES>,
+}
+
+impl TubeContacts {
+    /// Forgets everything.
+    pub(crate) fn clear(&mut self) {
+        self.tracks.clear();
+        self.parts.clear();
+    }
+
+    /// The spheres between which a tool is near.
+    pub(crate) fn near_spheres(&self, bodies: &Bodies) -> impl Iterator<Item = u32> {
+        let beads = self.tracks.iter().filter_map(|t| bodies.beads.get(t.bead));
+        beads.flat_map(|bead| [u32::from(bead.a), u32::from(bead.b)])
+    }
+
+    /// Finds the beads near `parts`, as they lie before the solve.
+    pub(crate) fn find(
+        &mut self,
+        parts: &[Capsule],
+        scene: &Scene<'_>,
+        bounds: &[Bounds; MAX_ORGANS],
+        bodies: &Bodies,
+        touches: &mut Touches,
+        faults: &mut FaultSet,
+    ) {
+        let before = core::mem::take(&mut self.tracks);
+        let mut known = before.iter();
+        for ((organ, it), bounds) in (0u8..).zip(scene.organs).zip(bounds) {
+            let mut near: Vec<&Capsule, MAX_CAPSULES> = Vec::new();
+            for part in parts {
+                if part_box(part).is_near(bounds, FOLLOW_M) {
+                    let _ = near.push(part); // as many as `parts` at most
+                }
+            }
+            if near.is_empty() {
+                continue;
+            }
+            for (number, bead) in bodies.beads.of(organ) {
+                let ball = bead.now(bodies);
+                while known.as_slice().first().is_some_and(|t| t.bead < number) {
+                    let _ = known.next();
+                }
+                let same = known.as_slice().iter().take_while(|t| t.bead == number);
+                for part in near.iter().filter(|part| is_near(part, &ball)) {
+                    let last = same.clone().find(|track| track.part == part.role);
+                    let (mut track, way_m) = self.meet(part, number, &ball, last);
+                    let loose = if is_held(bead, bodies) { 0.0 } else { 1.0 };
+                    track.loose += LOOSEN * (loose - track.loose);
+                    let left = bead.link.map_or(1.0, |link| {
+                        bodies.wear.left_of_link(link, scene, &it.material)
+                    });
+                    let weight = left
+                        * track.side.weight(
+                            &axis(part),
+                            &ball.center_m,
+                            &ball.along,
+                            ball.radius_m + part.radius_m,
+                        );
+                    let is_near = track.gap.gap_m < NEAR_M && weight > 0.0;
+                    if is_near {
+                        let place = Place::Tube {
+                            bead: number,
+                            part: part.role,
+                        };
+                        let found =
+                            touched((organ, &it.material), place, (bead, weight), part, &track);
+                        touches.add(Found { way_m, ..found }, bodies, faults);
+                    }
+                    self.keep(track, faults);
+                }
+            }
+        }
+        self.parts.clear();
+        let _ = self.parts.extend_from_slice(parts); // as many as there can be
+    }
+
+    /// How a part and a bead lie to each other now, and how the place of the
+    /// part has gone, m.
+    fn meet(&self, part: &Capsule, bead: u16, ball: &Ball, last: Option<&Track>) -> (Track, Vec3) {
+        let reach_m = ball.radius_m + part.radius_m;
+        let gap_m = |side: &Side| side.gap_m(&axis(part), &ball.center_m, reach_m);
+        let before = self.parts.iter().find(|before| before.role == part.role);
+        if let Some((last, before)) = last.zip(before) {
+            let motion = Motion {
+                axis: [axis(before), axis(part)],
+                bead_m: [last.bead_m, ball.center_m],
+                along: ball.along,
+                reach_m,
+                slip_m: SLIP_M,
+            };
+            if let Some(side) = last.side.follow(&motion) {
+                let track = Track {
+                    side,
+                    bead_m: ball.center_m,
+                    gap: last.gap.next(gap_m(&side), Side::way_m(&motion), 0.0),
+                    ..*last
+                };
+                return (track, way_m(before, part, side.share));
+            }
+        }
+        let side = Side::first(&axis(part), &ball.center_m, &ball.along);
+        let track = Track {
+            bead,
+            part: part.role,
+            side,
+            bead_m: ball.center_m,
+            gap: Gap::first(gap_m(&side)),
+            carried: Carried::NOTHING,
+            loose: 1.0,
+        };
+        (track, Vec3::zeros())
+    }
+
+    /// Follows a part past a bead from now on; of too many the deepest stay, in the order of beads.
+    fn keep(&mut self, track: Track, faults: &mut FaultSet) {
+        let Err(track) = self.tracks.push(track) else {
+            return;
+        };
+        let gaps = self.tracks.iter().map(|track| track.gap.gap_m).enumerate();
+        let shallowest = gaps.reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let mut lost_m = track.gap.gap_m;
+        if let Some((i, gap_m)) = shallowest.filter(|(_, gap_m)| *gap_m > track.gap.gap_m) {
+            lost_m = gap_m;
+            let mut number = 0;
+            self.tracks.retain(|_| {
+                number += 1;
+                number != i + 1
+            });
+            let _ = self.tracks.push(track); // there is room for one
+        }
+        faults.raise_if(lost_m < 0.0, Fault::ContactOverflow);
+    }
+
+    /// Remembers what a part leaves on a bead.
+    pub(crate) fn remember(&mut self, bead: u16, part: Role, carried: Carried) {
+        let mut tracks = self.tracks.iter_mut();
+        let same = tracks.find(|track| track.bead == bead && track.part == part);
+        if let Some(track) = same {
+            track.carried = carried;
+        }
+    }
+}
+
+/// The touch of a part on a bead that answers with this weight.
+fn touched(
+    (organ, material): (u8, &Material),
+    place: Place,
+    (bead, weight): (&Bead, f32),
+    part: &Capsule,
+    track: &Track,
+) -> Found {
+    let mut patch = Patch::default();
+    patch.add(u32::from(bead.a), 1.0 - bead.share);
+    patch.add(u32::from(bead.b), bead.share);
+    let center_m = track.side.at_m(&axis(part));
+    let wall_n_m = material.contact_stiffness_n_m * bead.stiffness_share * weight;
+    Found {
+        organ,
+        place,
+        patch,
+        normal: track.side.normal,
+        center_m,
+        at_m: center_m - track.side.normal * part.radius_m,
+        answer: Answer::Spring { wall_n_m },
+        gap_m: track.gap.gap_m,
+        way_m: Vec3::zeros(),
+        friction: material.friction,
+        along_n_m: wall_n_m / along_over_across(material.poisson),
+        carried: track.carried,
+    }
+}
+
+fn is_near(part: &Capsule, ball: &Ball) -> bool {
+    let within_m = ball.radius_m + part.radius_m + FOLLOW_M;
+    axis(part).distance_squared_m2(&ball.center_m) < within_m * within_m
+}
+
+/// Whether the jaws hold it.
+fn is_held(bead: &Bead, bodies: &Bodies) -> bool {
+    let held = |sphere: u16| {
+        let bits = bodies.bits.at(u32::from(sphere));
+        bits.contains(SphereBits::GRASPED)
+    };
+    held(bead.a) || held(bead.b)
+}
+
+/// How the place of a part at this share of its axis has gone, m. Places are counted from the far end:
+/// the shaft slides through its port.
+fn way_m(before: &Capsule, now: &Capsule, share: f32) -> Vec3 {
+    let from_end_m = (1.0 - share) * math::norm(&(now.b_m - now.a_m));
+    let place = |part: &Capsule| {
+        let back = math::unit(&(part.a_m - part.b_m)).unwrap_or_else(Vec3::zeros);
+        part.b_m + back * from_end_m
+    };
+    place(now) - place(before)
+}
+
+fn axis(part: &Capsule) -> Axis {
+    Axis {
+        a_m: part.a_m,
+        b_m: part.b_m,
+    }
+}

@@ -1,0 +1,276 @@
+//! Which side of a tube a tool is on, followed through its motion.
+
+use crate::math::{self, Vec3};
+
+/// Steps of a tick's motion are at most this share of the reach.
+const STEP_REACHES: f32 = 0.5;
+/// More steps than these are no motion but a leap.
+const STEPS_MAX: f32 = 16.0;
+
+/// A tool that is this much farther along the tube than it reaches keeps its side, m: what a tool goes
+/// in a tick.
+const BESIDE_M: f32 = 0.003;
+
+/// A part of a tool at one moment: its axis, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Axis {
+    pub(crate) a_m: Vec3,
+    pub(crate) b_m: Vec3,
+}
+
+impl Axis {
+    fn at(&self, share: f32) -> Vec3 {
+        self.a_m + (self.b_m - self.a_m) * share
+    }
+
+    fn moved_to(&self, to: &Self, share: f32) -> Self {
+        Self {
+            a_m: self.a_m + (to.a_m - self.a_m) * share,
+            b_m: self.b_m + (to.b_m - self.b_m) * share,
+        }
+    }
+
+    /// Squared distance of a point, m².
+    pub(crate) fn distance_squared_m2(&self, point_m: &Vec3) -> f32 {
+        (self.at(self.nearest(point_m)) - point_m).norm_squared()
+    }
+
+    /// Where on it, 0 to 1, it is nearest to a point.
+    fn nearest(&self, point_m: &Vec3) -> f32 {
+        let along_m = self.b_m - self.a_m;
+        let squared = along_m.norm_squared().max(1.0e-12);
+        let share = (point_m - self.a_m).dot(&along_m) / squared;
+        share.clamp(0.0, 1.0)
+    }
+}
+
+/// What of `v` lies across the tube.
+fn across(v: &Vec3, along: &Vec3) -> Vec3 {
+    v - along * along.dot(v)
+}
+
+const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
+
+/// A tool beside a bead.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Side {
+    /// From the bead to the tool.
+    pub(crate) normal: Vec3,
+    /// Where on the tool's axis, 0 to 1.
+    pub(crate) share: f32,
+}
+
+/// How tool and bead went in a tick.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Motion {
+    pub(crate) axis: [Axis; 2],
+    pub(crate) bead_m: [Vec3; 2],
+    /// Unit vector along the tube; zero of a bead by itself, which is round.
+    pub(crate) along: Vec3,
+    /// Radii of both, m.
+    pub(crate) reach_m: f32,
+    /// How far the tool may slip round a bead that stands still, m.
+    pub(crate) slip_m: f32,
+}
+
+impl Side {
+    /// Seen for the first time.
+    pub(crate) fn first(axis: &Axis, bead_m: &Vec3, along: &Vec3) -> Self {
+        let share = axis.nearest(bead_m);
+        let away_m = across(&(axis.at(share) - bead_m), along);
+        // A bead on the axis leaves sideways; any side serves, always the same one.
+        let any = || math::across(if *along == Vec3::zeros() { &UP } else { along });
+        Self {
+            normal: math::unit(&away_m).unwrap_or_else(any),
+            share,
+        }
+    }
+
+    /// The way that the tool has gone along this side at the most, m; what the bead has gone included.
+    pub(crate) fn way_m(motion: &Motion) -> f32 {
+        let [from, to] = &motion.axis;
+        let tool_m = math::norm(&(to.a_m - from.a_m)).max(math::norm(&(to.b_m - from.b_m)));
+        let [was_m, is_m] = &motion.bead_m;
+        tool_m + math::norm(&(is_m - was_m))
+    }
+
+    /// After this motion; `None` after a leap. What has gone in is lifted out along the last normal and
+    /// followed there, as a god-object is: it stays on its side.
+    pub(crate) fn follow(&self, motion: &Motion) -> Option<Self> {
+        let way_m = Self::way_m(motion);
+        let steps = way_m / (STEP_REACHES * motion.reach_m.max(1.0e-6));
+        if steps.is_nan() || steps > STEPS_MAX {
+            return None;
+        }
+        let count = (steps as u16).saturating_add(1); // `as` cuts off
+        let per = f32::from(count).recip();
+        let slip_m = motion.slip_m + 2.0 * way_m * per;
+        let mut side = *self;
+        for step in 1..=count {
+            let share = f32::from(step) * per;
+            let [from, to] = &motion.axis;
+            let [was_m, is_m] = &motion.bead_m;
+            let axis = from.moved_to(to, share);
+            let bead_m = was_m + (is_m - was_m) * share;
+            side = side.step(&axis, &bead_m, motion, slip_m);
+        }
+        Some(side)
+    }
+
+    fn step(&self, axis: &Axis, bead_m: &Vec3, motion: &Motion, slip_m: f32) -> Self {
+        let along = &motion.along;
+        let normal = math::unit(&across(&self.normal, along)).unwrap_or(self.normal);
+        let away_m = axis.at(self.share) - bead_m;
+        let height_m = normal.dot(&away_m);
+        // Beside it along the tube, too: the side is the same for all of a tube that lies before a tool.
+        let is_before = along.dot(&away_m).abs() < motion.reach_m + BESIDE_M;
+        let is_engaged = height_m < motion.reach_m && is_before;
+        let lift_m = if is_engaged {
+            normal * (motion.reach_m - height_m)
+        } else {
+            Vec3::zeros()
+        };
+        let lifted = Axis {
+            a_m: axis.a_m + lift_m,
+            b_m: axis.b_m + lift_m,
+        };
+        let share = lifted.nearest(bead_m);
+        let away_m = across(&(lifted.at(share) - bead_m), along);
+        let away = math::unit(&away_m).unwrap_or(normal);
+        // In free air it may go round as it likes.
+        let turn = away - normal;
+        let most = if is_engaged {
+            slip_m / motion.reach_m.max(1.0e-6)
+        } else {
+            2.0
+        };
+        let size = math::norm(&turn);
+        let turned = if size > most {
+            normal + turn * (most / size)
+        } else {
+            away
+        };
+        Self {
+            normal: math::unit(&turned).unwrap_or(normal),
+            share,
+        }
+    }
+
+    /// From the tube's surface to the tool's, across the tube, m; negative: how deep one is in the other.
+    pub(crate) fn gap_m(&self, axis: &Axis, bead_m: &Vec3, reach_m: f32) -> f32 {
+        self.normal.dot(&(axis.at(self.share) - bead_m)) - reach_m
+    }
+
+    /// Share of the tube's stiffness with which the bead answers: it falls to nothing where the tool
+    /// crosses the tube farther along it than it reaches. What slides along a tube passes from bead
+    /// to bead without a step, and what presses on it does not push it along.
+    pub(crate) fn weight(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> f32 {
+        let off = along.dot(&(axis.at(self.share) - bead_m)) / reach_m.max(1.0e-6);
+        (1.0 - off * off).max(0.0)
+    }
+
+    /// Place of the tool's axis, m.
+    pub(crate) fn at_m(&self, axis: &Axis) -> Vec3 {
+        axis.at(self.share)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+
+    const REACH_M: f32 = 0.002;
+
+    fn rod(middle_m: Vec3, half_m: Vec3) -> Axis {
+        Axis {
+            a_m: middle_m - half_m,
+            b_m: middle_m + half_m,
+        }
+    }
+
+    fn motion(from: Axis, to: Axis) -> Motion {
+        Motion {
+            axis: [from, to],
+            bead_m: [Vec3::zeros(); 2],
+            along: Vec3::y(),
+            reach_m: REACH_M,
+            slip_m: 3.0e-5,
+        }
+    }
+
+    #[test]
+    fn what_goes_through_stays_on_its_side() {
+        let along = Vec3::x() * 0.01;
+        let [over, under] = [0.0035, -0.0025].map(|z| rod(Vec3::z() * z, along));
+        let side = Side::first(&over, &Vec3::zeros(), &Vec3::y());
+        assert!(math::norm(&(side.normal - Vec3::z())) < 1.0e-6);
+        let side = side.follow(&motion(over, under)).unwrap();
+        assert!(side.normal.z > 0.99, "{side:?}");
+        let gap_m = side.gap_m(&under, &Vec3::zeros(), REACH_M);
+        assert!((gap_m + 0.0045).abs() < 1.0e-5, "{gap_m}");
+        // The bead may as well have gone.
+        let bead = Motion {
+            axis: [over; 2],
+            bead_m: [Vec3::zeros(), Vec3::z() * 0.006],
+            ..motion(over, over)
+        };
+        let side = Side::first(&over, &Vec3::zeros(), &Vec3::y())
+            .follow(&bead)
+            .unwrap();
+        assert!(side.normal.z > 0.99, "{side:?}");
+        assert!(
+            Side::first(&over, &Vec3::zeros(), &Vec3::y())
+                .follow(&motion(over, rod(Vec3::z(), along)))
+                .is_none()
+        );
+    }
+
+    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    proptest! {
+        /// A tool that never comes near a bead by itself is never said to touch, however fast it goes past.
+        #[test]
+        fn going_past_is_no_contact(from in vector(0.006), way in vector(0.003), half in vector(0.02)) {
+            let (from, to) = (rod(from, half), rod(from + way, half));
+            let nearest_m = |axis: &Axis| math::norm(&axis.at(axis.nearest(&Vec3::zeros())));
+            for step in 0u8..=20 {
+                let between = from.moved_to(&to, f32::from(step) / 20.0);
+                prop_assume!(nearest_m(&between) > 1.1 * REACH_M);
+            }
+            let motion = Motion { along: Vec3::zeros(), ..motion(from, to) };
+            let side = Side::first(&from, &Vec3::zeros(), &Vec3::zeros()).follow(&motion).unwrap();
+            prop_assert!(side.gap_m(&to, &Vec3::zeros(), REACH_M) > 0.0, "{side:?}");
+        }
+
+        /// Slow motion changes the gap no faster than the tool moves: no step in the force.
+        #[test]
+        fn the_gap_is_continuous(
+            start in vector(1.0), ways in prop::collection::vec(vector(3.0e-5), 1..200), half in vector(0.02),
+        ) {
+            let start = across(&start, &Vec3::y());
+            let from = math::unit(&start).unwrap_or_else(Vec3::z) * (1.02 * REACH_M);
+            let half = half - from * (half.dot(&from) / from.norm_squared());
+            let mut axis = rod(from, half);
+            let inward = -from * 0.01;
+            let mut side = Side::first(&axis, &Vec3::zeros(), &Vec3::y());
+            let mut gap_m = side.gap_m(&axis, &Vec3::zeros(), REACH_M);
+            for way in ways {
+                let way = way + inward;
+                let to = rod((axis.a_m + axis.b_m) * 0.5 + way, half);
+                side = side.follow(&motion(axis, to)).unwrap();
+                axis = to;
+                let next_m = side.gap_m(&axis, &Vec3::zeros(), REACH_M);
+                if next_m < -REACH_M {
+                    break; // through the axis, where it may have to go round
+                }
+                let most_m = 8.0 * math::norm(&way) + 6.0e-5;
+                prop_assert!((next_m - gap_m).abs() < most_m, "{gap_m} {next_m}");
+                gap_m = next_m;
+            }
+        }
+    }
+}
