@@ -24,6 +24,7 @@ pub mod math;
 pub mod output_limit;
 mod passivity;
 pub mod port;
+mod proxy;
 mod sample;
 pub mod scene;
 pub mod sim;

@@ -19,6 +19,8 @@ const STABLE_SHARE: f32 = 0.7;
 /// Largest change of force in a tick that comes of another share being let through, N: less than
 /// is felt.
 const SHARE_STEP_N: f32 = 0.004;
+/// A share below this counts as this where it divides.
+const SHARE_MIN: f32 = 0.01;
 /// Longest delay of a device that a stiffness is computed for, s.
 const DELAY_MAX_S: f32 = 0.1;
 /// Largest change of torque in a tick, as a share of the peak: as quick as force is.
@@ -135,6 +137,12 @@ impl OutputLimit {
     #[must_use]
     pub const fn stiffness_max_n_m(&self) -> f32 {
         self.stiffness_max_n_m
+    }
+
+    /// The most that can be rendered now of a force, N: its stiffness, and the motors' heat, leave
+    /// so much of the peak. `None` of a device without motors.
+    pub(crate) fn rendered_n(&self) -> Option<f32> {
+        (self.peak_n > 0.0).then(|| self.limit_n() / self.share.max(SHARE_MIN))
     }
 
     /// What the hand put into contact and its device's damping, and did not get back, J. Below

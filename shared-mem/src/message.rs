@@ -194,7 +194,8 @@ pub struct ToolFrame {
     pub scene_id: [u8; 16],
     /// Handle, world frame.
     pub world_from_handle: PoseMsg,
-    /// Instrument, world frame: origin at the jaw joint, −z along the shaft towards the tip.
+    /// Instrument, world frame: origin at the jaw joint, −z along the shaft towards the tip. A proxy:
+    /// it stays behind the hand where the device cannot push as hard as the tissue.
     pub world_from_instrument: PoseMsg,
     /// Endoscope's camera, world frame: looks along −z, y up.
     pub world_from_camera: PoseMsg,

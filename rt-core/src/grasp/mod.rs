@@ -11,7 +11,6 @@ use heapless::Vec;
 
 use crate::capacity::MAX_GRASPED;
 use crate::collision::cylinder::meets;
-use crate::collision::tool_contact::Contact;
 use crate::fault::{Fault, FaultSet};
 use crate::force::Pull;
 use crate::math::{self, Pose, Vec3};
@@ -26,8 +25,6 @@ use bite::{Bite, GRIP_MAX_N, GRIP_N_M};
 const REACH_M: f32 = 0.005;
 /// One that is held has to slide out by this more before it is lost, m.
 const OUT_M: f32 = 0.001;
-/// What is left after a tick of the force that a contact had as it became a grip.
-const LEAST_KEEP: f32 = 0.99;
 /// What a tick takes of the grip on a sphere that has slid out of the jaws: none is left after 0.2 s.
 const OUT_STEP: f32 = 0.005;
 /// Tissue that slides through the jaws by this has slipped, m.
@@ -45,8 +42,6 @@ struct Held {
     was_at_m: Vec3,
     /// Share of the grip that is left on it.
     share: f32,
-    /// What it bears without any squeeze, N: a contact that has become a grip.
-    least_n: f32,
 }
 
 /// What the jaws hold.
@@ -99,13 +94,10 @@ impl Grasp {
         self.held.first().map(|held| held.sphere)
     }
 
-    /// Closes on every movable sphere near the line from the jaw joint to the tip. `contacts` are
-    /// what the instrument touches: spheres without a skin leave them when they are held, so that
-    /// the grip takes over their force, and lets it die away.
+    /// Closes on every movable sphere near the line from the jaw joint to the tip.
     pub(crate) fn close(
         &mut self,
         jaws: &Jaws<'_>,
-        contacts: &[Contact],
         scene: &Scene<'_>,
         bodies: &mut Bodies,
         faults: &mut FaultSet,
@@ -123,10 +115,9 @@ impl Grasp {
             }
             let held = Held {
                 sphere: i,
-                in_instrument_m: center,
+                in_instrument_m: instrument.rotation.inverse() * (center - joint_m),
                 was_at_m: center,
                 share: 1.0,
-                least_n: 0.0,
             };
             if self.held.push(held).is_err() {
                 faults.raise(Fault::GraspOverflow);
@@ -141,14 +132,6 @@ impl Grasp {
         let along = instrument.rotation * Vec3::z();
         let room = (jaws.gap_m(), jaws.instrument.jaw_length_m());
         self.bite = Bite::new(spheres, room, (&across, &along), scene, bodies);
-        for held in &mut self.held {
-            let touched_n = touched_n(held.sphere, contacts, scene, bodies);
-            held.least_n = math::norm(&touched_n);
-            let yield_m_n = yield_m_n(held.sphere, scene, bodies);
-            let away_m = touched_n * (-(GRIP_N_M * self.part).recip() - yield_m_n);
-            held.was_at_m += away_m;
-            held.in_instrument_m = instrument.rotation.inverse() * (held.was_at_m - joint_m);
-        }
     }
 
     /// Lets go of everything.
@@ -192,7 +175,6 @@ impl Grasp {
             if held.share < 1.0 || !meets(at_m, radius_m, &joint_m, &tip_m, REACH_M + OUT_M) {
                 held.share -= OUT_STEP;
             }
-            held.least_n *= LEAST_KEEP;
         }
         self.held.retain(|held| {
             let stays = held.share > 0.0;
@@ -247,7 +229,7 @@ impl Grasp {
             let stiffness_n_m = GRIP_N_M * self.part * held.share;
             let away_m = target_m - node.center_m();
             let stuck_n = away_m * (stiffness_n_m / (1.0 + stiffness_n_m * yielding_m_n));
-            let most_n = (bears_n * held.share).max(held.least_n);
+            let most_n = bears_n * held.share;
             let kept = most_n / math::norm(&stuck_n).max(most_n).max(f32::MIN_POSITIVE);
             let force_n = stuck_n * kept;
             if organ.is_none() {
@@ -283,20 +265,4 @@ impl Grasp {
 fn yield_m_n(sphere: u32, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
     let step_s = scene.step_s_of(*bodies.organ.at(sphere));
     bodies.nodes.at(sphere).inverse_mass_per_kg() * step_s * step_s
-}
-
-/// What a sphere without a skin did to the instrument in this tick, N. Its contact tells no more
-/// than where it was.
-fn touched_n(sphere: u32, contacts: &[Contact], scene: &Scene<'_>, bodies: &Bodies) -> Vec3 {
-    if scene.skin.near_sphere(sphere).is_some() {
-        return Vec3::zeros(); // its skin goes on touching
-    }
-    let (organ, radius_m) = (*bodies.organ.at(sphere), *bodies.radius_m.at(sphere));
-    let center_m = bodies.nodes.at(sphere).center_m();
-    let is_own = |contact: &&Contact| {
-        let from_m = contact.at_m - contact.normal * radius_m - center_m;
-        contact.organ == organ && math::norm(&from_m) < 1.0e-3 * radius_m
-    };
-    let own = contacts.iter().filter(is_own);
-    own.map(Contact::whole_force_n).sum()
 }

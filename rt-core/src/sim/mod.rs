@@ -17,6 +17,7 @@ use crate::hash::Hash;
 use crate::math::{self, Vec3};
 use crate::output_limit::{Demand, OutputLimit};
 use crate::port::{DeviceCapabilities, ForceCommand};
+use crate::proxy::Proxy;
 use crate::sample::Inputs;
 use crate::scene::{Anchor, Attachment, Scene};
 use crate::soft_body::sleep::Sleep;
@@ -61,6 +62,7 @@ pub struct Sim<'a> {
     kinematics: Kinematics,
     inputs: Inputs,
     tool: ToolState,
+    proxy: Proxy,
     bounds: [Bounds; MAX_ORGANS],
     contacts: ToolContacts,
     grasp: Grasp,
@@ -94,6 +96,7 @@ impl<'a> Sim<'a> {
             },
             inputs: Inputs::default(),
             tool: ToolState::new(room.instrument_port_m, room.world_from_camera),
+            proxy: Proxy::AT_HAND,
             bounds: [Bounds::EMPTY; MAX_ORGANS],
             contacts: ToolContacts::default(),
             grasp: Grasp::default(),
@@ -158,6 +161,7 @@ impl<'a> Sim<'a> {
                 self.let_go();
                 self.contacts.clear();
                 self.sleep = Sleep::AWAKE;
+                self.proxy = Proxy::AT_HAND;
                 self.state.bodies.rest(&self.scene);
                 self.state.pairs.load(&self.scene);
                 self.measure_bounds();
@@ -174,7 +178,7 @@ impl<'a> Sim<'a> {
             tool.world_from_handle = room.world_from_device * sample.device_from_handle;
             tool.handle_velocity_m_s = room.world_from_device.rotation * self.inputs.velocity_m_s;
             tool.buttons = sample.buttons;
-            let handle = &tool.world_from_handle;
+            let handle = &self.proxy.handle(&tool.world_from_handle);
             let length = tool.instrument.jaw_length_m();
             tool.tip_m = self.kinematics.tip(handle);
             tool.world_from_instrument = self.kinematics.instrument(handle, length);
@@ -322,7 +326,7 @@ impl<'a> Sim<'a> {
             &self.contacts.list,
             pull.as_ref(),
             &self.kinematics,
-            &self.tool.world_from_handle,
+            &self.proxy.handle(&self.tool.world_from_handle),
             self.renders_torque,
         );
         let world_from_device = &self.scene.room().world_from_device.rotation;
@@ -336,6 +340,10 @@ impl<'a> Sim<'a> {
             paused,
         };
         let command = self.limit.apply(&demand, faults);
+        if let (Some(limit_n), false) = (self.limit.rendered_n(), paused) {
+            let force_n = &felt.wrench.force_n;
+            self.proxy.give_way(force_n, felt.stiffness_n_m, limit_n);
+        }
         self.tool.force_n = world_from_device * command.force_n;
         self.tool.torque_n_m = world_from_device * command.torque_n_m;
         self.tool.switches.force_enabled = self.limit.is_open();

@@ -52,8 +52,7 @@ impl Sim<'_> {
 
     fn close_jaws(&mut self, faults: &mut FaultSet) {
         let (scene, bodies) = (&self.scene, &mut self.state.bodies);
-        let (jaws, list) = (jaws(&self.tool), &self.contacts.list);
-        self.grasp.close(&jaws, list, scene, bodies, faults);
+        self.grasp.close(&jaws(&self.tool), scene, bodies, faults);
         self.tell_of_grasp(EventKind::Grasp, self.grasp.count() as f32);
     }
 

@@ -31,7 +31,9 @@ pub struct Switches {
 pub struct ToolState {
     /// The handle in the hand.
     pub world_from_handle: Pose,
-    /// The instrument: origin at the jaw joint, −z along the shaft towards the tip.
+    /// The instrument: origin at the jaw joint, −z along the shaft towards the tip. It stays behind
+    /// the hand where the device cannot push as hard as the tissue: what is drawn never sinks into
+    /// it by a force that nobody feels.
     pub world_from_instrument: Pose,
     /// The endoscope's camera: looks along −z, y up.
     pub world_from_camera: Pose,

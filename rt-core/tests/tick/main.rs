@@ -4,6 +4,7 @@ mod devices;
 mod energy;
 mod grip;
 mod motion;
+mod proxy;
 #[path = "../rig/mod.rs"]
 mod rig;
 mod tear;

@@ -1,0 +1,125 @@
+//! Where the instrument is when the hand pushes harder than its device can push back.
+//!
+//! The device's force ends at its limit. A hand that goes on would carry the instrument through
+//! organs with forces that it does not feel. So the instrument stays behind, as if the shaft gave
+//! way: it follows a handle that yields from the hand's by as much as keeps the tissue's force at
+//! what the hand feels (a god-object, Zilles and Salisbury 1995, on a spring that bears the device's
+//! limit and no more). Below the limit the two are one, and the tissue's force goes to the hand
+//! without a coupling between.
+
+use crate::math::{self, Pose, Vec3};
+
+/// Share of a force beyond the limit that is yielded to in a tick; less than one because the tissue
+/// answers a tick later.
+const GAIN: f32 = 0.25;
+/// Least stiffness that is reckoned with, N/m: what is softer is met in more ticks.
+const STIFFNESS_MIN_N_M: f32 = 50.0;
+/// The instrument comes back to the hand, and yields, no faster than this, m a tick.
+const STEP_MAX_M: f32 = 0.001;
+/// Farther it does not stay behind, m.
+const BEHIND_MAX_M: f32 = 0.05;
+/// A device that can do less than this, N, is taken for one that does this: the instrument must be
+/// able to press on tissue where nothing is felt.
+const LIMIT_MIN_N: f32 = 0.5;
+
+/// How far the instrument stays behind the hand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Proxy {
+    /// From the hand's handle to the instrument's, world frame, m.
+    behind_m: Vec3,
+}
+
+impl Proxy {
+    /// Where the hand is.
+    pub(crate) const AT_HAND: Self = Self {
+        behind_m: Vec3::new(0.0, 0.0, 0.0),
+    };
+
+    /// The instrument's own handle.
+    pub(crate) fn handle(&self, world_from_hand: &Pose) -> Pose {
+        let mut handle = *world_from_hand;
+        handle.translation.vector += self.behind_m;
+        handle
+    }
+
+    /// After a tick in which tissue pushed on the handle with `force_n` (world frame), as stiff as
+    /// `stiffness_n_m`, and the device renders `limit_n` of it at most.
+    pub(crate) fn give_way(&mut self, force_n: &Vec3, stiffness_n_m: f32, limit_n: f32) {
+        let over_n = math::norm(force_n) - limit_n.max(LIMIT_MIN_N);
+        let step_m = GAIN * over_n.abs() / stiffness_n_m.max(STIFFNESS_MIN_N_M);
+        let step_m = step_m.min(STEP_MAX_M);
+        if over_n > 0.0 {
+            let way = math::unit(force_n).unwrap_or_else(Vec3::zeros);
+            let behind_m = self.behind_m + way * step_m;
+            let most = BEHIND_MAX_M / math::norm(&behind_m).max(BEHIND_MAX_M);
+            self.behind_m = behind_m * most;
+        } else {
+            let length_m = math::norm(&self.behind_m);
+            let left_m = (length_m - step_m).max(0.0);
+            self.behind_m *= left_m / length_m.max(f32::MIN_POSITIVE);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    #[test]
+    fn by_hand() {
+        let mut proxy = Proxy::AT_HAND;
+        proxy.give_way(&Vec3::new(0.0, 0.0, 3.0), 200.0, 3.0);
+        assert_eq!(proxy, Proxy::AT_HAND);
+        // 0.2 N too much, 200 N/m: a quarter of 1 mm.
+        proxy.give_way(&Vec3::new(0.0, 0.0, 3.2), 200.0, 3.0);
+        assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_25)) < 1.0e-8);
+        // 0.1 N below: half of that back; then all.
+        proxy.give_way(&Vec3::new(0.0, 0.0, 2.9), 200.0, 3.0);
+        assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_125)) < 1.0e-8);
+        proxy.give_way(&Vec3::zeros(), 0.0, 3.0);
+        assert_eq!(proxy, Proxy::AT_HAND);
+    }
+
+    proptest! {
+        /// Never far, never fast, whatever comes; without a force it is back within its way.
+        #[test]
+        fn it_is_continuous_and_comes_back(
+            all in prop::collection::vec((vector(1.0e4), 0.0f32..1.0e6, 0.0f32..5.0), 0..200),
+        ) {
+            let mut proxy = Proxy::AT_HAND;
+            for (force_n, stiffness_n_m, limit_n) in all {
+                let before = proxy;
+                proxy.give_way(&force_n, stiffness_n_m, limit_n);
+                let step_m = math::norm(&(proxy.behind_m - before.behind_m));
+                prop_assert!(step_m <= STEP_MAX_M * 1.001, "{}", step_m);
+                prop_assert!(math::norm(&proxy.behind_m) <= BEHIND_MAX_M * 1.001);
+            }
+            for _ in 0..60 {
+                proxy.give_way(&Vec3::zeros(), 0.0, 3.3);
+            }
+            prop_assert_eq!(proxy, Proxy::AT_HAND);
+        }
+
+        /// On a spring of the stiffness that is told, or softer, the force comes to the limit.
+        #[test]
+        fn the_force_comes_to_the_limit(
+            depth_m in 0.0f32..0.03, stiffness in 60.0f32..1000.0, softer in 0.5f32..1.0,
+        ) {
+            let mut proxy = Proxy::AT_HAND;
+            let force = |proxy: &Proxy| {
+                Vec3::z() * (stiffness * softer * (depth_m - proxy.behind_m.z)).max(0.0)
+            };
+            for _ in 0..200 {
+                proxy.give_way(&force(&proxy), stiffness, 3.0);
+            }
+            let expected = (stiffness * softer * depth_m).min(3.0);
+            prop_assert!((force(&proxy).z - expected).abs() < 0.05, "{}", force(&proxy).z);
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! The instrument and the hand: one, as long as the device can push as hard as the tissue.
+
+use super::grip::felt;
+use super::*;
+use rt_core::port::DeviceCapabilities;
+
+/// A device that can push with `force_max_n`.
+fn pushing(force_max_n: f32) -> DeviceCapabilities {
+    DeviceCapabilities {
+        force_max_n,
+        ..TOUCH
+    }
+}
+
+/// A ball of 5 cm that nothing moves, its top at 5 cm.
+fn ball() -> Anatomy {
+    let material = Material {
+        young_pa: 50_000.0,
+        ..SOFT
+    };
+    Anatomy {
+        organs: vec![organ([0, 1], [0, 0], material)],
+        spheres: vec![RestSphere {
+            center_m: Vec3::zeros(),
+            radius_m: 0.05,
+            mass_kg: 0.5,
+            held: true,
+        }],
+        ..Anatomy::default()
+    }
+}
+
+/// Above it; just in it, and 8 mm in it.
+const ABOVE: Vec3 = Vec3::new(0.0, 0.0, 0.07);
+const LIGHT: Vec3 = Vec3::new(0.0, 0.0, 0.0485);
+const DEEP: Vec3 = Vec3::new(0.0, 0.0, 0.042);
+
+/// Where the tip is behind the hand's, tick by tick, on the way there.
+fn behind(sim: &mut Sim<'_>, bench: &mut Bench, ends: (&Vec3, &Vec3), ticks: usize) -> Vec<Vec3> {
+    let (from, to) = ends;
+    let tick = |t: usize| {
+        let tip_m = from + (to - from) * (t as f32 / ticks as f32);
+        felt(sim, bench, (&tip_m, &tip_m), 1, NONE);
+        bench.tip_m - tip_m
+    };
+    (1..=ticks).map(tick).collect()
+}
+
+#[test]
+fn the_instrument_stays_behind_where_the_device_cannot_push_and_comes_back() {
+    let anatomy = ball();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, pushing(0.55), OPEN);
+    let mut bench = Bench::new();
+    let rounding_m = 1.0e-6;
+    let light = behind(&mut sim, &mut bench, (&ABOVE, &LIGHT), 1000);
+    assert!(bench.force_n.z > 0.05 && light.iter().all(|m| norm(m) < rounding_m));
+    let pressing = behind(&mut sim, &mut bench, (&LIGHT, &DEEP), 1000);
+    let (held_back_m, force_n) = (pressing[999].z, bench.force_n.z);
+    assert!((force_n - 0.55).abs() < 0.01, "{force_n} N");
+    assert!(held_back_m > 0.001, "{held_back_m} m");
+    let leaving = behind(&mut sim, &mut bench, (&DEEP, &ABOVE), 1000);
+    assert!(norm(&leaving[999]) < rounding_m);
+    let all: Vec<Vec3> = light.into_iter().chain(pressing).chain(leaving).collect();
+    let steps = all.windows(2).map(|pair| norm(&(pair[1] - pair[0])));
+    let step_m = steps.fold(0.0, f32::max);
+    assert!(step_m < 0.0001, "{step_m} m in a tick"); // the hand goes 28 µm
+}
+
+#[test]
+fn what_feels_nothing_goes_where_the_hand_goes() {
+    let anatomy = ball();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, pushing(0.0), OPEN);
+    let mut bench = Bench::new();
+    let pressing = behind(&mut sim, &mut bench, (&ABOVE, &DEEP), 1000);
+    assert!(pressing.iter().all(|m| norm(m) < 1.0e-6));
+}
