@@ -26,6 +26,9 @@ use stations::{Station, stations};
 const NEAR_M: f32 = 0.003;
 /// Skin farther than this is forgotten, m.
 const FORGET_M: f32 = 0.012;
+/// What tissue goes in a tick, as far as skin that nothing is near to is looked at again, m. Faster
+/// tissue is met late, and forgiven its depth.
+const TISSUE_M: f32 = 0.0005;
 /// A tool that slips off an edge goes over the skin by this a tick, and twice its own way, m.
 pub(crate) const SLIP_M: f32 = 0.000_03;
 
@@ -35,6 +38,8 @@ struct Track {
     vertex: u16,
     /// Whether the skin was near enough to be touched.
     is_near: bool,
+    /// How far place and skin have still to go before they can be near, m.
+    idle_m: f32,
     carried: Carried,
     gap: Gap,
     /// Where the skin was touched, m; its outward normal there, and the place of the tool, m.
@@ -48,6 +53,7 @@ struct Track {
 const NOWHERE: Track = Track {
     vertex: NO_VERTEX,
     is_near: false,
+    idle_m: 0.0,
     carried: Carried::NOTHING,
     gap: Gap::NONE,
     at_m: Vec3::new(0.0, 0.0, 0.0),
@@ -57,6 +63,25 @@ const NOWHERE: Track = Track {
 };
 
 impl Track {
+    /// Where no skin is to be found.
+    fn far_from(center_m: &Vec3) -> Self {
+        Self {
+            idle_m: FORGET_M - NEAR_M,
+            center_m: *center_m,
+            ..NOWHERE
+        }
+    }
+
+    /// Whether the place of the tool, now here, cannot have come near skin since it was looked for.
+    fn is_idle(&mut self, center_m: &Vec3) -> bool {
+        if self.is_near || self.idle_m <= 0.0 {
+            return false;
+        }
+        self.idle_m -= math::norm(&(center_m - self.center_m)) + TISSUE_M;
+        self.center_m = *center_m;
+        self.idle_m > 0.0
+    }
+
     /// Takes in what was found, and keeps the gap from jumping.
     fn follow(&mut self, found: &Closest, gap_m: f32, center_m: &Vec3) {
         if self.is_near {
@@ -70,6 +95,7 @@ impl Track {
         }
         self.vertex = found.vertex;
         self.is_near = gap_m < NEAR_M;
+        self.idle_m = (gap_m - NEAR_M).max(0.0);
         self.at_m = found.at_m;
         self.normal = found.normal;
         self.center_m = *center_m;
@@ -80,12 +106,15 @@ impl Track {
 #[derive(Debug)]
 pub(crate) struct SkinContacts {
     tracks: [[Track; MAX_STATIONS]; MAX_ORGANS],
+    /// Organs of which some track is not [`NOWHERE`].
+    is_known: [bool; MAX_ORGANS],
 }
 
 impl Default for SkinContacts {
     fn default() -> Self {
         Self {
             tracks: [[NOWHERE; MAX_STATIONS]; MAX_ORGANS],
+            is_known: [false; MAX_ORGANS],
         }
     }
 }
@@ -93,7 +122,7 @@ impl Default for SkinContacts {
 impl SkinContacts {
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
-        self.tracks = [[NOWHERE; MAX_STATIONS]; MAX_ORGANS];
+        *self = Self::default();
     }
 
     /// Finds the skin near `parts`, as it lies before the solve. `near_spheres` are the spheres
@@ -111,19 +140,27 @@ impl SkinContacts {
             return;
         }
         let stations = stations(parts);
-        for ((organ, it), tracks) in (0u8..).zip(scene.organs).zip(&mut self.tracks) {
+        let tracks = self.tracks.iter_mut().zip(&mut self.is_known);
+        for ((organ, it), (tracks, is_known)) in (0u8..).zip(scene.organs).zip(tracks) {
             let mut own = near_spheres
                 .clone()
                 .filter(|sphere| *bodies.organ.at(*sphere) == organ)
                 .peekable();
             if own.peek().is_none() {
-                *tracks = [NOWHERE; MAX_STATIONS];
+                if *is_known {
+                    *tracks = [NOWHERE; MAX_STATIONS];
+                    *is_known = false;
+                }
                 continue;
             }
+            *is_known = true;
             for ((number, station), track) in (0u8..).zip(&stations).zip(tracks.iter_mut()) {
+                if track.is_idle(&station.center_m) {
+                    continue;
+                }
                 let found = look(station, track, own.clone(), scene, bodies);
                 let Some(found) = found.filter(|(_, gap_m)| *gap_m < FORGET_M) else {
-                    *track = NOWHERE;
+                    *track = Track::far_from(&station.center_m);
                     continue;
                 };
                 track.follow(&found.0, found.1, &station.center_m);
