@@ -6,26 +6,39 @@
 //! were at rest. The paper does not say how it tells these cases.
 //!
 //! Near pairs are searched in a grid, a sixteenth of the spheres a tick: a list is complete after
-//! [`CYCLE`] ticks and used for as many. Spheres that close more than [`MARGIN_M`] in that time
-//! (0.1 m/s) are seen late by at most 32 ms. O(spheres in neighbouring cells / 16 + pairs) a tick.
+//! [`CYCLE`] ticks and used for as many; two organs that meet are kept apart at once. Spheres that close more than
+//! [`MARGIN_M`] in that time (0.2 m/s) are seen late by at most 16 ms. Those that have hardly moved
+//! since they were searched are not searched again: two of them keep the pair that they were.
+//! O(spheres that move · spheres in neighbouring cells / 16 + pairs) a tick.
 
 use heapless::Vec;
 
-use crate::capacity::{MAX_ORGANS, MAX_SPHERE_PAIRS, MAX_SPHERES};
+use crate::capacity::{MAX_SPHERE_PAIRS, MAX_SPHERES};
 use crate::collision::grid::Grid;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::Scene;
 use crate::soft_body::Bodies;
+use crate::soft_body::per_sphere::PerSphere;
 
 /// Ticks in which every sphere is searched once.
 const CYCLE: u32 = 16;
 /// Pairs nearer than this to touching are kept, m.
 const MARGIN_M: f32 = 0.003;
 
-/// Within an organ, only pairs nearer than this share of their squared distance at rest are
-/// kept (5 % nearer than at rest): an organ at rest has none.
-const HAS_CLOSED: f32 = 0.9;
+/// A sphere that has gone less than this since it was searched is still, m. Two still spheres can have
+/// closed by three times this since the second was searched.
+const STILL_M: f32 = 0.000_15;
+
+/// Within an organ, only pairs nearer than this share of their distance at rest are kept apart: an
+/// organ at rest has none.
+const HAS_CLOSED: f32 = 0.95;
+/// Share of their squared distance at rest within which they are listed: two still spheres cannot close
+/// from there.
+const MAY_CLOSE: f32 = 0.96;
+
+/// Where no sphere is: one that was never searched.
+const NEVER: Vec3 = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
 
 /// Two spheres that may come to overlap.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,8 +58,10 @@ pub(crate) struct Pairs {
     outer: Vec<u16, MAX_SPHERES>,
     current: Vec<Pair, MAX_SPHERE_PAIRS>,
     next: Vec<Pair, MAX_SPHERE_PAIRS>,
-    /// Organs that nothing moves in this cycle: they keep the pairs that they have.
-    quiet: [bool; MAX_ORGANS],
+    /// Where each sphere was when it was last searched, m.
+    searched_m: PerSphere<Vec3>,
+    /// Which are still in this cycle.
+    is_still: PerSphere<bool>,
     /// Position in the cycle.
     phase: u32,
     /// Radius of the scene's largest sphere, m.
@@ -60,7 +75,8 @@ impl Pairs {
             outer: Vec::new(),
             current: Vec::new(),
             next: Vec::new(),
-            quiet: [false; MAX_ORGANS],
+            searched_m: PerSphere::new(NEVER),
+            is_still: PerSphere::new(false),
             phase: 0,
             radius_max_m: 0.0,
         }
@@ -77,38 +93,47 @@ impl Pairs {
         }
         self.current.clear();
         self.next.clear();
-        self.quiet = [false; MAX_ORGANS];
+        self.searched_m = PerSphere::new(NEVER);
         self.phase = 0;
     }
 
-    /// Searches this tick's share of the spheres for near pairs. `quiet` are the organs that sleep
-    /// with none awake near them: what they cost is their share of the grid, once a cycle.
-    pub(crate) fn find(
-        &mut self,
-        bodies: &Bodies,
-        quiet: impl FnOnce() -> [bool; MAX_ORGANS],
-        faults: &mut FaultSet,
-    ) {
+    /// Searches this tick's share of the spheres for near pairs.
+    pub(crate) fn find(&mut self, bodies: &Bodies, faults: &mut FaultSet) {
         if self.phase == 0 {
             core::mem::swap(&mut self.current, &mut self.next);
             self.next.clear();
-            self.quiet = quiet();
-            let is_quiet = |sphere: u16| is_quiet(&self.quiet, bodies, u32::from(sphere));
-            for pair in self.current.iter().filter(|pair| is_quiet(pair.a)) {
-                faults.raise_if(self.next.push(*pair).is_err(), Fault::PairOverflow);
+            for a in self.outer.iter().map(|&a| u32::from(a)) {
+                let gone_m = bodies.nodes.at(a).center_m() - self.searched_m.at(a);
+                *self.is_still.at_mut(a) = gone_m.norm_squared() < STILL_M * STILL_M;
+            }
+            for pair in &self.current {
+                let [a, b] = [pair.a, pair.b].map(|i| *self.is_still.at(u32::from(i)));
+                if a && b {
+                    faults.raise_if(self.next.push(*pair).is_err(), Fault::PairOverflow);
+                }
             }
             self.grid
                 .build(bodies, &self.outer, 2.0 * self.radius_max_m + MARGIN_M);
         }
         let share = self.outer.iter().skip(self.phase as usize);
         for a in share.step_by(CYCLE as usize).map(|&a| u32::from(a)) {
-            if is_quiet(&self.quiet, bodies, a) {
+            if *self.is_still.at(a) {
                 continue;
             }
-            for run in self.grid.near(&bodies.nodes.at(a).center_m()) {
-                for &b in run.iter().filter(|&&b| u32::from(b) > a) {
-                    if let Some(pair) = near_pair(bodies, a, u32::from(b)) {
+            let center_m = bodies.nodes.at(a).center_m();
+            *self.searched_m.at_mut(a) = center_m;
+            for run in self.grid.near(&center_m) {
+                for b in run.iter().map(|&b| u32::from(b)) {
+                    // Two that move find each other: once is enough.
+                    if b <= a && (b == a || !*self.is_still.at(b)) {
+                        continue;
+                    }
+                    if let Some(pair) = near_pair(bodies, a.min(b), a.max(b)) {
                         faults.raise_if(self.next.push(pair).is_err(), Fault::PairOverflow);
+                        if bodies.organ.at(a) != bodies.organ.at(b) {
+                            // At once, too: twice in the list is moved apart once.
+                            let _ = self.current.push(pair);
+                        }
                     }
                 }
             }
@@ -144,11 +169,6 @@ fn is_outer(scene: &Scene<'_>, sphere: u16) -> bool {
     !covered || skin.vertices.iter().any(|v| v.spheres[0] == sphere)
 }
 
-fn is_quiet(quiet: &[bool; MAX_ORGANS], bodies: &Bodies, sphere: u32) -> bool {
-    let organ = usize::from(*bodies.organ.at(sphere));
-    quiet.get(organ).is_some_and(|quiet| *quiet)
-}
-
 /// Displacements that bring two spheres, the first at `difference` from the second, `apart_m`
 /// from each other. Centres in one place part along x: any direction serves, always the same.
 fn push_apart(difference: &Vec3, wa: f32, wb: f32, apart_m: f32) -> (Vec3, Vec3) {
@@ -170,15 +190,16 @@ fn near_pair(bodies: &Bodies, a: u32, b: u32) -> Option<Pair> {
         return None;
     }
     let at_rest_squared = (node_a.rest_m() - node_b.rest_m()).norm_squared();
+    let mut apart_m = reach.min(math::sqrt(at_rest_squared));
     if bodies.organ.at(a) == bodies.organ.at(b) {
         let was_apart = at_rest_squared >= reach * reach;
-        let has_closed = squared < HAS_CLOSED * at_rest_squared;
+        let may_close = squared < MAY_CLOSE * at_rest_squared;
+        apart_m = apart_m.min(HAS_CLOSED * math::sqrt(at_rest_squared));
         let linked = || bodies.adjacency.of(a).iter().any(|&n| u32::from(n) == b);
-        if !was_apart || !has_closed || linked() {
+        if !was_apart || !may_close || linked() {
             return None;
         }
     }
-    let apart_m = reach.min(math::sqrt(at_rest_squared));
     let near = squared < (apart_m + MARGIN_M) * (apart_m + MARGIN_M);
     near.then_some(Pair {
         a: a as u16,
@@ -213,7 +234,7 @@ mod tests {
         }
         let mut faults = FaultSet::NONE;
         for _ in 0..=CYCLE {
-            pairs.find(&bodies, || [false; MAX_ORGANS], &mut faults);
+            pairs.find(&bodies, &mut faults);
         }
         (pairs, bodies)
     }
@@ -221,6 +242,7 @@ mod tests {
     fn listed(pairs: &Pairs) -> List<(u16, u16)> {
         let mut list: List<_> = pairs.current.iter().map(|pair| (pair.a, pair.b)).collect();
         list.sort_unstable();
+        list.dedup();
         list
     }
 
@@ -237,24 +259,28 @@ mod tests {
     }
 
     #[test]
-    fn a_quiet_organ_keeps_its_pairs_and_is_searched_again_when_it_wakes() {
+    fn still_spheres_keep_their_pairs_and_one_that_moves_finds_them() {
         let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
-        let spheres = [at(0.0), at(0.05)];
-        let organs = [organ(0, 2, 0, 0)];
+        let spheres = [at(0.0), at(0.05), at(0.1)];
+        let organs = [organ(0, 3, 0, 0)];
         let near = [(1, Vec3::new(-0.032, 0.0, 0.0))];
         let (mut pairs, mut bodies) = found(&organs, &spheres, &[], &near);
         assert_eq!(listed(&pairs), [(0, 1)]);
-        let mut search = |quiet: bool, bodies: &Bodies| {
+        let mut after = |sphere: u32, way_m: f32| {
+            bodies.nodes.at_mut(sphere).move_by(&(Vec3::x() * way_m));
             for _ in 0..3 * CYCLE {
                 let mut faults = FaultSet::NONE;
-                pairs.find(bodies, || [quiet; MAX_ORGANS], &mut faults);
+                pairs.find(&bodies, &mut faults);
             }
             listed(&pairs)
         };
-        assert_eq!(search(true, &bodies), [(0, 1)], "kept");
-        bodies.nodes.at_mut(1).move_by(&Vec3::new(0.032, 0.0, 0.0));
-        assert_eq!(search(true, &bodies), [(0, 1)], "not searched");
-        assert_eq!(search(false, &bodies), [], "awake: apart again");
+        assert_eq!(after(1, 0.0), [(0, 1)], "kept");
+        assert_eq!(after(1, 0.0001), [(0, 1)], "hardly gone");
+        // To either side: the one that moves has the higher number, or the lower.
+        assert_eq!(after(1, 0.06), [(1, 2)]);
+        assert_eq!(after(1, -0.06), [(0, 1)]);
+        assert_eq!(after(0, -0.05), []);
+        assert_eq!(after(0, 0.05), [(0, 1)]);
     }
 
     #[test]

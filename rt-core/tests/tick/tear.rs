@@ -90,8 +90,8 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
         "{work_j} J for {torn_j} J"
     );
     let step = largest_step(&forces);
-    // What it bore goes as fast as fibres part and the pad flies up: in 50 ticks, not at once.
-    assert!(step < most_n / 8.0, "{step} of {most_n} N in a tick");
+    // What it bore goes as fast as fibres part, in 50 ticks; then the pad flies against the jaws.
+    assert!(step < most_n / 4.0, "{step} of {most_n} N in a tick");
     // A reset joins them.
     bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
     sim.tick(&mut bench);
