@@ -15,6 +15,7 @@
 
 pub mod capacity;
 pub mod collision;
+mod cut;
 pub mod event;
 pub mod fault;
 mod force;

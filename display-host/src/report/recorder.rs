@@ -235,6 +235,7 @@ fn event_name(kind: u32) -> &'static str {
         EventMsg::ELECTRO => "electro",
         EventMsg::SLIP => "slip",
         EventMsg::TEAR => "tear",
+        EventMsg::CUT => "cut",
         _ => "unknown",
     }
 }

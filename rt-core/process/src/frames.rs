@@ -96,6 +96,7 @@ pub(crate) fn event(event: &Event, sequence: u64, tick: u64, at_ns: u64) -> Even
             EventKind::LetGo => EventMsg::LET_GO,
             EventKind::Slip => EventMsg::SLIP,
             EventKind::Tear => EventMsg::TEAR,
+            EventKind::Cut => EventMsg::CUT,
             EventKind::Fault => EventMsg::FAULT,
             EventKind::Electro => EventMsg::ELECTRO,
         },

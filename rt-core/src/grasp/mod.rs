@@ -49,6 +49,8 @@ struct Held {
 pub(crate) struct Grasp {
     held: Vec<Held, MAX_GRASPED>,
     bite: Bite,
+    /// Edges dig in: nothing slips, nothing stops them.
+    is_sharp: bool,
     /// One over the spheres that were bitten.
     part: f32,
     /// Force of the jaws on what they hold, N.
@@ -126,6 +128,7 @@ impl Grasp {
             let bits = bodies.bits.at_mut(i);
             *bits = bits.with(SphereBits::GRASPED);
         }
+        self.is_sharp = jaws.instrument == Instrument::Scissors;
         self.part = (self.held.len().max(1) as f32).recip();
         let spheres = self.held.iter().map(|held| held.sphere);
         let across = instrument.rotation * Vec3::y();
@@ -149,7 +152,7 @@ impl Grasp {
             let closed = Jaws { jaw, ..*jaws };
             self.bite.squeeze_n(closed.gap_m()) > GRIP_MAX_N
         };
-        if self.count() == 0 || to >= jaws.jaw || !is_stopped(to) {
+        if self.count() == 0 || self.is_sharp || to >= jaws.jaw || !is_stopped(to) {
             return to;
         }
         let (mut stopped, mut open) = (to, jaws.jaw);
@@ -213,7 +216,11 @@ impl Grasp {
         scene: &Scene<'_>,
         bodies: &mut Bodies,
     ) {
-        let bears_n = self.bite.slip_n(self.grip_n) * self.part;
+        let bears_n = if self.is_sharp {
+            f32::MAX
+        } else {
+            self.bite.slip_n(self.grip_n) * self.part
+        };
         let instrument_from_world = world_from_instrument.inverse();
         let mut pull_n = Vec3::zeros();
         for held in &mut self.held {

@@ -1,12 +1,13 @@
 //! Stage `procedure`: what the buttons do to the instrument, and what is told of the tick.
 
+use crate::cut::cut_all;
 use crate::event::{Event, EventKind};
 use crate::fault::FaultSet;
 use crate::grasp::Jaws;
 use crate::math;
 use crate::port::Buttons;
 use crate::sim::{Sim, TICK_S};
-use crate::soft_body::tear::wear_all;
+use crate::soft_body::part::{Apart, tear_all};
 use crate::tool::{Instrument, ToolState};
 
 /// Time in which the jaws close or open, s.
@@ -26,7 +27,12 @@ impl Sim<'_> {
         let jaw = (self.tool.jaw + step).clamp(0.0, 1.0);
         let jaw = self.grasp.stop(&jaws(&self.tool), jaw);
         let bites = self.tool.jaw > JAW_HOLDS && jaw <= JAW_HOLDS && self.grasp.count() == 0;
+        let closed = self.tool.jaw - jaw;
         self.tool.jaw = jaw;
+        let cuts = self.tool.instrument == Instrument::Scissors && closed > 0.0;
+        if cuts && !self.tool.switches.paused {
+            self.cut(closed, faults);
+        }
         if bites && self.tool.instrument == Instrument::Grasper && !self.tool.switches.paused {
             self.close_jaws(faults);
         }
@@ -40,14 +46,23 @@ impl Sim<'_> {
             return;
         }
         let (bodies, journal) = (&mut self.state.bodies, &mut self.journal);
-        wear_all(&self.scene, bodies, |torn| {
-            journal.raise(Event {
-                kind: EventKind::Tear,
-                organ: Some(u32::from(torn.organ)),
-                at_m: torn.at_m,
-                value: torn.energy_j,
-            });
+        tear_all(&self.scene, bodies, |apart| {
+            journal.raise(told(EventKind::Tear, &apart));
         });
+    }
+
+    /// Scissors that have closed by `closed` of their opening cut, and hold what they are cutting.
+    fn cut(&mut self, closed: f32, faults: &mut FaultSet) {
+        let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
+        let blades = jaws(&self.tool);
+        let is_cutting = cut_all(&blades, closed, scene, bodies, |apart| {
+            journal.raise(told(EventKind::Cut, &apart));
+        });
+        match (is_cutting, self.grasp.count()) {
+            (true, 0) => self.grasp.close(&blades, scene, bodies, faults),
+            (false, 1..) => self.grasp.open(bodies),
+            _ => {}
+        }
     }
 
     fn close_jaws(&mut self, faults: &mut FaultSet) {
@@ -79,7 +94,7 @@ impl Sim<'_> {
     }
 
     fn tell_of_grasp(&mut self, kind: EventKind, value: f32) {
-        if let Some(first) = self.grasp.first() {
+        if let (Some(first), Instrument::Grasper) = (self.grasp.first(), self.tool.instrument) {
             self.tell(kind, first, value);
         }
     }
@@ -116,5 +131,14 @@ fn jaws(tool: &ToolState) -> Jaws<'_> {
         instrument: tool.instrument,
         world_from_instrument: &tool.world_from_instrument,
         jaw: tool.jaw,
+    }
+}
+
+fn told(kind: EventKind, apart: &Apart) -> Event {
+    Event {
+        kind,
+        organ: Some(u32::from(apart.organ)),
+        at_m: apart.at_m,
+        value: apart.energy_j,
     }
 }

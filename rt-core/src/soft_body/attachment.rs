@@ -4,14 +4,12 @@ use crate::scene::{Anchor, Scene};
 use crate::soft_body::Bodies;
 use crate::soft_body::bar::Bar;
 use crate::soft_body::lanes::Lanes;
-use crate::soft_body::tear::Strength;
 
 /// Projects every attachment as a bar in the last substep of its first sphere's organ; a thread
-/// only while it is taut, and none that has torn. Those held together at length zero are drawn into one place.
+/// only while it is taut, and none that has parted. Those held together at length zero are drawn into one place.
 pub(crate) fn project_all(scene: &Scene<'_>, bodies: &mut Bodies) {
     for (i, tie) in scene.attachments.iter().enumerate() {
-        let worn_m = bodies.wear.ties().get(i).copied().unwrap_or(0.0);
-        let left = Strength::of_tie(tie).map_or(1.0, |strength| strength.left(worn_m));
+        let left = bodies.parted.left_of_tie(i);
         if left <= 0.0 {
             continue;
         }

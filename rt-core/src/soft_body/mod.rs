@@ -16,11 +16,11 @@ mod integrate;
 pub mod lanes;
 pub mod laplacian;
 pub mod neo_hookean;
+pub(crate) mod part;
 pub mod pbd;
 pub(crate) mod per_sphere;
 pub(crate) mod sleep;
 pub mod stretch;
-pub(crate) mod tear;
 mod tissue;
 
 pub(crate) use integrate::Bounds;
@@ -33,9 +33,9 @@ use crate::state::SphereBits;
 pub(crate) use adjacency::Adjacency;
 use lanes::Lanes;
 use neo_hookean::NeoHookean;
+use part::Parted;
 use pbd::{PaperPbd, PaperSphere};
 use per_sphere::PerSphere;
-use tear::Wear;
 
 /// Corrects the predicted displacements of one organ by its inner constraints. Contacts are not
 /// its business.
@@ -158,7 +158,7 @@ pub struct Bodies {
     /// Index of each sphere's organ.
     pub(crate) organ: PerSphere<u8>,
     pub(crate) adjacency: Adjacency,
-    pub(crate) wear: Wear,
+    pub(crate) parted: Parted,
     /// Where tools meet organs without a contact skin.
     pub(crate) beads: Beads,
 }
@@ -174,7 +174,7 @@ impl Bodies {
             bits: PerSphere::new(SphereBits(0)),
             organ: PerSphere::new(0),
             adjacency: Adjacency::new(),
-            wear: Wear::NONE,
+            parted: Parted::NONE,
             beads: Beads::new(),
         }
     }
@@ -238,7 +238,7 @@ impl Bodies {
 
     /// Puts every sphere back to rest, and joins what has torn.
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
-        self.wear.heal(scene);
+        self.parted.heal(scene);
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());

@@ -6,7 +6,7 @@ use crate::fault::FaultSet;
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::sim::TICK_S;
-use crate::soft_body::{Bodies, Bounds, Method, Solver, attachment, inverse_mass_per_kg, tear};
+use crate::soft_body::{Bodies, Bounds, Method, Solver, attachment, inverse_mass_per_kg, part};
 use crate::tool::Capsule;
 
 /// A scene's organs, stepped as the tick steps them, each in its substeps.
@@ -108,7 +108,7 @@ impl<'a> Tissue<'a> {
             put_back += bodies.advance(organ, step_s).put_back;
             bodies.stop_leading(organ);
         }
-        tear::wear_all(&scene, bodies, |_| ());
+        part::tear_all(&scene, bodies, |_| ());
         self.tick = self.tick.wrapping_add(1);
         put_back
     }
@@ -146,7 +146,7 @@ impl<'a> Tissue<'a> {
             pressed.force_n += contact.whole_force_n();
         }
         pressed.contacts = contacts.list.len();
-        tear::wear_all(&scene, bodies, |_| ());
+        part::tear_all(&scene, bodies, |_| ());
         self.tick = self.tick.wrapping_add(1);
         pressed
     }

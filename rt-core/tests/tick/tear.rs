@@ -110,41 +110,42 @@ fn a_pull_tears_band_after_band_and_takes_their_energy() {
     assert_eq!(again.count(), bands);
 }
 
+/// 21 spheres in a row along x, its ends held; E A = 5 kPa · 28 mm² = 0.141 N.
+pub(super) fn tube(toughness_j_m2: f32) -> Anatomy {
+    let area_m2 = std::f32::consts::PI * 0.003 * 0.003;
+    let spheres: Vec<RestSphere> = (0..21)
+        .map(|i| RestSphere {
+            center_m: Vec3::new(0.003 * (i as f32 - 10.0), 0.0, 0.0),
+            radius_m: 0.003,
+            mass_kg: 0.001,
+            held: i == 0 || i == 20,
+        })
+        .collect();
+    let links: Vec<Link> = (0..20)
+        .map(|a| Link {
+            a,
+            b: a + 1,
+            rest_length_m: 0.003,
+            compliance_m_n: 0.003 / (SOFT.young_pa * area_m2),
+        })
+        .collect();
+    let material = Material {
+        toughness_j_m2,
+        ..SOFT
+    };
+    Anatomy {
+        organs: vec![Organ {
+            gravity_share: 0.0,
+            ..organ([0, 21], [0, 20], material)
+        }],
+        spheres,
+        links,
+        ..Anatomy::default()
+    }
+}
+
 #[test]
 fn a_tube_tears_where_its_toughness_ends() {
-    // 21 spheres in a row, its ends held; E A = 5 kPa · 28 mm² = 0.141 N.
-    let area_m2 = std::f32::consts::PI * 0.003 * 0.003;
-    let tube = |toughness_j_m2| {
-        let spheres: Vec<RestSphere> = (0..21)
-            .map(|i| RestSphere {
-                center_m: Vec3::new(0.003 * (i as f32 - 10.0), 0.0, 0.0),
-                radius_m: 0.003,
-                mass_kg: 0.001,
-                held: i == 0 || i == 20,
-            })
-            .collect();
-        let links: Vec<Link> = (0..20)
-            .map(|a| Link {
-                a,
-                b: a + 1,
-                rest_length_m: 0.003,
-                compliance_m_n: 0.003 / (SOFT.young_pa * area_m2),
-            })
-            .collect();
-        let material = Material {
-            toughness_j_m2,
-            ..SOFT
-        };
-        Anatomy {
-            organs: vec![Organ {
-                gravity_share: 0.0,
-                ..organ([0, 21], [0, 20], material)
-            }],
-            spheres,
-            links,
-            ..Anatomy::default()
-        }
-    };
     let torn = |toughness_j_m2| {
         let anatomy = tube(toughness_j_m2);
         let mut state = store();

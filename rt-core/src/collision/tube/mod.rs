@@ -106,9 +106,9 @@ impl TubeContacts {
                     let (mut track, way_m) = self.meet(part, number, &ball, last);
                     let loose = if is_held(bead, bodies) { 0.0 } else { 1.0 };
                     track.loose += LOOSEN * (loose - track.loose);
-                    let left = bead.link.map_or(1.0, |link| {
-                        bodies.wear.left_of_link(link, scene, &it.material)
-                    });
+                    let left = bead
+                        .link
+                        .map_or(1.0, |link| bodies.parted.left_of_link(link));
                     let weight = left
                         * track.side.weight(
                             &axis(part),

@@ -10,7 +10,6 @@ mod wide;
 use kernel::Moduli;
 
 use crate::scene::{Material, Organ, Scene};
-use crate::soft_body::tear::Strength;
 use crate::soft_body::{Bodies, Solver, bar};
 
 /// Linear tetrahedra lock beyond this Poisson's ratio: at 0.49 they sag a fifth too little. A
@@ -34,12 +33,10 @@ impl Solver for NeoHookean {
             kernel::project(&mut bodies.nodes, batches, &moduli);
         }
         let rate = organ.material.retardation_s / step_s;
-        let worn = bodies.wear.links_of(organ);
-        for (link, worn_m) in scene.elastic_links_of(organ).iter().zip(worn) {
-            let strength = Strength::of_link(link, &organ.material);
-            let left = strength.map_or(1.0, |strength| strength.left(*worn_m));
+        let (nodes, lefts) = (&mut bodies.nodes, bodies.parted.left_of_links(organ));
+        for (link, left) in scene.elastic_links_of(organ).iter().zip(lefts) {
             if left > 0.0 {
-                bar::project(&mut bodies.nodes, link, left, rate, step_s);
+                bar::project(nodes, link, left, rate, step_s);
             }
         }
     }
