@@ -183,6 +183,11 @@ impl ToolContacts {
         faults.raise_if(lost.depth_m > 0.0, Fault::ContactOverflow);
     }
 
+    /// Lets the tools lean on organ `organ`, within a substep of `step_s`, before it is solved.
+    pub(crate) fn lean(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        self.touches.lean(organ, step_s, bodies);
+    }
+
     /// Presses the tools against organ `organ`, within a substep of `step_s`.
     pub(crate) fn push_organ(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         self.touches.press(organ, step_s, bodies);

@@ -16,6 +16,13 @@ use crate::tool::Role;
 
 /// Passes over the contacts of an organ in a step; each begins with the last tick's forces.
 const PASSES: u32 = 4;
+/// Share of the last forces that acts on a solid before its constraints are solved; the rest acts
+/// after them. One pass over the constraints is an implicit step in which each knows all of itself
+/// and half of the others. A force put on all after it finds tissue too soft; one put on all before
+/// it, as weight is, too stiff by what the constraints do not know of each other. Were there nothing
+/// but each other, ½ would be right; were each alone, 1. With ¾ gallbladders of 250 to 2500 spheres
+/// press back as they do in twelve times the substeps, within 2 %; with 0, up to 17 % too little.
+const LEANS: f32 = 0.75;
 
 /// Which place of which tool touches what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,6 +46,14 @@ pub(crate) enum Answer {
 }
 
 impl Answer {
+    /// Which share of the last force acts before the constraints are solved.
+    const fn leans(&self) -> f32 {
+        match self {
+            Self::HalfSpace(_) => LEANS,
+            Self::Spring { .. } => 0.0,
+        }
+    }
+
     /// The force F ≥ 0 that closes a gap to which the spheres yield so much, and its slope, N/m.
     fn force_n(&self, gap_m: f32, yield_m_n: f32) -> (f32, f32) {
         match self {
@@ -156,6 +171,12 @@ impl Touch {
         }
     }
 
+    /// Pushes the tissue with the last forces for a share of a step squared, s².
+    fn push_last(&self, share_s2: f32, bodies: &mut Bodies) {
+        let push = (self.normal * self.force_n + self.friction_n) * -share_s2;
+        self.patch.push(&push, bodies);
+    }
+
     /// What it leaves to the next tick.
     pub(crate) fn carried(&self) -> Carried {
         Carried {
@@ -197,13 +218,21 @@ impl Touches {
         faults.raise_if(lost_m < 0.0, Fault::ContactOverflow);
     }
 
-    /// Presses the tools against organ `organ`, within a substep of `step_s`.
+    /// Lets the tools lean on organ `organ` with a share of the last forces ([`LEANS`]), within a
+    /// substep of `step_s` and before its constraints are solved.
+    pub(crate) fn lean(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        for touch in self.near.iter().filter(|touch| touch.organ == organ) {
+            touch.push_last(touch.answer.leans() * step_s * step_s, bodies);
+        }
+    }
+
+    /// Presses the tools against organ `organ`, within a substep of `step_s` and after
+    /// [`Touches::lean`].
     pub(crate) fn press(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let squared = step_s * step_s;
-        // The last forces first: what is left to find is the change.
+        // The rest of the last forces first: what is left to find is the change.
         for touch in self.near.iter().filter(|touch| touch.organ == organ) {
-            let push = (touch.normal * touch.force_n + touch.friction_n) * -squared;
-            touch.patch.push(&push, bodies);
+            touch.push_last((1.0 - touch.answer.leans()) * squared, bodies);
         }
         for _ in 0..PASSES {
             for i in 0..self.near.len() {

@@ -237,12 +237,14 @@ impl<'a> Sim<'a> {
             for substep in 1..organ.substeps {
                 let share = substep as f32 / organ.substeps as f32;
                 bodies.predict(scene, organ, step_s);
+                self.contacts.lean(i, step_s, bodies);
                 self.solver.project(scene, organ, step_s, bodies);
                 self.grasp.carry(Some(i), share, jaws, scene, bodies);
                 self.contacts.push_organ(i, step_s, bodies);
                 bodies.advance(organ, step_s);
             }
             bodies.predict(scene, organ, step_s);
+            self.contacts.lean(i, step_s, bodies);
             self.solver.project(scene, organ, step_s, bodies);
         }
         if self_collision {

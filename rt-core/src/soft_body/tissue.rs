@@ -129,6 +129,7 @@ impl<'a> Tissue<'a> {
             let step_s = scene.step_s_of(i);
             for substep in 1..=organ.substeps.max(1) {
                 bodies.predict(&scene, organ, step_s);
+                contacts.lean(i, step_s, bodies);
                 self.method.project(&scene, organ, step_s, bodies);
                 if substep < organ.substeps {
                     contacts.push_organ(i, step_s, bodies);
