@@ -8,6 +8,7 @@ use crate::fault::{FAULT_COUNT, Fault, FaultSet};
 use crate::math::Vec3;
 use crate::port::PedalSample;
 use crate::scene::Organ;
+use crate::tool::Tool;
 
 /// Kind of an [`Event`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -81,7 +82,9 @@ impl Journal {
     /// Contact and release, organ by organ. `force_n` is what the hand feels.
     pub(crate) fn note_contacts(&mut self, list: &[Contact], organs: &[Organ], force_n: f32) {
         for (organ, _) in (0u8..).zip(organs) {
-            let contact = list.iter().find(|contact| contact.organ == organ);
+            let contact = list
+                .iter()
+                .find(|contact| contact.tool == Tool::Instrument && contact.organ == Some(organ));
             let Some(left) = self.touching.get_mut(usize::from(organ)) else {
                 continue;
             };
@@ -183,7 +186,8 @@ mod tests {
     fn contact(organ: u8) -> Contact {
         let zero = Vec3::new(0.0, 0.0, 0.0);
         Contact {
-            organ,
+            tool: Tool::Instrument,
+            organ: Some(organ),
             at_m: zero,
             normal: zero,
             force_n: 0.0,

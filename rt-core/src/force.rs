@@ -5,7 +5,7 @@ use nalgebra::Matrix3;
 
 use crate::collision::tool_contact::Contact;
 use crate::math::{self, Pose, Vec3};
-use crate::tool::{Kinematics, Wrench};
+use crate::tool::{Kinematics, Tool, Wrench};
 
 /// What the hand feels, and the stiffness behind it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,7 +44,8 @@ pub(crate) fn felt(
         let way = handle_way(kinematics, world_from_handle, at_m, normal);
         stiffness_n_m += way * way.transpose() * k;
     };
-    for contact in contacts {
+    let felt = |contact: &&Contact| contact.tool == Tool::Instrument;
+    for contact in contacts.iter().filter(felt) {
         at_port += kinematics.wrench(&contact.at_m, &contact.whole_force_n());
         add_spring(&contact.at_m, &contact.normal, contact.stiffness_n_m);
         if contact.friction_stiffness_n_m > 0.0 {
@@ -113,7 +114,8 @@ mod tests {
 
     fn contact(at_m: Vec3, normal: Vec3) -> Contact {
         Contact {
-            organ: 0,
+            tool: Tool::Instrument,
+            organ: Some(0),
             at_m,
             normal,
             force_n: 2.0,

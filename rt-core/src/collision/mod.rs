@@ -1,5 +1,5 @@
 //! What meets what: the instrument and the skin of organs (`skin`) or organs that have none
-//! (`tube`), with what follows where they touch (`touch`); spheres and spheres (`pairs`).
+//! (`tube`), with what follows where they touch (`touch`); the instrument and the endoscope (`rigid`); spheres and spheres (`pairs`).
 
 pub mod cylinder;
 mod friction;
@@ -8,6 +8,7 @@ mod grid;
 mod law;
 pub(crate) mod pairs;
 mod patch;
+mod rigid;
 pub(crate) mod skin;
 pub(crate) mod tool_contact;
 mod touch;

@@ -12,6 +12,7 @@ use heapless::Vec;
 use heapless::binary_heap::{BinaryHeap, Min};
 
 use crate::capacity::{MAX_CAPSULES, MAX_CONTACTS, MAX_ORGANS, MAX_TOUCHES};
+use crate::collision::rigid::RigidContacts;
 use crate::collision::skin::SkinContacts;
 use crate::collision::touch::{Place, Touches};
 use crate::collision::tube::TubeContacts;
@@ -20,7 +21,7 @@ use crate::math::{self, Vec3};
 use crate::scene::Scene;
 use crate::soft_body::{Bodies, Bounds};
 use crate::state::SphereBits;
-use crate::tool::Capsule;
+use crate::tool::{Capsule, Tool};
 
 /// How far a sphere under a skin may be from a tool and still be looked at, m: the skin is up to half
 /// a spacing above it.
@@ -56,11 +57,13 @@ impl PartialEq for Near {
 
 impl Eq for Near {}
 
-/// A place where a tool touches tissue.
+/// A place where a tool touches tissue or the other tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Contact {
-    /// Its organ.
-    pub(crate) organ: u8,
+    /// Which tool.
+    pub(crate) tool: Tool,
+    /// The organ that it touches; none if that is the other tool.
+    pub(crate) organ: Option<u8>,
     /// Where it touches the tool, world frame, m.
     pub(crate) at_m: Vec3,
     /// From tissue to tool.
@@ -90,8 +93,9 @@ pub(crate) struct ToolContacts {
     skin: SkinContacts,
     tubes: TubeContacts,
     touches: Touches,
+    rigid: RigidContacts,
     /// This tick's contacts; written by [`ToolContacts::push_out`].
-    pub(crate) list: Vec<Contact, MAX_TOUCHES>,
+    pub(crate) list: Vec<Contact, { MAX_TOUCHES + MAX_CAPSULES }>,
 }
 
 impl ToolContacts {
@@ -113,6 +117,7 @@ impl ToolContacts {
         self.skin.clear();
         self.tubes.clear();
         self.touches.clear();
+        self.rigid.clear();
         self.list.clear();
     }
 
@@ -166,6 +171,10 @@ impl ToolContacts {
         self.skin.find(parts, &near, scene, bodies, touches, faults);
         self.tubes
             .find(parts, scene, bounds, bodies, touches, faults);
+        let list = &mut self.list;
+        self.rigid.find(parts, |contact| {
+            let _ = list.push(contact); // as many as parts
+        });
     }
 
     fn keep(&mut self, near: Near, faults: &mut FaultSet) {
@@ -198,7 +207,7 @@ impl ToolContacts {
         for (organ, _) in (0u8..).zip(scene.organs) {
             self.touches.press(organ, scene.step_s_of(organ), bodies);
         }
-        self.list.clear();
+        self.list.retain(|contact| contact.organ.is_none()); // found anew below
         for touch in self.touches.iter() {
             match touch.place {
                 Place::Skin { station } => {
@@ -216,7 +225,8 @@ impl ToolContacts {
                 *bits = bits.with(SphereBits::CONTACT);
             }
             let _ = self.list.push(Contact {
-                organ: touch.organ,
+                tool: touch.place.tool(),
+                organ: Some(touch.organ),
                 at_m: touch.at_m,
                 normal: touch.normal,
                 force_n: touch.felt_n,

@@ -4,7 +4,7 @@
 
 use heapless::Vec;
 
-use crate::capacity::MAX_TOUCHES;
+use crate::capacity::{INSTRUMENT_STATIONS, MAX_TOUCHES};
 use crate::collision::friction::Bristle;
 use crate::collision::law::Law;
 use crate::collision::patch::Patch;
@@ -12,7 +12,7 @@ use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::sim::TICK_S;
 use crate::soft_body::Bodies;
-use crate::tool::Role;
+use crate::tool::{Role, Tool};
 
 /// Passes over the contacts of an organ in a step; each begins with the last tick's forces.
 const PASSES: u32 = 4;
@@ -138,6 +138,19 @@ pub(crate) struct Found {
     /// Stiffness of its friction now, N/m.
     pub(crate) along_n_m: f32,
     pub(crate) carried: Carried,
+}
+
+impl Place {
+    /// The tool.
+    pub(crate) fn tool(self) -> Tool {
+        match self {
+            Self::Skin { station } if usize::from(station) >= INSTRUMENT_STATIONS => {
+                Tool::Endoscope
+            }
+            Self::Skin { .. } => Tool::Instrument,
+            Self::Tube { part, .. } => part.tool(),
+        }
+    }
 }
 
 impl Touch {

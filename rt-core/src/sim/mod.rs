@@ -7,7 +7,9 @@ mod view;
 pub use exchange::{Command, Optional, Ports, Samples, Stage};
 pub use view::{Health, SphereView, Status, TickView};
 
-use crate::capacity::MAX_ORGANS;
+use heapless::Vec;
+
+use crate::capacity::{MAX_CAPSULES, MAX_ORGANS};
 use crate::collision::tool_contact::ToolContacts;
 use crate::event::Journal;
 use crate::fault::{Fault, FaultCounters, FaultSet};
@@ -23,7 +25,7 @@ use crate::scene::{Anchor, Attachment, Scene};
 use crate::soft_body::sleep::Sleep;
 use crate::soft_body::{Bounds, Method, Node, Solver, attachment};
 use crate::state::State;
-use crate::tool::{Kinematics, ToolState, capsules};
+use crate::tool::{Capsule, Kinematics, ToolState, capsules, endoscope};
 
 /// One control period, s.
 pub const TICK_S: f32 = 0.001;
@@ -192,7 +194,9 @@ impl<'a> Sim<'a> {
         let pedal = self.inputs.pedal();
         self.tool.switches.pedal = pedal;
         if let (Some(sample), false) = (self.inputs.tracker.newest(), pedal.camera_lock) {
-            self.tool.world_from_camera = room.world_from_tracker * sample.tracker_from_sensor;
+            let camera = room.world_from_tracker * sample.tracker_from_sensor;
+            self.tool.world_from_camera = camera;
+            self.tool.endoscope = endoscope(&room.endoscope_port_m, &camera);
         }
     }
 
@@ -203,8 +207,12 @@ impl<'a> Sim<'a> {
         if paused {
             self.contacts.clear();
         } else {
+            let mut parts: Vec<Capsule, MAX_CAPSULES> = Vec::new();
+            for part in self.tool.capsules.iter().chain(&self.tool.endoscope) {
+                let _ = parts.push(*part); // of both tools there are fewer
+            }
             self.contacts
-                .find(&self.tool.capsules, scene, &self.bounds, bodies, faults);
+                .find(&parts, scene, &self.bounds, bodies, faults);
             let mut organs = 0..scene.organs.len();
             let sleeps = |organ| self.sleep.is_asleep(organ);
             if self_collision && !organs.all(sleeps) {

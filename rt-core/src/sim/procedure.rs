@@ -8,7 +8,7 @@ use crate::math;
 use crate::port::Buttons;
 use crate::sim::{Sim, TICK_S};
 use crate::soft_body::part::{Apart, tear_all};
-use crate::tool::{Instrument, ToolState};
+use crate::tool::{Instrument, Tool, ToolState};
 
 /// Time in which the jaws close or open, s.
 const JAW_TIME_S: f32 = 0.15;
@@ -117,7 +117,8 @@ impl Sim<'_> {
 
     pub(super) fn note_events(&mut self, faults: &mut FaultSet) {
         let list = &self.contacts.list;
-        self.tool.contact_count = list.len() as u32;
+        let own = list.iter().filter(|it| it.tool == Tool::Instrument);
+        self.tool.contact_count = own.count() as u32;
         self.journal
             .note_contacts(list, self.scene.organs, math::norm(&self.tool.force_n));
         self.journal

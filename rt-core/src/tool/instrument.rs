@@ -7,6 +7,8 @@ use crate::math::{self, Pose, Vec3};
 
 /// Radius of the shaft, m: a 5 mm instrument.
 const SHAFT_RADIUS_M: f32 = 0.0025;
+/// Radius of the endoscope, m: a 10 mm laparoscope.
+const ENDOSCOPE_RADIUS_M: f32 = 0.005;
 
 /// What is on the end of the shaft.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -70,6 +72,28 @@ pub enum Role {
     LowerJaw = 2,
     /// The hook's bent end.
     Tip = 3,
+    /// The endoscope, from its port to the camera.
+    Endoscope = 4,
+}
+
+/// Which tool a part belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Tool {
+    /// The one whose handle the hand holds.
+    Instrument,
+    /// The camera's, which another hand holds.
+    Endoscope,
+}
+
+impl Role {
+    /// The tool that has this part.
+    #[must_use]
+    pub const fn tool(self) -> Tool {
+        match self {
+            Self::Endoscope => Tool::Endoscope,
+            Self::Shaft | Self::UpperJaw | Self::LowerJaw | Self::Tip => Tool::Instrument,
+        }
+    }
 }
 
 /// A round bar, world frame. Collision takes its ends as flat (paper Algorithm 1).
@@ -129,6 +153,19 @@ pub fn capsules(
         add(joint, world(0.0, -off, reach), 0.0015, Role::LowerJaw);
     }
     parts
+}
+
+/// The endoscope, from its port to the camera's front; `None` while the camera is not in the body.
+#[must_use]
+pub fn endoscope(port_m: &Vec3, world_from_camera: &Pose) -> Option<Capsule> {
+    let front_m = world_from_camera.translation.vector;
+    let ahead = world_from_camera.rotation * Vec3::new(0.0, 0.0, -1.0);
+    ((front_m - port_m).dot(&ahead) > ENDOSCOPE_RADIUS_M).then_some(Capsule {
+        a_m: *port_m,
+        b_m: front_m,
+        radius_m: ENDOSCOPE_RADIUS_M,
+        role: Role::Endoscope,
+    })
 }
 
 #[cfg(test)]

@@ -6,7 +6,7 @@
 mod instrument;
 mod kinematics;
 
-pub use instrument::{Capsule, Instrument, Role, capsules};
+pub use instrument::{Capsule, Instrument, Role, Tool, capsules, endoscope};
 pub use kinematics::{Kinematics, Wrench};
 
 use heapless::Vec;
@@ -47,8 +47,10 @@ pub struct ToolState {
     pub jaw: f32,
     /// Buttons of the handle.
     pub buttons: Buttons,
-    /// Collision shapes.
+    /// Collision shapes of the instrument.
     pub capsules: Vec<Capsule, MAX_CAPSULES>,
+    /// Collision shape of the endoscope, once its tracker has said where it is.
+    pub endoscope: Option<Capsule>,
     /// Force on the hand as sent to the device, N.
     pub force_n: Vec3,
     /// Torque on the hand as sent to the device, N m.
@@ -75,6 +77,7 @@ impl ToolState {
             jaw: 1.0,
             buttons: Buttons::default(),
             capsules: Vec::new(),
+            endoscope: None,
             force_n: Vec3::zeros(),
             torque_n_m: Vec3::zeros(),
             contact_count: 0,

@@ -2,6 +2,7 @@
 
 mod cut;
 mod devices;
+mod endoscope;
 mod energy;
 mod grip;
 mod motion;

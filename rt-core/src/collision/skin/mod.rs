@@ -154,7 +154,11 @@ impl SkinContacts {
                 continue;
             }
             *is_known = true;
-            for ((number, station), track) in (0u8..).zip(&stations).zip(tracks.iter_mut()) {
+            for (number, station) in &stations {
+                let number = *number;
+                let Some(track) = tracks.get_mut(usize::from(number)) else {
+                    continue;
+                };
                 if track.is_idle(&station.center_m) {
                     continue;
                 }

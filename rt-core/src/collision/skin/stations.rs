@@ -2,10 +2,10 @@
 
 use heapless::Vec;
 
-use crate::capacity::MAX_STATIONS;
+use crate::capacity::{INSTRUMENT_STATIONS, MAX_STATIONS};
 use crate::collision::law::Shape;
 use crate::math::{self, Vec3};
-use crate::tool::{Capsule, Role};
+use crate::tool::{Capsule, Role, Tool};
 
 /// A place on a tool: the round end of a part, or the middle of a piece of its length.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,12 +25,28 @@ const PIECE_MIN_M: f32 = 0.004;
 
 /// The stations of all parts, each with the number by which it is known from tick to tick: pieces
 /// are counted from the far end `b`, so that they go with the instrument when the shaft slides
-/// through its port. Pieces beyond [`MAX_STATIONS`] are left out, the ones nearest to the port
+/// through its port. Pieces beyond what there is room for are left out, the ones nearest to the port
 /// first.
-pub(crate) fn stations(parts: &[Capsule]) -> Vec<Station, MAX_STATIONS> {
+pub(crate) fn stations(parts: &[Capsule]) -> Vec<(u8, Station), MAX_STATIONS> {
+    let mut all = Vec::new();
+    let of = |tool| parts.iter().filter(move |part| part.role.tool() == tool);
+    let first = INSTRUMENT_STATIONS as u8;
+    for (number, station) in (0..first).zip(&stations_of(of(Tool::Instrument))) {
+        let _ = all.push((number, *station)); // there is room for all of both tools
+    }
+    for (number, station) in (first..MAX_STATIONS as u8).zip(&stations_of(of(Tool::Endoscope))) {
+        let _ = all.push((number, *station));
+    }
+    all
+}
+
+/// The stations of a tool's parts.
+fn stations_of<'a>(
+    parts: impl DoubleEndedIterator<Item = &'a Capsule> + Clone,
+) -> Vec<Station, INSTRUMENT_STATIONS> {
     let mut all = Vec::new();
     // Ends first: they are never left out. The shaft has none, it ends in the jaws.
-    for part in parts.iter().filter(|part| part.role != Role::Shaft) {
+    for part in parts.clone().filter(|part| part.role != Role::Shaft) {
         let radius_m = part.radius_m;
         let _ = all.push(Station {
             center_m: part.b_m,
@@ -38,7 +54,7 @@ pub(crate) fn stations(parts: &[Capsule]) -> Vec<Station, MAX_STATIONS> {
             shape: Shape::Ball { radius_m },
         }); // there are more places than parts
     }
-    for part in parts.iter().rev() {
+    for part in parts.rev() {
         let back_m = part.a_m - part.b_m;
         let length_m = math::norm(&back_m);
         let Some(along) = math::unit(&back_m) else {

@@ -1,0 +1,199 @@
+//! The instrument against the endoscope: steel on steel. The hand feels it, the endoscope does not give.
+
+use heapless::Vec;
+
+use crate::capacity::MAX_CAPSULES;
+use crate::collision::gap::Gap;
+use crate::collision::tool_contact::Contact;
+use crate::math::{self, Vec3};
+use crate::tool::{Capsule, Role, Tool};
+
+/// Stiffness of the contact, N/m: what a hand takes for hard. The device's own limit comes after it.
+const STIFFNESS_N_M: f32 = 2000.0;
+/// Nearer than this the side on which a part is is remembered, m: what both go in a tick.
+const NEAR_M: f32 = 0.0065;
+
+/// A part of the instrument beside the endoscope.
+#[derive(Debug, Clone, Copy)]
+struct Track {
+    part: Role,
+    /// From the endoscope to the part.
+    normal: Vec3,
+    /// Places on both axes, 0 to 1.
+    shares: [f32; 2],
+    gap: Gap,
+    ends_m: [Vec3; 2],
+}
+
+/// Every part of the instrument near the endoscope.
+#[derive(Debug, Default)]
+pub(crate) struct RigidContacts {
+    tracks: Vec<Track, MAX_CAPSULES>,
+}
+
+impl RigidContacts {
+    /// Forgets everything.
+    pub(crate) fn clear(&mut self) {
+        self.tracks.clear();
+    }
+
+    /// Finds where the instrument among `parts` touches the endoscope among them.
+    pub(crate) fn find(&mut self, parts: &[Capsule], mut add: impl FnMut(Contact)) {
+        let before = core::mem::take(&mut self.tracks);
+        let Some(scope) = parts.iter().find(|part| part.role == Role::Endoscope) else {
+            return;
+        };
+        for part in parts.iter().filter(|part| part.role != Role::Endoscope) {
+            let last = before.iter().find(|last| last.part == part.role);
+            let Some(track) = follow(part, scope, last) else {
+                continue;
+            };
+            let depth_m = (-track.gap.gap_m).max(0.0);
+            if depth_m > 0.0 {
+                add(Contact {
+                    tool: Tool::Instrument,
+                    organ: None,
+                    at_m: at(part, track.shares[0]) - track.normal * part.radius_m,
+                    normal: track.normal,
+                    force_n: STIFFNESS_N_M * depth_m,
+                    stiffness_n_m: STIFFNESS_N_M,
+                    friction_n: Vec3::zeros(),
+                    friction_stiffness_n_m: 0.0,
+                });
+            }
+            let _ = self.tracks.push(track); // as many as parts
+        }
+    }
+}
+
+/// A part that has gone in is lifted out along the last normal and followed there, so that it stays on
+/// its side: in a tick it cannot go through the endoscope. `None` far from it.
+fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track> {
+    let reach_m = part.radius_m + scope.radius_m;
+    let height_m = |normal: &Vec3, shares: &[f32; 2]| {
+        let [s, t] = shares;
+        normal.dot(&(at(part, *s) - at(scope, *t)))
+    };
+    let lift_m = last.map_or_else(Vec3::zeros, |last| {
+        last.normal * (reach_m - height_m(&last.normal, &last.shares)).max(0.0)
+    });
+    let lifted = Capsule {
+        a_m: part.a_m + lift_m,
+        b_m: part.b_m + lift_m,
+        ..*part
+    };
+    let shares = nearest(&lifted, scope);
+    let away_m = at(&lifted, shares[0]) - at(scope, shares[1]);
+    let side = last.map(|last| last.normal);
+    let normal = math::unit(&away_m).or(side)?;
+    let gap_m = height_m(&normal, &shares) - reach_m;
+    if gap_m > NEAR_M {
+        return None;
+    }
+    let ends_m = [part.a_m, part.b_m];
+    let gap = last.map_or_else(
+        || Gap::first(gap_m),
+        |last| {
+            let [a, b] = last.ends_m;
+            let way_m = math::norm(&(part.a_m - a)).max(math::norm(&(part.b_m - b)));
+            last.gap.next(gap_m, way_m, 0.0)
+        },
+    );
+    Some(Track {
+        part: part.role,
+        normal,
+        shares,
+        gap,
+        ends_m,
+    })
+}
+
+fn at(part: &Capsule, share: f32) -> Vec3 {
+    part.a_m + (part.b_m - part.a_m) * share
+}
+
+/// Where two axes are nearest to each other, 0 to 1 on each (Ericson 2004, section 5.1.9).
+fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
+    let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
+    let r = one.a_m - other.a_m;
+    let a = d1.norm_squared().max(1.0e-12);
+    let e = d2.norm_squared().max(1.0e-12);
+    let (b, c, f) = (d1.dot(&d2), d1.dot(&r), d2.dot(&r));
+    let denominator = a * e - b * b;
+    // Parallel ones are nearest everywhere: their middles serve.
+    let s = if denominator > 1.0e-6 * a * e {
+        ((b * f - c * e) / denominator).clamp(0.0, 1.0)
+    } else {
+        0.5
+    };
+    let t = ((b * s + f) / e).clamp(0.0, 1.0);
+    [((b * t - c) / a).clamp(0.0, 1.0), t]
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn rod(a_m: Vec3, b_m: Vec3, role: Role) -> Capsule {
+        let radius_m = if role == Role::Endoscope {
+            0.005
+        } else {
+            0.0025
+        };
+        Capsule {
+            a_m,
+            b_m,
+            radius_m,
+            role,
+        }
+    }
+
+    /// The endoscope lies on x; a shaft along y comes down on it by `step_m` a tick.
+    fn come_down(step_m: f32, ticks: u16) -> std::vec::Vec<Contact> {
+        let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
+        let mut rigid = RigidContacts::default();
+        let mut last = std::vec::Vec::new();
+        for tick in 0..ticks {
+            let at_m = Vec3::new(0.1, 0.0, 0.0105 - step_m * f32::from(tick));
+            let shaft = rod(at_m - Vec3::y() * 0.1, at_m + Vec3::y() * 0.1, Role::Shaft);
+            last.clear();
+            rigid.find(&[shaft, scope], |contact| last.push(contact));
+        }
+        last
+    }
+
+    #[test]
+    fn it_pushes_back_by_hand_and_is_not_gone_through() {
+        // 0.5 mm deep after 7 ticks of 0.5 mm from 3 mm above.
+        let contacts = come_down(0.0005, 8);
+        assert_eq!(contacts.len(), 1);
+        assert!((contacts[0].force_n - 1.0).abs() < 1.0e-2, "{contacts:?}");
+        assert!(contacts[0].normal.z > 0.999 && contacts[0].tool == Tool::Instrument);
+        // At 3 m/s and far beyond: still from above.
+        let contacts = come_down(0.003, 8);
+        assert!(
+            contacts[0].normal.z > 0.999 && contacts[0].force_n > 10.0,
+            "{contacts:?}"
+        );
+        assert!(come_down(0.0001, 20).is_empty());
+    }
+
+    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    proptest! {
+        /// No two places of the axes are nearer than the nearest.
+        #[test]
+        fn none_is_nearer(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
+                          u in 0.0f32..1.0, v in 0.0f32..1.0) {
+            let (one, other) = (rod(a, b, Role::Shaft), rod(c, d, Role::Endoscope));
+            let [s, t] = nearest(&one, &other);
+            let found = math::norm(&(at(&one, s) - at(&other, t)));
+            let any = math::norm(&(at(&one, u) - at(&other, v)));
+            prop_assert!(found <= any + 1.0e-3, "{found} {any}");
+        }
+    }
+}
