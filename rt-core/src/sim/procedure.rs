@@ -77,7 +77,8 @@ impl Sim<'_> {
             return;
         };
         let (held, force_n) = (self.grasp.count(), math::norm(&self.grasp.pull_n()));
-        if self.grasp.hold(&jaws(&self.tool), &mut self.state.bodies) {
+        // What opening jaws let slide is let go, and told as that.
+        if self.grasp.hold(&jaws(&self.tool), &mut self.state.bodies) && closing {
             self.tell_of_grasp(EventKind::Slip, force_n);
         }
         if !closing && self.grasp.is_loose() {
