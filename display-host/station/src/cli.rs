@@ -34,6 +34,8 @@ pub(crate) enum Command {
     Jitter(Box<JitterArgs>),
     /// Is this machine fit for realtime: what is, what should be, the command that mends it
     Check(CheckArgs),
+    /// Devices that are plugged in: find them, see them live, test them
+    Devices(DevicesArgs),
     /// One of `jitter`'s loads
     #[command(hide = true)]
     Load(LoadArgs),
@@ -68,6 +70,10 @@ pub(crate) struct DeviceArgs {
     /// Serial device of the foot pedal
     #[arg(long, value_name = "TTY")]
     pub(crate) pedal: Option<PathBuf>,
+    /// File that names devices of any driver, limits below theirs, and where they stand: the example is
+    /// in `calot devices --help`. The options above come first
+    #[arg(long, value_name = "FILE")]
+    pub(crate) station_file: Option<PathBuf>,
 }
 
 /// How the controller runs.
@@ -236,6 +242,110 @@ pub(crate) struct RtArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) controller: ControllerArgs,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_long_help = "\
+A station file, for --station-file of run, rt and watch; every part may be left out:
+  [haptic]
+  driver = \"rig\"                      # rig, woody or touch
+  path = \"/dev/serial/by-id/my-rig\"   # a name that stays; for a Touch the vendor's libHD.so
+  force_max_n = 2.5                   # never more than this, whatever the device can
+
+  [tracker]
+  driver = \"bird\"
+  path = \"/dev/serial/by-id/my-tracker\"
+  hemisphere = \"upper\"               # where the endoscope is, seen from the transmitter
+
+  [pedal]
+  driver = \"evdev\"                    # rig, evdev or modem
+  path = \"/dev/input/by-id/my-pedal-event-kbd\"
+  cut_key = 256
+
+  [frames.world_from_device]
+  position_m = [0.1, 0.0, 0.2]
+  rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
+
+Examples:
+  calot devices
+  calot devices watch /dev/ttyACM0
+  calot devices watch --station-file station.toml
+  calot devices conformance /dev/ttyACM0 --unplug
+  calot run --station-file station.toml"
+)]
+pub(crate) struct DevicesArgs {
+    #[command(subcommand)]
+    pub(crate) command: Option<DevicesCommand>,
+    #[command(flatten)]
+    pub(crate) list: DevicesListArgs,
+}
+
+#[derive(Debug, Clone, Subcommand)]
+pub(crate) enum DevicesCommand {
+    /// What is plugged in, under the name that stays, and which driver fits
+    List(DevicesListArgs),
+    /// What a device says, live
+    Watch(WatchArgs),
+    /// Test a device with the suite that the emulated ones pass; exits with 1 if a check fails
+    Conformance(ConformanceArgs),
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct DevicesListArgs {
+    /// One JSON object instead of a list
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+/// What speaks on a serial line.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum LineDriver {
+    /// Our rig protocol: a haptic device or a pedal, as it says of itself
+    Rig,
+    /// WoodenHaptics and Polhem
+    Woody,
+    /// Ascension Flock of Birds
+    Bird,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct WatchArgs {
+    /// Serial device, e.g. /dev/ttyACM0
+    #[arg(value_name = "PATH", required_unless_present = "station_file")]
+    pub(crate) path: Option<PathBuf>,
+    /// What speaks there
+    #[arg(long, value_enum, default_value_t = LineDriver::Rig)]
+    pub(crate) driver: LineDriver,
+    /// Watch the devices that this file names
+    #[arg(long, value_name = "FILE", conflicts_with = "path")]
+    pub(crate) station_file: Option<PathBuf>,
+    /// End after this time [default: on Ctrl-C]
+    #[arg(long, value_name = "N", value_parser = parse_seconds)]
+    pub(crate) seconds: Option<f64>,
+    /// A JSON object for each device each second
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ConformanceArgs {
+    /// Serial device, e.g. /dev/ttyACM0
+    #[arg(value_name = "PATH")]
+    pub(crate) path: PathBuf,
+    /// What speaks there
+    #[arg(long, value_enum, default_value_t = LineDriver::Rig)]
+    pub(crate) driver: LineDriver,
+    /// How long its samples are watched, s
+    #[arg(long, value_name = "N", default_value_t = 2.0, value_parser = parse_seconds)]
+    pub(crate) seconds: f64,
+    /// Ask for the plug to be pulled, and see that this is noticed
+    #[arg(long)]
+    pub(crate) unplug: bool,
+    /// One JSON object instead of a list
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Clone, Args)]

@@ -3,6 +3,7 @@
 mod check;
 mod children;
 mod cli;
+mod devices;
 mod emulate;
 mod jitter;
 mod prepare;
@@ -34,6 +35,7 @@ fn main() -> ExitCode {
         cli::Command::Emulate(args) => emulate::run(&args),
         cli::Command::Prepare(args) => prepare::run(&args),
         cli::Command::Check(args) => check::run(&args),
+        cli::Command::Devices(args) => devices::run(&args),
         cli::Command::Jitter(args) => jitter::run(&args),
         cli::Command::Load(args) => jitter::load::run(&args),
         cli::Command::Loop(args) => jitter::bare_loop::run(&args),

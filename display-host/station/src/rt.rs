@@ -24,6 +24,7 @@ pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {
     config.haptic = args.controller.devices.haptic.clone();
     config.tracker = args.controller.devices.tracker.clone();
     config.pedal = args.controller.devices.pedal.clone();
+    config.station_file = args.controller.devices.station_file.clone();
     config.core = args.controller.realtime.core;
     config.priority = args.controller.realtime.priority;
     config.publisher_priority = config

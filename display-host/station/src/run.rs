@@ -9,6 +9,7 @@ use std::time::Duration;
 use display_host::headless::{self, Ended, HeadlessConfig, Observed, Outcome};
 use display_host::report::{self, Machine, Recorder};
 use display_host::window::{self, WindowConfig};
+use hardware::station::StationFile;
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
@@ -139,7 +140,14 @@ pub(crate) fn start(
     let parent = std::process::id().to_string();
     let devices = folder.join("devices");
     let named = &args.controller.devices;
-    if named.haptic.is_none() || named.tracker.is_none() || named.pedal.is_none() {
+    let file = named.station_file.as_deref().map(StationFile::read);
+    let file = file.transpose()?.unwrap_or_default();
+    let emulated = [
+        named.haptic.is_none() && file.haptic.is_none(),
+        named.tracker.is_none() && file.tracker.is_none(),
+        named.pedal.is_none() && file.pedal.is_none(),
+    ];
+    if emulated.contains(&true) {
         let seed = args.seed.to_string();
         let emulate = words([
             &"emulate",
@@ -159,11 +167,14 @@ pub(crate) fn start(
             stop,
         )?);
     }
-    let emulated = |named: &Option<PathBuf>, name| named.clone().or(Some(devices.join(name)));
+    let path = |named: &Option<PathBuf>, emulated: bool, name: &str| {
+        named.clone().or(emulated.then(|| devices.join(name)))
+    };
     let devices = DeviceArgs {
-        haptic: emulated(&named.haptic, "haptic"),
-        tracker: emulated(&named.tracker, "tracker"),
-        pedal: emulated(&named.pedal, "pedal"),
+        haptic: path(&named.haptic, emulated[0], "haptic"),
+        tracker: path(&named.tracker, emulated[1], "tracker"),
+        pedal: path(&named.pedal, emulated[2], "pedal"),
+        station_file: named.station_file.clone(),
     };
     let mut scene = scene.to_owned();
     for level in 1.. {
@@ -188,6 +199,7 @@ pub(crate) fn start(
         option(&mut rt, "--haptic", devices.haptic.as_deref());
         option(&mut rt, "--tracker", devices.tracker.as_deref());
         option(&mut rt, "--pedal", devices.pedal.as_deref());
+        option(&mut rt, "--station-file", devices.station_file.as_deref());
         let problem = match Process::start("rt", &rt, PATIENCE_TO_START, stop) {
             Ok(controller) => {
                 scene = taken(&controller, scene, &args.controller.realtime.coarser)?;

@@ -1,0 +1,74 @@
+//! `calot devices conformance`: the suite that the emulated devices pass, on a real one.
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use hardware::HardwareError;
+use hardware::conformance::{self, Check, Options, Outcome, Report};
+use serde_json::json;
+
+use crate::cli::{ConformanceArgs, LineDriver};
+use crate::say;
+use crate::scene::Problem;
+
+pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
+    let seconds = Duration::try_from_secs_f64(args.seconds)?;
+    if !args.json {
+        say::note(format_args!(
+            "Testing {}: about {:.0} s. No force but zero is asked for.",
+            args.path.display(),
+            args.seconds * 2.0 + 4.0
+        ));
+    }
+    let mut ask = || say::note("Pull the plug now.");
+    let mut options = Options {
+        watch: seconds,
+        unplug: args.unplug.then_some(&mut ask),
+    };
+    let path = &args.path;
+    let report = match args.driver {
+        LineDriver::Rig => match hardware::rig::RigHaptic::open(path).map(drop) {
+            // What it says of itself decides.
+            Err(HardwareError::WrongDevice { .. }) => conformance::pedal(path, &mut options),
+            _ => conformance::haptic(path, &mut options),
+        },
+        LineDriver::Woody => conformance::woody(path, &mut options),
+        LineDriver::Bird => conformance::tracker(path, &mut options),
+    };
+    if args.json {
+        say::answer(as_json(&report));
+    } else {
+        say::answer(report.to_string().trim_end());
+        match report.checks.first() {
+            Some(first) if first.outcome == Outcome::Fail => {
+                say::note("Does it speak another protocol? `--driver woody` or `--driver bird`");
+            }
+            _ if report.passed() => say::note("It does what the station needs."),
+            _ => {}
+        }
+    }
+    Ok(if report.passed() {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+fn as_json(report: &Report) -> serde_json::Value {
+    let check = |check: &Check| {
+        json!({
+            "name": check.name,
+            "outcome": match check.outcome {
+                Outcome::Pass => "pass",
+                Outcome::Fail => "fail",
+                Outcome::Skipped => "skipped",
+            },
+            "detail": check.detail,
+        })
+    };
+    json!({
+        "device": report.device,
+        "passed": report.passed(),
+        "checks": report.checks.iter().map(check).collect::<Vec<_>>(),
+    })
+}

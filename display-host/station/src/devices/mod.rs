@@ -1,0 +1,68 @@
+//! `calot devices`: what is plugged in, what it says, and whether it does what the station needs.
+
+mod conformance;
+mod watch;
+
+use std::process::ExitCode;
+
+use hardware::list::{Found, devices};
+use serde_json::json;
+
+use crate::cli::{DevicesArgs, DevicesCommand, DevicesListArgs};
+use crate::say;
+use crate::scene::Problem;
+
+pub(crate) fn run(args: &DevicesArgs) -> Result<ExitCode, Problem> {
+    match &args.command {
+        None => list(&args.list),
+        Some(DevicesCommand::List(args)) => list(args),
+        Some(DevicesCommand::Watch(args)) => watch::run(args),
+        Some(DevicesCommand::Conformance(args)) => conformance::run(args),
+    }
+}
+
+fn list(args: &DevicesListArgs) -> Result<ExitCode, Problem> {
+    let found = devices();
+    if args.json {
+        let found: Vec<_> = found.iter().map(as_json).collect();
+        say::answer(json!({ "devices": found }));
+        return Ok(ExitCode::SUCCESS);
+    }
+    for device in &found {
+        let guess = device.guess.unwrap_or("not known to Calot");
+        say::answer(format_args!(
+            "{}\n  {}\n  {guess}",
+            name_that_stays(device),
+            device.name
+        ));
+    }
+    if found.is_empty() {
+        say::note(
+            "no serial line and no input device that this user may open. Plug one in; without rights \
+             to it: `sudo usermod -aG dialout,input $USER`, then log in again",
+        );
+    } else {
+        say::note(
+            "\nNext: `calot devices watch PATH` shows one live, `calot devices conformance PATH` tests it",
+        );
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The path for a station file: udev's, which stays whatever is plugged in first.
+fn name_that_stays(device: &Found) -> String {
+    let now = device.path.display();
+    match &device.stable_path {
+        Some(stable) => format!("{} (now {now})", stable.display()),
+        None => now.to_string(),
+    }
+}
+
+fn as_json(device: &Found) -> serde_json::Value {
+    json!({
+        "path": device.path,
+        "stable_path": device.stable_path,
+        "name": device.name,
+        "guess": device.guess,
+    })
+}

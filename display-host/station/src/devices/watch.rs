@@ -1,0 +1,268 @@
+//! `calot devices watch`: what devices say, live.
+
+use std::io::{IsTerminal as _, Write as _};
+use std::path::Path;
+use std::process::ExitCode;
+use std::sync::atomic::Ordering::Relaxed;
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use hardware::HardwareError;
+use hardware::station::StationFile;
+use hardware::{bird::BirdTracker, rig::RigHaptic, rig::RigPedal, woody::WoodyHaptic};
+use rt_core::math::Pose;
+use rt_core::port::{ForceCommand, HapticDevice, LineCounters, Pedal, Polled, Tracker};
+use rt_process::time_driver::now_ns;
+use serde_json::{Value, json};
+
+use crate::cli::{LineDriver, WatchArgs};
+use crate::say;
+use crate::scene::Problem;
+use crate::stop;
+
+/// Between two lines for a person at a terminal; for a file or a program.
+const SHOWN_EVERY: Duration = Duration::from_millis(100);
+const TOLD_EVERY: Duration = Duration::from_secs(1);
+
+pub(super) fn run(args: &WatchArgs) -> Result<ExitCode, Problem> {
+    let stop = stop::flag()?;
+    let mut watched = match (&args.path, &args.station_file) {
+        (Some(path), _) => vec![Watched::open(path, args.driver)?],
+        (None, Some(file)) => named_in(&StationFile::read(file)?)?,
+        (None, None) => return Err("name a PATH, or a --station-file".into()),
+    };
+    if watched.is_empty() {
+        return Err("the station file names no device".into());
+    }
+    let live = !args.json && std::io::stdout().is_terminal();
+    let every = if live { SHOWN_EVERY } else { TOLD_EVERY };
+    let start = Instant::now();
+    let mut shown = start;
+    let mut lines = 0;
+    let over = || {
+        args.seconds
+            .is_some_and(|s| start.elapsed().as_secs_f64() >= s)
+    };
+    while !stop.load(Relaxed) && !over() {
+        watched.iter_mut().for_each(Watched::poll);
+        if shown.elapsed() >= every {
+            let since_s = shown.elapsed().as_secs_f64();
+            shown = Instant::now();
+            if live && lines > 0 {
+                let _ = write!(std::io::stdout(), "\x1b[{lines}A");
+            }
+            lines = watched.len();
+            for device in &mut watched {
+                let line = match args.json {
+                    true => device.as_json(since_s).to_string(),
+                    false => device.in_words(since_s),
+                };
+                let erase = if live { "\x1b[K" } else { "" };
+                say::answer(format_args!("{line}{erase}"));
+            }
+        }
+        if watched.iter().all(|device| device.is_lost) {
+            return Err("every device is gone".into());
+        }
+        sleep(Duration::from_millis(1));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn named_in(file: &StationFile) -> Result<Vec<Watched>, HardwareError> {
+    let mut all = Vec::new();
+    if let Some(spec) = &file.haptic {
+        all.push(Watched::new(Port::Haptic(spec.open()?)));
+    }
+    if let Some(spec) = &file.tracker {
+        all.push(Watched::new(Port::Tracker(Box::new(spec.open()?))));
+    }
+    if let Some(spec) = &file.pedal {
+        all.push(Watched::new(Port::Pedal(spec.open()?)));
+    }
+    Ok(all)
+}
+
+enum Port {
+    Haptic(Box<dyn HapticDevice>),
+    Tracker(Box<dyn Tracker>),
+    Pedal(Box<dyn Pedal>),
+}
+
+/// A device and what it said last.
+struct Watched {
+    port: Port,
+    said: Value,
+    words: String,
+    /// Frames when it was shown last.
+    frames: u64,
+    at_ns: u64,
+    is_lost: bool,
+}
+
+impl Watched {
+    fn new(port: Port) -> Self {
+        Self {
+            port,
+            said: Value::Null,
+            words: "nothing yet".to_owned(),
+            frames: 0,
+            at_ns: 0,
+            is_lost: false,
+        }
+    }
+
+    fn open(path: &Path, driver: LineDriver) -> Result<Self, HardwareError> {
+        Ok(Self::new(match driver {
+            LineDriver::Rig => match RigHaptic::open(path) {
+                Ok(haptic) => Port::Haptic(Box::new(haptic)),
+                // What it says of itself decides.
+                Err(HardwareError::WrongDevice { .. }) => {
+                    Port::Pedal(Box::new(RigPedal::open(path)?))
+                }
+                Err(error) => return Err(error),
+            },
+            LineDriver::Woody => Port::Haptic(Box::new(WoodyHaptic::open(path)?)),
+            LineDriver::Bird => Port::Tracker(Box::new(BirdTracker::open(path)?)),
+        }))
+    }
+
+    fn poll(&mut self) {
+        let now = now_ns();
+        match &mut self.port {
+            Port::Haptic(haptic) => {
+                let polled = haptic.poll(now);
+                // Some devices answer only to a command: nothing, the hand is free.
+                haptic.send(ForceCommand::default(), now);
+                if let Some(sample) = self.take(polled) {
+                    let pose = &sample.device_from_handle;
+                    self.words =
+                        format!("{}  buttons {:08b}", pose_in_words(pose), sample.buttons.0);
+                    self.said = json!({ "pose": pose_as_json(pose), "buttons": sample.buttons.0 });
+                    self.at_ns = sample.at_ns;
+                }
+            }
+            Port::Tracker(tracker) => {
+                let polled = tracker.poll(now);
+                if let Some(sample) = self.take(polled) {
+                    self.words = pose_in_words(&sample.tracker_from_sensor);
+                    self.said = json!({ "pose": pose_as_json(&sample.tracker_from_sensor) });
+                    self.at_ns = sample.at_ns;
+                }
+            }
+            Port::Pedal(pedal) => {
+                let polled = pedal.poll(now);
+                if let Some(sample) = self.take(polled) {
+                    let word = |pressed, word| if pressed { word } else { "-" };
+                    self.words = format!(
+                        "{} {} {}",
+                        word(sample.cut, "CUT"),
+                        word(sample.coagulate, "COAGULATE"),
+                        word(sample.camera_lock, "CAMERA-LOCK")
+                    );
+                    self.said = json!({
+                        "cut": sample.cut,
+                        "coagulate": sample.coagulate,
+                        "camera_lock": sample.camera_lock,
+                    });
+                    self.at_ns = sample.at_ns;
+                }
+            }
+        }
+    }
+
+    fn take<T>(&mut self, polled: Polled<T>) -> Option<T> {
+        match polled {
+            Polled::Fresh(sample) => {
+                self.is_lost = false;
+                Some(sample)
+            }
+            Polled::Nothing => None,
+            Polled::Lost => {
+                self.is_lost = true;
+                None
+            }
+        }
+    }
+
+    fn kind(&self) -> &'static str {
+        match self.port {
+            Port::Haptic(_) => "haptic",
+            Port::Tracker(_) => "tracker",
+            Port::Pedal(_) => "pedal",
+        }
+    }
+
+    fn counters(&self) -> LineCounters {
+        match &self.port {
+            Port::Haptic(haptic) => haptic.counters(),
+            Port::Tracker(tracker) => tracker.counters(),
+            Port::Pedal(pedal) => pedal.counters(),
+        }
+    }
+
+    /// Good frames a second since the last time.
+    fn rate_hz(&mut self, since_s: f64) -> f64 {
+        let frames = self.counters().frames;
+        let before = std::mem::replace(&mut self.frames, frames);
+        (frames - before) as f64 / since_s.max(1e-3)
+    }
+
+    fn age_ms(&self) -> Option<f64> {
+        let age_ns = now_ns().saturating_sub(self.at_ns);
+        (self.at_ns > 0).then_some(age_ns as f64 * 1e-6)
+    }
+
+    fn in_words(&mut self, since_s: f64) -> String {
+        let LineCounters {
+            bad_frames,
+            lost_frames,
+            ..
+        } = self.counters();
+        let rate_hz = self.rate_hz(since_s);
+        let state = match (self.is_lost, self.age_ms()) {
+            (true, _) => "LOST".to_owned(),
+            (_, None) => "silent".to_owned(),
+            (_, Some(age_ms)) => format!("{rate_hz:5.0} Hz, {age_ms:6.1} ms old"),
+        };
+        format!(
+            "{:<8} {state}, {bad_frames} bad, {lost_frames} lost  {}",
+            self.kind(),
+            self.words
+        )
+    }
+
+    fn as_json(&mut self, since_s: f64) -> Value {
+        let counters = self.counters();
+        json!({
+            "device": self.kind(),
+            "lost": self.is_lost,
+            "rate_hz": self.rate_hz(since_s),
+            "age_ms": self.age_ms(),
+            "frames": counters.frames,
+            "bad_frames": counters.bad_frames,
+            "lost_frames": counters.lost_frames,
+            "sample": self.said,
+        })
+    }
+}
+
+fn pose_in_words(pose: &Pose) -> String {
+    let at_mm = pose.translation.vector * 1e3;
+    let (roll, pitch, yaw) = pose.rotation.euler_angles();
+    format!(
+        "x {:+7.1}  y {:+7.1}  z {:+7.1} mm   roll {:+4.0}  pitch {:+4.0}  yaw {:+4.0}°",
+        at_mm.x,
+        at_mm.y,
+        at_mm.z,
+        roll.to_degrees(),
+        pitch.to_degrees(),
+        yaw.to_degrees()
+    )
+}
+
+fn pose_as_json(pose: &Pose) -> Value {
+    let [x, y, z, w]: [f32; 4] = pose.rotation.coords.into();
+    let at_m: [f32; 3] = pose.translation.vector.into();
+    json!({ "position_m": at_m, "rotation_xyzw": [x, y, z, w] })
+}
