@@ -1,6 +1,6 @@
 //! What a scene costs the realtime process a tick, foretold from its counts.
 //!
-//! The prices are measured: `cargo run --release -p scene-prepare --example cost` steps prepared
+//! The prices are measured: `cargo run --release -p scene-prepare --example organ_cost` steps prepared
 //! scenes of 400 to 3200 spheres, every organ awake; what they foretell is within 10 % of each.
 //! (Organs have about as many tetrahedra a sphere, so that the three prices of a step cannot be
 //! told apart well: their sum is what counts.) The other stages' come from

@@ -1,5 +1,5 @@
 //! What the tissue of prepared scenes costs a tick on this machine, against what preparation
-//! foretells (`scene_prepare::cost`): `cargo run --release -p scene-prepare --example cost`.
+//! foretells (`scene_prepare::cost`): `cargo run --release -p scene-prepare --example organ_cost`.
 //! Every organ is awake; of many runs of the same ticks the fastest counts, so that what else the
 //! machine does falls out.
 
