@@ -107,6 +107,9 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
     let output = run(&[]);
     assert_eq!(output.status.code(), Some(1));
     let text = said(&output);
-    assert!(text.contains("station.toml") && text.contains('3'), "{text}");
+    assert!(
+        text.contains("station.toml") && text.contains('3'),
+        "{text}"
+    );
     drop(emulated);
 }

@@ -1,7 +1,9 @@
 //! Plain switches on a serial line: one closes CTS, the other DSR. The cheapest pedal there is,
 //! and one wire from RTS or DTR feeds both.
 
+use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
 use std::path::Path;
+use std::sync::{Arc, Weak};
 use std::time::Duration;
 
 use rt_core::port::{LineCounters, Pedal, PedalSample, Polled, TimeNs};
@@ -16,9 +18,17 @@ pub trait ModemLines {
     fn closed(&mut self) -> Option<[bool; 2]>;
 }
 
-/// The wires of a real serial line.
+/// Between two looks at the wires: a contact bounces for longer.
+const LOOK_EVERY: Duration = Duration::from_millis(2);
+/// Bits of what a look found.
+const CTS: u8 = 1;
+const DSR: u8 = 2;
+const GONE: u8 = 4;
+
+/// The wires of a real serial line. A thread looks at them: an adapter is asked over the USB, which
+/// takes a millisecond and more.
 #[derive(Debug)]
-pub struct SerialLines(TTYPort);
+pub struct SerialLines(Arc<AtomicU8>);
 
 impl SerialLines {
     /// Opens the line and feeds the switches from RTS and DTR. A line without such wires (a
@@ -33,17 +43,41 @@ impl SerialLines {
         port.write_data_terminal_ready(true).map_err(no_wires)?;
         std::thread::sleep(Duration::from_millis(10)); // the wires settle
         port.read_clear_to_send().map_err(no_wires)?;
-        Ok(Self(port))
+        let found = Arc::new(AtomicU8::new(0));
+        let into = Arc::downgrade(&found);
+        std::thread::Builder::new()
+            .name("calot-pedal".to_owned())
+            .stack_size(128 << 10)
+            .spawn(move || look(&mut port, &into))
+            .map_err(|error| HardwareError::Line {
+                path: path.to_path_buf(),
+                doing: "starting its reading thread",
+                what: error.to_string(),
+            })?;
+        Ok(Self(found))
+    }
+}
+
+/// Looks until the line is gone or nobody wants to know any more.
+fn look(port: &mut TTYPort, into: &Weak<AtomicU8>) {
+    while let Some(into) = into.upgrade() {
+        let found = match (port.read_clear_to_send(), port.read_data_set_ready()) {
+            (Ok(cts), Ok(dsr)) => (u8::from(cts) * CTS) | (u8::from(dsr) * DSR),
+            _ => GONE,
+        };
+        into.store(found, Relaxed);
+        if found == GONE {
+            return;
+        }
+        drop(into);
+        std::thread::sleep(LOOK_EVERY);
     }
 }
 
 impl ModemLines for SerialLines {
     fn closed(&mut self) -> Option<[bool; 2]> {
-        // Each is one short system call; only an error, the last call of all, allocates.
-        Some([
-            self.0.read_clear_to_send().ok()?,
-            self.0.read_data_set_ready().ok()?,
-        ])
+        let found = self.0.load(Relaxed);
+        (found != GONE).then_some([found & CTS != 0, found & DSR != 0])
     }
 }
 
