@@ -184,12 +184,6 @@ impl Touch {
         }
     }
 
-    /// Pushes the tissue with the last forces for a share of a step squared, s².
-    fn push_last(&self, share_s2: f32, bodies: &mut Bodies) {
-        let push = (self.normal * self.force_n + self.friction_n) * -share_s2;
-        self.patch.push(&push, bodies);
-    }
-
     /// What it leaves to the next tick.
     pub(crate) fn carried(&self) -> Carried {
         Carried {
@@ -233,9 +227,11 @@ impl Touches {
 
     /// Lets the tools lean on organ `organ` with a share of the last forces ([`LEANS`]), within a
     /// substep of `step_s` and before its constraints are solved.
+    /// Friction does not: it would drag on what has slid on meanwhile, and shake.
     pub(crate) fn lean(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         for touch in self.near.iter().filter(|touch| touch.organ == organ) {
-            touch.push_last(touch.answer.leans() * step_s * step_s, bodies);
+            let push = touch.normal * (-touch.force_n * touch.answer.leans() * step_s * step_s);
+            touch.patch.push(&push, bodies);
         }
     }
 
@@ -245,7 +241,9 @@ impl Touches {
         let squared = step_s * step_s;
         // The rest of the last forces first: what is left to find is the change.
         for touch in self.near.iter().filter(|touch| touch.organ == organ) {
-            touch.push_last((1.0 - touch.answer.leans()) * squared, bodies);
+            let left = (1.0 - touch.answer.leans()) * touch.force_n;
+            let push = (touch.normal * left + touch.friction_n) * -squared;
+            touch.patch.push(&push, bodies);
         }
         for _ in 0..PASSES {
             for i in 0..self.near.len() {
