@@ -15,6 +15,8 @@ pub(crate) struct Felt {
     /// At the handle, in the direction in which it is stiffest, N/m; never too low, at most 15 %
     /// too high.
     pub(crate) stiffness_n_m: f32,
+    /// What it answers to a movement within a tick, before the tissue has given way, N/m; never too low.
+    pub(crate) at_once_n_m: f32,
 }
 
 /// A pull of tissue on the instrument that is no contact: what the jaws hold.
@@ -26,6 +28,8 @@ pub(crate) struct Pull {
     pub(crate) force_n: Vec3,
     /// As a slow hand meets it, N/m.
     pub(crate) stiffness_n_m: f32,
+    /// Of the grip alone, N/m.
+    pub(crate) grip_n_m: f32,
 }
 
 /// Adds up what every contact and the held tissue do at the handle. Where `renders_torque` is false
@@ -40,6 +44,7 @@ pub(crate) fn felt(
     let mut at_port = Wrench::ZERO;
     // Of springs k along n at the instrument the handle feels Σ k (T n)(T n)ᵀ, T the lever.
     let mut stiffness_n_m = Matrix3::zeros();
+    let mut grip_n_m = 0.0;
     let mut add_spring = |at_m: &Vec3, normal: &Vec3, k: f32| {
         let way = handle_way(kinematics, world_from_handle, at_m, normal);
         stiffness_n_m += way * way.transpose() * k;
@@ -59,14 +64,18 @@ pub(crate) fn felt(
         at_port += kinematics.wrench(&pull.at_m, &pull.force_n);
         for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
             add_spring(&pull.at_m, &axis, pull.stiffness_n_m);
+            let way = handle_way(kinematics, world_from_handle, &pull.at_m, &axis);
+            grip_n_m += way.norm_squared() * pull.grip_n_m;
         }
     }
     if !renders_torque {
         at_port = at_port.without_roll(&kinematics.axis(world_from_handle));
     }
+    let stiffness_n_m = stiffest(&stiffness_n_m);
     Felt {
         wrench: kinematics.at_handle(world_from_handle, &at_port),
-        stiffness_n_m: stiffest(&stiffness_n_m),
+        stiffness_n_m,
+        at_once_n_m: stiffness_n_m + grip_n_m,
     }
 }
 
@@ -187,6 +196,7 @@ mod tests {
             at_m: Vec3::new(0.0, 0.0, -0.1),
             force_n: Vec3::new(0.0, 0.0, -1.5),
             stiffness_n_m: 300.0,
+            grip_n_m: 500.0,
         };
         let felt = felt(&[], Some(&pull));
         assert!(is_force(&felt, 0.0, 0.0, -1.5));

@@ -42,8 +42,8 @@ impl Proxy {
         handle
     }
 
-    /// After a tick in which tissue pushed on the handle with `force_n` (world frame), as stiff as
-    /// `stiffness_n_m`, and the device renders `limit_n` of it at most.
+    /// After a tick in which tissue pushed on the handle with `force_n` (world frame), which answers a
+    /// movement by `stiffness_n_m` at most, and the device renders `limit_n` of it at most.
     pub(crate) fn give_way(&mut self, force_n: &Vec3, stiffness_n_m: f32, limit_n: f32) {
         let over_n = math::norm(force_n) - limit_n.max(LIMIT_MIN_N);
         let step_m = GAIN * over_n.abs() / stiffness_n_m.max(STIFFNESS_MIN_N_M);

@@ -17,8 +17,8 @@ const PEDAL_STALE_NS: u64 = 500_000_000;
 /// Farthest that a pose may be from its device, m.
 const REACH_MAX_M: f32 = 10.0;
 /// Two samples nearer in time than this are taken as this far apart when a speed is computed
-/// from them, s: a batch that arrives at once must not trip the speed limit.
-const SAMPLE_PERIOD_MIN_S: f32 = 0.0005;
+/// from them, s: the newest of each tick are a tick apart, however late the first one arrived.
+const SAMPLE_PERIOD_MIN_S: f32 = 0.001;
 
 /// One device's line: its newest sample, and whether there is more to come.
 #[derive(Debug, Clone, Copy)]
@@ -98,6 +98,7 @@ pub(crate) struct Inputs {
     pub(crate) velocity_m_s: Vec3,
     newly_pressed: Buttons,
     stood_still: bool,
+    came_back: bool,
     now_ns: TimeNs,
 }
 
@@ -119,6 +120,7 @@ impl Inputs {
             .copied()
             .filter(|_| !self.device.is_lost);
         let device = checked(samples.device, is_device_sample, faults);
+        self.came_back = self.device.is_lost && matches!(device, Polled::Fresh(_));
         self.device.take(device, |sample| sample.at_ns);
         self.newly_pressed = Buttons::default();
         if let Polled::Fresh(sample) = device {
@@ -155,10 +157,10 @@ impl Inputs {
         self.newly_pressed
     }
 
-    /// Whether so much time passed since the tick before (a stopped process, a stalled machine)
-    /// that the hand may be anywhere.
-    pub(crate) const fn stood_still(&self) -> bool {
-        self.stood_still
+    /// Whether the hand may be anywhere: so much time passed since the tick before (a stopped process, a
+    /// stalled machine), or the device was unplugged and is back.
+    pub(crate) const fn has_leapt(&self) -> bool {
+        self.stood_still || self.came_back
     }
 
     pub(crate) fn device_health(&self) -> Health {

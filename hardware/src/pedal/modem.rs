@@ -1,10 +1,10 @@
 //! Plain switches on a serial line: one closes CTS, the other DSR. The cheapest pedal there is,
 //! and one wire from RTS or DTR feeds both.
 
-use core::sync::atomic::{AtomicU8, Ordering::Relaxed};
+use core::sync::atomic::{AtomicU8, AtomicU64, Ordering::Relaxed};
 use std::path::Path;
 use std::sync::{Arc, Weak};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use rt_core::port::{LineCounters, Pedal, PedalSample, Polled, TimeNs};
 use serialport::{SerialPort, TTYPort};
@@ -20,6 +20,8 @@ pub trait ModemLines {
 
 /// Between two looks at the wires: a contact bounces for longer.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
+/// An adapter that has not answered for so long says nothing any more: released, ms.
+const SILENT_MS: u64 = 250;
 /// Bits of what a look found.
 const CTS: u8 = 1;
 const DSR: u8 = 2;
@@ -28,7 +30,30 @@ const GONE: u8 = 4;
 /// The wires of a real serial line. A thread looks at them: an adapter is asked over the USB, which
 /// takes a millisecond and more.
 #[derive(Debug)]
-pub struct SerialLines(Arc<AtomicU8>);
+pub struct SerialLines(Arc<Looked>);
+
+/// What the thread saw, and when.
+#[derive(Debug)]
+struct Looked {
+    found: AtomicU8,
+    /// Since `began`.
+    at_ms: AtomicU64,
+    began: Instant,
+}
+
+impl Looked {
+    fn elapsed_ms(&self) -> u64 {
+        u64::try_from(self.began.elapsed().as_millis()).unwrap_or(u64::MAX)
+    }
+
+    /// The two wires; both open when the last look is too old.
+    fn closed(&self) -> Option<[bool; 2]> {
+        let found = self.found.load(Relaxed);
+        let age_ms = self.elapsed_ms().saturating_sub(self.at_ms.load(Relaxed));
+        let closed = |wire| found & wire != 0 && age_ms <= SILENT_MS;
+        (found != GONE).then_some([closed(CTS), closed(DSR)])
+    }
+}
 
 impl SerialLines {
     /// Opens the line and feeds the switches from RTS and DTR. A line without such wires (a
@@ -43,7 +68,11 @@ impl SerialLines {
         port.write_data_terminal_ready(true).map_err(no_wires)?;
         std::thread::sleep(Duration::from_millis(10)); // the wires settle
         port.read_clear_to_send().map_err(no_wires)?;
-        let found = Arc::new(AtomicU8::new(0));
+        let found = Arc::new(Looked {
+            found: AtomicU8::new(0),
+            at_ms: AtomicU64::new(0),
+            began: Instant::now(),
+        });
         let into = Arc::downgrade(&found);
         std::thread::Builder::new()
             .name("calot-pedal".to_owned())
@@ -59,13 +88,14 @@ impl SerialLines {
 }
 
 /// Looks until the line is gone or nobody wants to know any more.
-fn look(port: &mut TTYPort, into: &Weak<AtomicU8>) {
+fn look(port: &mut TTYPort, into: &Weak<Looked>) {
     while let Some(into) = into.upgrade() {
         let found = match (port.read_clear_to_send(), port.read_data_set_ready()) {
             (Ok(cts), Ok(dsr)) => (u8::from(cts) * CTS) | (u8::from(dsr) * DSR),
             _ => GONE,
         };
-        into.store(found, Relaxed);
+        into.found.store(found, Relaxed);
+        into.at_ms.store(into.elapsed_ms(), Relaxed);
         if found == GONE {
             return;
         }
@@ -76,8 +106,7 @@ fn look(port: &mut TTYPort, into: &Weak<AtomicU8>) {
 
 impl ModemLines for SerialLines {
     fn closed(&mut self) -> Option<[bool; 2]> {
-        let found = self.0.load(Relaxed);
-        (found != GONE).then_some([found & CTS != 0, found & DSR != 0])
+        self.0.closed()
     }
 }
 
@@ -137,6 +166,23 @@ mod tests {
     use super::*;
     use std::cell::Cell;
     use std::rc::Rc;
+
+    #[test]
+    fn an_adapter_that_hangs_reads_as_released() {
+        let began = Instant::now()
+            .checked_sub(Duration::from_millis(SILENT_MS * 4))
+            .unwrap();
+        let looked = Looked {
+            found: AtomicU8::new(CTS),
+            at_ms: AtomicU64::new(SILENT_MS * 1000),
+            began,
+        };
+        assert_eq!(looked.closed(), Some([true, false]), "looked at just now");
+        looked.at_ms.store(SILENT_MS, Relaxed);
+        assert_eq!(looked.closed(), Some([false, false]), "long ago");
+        looked.found.store(GONE, Relaxed);
+        assert_eq!(looked.closed(), None);
+    }
 
     struct Wires(Rc<Cell<Option<[bool; 2]>>>);
 

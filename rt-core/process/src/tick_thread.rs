@@ -291,10 +291,13 @@ mod tests {
             settings: Settings::new(&config, None),
         };
         let (tell, _told) = mpsc::sync_channel(1);
-        let thread = std::thread::spawn(move || {
-            prepare();
-            run(start, &tell);
-        });
+        let thread = std::thread::Builder::new()
+            .stack_size(crate::run::TICK_STACK_BYTES)
+            .spawn(move || {
+                prepare();
+                run(start, &tell);
+            })
+            .unwrap();
         let panicked = thread.join().is_err();
         assert!(shared.tick_ended.load(Relaxed));
         let forces = forces.lock().unwrap().clone();

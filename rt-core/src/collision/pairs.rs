@@ -86,9 +86,17 @@ impl Pairs {
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.radius_max_m = scene.spheres.iter().map(|s| s.radius_m).fold(0.0, f32::max);
         self.outer.clear();
-        for sphere in 0..scene.spheres.len() as u16 {
-            if is_outer(scene, sphere) {
-                let _ = self.outer.push(sphere); // has room for every sphere
+        // Those that have no skin, or are the nearest to some of it.
+        let mut is_outer = PerSphere::new(false);
+        for vertex in scene.skin.vertices {
+            if let Some(nearest) = vertex.spheres.first() {
+                *is_outer.at_mut(u32::from(*nearest)) = true;
+            }
+        }
+        for sphere in 0..scene.spheres.len() as u32 {
+            let covered = scene.skin.near_sphere(sphere).is_some();
+            if !covered || *is_outer.at(sphere) {
+                let _ = self.outer.push(sphere as u16); // has room for every sphere
             }
         }
         self.current.clear();
@@ -160,13 +168,6 @@ impl Pairs {
             bodies.nodes.at_mut(u32::from(pair.b)).move_by(&db);
         }
     }
-}
-
-/// Whether a sphere has no skin, or is the nearest to some of it.
-fn is_outer(scene: &Scene<'_>, sphere: u16) -> bool {
-    let skin = &scene.skin;
-    let covered = skin.near_sphere(u32::from(sphere)).is_some();
-    !covered || skin.vertices.iter().any(|v| v.spheres[0] == sphere)
 }
 
 /// Displacements that bring two spheres, the first at `difference` from the second, `apart_m`

@@ -6,7 +6,7 @@ use crate::math::Vec3;
 use crate::soft_body::Bodies;
 
 /// Spheres that a place follows, at most: those of three vertices of a skin, or what lies under
-/// a tip that is wider than the spheres are apart. What is more carries nothing.
+/// a tip that is wider than the spheres are apart. What is more goes to the first.
 const PATCH_MAX: usize = 96;
 
 /// A place of the tissue that spheres carry, each once; the weights sum to 1.
@@ -25,7 +25,11 @@ impl Patch {
         match self.parts.iter_mut().find(|(own, _)| *own == sphere) {
             Some((_, sum)) => *sum += weight,
             None => {
-                let _ = self.parts.push((sphere, weight));
+                if self.parts.push((sphere, weight)).is_err()
+                    && let Some((_, sum)) = self.parts.first_mut()
+                {
+                    *sum += weight;
+                }
             }
         }
     }

@@ -13,6 +13,9 @@ const STIFFNESS_N_M: f32 = 2000.0;
 /// Nearer than this the side on which a part is is remembered, m: what both go in a tick.
 const NEAR_M: f32 = 0.0065;
 
+/// Both together do not go farther in a tick, m; what does was unplugged, or stood still.
+const LEAP_M: f32 = 0.02;
+
 /// A part of the instrument beside the endoscope.
 #[derive(Debug, Clone, Copy)]
 struct Track {
@@ -22,7 +25,8 @@ struct Track {
     /// Places on both axes, 0 to 1.
     shares: [f32; 2],
     gap: Gap,
-    ends_m: [Vec3; 2],
+    /// Of the part's axis and of the endoscope's, m.
+    ends_m: [Vec3; 4],
 }
 
 /// Every part of the instrument near the endoscope.
@@ -74,6 +78,15 @@ fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track
         let [s, t] = shares;
         normal.dot(&(at(part, *s) - at(scope, *t)))
     };
+    let ends_m = [part.a_m, part.b_m, scope.a_m, scope.b_m];
+    let way_m = last.map(|last| {
+        let gone_m = last.ends_m.iter().zip(&ends_m);
+        let gone_m = gone_m.map(|(before, now)| math::norm(&(now - before)));
+        // Either may have come to the other.
+        2.0 * gone_m.fold(0.0, f32::max)
+    });
+    // What leaps came another way.
+    let last = last.filter(|_| way_m.is_some_and(|way_m| way_m < LEAP_M));
     let lift_m = last.map_or_else(Vec3::zeros, |last| {
         last.normal * (reach_m - height_m(&last.normal, &last.shares)).max(0.0)
     });
@@ -90,14 +103,9 @@ fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track
     if gap_m > NEAR_M {
         return None;
     }
-    let ends_m = [part.a_m, part.b_m];
-    let gap = last.map_or_else(
+    let gap = last.zip(way_m).map_or_else(
         || Gap::first(gap_m),
-        |last| {
-            let [a, b] = last.ends_m;
-            let way_m = math::norm(&(part.a_m - a)).max(math::norm(&(part.b_m - b)));
-            last.gap.next(gap_m, way_m, 0.0)
-        },
+        |(last, way_m)| last.gap.next(gap_m, way_m, 0.0),
     );
     Some(Track {
         part: part.role,

@@ -271,7 +271,10 @@ impl Touches {
                     touch.force_n = force_n;
                     touch.stiffness_n_m = stiffness_n_m;
                     touch.friction_n = friction_n;
-                    touch.friction_stiffness_n_m = touch.bristle.felt_n_m(yield_m_n);
+                    // What slides, or is smooth, holds no more for going farther.
+                    let sticks = math::norm(&friction_n) < 0.999 * most_n;
+                    let felt_n_m = touch.bristle.felt_n_m(yield_m_n);
+                    touch.friction_stiffness_n_m = if sticks { felt_n_m } else { 0.0 };
                 }
             }
         }

@@ -15,6 +15,7 @@ use crate::fault::{Fault, FaultSet};
 use crate::force::Pull;
 use crate::math::{self, Pose, Vec3};
 use crate::scene::Scene;
+use crate::sim::TICK_S;
 use crate::soft_body::Bodies;
 use crate::state::SphereBits;
 use crate::tool::Instrument;
@@ -57,6 +58,8 @@ pub(crate) struct Grasp {
     grip_n: f32,
     /// What the tissue pulled with in the last tick, world frame, N.
     pull_n: Vec3,
+    /// The same of the tick that is being solved.
+    so_far_n: Vec3,
     /// How far it has slid since that was last told, mean over the spheres, m.
     slid_m: f32,
 }
@@ -222,7 +225,7 @@ impl Grasp {
             self.bite.slip_n(self.grip_n) * self.part
         };
         let instrument_from_world = world_from_instrument.inverse();
-        let mut pull_n = Vec3::zeros();
+        let mut pull_n = Vec3::zeros(); // of this substep, as a share of the tick's
         for held in &mut self.held {
             let own = *bodies.organ.at(held.sphere);
             if organ.is_some_and(|organ| organ != own) {
@@ -250,9 +253,12 @@ impl Grasp {
                 }
             }
             node.move_by(&(force_n * yielding_m_n));
-            pull_n -= force_n;
+            pull_n -= force_n * (scene.step_s_of(own) / TICK_S);
         }
-        self.pull_n = pull_n;
+        self.so_far_n += pull_n;
+        if organ.is_none() {
+            self.pull_n = core::mem::take(&mut self.so_far_n);
+        }
     }
 
     /// How the tissue pulls on the jaws. `None` when nothing is held.
@@ -264,6 +270,7 @@ impl Grasp {
             at_m: sum_m / share,
             force_n: self.pull_n,
             stiffness_n_m: self.bite.pull_stiffness_n_m(share * self.part),
+            grip_n_m: GRIP_N_M * share * self.part,
         })
     }
 }

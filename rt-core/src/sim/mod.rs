@@ -122,8 +122,9 @@ impl<'a> Sim<'a> {
 
         let samples = ports.sample();
         self.inputs.take(&samples, &mut faults);
-        if self.inputs.stood_still() {
+        if self.inputs.has_leapt() {
             self.limit.restart();
+            self.contacts.clear();
         }
         self.obey(samples.command);
         ports.stamp(Stage::Sample);
@@ -144,8 +145,9 @@ impl<'a> Sim<'a> {
         ports.stamp(Stage::Force);
 
         self.work_instrument(&mut faults);
-        self.tear();
+        // Alarms before what tears: a tick tells of so many events only.
         self.note_events(&mut faults);
+        self.tear();
         ports.stamp(Stage::Procedure);
 
         self.fault_counters.count(faults);
@@ -351,7 +353,7 @@ impl<'a> Sim<'a> {
         let command = self.limit.apply(&demand, faults);
         if let (Some(limit_n), false) = (self.limit.rendered_n(), paused) {
             let force_n = &felt.wrench.force_n;
-            self.proxy.give_way(force_n, felt.stiffness_n_m, limit_n);
+            self.proxy.give_way(force_n, felt.at_once_n_m, limit_n);
         }
         self.tool.force_n = world_from_device * command.force_n;
         self.tool.torque_n_m = world_from_device * command.torque_n_m;

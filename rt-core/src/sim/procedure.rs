@@ -112,6 +112,8 @@ impl Sim<'_> {
 
     pub(super) fn change_instrument(&mut self, instrument: Instrument) {
         self.let_go();
+        // Its places are others: none has gone there from where one of the last was.
+        self.contacts.clear();
         self.tool.instrument = instrument;
         self.tool.jaw = 1.0;
     }

@@ -9,7 +9,7 @@ mod stations;
 #[cfg(test)]
 mod tests;
 
-use crate::capacity::{MAX_ORGANS, MAX_STATIONS};
+use crate::capacity::{INSTRUMENT_STATIONS, MAX_ORGANS, MAX_STATIONS};
 use crate::collision::gap::Gap;
 use crate::collision::law::Law;
 use crate::collision::touch::{Answer, Carried, Found, Place, Touches};
@@ -108,6 +108,8 @@ pub(crate) struct SkinContacts {
     tracks: [[Track; MAX_STATIONS]; MAX_ORGANS],
     /// Organs of which some track is not [`NOWHERE`].
     is_known: [bool; MAX_ORGANS],
+    /// Places of the instrument and of the endoscope in the last tick.
+    counts: [usize; 2],
 }
 
 impl Default for SkinContacts {
@@ -115,6 +117,7 @@ impl Default for SkinContacts {
         Self {
             tracks: [[NOWHERE; MAX_STATIONS]; MAX_ORGANS],
             is_known: [false; MAX_ORGANS],
+            counts: [0; 2],
         }
     }
 }
@@ -122,7 +125,35 @@ impl Default for SkinContacts {
 impl SkinContacts {
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
-        *self = Self::default();
+        // In place: a whole one is too large for a tick's stack.
+        for track in self.tracks.iter_mut().flatten() {
+            *track = NOWHERE;
+        }
+        self.is_known = [false; MAX_ORGANS];
+        self.counts = [0; 2];
+    }
+
+    /// Forgets places that are there no more (a shaft drawn out, a camera out of the body): they come
+    /// back elsewhere.
+    fn forget_missing(&mut self, stations: &[(u8, Station)]) {
+        let is_own = |number: u8| usize::from(number) < INSTRUMENT_STATIONS;
+        let own = stations
+            .iter()
+            .filter(|(number, _)| is_own(*number))
+            .count();
+        let counts = [own, stations.len() - own];
+        if core::mem::replace(&mut self.counts, counts) == counts {
+            return;
+        }
+        for tracks in &mut self.tracks {
+            let (instrument, endoscope) =
+                tracks.split_at_mut(INSTRUMENT_STATIONS.min(MAX_STATIONS));
+            for (tracks, count) in [instrument, endoscope].into_iter().zip(counts) {
+                for track in tracks.iter_mut().skip(count) {
+                    *track = NOWHERE;
+                }
+            }
+        }
     }
 
     /// Finds the skin near `parts`, as it lies before the solve. `near_spheres` are the spheres
@@ -140,6 +171,7 @@ impl SkinContacts {
             return;
         }
         let stations = stations(parts);
+        self.forget_missing(&stations);
         let tracks = self.tracks.iter_mut().zip(&mut self.is_known);
         for ((organ, it), (tracks, is_known)) in (0u8..).zip(scene.organs).zip(tracks) {
             let mut own = near_spheres

@@ -35,7 +35,8 @@ const FOLLOW_M: f32 = 0.0065;
 /// moves in a tick.
 const NEAR_M: f32 = 0.003;
 
-/// What the jaws take hold of lets go of them within 0.2 s, and the other way round: a share a tick.
+/// What the jaws take hold of stops pushing them, and what they let go of begins to, by this share a
+/// tick: three quarters within 0.2 s.
 const LOOSEN: f32 = 0.007;
 
 /// A part of a tool and a bead near it, as a tick leaves them.
@@ -110,6 +111,7 @@ impl TubeContacts {
                         .link
                         .map_or(1.0, |link| bodies.parted.left_of_link(link));
                     let weight = left
+                        * track.loose
                         * track.side.weight(
                             &axis(part),
                             &ball.center_m,
