@@ -188,6 +188,36 @@ mod tests {
         assert!(come_down(0.0001, 20).is_empty());
     }
 
+    #[test]
+    fn who_comes_to_whom_makes_no_difference() {
+        let shaft = rod(Vec3::y() * -0.1, Vec3::y() * 0.1, Role::Shaft);
+        let mut rigid = RigidContacts::default();
+        let mut last = std::vec::Vec::new();
+        for tick in 0..8 {
+            let at_m = Vec3::new(-0.1, 0.0, -0.0105 + 0.0005 * tick as f32);
+            let scope = rod(at_m, at_m + Vec3::x() * 0.2, Role::Endoscope);
+            last.clear();
+            rigid.find(&[shaft, scope], |contact| last.push(contact));
+        }
+        let by_hand = come_down(0.0005, 8);
+        assert_eq!(last.len(), 1);
+        let off_n = last[0].force_n - by_hand[0].force_n;
+        assert!(off_n.abs() < 1.0e-2, "{last:?} {by_hand:?}");
+    }
+
+    #[test]
+    fn what_leaps_through_has_not_gone_through() {
+        let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
+        let mut rigid = RigidContacts::default();
+        for z_m in [0.008, -0.030, -0.004] {
+            let at_m = Vec3::new(0.1, 0.0, z_m);
+            let shaft = rod(at_m - Vec3::y() * 0.1, at_m + Vec3::y() * 0.1, Role::Shaft);
+            let mut force_n = 0.0;
+            rigid.find(&[shaft, scope], |contact| force_n += contact.force_n);
+            assert!(force_n < 0.1, "{force_n} N at {z_m} m");
+        }
+    }
+
     fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
         (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
     }
