@@ -242,6 +242,9 @@ impl OutputLimit {
 
     fn limit_torque(&self, torque: &Vec3, faults: &mut FaultSet) -> Vec3 {
         let peak = self.torque_max_n_m;
+        if peak <= 0.0 {
+            return Vec3::zeros(); // the device says that it drops torque: nothing is cut off
+        }
         let torque = clamp(torque, peak, Fault::Clamped, faults);
         slew(&self.last.torque_n_m, &torque, TORQUE_SLEW * peak, faults)
     }

@@ -108,6 +108,34 @@ fn deeper_is_more_and_no_tick_has_a_step() {
     assert!(felt[0] <= 0.0 && felt[1399] > 0.15, "{felt:?}");
 }
 
+/// Into the tissue at up to 3 m/s, 3 mm a tick, from every distance at which a tick may leave it.
+#[test]
+fn no_speed_passes_the_skin_unfelt() {
+    let built = liver(581);
+    let room = built.scene.room.unwrap();
+    let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
+    let loaded = core::Prepared::new(&built.scene);
+    let radius_m = 0.0008;
+    for start in 0u8..12 {
+        for step_m in [0.001f32, 0.002, 0.003] {
+            let mut bodies = Box::new(Bodies::new());
+            let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
+            let mut height_m = 0.015 + step_m * f32::from(start) / 12.0;
+            while height_m > -0.008 {
+                let center_m = site + normal * (radius_m + height_m);
+                let pressed = tissue.press(&[ball(center_m, radius_m)]);
+                let out_n = pressed.force_n.dot(&normal);
+                let is_in = height_m < -0.000_5;
+                assert!(
+                    out_n > 0.0 || !is_in,
+                    "{out_n} N at {height_m} m by {step_m} m a tick"
+                );
+                height_m -= step_m;
+            }
+        }
+    }
+}
+
 #[test]
 fn a_shaft_and_a_tip_behind_each_other_count_once() {
     let built = liver(581);
