@@ -100,7 +100,7 @@ fn is_pinned(thread: libc::pid_t) -> bool {
 /// # Errors
 /// In words, with the mending command.
 pub fn lock_memory() -> Result<(), String> {
-    // SAFETY: plain settings of the allocator, made before any other thread exists.
+    // SAFETY: two valid settings; glibc makes them under its own lock.
     unsafe {
         libc::mallopt(libc::M_TRIM_THRESHOLD, -1);
         libc::mallopt(libc::M_MMAP_MAX, 0);

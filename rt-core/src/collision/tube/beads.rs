@@ -67,7 +67,8 @@ impl Beads {
         }
     }
 
-    /// Finds the tubes of `scene`; done once, when it is loaded. O(links · links of a sphere).
+    /// Finds the tubes of `scene`; done once, when it is loaded. O(spheres · links · links of a
+    /// sphere) of organs without a skin.
     pub(crate) fn build(&mut self, scene: &Scene<'_>, adjacency: &Adjacency) {
         self.all.clear();
         self.of = [(0, 0); MAX_ORGANS];
@@ -89,7 +90,11 @@ impl Beads {
         };
         // As many steps as a line has, even one that forks and closes; anything else is a heap.
         let most = organ.sphere_count + organ.sphere_count / 8 + 1;
-        let is_line = organ.batch_count == 0 && steps().count() as u32 <= most;
+        let count = steps().count();
+        // Where beads between them found no room, spheres by themselves always do.
+        let to_come = scene.spheres.len() - (organ.sphere_start as usize).min(scene.spheres.len());
+        let beads = self.all.len() + to_come + count * usize::from(BETWEEN_MAX);
+        let is_line = organ.batch_count == 0 && count as u32 <= most && beads <= MAX_BEADS;
         let end = organ.sphere_start.saturating_add(organ.sphere_count);
         for sphere in organ.sphere_start..end {
             let mut steps = steps();
@@ -114,7 +119,7 @@ impl Beads {
             share,
             stiffness_share,
             link,
-        }); // as many as spheres and a forking line's steps can have at most
+        }); // `string` sees to it that there is room
     }
 
     /// The beads of the organ with this index, numbered.

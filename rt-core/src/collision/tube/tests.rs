@@ -7,10 +7,15 @@ use std::vec::Vec as List;
 
 use proptest::prelude::*;
 
+use crate::capacity::MAX_ORGANS;
+use crate::collision::touch::{Answer, Touch, Touches};
+use crate::collision::tube::TubeContacts;
+use crate::fault::FaultSet;
 use crate::math::{self, Vec3};
 use crate::scene::tests::{organ, room, sphere};
 use crate::scene::{Link, Organ, RestSphere, Scene};
-use crate::soft_body::{Bodies, Method, Tissue};
+use crate::soft_body::{Bodies, Bounds, Method, Tissue};
+use crate::state::SphereBits;
 use crate::tool::{Capsule, Role};
 
 /// Spheres along x, 2.5 mm apart.
@@ -112,6 +117,47 @@ fn a_slow_press_and_a_slow_stroke_have_no_step() {
     for (tick, pair) in felt.windows(2).enumerate() {
         let step_n = math::norm(&(pair[1].0 - pair[0].0));
         assert!(step_n < 0.005, "tick {tick}: {step_n} N");
+    }
+}
+
+/// Walls of the duct that push a hook, together, N/m.
+fn walls_n_m(tubes: &mut TubeContacts, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
+    let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
+    bounds[0] = bodies.bounds(&scene.organs[0]);
+    let (mut touches, mut faults) = (Touches::default(), FaultSet::NONE);
+    let on_it = hook(Vec3::z() * 0.0015, Vec3::y() * 0.004);
+    tubes.find(&[on_it], scene, &bounds, bodies, &mut touches, &mut faults);
+    let wall = |touch: &Touch| match touch.answer {
+        Answer::Spring { wall_n_m } => wall_n_m,
+        Answer::HalfSpace(_) => 0.0,
+    };
+    touches.iter().map(wall).sum()
+}
+
+#[test]
+fn jaws_do_not_push_what_they_hold() {
+    let duct = Duct::new();
+    let scene = Scene::new(&duct.organs, &duct.spheres, &duct.links, room()).unwrap();
+    let mut bodies = Box::new(Bodies::new());
+    bodies.load(&scene);
+    let mut tubes = TubeContacts::default();
+    let free_n_m = walls_n_m(&mut tubes, &scene, &bodies);
+    assert!(free_n_m > 0.0);
+    let mut now_n_m = free_n_m;
+    for (held, end) in [(true, 0.0), (false, 1.0)] {
+        for sphere in 0..SPHERES {
+            let bits = bodies.bits.at_mut(sphere);
+            *bits = match held {
+                true => bits.with(SphereBits::GRASPED),
+                false => bits.without(SphereBits::GRASPED),
+            };
+        }
+        for _ in 0..1000 {
+            let next_n_m = walls_n_m(&mut tubes, &scene, &bodies);
+            assert!((next_n_m - now_n_m).abs() < 0.01 * free_n_m, "no step");
+            now_n_m = next_n_m;
+        }
+        assert!((now_n_m / free_n_m - end).abs() < 0.01, "{now_n_m}");
     }
 }
 
