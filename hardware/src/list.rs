@@ -79,6 +79,9 @@ fn usb_device(vendor: u16, product: u16) -> Option<&'static str> {
         (0x0301, 0x2988) | (0x2988, 0x0302) => {
             "3D Systems Touch: driver \"touch\", path of the vendor's libHD.so"
         }
+        (0x2341, 0x003D | 0x003E) => {
+            "Arduino Due: a Haply hAPI board (\"hapi\") or a rig (\"rig\")"
+        }
         // Teensy, by far the commonest board of rigs; Haply's Inverse3 has its numbers too.
         (0x16C0, 0x0483) => "Teensy: driver \"woody\" or \"rig\" (or an Inverse3)",
         (0x04B4, 0x1003 | 0x1005) | (0x21E2, 0x1008) => "Ascension trakSTAR: not served over USB",

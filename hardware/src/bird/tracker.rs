@@ -117,7 +117,7 @@ impl BirdTracker {
     fn tell(&mut self, bytes: &[u8]) -> Result<(), HardwareError> {
         match self.line.write(bytes) {
             Written::All => Ok(()),
-            Written::Part | Written::Nothing => Err(HardwareError::Line {
+            Written::Part(_) | Written::Nothing => Err(HardwareError::Line {
                 path: self.path().to_path_buf(),
                 doing: "sending a command",
                 what: "the line takes no bytes".into(),

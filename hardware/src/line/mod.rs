@@ -46,8 +46,8 @@ pub(crate) enum Read {
 pub(crate) enum Written {
     /// The line took everything.
     All,
-    /// It took less than everything; the rest is dropped.
-    Part,
+    /// It took so many bytes; the rest is dropped.
+    Part(usize),
     /// It took nothing.
     Nothing,
 }
@@ -111,7 +111,7 @@ impl Line {
         match rustix::io::write(&*self.port, bytes) {
             Ok(count) if count == bytes.len() => Written::All,
             Ok(0) | Err(Errno::AGAIN | Errno::INTR) => Written::Nothing,
-            Ok(_) => Written::Part,
+            Ok(count) => Written::Part(count),
             Err(_) => {
                 self.inlet.lose();
                 Written::Nothing

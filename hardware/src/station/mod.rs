@@ -2,7 +2,7 @@
 //!
 //! ```toml
 //! [haptic]
-//! driver = "rig"                      # rig, woody or touch
+//! driver = "rig"                      # rig, woody, hapi or touch
 //! path = "/dev/serial/by-id/my-rig"   # a name that udev keeps stable
 //! force_max_n = 2.5                   # never more than this, whatever the device can
 //!
@@ -32,6 +32,7 @@ use rt_core::math::Pose;
 
 use crate::HardwareError;
 use crate::bird::wire::Hemisphere;
+use crate::hapi::pantograph::Pantograph;
 use crate::pedal::Roles;
 
 /// A station as its file describes it.
@@ -72,12 +73,14 @@ pub struct Limits {
 }
 
 /// Drivers of haptic devices.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum HapticDriver {
     /// The rig protocol.
     Rig,
     /// WoodenHaptics.
     Woody,
+    /// Haply's hAPI board with a linkage of this generation.
+    Hapi(Pantograph),
     /// 3D Systems' Touch, by the name in the vendor's set-up.
     Touch {
         /// None: the default device.

@@ -11,6 +11,7 @@ use toml::Spanned;
 use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, StationFile, TrackerSpec};
 use crate::HardwareError;
 use crate::bird::wire::Hemisphere;
+use crate::hapi::pantograph::Pantograph;
 use crate::pedal::Roles;
 
 #[derive(Deserialize)]
@@ -25,7 +26,7 @@ struct Raw {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawHaptic {
-    driver: RawHapticDriver,
+    driver: Spanned<RawHapticDriver>,
     path: PathBuf,
     device: Option<Spanned<String>>,
     force_max_n: Option<Spanned<f32>>,
@@ -38,6 +39,7 @@ struct RawHaptic {
 enum RawHapticDriver {
     Rig,
     Woody,
+    Hapi,
     Touch,
 }
 
@@ -160,9 +162,13 @@ impl File<'_> {
     }
 
     fn haptic(&self, raw: RawHaptic) -> Result<HapticSpec, HardwareError> {
-        let touch = raw.driver == RawHapticDriver::Touch;
-        if let Some(device) = raw.device.as_ref().filter(|_| !touch) {
-            let what = "device names a Touch in the vendor's set-up: only driver \"touch\" has one";
+        let named = matches!(
+            *raw.driver.get_ref(),
+            RawHapticDriver::Touch | RawHapticDriver::Hapi
+        );
+        if let Some(device) = raw.device.as_ref().filter(|_| !named) {
+            let what = "device names a Touch in the vendor's set-up or a Haply's generation: only \
+                        drivers \"touch\" and \"hapi\" have one";
             return Err(self.error(device.span().start, what.into()));
         }
         let force_at = raw
@@ -192,9 +198,12 @@ impl File<'_> {
             );
             return Err(self.error(force_at, what));
         }
-        let driver = match raw.driver {
+        let driver = match *raw.driver.get_ref() {
             RawHapticDriver::Rig => HapticDriver::Rig,
             RawHapticDriver::Woody => HapticDriver::Woody,
+            RawHapticDriver::Hapi => {
+                HapticDriver::Hapi(self.generation(&raw.driver, raw.device.as_ref())?)
+            }
             RawHapticDriver::Touch => HapticDriver::Touch {
                 device: raw.device.map(Spanned::into_inner),
             },
@@ -204,6 +213,22 @@ impl File<'_> {
             path: raw.path,
             limits,
         })
+    }
+
+    /// A wrong generation turns the motors the wrong way: it has no default.
+    fn generation(
+        &self,
+        driver: &Spanned<RawHapticDriver>,
+        device: Option<&Spanned<String>>,
+    ) -> Result<Pantograph, HardwareError> {
+        let at = device.map_or(driver.span().start, |device| device.span().start);
+        device
+            .and_then(|device| Pantograph::named(device.get_ref()))
+            .ok_or_else(|| {
+                let what = "driver \"hapi\" needs device = \"gen2\", \"gen3\" or \"gen3.1\": \
+                            the Haply's generation";
+                self.error(at, what.into())
+            })
     }
 
     fn pedal(&self, raw: RawPedal) -> Result<PedalSpec, HardwareError> {
@@ -355,6 +380,7 @@ rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
             ),
             ("\"touch\"", "\"rig\"", ":5: device names a Touch"),
             ("\"touch\"", "\"omni\"", ":3: unknown variant `omni`"),
+            ("\"touch\"", "\"hapi\"", ":5: driver \"hapi\" needs device"),
             ("\"evdev\"", "\"modem\"", ":17: keys are a USB pedal's"),
             ("cut_key = 30", "cut_key = 3000", ":17: the key is 3000"),
             (

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use hardware::HardwareError;
 use hardware::bird::BirdTracker;
 use hardware::emulate::{Faults, HapticModel, LineFaults};
+use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
 use hardware::rig::wire::Status;
 use hardware::rig::{RigHaptic, RigPedal};
 use hardware::woody::WoodyHaptic;
@@ -56,6 +57,8 @@ fn a_force_pushes_the_hand_back() {
     pushes_back(RigHaptic::open(&emulator.lines.haptic).unwrap());
     let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
     pushes_back(WoodyHaptic::open(&emulator.lines.haptic).unwrap());
+    let emulator = Emulator::of(HapticModel::Hapi, LineFaults::default());
+    pushes_back(HapiHaptic::open(&emulator.lines.haptic, Pantograph::GEN3).unwrap());
 }
 
 /// The script moves the hand as well, and a busy machine lets the force fade: each round pushes to

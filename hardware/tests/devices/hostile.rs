@@ -24,7 +24,7 @@ struct Played {
 }
 
 /// A pty, its path and its master.
-fn pty() -> (PathBuf, OwnedFd) {
+pub(crate) fn pty() -> (PathBuf, OwnedFd) {
     let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).expect("a pty");
     grantpt(&master).expect("a pty");
     unlockpt(&master).expect("a pty");

@@ -3,6 +3,7 @@
 
 mod conformance;
 mod drivers;
+mod hapi;
 mod hostile;
 mod no_alloc;
 mod station;

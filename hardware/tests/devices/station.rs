@@ -12,6 +12,7 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
     for (model, driver) in [
         (HapticModel::TouchRig, "rig"),
         (HapticModel::Woody, "woody"),
+        (HapticModel::Hapi, "hapi\"\ndevice = \"gen3"),
     ] {
         let emulator = Emulator::of(model, LineFaults::default());
         let lines = &emulator.lines;

@@ -8,6 +8,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
+use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
 use hardware::station::StationFile;
 use hardware::{bird::BirdTracker, rig::RigHaptic, rig::RigPedal, woody::WoodyHaptic};
 use rt_core::math::Pose;
@@ -89,6 +90,10 @@ enum Port {
     Pedal(Box<dyn Pedal>),
 }
 
+fn hapi(path: &Path, generation: Pantograph) -> Result<Port, HardwareError> {
+    Ok(Port::Haptic(Box::new(HapiHaptic::open(path, generation)?)))
+}
+
 /// A device and what it said last.
 struct Watched {
     port: Port,
@@ -123,6 +128,9 @@ impl Watched {
                 Err(error) => return Err(error),
             },
             LineDriver::Woody => Port::Haptic(Box::new(WoodyHaptic::open(path)?)),
+            LineDriver::HapiGen2 => hapi(path, Pantograph::GEN2)?,
+            LineDriver::HapiGen3 => hapi(path, Pantograph::GEN3)?,
+            LineDriver::HapiGen31 => hapi(path, Pantograph::GEN3_1)?,
             LineDriver::Bird => Port::Tracker(Box::new(BirdTracker::open(path)?)),
         }))
     }
