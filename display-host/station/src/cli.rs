@@ -312,8 +312,10 @@ pub(crate) enum LineDriver {
     HapiGen3,
     /// Of the third, revised
     HapiGen31,
-    /// Ascension Flock of Birds
+    /// Ascension Flock of Birds, serial
     Bird,
+    /// Ascension trakSTAR on the USB; PATH is `usb`, or a unit's serial number
+    Trakstar,
 }
 
 #[derive(Debug, Clone, Args)]

@@ -18,7 +18,7 @@ use std::time::Duration;
 pub use hapi::hapi;
 pub use haptic::haptic;
 pub use pedal::pedal;
-pub use tracker::tracker;
+pub use tracker::{tracker, tracker_by, trakstar};
 pub use woody::woody;
 
 /// How a device is tested.

@@ -7,9 +7,12 @@
 //! force_max_n = 2.5                   # never more than this, whatever the device can
 //!
 //! [tracker]
-//! driver = "bird"
+//! driver = "bird"                     # bird, or trakstar with path = "usb"
 //! path = "/dev/serial/by-id/my-tracker"
 //! hemisphere = "upper"
+//! full_scale_in = 36                  # or 72: reaches twice as far, in steps twice as large
+//! birds = 1                           # units on its bus, …
+//! bird = 1                            # … and which of them is on the endoscope
 //!
 //! [pedal]
 //! driver = "evdev"                    # rig, evdev or modem
@@ -31,7 +34,7 @@ use std::path::{Path, PathBuf};
 use rt_core::math::Pose;
 
 use crate::HardwareError;
-use crate::bird::wire::Hemisphere;
+use crate::bird::BirdSetup;
 use crate::hapi::pantograph::Pantograph;
 use crate::pedal::Roles;
 
@@ -91,10 +94,21 @@ pub enum HapticDriver {
 /// How the tracker is reached.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TrackerSpec {
-    /// The line.
+    /// Which driver.
+    pub driver: TrackerDriver,
+    /// The line; for a trakSTAR `usb` or its serial number.
     pub path: PathBuf,
-    /// Where the endoscope is, seen from the transmitter.
-    pub hemisphere: Hemisphere,
+    /// How it is set up.
+    pub setup: BirdSetup,
+}
+
+/// Drivers of trackers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TrackerDriver {
+    /// A serial Flock of Birds.
+    Bird,
+    /// A trakSTAR on the USB.
+    Trakstar,
 }
 
 /// How the pedal is reached.

@@ -5,7 +5,7 @@ use rt_core::port::{
     Polled, TimeNs,
 };
 
-use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, TrackerSpec};
+use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, TrackerDriver, TrackerSpec};
 use crate::HardwareError;
 use crate::bird::BirdTracker;
 use crate::hapi::HapiHaptic;
@@ -34,7 +34,10 @@ impl HapticSpec {
 impl TrackerSpec {
     /// Opens the tracker. Not for the tick.
     pub fn open(&self) -> Result<BirdTracker, HardwareError> {
-        BirdTracker::open_in(&self.path, self.hemisphere)
+        match self.driver {
+            TrackerDriver::Bird => BirdTracker::open(&self.path, self.setup),
+            TrackerDriver::Trakstar => BirdTracker::open_usb(&self.path, self.setup),
+        }
     }
 }
 

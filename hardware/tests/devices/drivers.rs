@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
-use hardware::bird::BirdTracker;
+use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::emulate::{Faults, HapticModel, LineFaults};
 use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
 use hardware::rig::wire::Status;
@@ -121,7 +121,7 @@ fn a_silent_controller_loses_the_force_and_may_come_back() {
 #[test]
 fn the_tracker_streams_the_endoscope() {
     let emulator = Emulator::start();
-    let mut tracker = BirdTracker::open(&emulator.lines.tracker).unwrap();
+    let mut tracker = BirdTracker::open(&emulator.lines.tracker, BirdSetup::default()).unwrap();
     let expected = crate::support::camera_in_tracker();
     let mut samples = 0;
     poll_for(PATIENCE, |now_ns| {
@@ -160,7 +160,7 @@ fn every_device_can_be_opened_again_after_it_was_closed() {
     let emulator = Emulator::start();
     for _ in 0..3 {
         let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
-        let mut tracker = BirdTracker::open(&emulator.lines.tracker).unwrap();
+        let mut tracker = BirdTracker::open(&emulator.lines.tracker, BirdSetup::default()).unwrap();
         let mut pedal = RigPedal::open(&emulator.lines.pedal).unwrap();
         let (mut d, mut t, mut p) = (false, false, false);
         poll_for(PATIENCE, |now_ns| {
@@ -236,7 +236,7 @@ fn the_wrong_line_is_named() {
     );
     let error = RigHaptic::open(&emulator.lines.tracker).unwrap_err();
     assert!(matches!(error, HardwareError::Silent { .. }), "{error}");
-    let error = BirdTracker::open(&emulator.lines.haptic).unwrap_err();
+    let error = BirdTracker::open(&emulator.lines.haptic, BirdSetup::default()).unwrap_err();
     assert!(matches!(error, HardwareError::Silent { .. }), "{error}");
 }
 
@@ -292,7 +292,7 @@ fn a_noisy_line_still_gives_good_samples_and_counts_the_bad_ones() {
         pedal: noisy,
     });
     let mut device = persist(|| RigHaptic::open(&emulator.lines.haptic));
-    let mut tracker = persist(|| BirdTracker::open(&emulator.lines.tracker));
+    let mut tracker = persist(|| BirdTracker::open(&emulator.lines.tracker, BirdSetup::default()));
     let expected = crate::support::camera_in_tracker();
     let (mut good, mut seen) = (0, 0);
     poll_for(PATIENCE, |now_ns| {

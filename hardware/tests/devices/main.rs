@@ -9,3 +9,4 @@ mod no_alloc;
 mod station;
 mod support;
 mod touch;
+mod trakstar;

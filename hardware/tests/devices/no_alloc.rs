@@ -4,7 +4,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use hardware::bird::BirdTracker;
+use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::emulate::{Faults, LineFaults};
 use hardware::rig::{RigHaptic, RigPedal};
 use rt_core::math::Vec3;
@@ -77,7 +77,7 @@ fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_hangs_up() {
     });
     let lines = &emulator.lines;
     let mut device = persist(|| RigHaptic::open(&lines.haptic));
-    let mut tracker = persist(|| BirdTracker::open(&lines.tracker));
+    let mut tracker = persist(|| BirdTracker::open(&lines.tracker, BirdSetup::default()));
     let mut pedal = persist(|| RigPedal::open(&lines.pedal));
     let (mut samples, mut lost) = (0, false);
     let count = allocations(|| {

@@ -38,6 +38,7 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         LineDriver::HapiGen3 => conformance::hapi(path, Pantograph::GEN3, &mut options),
         LineDriver::HapiGen31 => conformance::hapi(path, Pantograph::GEN3_1, &mut options),
         LineDriver::Bird => conformance::tracker(path, &mut options),
+        LineDriver::Trakstar => conformance::trakstar(path, &mut options),
     };
     if args.json {
         say::answer(as_json(&report));
