@@ -17,8 +17,6 @@ use rustix::event::{EventfdFlags, PollFd, PollFlags, eventfd, poll};
 use rustix::io::Errno;
 use rustix::time::{ClockId, clock_gettime};
 
-use super::Read;
-
 /// Room for bytes that nobody has taken yet: a second of a 1 kHz rig.
 const ROOM: usize = 1 << 16;
 /// Most bytes of one read.
@@ -32,7 +30,7 @@ const FLOODED: Duration = Duration::from_millis(1);
 
 /// The bytes between the reading thread and the tick: one writes, the other takes.
 #[derive(Debug)]
-pub(crate) struct Bytes {
+struct Bytes {
     ring: Box<[AtomicU8]>,
     written: AtomicU64,
     taken: AtomicU64,
@@ -42,7 +40,7 @@ pub(crate) struct Bytes {
 }
 
 impl Bytes {
-    pub(crate) fn new() -> Self {
+    fn new() -> Self {
         Self {
             ring: (0..ROOM).map(|_| AtomicU8::new(0)).collect(),
             written: AtomicU64::new(0),
@@ -58,7 +56,7 @@ impl Bytes {
     }
 
     /// Takes in what arrived. What finds no room is dropped: nobody has polled for a second.
-    pub(crate) fn put(&self, chunk: &[u8], at_ns: TimeNs) {
+    fn put(&self, chunk: &[u8], at_ns: TimeNs) {
         let written = self.written.load(Ordering::Relaxed);
         let used = written - self.taken.load(Ordering::Acquire);
         let room = ROOM.saturating_sub(used as usize);
@@ -87,28 +85,6 @@ impl Bytes {
         self.taken.store(taken + count as u64, Ordering::Release);
         (count, self.arrived_ns.load(Ordering::Relaxed))
     }
-
-    /// What is there, at most `buffer`, and when the last of it arrived; what came before a loss is
-    /// still given. Neither waits nor allocates.
-    pub(crate) fn read(&self, buffer: &mut [u8]) -> Read {
-        // Asked first: what arrived before the loss is then there.
-        let is_lost = self.is_lost();
-        match self.take(buffer) {
-            (0, _) if is_lost => Read::Lost,
-            (0, _) => Read::Empty,
-            (count, at_ns) => Read::Bytes(count, at_ns),
-        }
-    }
-
-    /// Whether nothing will come any more.
-    pub(crate) fn is_lost(&self) -> bool {
-        self.is_lost.load(Ordering::Acquire)
-    }
-
-    /// Nothing will come any more.
-    pub(crate) fn lose(&self) {
-        self.is_lost.store(true, Ordering::Release);
-    }
 }
 
 /// The reading thread and what it has read. Dropping it ends the thread.
@@ -132,7 +108,7 @@ impl Inlet {
             .stack_size(128 << 10)
             .spawn(move || {
                 let _ = read_all(&port, &asked_to_end, &into);
-                into.lose();
+                into.is_lost.store(true, Ordering::Release);
             })?;
         Ok(Self {
             bytes,
@@ -141,19 +117,19 @@ impl Inlet {
         })
     }
 
-    /// See [`Bytes::read`].
-    pub(super) fn read(&self, buffer: &mut [u8]) -> Read {
-        self.bytes.read(buffer)
+    /// What is there, at most `buffer`, and when the last of it arrived. Neither waits nor allocates.
+    pub(super) fn take(&self, buffer: &mut [u8]) -> (usize, TimeNs) {
+        self.bytes.take(buffer)
     }
 
     /// Whether nothing will come any more.
     pub(super) fn is_lost(&self) -> bool {
-        self.bytes.is_lost()
+        self.bytes.is_lost.load(Ordering::Acquire)
     }
 
     /// Nothing shall be read any more.
     pub(super) fn lose(&self) {
-        self.bytes.lose();
+        self.bytes.is_lost.store(true, Ordering::Release);
     }
 }
 
@@ -195,7 +171,7 @@ fn read_all(port: &OwnedFd, end: &OwnedFd, into: &Bytes) -> Result<(), Errno> {
 }
 
 /// Host time.
-pub(crate) fn now_ns() -> TimeNs {
+fn now_ns() -> TimeNs {
     let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec.cast_unsigned() * 1_000_000_000 + now.tv_nsec.cast_unsigned()
 }

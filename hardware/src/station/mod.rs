@@ -2,17 +2,14 @@
 //!
 //! ```toml
 //! [haptic]
-//! driver = "rig"                      # rig, woody, hapi or touch
+//! driver = "rig"                      # rig, woody or touch
 //! path = "/dev/serial/by-id/my-rig"   # a name that udev keeps stable
 //! force_max_n = 2.5                   # never more than this, whatever the device can
 //!
 //! [tracker]
-//! driver = "bird"                     # bird, or trakstar with path = "usb"
+//! driver = "bird"
 //! path = "/dev/serial/by-id/my-tracker"
 //! hemisphere = "upper"
-//! full_scale_in = 36                  # or 72: reaches twice as far, in steps twice as large
-//! birds = 1                           # units on its bus, …
-//! bird = 1                            # … and which of them is on the endoscope
 //!
 //! [pedal]
 //! driver = "evdev"                    # rig, evdev or modem
@@ -34,8 +31,7 @@ use std::path::{Path, PathBuf};
 use rt_core::math::Pose;
 
 use crate::HardwareError;
-use crate::bird::BirdSetup;
-use crate::hapi::pantograph::Pantograph;
+use crate::bird::wire::Hemisphere;
 use crate::pedal::Roles;
 
 /// A station as its file describes it.
@@ -76,14 +72,12 @@ pub struct Limits {
 }
 
 /// Drivers of haptic devices.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub enum HapticDriver {
     /// The rig protocol.
     Rig,
     /// WoodenHaptics.
     Woody,
-    /// Haply's hAPI board with a linkage of this generation.
-    Hapi(Pantograph),
     /// 3D Systems' Touch, by the name in the vendor's set-up.
     Touch {
         /// None: the default device.
@@ -94,21 +88,10 @@ pub enum HapticDriver {
 /// How the tracker is reached.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TrackerSpec {
-    /// Which driver.
-    pub driver: TrackerDriver,
-    /// The line; for a trakSTAR `usb` or its serial number.
+    /// The line.
     pub path: PathBuf,
-    /// How it is set up.
-    pub setup: BirdSetup,
-}
-
-/// Drivers of trackers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TrackerDriver {
-    /// A serial Flock of Birds.
-    Bird,
-    /// A trakSTAR on the USB.
-    Trakstar,
+    /// Where the endoscope is, seen from the transmitter.
+    pub hemisphere: Hemisphere,
 }
 
 /// How the pedal is reached.

@@ -1,18 +1,17 @@
 //! The drivers on real ptys, against the emulated station.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use hardware::HardwareError;
-use hardware::bird::{BirdSetup, BirdTracker};
+use hardware::bird::BirdTracker;
 use hardware::emulate::{Faults, HapticModel, LineFaults};
-use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
 use hardware::rig::wire::Status;
 use hardware::rig::{RigHaptic, RigPedal};
 use hardware::woody::WoodyHaptic;
 use rt_core::math::Vec3;
 use rt_core::port::{Buttons, ForceCommand, HapticDevice, Pedal, Polled, Tracker};
 
-use crate::support::{Emulator, PATIENCE, now_ns, persist, poll_for};
+use crate::support::{Emulator, now_ns, persist, poll_for};
 
 const NO_FORCE: ForceCommand = ForceCommand {
     force_n: Vec3::new(0.0, 0.0, 0.0),
@@ -29,24 +28,22 @@ fn the_haptic_device_answers_streams_and_works_through_its_script() {
 
     let mut heights = Vec::new();
     let mut grasped = false;
-    let mut moved_m = 0.0f32;
-    poll_for(PATIENCE, |now_ns| {
+    poll_for(Duration::from_secs(7), |now_ns| {
         device.send(NO_FORCE, now_ns);
         if let Polled::Fresh(sample) = device.poll(now_ns) {
-            let at = sample.device_from_handle.translation.vector;
-            assert!(at.norm() < 0.11);
+            assert!(sample.device_from_handle.translation.vector.norm() < 0.11);
             grasped |= sample.buttons.contains(Buttons::GRASP);
-            heights.push(at);
-            moved_m = moved_m.max((at - heights[0]).norm());
+            heights.push(sample.device_from_handle.translation.vector);
         }
-        heights.len() <= 1000 || !grasped || moved_m <= 0.03
+        true
     });
     assert!(heights.len() > 1000, "{} samples", heights.len());
     assert!(grasped, "the script closes the jaws after 5.3 s");
-    assert!(
-        moved_m > 0.03,
-        "the hand moved the handle by {moved_m} m only"
-    );
+    let moved = heights
+        .iter()
+        .map(|h| (h - heights[0]).norm())
+        .fold(0.0, f32::max);
+    assert!(moved > 0.03, "the hand moved the handle by {moved} m only");
     let counters = device.counters();
     assert_eq!(counters.bad_frames, 0);
 }
@@ -57,12 +54,8 @@ fn a_force_pushes_the_hand_back() {
     pushes_back(RigHaptic::open(&emulator.lines.haptic).unwrap());
     let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
     pushes_back(WoodyHaptic::open(&emulator.lines.haptic).unwrap());
-    let emulator = Emulator::of(HapticModel::Hapi, LineFaults::default());
-    pushes_back(HapiHaptic::open(&emulator.lines.haptic, Pantograph::GEN3).unwrap());
 }
 
-/// The script moves the hand as well, and a busy machine lets the force fade: each round pushes to
-/// and fro twice, so that an even drift cancels.
 fn pushes_back(mut device: impl HapticDevice) {
     let mut mean_x = |force_n: f32| {
         let mut xs = Vec::new();
@@ -82,15 +75,10 @@ fn pushes_back(mut device: impl HapticDevice) {
         let late = &xs[xs.len() / 2..];
         late.iter().sum::<f32>() / late.len() as f32
     };
-    let start = Instant::now();
-    loop {
-        let [left, right, still_right, still_left] = [-2.0, 2.0, 2.0, -2.0].map(&mut mean_x);
-        let apart_m = 0.5 * (right + still_right - left - still_left);
-        if apart_m > 4e-3 {
-            break;
-        }
-        assert!(start.elapsed() < PATIENCE, "{apart_m}");
-    }
+    // The hand rests for the first 0.3 s and starts slowly.
+    let pushed = mean_x(-2.0);
+    let free = mean_x(0.0);
+    assert!(free - pushed > 2e-3, "{free} {pushed}");
 }
 
 #[test]
@@ -103,7 +91,7 @@ fn a_silent_controller_loses_the_force_and_may_come_back() {
     };
     let status_is = |device: &mut RigHaptic, wanted: Status, force: Option<ForceCommand>| {
         let mut seen = false;
-        poll_for(PATIENCE, |now_ns| {
+        poll_for(Duration::from_secs(10), |now_ns| {
             if let Some(force) = force {
                 device.send(force, now_ns);
             }
@@ -121,10 +109,10 @@ fn a_silent_controller_loses_the_force_and_may_come_back() {
 #[test]
 fn the_tracker_streams_the_endoscope() {
     let emulator = Emulator::start();
-    let mut tracker = BirdTracker::open(&emulator.lines.tracker, BirdSetup::default()).unwrap();
+    let mut tracker = BirdTracker::open(&emulator.lines.tracker).unwrap();
     let expected = crate::support::camera_in_tracker();
     let mut samples = 0;
-    poll_for(PATIENCE, |now_ns| {
+    poll_for(Duration::from_secs(10), |now_ns| {
         if let Polled::Fresh(sample) = tracker.poll(now_ns) {
             let off = sample.tracker_from_sensor.translation.vector - expected;
             assert!(off.norm() < 0.05, "{off}");
@@ -143,7 +131,7 @@ fn the_pedal_reports_its_switches_when_the_script_presses_them() {
     let mut pedal = RigPedal::open(&emulator.lines.pedal).unwrap();
     let mut pressed = false;
     let mut released_again = false;
-    poll_for(PATIENCE, |now_ns| {
+    poll_for(Duration::from_secs(20), |now_ns| {
         device.poll(now_ns);
         device.send(NO_FORCE, now_ns);
         if let Polled::Fresh(sample) = pedal.poll(now_ns) {
@@ -160,10 +148,10 @@ fn every_device_can_be_opened_again_after_it_was_closed() {
     let emulator = Emulator::start();
     for _ in 0..3 {
         let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
-        let mut tracker = BirdTracker::open(&emulator.lines.tracker, BirdSetup::default()).unwrap();
+        let mut tracker = BirdTracker::open(&emulator.lines.tracker).unwrap();
         let mut pedal = RigPedal::open(&emulator.lines.pedal).unwrap();
         let (mut d, mut t, mut p) = (false, false, false);
-        poll_for(PATIENCE, |now_ns| {
+        poll_for(Duration::from_secs(10), |now_ns| {
             d |= matches!(device.poll(now_ns), Polled::Fresh(_));
             t |= matches!(tracker.poll(now_ns), Polled::Fresh(_));
             p |= matches!(pedal.poll(now_ns), Polled::Fresh(_));
@@ -186,7 +174,7 @@ fn an_unplugged_line_is_lost_and_a_new_driver_finds_it_again() {
     });
     let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
     let mut lost = false;
-    poll_for(PATIENCE, |now_ns| {
+    poll_for(Duration::from_secs(10), |now_ns| {
         lost = matches!(device.poll(now_ns), Polled::Lost);
         !lost
     });
@@ -198,13 +186,13 @@ fn an_unplugged_line_is_lost_and_a_new_driver_finds_it_again() {
     device.send(NO_FORCE, now_ns());
 
     let mut found = None;
-    poll_for(PATIENCE, |_| {
+    poll_for(Duration::from_secs(10), |_| {
         found = RigHaptic::open(&emulator.lines.haptic).ok();
         found.is_none()
     });
     let mut device = found.expect("plugged in again");
     let mut fresh = false;
-    poll_for(PATIENCE, |now_ns| {
+    poll_for(Duration::from_secs(10), |now_ns| {
         fresh = matches!(device.poll(now_ns), Polled::Fresh(_));
         !fresh
     });
@@ -236,7 +224,7 @@ fn the_wrong_line_is_named() {
     );
     let error = RigHaptic::open(&emulator.lines.tracker).unwrap_err();
     assert!(matches!(error, HardwareError::Silent { .. }), "{error}");
-    let error = BirdTracker::open(&emulator.lines.haptic, BirdSetup::default()).unwrap_err();
+    let error = BirdTracker::open(&emulator.lines.haptic).unwrap_err();
     assert!(matches!(error, HardwareError::Silent { .. }), "{error}");
 }
 
@@ -292,10 +280,10 @@ fn a_noisy_line_still_gives_good_samples_and_counts_the_bad_ones() {
         pedal: noisy,
     });
     let mut device = persist(|| RigHaptic::open(&emulator.lines.haptic));
-    let mut tracker = persist(|| BirdTracker::open(&emulator.lines.tracker, BirdSetup::default()));
+    let mut tracker = persist(|| BirdTracker::open(&emulator.lines.tracker));
     let expected = crate::support::camera_in_tracker();
     let (mut good, mut seen) = (0, 0);
-    poll_for(PATIENCE, |now_ns| {
+    poll_for(Duration::from_secs(3), |now_ns| {
         device.send(NO_FORCE, now_ns);
         if let Polled::Fresh(sample) = device.poll(now_ns) {
             good += 1;
@@ -308,9 +296,7 @@ fn a_noisy_line_still_gives_good_samples_and_counts_the_bad_ones() {
             let off = sample.tracker_from_sensor.translation.vector - expected;
             assert!(off.norm() < 0.3, "{off}");
         }
-        let counters = device.counters();
-        let enough = counters.bad_frames > 10 && counters.lost_frames > 10;
-        good <= 500 || seen <= 50 || !enough || tracker.counters().bad_frames == 0
+        true
     });
     let counters = device.counters();
     assert!(good > 500 && seen > 50, "{good} {seen}");
@@ -332,16 +318,20 @@ fn a_stuck_line_gives_nothing_new() {
         ..LineFaults::default()
     });
     let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
-    // Once it is stuck it sends on, and none of it is news.
-    let (mut since, mut repeats) = (device.counters().bad_frames, 0);
-    poll_for(PATIENCE, |now_ns| {
-        if matches!(device.poll(now_ns), Polled::Fresh(_)) {
-            since = device.counters().bad_frames;
-        }
-        repeats = device.counters().bad_frames - since;
-        repeats < 300
+    std::thread::sleep(Duration::from_secs(1));
+    poll_for(Duration::from_millis(200), |now_ns| {
+        device.poll(now_ns);
+        true
     });
-    assert!(repeats >= 300, "{repeats} in a row without news");
+    let before = device.counters();
+    poll_for(Duration::from_millis(500), |now_ns| {
+        assert_eq!(device.poll(now_ns), Polled::Nothing);
+        true
+    });
+    assert!(
+        device.counters().bad_frames > before.bad_frames,
+        "it does send"
+    );
 }
 
 #[test]
@@ -357,15 +347,14 @@ fn a_pedal_that_falls_silent_reads_as_released() {
     });
     let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
     let mut pedal = RigPedal::open(&emulator.lines.pedal).unwrap();
-    let (mut pressed, mut released_again) = (false, false);
-    poll_for(PATIENCE, |now_ns| {
+    let mut last = None;
+    poll_for(Duration::from_secs(6), |now_ns| {
         device.poll(now_ns);
         device.send(NO_FORCE, now_ns);
         if let Polled::Fresh(sample) = pedal.poll(now_ns) {
-            released_again |= pressed && !sample.coagulate;
-            pressed |= sample.coagulate;
+            last = Some(sample.coagulate);
         }
-        !released_again
+        true
     });
-    assert!(pressed && released_again);
+    assert_eq!(last, Some(false));
 }

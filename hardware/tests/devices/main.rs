@@ -3,10 +3,8 @@
 
 mod conformance;
 mod drivers;
-mod hapi;
 mod hostile;
 mod no_alloc;
 mod station;
 mod support;
 mod touch;
-mod trakstar;

@@ -16,7 +16,32 @@ pub(super) struct Grid {
     per_m: f32,
     /// End of each cell's run in `spheres`; it starts where the one before ends.
     ends: [u16; CELLS],
-    spheres: [u16; MAX_SPHERES],
+    seen: [Seen; MAX_SPHERES],
+}
+
+/// A sphere as it was when the grid was built.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    center_m: [f32; 3],
+    radius_m: f32,
+    pub(super) sphere: u16,
+}
+
+impl Seen {
+    const NONE: Self = Self {
+        center_m: [0.0; 3],
+        radius_m: 0.0,
+        sphere: 0,
+    };
+
+    /// Whether it then came nearer than `reach_m` to `center_m`.
+    #[inline(always)]
+    pub(super) fn is_near(&self, center_m: &[f32; 3], reach_m: f32) -> bool {
+        let [x, y, z] = self.center_m;
+        let [u, v, w] = *center_m;
+        let (x, y, z, within_m) = (x - u, y - v, z - w, self.radius_m + reach_m);
+        x * x + y * y + z * z < within_m * within_m
+    }
 }
 
 type Cell = [usize; 3];
@@ -32,7 +57,7 @@ impl Grid {
             low_m: Vec3::new(0.0, 0.0, 0.0),
             per_m: 0.0,
             ends: [0; CELLS],
-            spheres: [0; MAX_SPHERES],
+            seen: [Seen::NONE; MAX_SPHERES],
         }
     }
 
@@ -68,8 +93,12 @@ impl Grid {
                 continue;
             };
             *end = end.saturating_sub(1);
-            if let Some(place) = self.spheres.get_mut(usize::from(*end)) {
-                *place = sphere;
+            if let Some(place) = self.seen.get_mut(usize::from(*end)) {
+                *place = Seen {
+                    center_m: center_m(sphere).into(),
+                    radius_m: *bodies.radius_m.at(sphere.into()),
+                    sphere,
+                };
             }
         }
         // … and so each holds its start, which is the end of the one before.
@@ -86,7 +115,7 @@ impl Grid {
     }
 
     /// Runs of spheres within reach of `center_m`, in a fixed order.
-    pub(super) fn near(&self, center_m: &Vec3) -> impl Iterator<Item = &[u16]> {
+    pub(super) fn near(&self, center_m: &Vec3) -> impl Iterator<Item = &[Seen]> {
         let [x, y, z] = self.cell(center_m);
         let around = |i: usize| i.saturating_sub(1)..=(i + 1).min(SIDE - 1);
         around(z)
@@ -100,7 +129,7 @@ impl Grid {
                     .copied()
                     .unwrap_or(0);
                 let end = self.ends.get(last).copied().unwrap_or(0);
-                self.spheres
+                self.seen
                     .get(usize::from(start)..usize::from(end))
                     .unwrap_or(&[])
             })

@@ -4,6 +4,7 @@ use heapless::Vec;
 
 use crate::math::Vec3;
 use crate::soft_body::Bodies;
+use crate::soft_body::lanes::Lanes;
 
 /// Spheres that a place follows, at most: those of three vertices of a skin, or what lies under
 /// a tip that is wider than the spheres are apart. What is more goes to the first.
@@ -43,11 +44,11 @@ impl Patch {
 
     /// Where it is, world frame, m.
     pub(crate) fn at_m(&self, bodies: &Bodies) -> Vec3 {
-        let mut at = Vec3::zeros();
+        let mut at = Lanes::ZERO;
         for (sphere, weight) in self.parts() {
-            at += bodies.nodes.at(sphere).center_m() * weight;
+            at = at + bodies.nodes.at(sphere).center() * Lanes::splat(weight);
         }
-        at
+        at.vec3()
     }
 
     /// `Σ w ω²`: how fast it goes under a force, 1/kg.
@@ -64,6 +65,78 @@ impl Patch {
             let node = bodies.nodes.at_mut(u32::from(*sphere));
             let step_m = push_kg_m * (node.inverse_mass_per_kg() * weight);
             node.move_by(&step_m);
+        }
+    }
+}
+
+/// Slots of a [`Builder`]: more than twice as many as there can be spheres.
+const SLOTS: usize = 256;
+
+/// A patch in the making that finds its spheres at once, whatever their number.
+#[derive(Debug)]
+pub(crate) struct Builder {
+    pub(crate) patch: Patch,
+    /// One more than where each sphere stands; 0: nothing here. A sphere that finds its slot taken has
+    /// the next free one.
+    slots: [u8; SLOTS],
+}
+
+impl Default for Builder {
+    fn default() -> Self {
+        Self {
+            patch: Patch::default(),
+            slots: [0; SLOTS],
+        }
+    }
+}
+
+impl Builder {
+    /// As [`Patch::add`].
+    #[inline]
+    pub(crate) fn add(&mut self, sphere: u16, weight: f32) {
+        if weight == 0.0 {
+            return;
+        }
+        let parts = &mut self.patch.parts;
+        let mut slot = usize::from(sphere);
+        for _ in 0..SLOTS {
+            let place = &mut self.slots[slot & (SLOTS - 1)];
+            if *place == 0 {
+                if parts.push((sphere, weight)).is_ok() {
+                    *place = parts.len() as u8; // `PATCH_MAX` fits
+                } else if let Some((_, sum)) = parts.first_mut() {
+                    *sum += weight;
+                }
+                return;
+            }
+            match parts.get_mut(usize::from(*place) - 1) {
+                Some((own, sum)) if *own == sphere => {
+                    *sum += weight;
+                    return;
+                }
+                _ => slot += 1,
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// The quick way makes the patch that the plain one makes.
+        #[test]
+        fn the_builder_makes_the_same(parts in prop::collection::vec((0u16..4096, -1.0f32..1.0), 0..300),
+                                      few in 1u16..240) {
+            let (mut quick, mut plain) = (Builder::default(), Patch::default());
+            for (sphere, weight) in parts {
+                quick.add((sphere % few) * 17, weight);
+                plain.add(u32::from((sphere % few) * 17), weight);
+            }
+            prop_assert_eq!(&quick.patch.parts, &plain.parts);
         }
     }
 }

@@ -19,6 +19,7 @@ use crate::collision::tube::TubeContacts;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::Scene;
+use crate::soft_body::lanes::Lanes;
 use crate::soft_body::{Bodies, Bounds};
 use crate::state::SphereBits;
 use crate::tool::{Capsule, Tool};
@@ -143,7 +144,7 @@ impl ToolContacts {
                 .iter()
                 .filter(|part| part_box(part).is_near(organ_box, NEAR_SKIN_M))
             {
-                let _ = parts_near.push(Segment::new(part)); // as many as `parts` at most
+                let _ = parts_near.push(Segment::new(part, organ_box)); // as many as `parts` at most
             }
             if parts_near.is_empty() {
                 continue;
@@ -152,9 +153,11 @@ impl ToolContacts {
             let nodes = bodies.nodes.range(first, organ.sphere_count).iter();
             let radii = bodies.radius_m.range(first, organ.sphere_count);
             for (sphere, (node, &radius_m)) in (first..).zip(nodes.zip(radii)) {
-                let center_m = node.center_m();
-                let depth = |part: &Segment| part.depth_m(&center_m, radius_m, NEAR_SKIN_M);
-                let deepest = parts_near.iter().filter_map(depth).fold(f32::MIN, f32::max);
+                let center = node.center();
+                let near = |part: &&Segment| part.may_be_near(center, radius_m);
+                let depth = |part: &Segment| part.depth_m(&center.vec3(), radius_m, NEAR_SKIN_M);
+                let near = parts_near.iter().filter(near);
+                let deepest = near.filter_map(depth).fold(f32::MIN, f32::max);
                 if deepest > -NEAR_SKIN_M {
                     self.keep(
                         Near {
@@ -253,18 +256,35 @@ struct Segment {
     along_m: Vec3,
     inverse_length_squared: f32,
     radius_m: f32,
+    /// Middle of the box around what of it lies in the organ's, and half of its sides, m; both grown by
+    /// how near is near.
+    middle_m: Lanes,
+    half_m: Lanes,
 }
 
 impl Segment {
-    fn new(part: &Capsule) -> Self {
+    /// Of a part, prepared for the spheres of an organ that lies in this box.
+    fn new(part: &Capsule, organ_box: &Bounds) -> Self {
         let along_m = part.b_m - part.a_m;
+        let reach_m = part.radius_m + NEAR_SKIN_M;
+        let within = organ_box.within(&part.a_m, &part.b_m, reach_m);
         let inverse_length_squared = along_m.norm_squared().max(1.0e-12).recip();
         Self {
             a_m: part.a_m,
             along_m,
             inverse_length_squared,
             radius_m: part.radius_m,
+            middle_m: Lanes::new(&((within.low_m + within.high_m) * 0.5), 0.0),
+            half_m: Lanes::new(&((within.high_m - within.low_m) * 0.5), f32::MAX),
         }
+    }
+
+    /// Whether a sphere meets the box around it: false only where [`Segment::depth_m`] is `None`.
+    #[inline(always)]
+    fn may_be_near(&self, center: Lanes, radius_m: f32) -> bool {
+        let [x, y, z, _] = (center - self.middle_m).to_array();
+        let [a, b, c, _] = (self.half_m + Lanes::splat(radius_m)).to_array();
+        x.abs() <= a && y.abs() <= b && z.abs() <= c
     }
 
     /// How deep a sphere overlaps it, or `None` if it is not even near.
@@ -285,6 +305,7 @@ mod tests {
     use super::*;
     use crate::scene::tests::{organ, room, sphere};
     use crate::tool::Role;
+    use proptest::prelude::*;
     use std::boxed::Box;
 
     /// A bar that stands on z, its lower end at `z`.
@@ -350,5 +371,30 @@ mod tests {
         assert!(contacts.near_spheres(&bodies).count() > 0 && contacts.list.is_empty());
         let (contacts, bodies) = meet(0.05, false);
         assert_eq!(contacts.near_spheres(&bodies).count(), 0);
+    }
+
+    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    proptest! {
+        /// The box around a part leaves out no sphere of the organ that is near it.
+        #[test]
+        fn the_box_leaves_out_none_that_is_near(
+            a_m in vector(0.2), b_m in vector(0.2), low_m in vector(0.1), size_m in vector(0.1),
+            at in (0.0f32..1.0, 0.0f32..1.0, 0.0f32..1.0), radius_m in 0.001f32..0.015,
+        ) {
+            let size_m = size_m.abs() + Vec3::repeat(2.0 * radius_m);
+            let organ_box = Bounds { low_m, high_m: low_m + size_m };
+            let part = Capsule { a_m, b_m, radius_m: 0.0025, role: Role::Shaft };
+            let inner_m = size_m - Vec3::repeat(2.0 * radius_m);
+            let share = Vec3::new(at.0, at.1, at.2);
+            let center_m = low_m + Vec3::repeat(radius_m) + inner_m.component_mul(&share);
+            let segment = Segment::new(&part, &organ_box);
+            // A tenth of a micrometre for what is rounded.
+            if segment.depth_m(&center_m, radius_m, NEAR_SKIN_M - 1.0e-7).is_some() {
+                prop_assert!(segment.may_be_near(Lanes::new(&center_m, 0.0), radius_m));
+            }
+        }
     }
 }

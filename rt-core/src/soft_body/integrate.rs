@@ -34,6 +34,30 @@ impl Bounds {
         self.high_m = self.high_m.sup(&(center_m + r));
     }
 
+    /// The box, grown by `reach_m`, around what of a line from `a_m` to `b_m` lies in this one, itself
+    /// grown by as much. Of a line that does not come near it is empty.
+    pub(crate) fn within(&self, a_m: &Vec3, b_m: &Vec3, reach_m: f32) -> Self {
+        let along_m = b_m - a_m;
+        let (mut from, mut to) = (0.0f32, 1.0f32);
+        let axes = self.low_m.iter().zip(&self.high_m);
+        for ((low, high), (at, along)) in axes.zip(a_m.iter().zip(&along_m)) {
+            let (low, high) = (low - reach_m - at, high + reach_m - at);
+            if along.abs() > 1.0e-9 {
+                let (one, other) = (low / along, high / along);
+                from = from.max(one.min(other));
+                to = to.min(one.max(other));
+            } else if low > 0.0 || high < 0.0 {
+                return Self::EMPTY;
+            }
+        }
+        let mut within = Self::EMPTY;
+        if from <= to {
+            within.add(&(a_m + along_m * from), reach_m);
+            within.add(&(a_m + along_m * to), reach_m);
+        }
+        within
+    }
+
     /// Whether the two boxes come nearer than `margin_m` to each other.
     pub(crate) fn is_near(&self, other: &Self, margin_m: f32) -> bool {
         let gap = (self.low_m - other.high_m).sup(&(other.low_m - self.high_m));

@@ -124,7 +124,13 @@ impl Node {
     /// Predicted centre, world frame, m.
     #[inline]
     pub(crate) fn center_m(&self) -> Vec3 {
-        (self.rest_m + self.moved_m + self.step_m).vec3()
+        self.center().vec3()
+    }
+
+    /// Predicted centre, world frame, m; what stands beside is of no meaning.
+    #[inline(always)]
+    pub(crate) fn center(&self) -> Lanes {
+        self.rest_m + self.moved_m + self.step_m
     }
 
     /// Predicted centre, as seen from that of `other`, m; what stands beside is of no meaning.

@@ -1,8 +1,11 @@
 //! The nearest point of a moving skin, found by walking over it.
 
-use crate::collision::patch::Patch;
+use heapless::Vec;
+
+use crate::collision::patch::{Builder, Patch};
+use crate::collision::skin::corners::Corners;
 use crate::math::{self, Vec3};
-use crate::scene::{Skin, SkinVertex};
+use crate::scene::Skin;
 use crate::soft_body::Bodies;
 
 /// Places around a wide patch's middle.
@@ -24,6 +27,9 @@ const WALK_MAX: u32 = 12;
 pub(crate) struct Closest {
     /// What it follows.
     pub(crate) patch: Patch,
+    /// The triangle's corners, and their shares of the point.
+    corners: [u16; 3],
+    shares: [f32; 3],
     /// Outward unit normal, the corners' blended.
     pub(crate) normal: Vec3,
     /// Where it is, on the curved skin, m.
@@ -37,38 +43,62 @@ pub(crate) struct Closest {
 impl Closest {
     /// Spreads the patch over a Gaussian `exp(−r²/B²)` more, B of this width, m: a tip that is wider
     /// than its spheres are apart presses on all that lie under it.
-    pub(crate) fn spread(&mut self, width_m: f32, skin: &Skin<'_>, bodies: &Bodies) {
+    pub(crate) fn spread(
+        &mut self,
+        width_m: f32,
+        skin: &Skin<'_>,
+        bodies: &Bodies,
+        known: &mut Corners,
+    ) {
         let [middle, around] = RING_SHARES;
         // The ring's mean square distance is the Gaussian's.
         let radius_m = width_m / math::sqrt(1.0 - middle);
         let x = math::across(&self.normal);
         let y = self.normal.cross(&x);
-        let mut patch = Patch::default();
-        for (sphere, weight) in self.patch.parts() {
-            patch.add(sphere, weight * middle);
-        }
+        let mut under = Under::default();
+        under.add(self.corners, self.shares, middle);
         for [along_x, along_y] in RING {
             let place_m = self.at_m + (x * along_x + y * along_y) * radius_m;
-            let found = walk(&place_m, self.vertex, skin, bodies);
-            let own = found.as_ref().map_or(&self.patch, |found| &found.patch);
-            for (sphere, weight) in own.parts() {
-                patch.add(sphere, weight * around);
-            }
+            let found = nearest(&place_m, self.vertex, skin, bodies, known);
+            let (corners, shares) = found.map_or((self.corners, self.shares), |found| {
+                (found.corners, found.shares)
+            });
+            under.add(corners, shares, around);
         }
-        self.patch = patch;
+        self.patch = under.patch(skin);
         self.patch_m = math::sqrt(self.patch_m * self.patch_m + width_m * width_m);
     }
 }
 
-/// The point of a triangle with these shares of its corners.
-fn under(corners: [&SkinVertex; 3], shares: [f32; 3]) -> Patch {
-    let mut patch = Patch::default();
-    for (corner, share) in corners.into_iter().zip(shares) {
-        for (sphere, weight) in corner.spheres.into_iter().zip(corner.weights) {
-            patch.add(u32::from(sphere), weight * share);
+/// Vertices of a skin, each once, and how much a place follows each.
+#[derive(Debug, Default)]
+struct Under(Vec<(u16, f32), { 3 * (RING.len() + 1) }>);
+
+impl Under {
+    /// The point of a triangle with these shares of its corners, by this much.
+    fn add(&mut self, corners: [u16; 3], shares: [f32; 3], much: f32) {
+        for (corner, share) in corners.into_iter().zip(shares) {
+            match self.0.iter_mut().find(|(own, _)| *own == corner) {
+                Some((_, sum)) => *sum += share * much,
+                None => {
+                    let _ = self.0.push((corner, share * much)); // there is room for a middle and a ring
+                }
+            }
         }
     }
-    patch
+
+    fn patch(&self, skin: &Skin<'_>) -> Patch {
+        let mut patch = Builder::default();
+        for (vertex, share) in &self.0 {
+            let Some(vertex) = skin.vertex(*vertex) else {
+                continue;
+            };
+            for (sphere, weight) in vertex.spheres.into_iter().zip(vertex.weights) {
+                patch.add(sphere, weight * share);
+            }
+        }
+        patch.patch
+    }
 }
 
 /// A walk's state.
@@ -78,40 +108,58 @@ struct Nearest {
     shares: [f32; 3],
 }
 
-/// Walks from vertex `from` downhill to the nearest point of the skin: a local one, so that a tool
-/// that went in on one side stays on that side.
-pub(crate) fn walk(place_m: &Vec3, from: u16, skin: &Skin<'_>, bodies: &Bodies) -> Option<Closest> {
+/// The nearest point of the skin downhill from vertex `from`: a local one, so that a tool that went in
+/// on one side stays on that side.
+pub(crate) fn walk(
+    place_m: &Vec3,
+    from: u16,
+    skin: &Skin<'_>,
+    bodies: &Bodies,
+    known: &mut Corners,
+) -> Option<Closest> {
+    let found = nearest(place_m, from, skin, bodies, known)?;
+    finish(&found, skin, bodies, known)
+}
+
+fn nearest(
+    place_m: &Vec3,
+    from: u16,
+    skin: &Skin<'_>,
+    bodies: &Bodies,
+    known: &mut Corners,
+) -> Option<Nearest> {
     let mut vertex = from;
     let mut best: Option<Nearest> = None;
     for _ in 0..WALK_MAX {
-        let found = nearest_in_fan(place_m, vertex, skin, bodies)?;
+        let found = nearest_in_fan(place_m, vertex, skin, bodies, known)?;
         let is_nearer = best
             .as_ref()
             .is_none_or(|best| found.squared_m2 < best.squared_m2);
         if !is_nearer {
             break;
         }
-        let next = largest(&found);
+        let next = found.corner();
         best = Some(found);
         if next == vertex {
             break;
         }
         vertex = next;
     }
-    let best = best?;
-    let next = largest(&best);
-    finish(&best, next, skin, bodies)
+    best
 }
 
-fn largest(found: &Nearest) -> u16 {
-    let [a, b, c] = found.shares;
-    let [i, j, k] = found.corners;
-    if a >= b && a >= c {
-        i
-    } else if b >= c {
-        j
-    } else {
-        k
+impl Nearest {
+    /// The nearest of the three corners.
+    fn corner(&self) -> u16 {
+        let [a, b, c] = self.shares;
+        let [i, j, k] = self.corners;
+        if a >= b && a >= c {
+            i
+        } else if b >= c {
+            j
+        } else {
+            k
+        }
     }
 }
 
@@ -120,18 +168,18 @@ fn nearest_in_fan(
     vertex: u16,
     skin: &Skin<'_>,
     bodies: &Bodies,
+    known: &mut Corners,
 ) -> Option<Nearest> {
-    let center = skin.vertex(vertex)?;
-    let center_m = position(center, bodies);
+    let center_m = known.at_m(vertex, skin, bodies)?;
     let mut best: Option<Nearest> = None;
     let mut last: Option<(u16, Vec3)> = None;
-    for &[b, c] in skin.fan(center) {
-        // Triangles of a fan follow each other: most corners are known already.
+    for &[b, c] in skin.fan(skin.vertex(vertex)?) {
+        // Triangles of a fan follow each other: most corners have just been looked up.
         let b_m = match last {
-            Some((known, at)) if known == b => at,
-            _ => position(skin.vertex(b)?, bodies),
+            Some((own, at)) if own == b => at,
+            _ => known.at_m(b, skin, bodies)?,
         };
-        let c_m = position(skin.vertex(c)?, bodies);
+        let c_m = known.at_m(c, skin, bodies)?;
         last = Some((c, c_m));
         let shares = closest_on_triangle(place_m, &center_m, &b_m, &c_m);
         let [s, t, u] = shares;
@@ -150,65 +198,43 @@ fn nearest_in_fan(
     best
 }
 
-fn finish(found: &Nearest, next: u16, skin: &Skin<'_>, bodies: &Bodies) -> Option<Closest> {
+fn finish(
+    found: &Nearest,
+    skin: &Skin<'_>,
+    bodies: &Bodies,
+    known: &mut Corners,
+) -> Option<Closest> {
     let [i, j, k] = found.corners;
-    let corners = [skin.vertex(i)?, skin.vertex(j)?, skin.vertex(k)?];
-    let positions = corners.map(|corner| position(corner, bodies));
-    let normals = corners.map(|corner| normal(corner, skin, bodies));
+    let mut corner = |index: u16| {
+        let patch_m = skin.vertex(index)?.patch_m;
+        let normal = known.normal(index, skin, bodies)?;
+        Some((known.at_m(index, skin, bodies)?, normal, patch_m))
+    };
+    let corners = [corner(i)?, corner(j)?, corner(k)?];
     let mut flat_m = Vec3::zeros();
     let (mut blended, mut patch_m) = (Vec3::zeros(), 0.0);
-    for (((corner, at), share), normal) in corners
-        .iter()
-        .zip(&positions)
-        .zip(found.shares)
-        .zip(&normals)
-    {
-        flat_m += at * share;
+    for ((at_m, normal, own_patch_m), share) in corners.iter().zip(found.shares) {
+        flat_m += at_m * share;
         blended += normal * share;
-        patch_m += corner.patch_m * share;
+        patch_m += own_patch_m * share;
     }
     let normal = math::unit(&blended)?;
     // Phong tessellation (Boubekeur and Alexa 2008), half of it: on a sphere the arc's height.
     let mut bulge_m = 0.0;
-    for ((at, share), own) in positions.iter().zip(found.shares).zip(&normals) {
-        bulge_m += 0.5 * share * (at - flat_m).dot(own) * own.dot(&normal);
+    for ((at_m, own, _), share) in corners.iter().zip(found.shares) {
+        bulge_m += 0.5 * share * (at_m - flat_m).dot(own) * own.dot(&normal);
     }
+    let mut under = Under::default();
+    under.add(found.corners, found.shares, 1.0);
     Some(Closest {
-        patch: under(corners, found.shares),
+        patch: under.patch(skin),
+        corners: found.corners,
+        shares: found.shares,
         normal,
         at_m: flat_m + normal * bulge_m,
-        vertex: next,
+        vertex: found.corner(),
         patch_m,
     })
-}
-
-/// Where a vertex is, world frame, m.
-fn position(vertex: &SkinVertex, bodies: &Bodies) -> Vec3 {
-    let mut at = Vec3::zeros();
-    for (sphere, weight) in vertex.spheres.iter().zip(vertex.weights) {
-        at += bodies.nodes.at(u32::from(*sphere)).center_m() * weight;
-    }
-    at
-}
-
-/// Outward normal of a vertex, its triangles weighed by area; zero where they cancel.
-fn normal(vertex: &SkinVertex, skin: &Skin<'_>, bodies: &Bodies) -> Vec3 {
-    let center_m = position(vertex, bodies);
-    let mut sum = Vec3::zeros();
-    let mut last: Option<(u16, Vec3)> = None;
-    for &[b, c] in skin.fan(vertex) {
-        let (Some(own_b), Some(own_c)) = (skin.vertex(b), skin.vertex(c)) else {
-            continue;
-        };
-        let b_m = match last {
-            Some((known, at)) if known == b => at,
-            _ => position(own_b, bodies),
-        };
-        let c_m = position(own_c, bodies);
-        last = Some((c, c_m));
-        sum += (b_m - center_m).cross(&(c_m - center_m));
-    }
-    math::unit(&sum).unwrap_or_else(Vec3::zeros)
 }
 
 /// Shares of the corners in the point of a triangle nearest to `p` (Ericson 2004, section 5.1.5).

@@ -5,11 +5,14 @@
 //! the half-space ([`crate::collision::law`]).
 
 mod closest;
+pub(crate) mod corners;
 mod stations;
 #[cfg(test)]
 mod tests;
 
-use crate::capacity::{INSTRUMENT_STATIONS, MAX_ORGANS, MAX_STATIONS};
+use heapless::Vec;
+
+use crate::capacity::{INSTRUMENT_STATIONS, MAX_CONTACTS, MAX_ORGANS, MAX_STATIONS};
 use crate::collision::gap::Gap;
 use crate::collision::law::Law;
 use crate::collision::touch::{Answer, Carried, Found, Place, Touches};
@@ -19,6 +22,7 @@ use crate::scene::{Material, NO_VERTEX, Scene};
 use crate::soft_body::Bodies;
 use crate::tool::Capsule;
 use closest::{Closest, walk};
+use corners::Corners;
 use stations::{Station, stations};
 
 /// Skin nearer than this to a tool is looked at again after the solve, m: what the fastest sphere
@@ -110,6 +114,7 @@ pub(crate) struct SkinContacts {
     is_known: [bool; MAX_ORGANS],
     /// Places of the instrument and of the endoscope in the last tick.
     counts: [usize; 2],
+    corners: Corners,
 }
 
 impl Default for SkinContacts {
@@ -118,8 +123,17 @@ impl Default for SkinContacts {
             tracks: [[NOWHERE; MAX_STATIONS]; MAX_ORGANS],
             is_known: [false; MAX_ORGANS],
             counts: [0; 2],
+            corners: Corners::default(),
         }
     }
+}
+
+/// A sphere near a tool.
+#[derive(Debug, Clone, Copy)]
+struct Ball {
+    sphere: u32,
+    center_m: Vec3,
+    radius_m: f32,
 }
 
 impl SkinContacts {
@@ -172,13 +186,21 @@ impl SkinContacts {
         }
         let stations = stations(parts);
         self.forget_missing(&stations);
+        let known = &mut self.corners;
+        known.begin();
         let tracks = self.tracks.iter_mut().zip(&mut self.is_known);
         for ((organ, it), (tracks, is_known)) in (0u8..).zip(scene.organs).zip(tracks) {
-            let mut own = near_spheres
+            let own: Vec<Ball, MAX_CONTACTS> = near_spheres
                 .clone()
                 .filter(|sphere| *bodies.organ.at(*sphere) == organ)
-                .peekable();
-            if own.peek().is_none() {
+                .map(|sphere| Ball {
+                    sphere,
+                    center_m: bodies.nodes.at(sphere).center_m(),
+                    radius_m: *bodies.radius_m.at(sphere),
+                })
+                .take(MAX_CONTACTS)
+                .collect();
+            if own.is_empty() {
                 if *is_known {
                     *tracks = [NOWHERE; MAX_STATIONS];
                     *is_known = false;
@@ -194,7 +216,7 @@ impl SkinContacts {
                 if track.is_idle(&station.center_m) {
                     continue;
                 }
-                let found = look(station, track, own.clone(), scene, bodies);
+                let found = look(station, track, &own, (scene, bodies), known);
                 let Some(found) = found.filter(|(_, gap_m)| *gap_m < FORGET_M) else {
                     *track = Track::far_from(&station.center_m);
                     continue;
@@ -203,7 +225,7 @@ impl SkinContacts {
                 if !track.is_near {
                     continue;
                 }
-                let closest = spread_under(station, found.0, scene, bodies);
+                let closest = spread_under(station, found.0, (scene, bodies), known);
                 let place = Place::Skin { station: number };
                 let found = touched((organ, &it.material), place, station, closest, track);
                 touches.add(found, bodies, faults);
@@ -225,9 +247,9 @@ impl SkinContacts {
 fn look(
     station: &Station,
     track: &Track,
-    near_spheres: impl Iterator<Item = u32>,
-    scene: &Scene<'_>,
-    bodies: &Bodies,
+    near_spheres: &[Ball],
+    (scene, bodies): (&Scene<'_>, &Bodies),
+    known: &mut Corners,
 ) -> Option<(Closest, f32)> {
     let (center_m, skin) = (&station.center_m, &scene.skin);
     let gap_m = |found: &Closest| found.normal.dot(&(center_m - found.at_m)) - station.radius_m;
@@ -241,29 +263,25 @@ fn look(
     } else {
         *center_m
     };
-    let followed = walk(&lifted_m, track.vertex, skin, bodies);
+    let followed = walk(&lifted_m, track.vertex, skin, bodies, known);
     if let Some(found) = followed {
         let gap_m = gap_m(&found);
         if gap_m <= 0.0 || track.carried.force_n > 0.0 {
             return Some((found, gap_m));
         }
     }
-    let off_m = |sphere: u32| {
-        let from = bodies.nodes.at(sphere).center_m() - center_m;
-        math::norm(&from) - bodies.radius_m.at(sphere)
-    };
     let mut nearest: Option<(u32, f32)> = None;
-    for sphere in near_spheres {
-        let off_m = off_m(sphere);
+    for ball in near_spheres {
+        let off_m = math::norm(&(ball.center_m - center_m)) - ball.radius_m;
         if nearest.is_none_or(|(_, least_m)| off_m < least_m) {
-            nearest = Some((sphere, off_m));
+            nearest = Some((ball.sphere, off_m));
         }
     }
     let (sphere, off_m) = nearest?;
     if off_m > station.radius_m + FORGET_M {
         return None;
     }
-    let found = walk(center_m, skin.near_sphere(sphere)?, skin, bodies)?;
+    let found = walk(center_m, skin.near_sphere(sphere)?, skin, bodies, known)?;
     let gap_m = gap_m(&found);
     Some((found, gap_m))
 }
@@ -275,13 +293,13 @@ const PATCH_RADII: f32 = 0.8;
 fn spread_under(
     station: &Station,
     mut closest: Closest,
-    scene: &Scene<'_>,
-    bodies: &Bodies,
+    (scene, bodies): (&Scene<'_>, &Bodies),
+    known: &mut Corners,
 ) -> Closest {
     let least_m = PATCH_RADII * station.radius_m;
     let missing_m2 = least_m * least_m - closest.patch_m * closest.patch_m;
     if missing_m2 > 0.0 {
-        closest.spread(math::sqrt(missing_m2), &scene.skin, bodies);
+        closest.spread(math::sqrt(missing_m2), &scene.skin, bodies, known);
     }
     closest
 }
