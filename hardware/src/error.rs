@@ -20,6 +20,22 @@ pub enum HardwareError {
         /// Device path as given.
         path: PathBuf,
     },
+    /// No such unit on the USB.
+    #[error("{path}: no trakSTAR on the USB. Plug it in and switch it on; `lsusb` shows it")]
+    NoUnit {
+        /// Name as given.
+        path: PathBuf,
+    },
+    /// The user may not open the USB device.
+    #[error(
+        "{path}: no permission to use it on the USB. As root put into \
+         /etc/udev/rules.d/70-trakstar.rules: SUBSYSTEM==\"usb\", ATTR{{idVendor}}==\"21e2\", \
+         MODE=\"0660\", GROUP=\"dialout\" (and one with 04b4), then plug it in again"
+    )]
+    UsbPermission {
+        /// Name as given.
+        path: PathBuf,
+    },
     /// Another program has the line.
     #[error("{path}: in use by another program. Stop it first (`fuser -v {path}` names it)")]
     Busy {

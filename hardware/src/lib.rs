@@ -6,6 +6,7 @@
 //! pedal    foot pedals that are USB keyboards, or switches on a serial line's CTS and DSR
 //! touch    3D Systems' Touch, through its own library opened at run time
 //! woody    WoodenHaptics' text protocol and linkage
+//! hapi     Haply's hAPI boards and their flat two-armed linkage
 //! list     what is plugged in
 //! igtlink  OpenIGTLink server: poses for 3D Slicer and PLUS, outside of the realtime process
 //! station  the file that names a station's devices, and opens them
@@ -34,6 +35,8 @@ pub mod conformance;
 pub mod emulate;
 #[cfg(feature = "std")]
 mod error;
+#[cfg(feature = "std")]
+pub mod hapi;
 #[cfg(feature = "std")]
 pub mod igtlink;
 #[cfg(feature = "std")]

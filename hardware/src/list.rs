@@ -4,6 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use nusb::MaybeFuture;
 use serialport::SerialPortType;
 
 /// Something that might be a device of a station.
@@ -37,8 +38,28 @@ pub fn devices() -> Vec<Found> {
                 name,
             }),
     );
+    found.extend(trakstars());
     found.sort_by(|a, b| a.path.cmp(&b.path));
     found
+}
+
+/// Trackers on the USB, which are no serial lines.
+fn trakstars() -> Vec<Found> {
+    let units = nusb::list_devices().wait().into_iter().flatten();
+    units
+        .filter(|unit| crate::bird::is_trakstar(unit.vendor_id(), unit.product_id()))
+        .map(|unit| Found {
+            path: PathBuf::from("usb"),
+            stable_path: unit.serial_number().map(PathBuf::from),
+            name: format!(
+                "{} ({:04x}:{:04x})",
+                unit.product_string().unwrap_or("trakSTAR"),
+                unit.vendor_id(),
+                unit.product_id()
+            ),
+            guess: Some("Ascension trakSTAR: driver \"trakstar\""),
+        })
+        .collect()
 }
 
 fn line(port: serialport::SerialPortInfo) -> Found {
@@ -79,9 +100,11 @@ fn usb_device(vendor: u16, product: u16) -> Option<&'static str> {
         (0x0301, 0x2988) | (0x2988, 0x0302) => {
             "3D Systems Touch: driver \"touch\", path of the vendor's libHD.so"
         }
+        (0x2341, 0x003D | 0x003E) => {
+            "Arduino Due: a Haply hAPI board (\"hapi\") or a rig (\"rig\")"
+        }
         // Teensy, by far the commonest board of rigs; Haply's Inverse3 has its numbers too.
         (0x16C0, 0x0483) => "Teensy: driver \"woody\" or \"rig\" (or an Inverse3)",
-        (0x04B4, 0x1003 | 0x1005) | (0x21E2, 0x1008) => "Ascension trakSTAR: not served over USB",
         (0x0403, 0x6001) => "FTDI adapter: a tracker (\"bird\"), a rig or a pedal (\"modem\")",
         _ => return None,
     })
@@ -123,7 +146,8 @@ mod tests {
     #[test]
     fn looking_round_never_fails() {
         for found in devices() {
-            assert!(found.path.is_absolute(), "{found:?}");
+            let is_usb = found.path == Path::new("usb");
+            assert!(found.path.is_absolute() || is_usb, "{found:?}");
         }
     }
 }

@@ -104,6 +104,16 @@ impl DeviceCapabilities {
     }
 }
 
+/// In how many of its six directions (three to move along, three to turn about) a handle is
+/// measured, and in how many force or torque is rendered. What is not rendered is dropped.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Freedom {
+    /// Directions measured.
+    pub measured: u8,
+    /// Directions rendered.
+    pub rendered: u8,
+}
+
 /// What a poll of a device brought.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Polled<T> {
@@ -132,6 +142,17 @@ pub struct LineCounters {
 pub trait HapticDevice {
     /// What it can do.
     fn capabilities(&self) -> DeviceCapabilities;
+    /// In how many directions it measures and renders; a pose and a force, unless it says otherwise.
+    fn freedom(&self) -> Freedom {
+        Freedom {
+            measured: 6,
+            rendered: if self.capabilities().renders_torque() {
+                6
+            } else {
+                3
+            },
+        }
+    }
     /// The newest sample since the last poll.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample>;
     /// Sends a force. A line that cannot take it now drops it and counts.

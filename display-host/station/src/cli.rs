@@ -306,8 +306,16 @@ pub(crate) enum LineDriver {
     Rig,
     /// WoodenHaptics and Polhem
     Woody,
-    /// Ascension Flock of Birds
+    /// Haply hAPI board, flat device of the second generation; the handle at home
+    HapiGen2,
+    /// Of the third
+    HapiGen3,
+    /// Of the third, revised
+    HapiGen31,
+    /// Ascension Flock of Birds, serial
     Bird,
+    /// Ascension trakSTAR on the USB; PATH is `usb`, or a unit's serial number
+    Trakstar,
 }
 
 #[derive(Debug, Clone, Args)]

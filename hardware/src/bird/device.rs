@@ -1,17 +1,31 @@
 //! The bird's side of the protocol, as the emulator plays it.
 
-use super::wire::{Hemisphere, Record, command, parameter, status};
+use super::wire::{Hemisphere, Record, Scale, command, parameter, status};
 
-/// State of one bird: takes command bytes, gives answers and records.
+/// State of a bird, or of a group of them: takes command bytes, gives answers and records.
 #[derive(Debug, Clone)]
 pub struct Bird {
     model: [u8; 10],
     running: bool,
     streaming: bool,
-    hemisphere: Hemisphere,
+    scale: Scale,
+    group: bool,
+    /// Birds that were counted into the group.
+    counted: u8,
     error: u8,
     command: Partial,
+    /// The one that the next command is for.
+    addressed: u8,
+    birds: Vec<Sensor>,
+}
+
+/// One of the birds.
+#[derive(Debug, Clone, Copy)]
+struct Sensor {
     pose: Record,
+    hemisphere: Hemisphere,
+    /// Whether its records are position and quaternion; else they are position and angles.
+    with_quaternion: bool,
 }
 
 /// A command whose arguments are still coming.
@@ -25,25 +39,45 @@ struct Partial {
 
 /// Error 6: the command is not known.
 const INVALID_COMMAND: u8 = 6;
+/// Bytes of a record of position and angles.
+const ANGLES_BYTES: usize = 12;
 
 impl Bird {
     /// A bird after power-up: running, silent, in the forward hemisphere.
     #[must_use]
     pub fn new(pose: Record) -> Self {
+        Self::flock(&[pose])
+    }
+
+    /// Birds with the addresses 1, 2, … and these poses.
+    #[must_use]
+    pub fn flock(poses: &[Record]) -> Self {
         Self {
             model: *b"6DFOB     ",
             running: true,
             streaming: false,
-            hemisphere: Hemisphere::Forward,
+            scale: Scale::default(),
+            group: false,
+            counted: 1,
             error: 0,
             command: Partial::default(),
-            pose,
+            addressed: 1,
+            birds: poses
+                .iter()
+                .map(|&pose| Sensor {
+                    pose,
+                    hemisphere: Hemisphere::Forward,
+                    with_quaternion: false,
+                })
+                .collect(),
         }
     }
 
-    /// Where the sensor really is.
+    /// Where the first sensor really is.
     pub fn set_pose(&mut self, pose: Record) {
-        self.pose = pose;
+        if let Some(first) = self.birds.first_mut() {
+            first.pose = pose;
+        }
     }
 
     /// Whether records flow by themselves.
@@ -60,9 +94,14 @@ impl Bird {
                 command.arguments[command.have] = byte;
                 command.have += 1;
                 if command.code == command::CHANGE && command.have == 1 {
-                    // Every parameter that this bird lets change has two bytes.
-                    command.need = 3;
+                    command.need = match byte {
+                        parameter::GROUP_MODE | parameter::AUTO_CONFIGURE => 2,
+                        _ => 3,
+                    };
                 }
+            } else if byte > command::TO_BIRD {
+                self.addressed = byte & 0x0F;
+                continue;
             } else {
                 let need = match byte {
                     command::HEMISPHERE => 2,
@@ -78,6 +117,7 @@ impl Bird {
             if self.command.have == self.command.need {
                 self.obey(&mut answer);
                 self.command = Partial::default();
+                self.addressed = 1;
             }
         }
     }
@@ -90,19 +130,33 @@ impl Bird {
         } = self.command;
         match code {
             command::POINT if self.streaming => self.streaming = false,
-            command::POINT if self.running => answer(&self.record()),
+            command::POINT if self.running => answer(&self.record_of(self.addressed)),
             command::POINT => {}
             command::STREAM => self.streaming = true,
-            command::POSITION_QUATERNION => {}
+            command::POSITION_QUATERNION => {
+                if let Some(sensor) = self.sensor() {
+                    sensor.with_quaternion = true;
+                }
+            }
             command::RUN => self.running = true,
             command::SLEEP => self.running = false,
             command::HEMISPHERE => match Hemisphere::from_bytes([first, second]) {
-                Some(hemisphere) => self.hemisphere = hemisphere,
+                Some(hemisphere) => {
+                    if let Some(sensor) = self.sensor() {
+                        sensor.hemisphere = hemisphere;
+                    }
+                }
                 None => self.error = INVALID_COMMAND,
             },
             command::EXAMINE => self.examine(first, answer),
-            // Only the 36-inch scale is played.
-            command::CHANGE if first == parameter::SCALING && [second, third] == [0, 0] => {}
+            command::CHANGE if first == parameter::SCALING => {
+                match Scale::from_bytes([second, third]) {
+                    Some(scale) => self.scale = scale,
+                    None => self.error = INVALID_COMMAND,
+                }
+            }
+            command::CHANGE if first == parameter::AUTO_CONFIGURE => self.counted = second,
+            command::CHANGE if first == parameter::GROUP_MODE => self.group = second == 1,
             _ => self.error = INVALID_COMMAND,
         }
     }
@@ -122,22 +176,52 @@ impl Bird {
                 }
                 answer(&word.to_le_bytes());
             }
-            parameter::SCALING => answer(&[0, 0]),
+            parameter::SCALING => answer(&self.scale.bytes()),
             parameter::ERROR => answer(&[std::mem::take(&mut self.error)]),
             parameter::MODEL => answer(&self.model),
             _ => self.error = INVALID_COMMAND,
         }
     }
 
-    /// The record of the present pose. In the wrong hemisphere the position comes out mirrored
-    /// through the transmitter, as it does from the real one.
+    fn sensor(&mut self) -> Option<&mut Sensor> {
+        let place = usize::from(self.addressed).checked_sub(1)?;
+        self.birds.get_mut(place)
+    }
+
+    /// The record of the present pose; in a group every bird's, each with its address.
     #[must_use]
-    pub fn record(&self) -> [u8; super::wire::RECORD_BYTES] {
+    pub fn record(&self) -> Vec<u8> {
+        self.record_of(1)
+    }
+
+    fn record_of(&self, address: u8) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        for (sensor, at) in self.birds.iter().zip(1..) {
+            if self.group && at <= self.counted {
+                bytes.extend_from_slice(&sensor.record(self.scale));
+                bytes.push(at);
+            } else if !self.group && at == address {
+                bytes.extend_from_slice(&sensor.record(self.scale));
+            }
+        }
+        bytes
+    }
+}
+
+impl Sensor {
+    /// In the wrong hemisphere the position comes out mirrored through the transmitter, as it does
+    /// from the real one.
+    fn record(&self, scale: Scale) -> Vec<u8> {
         let mut record = self.pose;
         if self.hemisphere.depth(record.position_m) < 0.0 {
             record.position_m = record.position_m.map(|part| -part);
         }
-        record.bytes()
+        let mut bytes = record.bytes(scale).to_vec();
+        if !self.with_quaternion {
+            // Words of angles in place of the quaternion's: nobody reads them.
+            bytes.truncate(ANGLES_BYTES);
+        }
+        bytes
     }
 }
 
@@ -182,17 +266,36 @@ mod tests {
         assert!(bird.is_streaming());
         assert_eq!(answers(&mut bird, b"B"), b"");
         assert!(!bird.is_streaming());
-        assert_eq!(answers(&mut bird, b"B").len(), 14);
+        assert_eq!(answers(&mut bird, b"B").len(), 12);
+        assert_eq!(answers(&mut bird, b"]B").len(), 14);
     }
 
     #[test]
     fn the_wrong_hemisphere_mirrors() {
         let mut bird = bird();
-        answers(&mut bird, b"L\x0C\x00"); // lower, but z is negative
-        let mirrored = Record::parse(&bird.record()).unwrap();
+        answers(&mut bird, b"]L\x0C\x00"); // lower, but z is negative
+        let parse =
+            |bytes: Vec<u8>| Record::parse(&bytes.try_into().unwrap(), Scale::Inches36).unwrap();
+        let mirrored = parse(bird.record());
         assert!((mirrored.position_m[2] - 0.2).abs() < 1e-3);
         answers(&mut bird, b"L\x0C\x01");
-        let right = Record::parse(&bird.record()).unwrap();
+        let right = parse(bird.record());
         assert!((right.position_m[2] + 0.2).abs() < 1e-3);
+    }
+
+    #[test]
+    fn a_group_answers_with_every_bird_and_its_address() {
+        let pose = |x| Record {
+            position_m: [x, 0.0, 0.0],
+            rotation: UnitQuaternion::identity(),
+        };
+        let mut flock = Bird::flock(&[pose(0.1), pose(0.2), pose(0.3)]);
+        // Two counted, both with quaternions, group mode.
+        answers(&mut flock, b"P\x32\x02\xF1]\xF2]P\x23\x01");
+        let all = answers(&mut flock, b"B");
+        assert_eq!((all.len(), all[14], all[29]), (30, 1, 2));
+        answers(&mut flock, b"P\x23\x00");
+        assert_eq!(answers(&mut flock, b"\xF2B").len(), 14);
+        assert_eq!(answers(&mut flock, b"\xF3B").len(), 12, "never told");
     }
 }

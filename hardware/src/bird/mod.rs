@@ -1,9 +1,16 @@
-//! Ascension's Flock-of-Birds protocol, as its serial trackers (Flock of Birds, miniBIRD,
-//! laserBIRD) speak it: one bird, records of position and quaternion, streamed.
+//! Ascension's Flock-of-Birds protocol: records of position and quaternion from one bird or a group
+//! of them. Serial trackers (Flock of Birds, miniBIRD, laserBIRD) stream them; a trakSTAR takes the
+//! same commands in packets over USB, and is asked for each record.
 
+mod bulk;
 pub mod device;
+mod filter;
 mod tracker;
+mod transport;
+mod usb;
 pub mod wire;
 
+pub use bulk::{BulkPipe, PACKET_BYTES};
 pub(crate) use tracker::BAUD;
-pub use tracker::BirdTracker;
+pub use tracker::{BirdSetup, BirdTracker};
+pub(crate) use usb::is_trakstar;

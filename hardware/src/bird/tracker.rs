@@ -1,4 +1,4 @@
-//! Driver of one serial bird: the endoscope's tracker.
+//! Driver of a bird, alone or of a group: the endoscope's tracker.
 
 use std::path::Path;
 use std::thread;
@@ -7,7 +7,11 @@ use std::time::{Duration, Instant};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{LineCounters, Polled, TimeNs, Tracker, TrackerSample};
 
-use super::wire::{Hemisphere, Record, RecordReader, command, parameter, status};
+use super::bulk::{Bulk, BulkPipe};
+use super::filter::Filter;
+use super::transport::Transport;
+use super::usb::UsbPipe;
+use super::wire::{Hemisphere, Record, RecordReader, Scale, command, parameter, status};
 use crate::HardwareError;
 use crate::line::{Line, Read, Written};
 
@@ -30,41 +34,119 @@ const FORGET_NS: u64 = 500_000_000;
 /// Errors after which the manual says that the bird must not be used.
 const FATAL: [u8; 12] = [1, 2, 15, 16, 20, 21, 22, 23, 24, 25, 26, 27];
 
-/// A tracker that streams position and rotation, about 100 times a second.
+/// Silence that a group needs before and after it is counted.
+const CONFIGURED: Duration = Duration::from_millis(600);
+/// Most birds of a group.
+const BIRDS_MAX: u8 = 14;
+
+/// How the tracker is set up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct BirdSetup {
+    /// Where the endoscope is, seen from the transmitter.
+    pub hemisphere: Hemisphere,
+    /// How far positions reach.
+    pub scale: Scale,
+    /// Units on the bus, an extended-range transmitter counted with them: 1 to 14.
+    pub birds: u8,
+    /// Which of them is on the endoscope: 1 to `birds`.
+    pub bird: u8,
+}
+
+impl Default for BirdSetup {
+    /// One bird, within 0.9 m, where −z of the transmitter points.
+    fn default() -> Self {
+        Self {
+            hemisphere: Hemisphere::Upper,
+            scale: Scale::default(),
+            birds: 1,
+            bird: 1,
+        }
+    }
+}
+
+/// A tracker that gives position and rotation about 100 times a second, mildly filtered.
 #[derive(Debug)]
 pub struct BirdTracker {
-    line: Line,
+    line: Box<dyn Transport>,
+    setup: BirdSetup,
     reader: RecordReader,
     counters: LineCounters,
     gate: Gate,
+    filter: Filter,
 }
 
 impl BirdTracker {
-    /// Opens the line, asks who answers, and starts the stream, for a transmitter whose −z
-    /// points to where the endoscope is. Not for the tick: takes a second or so.
-    pub fn open(path: &Path) -> Result<Self, HardwareError> {
-        Self::open_in(path, Hemisphere::Upper)
+    /// Opens a serial line, asks who answers, and starts the stream. Not for the tick: takes a second
+    /// or so, a group two more.
+    pub fn open(path: &Path, setup: BirdSetup) -> Result<Self, HardwareError> {
+        Self::start(Box::new(Line::open(path, BAUD)?), setup)
     }
 
-    /// The same, for an endoscope in another half of the room around the transmitter.
-    pub fn open_in(path: &Path, hemisphere: Hemisphere) -> Result<Self, HardwareError> {
+    /// The same for a trakSTAR on the USB: `usb` for the first that is plugged in, or a unit's serial
+    /// number.
+    pub fn open_usb(name: &Path, setup: BirdSetup) -> Result<Self, HardwareError> {
+        Self::open_bulk(name, Box::new(UsbPipe::open(name)?), setup)
+    }
+
+    /// The same for any device that takes the commands in packets; `name` is for people.
+    pub fn open_bulk(
+        name: &Path,
+        pipe: Box<dyn BulkPipe>,
+        setup: BirdSetup,
+    ) -> Result<Self, HardwareError> {
+        Self::start(Box::new(Bulk::start(name, pipe)?), setup)
+    }
+
+    fn start(line: Box<dyn Transport>, setup: BirdSetup) -> Result<Self, HardwareError> {
+        let birds = setup.birds.clamp(1, BIRDS_MAX);
+        let setup = BirdSetup {
+            birds,
+            bird: setup.bird.clamp(1, birds),
+            ..setup
+        };
         let mut bird = Self {
-            line: Line::open(path, BAUD)?,
+            line,
+            setup,
             reader: RecordReader::default(),
             counters: LineCounters::default(),
             gate: Gate::default(),
+            filter: Filter::default(),
         };
         bird.identify()?;
         bird.check_errors()?;
-        let [axis, sign] = hemisphere.bytes();
-        bird.tell(&[command::CHANGE, parameter::SCALING, 0, 0])?;
-        bird.tell(&[command::HEMISPHERE, axis, sign])?;
-        let [low, high] = bird.ask(parameter::SCALING)?;
-        if [low, high] != [0, 0] {
-            return Err(bird.wrong(format!("a scale of code {low} that cannot be set to 36 in")));
+        if bird.is_group() || bird.line.is_addressed() {
+            thread::sleep(CONFIGURED);
+            bird.tell(&[command::CHANGE, parameter::AUTO_CONFIGURE, birds])?;
+            thread::sleep(CONFIGURED);
         }
-        bird.tell(&[command::POSITION_QUATERNION])?;
-        bird.tell(&[command::STREAM])?;
+        let [low, high] = setup.scale.bytes();
+        bird.tell(&[command::CHANGE, parameter::SCALING, low, high])?;
+        let [low_now, high_now] = bird.ask(parameter::SCALING)?;
+        if [low_now, high_now] != [low, high] {
+            return Err(bird.wrong(format!(
+                "a scale of code {low_now} that cannot be set to {low}"
+            )));
+        }
+        let [axis, sign] = setup.hemisphere.bytes();
+        bird.tell_bird(setup.bird, &[command::HEMISPHERE, axis, sign])?;
+        if bird.is_group() {
+            // Every bird's record must be as long as the next one's.
+            for address in 1..=birds {
+                bird.tell_bird(address, &[command::POSITION_QUATERNION])?;
+            }
+            bird.tell(&[command::CHANGE, parameter::GROUP_MODE, 1])?;
+            bird.reader = RecordReader::of_group();
+        } else {
+            bird.tell_bird(setup.bird, &[command::POSITION_QUATERNION])?;
+        }
+        bird.drain()?;
+        let point = [command::TO_BIRD | setup.bird, command::POINT];
+        let begun = if bird.is_group() {
+            bird.line.begin(&[command::POINT])
+        } else {
+            bird.line.begin(&point)
+        };
+        bird.all(begun)?;
         Ok(bird)
     }
 
@@ -74,10 +156,20 @@ impl BirdTracker {
         self.line.path()
     }
 
+    /// How it is set up.
+    #[must_use]
+    pub const fn setup(&self) -> BirdSetup {
+        self.setup
+    }
+
     /// Whether the line is gone; see [`crate::rig::RigHaptic::is_lost`].
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.line.is_lost()
+    }
+
+    fn is_group(&self) -> bool {
+        self.setup.birds > 1
     }
 
     fn identify(&mut self) -> Result<(), HardwareError> {
@@ -114,10 +206,28 @@ impl BirdTracker {
         }
     }
 
+    /// Tells one bird, by its address where there may be others.
+    fn tell_bird(&mut self, address: u8, bytes: &[u8]) -> Result<(), HardwareError> {
+        if !self.is_group() && !self.line.is_addressed() {
+            return self.tell(bytes);
+        }
+        let mut addressed = [0; 4];
+        let address = [command::TO_BIRD | address];
+        for (slot, &byte) in addressed.iter_mut().zip(address.iter().chain(bytes)) {
+            *slot = byte;
+        }
+        self.tell(addressed.get(..=bytes.len()).unwrap_or(&addressed))
+    }
+
     fn tell(&mut self, bytes: &[u8]) -> Result<(), HardwareError> {
-        match self.line.write(bytes) {
+        let written = self.line.write(bytes);
+        self.all(written)
+    }
+
+    fn all(&self, written: Written) -> Result<(), HardwareError> {
+        match written {
             Written::All => Ok(()),
-            Written::Part | Written::Nothing => Err(HardwareError::Line {
+            Written::Part(_) | Written::Nothing => Err(HardwareError::Line {
                 path: self.path().to_path_buf(),
                 doing: "sending a command",
                 what: "the line takes no bytes".into(),
@@ -204,12 +314,15 @@ impl Tracker for BirdTracker {
         for &byte in bytes.iter().take(count) {
             let record = match self.reader.push(byte) {
                 None => continue,
-                Some(read) => read.ok().and_then(Record::parse),
+                Some(Ok((_, address))) if address != 0 && address != self.setup.bird => continue,
+                Some(read) => read
+                    .ok()
+                    .and_then(|(record, _)| Record::parse(record, self.setup.scale)),
             };
             match record.filter(|record| self.gate.admit(record, at_ns)) {
                 Some(record) => {
                     self.counters.frames += 1;
-                    newest = Some(record);
+                    newest = Some(self.filter.update(&record, at_ns));
                 }
                 None => self.counters.bad_frames += 1,
             }

@@ -21,6 +21,8 @@ pub mod command {
     pub const EXAMINE: u8 = b'O';
     /// Sets a parameter; its number and its bytes follow.
     pub const CHANGE: u8 = b'P';
+    /// Upper half of a byte that sends the next command to the bird of the lower half.
+    pub const TO_BIRD: u8 = 0xF0;
     /// Wakes.
     pub const RUN: u8 = b'F';
     /// Sleeps.
@@ -37,6 +39,10 @@ pub mod parameter {
     pub const ERROR: u8 = 10;
     /// Model, ten characters.
     pub const MODEL: u8 = 15;
+    /// Whether every bird's record follows the other, each with the bird's address, one byte.
+    pub const GROUP_MODE: u8 = 35;
+    /// Takes so many birds into the group, one byte; needs 600 ms of silence before and after.
+    pub const AUTO_CONFIGURE: u8 = 50;
 }
 
 /// Bits of the status word.
@@ -114,8 +120,44 @@ impl Hemisphere {
     }
 }
 
-/// Metres at full scale of a position word: 36 inches.
-pub const FULL_SCALE_M: f32 = 36.0 * 0.0254;
+/// How far positions reach: a larger scale has larger steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Scale {
+    /// ±0.914 m in steps of 0.11 mm.
+    #[default]
+    Inches36,
+    /// ±1.829 m in steps of 0.22 mm.
+    Inches72,
+}
+
+impl Scale {
+    /// Position at full scale, m.
+    #[must_use]
+    pub const fn full_m(self) -> f32 {
+        match self {
+            Self::Inches36 => 36.0 * 0.0254,
+            Self::Inches72 => 72.0 * 0.0254,
+        }
+    }
+
+    /// The parameter's two bytes.
+    #[must_use]
+    pub const fn bytes(self) -> [u8; 2] {
+        match self {
+            Self::Inches36 => [0, 0],
+            Self::Inches72 => [1, 0],
+        }
+    }
+
+    /// The scale of the parameter's bytes.
+    #[must_use]
+    pub fn from_bytes(bytes: [u8; 2]) -> Option<Self> {
+        [Self::Inches36, Self::Inches72]
+            .into_iter()
+            .find(|scale| scale.bytes() == bytes)
+    }
+}
+
 /// Words of a position-and-quaternion record.
 const WORDS: usize = 7;
 /// Bytes of a position-and-quaternion record.
@@ -126,7 +168,7 @@ const PHASE: u8 = 0x80;
 /// A record as parsed: position in m, rotation of the sensor in the transmitter's frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Record {
-    /// Sensor in the transmitter's frame, m; in steps of 0.11 mm, up to ±0.914 m.
+    /// Sensor in the transmitter's frame, m.
     pub position_m: [f32; 3],
     /// Its rotation; in steps of 1/8192.
     pub rotation: UnitQuaternion<f32>,
@@ -136,7 +178,7 @@ impl Record {
     /// Reads the words of a record. `None` when its quaternion is not of length one (to 1 %):
     /// the only sign of a damaged record.
     #[must_use]
-    pub fn parse(bytes: &[u8; RECORD_BYTES]) -> Option<Self> {
+    pub fn parse(bytes: &[u8; RECORD_BYTES], scale: Scale) -> Option<Self> {
         let words = words(bytes);
         let [x, y, z, q0, q1, q2, q3] = words.map(|word| f32::from(word) / 32768.0);
         let quaternion = Quaternion::new(q0, q1, q2, q3);
@@ -144,15 +186,15 @@ impl Record {
             return None;
         }
         Some(Self {
-            position_m: [x, y, z].map(|part| part * FULL_SCALE_M),
+            position_m: [x, y, z].map(|part| part * scale.full_m()),
             rotation: UnitQuaternion::new_normalize(quaternion),
         })
     }
 
     /// The bytes of the record. What is out of reach saturates.
     #[must_use]
-    pub fn bytes(&self) -> [u8; RECORD_BYTES] {
-        let [x, y, z] = self.position_m.map(|part| part / FULL_SCALE_M);
+    pub fn bytes(&self, scale: Scale) -> [u8; RECORD_BYTES] {
+        let [x, y, z] = self.position_m.map(|part| part / scale.full_m());
         let q = self.rotation.quaternion();
         // `as` saturates.
         let words = [x, y, z, q.w, q.i, q.j, q.k].map(|part| (part * 32768.0).round() as i16);
@@ -185,14 +227,25 @@ fn words(bytes: &[u8; RECORD_BYTES]) -> [i16; WORDS] {
 pub struct RecordReader {
     bytes: [u8; RECORD_BYTES],
     len: usize,
+    /// A record ends with its bird's address.
+    is_group: bool,
     /// Bytes without a start are being dropped; counted once.
     lost: bool,
 }
 
 impl RecordReader {
-    /// Takes one byte. `Some(Ok)` when it completes a record, `Some(Err)` when it shows that
-    /// one was broken.
-    pub fn push(&mut self, byte: u8) -> Option<Result<&[u8; RECORD_BYTES], PhaseError>> {
+    /// For records of a group of birds: behind each comes its bird's address.
+    #[must_use]
+    pub fn of_group() -> Self {
+        Self {
+            is_group: true,
+            ..Self::default()
+        }
+    }
+
+    /// Takes one byte. `Some(Ok)` with its bird's address (0 without a group) when it completes a
+    /// record, `Some(Err)` when it shows that one was broken.
+    pub fn push(&mut self, byte: u8) -> Option<Result<(&[u8; RECORD_BYTES], u8), PhaseError>> {
         if byte & PHASE != 0 {
             let broken = self.len != 0;
             self.bytes[0] = byte;
@@ -204,15 +257,19 @@ impl RecordReader {
             let first = !std::mem::replace(&mut self.lost, true);
             return first.then_some(Err(PhaseError));
         }
-        if let Some(slot) = self.bytes.get_mut(self.len) {
-            *slot = byte;
-            self.len += 1;
-        }
-        if self.len < RECORD_BYTES {
-            return None;
-        }
+        let address = match self.bytes.get_mut(self.len) {
+            Some(slot) => {
+                *slot = byte;
+                self.len += 1;
+                if self.is_group || self.len < RECORD_BYTES {
+                    return None;
+                }
+                0
+            }
+            None => byte,
+        };
         self.len = 0;
-        Some(Ok(&self.bytes))
+        Some(Ok((&self.bytes, address)))
     }
 }
 
@@ -238,7 +295,7 @@ mod tests {
             0xE3, 0x11, 0x0E, 0x77, 0x39, 0x04, 0x7F, 0x3F, 0, 0, 0, 0, 0, 0,
         ];
         assert_eq!(words(&bytes), [9100, -4552, 2276, 32764, 0, 0, 0]);
-        let record = Record::parse(&bytes).unwrap();
+        let record = Record::parse(&bytes, Scale::Inches36).unwrap();
         for (read_m, inches) in record.position_m.iter().zip([10.0, -5.0, 2.5]) {
             assert!((read_m - inches * 0.0254).abs() < 2e-4, "{read_m} {inches}");
         }
@@ -269,19 +326,41 @@ mod tests {
         assert_eq!(read, [false, true, true]);
     }
 
+    #[test]
+    fn records_of_a_group_carry_their_birds_address() {
+        let record = pack(&[100, 200, 300, 32764, 0, 0, 0]);
+        let mut stream = Vec::new();
+        for address in [1, 2, 1] {
+            stream.extend_from_slice(&record);
+            stream.push(address);
+        }
+        stream.remove(20);
+        let mut reader = RecordReader::of_group();
+        let read: Vec<_> = stream
+            .iter()
+            .filter_map(|&byte| {
+                reader
+                    .push(byte)
+                    .map(|r| r.map(|(_, address)| address).ok())
+            })
+            .collect();
+        assert_eq!(read, [Some(1), None, Some(1)]);
+    }
+
     proptest! {
         #[test]
         fn records_come_back_within_a_step(
             position_m in prop::array::uniform3(-0.9..0.9f32),
             turn in prop::array::uniform3(-3.0..3.0f32),
+            scale in prop::sample::select(vec![Scale::Inches36, Scale::Inches72]),
         ) {
             let sent = Record {
                 position_m,
                 rotation: UnitQuaternion::from_scaled_axis(turn.into()),
             };
-            let read = Record::parse(&sent.bytes()).unwrap();
+            let read = Record::parse(&sent.bytes(scale), scale).unwrap();
             for (read, sent) in read.position_m.iter().zip(position_m) {
-                prop_assert!((read - sent).abs() < 1.2e-4);
+                prop_assert!((read - sent).abs() < 2.3e-4);
             }
             prop_assert!(read.rotation.angle_to(&sent.rotation) < 1e-3);
         }
@@ -289,12 +368,14 @@ mod tests {
         #[test]
         fn arbitrary_bytes_give_finite_records_in_range_or_none(
             bytes in prop::collection::vec(any::<u8>(), 0..4096),
+            is_group in any::<bool>(),
         ) {
-            let mut reader = RecordReader::default();
+            let mut reader = RecordReader { is_group, ..RecordReader::default() };
             for byte in bytes {
-                let Some(Ok(record)) = reader.push(byte) else { continue };
-                if let Some(record) = Record::parse(record) {
-                    prop_assert!(record.position_m.iter().all(|x| x.abs() <= FULL_SCALE_M));
+                let Some(Ok((record, _))) = reader.push(byte) else { continue };
+                if let Some(record) = Record::parse(record, Scale::Inches72) {
+                    let full_m = Scale::Inches72.full_m();
+                    prop_assert!(record.position_m.iter().all(|x| x.abs() <= full_m));
                     prop_assert!((record.rotation.norm() - 1.0).abs() < 1e-4);
                 }
             }

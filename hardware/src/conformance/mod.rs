@@ -1,9 +1,10 @@
 //! One suite for every device, emulated or real: what a rig builder runs on the bench.
 //!
-//! [`haptic()`], [`woody()`], [`tracker()`] and [`pedal()`] open a line, watch the device and try what must hold
-//! whatever happens: the watchdog, silence after closing, a clean second opening, a plug pulled
+//! [`haptic()`], [`woody()`], [`hapi()`], [`tracker()`] and [`pedal()`] open a line, watch the device and try what
+//! must hold whatever happens: the watchdog, silence after closing, a clean second opening, a plug pulled
 //! out. No force is asked for but zero: the device may stand free on a table.
 
+mod hapi;
 mod haptic;
 mod pedal;
 mod samples;
@@ -14,9 +15,10 @@ mod woody;
 use std::fmt;
 use std::time::Duration;
 
+pub use hapi::hapi;
 pub use haptic::haptic;
 pub use pedal::pedal;
-pub use tracker::tracker;
+pub use tracker::{tracker, tracker_by, trakstar};
 pub use woody::woody;
 
 /// How a device is tested.

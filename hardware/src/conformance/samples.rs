@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use rt_core::port::{HapticDevice, Polled};
+use rt_core::port::{Freedom, HapticDevice, Polled};
 
 use super::Report;
 use super::haptic::NO_FORCE;
@@ -11,6 +11,12 @@ use super::watch::{Arrivals, until};
 /// Watches the samples of an open device for `watch`, commanding no force: rate, gaps, ranges.
 pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, watch: Duration) {
     let capabilities = device.capabilities();
+    let Freedom { measured, rendered } = device.freedom();
+    report.judge(
+        "freedom",
+        (1..=6).contains(&measured) && (1..=6).contains(&rendered),
+        format!("measures {measured} and renders {rendered} of 6 directions; what it does not is dropped"),
+    );
     let period_ns = (1e9 / capabilities.rate_hz) as u64;
     let before = device.counters();
     let mut arrivals = Arrivals::default();

@@ -7,18 +7,48 @@ use rt_core::port::{Polled, Tracker};
 
 use super::watch::{Arrivals, open, silent_after_close, unplugged, until};
 use super::{Options, Report};
-use crate::bird::wire::FULL_SCALE_M;
-use crate::bird::{BAUD, BirdTracker};
+use crate::HardwareError;
+use crate::bird::{BAUD, BirdSetup, BirdTracker};
 
 /// A camera that follows the hand needs so many poses per second.
 const RATE_MIN_HZ: f32 = 40.0;
 
-/// Tests the tracker behind `path`.
+/// Tests the tracker behind the serial line `path`.
 pub fn tracker(path: &Path, options: &mut Options<'_>) -> Report {
+    let attempt = || BirdTracker::open(path, BirdSetup::default());
+    tested(&attempt, options, &mut |report| {
+        silent_after_close(report, path, BAUD);
+    })
+}
+
+/// Tests a trakSTAR on the USB: `usb` for the first that is plugged in, or its serial number.
+pub fn trakstar(name: &Path, options: &mut Options<'_>) -> Report {
+    tracker_by(
+        &|| BirdTracker::open_usb(name, BirdSetup::default()),
+        options,
+    )
+}
+
+/// Tests a tracker however it is opened.
+pub fn tracker_by(
+    attempt: &dyn Fn() -> Result<BirdTracker, HardwareError>,
+    options: &mut Options<'_>,
+) -> Report {
+    tested(attempt, options, &mut |report| {
+        report.skip("close", "packets come only when they are asked for");
+    })
+}
+
+fn tested(
+    attempt: &dyn Fn() -> Result<BirdTracker, HardwareError>,
+    options: &mut Options<'_>,
+    closed: &mut dyn FnMut(&mut Report),
+) -> Report {
     let mut report = Report::new("tracker");
-    let Some(mut tracker) = open(&mut report, "handshake", || BirdTracker::open(path)) else {
+    let Some(mut tracker) = open(&mut report, "handshake", attempt) else {
         return report;
     };
+    let full_m = tracker.setup().scale.full_m();
     let mut arrivals = Arrivals::default();
     let mut farthest_m = 0.0f32;
     let mut finite = true;
@@ -57,12 +87,12 @@ pub fn tracker(path: &Path, options: &mut Options<'_>) -> Report {
     report.judge("finite", finite, "every pose is finite".into());
     report.judge(
         "range",
-        farthest_m < 0.99 * FULL_SCALE_M,
-        format!("farthest {farthest_m:.3} m along an axis, the scale ends at {FULL_SCALE_M:.3} m"),
+        farthest_m < 0.99 * full_m,
+        format!("farthest {farthest_m:.3} m along an axis, the scale ends at {full_m:.3} m"),
     );
     drop(tracker);
-    silent_after_close(&mut report, path, BAUD);
-    if let Some(mut tracker) = open(&mut report, "reopen", || BirdTracker::open(path)) {
+    closed(&mut report);
+    if let Some(mut tracker) = open(&mut report, "reopen", attempt) {
         unplugged(&mut report, options, |now_ns| tracker.poll(now_ns));
     }
     report

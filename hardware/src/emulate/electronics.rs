@@ -3,6 +3,8 @@
 use rt_core::math::Vec3;
 
 use super::touch::{Body, Touch};
+use crate::hapi::device::Board;
+use crate::hapi::pantograph::{Pantograph, swapped};
 use crate::rig::device::{Device, Motion};
 use crate::rig::wire::Capabilities;
 use crate::woody::device::Firmware;
@@ -17,6 +19,8 @@ pub enum HapticModel {
     TouchRig,
     /// A WoodenHaptics device: open with [`crate::woody::WoodyHaptic`].
     Woody,
+    /// A flat Haply of the third generation: open with [`crate::hapi::HapiHaptic`].
+    Hapi,
 }
 
 /// The firmware of one device.
@@ -24,6 +28,7 @@ pub enum HapticModel {
 pub(super) enum Electronics {
     Rig(Box<Device>),
     Woody(Box<Firmware>),
+    Hapi(Box<Hapi>),
 }
 
 /// A WoodenHaptics device as a body: heavier, little friction (capstans), and its encoders sit
@@ -40,11 +45,62 @@ const WOODY_BODY: Body = Body {
 
 const WOODY: Mechanism = Mechanism::WOODY;
 
+/// A flat Haply as a body: light arms, gears with some friction. Nobody has published it.
+const HAPI_BODY: Body = Body {
+    mass_kg: 0.1,
+    friction_n: 0.1,
+    damping_n_s_m: 0.2,
+    encoder_step_m: 1e-6,
+    workspace_radius_m: 0.05,
+    force_max_n: 5.0,
+    force_continuous_n: 1.0,
+};
+
+/// A Haply's board, and when a host last spoke to it.
+#[derive(Debug, Default)]
+pub(super) struct Hapi {
+    board: Board,
+    spoken_us: Option<u32>,
+}
+
+impl Hapi {
+    const LINKAGE: Pantograph = Pantograph::GEN3;
+    /// A host that says nothing for so long has gone, µs. The board knows nothing of it.
+    const GONE_US: u32 = 100_000;
+
+    fn receive(
+        &mut self,
+        bytes: &[u8],
+        touch: &Touch,
+        now_us: u32,
+        send: impl FnMut(&[u8]),
+    ) -> Vec3 {
+        let angles_deg = Self::LINKAGE.angles_deg(touch.measured_m());
+        let [first, second] = swapped(angles_deg);
+        if !bytes.is_empty() {
+            self.spoken_us = Some(now_us);
+        } else if self
+            .spoken_us
+            .is_some_and(|at_us| now_us.wrapping_sub(at_us) > Self::GONE_US)
+        {
+            self.spoken_us = None;
+        }
+        self.board
+            .receive(bytes, [first, second, 0.0, 0.0], now_us, send);
+        let [first, second, ..] = self.board.torques_n_m();
+        // Where the arms are stretched they bear any force.
+        Self::LINKAGE
+            .force_n(angles_deg, swapped([first, second]))
+            .unwrap_or_default()
+    }
+}
+
 impl Electronics {
     pub(super) fn new(model: HapticModel) -> Self {
         match model {
             HapticModel::TouchRig => Self::Rig(Box::new(Device::new(Capabilities::touch_class()))),
             HapticModel::Woody => Self::Woody(Box::default()),
+            HapticModel::Hapi => Self::Hapi(Box::default()),
         }
     }
 
@@ -52,7 +108,16 @@ impl Electronics {
         match self {
             Self::Rig(_) => Body::TOUCH,
             Self::Woody(_) => WOODY_BODY,
+            Self::Hapi(_) => HAPI_BODY,
         }
+    }
+
+    /// Where the device lets the hand have the handle: a flat one keeps it in its plane.
+    pub(super) fn guided(&self, mut at_m: Vec3) -> Vec3 {
+        if matches!(self, Self::Hapi(_)) {
+            at_m.y = 0.0;
+        }
+        at_m
     }
 
     /// Whether a controller sends commands.
@@ -60,6 +125,7 @@ impl Electronics {
         match self {
             Self::Rig(device) => device.is_commanded(),
             Self::Woody(firmware) => firmware.is_commanded(),
+            Self::Hapi(hapi) => hapi.spoken_us.is_some(),
         }
     }
 
@@ -88,6 +154,7 @@ impl Electronics {
                     .force_n(angles_rad, firmware.currents_ma(now_us))
                     .unwrap_or_default()
             }
+            Self::Hapi(hapi) => hapi.receive(bytes, touch, now_us, send),
         }
     }
 

@@ -7,7 +7,7 @@ use rt_core::tool::Kinematics;
 
 use super::random::Random;
 use crate::HardwareError;
-use crate::bird::wire::{FULL_SCALE_M, Hemisphere};
+use crate::bird::wire::{Hemisphere, Scale};
 use crate::rig::wire::Switches;
 
 /// What the scripted hand works on, world frame, SI: the room of a scene.
@@ -160,7 +160,7 @@ impl Hand {
                 return refuse(what, handle.norm(), "less than 0.1", remedy);
             }
             let sensor = self.tracker_from_sensor(time_s).translation.vector;
-            if !(0.0..FULL_SCALE_M).contains(&sensor.amax()) {
+            if !(0.0..Scale::Inches36.full_m()).contains(&sensor.amax()) {
                 let what = "the endoscope's distance from the tracker's transmitter, m";
                 let remedy = "Place world_from_tracker nearer to the endoscope";
                 return refuse(

@@ -5,6 +5,7 @@
 //! haptic device, a body with mass and friction between the motors and the hand. A controller
 //! opens them as it opens real ones.
 
+mod bulk;
 mod electronics;
 mod fault;
 mod hand;
@@ -20,11 +21,14 @@ use std::time::{Duration, Instant};
 
 use crate::HardwareError;
 
+pub use bulk::EmulatedBulk;
 pub use electronics::HapticModel;
 pub use fault::Faults;
 pub use hand::{Hand, HandScript, Intent, ROUND_S};
 pub use touch::{Body, Grip, Touch};
 
+#[cfg(test)]
+pub(crate) use random::Random;
 use station::Station;
 
 /// What to emulate.

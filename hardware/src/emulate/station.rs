@@ -67,7 +67,7 @@ impl Station {
             Plug::new(directory.join(name), line)
         };
         let haptic = Electronics::new(config.haptic);
-        let rest = hand.intent(0.0).device_from_handle.translation.vector;
+        let rest = haptic.guided(hand.intent(0.0).device_from_handle.translation.vector);
         Ok(Self {
             lines: Lines {
                 haptic: directory.join("haptic"),
@@ -141,13 +141,11 @@ impl Station {
 
         let at_s = self.hand_time_s();
         let intent = self.hand.intent(at_s);
-        let target_m = intent.device_from_handle.translation.vector;
-        let before_m = self
-            .hand
-            .intent(at_s - 1e-3)
-            .device_from_handle
-            .translation
-            .vector;
+        let before = self.hand.intent(at_s - 1e-3);
+        let [target_m, before_m] = [&intent, &before].map(|moment| {
+            self.haptic
+                .guided(moment.device_from_handle.translation.vector)
+        });
         let target_velocity_m_s = (target_m - before_m) / 1e-3;
         self.touch.step(target_m, target_velocity_m_s, force_n);
 

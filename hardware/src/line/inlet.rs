@@ -17,6 +17,8 @@ use rustix::event::{EventfdFlags, PollFd, PollFlags, eventfd, poll};
 use rustix::io::Errno;
 use rustix::time::{ClockId, clock_gettime};
 
+use super::Read;
+
 /// Room for bytes that nobody has taken yet: a second of a 1 kHz rig.
 const ROOM: usize = 1 << 16;
 /// Most bytes of one read.
@@ -30,7 +32,7 @@ const FLOODED: Duration = Duration::from_millis(1);
 
 /// The bytes between the reading thread and the tick: one writes, the other takes.
 #[derive(Debug)]
-struct Bytes {
+pub(crate) struct Bytes {
     ring: Box<[AtomicU8]>,
     written: AtomicU64,
     taken: AtomicU64,
@@ -40,7 +42,7 @@ struct Bytes {
 }
 
 impl Bytes {
-    fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self {
             ring: (0..ROOM).map(|_| AtomicU8::new(0)).collect(),
             written: AtomicU64::new(0),
@@ -56,7 +58,7 @@ impl Bytes {
     }
 
     /// Takes in what arrived. What finds no room is dropped: nobody has polled for a second.
-    fn put(&self, chunk: &[u8], at_ns: TimeNs) {
+    pub(crate) fn put(&self, chunk: &[u8], at_ns: TimeNs) {
         let written = self.written.load(Ordering::Relaxed);
         let used = written - self.taken.load(Ordering::Acquire);
         let room = ROOM.saturating_sub(used as usize);
@@ -85,6 +87,28 @@ impl Bytes {
         self.taken.store(taken + count as u64, Ordering::Release);
         (count, self.arrived_ns.load(Ordering::Relaxed))
     }
+
+    /// What is there, at most `buffer`, and when the last of it arrived; what came before a loss is
+    /// still given. Neither waits nor allocates.
+    pub(crate) fn read(&self, buffer: &mut [u8]) -> Read {
+        // Asked first: what arrived before the loss is then there.
+        let is_lost = self.is_lost();
+        match self.take(buffer) {
+            (0, _) if is_lost => Read::Lost,
+            (0, _) => Read::Empty,
+            (count, at_ns) => Read::Bytes(count, at_ns),
+        }
+    }
+
+    /// Whether nothing will come any more.
+    pub(crate) fn is_lost(&self) -> bool {
+        self.is_lost.load(Ordering::Acquire)
+    }
+
+    /// Nothing will come any more.
+    pub(crate) fn lose(&self) {
+        self.is_lost.store(true, Ordering::Release);
+    }
 }
 
 /// The reading thread and what it has read. Dropping it ends the thread.
@@ -108,7 +132,7 @@ impl Inlet {
             .stack_size(128 << 10)
             .spawn(move || {
                 let _ = read_all(&port, &asked_to_end, &into);
-                into.is_lost.store(true, Ordering::Release);
+                into.lose();
             })?;
         Ok(Self {
             bytes,
@@ -117,19 +141,19 @@ impl Inlet {
         })
     }
 
-    /// What is there, at most `buffer`, and when the last of it arrived. Neither waits nor allocates.
-    pub(super) fn take(&self, buffer: &mut [u8]) -> (usize, TimeNs) {
-        self.bytes.take(buffer)
+    /// See [`Bytes::read`].
+    pub(super) fn read(&self, buffer: &mut [u8]) -> Read {
+        self.bytes.read(buffer)
     }
 
     /// Whether nothing will come any more.
     pub(super) fn is_lost(&self) -> bool {
-        self.bytes.is_lost.load(Ordering::Acquire)
+        self.bytes.is_lost()
     }
 
     /// Nothing shall be read any more.
     pub(super) fn lose(&self) {
-        self.bytes.is_lost.store(true, Ordering::Release);
+        self.bytes.lose();
     }
 }
 
@@ -171,7 +195,7 @@ fn read_all(port: &OwnedFd, end: &OwnedFd, into: &Bytes) -> Result<(), Errno> {
 }
 
 /// Host time.
-fn now_ns() -> TimeNs {
+pub(crate) fn now_ns() -> TimeNs {
     let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec.cast_unsigned() * 1_000_000_000 + now.tv_nsec.cast_unsigned()
 }

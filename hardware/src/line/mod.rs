@@ -20,6 +20,7 @@ use serialport::{ErrorKind, SerialPort, TTYPort};
 
 use crate::HardwareError;
 use inlet::Inlet;
+pub(crate) use inlet::{Bytes, now_ns};
 
 /// An open line. Dropping it closes it, and waits for its thread: not for the tick.
 #[derive(Debug)]
@@ -46,8 +47,8 @@ pub(crate) enum Read {
 pub(crate) enum Written {
     /// The line took everything.
     All,
-    /// It took less than everything; the rest is dropped.
-    Part,
+    /// It took so many bytes; the rest is dropped.
+    Part(usize),
     /// It took nothing.
     Nothing,
 }
@@ -94,13 +95,7 @@ impl Line {
     /// What has come, at most `buffer`; when more than 2 KiB were left, only the newest of it. What
     /// came before the line was lost is still given.
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Read {
-        // Asked first: what arrived before the loss is then there.
-        let is_lost = self.inlet.is_lost();
-        match self.inlet.take(buffer) {
-            (0, _) if is_lost => Read::Lost,
-            (0, _) => Read::Empty,
-            (count, at_ns) => Read::Bytes(count, at_ns),
-        }
+        self.inlet.read(buffer)
     }
 
     /// Writes what the line takes now; does not wait for room. Never allocates.
@@ -111,7 +106,7 @@ impl Line {
         match rustix::io::write(&*self.port, bytes) {
             Ok(count) if count == bytes.len() => Written::All,
             Ok(0) | Err(Errno::AGAIN | Errno::INTR) => Written::Nothing,
-            Ok(_) => Written::Part,
+            Ok(count) => Written::Part(count),
             Err(_) => {
                 self.inlet.lose();
                 Written::Nothing

@@ -145,7 +145,7 @@ impl Host {
         if self.torn {
             match self.line.write(&[0]) {
                 Written::All => self.torn = false,
-                Written::Part | Written::Nothing => {
+                Written::Part(_) | Written::Nothing => {
                     self.counters.dropped_writes += 1;
                     return;
                 }
@@ -153,7 +153,7 @@ impl Host {
         }
         match self.line.write(frame.as_bytes()) {
             Written::All => {}
-            Written::Part => {
+            Written::Part(_) => {
                 self.torn = true;
                 self.counters.dropped_writes += 1;
             }

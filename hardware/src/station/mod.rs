@@ -2,14 +2,17 @@
 //!
 //! ```toml
 //! [haptic]
-//! driver = "rig"                      # rig, woody or touch
+//! driver = "rig"                      # rig, woody, hapi or touch
 //! path = "/dev/serial/by-id/my-rig"   # a name that udev keeps stable
 //! force_max_n = 2.5                   # never more than this, whatever the device can
 //!
 //! [tracker]
-//! driver = "bird"
+//! driver = "bird"                     # bird, or trakstar with path = "usb"
 //! path = "/dev/serial/by-id/my-tracker"
 //! hemisphere = "upper"
+//! full_scale_in = 36                  # or 72: reaches twice as far, in steps twice as large
+//! birds = 1                           # units on its bus, …
+//! bird = 1                            # … and which of them is on the endoscope
 //!
 //! [pedal]
 //! driver = "evdev"                    # rig, evdev or modem
@@ -31,7 +34,8 @@ use std::path::{Path, PathBuf};
 use rt_core::math::Pose;
 
 use crate::HardwareError;
-use crate::bird::wire::Hemisphere;
+use crate::bird::BirdSetup;
+use crate::hapi::pantograph::Pantograph;
 use crate::pedal::Roles;
 
 /// A station as its file describes it.
@@ -72,12 +76,14 @@ pub struct Limits {
 }
 
 /// Drivers of haptic devices.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum HapticDriver {
     /// The rig protocol.
     Rig,
     /// WoodenHaptics.
     Woody,
+    /// Haply's hAPI board with a linkage of this generation.
+    Hapi(Pantograph),
     /// 3D Systems' Touch, by the name in the vendor's set-up.
     Touch {
         /// None: the default device.
@@ -88,10 +94,21 @@ pub enum HapticDriver {
 /// How the tracker is reached.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TrackerSpec {
-    /// The line.
+    /// Which driver.
+    pub driver: TrackerDriver,
+    /// The line; for a trakSTAR `usb` or its serial number.
     pub path: PathBuf,
-    /// Where the endoscope is, seen from the transmitter.
-    pub hemisphere: Hemisphere,
+    /// How it is set up.
+    pub setup: BirdSetup,
+}
+
+/// Drivers of trackers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TrackerDriver {
+    /// A serial Flock of Birds.
+    Bird,
+    /// A trakSTAR on the USB.
+    Trakstar,
 }
 
 /// How the pedal is reached.

@@ -1,13 +1,14 @@
 //! Opening what a station file names, whatever the driver.
 
 use rt_core::port::{
-    DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Pedal, Polled,
-    TimeNs,
+    DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters, Pedal,
+    Polled, TimeNs,
 };
 
-use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, TrackerSpec};
+use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, TrackerDriver, TrackerSpec};
 use crate::HardwareError;
 use crate::bird::BirdTracker;
+use crate::hapi::HapiHaptic;
 use crate::pedal::{EvdevPedal, ModemPedal};
 use crate::rig::{RigHaptic, RigPedal};
 use crate::touch::TouchHaptic;
@@ -20,6 +21,7 @@ impl HapticSpec {
         let device: Box<dyn HapticDevice + Send> = match &self.driver {
             HapticDriver::Rig => Box::new(RigHaptic::open(path)?),
             HapticDriver::Woody => Box::new(WoodyHaptic::open(path)?),
+            HapticDriver::Hapi(generation) => Box::new(HapiHaptic::open(path, *generation)?),
             HapticDriver::Touch { device } => Box::new(TouchHaptic::open(path, device.as_deref())?),
         };
         Ok(Box::new(Limited {
@@ -32,7 +34,10 @@ impl HapticSpec {
 impl TrackerSpec {
     /// Opens the tracker. Not for the tick.
     pub fn open(&self) -> Result<BirdTracker, HardwareError> {
-        BirdTracker::open_in(&self.path, self.hemisphere)
+        match self.driver {
+            TrackerDriver::Bird => BirdTracker::open(&self.path, self.setup),
+            TrackerDriver::Trakstar => BirdTracker::open_usb(&self.path, self.setup),
+        }
     }
 }
 
@@ -66,6 +71,10 @@ impl HapticDevice for Limited {
             stiffness_max_n_m: least(own.stiffness_max_n_m, self.limits.stiffness_max_n_m),
             ..own
         }
+    }
+
+    fn freedom(&self) -> Freedom {
+        self.device.freedom()
     }
 
     fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {

@@ -8,9 +8,14 @@ use rt_core::math::{Pose, Vec3};
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, StationFile, TrackerSpec};
+use super::{
+    HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, StationFile, TrackerDriver,
+    TrackerSpec,
+};
 use crate::HardwareError;
-use crate::bird::wire::Hemisphere;
+use crate::bird::BirdSetup;
+use crate::bird::wire::{Hemisphere, Scale};
+use crate::hapi::pantograph::Pantograph;
 use crate::pedal::Roles;
 
 #[derive(Deserialize)]
@@ -25,7 +30,7 @@ struct Raw {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawHaptic {
-    driver: RawHapticDriver,
+    driver: Spanned<RawHapticDriver>,
     path: PathBuf,
     device: Option<Spanned<String>>,
     force_max_n: Option<Spanned<f32>>,
@@ -38,22 +43,26 @@ struct RawHaptic {
 enum RawHapticDriver {
     Rig,
     Woody,
+    Hapi,
     Touch,
 }
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct RawTracker {
-    #[serde(rename = "driver")]
-    _driver: RawTrackerDriver,
+    driver: RawTrackerDriver,
     path: PathBuf,
     hemisphere: Option<RawHemisphere>,
+    full_scale_in: Option<Spanned<u8>>,
+    birds: Option<Spanned<u8>>,
+    bird: Option<Spanned<u8>>,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "lowercase")]
 enum RawTrackerDriver {
     Bird,
+    Trakstar,
 }
 
 #[derive(Deserialize)]
@@ -160,9 +169,13 @@ impl File<'_> {
     }
 
     fn haptic(&self, raw: RawHaptic) -> Result<HapticSpec, HardwareError> {
-        let touch = raw.driver == RawHapticDriver::Touch;
-        if let Some(device) = raw.device.as_ref().filter(|_| !touch) {
-            let what = "device names a Touch in the vendor's set-up: only driver \"touch\" has one";
+        let named = matches!(
+            *raw.driver.get_ref(),
+            RawHapticDriver::Touch | RawHapticDriver::Hapi
+        );
+        if let Some(device) = raw.device.as_ref().filter(|_| !named) {
+            let what = "device names a Touch in the vendor's set-up or a Haply's generation: only \
+                        drivers \"touch\" and \"hapi\" have one";
             return Err(self.error(device.span().start, what.into()));
         }
         let force_at = raw
@@ -192,9 +205,12 @@ impl File<'_> {
             );
             return Err(self.error(force_at, what));
         }
-        let driver = match raw.driver {
+        let driver = match *raw.driver.get_ref() {
             RawHapticDriver::Rig => HapticDriver::Rig,
             RawHapticDriver::Woody => HapticDriver::Woody,
+            RawHapticDriver::Hapi => {
+                HapticDriver::Hapi(self.generation(&raw.driver, raw.device.as_ref())?)
+            }
             RawHapticDriver::Touch => HapticDriver::Touch {
                 device: raw.device.map(Spanned::into_inner),
             },
@@ -203,6 +219,63 @@ impl File<'_> {
             driver,
             path: raw.path,
             limits,
+        })
+    }
+
+    /// A wrong generation turns the motors the wrong way: it has no default.
+    fn generation(
+        &self,
+        driver: &Spanned<RawHapticDriver>,
+        device: Option<&Spanned<String>>,
+    ) -> Result<Pantograph, HardwareError> {
+        let at = device.map_or(driver.span().start, |device| device.span().start);
+        device
+            .and_then(|device| Pantograph::named(device.get_ref()))
+            .ok_or_else(|| {
+                let what = "driver \"hapi\" needs device = \"gen2\", \"gen3\" or \"gen3.1\": \
+                            the Haply's generation";
+                self.error(at, what.into())
+            })
+    }
+
+    fn tracker(&self, raw: RawTracker) -> Result<TrackerSpec, HardwareError> {
+        let scale = match raw.full_scale_in.as_ref().map(|scale| *scale.get_ref()) {
+            None | Some(36) => Scale::Inches36,
+            Some(72) => Scale::Inches72,
+            Some(other) => {
+                let at = raw.full_scale_in.map_or(0, |scale| scale.span().start);
+                let what = format!("full_scale_in is {other}, allowed is 36 or 72");
+                return Err(self.error(at, what));
+            }
+        };
+        let number = |name: &str, value: &Option<Spanned<u8>>, most: u8| match value {
+            None => Ok(1),
+            Some(value) if (1..=most).contains(value.get_ref()) => Ok(*value.get_ref()),
+            Some(value) => {
+                let what = format!("{name} is {}, allowed is 1 to {most}", value.get_ref());
+                Err(self.error(value.span().start, what))
+            }
+        };
+        let birds = number("birds", &raw.birds, 14)?;
+        Ok(TrackerSpec {
+            driver: match raw.driver {
+                RawTrackerDriver::Bird => TrackerDriver::Bird,
+                RawTrackerDriver::Trakstar => TrackerDriver::Trakstar,
+            },
+            path: raw.path,
+            setup: BirdSetup {
+                hemisphere: match raw.hemisphere {
+                    Some(RawHemisphere::Forward) => Hemisphere::Forward,
+                    Some(RawHemisphere::Aft) => Hemisphere::Aft,
+                    Some(RawHemisphere::Right) => Hemisphere::Right,
+                    Some(RawHemisphere::Left) => Hemisphere::Left,
+                    Some(RawHemisphere::Lower) => Hemisphere::Lower,
+                    Some(RawHemisphere::Upper) | None => Hemisphere::Upper,
+                },
+                scale,
+                birds,
+                bird: number("bird", &raw.bird, birds)?,
+            },
         })
     }
 
@@ -248,17 +321,10 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<StationFile, HardwareErro
     });
     Ok(StationFile {
         haptic: raw.haptic.map(|haptic| file.haptic(haptic)).transpose()?,
-        tracker: raw.tracker.map(|tracker| TrackerSpec {
-            path: tracker.path,
-            hemisphere: match tracker.hemisphere {
-                Some(RawHemisphere::Forward) => Hemisphere::Forward,
-                Some(RawHemisphere::Aft) => Hemisphere::Aft,
-                Some(RawHemisphere::Right) => Hemisphere::Right,
-                Some(RawHemisphere::Left) => Hemisphere::Left,
-                Some(RawHemisphere::Lower) => Hemisphere::Lower,
-                Some(RawHemisphere::Upper) | None => Hemisphere::Upper,
-            },
-        }),
+        tracker: raw
+            .tracker
+            .map(|tracker| file.tracker(tracker))
+            .transpose()?,
         pedal: raw.pedal.map(|pedal| file.pedal(pedal)).transpose()?,
         world_from_device: file.pose("world_from_device", device)?,
         world_from_tracker: file.pose("world_from_tracker", tracker)?,
@@ -308,7 +374,10 @@ rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
             }
         );
         assert_eq!(haptic.limits.force_max_n, Some(2.5));
-        assert_eq!(station.tracker.unwrap().hemisphere, Hemisphere::Forward);
+        assert_eq!(
+            station.tracker.unwrap().setup.hemisphere,
+            Hemisphere::Forward
+        );
         let roles = Roles {
             cut: Some(30),
             coagulate: None,
@@ -355,6 +424,17 @@ rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
             ),
             ("\"touch\"", "\"rig\"", ":5: device names a Touch"),
             ("\"touch\"", "\"omni\"", ":3: unknown variant `omni`"),
+            (
+                "hemisphere = \"forward\"",
+                "full_scale_in = 100",
+                ":12: full_scale_in is 100",
+            ),
+            (
+                "hemisphere = \"forward\"",
+                "bird = 2",
+                ":12: bird is 2, allowed is 1 to 1",
+            ),
+            ("\"touch\"", "\"hapi\"", ":5: driver \"hapi\" needs device"),
             ("\"evdev\"", "\"modem\"", ":17: keys are a USB pedal's"),
             ("cut_key = 30", "cut_key = 3000", ":17: the key is 3000"),
             (

@@ -6,8 +6,8 @@ use std::time::{Duration, Instant};
 
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
-    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
-    TimeNs,
+    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters,
+    Polled, TimeNs,
 };
 
 use super::mechanism::Mechanism;
@@ -129,7 +129,7 @@ impl WoodyHaptic {
             // Ends whatever was begun; the firmware answers it with an error at most.
             match self.line.write(b"\n") {
                 Written::All => self.torn = false,
-                Written::Part | Written::Nothing => {
+                Written::Part(_) | Written::Nothing => {
                     self.counters.dropped_writes += 1;
                     return;
                 }
@@ -137,7 +137,7 @@ impl WoodyHaptic {
         }
         let written = self.line.write(currents.line().as_bytes());
         if written != Written::All {
-            self.torn = written == Written::Part;
+            self.torn = matches!(written, Written::Part(_));
             self.counters.dropped_writes += 1;
         }
     }
@@ -163,6 +163,14 @@ impl HapticDevice for WoodyHaptic {
             delay_s: self.mechanism.delay_s as f32,
             // As often as it is asked.
             rate_hz: 1000.0,
+        }
+    }
+
+    /// Where the handle is, not how it is turned.
+    fn freedom(&self) -> Freedom {
+        Freedom {
+            measured: 3,
+            rendered: 3,
         }
     }
 

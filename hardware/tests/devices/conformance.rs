@@ -2,8 +2,9 @@
 
 use std::time::Duration;
 
-use hardware::conformance::{Options, Outcome, Report, haptic, pedal, tracker, woody};
+use hardware::conformance::{Options, Outcome, Report, hapi, haptic, pedal, tracker, woody};
 use hardware::emulate::{Faults, HapticModel, LineFaults};
+use hardware::hapi::pantograph::Pantograph;
 
 use crate::support::Emulator;
 
@@ -87,6 +88,15 @@ fn a_missing_device_is_a_report_too() {
 fn the_emulated_woody_passes() {
     let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
     let report = best_of_three(|| woody(&emulator.lines.haptic, &mut shortly()));
+    print!("{report}");
+    assert!(report.passed(), "{report}");
+}
+
+#[test]
+fn the_emulated_hapi_passes() {
+    let emulator = Emulator::of(HapticModel::Hapi, LineFaults::default());
+    let path = &emulator.lines.haptic;
+    let report = best_of_three(|| hapi(path, Pantograph::GEN3, &mut shortly()));
     print!("{report}");
     assert!(report.passed(), "{report}");
 }

@@ -3,8 +3,10 @@
 
 mod conformance;
 mod drivers;
+mod hapi;
 mod hostile;
 mod no_alloc;
 mod station;
 mod support;
 mod touch;
+mod trakstar;

@@ -3,15 +3,14 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
-use std::time::Duration;
 
-use hardware::bird::BirdTracker;
+use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::emulate::{Faults, LineFaults};
 use hardware::rig::{RigHaptic, RigPedal};
 use rt_core::math::Vec3;
 use rt_core::port::{ForceCommand, HapticDevice, Pedal, Polled, Tracker};
 
-use crate::support::{Emulator, persist, poll_for};
+use crate::support::{Emulator, PATIENCE, persist, poll_for};
 
 /// The system's allocator; counts what an armed thread asks of it.
 struct Counting;
@@ -63,7 +62,7 @@ fn the_counter_counts() {
 fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_hangs_up() {
     // A tracker needs a quiet line to answer on.
     let hang_up = Faults {
-        hang_up_at_s: Some(6.0),
+        hang_up_at_s: Some(9.0),
         ..Faults::default()
     };
     let noisy = Faults {
@@ -78,11 +77,11 @@ fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_hangs_up() {
     });
     let lines = &emulator.lines;
     let mut device = persist(|| RigHaptic::open(&lines.haptic));
-    let mut tracker = persist(|| BirdTracker::open(&lines.tracker));
+    let mut tracker = persist(|| BirdTracker::open(&lines.tracker, BirdSetup::default()));
     let mut pedal = persist(|| RigPedal::open(&lines.pedal));
     let (mut samples, mut lost) = (0, false);
     let count = allocations(|| {
-        poll_for(Duration::from_secs(20), |now_ns| {
+        poll_for(PATIENCE, |now_ns| {
             let force_n = Vec3::new(0.1, 0.0, 0.0);
             device.send(
                 ForceCommand {

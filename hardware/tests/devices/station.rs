@@ -1,19 +1,18 @@
 //! A station file opens the devices that it names.
 
-use std::time::Duration;
-
 use hardware::emulate::{HapticModel, LineFaults};
 use hardware::station::StationFile;
 use rt_core::math::Vec3;
 use rt_core::port::{ForceCommand, Polled, Tracker};
 
-use crate::support::{Emulator, poll_for};
+use crate::support::{Emulator, PATIENCE, poll_for};
 
 #[test]
 fn the_named_devices_open_and_keep_to_the_stations_limits() {
     for (model, driver) in [
         (HapticModel::TouchRig, "rig"),
         (HapticModel::Woody, "woody"),
+        (HapticModel::Hapi, "hapi\"\ndevice = \"gen3"),
     ] {
         let emulator = Emulator::of(model, LineFaults::default());
         let lines = &emulator.lines;
@@ -39,15 +38,17 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
             torque_n_m: Vec3::zeros(),
         };
         let (mut first, mut last, mut seen) = (None, 0.0, (false, false));
-        poll_for(Duration::from_millis(250), |now_ns| {
+        let mut samples = 0;
+        poll_for(PATIENCE, |now_ns| {
             device.send(push, now_ns);
             if let Polled::Fresh(sample) = device.poll(now_ns) {
                 last = sample.device_from_handle.translation.x;
                 first.get_or_insert(last);
+                samples += 1;
             }
             seen.0 |= matches!(tracker.poll(now_ns), Polled::Fresh(_));
             seen.1 |= matches!(pedal.poll(now_ns), Polled::Fresh(_));
-            true
+            samples < 200 || !seen.0 || !seen.1
         });
         assert!(first.unwrap() - last < 2e-3, "{driver}: {first:?} {last}");
         assert!(seen.0 && seen.1);

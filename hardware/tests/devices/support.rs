@@ -90,6 +90,9 @@ impl Drop for Emulator {
     }
 }
 
+/// What has not happened by then does not happen, however busy the machine.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
 /// Calls `step` with the time every millisecond or so, until it returns false or time is up.
 pub(crate) fn poll_for(limit: Duration, mut step: impl FnMut(u64) -> bool) {
     let start = Instant::now();

@@ -12,7 +12,7 @@ use libloading::Library;
 use rt_core::math::Vec3;
 use rt_core::port::{ForceCommand, HapticDevice, Polled};
 
-use crate::support::{now_ns, poll_for};
+use crate::support::{PATIENCE, now_ns, poll_for};
 
 /// The fake library, one test at a time: it has one device.
 struct Fake {
@@ -115,7 +115,7 @@ fn poses_arrive_in_metres_and_forces_are_rendered_and_limited() {
     assert!(!capabilities.renders_torque());
 
     let (mut samples, mut strongest, mut rendered) = (0, 0.0f64, false);
-    poll_for(Duration::from_secs(10), |now_ns| {
+    poll_for(PATIENCE, |now_ns| {
         device.send(push(100.0), now_ns);
         if let Polled::Fresh(sample) = device.poll(now_ns) {
             samples += 1;
@@ -144,7 +144,7 @@ fn a_hung_host_loses_the_force_and_closing_takes_it_at_once() {
     let mut device = fake.open().unwrap();
     let becomes = |wanted: bool, device: &mut TouchHaptic, send: bool| {
         let mut seen = false;
-        poll_for(Duration::from_secs(10), |now_ns| {
+        poll_for(PATIENCE, |now_ns| {
             if send {
                 device.send(push(1.0), now_ns);
             }
@@ -183,7 +183,7 @@ fn a_pose_that_is_no_number_is_no_sample() {
     });
     fake.tell("fake_break_pose", 0);
     let mut fresh = false;
-    poll_for(Duration::from_secs(10), |now_ns| {
+    poll_for(PATIENCE, |now_ns| {
         fresh = matches!(device.poll(now_ns), Polled::Fresh(_));
         !fresh
     });
@@ -195,13 +195,11 @@ fn warm_motors_are_counted_and_a_broken_line_is_lost() {
     let fake = Fake::new();
     let mut device = fake.open().unwrap();
     fake.tell("fake_raise", 0x0200);
-    poll_for(Duration::from_secs(10), |_| {
-        device.counters().bad_frames == 0
-    });
+    poll_for(PATIENCE, |_| device.counters().bad_frames == 0);
     assert_eq!(device.counters().bad_frames, 1);
     fake.tell("fake_raise", 0x0302);
     let mut lost = false;
-    poll_for(Duration::from_secs(10), |now_ns| {
+    poll_for(PATIENCE, |now_ns| {
         lost = device.poll(now_ns) == Polled::Lost;
         !lost
     });

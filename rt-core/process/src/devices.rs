@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use hardware::HardwareError;
+use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::station::StationFile;
 use heapless::spsc::{Consumer, Producer};
 use rt_core::port::{
@@ -124,11 +125,9 @@ fn tracker(
     file: &StationFile,
 ) -> Result<Option<Box<dyn Tracker + Send>>, RtError> {
     Ok(match (&config.tracker, &file.tracker) {
-        (Some(path), _) => Some(Box::new(named(
-            TRACKER,
-            path,
-            hardware::bird::BirdTracker::open,
-        )?)),
+        (Some(path), _) => Some(Box::new(named(TRACKER, path, |path| {
+            BirdTracker::open(path, BirdSetup::default())
+        })?)),
         (None, Some(spec)) => Some(Box::new(named(TRACKER, &spec.path, |_| spec.open())?)),
         (None, None) => None,
     })

@@ -86,7 +86,7 @@ fn a_killed_controller_is_replaced_and_the_host_sees_the_new_one() {
     let mut second = spawn_controller(&bench, u64::MAX, |_| ());
     assert!(line_with(&mut second, "ready").is_some());
     let mut seen = false;
-    for _ in 0..2000 {
+    for _ in 0..12_000 {
         seen = host.newest_tools(&mut tools) && tools.at_ns > before.at_ns;
         if seen {
             break;
@@ -187,7 +187,7 @@ fn a_stopped_controller_goes_on_without_a_jolt() {
     // Frames of ticks from before it stood may still have been on their way.
     let is_later = |frame: &ToolFrame| frame.tick > last_tick && frame.sample_ns >= continued_ns;
     let mut first = tools;
-    for _ in 0..2000 {
+    for _ in 0..12_000 {
         if host.newest_tools(&mut first) && is_later(&first) {
             break;
         }

@@ -133,7 +133,7 @@ fn a_second_controller_is_refused_by_name_and_the_first_goes_on() {
     assert!(error.to_string().contains("--station"));
     let host = host(&bench);
     let mut tools = ToolFrame::zeroed();
-    for _ in 0..500 {
+    for _ in 0..12_000 {
         if host.newest_tools(&mut tools) && tools.tick > 20 {
             break;
         }

@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use hardware::HardwareError;
 use hardware::conformance::{self, Check, Options, Outcome, Report};
+use hardware::hapi::pantograph::Pantograph;
 use serde_json::json;
 
 use crate::cli::{ConformanceArgs, LineDriver};
@@ -33,7 +34,11 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
             _ => conformance::haptic(path, &mut options),
         },
         LineDriver::Woody => conformance::woody(path, &mut options),
+        LineDriver::HapiGen2 => conformance::hapi(path, Pantograph::GEN2, &mut options),
+        LineDriver::HapiGen3 => conformance::hapi(path, Pantograph::GEN3, &mut options),
+        LineDriver::HapiGen31 => conformance::hapi(path, Pantograph::GEN3_1, &mut options),
         LineDriver::Bird => conformance::tracker(path, &mut options),
+        LineDriver::Trakstar => conformance::trakstar(path, &mut options),
     };
     if args.json {
         say::answer(as_json(&report));
@@ -41,7 +46,9 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         say::answer(report.to_string().trim_end());
         match report.checks.first() {
             Some(first) if first.outcome == Outcome::Fail => {
-                say::note("Does it speak another protocol? `--driver woody` or `--driver bird`");
+                say::note(
+                    "Does it speak another protocol? `--driver woody`, `bird` or `hapi-gen3`",
+                );
             }
             _ if report.passed() => say::note("It does what the station needs."),
             _ => {}

@@ -8,8 +8,10 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
+use hardware::bird::{BirdSetup, BirdTracker};
+use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
 use hardware::station::StationFile;
-use hardware::{bird::BirdTracker, rig::RigHaptic, rig::RigPedal, woody::WoodyHaptic};
+use hardware::{rig::RigHaptic, rig::RigPedal, woody::WoodyHaptic};
 use rt_core::math::Pose;
 use rt_core::port::{ForceCommand, HapticDevice, LineCounters, Pedal, Polled, Tracker};
 use rt_process::time_driver::now_ns;
@@ -89,6 +91,10 @@ enum Port {
     Pedal(Box<dyn Pedal>),
 }
 
+fn hapi(path: &Path, generation: Pantograph) -> Result<Port, HardwareError> {
+    Ok(Port::Haptic(Box::new(HapiHaptic::open(path, generation)?)))
+}
+
 /// A device and what it said last.
 struct Watched {
     port: Port,
@@ -123,7 +129,15 @@ impl Watched {
                 Err(error) => return Err(error),
             },
             LineDriver::Woody => Port::Haptic(Box::new(WoodyHaptic::open(path)?)),
-            LineDriver::Bird => Port::Tracker(Box::new(BirdTracker::open(path)?)),
+            LineDriver::HapiGen2 => hapi(path, Pantograph::GEN2)?,
+            LineDriver::HapiGen3 => hapi(path, Pantograph::GEN3)?,
+            LineDriver::HapiGen31 => hapi(path, Pantograph::GEN3_1)?,
+            LineDriver::Bird => {
+                Port::Tracker(Box::new(BirdTracker::open(path, BirdSetup::default())?))
+            }
+            LineDriver::Trakstar => {
+                Port::Tracker(Box::new(BirdTracker::open_usb(path, BirdSetup::default())?))
+            }
         }))
     }
 

@@ -1,0 +1,178 @@
+//! The protocol in packets: a thread sends the commands, asks for records, and keeps what comes for
+//! the tick.
+
+use core::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use super::transport::Transport;
+use crate::HardwareError;
+use crate::line::{Bytes, Read, Written, now_ns};
+
+/// Two pipes to a device, a packet at a time.
+pub trait BulkPipe: Send {
+    /// Sends one packet; waits until it is gone.
+    fn write(&mut self, packet: &[u8]) -> io::Result<()>;
+    /// Waits for a packet, at most `wait`; 0 when none came. Packets have at most 64 bytes.
+    fn read(&mut self, packet: &mut [u8; PACKET_BYTES], wait: Duration) -> io::Result<usize>;
+}
+
+/// Most bytes of a packet.
+pub const PACKET_BYTES: usize = 64;
+/// Between two questions for a record: as often as the unit measures by itself.
+const ASK_EVERY: Duration = Duration::from_millis(10);
+/// A question without an answer for so long is asked again; sooner would upset the unit.
+const GIVE_UP: Duration = Duration::from_millis(100);
+/// A command waits for a packet at most so long.
+const WAIT: Duration = Duration::from_millis(2);
+/// Commands under way to the thread.
+const ROOM: usize = 64;
+/// Longest command.
+const COMMAND_BYTES: usize = 16;
+
+/// A command on its way to the thread.
+#[derive(Debug, Clone, Copy)]
+struct Command {
+    bytes: [u8; COMMAND_BYTES],
+    len: usize,
+    /// Ask this again and again.
+    is_point: bool,
+}
+
+impl Command {
+    fn new(bytes: &[u8], is_point: bool) -> Self {
+        let mut command = Self {
+            bytes: [0; COMMAND_BYTES],
+            len: bytes.len().min(COMMAND_BYTES),
+            is_point,
+        };
+        for (slot, &byte) in command.bytes.iter_mut().zip(bytes) {
+            *slot = byte;
+        }
+        command
+    }
+
+    fn as_bytes(&self) -> &[u8] {
+        self.bytes.get(..self.len).unwrap_or(&[])
+    }
+}
+
+/// A pipe with its thread. Dropping it sends what was still to be sent, and ends the thread.
+pub(super) struct Bulk {
+    path: PathBuf,
+    heard: Arc<Bytes>,
+    commands: Option<SyncSender<Command>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl fmt::Debug for Bulk {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Bulk")
+            .field("path", &self.path)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Bulk {
+    /// Starts the thread. `path` is for people.
+    pub(super) fn start(path: &Path, mut pipe: Box<dyn BulkPipe>) -> Result<Self, HardwareError> {
+        let (commands, to_send) = sync_channel(ROOM);
+        let heard = Arc::new(Bytes::new());
+        let into = Arc::clone(&heard);
+        let thread = thread::Builder::new()
+            .name("calot-bulk".to_owned())
+            .stack_size(256 << 10)
+            .spawn(move || {
+                let _ = serve(&mut *pipe, &to_send, &into);
+                into.lose();
+            })
+            .map_err(|error| HardwareError::Line {
+                path: path.to_path_buf(),
+                doing: "starting its thread",
+                what: error.to_string(),
+            })?;
+        Ok(Self {
+            path: path.to_path_buf(),
+            heard,
+            commands: Some(commands),
+            thread: Some(thread),
+        })
+    }
+
+    fn send(&self, command: Command) -> Written {
+        match &self.commands {
+            Some(commands) if !self.is_lost() && commands.try_send(command).is_ok() => Written::All,
+            _ => Written::Nothing,
+        }
+    }
+}
+
+impl Transport for Bulk {
+    fn path(&self) -> &Path {
+        &self.path
+    }
+
+    fn is_lost(&self) -> bool {
+        self.heard.is_lost()
+    }
+
+    fn read(&mut self, buffer: &mut [u8]) -> Read {
+        self.heard.read(buffer)
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Written {
+        self.send(Command::new(bytes, false))
+    }
+
+    fn begin(&mut self, point: &[u8]) -> Written {
+        self.send(Command::new(point, true))
+    }
+
+    fn is_addressed(&self) -> bool {
+        true
+    }
+}
+
+impl Drop for Bulk {
+    fn drop(&mut self) {
+        self.commands = None;
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Sends and hears until the pipe breaks or nobody has anything to send any more.
+fn serve(pipe: &mut dyn BulkPipe, to_send: &Receiver<Command>, into: &Bytes) -> io::Result<()> {
+    let mut point: Option<Command> = None;
+    let mut asked: Option<Instant> = None;
+    let mut due = Instant::now();
+    let mut packet = [0; PACKET_BYTES];
+    loop {
+        match to_send.try_recv() {
+            Ok(command) if command.is_point => point = Some(command),
+            Ok(command) => {
+                // A command of its own ends the asking, as it ends a stream.
+                point = None;
+                pipe.write(command.as_bytes())?;
+            }
+            Err(TryRecvError::Empty) => {}
+            Err(TryRecvError::Disconnected) => return Ok(()),
+        }
+        let may_ask = asked.is_none_or(|asked| asked.elapsed() > GIVE_UP);
+        if let Some(point) = point.filter(|_| may_ask && Instant::now() >= due) {
+            pipe.write(point.as_bytes())?;
+            asked = Some(Instant::now());
+            due = (due + ASK_EVERY).max(Instant::now());
+        }
+        let count = pipe.read(&mut packet, WAIT)?;
+        if count > 0 {
+            asked = None;
+            into.put(packet.get(..count).unwrap_or(&[]), now_ns());
+        }
+    }
+}

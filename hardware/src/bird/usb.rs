@@ -1,0 +1,110 @@
+//! A trakSTAR's pipes on the USB.
+//!
+//! Numbers of devices and endpoints: two open drivers of medSAFE and trakSTAR units. Neither they
+//! nor we could try every unit: start with `calot devices conformance`.
+
+use std::io;
+use std::path::Path;
+use std::time::Duration;
+
+use nusb::transfer::{Buffer, Bulk, In, Out, TransferError};
+use nusb::{Endpoint, MaybeFuture};
+
+use super::bulk::{BulkPipe, PACKET_BYTES};
+use crate::HardwareError;
+
+/// medSAFE, trakSTAR, driveBAY 2.
+const UNITS: [(u16, u16); 3] = [(0x04B4, 0x1003), (0x04B4, 0x1005), (0x21E2, 0x1008)];
+const OUT: u8 = 0x02;
+const IN: u8 = 0x86;
+/// A unit takes a command at once.
+const WRITE_LIMIT: Duration = Duration::from_millis(500);
+
+/// Whether these are a trakSTAR's numbers.
+pub(crate) fn is_trakstar(vendor: u16, product: u16) -> bool {
+    UNITS.contains(&(vendor, product))
+}
+
+/// An open unit.
+pub(super) struct UsbPipe {
+    to_unit: Endpoint<Bulk, Out>,
+    from_unit: Endpoint<Bulk, In>,
+}
+
+impl UsbPipe {
+    /// Opens the unit with this serial number, or with `usb` the first that is plugged in.
+    pub(super) fn open(name: &Path) -> Result<Self, HardwareError> {
+        let failed = |doing: &'static str| {
+            move |error: nusb::Error| match error.kind() {
+                nusb::ErrorKind::PermissionDenied => HardwareError::UsbPermission {
+                    path: name.to_path_buf(),
+                },
+                nusb::ErrorKind::Busy => HardwareError::Busy {
+                    path: name.to_path_buf(),
+                },
+                _ => HardwareError::Line {
+                    path: name.to_path_buf(),
+                    doing,
+                    what: error.to_string(),
+                },
+            }
+        };
+        let wanted = name.to_str().unwrap_or_default();
+        let unit = nusb::list_devices()
+            .wait()
+            .map_err(failed("listing USB devices"))?
+            .filter(|unit| is_trakstar(unit.vendor_id(), unit.product_id()))
+            .find(|unit| wanted == "usb" || unit.serial_number() == Some(wanted))
+            .ok_or_else(|| HardwareError::NoUnit {
+                path: name.to_path_buf(),
+            })?;
+        let device = unit.open().wait().map_err(failed("opening the unit"))?;
+        let interface = device
+            .claim_interface(0)
+            .wait()
+            .map_err(failed("claiming its interface"))?;
+        let mut from_unit = interface
+            .endpoint::<Bulk, In>(IN)
+            .map_err(failed("opening its pipe"))?;
+        let to_unit = interface
+            .endpoint::<Bulk, Out>(OUT)
+            .map_err(failed("opening its pipe"))?;
+        from_unit
+            .clear_halt()
+            .wait()
+            .map_err(failed("clearing its pipe"))?;
+        Ok(Self { to_unit, from_unit })
+    }
+}
+
+impl BulkPipe for UsbPipe {
+    fn write(&mut self, packet: &[u8]) -> io::Result<()> {
+        let done = self
+            .to_unit
+            .transfer_blocking(Buffer::from(packet.to_vec()), WRITE_LIMIT);
+        done.status.map_err(io::Error::from)
+    }
+
+    fn read(&mut self, packet: &mut [u8; PACKET_BYTES], wait: Duration) -> io::Result<usize> {
+        // One transfer always waits at the unit: nothing that comes meanwhile is lost.
+        if self.from_unit.pending() == 0 {
+            self.from_unit.submit(Buffer::new(PACKET_BYTES));
+        }
+        let Some(done) = self.from_unit.wait_next_complete(wait) else {
+            return Ok(0);
+        };
+        match done.status {
+            Ok(()) => {}
+            // Halted or disturbed: the next transfer tells whether it is gone.
+            Err(TransferError::Stall | TransferError::Fault) => {
+                let _ = self.from_unit.clear_halt().wait();
+                return Ok(0);
+            }
+            Err(error) => return Err(error.into()),
+        }
+        for (slot, &byte) in packet.iter_mut().zip(done.buffer.iter()) {
+            *slot = byte;
+        }
+        Ok(done.actual_len.min(PACKET_BYTES))
+    }
+}

@@ -1,0 +1,41 @@
+//! The checks of a Haply hAPI board.
+
+use std::path::Path;
+
+use rt_core::port::HapticDevice;
+
+use super::samples::samples;
+use super::watch::{open, silent_after_close, unplugged};
+use super::{Options, Report};
+use crate::hapi::pantograph::Pantograph;
+use crate::hapi::{BAUD, HapiHaptic};
+
+/// Tests the board behind `path` with a linkage of this generation; the handle must be at home.
+pub fn hapi(path: &Path, generation: Pantograph, options: &mut Options<'_>) -> Report {
+    let mut report = Report::new("Haply hAPI board");
+    let attempt = || HapiHaptic::open(path, generation);
+    let Some(mut device) = open(&mut report, "handshake", attempt) else {
+        return report;
+    };
+    samples(&mut report, &mut device, options.watch);
+    report.skip(
+        "watchdog",
+        "the board has none: it holds its last torque until it is told another. Calot takes the torque \
+         away when it ends or fails; for a host that is cut off keep the board's switch within reach",
+    );
+    let before = device.position_m();
+    drop(device);
+    silent_after_close(&mut report, path, BAUD);
+    if let Some(mut device) = open(&mut report, "reopen", attempt) {
+        let off_m = (device.position_m() - before).norm();
+        report.judge(
+            "zero kept",
+            off_m < 0.02,
+            format!(
+                "the handle is {off_m:.3} m from where it was, allowed are 0.02 m: hold it still"
+            ),
+        );
+        unplugged(&mut report, options, |now_ns| device.poll(now_ns));
+    }
+    report
+}

@@ -1,0 +1,65 @@
+//! A trakSTAR's pipes, played: the bird's side of the protocol a packet at a time.
+
+use std::collections::VecDeque;
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::Duration;
+
+use crate::bird::device::Bird;
+use crate::bird::wire::Record;
+use crate::bird::{BulkPipe, PACKET_BYTES};
+
+/// Pipes to emulated birds at rest.
+#[derive(Debug)]
+pub struct EmulatedBulk {
+    birds: Bird,
+    answers: VecDeque<Vec<u8>>,
+    unplugged: Arc<AtomicBool>,
+}
+
+impl EmulatedBulk {
+    /// Birds with the addresses 1, 2, … and these poses; and what pulls their plug when it is set.
+    #[must_use]
+    pub fn new(poses: &[Record]) -> (Self, Arc<AtomicBool>) {
+        let unplugged = Arc::new(AtomicBool::new(false));
+        let pipe = Self {
+            birds: Bird::flock(poses),
+            answers: VecDeque::new(),
+            unplugged: Arc::clone(&unplugged),
+        };
+        (pipe, unplugged)
+    }
+
+    fn check(&self) -> io::Result<()> {
+        if self.unplugged.load(Ordering::Relaxed) {
+            Err(io::ErrorKind::NotConnected.into())
+        } else {
+            Ok(())
+        }
+    }
+}
+
+impl BulkPipe for EmulatedBulk {
+    fn write(&mut self, packet: &[u8]) -> io::Result<()> {
+        self.check()?;
+        let answers = &mut self.answers;
+        self.birds.receive(packet, |answer| {
+            answers.extend(answer.chunks(PACKET_BYTES).map(<[u8]>::to_vec));
+        });
+        Ok(())
+    }
+
+    fn read(&mut self, packet: &mut [u8; PACKET_BYTES], wait: Duration) -> io::Result<usize> {
+        self.check()?;
+        let Some(answer) = self.answers.pop_front() else {
+            thread::sleep(wait);
+            return Ok(0);
+        };
+        for (slot, &byte) in packet.iter_mut().zip(&answer) {
+            *slot = byte;
+        }
+        Ok(answer.len())
+    }
+}

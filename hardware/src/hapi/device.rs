@@ -1,0 +1,259 @@
+//! The firmware's side of the protocol, as the emulator plays it: with the torque that stays, and
+//! the bytes that it takes for others.
+
+use std::collections::VecDeque;
+
+use super::wire::command;
+
+/// Ports of the board.
+const PORTS: usize = 4;
+/// Most that it lets through, N m.
+const TORQUE_MAX_N_M: f32 = 0.123;
+/// A command that is not finished after so long is taken as it is, µs.
+const READ_TIMEOUT_US: u32 = 1_000_000;
+/// Bytes that the board holds unread; more are dropped.
+const ROOM: usize = 512;
+
+/// One board. It holds every torque until it is told another, or loses its power.
+#[derive(Debug, Clone, Default)]
+pub struct Board {
+    unread: VecDeque<u8>,
+    motors: [Motor; PORTS],
+    encoders: [Encoder; PORTS],
+    waiting: Option<Waiting>,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Motor {
+    /// Who set it up; 0: nobody.
+    host: u8,
+    torque_n_m: f32,
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Encoder {
+    host: u8,
+    counts_per_turn: f32,
+}
+
+/// A command whose floats are still coming.
+#[derive(Debug, Clone, Copy)]
+struct Waiting {
+    host: u8,
+    floats: usize,
+    what: Floats,
+    since_us: u32,
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Floats {
+    Torques,
+    Encoders { mask: u8, motors: u8 },
+}
+
+impl Board {
+    /// Takes the bytes that the host sent while the arms are at these angles (by port, degrees);
+    /// answers every command for torques.
+    ///
+    /// The firmware does not wait for single bytes, only for floats: what is not there yet it
+    /// reads as FF.
+    pub fn receive(
+        &mut self,
+        bytes: &[u8],
+        angles_deg: [f32; PORTS],
+        now_us: u32,
+        mut answer: impl FnMut(&[u8]),
+    ) {
+        let room = ROOM.saturating_sub(self.unread.len());
+        self.unread.extend(bytes.iter().take(room));
+        loop {
+            if let Some(waiting) = self.waiting {
+                let late = now_us.wrapping_sub(waiting.since_us) > READ_TIMEOUT_US;
+                if self.unread.len() < 4 * waiting.floats && !late {
+                    return;
+                }
+                self.waiting = None;
+                self.floats(waiting);
+                if matches!(waiting.what, Floats::Torques) {
+                    answer(&self.angles(waiting.host, angles_deg));
+                }
+                continue;
+            }
+            let Some(first) = self.unread.pop_front() else {
+                return;
+            };
+            match first {
+                command::RESET => {
+                    self.byte();
+                    self.forget();
+                }
+                command::SET_UP => self.set_up(now_us),
+                command::TORQUES => {
+                    let host = self.byte();
+                    let floats = self.motors.iter().filter(|m| m.host == host).count();
+                    self.waiting = Some(Waiting {
+                        host,
+                        floats,
+                        what: Floats::Torques,
+                        since_us: now_us,
+                    });
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// What the motors render, by port, N m.
+    #[must_use]
+    pub fn torques_n_m(&self) -> [f32; PORTS] {
+        self.motors.map(|motor| motor.torque_n_m)
+    }
+
+    fn byte(&mut self) -> u8 {
+        self.unread.pop_front().unwrap_or(0xFF)
+    }
+
+    fn float(&mut self) -> f32 {
+        // Of bytes that never came the firmware takes what was on its stack; here zeros.
+        f32::from_le_bytes(std::array::from_fn(|_| {
+            self.unread.pop_front().unwrap_or(0)
+        }))
+    }
+
+    /// Nobody's motors: they go on with the torque that they have.
+    fn forget(&mut self) {
+        for motor in &mut self.motors {
+            motor.host = 0;
+        }
+        for encoder in &mut self.encoders {
+            encoder.host = 0;
+        }
+    }
+
+    fn set_up(&mut self, now_us: u32) {
+        self.forget();
+        let host = self.byte();
+        let motors = self.byte() & 0x0F;
+        for _ in 0..motors.count_ones() {
+            self.byte();
+        }
+        let mask = self.byte() & 0x0F;
+        for _ in 0..mask.count_ones() {
+            self.byte();
+        }
+        for _ in 0..2 {
+            for _ in 0..self.byte() {
+                self.byte();
+            }
+        }
+        self.waiting = Some(Waiting {
+            host,
+            floats: 2 * mask.count_ones() as usize,
+            what: Floats::Encoders { mask, motors },
+            since_us: now_us,
+        });
+    }
+
+    fn floats(&mut self, waiting: Waiting) {
+        let host = waiting.host;
+        match waiting.what {
+            Floats::Torques => {
+                for port in 0..PORTS {
+                    if self.motors[port].host == host {
+                        // As the firmware does: no NaN passes the comparisons of `clamp`, but its
+                        // conversion to a duty makes zero of it.
+                        let torque = self.float();
+                        self.motors[port].torque_n_m = if torque.is_nan() {
+                            0.0
+                        } else {
+                            torque.clamp(-TORQUE_MAX_N_M, TORQUE_MAX_N_M)
+                        };
+                    }
+                }
+            }
+            Floats::Encoders { mask, motors } => {
+                for port in 0..PORTS {
+                    if mask & 1 << port != 0 {
+                        // The offset: whoever sets it up has told the truth.
+                        self.float();
+                        let counts_per_turn = self.float();
+                        self.encoders[port] = Encoder {
+                            host,
+                            counts_per_turn,
+                        };
+                    }
+                    if motors & 1 << port != 0 {
+                        self.motors[port].host = host;
+                    }
+                }
+            }
+        }
+    }
+
+    fn angles(&self, host: u8, angles_deg: [f32; PORTS]) -> Vec<u8> {
+        let mut bytes = vec![host];
+        for (encoder, angle_deg) in self.encoders.iter().zip(angles_deg) {
+            if encoder.host == host {
+                let step_deg = 360.0 / encoder.counts_per_turn;
+                let read = (angle_deg / step_deg).round() * step_deg;
+                bytes.extend_from_slice(&read.to_le_bytes());
+            }
+        }
+        bytes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::pantograph::Pantograph;
+    use super::super::wire::{ID, set_up, torques};
+    use super::*;
+
+    const ANGLES: [f32; PORTS] = [10.0, 170.0, 0.0, 0.0];
+
+    fn say(board: &mut Board, bytes: &[u8]) -> Vec<u8> {
+        let mut answers = Vec::new();
+        board.receive(bytes, ANGLES, 0, |bytes| answers.extend_from_slice(bytes));
+        answers
+    }
+
+    fn ready() -> Board {
+        let mut board = Board::default();
+        let ports = Pantograph::GEN3.ports([170.0, 10.0]);
+        assert_eq!(say(&mut board, &set_up(&ports)), b"");
+        board
+    }
+
+    #[test]
+    fn a_fresh_board_answers_its_name_and_takes_zeros_as_resets() {
+        let mut board = Board::default();
+        assert_eq!(say(&mut board, &torques([0.0; 2])), [ID]);
+    }
+
+    #[test]
+    fn set_up_it_answers_angles_and_holds_the_torque() {
+        let mut board = ready();
+        let answer = say(&mut board, &torques([0.0625, -1.0]));
+        assert_eq!(answer.len(), 9);
+        let second = f32::from_le_bytes(answer[5..].try_into().unwrap());
+        assert!((second - 170.0).abs() < 0.04, "{second}");
+        assert_eq!(board.torques_n_m()[..2], [0.0625, -0.123]);
+        board.receive(&[], ANGLES, 3_000_000, |_| {});
+        assert_eq!(board.torques_n_m()[..2], [0.0625, -0.123], "for ever");
+        say(&mut board, &[0, 0]);
+        assert_eq!(
+            board.torques_n_m()[..2],
+            [0.0625, -0.123],
+            "after a reset, too"
+        );
+    }
+
+    #[test]
+    fn a_command_may_come_in_pieces() {
+        let mut board = ready();
+        let command = torques([0.0625, 0.0]);
+        assert_eq!(say(&mut board, &command[..5]), b"");
+        assert_eq!(say(&mut board, &command[5..]).len(), 9);
+        assert!((board.torques_n_m()[0] - 0.0625).abs() < 1e-9);
+    }
+}

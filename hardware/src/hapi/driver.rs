@@ -1,0 +1,378 @@
+//! Driver of a flat two-armed device on a hAPI board.
+
+use std::path::Path;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rt_core::math::{Pose, Quat, Vec3};
+use rt_core::port::{
+    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters,
+    Polled, TimeNs,
+};
+
+use super::pantograph::{Pantograph, swapped};
+use super::wire::{ARMS, AnswerReader, SET_UP_BYTES, set_up, torques};
+use crate::HardwareError;
+use crate::line::{Line, Read, Written};
+
+/// The board's USB ignores it.
+pub(crate) const BAUD: u32 = 115_200;
+const NAME: &str = "Haply hAPI board";
+/// The firmware waits up to 1 s for what a broken command lacks.
+const HANDSHAKE: Duration = Duration::from_secs(3);
+/// A board that is well answers within a millisecond; a busy host may take longer to notice.
+const ANSWER: Duration = Duration::from_millis(150);
+/// The board has then read what was sent, and expects a command.
+const SETTLED: Duration = Duration::from_millis(5);
+/// Completes any command that was broken off, with floats near zero; the rest are resets.
+const ZEROS: [u8; SET_UP_BYTES] = [0; SET_UP_BYTES];
+/// Most bytes that one poll reads: 56 answers.
+const BYTES_PER_POLL: usize = 512;
+/// A sample further out than so many workspace radii is no sample.
+const REACH: f32 = 3.0;
+/// No arm is turned faster than this, degrees per second…
+const SPEED_LIMIT_DEG_S: f32 = 3000.0;
+/// …beside this much noise.
+const NOISE_DEG: f32 = 2.0;
+/// Without an answer for so long, any angle is plausible.
+const FORGET_NS: u64 = 100_000_000;
+/// What is left of an answer after so long is not going to be finished.
+const LEFT_OVER_NS: u64 = 500_000;
+/// Asked for so long without an answer, the board has lost its place or its power: it has to be
+/// opened anew. Until then it may hold a torque.
+const LOST_NS: u64 = 100_000_000;
+
+/// A board with a flat two-armed device. It answers commands: without [`HapticDevice::send`]
+/// there are no samples.
+#[derive(Debug)]
+pub struct HapiHaptic {
+    line: Line,
+    generation: Pantograph,
+    reader: AnswerReader,
+    gate: Gate,
+    counters: LineCounters,
+    sequence: u16,
+    /// Bytes of a command that the line did not take: they come first, as zeros.
+    owed: usize,
+    /// When the oldest command without an answer was sent.
+    asked_ns: Option<TimeNs>,
+    is_silent: bool,
+}
+
+impl HapiHaptic {
+    /// Opens the line, takes away any torque, and sets the board up.
+    ///
+    /// A board that Calot has set up since it was powered knows its angles. For any other the handle
+    /// must be **at home** now: that is where its encoders begin to count. Not for the tick: waits
+    /// up to 3 s.
+    pub fn open(path: &Path, generation: Pantograph) -> Result<Self, HardwareError> {
+        let mut board = Self {
+            line: Line::open(path, BAUD)?,
+            generation,
+            reader: AnswerReader::default(),
+            gate: Gate::default(),
+            counters: LineCounters::default(),
+            sequence: 0,
+            owed: 0,
+            asked_ns: None,
+            is_silent: true,
+        };
+        let angles_deg = board.greet()?;
+        if board.place(angles_deg).is_none() {
+            return Err(HardwareError::Calibration {
+                path: path.to_path_buf(),
+                remedy: "Switch the board off and on, hold the handle at home (near the motors)",
+            });
+        }
+        board.gate.admit(angles_deg, None);
+        board.is_silent = false;
+        board.counters = LineCounters::default();
+        Ok(board)
+    }
+
+    /// The line.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        self.line.path()
+    }
+
+    /// Whether the line is gone or the board has lost its place; see
+    /// [`crate::rig::RigHaptic::is_lost`].
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.is_silent || self.line.is_lost()
+    }
+
+    /// Where the handle was last, base frame, m.
+    #[must_use]
+    pub fn position_m(&self) -> Vec3 {
+        let angles_deg = self.gate.admitted.unwrap_or(self.generation.home_deg);
+        self.generation.position_m(angles_deg).unwrap_or_default()
+    }
+
+    fn greet(&mut self) -> Result<[f32; ARMS], HardwareError> {
+        let start = Instant::now();
+        let mut heard = 0;
+        // If it is set up already, this takes its torque away within a millisecond.
+        self.line.write(&torques([0.0; ARMS]));
+        // The first answer may be to what another host's broken command made of it, and its rest
+        // then resets the board with the motors on: only one that answers twice has heard a zero.
+        let mut is_sure = false;
+        loop {
+            match self.answer(&mut heard)? {
+                Some(angles_deg) if is_sure => return Ok(angles_deg),
+                Some(_) => {
+                    is_sure = true;
+                    self.line.write(&torques([0.0; ARMS]));
+                    continue;
+                }
+                None => is_sure = false,
+            }
+            if start.elapsed() >= HANDSHAKE {
+                return Err(HardwareError::Silent {
+                    path: self.path().to_path_buf(),
+                    expected: NAME,
+                    waited_ms: HANDSHAKE.as_millis() as u64,
+                    heard,
+                });
+            }
+            self.begin(self.generation.home_deg);
+        }
+    }
+
+    /// From whatever the board is doing to no torque and a question: only a board that is set up
+    /// takes a torque, and resetting it leaves the motors on.
+    fn begin(&mut self, angles_deg: [f32; ARMS]) {
+        self.line.write(&ZEROS);
+        thread::sleep(SETTLED);
+        self.line.write(&set_up(&self.generation.ports(angles_deg)));
+        self.line.write(&torques([0.0; ARMS]));
+    }
+
+    /// Waits a little for an answer.
+    fn answer(&mut self, heard: &mut u64) -> Result<Option<[f32; ARMS]>, HardwareError> {
+        let asked = Instant::now();
+        let mut found = None;
+        self.reader.clear();
+        while found.is_none() && asked.elapsed() < ANSWER {
+            let mut bytes = [0; BYTES_PER_POLL];
+            match self.line.read(&mut bytes) {
+                Read::Bytes(count, _) => {
+                    *heard += count as u64;
+                    for &byte in bytes.iter().take(count) {
+                        if let Some(Ok(ports)) = self.reader.push(byte) {
+                            found = Some(swapped(ports));
+                        }
+                    }
+                }
+                Read::Empty => thread::sleep(Duration::from_millis(1)),
+                Read::Lost => {
+                    return Err(HardwareError::Missing {
+                        path: self.path().to_path_buf(),
+                    });
+                }
+            }
+        }
+        Ok(found)
+    }
+
+    /// Where the handle is, if it can be there.
+    fn place(&self, angles_deg: [f32; ARMS]) -> Option<Vec3> {
+        let reach_m = self.generation.radius_m as f32 * REACH;
+        self.generation
+            .position_m(angles_deg)
+            .filter(|position_m| position_m.norm() <= reach_m)
+    }
+
+    fn write(&mut self, torque_n_m: [f32; ARMS], now_ns: TimeNs) {
+        if self.owed > 0 {
+            let rest = ZEROS.get(..self.owed).unwrap_or(&ZEROS);
+            match self.line.write(rest) {
+                Written::All => self.owed = 0,
+                Written::Part(count) => self.owed = self.owed.saturating_sub(count),
+                Written::Nothing => {}
+            }
+        }
+        let command = torques(torque_n_m);
+        let written = if self.owed > 0 {
+            Written::Nothing
+        } else {
+            self.line.write(&command)
+        };
+        match written {
+            Written::All => {
+                self.asked_ns.get_or_insert(now_ns);
+            }
+            Written::Part(count) => {
+                self.owed = command.len() - count;
+                self.counters.dropped_writes += 1;
+            }
+            Written::Nothing => self.counters.dropped_writes += 1,
+        }
+    }
+}
+
+impl Drop for HapiHaptic {
+    /// The board would hold its torque for ever.
+    fn drop(&mut self) {
+        if self.is_silent {
+            // It has lost its place: only a board that is set up takes a zero.
+            self.begin(self.gate.admitted.unwrap_or(self.generation.home_deg));
+        } else {
+            self.write([0.0; ARMS], 0);
+        }
+    }
+}
+
+impl HapticDevice for HapiHaptic {
+    fn capabilities(&self) -> DeviceCapabilities {
+        DeviceCapabilities {
+            force_max_n: self.generation.force_max_n as f32,
+            force_continuous_n: self.generation.force_continuous_n as f32,
+            torque_max_n_m: 0.0,
+            stiffness_max_n_m: self.generation.stiffness_max_n_m as f32,
+            damping_max_n_s_m: self.generation.damping_max_n_s_m as f32,
+            damping_n_s_m: self.generation.damping_n_s_m as f32,
+            delay_s: self.generation.delay_s as f32,
+            workspace_radius_m: self.generation.radius_m as f32,
+            // As often as it is asked.
+            rate_hz: 1000.0,
+        }
+    }
+
+    /// In the plane: of the force's three directions it drops one.
+    fn freedom(&self) -> Freedom {
+        Freedom {
+            measured: 2,
+            rendered: 2,
+        }
+    }
+
+    fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
+        let mut bytes = [0; BYTES_PER_POLL];
+        let (count, at_ns) = match self.line.read(&mut bytes) {
+            Read::Bytes(count, at_ns) => (count, at_ns),
+            Read::Lost => return Polled::Lost,
+            Read::Empty => {
+                self.is_silent |= self
+                    .asked_ns
+                    .is_some_and(|asked_ns| now_ns.saturating_sub(asked_ns) > LOST_NS);
+                return if self.is_silent {
+                    Polled::Lost
+                } else {
+                    Polled::Nothing
+                };
+            }
+        };
+        let mut newest = None;
+        for &byte in bytes.iter().take(count) {
+            let Some(read) = self.reader.push(byte) else {
+                continue;
+            };
+            let good = read.ok().map(swapped).and_then(|angles_deg| {
+                let position_m = self.place(angles_deg);
+                if position_m.is_none() || !self.gate.admit(angles_deg, Some(at_ns)) {
+                    self.reader.refuse();
+                    return None;
+                }
+                position_m
+            });
+            match good {
+                Some(position_m) => {
+                    self.counters.frames += 1;
+                    self.sequence = self.sequence.wrapping_add(1);
+                    self.asked_ns = None;
+                    newest = Some(position_m);
+                }
+                None => self.counters.bad_frames += 1,
+            }
+        }
+        // Answers come whole, or not at all: what is left must not be taken for the next one's head.
+        if self.reader.waiting() > 0 && now_ns.saturating_sub(at_ns) > LEFT_OVER_NS {
+            self.counters.bad_frames += 1;
+            self.reader.clear();
+        }
+        if self.is_silent {
+            return Polled::Lost;
+        }
+        newest.map_or(Polled::Nothing, |position_m| {
+            Polled::Fresh(DeviceSample {
+                device_from_handle: Pose::from_parts(position_m.into(), Quat::identity()),
+                velocity_m_s: None,
+                buttons: Buttons::default(),
+                sequence: self.sequence,
+                at_ns,
+            })
+        })
+    }
+
+    fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
+        let mut force_n = command.force_n;
+        let norm = force_n.norm();
+        let max_n = self.generation.force_max_n as f32;
+        if norm > max_n {
+            force_n *= max_n / norm;
+        }
+        let torque_n_m = match self.gate.admitted {
+            Some(angles_deg) if norm.is_finite() && !self.is_silent => {
+                self.generation.torques_n_m(angles_deg, force_n)
+            }
+            _ => None,
+        };
+        self.write(swapped(torque_n_m.unwrap_or_default()), now_ns);
+    }
+
+    fn counters(&self) -> LineCounters {
+        self.counters
+    }
+}
+
+/// Holds back angles that lie implausibly far from the last ones until a second answer agrees with
+/// them: answers have no checksum.
+#[derive(Debug, Default)]
+struct Gate {
+    admitted: Option<[f32; ARMS]>,
+    at_ns: TimeNs,
+    held_back: Option<[f32; ARMS]>,
+}
+
+impl Gate {
+    /// `at_ns` is None for angles that are true beyond doubt.
+    fn admit(&mut self, angles_deg: [f32; ARMS], at_ns: Option<TimeNs>) -> bool {
+        let age_ns = at_ns.map_or(u64::MAX, |at_ns| at_ns.saturating_sub(self.at_ns));
+        let reach_deg = NOISE_DEG + SPEED_LIMIT_DEG_S * age_ns as f32 * 1e-9;
+        let near = |last: [f32; ARMS]| {
+            let off = (0..ARMS).map(|arm| (angles_deg[arm] - last[arm]).abs());
+            off.fold(0.0, f32::max) <= reach_deg
+        };
+        let good = age_ns > FORGET_NS
+            || self.admitted.is_none_or(near)
+            || self.held_back.is_some_and(near);
+        if good {
+            self.admitted = Some(angles_deg);
+            self.at_ns = at_ns.unwrap_or(self.at_ns);
+            self.held_back = None;
+        } else {
+            self.held_back = Some(angles_deg);
+        }
+        good
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_leap_is_held_back_until_a_second_answer_agrees() {
+        let ms = |ms: u64| Some(ms * 1_000_000);
+        let mut gate = Gate::default();
+        assert!(gate.admit([180.0, 0.0], None));
+        assert!(gate.admit([179.0, 1.0], ms(1)));
+        assert!(!gate.admit([0.0, 1.0], ms(2)));
+        assert!(gate.admit([178.0, 2.0], ms(3)), "back where it was");
+        assert!(!gate.admit([100.0, 2.0], ms(4)));
+        assert!(gate.admit([101.0, 2.0], ms(5)), "it really is there");
+        assert!(gate.admit([0.0, 50.0], ms(200)), "after a long silence");
+    }
+}

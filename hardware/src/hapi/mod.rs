@@ -1,0 +1,18 @@
+//! Haply's hAPI boards: binary commands over a serial line, and the flat two-armed linkage (2DIY).
+//!
+//! The protocol has no frame, checksum or watchdog: the board holds the last torque for as long as
+//! it has power. So zero torque is the first thing that the driver sends, what it does when answers
+//! stay away, and its last words when it is dropped. A host that is killed leaves the torque on:
+//! keep the board's switch within reach.
+//!
+//! Source: Haply's firmware `Haply_M3_Firmware_V1_5` and API (commands, limit of the torque, and
+//! what a set-up does), its `Pantograph` of 2021 and examples (arms, encoders, directions of the
+//! three generations). Not published: gear, friction, what the motors bear; see [`pantograph`].
+
+pub mod device;
+mod driver;
+pub mod pantograph;
+pub mod wire;
+
+pub(crate) use driver::BAUD;
+pub use driver::HapiHaptic;

@@ -1,0 +1,323 @@
+//! The linkage: two near arms on motors, two far arms that join them at the handle, in a plane.
+//!
+//! In the makers' frame (x along the line from motor 1 to motor 2, y to where the arms reach) near
+//! arm 1 turns about (0, 0), near arm 2 about (`apart_m`, 0). Lying on the table with its motors
+//! away from the user, makers' x is to the user's left and y comes to the user: ours is x right,
+//! y up, z to the user. Nothing is measured or rendered along our y.
+
+use nalgebra::{Matrix2, Vector2};
+use rt_core::math::Vec3;
+
+use super::wire::{ARMS, Port};
+
+/// Far arms closer to one line than this (sine of the angle between them) render no force: the
+/// motors could not bear it.
+const STRETCHED: f64 = 0.1;
+
+/// Arms, encoders, drives and limits of one generation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Pantograph {
+    /// Length of the arms on the motors, m.
+    pub near_m: f64,
+    /// Length of the arms at the handle, m.
+    pub far_m: f64,
+    /// Between the motors, m.
+    pub apart_m: f64,
+    /// Angles of near arms 1 and 2 when the handle is at home, degrees.
+    pub home_deg: [f32; ARMS],
+    /// Counts of each encoder per turn of its arm.
+    pub counts_per_turn: f32,
+    /// Whether motors of arms 1 and 2 turn the other way.
+    pub motor_reversed: [bool; ARMS],
+    /// Whether encoders of arms 1 and 2 count the other way.
+    pub encoder_reversed: [bool; ARMS],
+    /// Torque that the board is told per torque at the arm.
+    pub motor_share: f64,
+    /// Most that the board lets through, N m.
+    pub torque_max_n_m: f64,
+    /// Middle of the workspace in the makers' frame, m.
+    pub origin_m: [f64; 2],
+    /// Its radius, m.
+    pub radius_m: f64,
+    /// Peak force, N.
+    pub force_max_n: f64,
+    /// Force that can be held for ever, N.
+    pub force_continuous_n: f64,
+    /// Largest stable stiffness, N/m.
+    pub stiffness_max_n_m: f64,
+    /// Largest damping, N s/m.
+    pub damping_max_n_s_m: f64,
+    /// Damping of the device itself, N s/m.
+    pub damping_n_s_m: f64,
+    /// From a movement to its sample and from a command to its force, together, s.
+    pub delay_s: f64,
+}
+
+impl Pantograph {
+    /// The second generation, both motors on one axis.
+    ///
+    /// Arms and encoders as published. The gear is not: of the makers' own factors (1 and 0.1) the
+    /// lower is taken, so that the hand may feel less than was asked for, and not more, up to a gear
+    /// of 10. Nor are force, stiffness, damping and delay: low ones are taken.
+    pub const GEN2: Self = Self {
+        near_m: 0.07,
+        far_m: 0.09,
+        apart_m: 0.0,
+        home_deg: [241.0, -61.0],
+        counts_per_turn: 10_752.0,
+        motor_reversed: [true, false],
+        encoder_reversed: [true, false],
+        motor_share: 0.1,
+        torque_max_n_m: 0.123,
+        origin_m: [0.0, 0.095],
+        radius_m: 0.05,
+        force_max_n: 3.0,
+        force_continuous_n: 0.6,
+        stiffness_max_n_m: 500.0,
+        damping_max_n_s_m: 4.0,
+        damping_n_s_m: 0.2,
+        delay_s: 0.002,
+    };
+
+    /// The third generation, motors side by side.
+    pub const GEN3: Self = Self {
+        apart_m: 0.038,
+        home_deg: [180.0, 0.0],
+        counts_per_turn: 4880.0,
+        motor_reversed: [false, false],
+        encoder_reversed: [true, true],
+        origin_m: [0.019, 0.095],
+        ..Self::GEN2
+    };
+
+    /// The third generation as revised: another home, motors the other way.
+    pub const GEN3_1: Self = Self {
+        home_deg: [168.0, 12.0],
+        motor_reversed: [true, true],
+        ..Self::GEN3
+    };
+
+    /// The generation of this name: `gen2`, `gen3` or `gen3.1`.
+    #[must_use]
+    pub fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "gen2" => Self::GEN2,
+            "gen3" => Self::GEN3,
+            "gen3.1" => Self::GEN3_1,
+            _ => return None,
+        })
+    }
+
+    /// What the board is told of its ports while the arms are at these angles. Arm 1 is at port 2.
+    #[must_use]
+    pub fn ports(&self, angles_deg: [f32; ARMS]) -> [Port; ARMS] {
+        let arms: [Port; ARMS] = std::array::from_fn(|arm| Port {
+            motor_reversed: self.motor_reversed[arm],
+            encoder_reversed: self.encoder_reversed[arm],
+            angle_deg: angles_deg[arm],
+            counts_per_turn: self.counts_per_turn,
+        });
+        swapped(arms)
+    }
+
+    /// Position of the handle, base frame, m. None where arms of these lengths do not meet.
+    #[must_use]
+    pub fn position_m(&self, angles_deg: [f32; ARMS]) -> Option<Vec3> {
+        let joint = self.joint(&self.elbows(angles_deg))?;
+        Some(self.ours(&joint))
+    }
+
+    /// Torques for arms 1 and 2 as the board is told them, N m, that render what of `force_n` (base
+    /// frame) lies in the plane; lowered together when a motor cannot bear its share. None where the
+    /// arms are stretched.
+    #[must_use]
+    pub fn torques_n_m(&self, angles_deg: [f32; ARMS], force_n: Vec3) -> Option<[f32; ARMS]> {
+        let makers_n = Vector2::new(-f64::from(force_n.x), f64::from(force_n.z));
+        let told = self.jacobian(angles_deg)?.transpose() * makers_n * self.motor_share;
+        let most = told.amax();
+        let scale = if most > self.torque_max_n_m {
+            self.torque_max_n_m / most
+        } else {
+            1.0
+        };
+        Some((told * scale).cast().into())
+    }
+
+    /// The force that torques told to the board render, base frame, N; the gear is the one that is
+    /// assumed. None where the arms are stretched.
+    #[must_use]
+    pub fn force_n(&self, angles_deg: [f32; ARMS], told_n_m: [f32; ARMS]) -> Option<Vec3> {
+        let arms_n_m = Vector2::from(told_n_m).cast::<f64>() / self.motor_share;
+        let makers_n = self.jacobian(angles_deg)?.transpose().try_inverse()? * arms_n_m;
+        Some(Vec3::new(-makers_n.x as f32, 0.0, makers_n.y as f32))
+    }
+
+    /// Angles of arms 1 and 2, degrees, with the handle above or below `position_m`, base frame; out
+    /// of reach the nearest that they reach.
+    #[must_use]
+    pub fn angles_deg(&self, position_m: Vec3) -> [f32; ARMS] {
+        let [x, y] = self.origin_m;
+        let at = Vector2::new(x - f64::from(position_m.x), y + f64::from(position_m.z));
+        let angle = |from: Vector2<f64>, side: f64| {
+            let way = at - from;
+            let distance = way.norm().clamp(
+                (self.far_m - self.near_m).abs() + 1e-6,
+                self.near_m + self.far_m - 1e-6,
+            );
+            let cos = (self.near_m * self.near_m + distance * distance - self.far_m * self.far_m)
+                / (2.0 * self.near_m * distance);
+            (way.y.atan2(way.x) + side * cos.clamp(-1.0, 1.0).acos()).to_degrees() as f32
+        };
+        let [one, two] = self.motors();
+        [angle(one, 1.0), angle(two, -1.0)]
+    }
+
+    fn motors(&self) -> [Vector2<f64>; ARMS] {
+        [Vector2::zeros(), Vector2::new(self.apart_m, 0.0)]
+    }
+
+    /// Far ends of the near arms.
+    fn elbows(&self, angles_deg: [f32; ARMS]) -> [Vector2<f64>; ARMS] {
+        let motors = self.motors();
+        std::array::from_fn(|arm| {
+            let angle = f64::from(angles_deg[arm]).to_radians();
+            motors[arm] + Vector2::new(angle.cos(), angle.sin()) * self.near_m
+        })
+    }
+
+    /// Where the far arms meet, on the side that they reach to.
+    fn joint(&self, [one, two]: &[Vector2<f64>; ARMS]) -> Option<Vector2<f64>> {
+        let between = two - one;
+        let half = between.norm() / 2.0;
+        if !(1e-6..self.far_m).contains(&half) {
+            return None;
+        }
+        let height = (self.far_m * self.far_m - half * half).sqrt();
+        let out = Vector2::new(-between.y, between.x) / (2.0 * half);
+        Some((one + two) / 2.0 + out * height)
+    }
+
+    /// Velocity of the handle per turning of the arms, makers' frame, m/rad. A far arm keeps its
+    /// length, so the handle moves along it as its elbow does.
+    fn jacobian(&self, angles_deg: [f32; ARMS]) -> Option<Matrix2<f64>> {
+        let elbows = self.elbows(angles_deg);
+        let joint = self.joint(&elbows)?;
+        let motors = self.motors();
+        let far: [Vector2<f64>; ARMS] = std::array::from_fn(|arm| joint - elbows[arm]);
+        let along: [f64; ARMS] = std::array::from_fn(|arm| {
+            let near = elbows[arm] - motors[arm];
+            far[arm].dot(&Vector2::new(-near.y, near.x))
+        });
+        let [a, b] = far;
+        if a.perp(&b).abs() < STRETCHED * self.far_m * self.far_m {
+            return None;
+        }
+        let rows = Matrix2::new(a.x, a.y, b.x, b.y);
+        Some(rows.try_inverse()? * Matrix2::from_diagonal(&along.into()))
+    }
+
+    fn ours(&self, joint: &Vector2<f64>) -> Vec3 {
+        let [x, y] = self.origin_m;
+        Vec3::new((x - joint.x) as f32, 0.0, (joint.y - y) as f32)
+    }
+}
+
+/// What is in the order of arms in the order of ports, and the other way.
+#[must_use]
+pub fn swapped<T>([one, two]: [T; ARMS]) -> [T; ARMS] {
+    [two, one]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const ALL: [Pantograph; 3] = [Pantograph::GEN2, Pantograph::GEN3, Pantograph::GEN3_1];
+
+    #[test]
+    fn at_home_the_handle_is_in_the_middle_and_near_the_motors() {
+        for generation in ALL {
+            let home = generation.position_m(generation.home_deg).unwrap();
+            assert!(home.x.abs() < 1e-3 && home.z < -0.03, "{home}");
+            assert!(home.y.abs() < 1e-9);
+        }
+        // 180° and 0° of the third generation, by hand: 89 mm to each side of the middle.
+        let home = Pantograph::GEN3.position_m([180.0, 0.0]).unwrap();
+        let height = (0.09f32.powi(2) - 0.089f32.powi(2)).sqrt();
+        assert!((home.z - (height - 0.095)).abs() < 1e-6, "{home}");
+    }
+
+    #[test]
+    fn the_force_is_limited_by_the_motors_and_drops_what_leaves_the_plane() {
+        let generation = Pantograph::GEN3;
+        let angles = generation.angles_deg(Vec3::zeros());
+        let force = Vec3::new(300.0, 40.0, -200.0);
+        let told = generation.torques_n_m(angles, force).unwrap();
+        assert!(told.iter().all(|torque| torque.abs() <= 0.1231), "{told:?}");
+        let rendered = generation.force_n(angles, told).unwrap();
+        assert!(rendered.y.abs() < 1e-9);
+        let plane = Vec3::new(force.x, 0.0, force.z);
+        assert!(rendered.normalize().dot(&plane.normalize()) > 0.9999);
+        let up = generation
+            .torques_n_m(angles, Vec3::new(0.0, 3.0, 0.0))
+            .unwrap();
+        assert!(up.iter().all(|torque| torque.abs() < 1e-9));
+    }
+
+    #[test]
+    fn arms_that_do_not_meet_have_no_place_and_stretched_ones_no_force() {
+        let wide = Pantograph {
+            apart_m: 0.1,
+            ..Pantograph::GEN3
+        };
+        assert_eq!(wide.position_m([180.0, 0.0]), None);
+        assert_eq!(wide.torques_n_m([180.0, 0.0], Vec3::x()), None);
+        let out = Pantograph::GEN2.angles_deg(Vec3::new(0.0, 0.0, 0.2));
+        assert_eq!(Pantograph::GEN2.torques_n_m(out, Vec3::x()), None);
+    }
+
+    #[test]
+    fn arms_and_ports_are_crossed() {
+        let ports = Pantograph::GEN2.ports([241.0, -61.0]);
+        assert!(ports[0].angle_deg < 0.0 && ports[1].angle_deg > 240.0);
+        assert_eq!(ports.map(|port| port.motor_reversed), [false, true]);
+    }
+
+    fn place() -> impl Strategy<Value = Vec3> {
+        (0.0..0.045f32, 0.0..std::f32::consts::TAU)
+            .prop_map(|(radius, angle)| Vec3::new(radius * angle.cos(), 0.0, radius * angle.sin()))
+    }
+
+    proptest! {
+        #[test]
+        fn angles_and_places_agree(place in place(), which in 0usize..3) {
+            let angles = ALL[which].angles_deg(place);
+            let read = ALL[which].position_m(angles).unwrap();
+            prop_assert!((read - place).norm() < 1e-6, "{read} {place}");
+        }
+
+        /// Virtual work: turning the arms against the torques is moving the handle against the force.
+        #[test]
+        fn torques_render_the_force(
+            place in place(),
+            force in prop::array::uniform2(-1.0..1.0f32),
+            turn in prop::array::uniform2(-0.05..0.05f32),
+            which in 0usize..3,
+        ) {
+            let generation = ALL[which];
+            let angles = generation.angles_deg(place);
+            let force = Vec3::new(force[0], 0.0, force[1]);
+            let told = generation.torques_n_m(angles, force).unwrap();
+            let turned: [f32; 2] = std::array::from_fn(|arm| angles[arm] + turn[arm]);
+            let back: [f32; 2] = std::array::from_fn(|arm| angles[arm] - turn[arm]);
+            let moved = generation.position_m(turned).unwrap() - generation.position_m(back).unwrap();
+            let work: f32 = (0..2)
+                .map(|arm| told[arm] / 0.1 * 2.0 * turn[arm].to_radians())
+                .sum();
+            prop_assert!((force.dot(&moved) - work).abs() < 2e-6, "{work}");
+            let rendered = generation.force_n(angles, told).unwrap();
+            prop_assert!((rendered - force).norm() < 1e-4, "{rendered} {force}");
+        }
+    }
+}

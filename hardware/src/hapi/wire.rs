@@ -1,0 +1,280 @@
+//! Commands and answers of the board.
+//!
+//! ```text
+//! 00 id                                         forget every motor and encoder (torque stays!)
+//! 01 id motors dir.. encoders dir.. 0 0 f32..   set up: masks of ports, a direction for each port,
+//!                                               no sensors, no pins, offset and counts per encoder
+//! 02 id f32..                                   a torque per motor, N m; the only one that is answered:
+//! id f32..                                      an angle per encoder, degrees
+//! ```
+//!
+//! Floats are little-endian. A board that was not set up by this `id` takes no torques, and answers
+//! with the `id` alone: what is left of the command it reads as new commands, and zeros as `00 00`.
+
+/// Our name on the board. As the upper byte of a float, where a lost byte may put it, it is no force
+/// (1e-22); and it tells a set-up of ours from another program's (Haply's examples are 5).
+pub const ID: u8 = 0x1C;
+/// Motors and encoders in use.
+pub const ARMS: usize = 2;
+/// Length of a set-up.
+pub const SET_UP_BYTES: usize = 10 + 8 * ARMS;
+/// Length of a torque command.
+pub const TORQUES_BYTES: usize = 2 + 4 * ARMS;
+/// Length of the answer.
+pub const ANSWER_BYTES: usize = 1 + 4 * ARMS;
+/// Motors and encoders of ports 1 and 2.
+const PORTS: u8 = 0b11;
+/// An arm that says more than this has not turned so far, degrees.
+const ANGLE_LIMIT_DEG: f32 = 720.0;
+
+/// First bytes of commands.
+pub mod command {
+    /// Forgets every motor and encoder.
+    pub const RESET: u8 = 0;
+    /// Names motors and encoders.
+    pub const SET_UP: u8 = 1;
+    /// Torques; asks for angles.
+    pub const TORQUES: u8 = 2;
+}
+
+/// What the board is told of the motor and the encoder at one port.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Port {
+    /// Whether the motor turns the other way.
+    pub motor_reversed: bool,
+    /// Whether the encoder counts the other way.
+    pub encoder_reversed: bool,
+    /// Angle of the arm at this moment, degrees.
+    pub angle_deg: f32,
+    /// Counts of the encoder per turn of the arm.
+    pub counts_per_turn: f32,
+}
+
+/// The set-up of ports 1 and 2.
+#[must_use]
+pub fn set_up(ports: &[Port; ARMS]) -> [u8; SET_UP_BYTES] {
+    let [a, b] = ports;
+    let mut bytes = [0; SET_UP_BYTES];
+    let head = [
+        command::SET_UP,
+        ID,
+        PORTS,
+        a.motor_reversed.into(),
+        b.motor_reversed.into(),
+        PORTS,
+        a.encoder_reversed.into(),
+        b.encoder_reversed.into(),
+        0,
+        0,
+    ];
+    let floats = ports
+        .iter()
+        .flat_map(|port| [port.angle_deg, port.counts_per_turn]);
+    let bytes_of_floats = floats.flat_map(f32::to_le_bytes);
+    for (slot, byte) in bytes
+        .iter_mut()
+        .zip(head.into_iter().chain(bytes_of_floats))
+    {
+        *slot = byte;
+    }
+    bytes
+}
+
+/// Torques of ports 1 and 2, N m.
+#[must_use]
+pub fn torques(torque_n_m: [f32; ARMS]) -> [u8; TORQUES_BYTES] {
+    let [a, b] = torque_n_m.map(|torque| coarse(torque).to_le_bytes());
+    let [[a0, a1, a2, a3], [b0, b1, b2, b3]] = [a, b];
+    [command::TORQUES, ID, a0, a1, a2, a3, b0, b1, b2, b3]
+}
+
+/// The torque in steps of less than 1 %, towards zero: its two lower bytes are zero. So one or two
+/// bytes that are lost on the way make no torque of it, for zeros are then the float's upper bytes.
+fn coarse(torque_n_m: f32) -> f32 {
+    if torque_n_m.is_finite() {
+        f32::from_bits(torque_n_m.to_bits() & 0xFFFF_0000)
+    } else {
+        0.0
+    }
+}
+
+/// Finds answers in a stream of bytes.
+#[derive(Debug, Clone, Default)]
+pub struct AnswerReader {
+    bytes: [u8; ANSWER_BYTES],
+    len: usize,
+}
+
+/// Bytes that are no answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Broken;
+
+impl AnswerReader {
+    /// Takes one byte. `Some(Ok)` with the angles of ports 1 and 2, degrees, when it completes an
+    /// answer; `Some(Err)` when it shows that one was broken.
+    pub fn push(&mut self, byte: u8) -> Option<Result<[f32; ARMS], Broken>> {
+        if self.len == 0 && byte != ID {
+            return Some(Err(Broken));
+        }
+        if let Some(slot) = self.bytes.get_mut(self.len) {
+            *slot = byte;
+            self.len += 1;
+        }
+        if self.len < ANSWER_BYTES {
+            return None;
+        }
+        let [_, a0, a1, a2, a3, b0, b1, b2, b3] = self.bytes;
+        let angles_deg = [[a0, a1, a2, a3], [b0, b1, b2, b3]].map(f32::from_le_bytes);
+        // NaN fails the comparison, too.
+        if angles_deg.iter().all(|deg| deg.abs() <= ANGLE_LIMIT_DEG) {
+            self.len = 0;
+            Some(Ok(angles_deg))
+        } else {
+            self.take_up(self.bytes);
+            Some(Err(Broken))
+        }
+    }
+
+    /// The last answer was none after all: it may begin anywhere behind its first byte.
+    pub fn refuse(&mut self) {
+        if self.len == 0 {
+            self.take_up(self.bytes);
+        }
+    }
+
+    /// Looks for the next beginning in bytes that were taken for an answer.
+    fn take_up(&mut self, [_, rest @ ..]: [u8; ANSWER_BYTES]) {
+        let skipped = rest.iter().take_while(|&&byte| byte != ID).count();
+        self.len = 0;
+        for (slot, &byte) in self.bytes.iter_mut().zip(rest.iter().skip(skipped)) {
+            *slot = byte;
+            self.len += 1;
+        }
+    }
+
+    /// How many bytes of an unfinished answer there are.
+    #[must_use]
+    pub const fn waiting(&self) -> usize {
+        self.len
+    }
+
+    /// Drops an answer that is not going to be finished.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+}
+
+/// The answer of a board that was set up.
+#[must_use]
+pub fn answer(angles_deg: [f32; ARMS]) -> [u8; ANSWER_BYTES] {
+    let [[a0, a1, a2, a3], [b0, b1, b2, b3]] = angles_deg.map(f32::to_le_bytes);
+    [ID, a0, a1, a2, a3, b0, b1, b2, b3]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn port(angle_deg: f32) -> Port {
+        Port {
+            motor_reversed: true,
+            encoder_reversed: false,
+            angle_deg,
+            counts_per_turn: 4880.0,
+        }
+    }
+
+    #[test]
+    fn commands_are_as_the_firmware_reads_them() {
+        let mut expected = vec![1, ID, 3, 1, 1, 3, 0, 0, 0, 0];
+        for float in [180.0f32, 4880.0, 0.0, 4880.0] {
+            expected.extend_from_slice(&float.to_le_bytes());
+        }
+        assert_eq!(set_up(&[port(180.0), port(0.0)]).to_vec(), expected);
+        // 0.5 and -0.25 have one bit of mantissa.
+        assert_eq!(
+            torques([0.5, -0.25]),
+            [2, ID, 0, 0, 0, 0x3F, 0, 0, 0x80, 0xBE]
+        );
+        assert_eq!(torques([f32::NAN, f32::INFINITY])[2..], [0; 8]);
+    }
+
+    fn read(stream: &[u8]) -> (Vec<[f32; ARMS]>, usize) {
+        let mut reader = AnswerReader::default();
+        let (mut good, mut bad) = (Vec::new(), 0);
+        for &byte in stream {
+            match reader.push(byte) {
+                Some(Ok(angles)) => good.push(angles),
+                Some(Err(Broken)) => bad += 1,
+                None => {}
+            }
+        }
+        (good, bad)
+    }
+
+    #[test]
+    fn answers_are_found_behind_noise() {
+        let mut stream = vec![7, 9];
+        stream.extend_from_slice(&answer([181.5, -3.25]));
+        stream.extend_from_slice(&answer([181.75, -3.0]));
+        assert_eq!(read(&stream), (vec![[181.5, -3.25], [181.75, -3.0]], 2));
+    }
+
+    #[test]
+    fn an_answer_that_was_refused_may_begin_later() {
+        let mut reader = AnswerReader::default();
+        // Three bytes of noise that look like a beginning.
+        for byte in [ID, 0, 0] {
+            assert_eq!(reader.push(byte), None);
+        }
+        let mut found = Vec::new();
+        for &byte in &answer([1.0, 2.0]) {
+            if let Some(Ok(angles)) = reader.push(byte) {
+                found.push(angles);
+                if angles[0] < 0.5 {
+                    reader.refuse();
+                }
+            }
+        }
+        assert_eq!(found.len(), 2);
+        assert_eq!(found.last(), Some(&[1.0, 2.0]));
+    }
+
+    proptest! {
+        #[test]
+        fn angles_come_back(angles in prop::array::uniform2(-720.0..720.0f32)) {
+            prop_assert_eq!(read(&answer(angles)), (vec![angles], 0));
+        }
+
+        #[test]
+        fn arbitrary_bytes_give_angles_in_range_or_none(
+            bytes in prop::collection::vec(prop_oneof![Just(ID), any::<u8>()], 0..4096),
+        ) {
+            for angles in read(&bytes).0 {
+                prop_assert!(angles.iter().all(|deg| deg.abs() <= ANGLE_LIMIT_DEG));
+            }
+        }
+
+        /// What the board takes for torques when bytes of a command are lost or come twice.
+        #[test]
+        fn one_or_two_lost_bytes_are_no_torque(
+            sent in prop::array::uniform2(-0.123..0.123f32),
+            next in prop::array::uniform2(-0.123..0.123f32),
+            lost in 1usize..=2,
+        ) {
+            let stream = [torques(sent), torques(next)].concat();
+            let after = &stream[2 + lost..2 + lost + 8];
+            for float in after.chunks(4) {
+                let torque = f32::from_le_bytes(float.try_into().unwrap());
+                prop_assert!(torque.abs() < 1e-18, "{torque}");
+            }
+        }
+
+        #[test]
+        fn torques_are_sent_to_one_percent_and_never_more(sent in -0.123..0.123f32) {
+            let read = coarse(sent);
+            prop_assert!(read.abs() <= sent.abs() && (read - sent).abs() <= 0.01 * sent.abs());
+        }
+    }
+}

@@ -1,0 +1,247 @@
+//! A hAPI board that the test plays: what its motors do when hosts come, go and are cut off.
+
+use std::fs::File;
+use std::io::{Read, Write};
+use std::os::fd::AsFd;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use hardware::HardwareError;
+use hardware::hapi::HapiHaptic;
+use hardware::hapi::device::Board;
+use hardware::hapi::pantograph::{Pantograph, swapped};
+use hardware::hapi::wire::{set_up, torques};
+use rt_core::math::Vec3;
+use rt_core::port::{ForceCommand, HapticDevice, Polled};
+use rustix::fs::OFlags;
+
+use crate::hostile::pty;
+use crate::support::{now_ns, poll_for};
+
+const LINKAGE: Pantograph = Pantograph::GEN3;
+/// Enough for a busy machine.
+const PATIENCE: Duration = Duration::from_secs(20);
+
+/// A board behind a pty, with the handle in the middle.
+struct Played {
+    path: PathBuf,
+    board: Arc<Mutex<Board>>,
+    deaf: Arc<AtomicBool>,
+    end: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Played {
+    fn start() -> Self {
+        let (path, master) = pty();
+        rustix::fs::fcntl_setfl(master.as_fd(), OFlags::NONBLOCK).expect("a pty");
+        let board = Arc::new(Mutex::new(Board::default()));
+        let [deaf, end] = [(); 2].map(|()| Arc::new(AtomicBool::new(false)));
+        let thread = std::thread::spawn({
+            let (board, deaf, end) = (Arc::clone(&board), Arc::clone(&deaf), Arc::clone(&end));
+            move || play(File::from(master), &board, &deaf, &end)
+        });
+        Self {
+            path,
+            board,
+            deaf,
+            end,
+            thread: Some(thread),
+        }
+    }
+
+    fn open(&self) -> Result<HapiHaptic, HardwareError> {
+        HapiHaptic::open(&self.path, LINKAGE)
+    }
+
+    fn board(&self) -> MutexGuard<'_, Board> {
+        self.board.lock().expect("no test panics with it")
+    }
+
+    fn torque_n_m(&self) -> f32 {
+        let torques = self.board().torques_n_m();
+        torques
+            .iter()
+            .fold(0.0, |most, torque| most.max(torque.abs()))
+    }
+
+    /// Whether the motors come to this, in good time.
+    fn becomes(&self, on: bool, mut meanwhile: impl FnMut(u64)) -> bool {
+        let mut so = false;
+        poll_for(PATIENCE, |now_ns| {
+            meanwhile(now_ns);
+            so = (self.torque_n_m() > 1e-6) == on;
+            !so
+        });
+        so
+    }
+}
+
+impl Drop for Played {
+    fn drop(&mut self) {
+        self.end.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn play(mut line: File, board: &Mutex<Board>, deaf: &AtomicBool, end: &AtomicBool) {
+    let start = Instant::now();
+    let [first, second] = swapped(LINKAGE.angles_deg(Vec3::zeros()));
+    let mut bytes = [0; 256];
+    while !end.load(Ordering::Relaxed) {
+        // While nobody has the line open, reading fails.
+        let count = line.read(&mut bytes).unwrap_or(0);
+        let said = if deaf.load(Ordering::Relaxed) {
+            0
+        } else {
+            count
+        };
+        let now_us = start.elapsed().as_micros() as u32;
+        let angles = [first, second, 0.0, 0.0];
+        if let Ok(mut board) = board.lock() {
+            board.receive(&bytes[..said], angles, now_us, |answer| {
+                let _ = line.write_all(answer);
+            });
+        }
+        std::thread::sleep(Duration::from_micros(200));
+    }
+}
+
+fn push(newtons: f32) -> ForceCommand {
+    ForceCommand {
+        force_n: Vec3::new(newtons, 0.0, 0.0),
+        torque_n_m: Vec3::zeros(),
+    }
+}
+
+/// What another host left behind.
+fn leave_torque(path: &Path, played: &Played, commands: &[&[u8]]) {
+    let mut host = File::options().write(true).open(path).expect("the line");
+    for command in commands {
+        host.write_all(command).expect("the line takes it");
+    }
+    assert!(played.becomes(true, |_| {}), "the board holds a torque");
+}
+
+#[test]
+fn the_force_is_rendered_and_gone_when_the_driver_goes() {
+    let played = Played::start();
+    let mut device = played.open().unwrap();
+    assert!(played.becomes(true, |now_ns| {
+        device.poll(now_ns);
+        device.send(push(2.0), now_ns);
+    }));
+    let expected = LINKAGE
+        .torques_n_m(LINKAGE.angles_deg(Vec3::zeros()), Vec3::new(2.0, 0.0, 0.0))
+        .unwrap();
+    let most = expected[0].abs().max(expected[1].abs());
+    assert!((played.torque_n_m() - most).abs() <= 0.01 * most);
+    drop(device);
+    assert!(played.becomes(false, |_| {}));
+}
+
+#[test]
+fn what_another_host_left_is_taken_away_before_anything_else() {
+    // Its own earlier set-up, another program's, and a command that broke off.
+    let ours = set_up(&LINKAGE.ports(LINKAGE.angles_deg(Vec3::zeros())));
+    let strong = torques([0.1, -0.1]);
+    let (mut theirs, mut their_torque) = (ours, strong);
+    (theirs[1], their_torque[1]) = (5, 5);
+    for commands in [
+        vec![&ours[..], &strong],
+        vec![&theirs[..], &their_torque],
+        vec![&ours[..], &strong, &strong[..7]],
+    ] {
+        let played = Played::start();
+        // Held open, as without any host the pty loses its settings.
+        let _line = hold(&played.path);
+        leave_torque(&played.path, &played, &commands);
+        let mut device = played.open().unwrap();
+        assert!(played.torque_n_m() < 1e-6, "{commands:?}");
+        let mut fresh = false;
+        poll_for(PATIENCE, |now_ns| {
+            device.send(push(0.0), now_ns);
+            fresh = matches!(device.poll(now_ns), Polled::Fresh(_));
+            !fresh
+        });
+        assert!(fresh);
+    }
+}
+
+/// Opens the line raw, as a host does.
+fn hold(path: &Path) -> File {
+    let line = File::options()
+        .read(true)
+        .write(true)
+        .open(path)
+        .expect("the line");
+    let mut termios = rustix::termios::tcgetattr(&line).expect("a terminal");
+    termios.make_raw();
+    rustix::termios::tcsetattr(&line, rustix::termios::OptionalActions::Now, &termios)
+        .expect("a terminal");
+    line
+}
+
+#[test]
+fn a_board_that_lost_its_place_is_lost_and_ends_without_torque() {
+    let played = Played::start();
+    let mut device = played.open().unwrap();
+    assert!(played.becomes(true, |now_ns| {
+        device.poll(now_ns);
+        device.send(push(2.0), now_ns);
+    }));
+    // Some bytes never arrive; then it hears again, out of step. Its set-up goes, its torque stays.
+    played.deaf.store(true, Ordering::Relaxed);
+    played
+        .board()
+        .receive(&[2, 0, 0, 0, 0], [0.0; 4], 0, |_| {});
+    let mut lost = false;
+    poll_for(PATIENCE, |now_ns| {
+        device.send(push(2.0), now_ns);
+        lost = device.poll(now_ns) == Polled::Lost;
+        !lost
+    });
+    assert!(lost && device.is_lost());
+    assert_eq!(device.poll(now_ns()), Polled::Lost, "it stays lost");
+    played.deaf.store(false, Ordering::Relaxed);
+    drop(device);
+    assert!(played.becomes(false, |_| {}));
+    let again = played.open().unwrap();
+    assert!(again.position_m().norm() < 1e-3, "and knows where it is");
+}
+
+#[test]
+fn what_is_no_number_is_rendered_as_nothing() {
+    let played = Played::start();
+    let mut device = played.open().unwrap();
+    poll_for(Duration::from_millis(100), |now_ns| {
+        device.poll(now_ns);
+        device.send(push(f32::NAN), now_ns);
+        assert!(played.torque_n_m() < 1e-9);
+        true
+    });
+}
+
+#[test]
+fn another_device_is_no_board() {
+    let (path, master) = pty();
+    let chatter = std::thread::spawn(move || {
+        let mut line = File::from(master);
+        let start = Instant::now();
+        while start.elapsed() < Duration::from_secs(5) {
+            let _ = line.write_all(b"[3,1,2,3,0,0,0,0]\n");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    });
+    let error = HapiHaptic::open(&path, LINKAGE).unwrap_err();
+    assert!(
+        matches!(error, HardwareError::Silent { heard, .. } if heard > 0),
+        "{error}"
+    );
+    chatter.join().expect("it only writes");
+}
