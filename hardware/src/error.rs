@@ -117,6 +117,16 @@ pub enum HardwareError {
         /// The device's number of the error.
         code: u32,
     },
+    /// The Inverse3's service does not answer, or has no such device.
+    #[error(
+        "{path}: {what}. Start it (`systemctl start haply-inverse-service`) and plug the Inverse3 in"
+    )]
+    Service {
+        /// Address as given.
+        path: PathBuf,
+        /// What is wrong.
+        what: String,
+    },
     /// A vendor's library is missing or not what it should be.
     #[error("{path}: {what}. Install the vendor's driver, or name its library in the station")]
     Library {

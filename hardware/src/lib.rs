@@ -7,10 +7,12 @@
 //! touch    3D Systems' Touch, through its own library opened at run time
 //! woody    WoodenHaptics' text protocol and linkage
 //! hapi     Haply's hAPI boards and their flat two-armed linkage
+//! inverse3 Haply Inverse3, through its maker's service on this computer
 //! list     what is plugged in
 //! igtlink  OpenIGTLink server: poses for 3D Slicer and PLUS, outside of the realtime process
 //! station  the file that names a station's devices, and opens them
 //! line     a serial line that neither blocks nor allocates
+//! slot     the newest value, from one thread to another
 //! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
 //! conformance  one suite for every driver, emulated device and real device
 //! ```
@@ -40,12 +42,16 @@ pub mod hapi;
 #[cfg(feature = "std")]
 pub mod igtlink;
 #[cfg(feature = "std")]
+pub mod inverse3;
+#[cfg(feature = "std")]
 mod line;
 #[cfg(feature = "std")]
 pub mod list;
 #[cfg(feature = "std")]
 pub mod pedal;
 pub mod rig;
+#[cfg(feature = "std")]
+mod slot;
 #[cfg(feature = "std")]
 pub mod station;
 #[cfg(feature = "std")]

@@ -312,6 +312,8 @@ pub(crate) enum LineDriver {
     HapiGen3,
     /// Of the third, revised
     HapiGen31,
+    /// Haply Inverse3 behind its service; PATH is the service's address, `localhost`
+    Inverse3,
     /// Ascension Flock of Birds, serial
     Bird,
     /// Ascension trakSTAR on the USB; PATH is `usb`, or a unit's serial number

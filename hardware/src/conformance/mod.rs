@@ -1,11 +1,12 @@
 //! One suite for every device, emulated or real: what a rig builder runs on the bench.
 //!
-//! [`haptic()`], [`woody()`], [`hapi()`], [`tracker()`] and [`pedal()`] open a line, watch the device and try what
+//! [`haptic()`], [`woody()`], [`hapi()`], [`inverse3()`], [`tracker()`] and [`pedal()`] open a line, watch the device and try what
 //! must hold whatever happens: the watchdog, silence after closing, a clean second opening, a plug pulled
 //! out. No force is asked for but zero: the device may stand free on a table.
 
 mod hapi;
 mod haptic;
+mod inverse3;
 mod pedal;
 mod samples;
 mod tracker;
@@ -17,6 +18,7 @@ use std::time::Duration;
 
 pub use hapi::hapi;
 pub use haptic::haptic;
+pub use inverse3::inverse3;
 pub use pedal::pedal;
 pub use tracker::{tracker, tracker_by, trakstar};
 pub use woody::woody;

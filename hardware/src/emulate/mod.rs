@@ -9,6 +9,7 @@ mod bulk;
 mod electronics;
 mod fault;
 mod hand;
+mod inverse3;
 mod pty;
 mod random;
 mod station;
@@ -25,6 +26,7 @@ pub use bulk::EmulatedBulk;
 pub use electronics::HapticModel;
 pub use fault::Faults;
 pub use hand::{Hand, HandScript, Intent, ROUND_S};
+pub use inverse3::{EmulatedInverse3, Misbehaviour};
 pub use touch::{Body, Grip, Touch};
 
 #[cfg(test)]

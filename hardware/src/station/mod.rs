@@ -2,7 +2,7 @@
 //!
 //! ```toml
 //! [haptic]
-//! driver = "rig"                      # rig, woody, hapi or touch
+//! driver = "rig"                      # rig, woody, hapi, inverse3 or touch
 //! path = "/dev/serial/by-id/my-rig"   # a name that udev keeps stable
 //! force_max_n = 2.5                   # never more than this, whatever the device can
 //!
@@ -58,7 +58,7 @@ pub struct StationFile {
 pub struct HapticSpec {
     /// Which driver.
     pub driver: HapticDriver,
-    /// The line; for a Touch the vendor's library.
+    /// The line; for a Touch the vendor's library, for an Inverse3 the address of its service.
     pub path: PathBuf,
     /// Limits below those of the device.
     pub limits: Limits,
@@ -84,6 +84,11 @@ pub enum HapticDriver {
     Woody,
     /// Haply's hAPI board with a linkage of this generation.
     Hapi(Pantograph),
+    /// Haply's Inverse3 behind its service, by its number there.
+    Inverse3 {
+        /// None: the first.
+        device: Option<String>,
+    },
     /// 3D Systems' Touch, by the name in the vendor's set-up.
     Touch {
         /// None: the default device.

@@ -9,6 +9,7 @@ use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, TrackerDri
 use crate::HardwareError;
 use crate::bird::BirdTracker;
 use crate::hapi::HapiHaptic;
+use crate::inverse3::Inverse3Haptic;
 use crate::pedal::{EvdevPedal, ModemPedal};
 use crate::rig::{RigHaptic, RigPedal};
 use crate::touch::TouchHaptic;
@@ -22,6 +23,9 @@ impl HapticSpec {
             HapticDriver::Rig => Box::new(RigHaptic::open(path)?),
             HapticDriver::Woody => Box::new(WoodyHaptic::open(path)?),
             HapticDriver::Hapi(generation) => Box::new(HapiHaptic::open(path, *generation)?),
+            HapticDriver::Inverse3 { device } => {
+                Box::new(Inverse3Haptic::open(path, device.as_deref())?)
+            }
             HapticDriver::Touch { device } => Box::new(TouchHaptic::open(path, device.as_deref())?),
         };
         Ok(Box::new(Limited {

@@ -44,6 +44,7 @@ enum RawHapticDriver {
     Rig,
     Woody,
     Hapi,
+    Inverse3,
     Touch,
 }
 
@@ -171,11 +172,11 @@ impl File<'_> {
     fn haptic(&self, raw: RawHaptic) -> Result<HapticSpec, HardwareError> {
         let named = matches!(
             *raw.driver.get_ref(),
-            RawHapticDriver::Touch | RawHapticDriver::Hapi
+            RawHapticDriver::Touch | RawHapticDriver::Hapi | RawHapticDriver::Inverse3
         );
         if let Some(device) = raw.device.as_ref().filter(|_| !named) {
-            let what = "device names a Touch in the vendor's set-up or a Haply's generation: only \
-                        drivers \"touch\" and \"hapi\" have one";
+            let what = "device names a Touch in the vendor's set-up, a Haply's generation or an \
+                        Inverse3's number: only drivers \"touch\", \"hapi\" and \"inverse3\" have one";
             return Err(self.error(device.span().start, what.into()));
         }
         let force_at = raw
@@ -211,6 +212,9 @@ impl File<'_> {
             RawHapticDriver::Hapi => {
                 HapticDriver::Hapi(self.generation(&raw.driver, raw.device.as_ref())?)
             }
+            RawHapticDriver::Inverse3 => HapticDriver::Inverse3 {
+                device: raw.device.map(Spanned::into_inner),
+            },
             RawHapticDriver::Touch => HapticDriver::Touch {
                 device: raw.device.map(Spanned::into_inner),
             },

@@ -6,7 +6,6 @@
 
 mod driver;
 mod hd;
-mod slot;
 
 pub use driver::TouchHaptic;
 

@@ -5,6 +5,7 @@ mod conformance;
 mod drivers;
 mod hapi;
 mod hostile;
+mod inverse3;
 mod no_alloc;
 mod station;
 mod support;

@@ -37,6 +37,7 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         LineDriver::HapiGen2 => conformance::hapi(path, Pantograph::GEN2, &mut options),
         LineDriver::HapiGen3 => conformance::hapi(path, Pantograph::GEN3, &mut options),
         LineDriver::HapiGen31 => conformance::hapi(path, Pantograph::GEN3_1, &mut options),
+        LineDriver::Inverse3 => conformance::inverse3(path, &mut options),
         LineDriver::Bird => conformance::tracker(path, &mut options),
         LineDriver::Trakstar => conformance::trakstar(path, &mut options),
     };

@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 use hardware::HardwareError;
 use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
+use hardware::inverse3::Inverse3Haptic;
 use hardware::station::StationFile;
 use hardware::{rig::RigHaptic, rig::RigPedal, woody::WoodyHaptic};
 use rt_core::math::Pose;
@@ -132,6 +133,7 @@ impl Watched {
             LineDriver::HapiGen2 => hapi(path, Pantograph::GEN2)?,
             LineDriver::HapiGen3 => hapi(path, Pantograph::GEN3)?,
             LineDriver::HapiGen31 => hapi(path, Pantograph::GEN3_1)?,
+            LineDriver::Inverse3 => Port::Haptic(Box::new(Inverse3Haptic::open(path, None)?)),
             LineDriver::Bird => {
                 Port::Tracker(Box::new(BirdTracker::open(path, BirdSetup::default())?))
             }

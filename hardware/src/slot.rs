@@ -9,14 +9,14 @@ const TRIES: u32 = 8;
 
 /// `N` words, written together and read together.
 #[derive(Debug)]
-pub(super) struct Slot<const N: usize> {
+pub(crate) struct Slot<const N: usize> {
     /// Odd while it is being written; 0 before the first time.
     turn: AtomicU32,
     words: [AtomicU32; N],
 }
 
 impl<const N: usize> Slot<N> {
-    pub(super) const fn new() -> Self {
+    pub(crate) const fn new() -> Self {
         Self {
             turn: AtomicU32::new(0),
             words: [const { AtomicU32::new(0) }; N],
@@ -24,7 +24,7 @@ impl<const N: usize> Slot<N> {
     }
 
     /// Replaces the value. For one thread only.
-    pub(super) fn write(&self, words: [u32; N]) {
+    pub(crate) fn write(&self, words: [u32; N]) {
         let turn = self.turn.load(Ordering::Relaxed);
         self.turn.store(turn.wrapping_add(1), Ordering::Relaxed);
         fence(Ordering::Release);
@@ -37,7 +37,7 @@ impl<const N: usize> Slot<N> {
     }
 
     /// The newest value and its turn; `None` before the first one, or when it keeps changing.
-    pub(super) fn read(&self) -> Option<(u32, [u32; N])> {
+    pub(crate) fn read(&self) -> Option<(u32, [u32; N])> {
         for _ in 0..TRIES {
             let before = self.turn.load(Ordering::Acquire);
             if before == 0 {

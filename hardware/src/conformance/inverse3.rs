@@ -1,0 +1,29 @@
+//! The checks of an Inverse3 behind its service.
+
+use std::path::Path;
+
+use rt_core::port::HapticDevice;
+
+use super::samples::samples;
+use super::watch::{open, unplugged};
+use super::{Options, Report};
+use crate::inverse3::Inverse3Haptic;
+
+/// Tests the first Inverse3 behind the service at `address`, `localhost` as a rule.
+pub fn inverse3(address: &Path, options: &mut Options<'_>) -> Report {
+    let mut report = Report::new("Haply Inverse3");
+    let attempt = || Inverse3Haptic::open(address, None);
+    let Some(mut device) = open(&mut report, "handshake", attempt) else {
+        return report;
+    };
+    samples(&mut report, &mut device, options.watch);
+    report.skip(
+        "watchdog",
+        "the service does not tell: end the host and feel that it is free",
+    );
+    drop(device);
+    if let Some(mut device) = open(&mut report, "reopen", attempt) {
+        unplugged(&mut report, options, |now_ns| device.poll(now_ns));
+    }
+    report
+}

@@ -1,0 +1,322 @@
+//! Driver of an Inverse3 behind its service.
+
+use std::io::ErrorKind;
+use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use rt_core::math::{Pose, Quat, Vec3};
+use rt_core::port::{
+    Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters,
+    Polled, TimeNs,
+};
+use tungstenite::protocol::WebSocketConfig;
+use tungstenite::{Error, Message as Frame, WebSocket};
+
+use super::wire::{ForceKey, Message, Sample, command};
+use crate::HardwareError;
+use crate::line::now_ns;
+use crate::slot::Slot;
+
+/// The service's port for what this driver speaks.
+const PORT: u16 = 10_001;
+/// The service answers at once, when it is there.
+const HANDSHAKE: Duration = Duration::from_secs(2);
+/// A service that has not answered for so long is lost.
+const ANSWER: Duration = Duration::from_millis(100);
+/// Between two commands.
+const PERIOD: Duration = Duration::from_millis(1);
+/// Without a new force for so long none is asked for: the thread lives on when the tick hangs.
+const WATCHDOG_NS: u64 = 50_000_000;
+/// Longest message.
+const MESSAGE_BYTES: usize = 1 << 20;
+/// A sample further out than so many workspace radii is no sample.
+const REACH: f32 = 3.0;
+
+/// The maker says 10 N; what it bears for ever is not published.
+const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 5.0,
+    force_continuous_n: 1.0,
+    torque_max_n_m: 0.0,
+    stiffness_max_n_m: 800.0,
+    damping_max_n_s_m: 5.0,
+    damping_n_s_m: 0.5,
+    delay_s: 0.003,
+    workspace_radius_m: 0.12,
+    rate_hz: 1000.0,
+};
+
+/// An Inverse3 that is being served.
+#[derive(Debug)]
+pub struct Inverse3Haptic {
+    path: PathBuf,
+    shared: Arc<Shared>,
+    thread: Option<JoinHandle<()>>,
+    last_turn: u32,
+    counters: LineCounters,
+}
+
+/// What the thread and the tick share.
+#[derive(Debug)]
+struct Shared {
+    running: AtomicBool,
+    is_lost: AtomicBool,
+    bad_messages: AtomicU64,
+    /// Position (3), quaternion x y z w (4), velocity (3) as bits of f32; buttons; count; time as
+    /// two words.
+    sample: Slot<14>,
+    /// Force (3) as bits of f32; time as two words.
+    force: Slot<5>,
+}
+
+impl Inverse3Haptic {
+    /// Opens the device of that number (none: the first) behind the service at `address`: a host of
+    /// this computer with or without a port, `localhost` as a rule. Force does not go over a
+    /// network. Not for the tick: waits up to 2 s.
+    pub fn open(address: &Path, device: Option<&str>) -> Result<Self, HardwareError> {
+        let service = |what: String| HardwareError::Service {
+            path: address.to_path_buf(),
+            what,
+        };
+        let name = address.to_str().unwrap_or_default();
+        let mut socket = connect(name).map_err(service)?;
+        let inventory = receive(&mut socket, HANDSHAKE)
+            .map_err(|error| service(format!("the service does not answer: {error}")))?
+            .and_then(|text| Message::parse(&text))
+            .ok_or_else(|| service("what answers is no Haply Inverse Service".into()))?;
+        let id = inventory
+            .device_id(device)
+            .ok_or_else(|| service("the service has no such Inverse3".into()))?
+            .to_owned();
+        if inventory.is_uncalibrated(&id) {
+            return Err(HardwareError::Calibration {
+                path: address.to_path_buf(),
+                remedy: "Rest the handle in its inkwell until the light is steady",
+            });
+        }
+        socket
+            .get_ref()
+            .set_read_timeout(Some(ANSWER))
+            .map_err(|error| service(error.to_string()))?;
+        let shared = Arc::new(Shared {
+            running: AtomicBool::new(true),
+            is_lost: AtomicBool::new(false),
+            bad_messages: AtomicU64::new(0),
+            sample: Slot::new(),
+            force: Slot::new(),
+        });
+        let key = inventory.force_key();
+        let with = Arc::clone(&shared);
+        let thread = thread::Builder::new()
+            .name("calot-inverse3".to_owned())
+            .stack_size(512 << 10)
+            .spawn(move || {
+                let _ = converse(&mut socket, &id, key, &with);
+                with.is_lost.store(true, Ordering::Release);
+                // Its last words, if there is still anybody to hear them.
+                let _ = socket.send(Frame::text(command(&id, key, Vec3::zeros())));
+                let _ = socket.close(None);
+                let _ = socket.flush();
+            })
+            .map_err(|error| service(error.to_string()))?;
+        Ok(Self {
+            path: address.to_path_buf(),
+            shared,
+            thread: Some(thread),
+            last_turn: 0,
+            counters: LineCounters::default(),
+        })
+    }
+
+    /// The service's address.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Whether the service is gone; see [`crate::rig::RigHaptic::is_lost`].
+    #[must_use]
+    pub fn is_lost(&self) -> bool {
+        self.shared.is_lost.load(Ordering::Acquire)
+    }
+}
+
+/// Opens the conversation with a service of this computer.
+fn connect(name: &str) -> Result<WebSocket<TcpStream>, String> {
+    let name = name.strip_prefix("ws://").unwrap_or(name);
+    let with_port = match name.contains(':') {
+        true => name.to_owned(),
+        false => format!("{name}:{PORT}"),
+    };
+    let addresses: Vec<SocketAddr> = with_port
+        .to_socket_addrs()
+        .map_err(|error| format!("{with_port} is no address: {error}"))?
+        .collect();
+    if addresses.iter().any(|address| !address.ip().is_loopback()) {
+        return Err("the service must be on this computer: name localhost".into());
+    }
+    let stream = addresses
+        .iter()
+        .find_map(|address| TcpStream::connect_timeout(address, HANDSHAKE).ok())
+        .ok_or("nobody listens there")?;
+    let set = stream
+        .set_nodelay(true)
+        .and_then(|()| stream.set_read_timeout(Some(HANDSHAKE)))
+        .and_then(|()| stream.set_write_timeout(Some(ANSWER)));
+    set.map_err(|error| error.to_string())?;
+    let config = WebSocketConfig::default()
+        .read_buffer_size(64 << 10)
+        .write_buffer_size(0)
+        .max_message_size(Some(MESSAGE_BYTES))
+        .max_frame_size(Some(MESSAGE_BYTES));
+    let request = format!("ws://{with_port}/");
+    tungstenite::client::client_with_config(request, stream, Some(config))
+        .map(|(socket, _)| socket)
+        .map_err(|error| format!("what listens there speaks no WebSocket: {error}"))
+}
+
+/// The next text; None when something else than text came. Waits up to `limit` and a read's
+/// time-out.
+fn receive(socket: &mut WebSocket<TcpStream>, limit: Duration) -> Result<Option<String>, Error> {
+    let start = Instant::now();
+    loop {
+        match socket.read() {
+            Ok(Frame::Text(text)) => return Ok(Some(text.as_str().to_owned())),
+            Ok(Frame::Binary(_)) => return Ok(None),
+            Ok(_) => {}
+            Err(Error::Io(error)) if error.kind() == ErrorKind::Interrupted => {}
+            Err(error) => return Err(error),
+        }
+        if start.elapsed() >= limit {
+            return Err(Error::Io(ErrorKind::TimedOut.into()));
+        }
+    }
+}
+
+/// Commands and states, one for one, until the driver goes or the service does.
+fn converse(
+    socket: &mut WebSocket<TcpStream>,
+    id: &str,
+    key: ForceKey,
+    shared: &Shared,
+) -> Result<(), Error> {
+    let mut due = Instant::now();
+    let mut count = 0u32;
+    while shared.running.load(Ordering::Acquire) {
+        if let Some(early) = due.checked_duration_since(Instant::now()) {
+            thread::sleep(early);
+        }
+        // What was missed is not made up for.
+        due = (due + PERIOD).max(Instant::now());
+        socket.send(Frame::text(command(id, key, shared.wanted_force_n())))?;
+        let text = receive(socket, ANSWER)?;
+        let sample = text
+            .and_then(|text| Message::parse(&text))
+            .and_then(|message| message.sample(id))
+            .filter(|sample| sample.position_m.norm() <= CAPABILITIES.workspace_radius_m * REACH);
+        match sample {
+            Some(sample) => {
+                count = count.wrapping_add(1);
+                shared.sample.write(words(&sample, count, now_ns()));
+            }
+            None => {
+                shared.bad_messages.fetch_add(1, Ordering::Relaxed);
+            }
+        }
+    }
+    Ok(())
+}
+
+impl Shared {
+    /// The newest force that is no older than the watchdog, no stronger than the device.
+    fn wanted_force_n(&self) -> Vec3 {
+        let Some((_, [x, y, z, low, high])) = self.force.read() else {
+            return Vec3::zeros();
+        };
+        let sent_ns = u64::from(low) | u64::from(high) << 32;
+        let force_n = Vec3::new(f32::from_bits(x), f32::from_bits(y), f32::from_bits(z));
+        let norm = force_n.norm();
+        if now_ns().saturating_sub(sent_ns) > WATCHDOG_NS || !norm.is_finite() {
+            return Vec3::zeros();
+        }
+        force_n * (CAPABILITIES.force_max_n / norm.max(CAPABILITIES.force_max_n))
+    }
+}
+
+fn words(sample: &Sample, count: u32, at_ns: TimeNs) -> [u32; 14] {
+    let [x, y, z] = <[f32; 3]>::from(sample.position_m).map(f32::to_bits);
+    let [vx, vy, vz] = <[f32; 3]>::from(sample.velocity_m_s).map(f32::to_bits);
+    let q = sample.rotation;
+    let [qx, qy, qz, qw] = [q.i, q.j, q.k, q.w].map(f32::to_bits);
+    let (low, high) = (at_ns as u32, (at_ns >> 32) as u32);
+    let buttons = sample.buttons.into();
+    [
+        x, y, z, qx, qy, qz, qw, vx, vy, vz, buttons, count, low, high,
+    ]
+}
+
+impl HapticDevice for Inverse3Haptic {
+    fn capabilities(&self) -> DeviceCapabilities {
+        CAPABILITIES
+    }
+
+    /// With a grip it measures how that is turned; it is not known to be there for ever.
+    fn freedom(&self) -> Freedom {
+        Freedom {
+            measured: 6,
+            rendered: 3,
+        }
+    }
+
+    fn poll(&mut self, _now_ns: TimeNs) -> Polled<DeviceSample> {
+        if self.is_lost() {
+            return Polled::Lost;
+        }
+        let Some((turn, words)) = self.shared.sample.read() else {
+            return Polled::Nothing;
+        };
+        if turn == self.last_turn {
+            return Polled::Nothing;
+        }
+        // What nobody polled for was replaced by a newer one: that is no loss of the line's.
+        self.last_turn = turn;
+        self.counters.frames += 1;
+        let [x, y, z, qx, qy, qz, qw, vx, vy, vz, ..] = words.map(f32::from_bits);
+        let [.., buttons, count, low, high] = words;
+        let rotation = Quat::new_unchecked(nalgebra::Quaternion::new(qw, qx, qy, qz));
+        Polled::Fresh(DeviceSample {
+            device_from_handle: Pose::from_parts(Vec3::new(x, y, z).into(), rotation),
+            velocity_m_s: Some(Vec3::new(vx, vy, vz)),
+            buttons: Buttons(buttons as u8),
+            sequence: count as u16,
+            at_ns: u64::from(low) | u64::from(high) << 32,
+        })
+    }
+
+    fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
+        let [x, y, z] = <[f32; 3]>::from(command.force_n).map(f32::to_bits);
+        self.shared
+            .force
+            .write([x, y, z, now_ns as u32, (now_ns >> 32) as u32]);
+    }
+
+    fn counters(&self) -> LineCounters {
+        LineCounters {
+            bad_frames: self.shared.bad_messages.load(Ordering::Relaxed),
+            ..self.counters
+        }
+    }
+}
+
+impl Drop for Inverse3Haptic {
+    /// The thread's last command has no force.
+    fn drop(&mut self) {
+        self.shared.running.store(false, Ordering::Release);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}

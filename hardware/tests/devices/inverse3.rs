@@ -1,0 +1,185 @@
+//! The Inverse3's driver against its service, played on a loopback socket.
+
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use hardware::HardwareError;
+use hardware::conformance::{Options, inverse3};
+use hardware::emulate::{EmulatedInverse3, Misbehaviour};
+use hardware::inverse3::Inverse3Haptic;
+use rt_core::math::Vec3;
+use rt_core::port::{DeviceSample, ForceCommand, HapticDevice, Polled};
+
+use crate::support::poll_for;
+
+const PATIENCE: Duration = Duration::from_secs(20);
+
+fn path(service: &EmulatedInverse3) -> PathBuf {
+    PathBuf::from(service.address().to_string())
+}
+
+/// Opens it; on a busy machine the service may be slower than it is given time for.
+fn open(service: &EmulatedInverse3) -> Inverse3Haptic {
+    crate::support::persist(|| Inverse3Haptic::open(&path(service), None))
+}
+
+fn push(newtons: f32) -> ForceCommand {
+    ForceCommand {
+        force_n: Vec3::new(newtons, 0.0, 0.0),
+        torque_n_m: Vec3::zeros(),
+    }
+}
+
+/// Sends `command` and polls until `enough`; opens the device anew where it was lost.
+fn until(
+    service: &EmulatedInverse3,
+    device: &mut Inverse3Haptic,
+    command: Option<ForceCommand>,
+    mut enough: impl FnMut(Polled<DeviceSample>) -> bool,
+) -> bool {
+    let mut done = false;
+    poll_for(PATIENCE, |now_ns| {
+        if let Some(command) = command {
+            device.send(command, now_ns);
+        }
+        let polled = device.poll(now_ns);
+        done = enough(polled);
+        if !done && polled == Polled::Lost {
+            *device = open(service);
+        }
+        !done
+    });
+    done
+}
+
+#[test]
+fn the_handle_is_seen_and_pushed_within_the_limit() {
+    let service = EmulatedInverse3::start().unwrap();
+    let mut device = open(&service);
+    let mut strongest = 0.0f32;
+    let pushed = until(&service, &mut device, Some(push(100.0)), |polled| {
+        strongest = strongest.max(service.force_n().norm());
+        matches!(polled, Polled::Fresh(sample)
+            if sample.device_from_handle.translation.x > 5e-3)
+    });
+    assert!(pushed);
+    assert!((1.0..5.001).contains(&strongest), "{strongest}");
+    let counters = device.counters();
+    assert!(
+        counters.frames > 0 && counters.bad_frames == 0,
+        "{counters:?}"
+    );
+}
+
+#[test]
+fn a_host_that_hangs_or_goes_leaves_no_force() {
+    let service = EmulatedInverse3::start().unwrap();
+    let mut device = open(&service);
+    let felt = |device: &mut Inverse3Haptic| {
+        until(&service, device, Some(push(2.0)), |_| {
+            service.force_n().norm() > 1.9
+        })
+    };
+    assert!(felt(&mut device));
+    assert!(
+        until(&service, &mut device, None, |_| service.force_n().norm()
+            < 1e-6),
+        "nobody sends any more"
+    );
+    assert!(felt(&mut device));
+    drop(device);
+    let mut gone = false;
+    poll_for(PATIENCE, |_| {
+        gone = service.force_n().norm() < 1e-6;
+        !gone
+    });
+    assert!(gone);
+}
+
+#[test]
+fn whatever_the_service_does_samples_are_sane_and_it_comes_back() {
+    for how in [
+        Misbehaviour::Garbage,
+        Misbehaviour::Boundless,
+        Misbehaviour::Stuck,
+        Misbehaviour::Silent,
+        Misbehaviour::HangUp,
+    ] {
+        let service = EmulatedInverse3::start().unwrap();
+        let mut device = open(&service);
+        let fresh = |polled| matches!(polled, Polled::Fresh(_));
+        assert!(until(&service, &mut device, Some(push(f32::NAN)), fresh));
+        assert!(service.force_n().norm() < 1e-6, "NaN is no force");
+        service.misbehave(how);
+        let lost = matches!(how, Misbehaviour::Silent | Misbehaviour::HangUp);
+        let bad = matches!(how, Misbehaviour::Garbage | Misbehaviour::Boundless);
+        let mut shown = false;
+        let limit = if how == Misbehaviour::Stuck {
+            Duration::from_millis(300)
+        } else {
+            PATIENCE
+        };
+        poll_for(limit, |now_ns| {
+            device.send(push(1.0), now_ns);
+            match device.poll(now_ns) {
+                Polled::Fresh(sample) => {
+                    let at = sample.device_from_handle.translation.vector;
+                    assert!(at.norm() <= 0.361, "{how:?}: {at}");
+                    assert!(sample.velocity_m_s.unwrap().iter().all(|v| v.is_finite()));
+                }
+                Polled::Nothing => {}
+                Polled::Lost => shown |= lost,
+            }
+            shown |= bad && device.counters().bad_frames > 3;
+            !shown
+        });
+        assert!(shown || how == Misbehaviour::Stuck, "{how:?}");
+        assert!(service.force_n().norm() <= 5.001);
+        service.misbehave(Misbehaviour::None);
+        assert!(
+            until(&service, &mut device, Some(push(0.0)), fresh),
+            "{how:?}"
+        );
+    }
+}
+
+#[test]
+fn what_is_no_service_says_so() {
+    let error = Inverse3Haptic::open(Path::new("127.0.0.1:1"), None).unwrap_err();
+    assert!(
+        error.to_string().contains("haply-inverse-service"),
+        "{error}"
+    );
+    let far = Inverse3Haptic::open(Path::new("192.0.2.1:10001"), None).unwrap_err();
+    assert!(far.to_string().contains("this computer"), "{far}");
+    let service = EmulatedInverse3::start().unwrap();
+    let other = Inverse3Haptic::open(&path(&service), Some("1234")).unwrap_err();
+    assert!(other.to_string().contains("no such Inverse3"), "{other}");
+    // Listens, and never says anything.
+    let mute = TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = mute.local_addr().unwrap().to_string();
+    let error = Inverse3Haptic::open(Path::new(&address), None).unwrap_err();
+    assert!(matches!(error, HardwareError::Service { .. }), "{error}");
+}
+
+#[test]
+fn the_suite_passes() {
+    let service = EmulatedInverse3::start().unwrap();
+    let mut reports = Vec::new();
+    for _ in 0..3 {
+        // A busy machine may spoil the rate.
+        let mut options = Options {
+            watch: Duration::from_secs(1),
+            unplug: None,
+        };
+        reports.push(inverse3(&path(&service), &mut options));
+        if reports
+            .last()
+            .is_some_and(hardware::conformance::Report::passed)
+        {
+            return;
+        }
+    }
+    panic!("{reports:#?}");
+}
