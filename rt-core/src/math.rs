@@ -68,6 +68,18 @@ pub fn across(v: &Vec3) -> Vec3 {
     unit(&v.cross(&a)).unwrap_or(a)
 }
 
+/// `from` turned towards `to`, both unit vectors, by `most` radians at the most (a small angle).
+#[must_use]
+pub fn turned(from: &Vec3, to: &Vec3, most: f32) -> Vec3 {
+    let turn = to - from;
+    if turn.norm_squared() <= most * most {
+        return *to;
+    }
+    // Square to `from`: straight back is a turn, too, to any side.
+    let aside = unit(&(turn - from * from.dot(&turn))).unwrap_or_else(|| across(from));
+    unit(&(from + aside * most)).unwrap_or(*from)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -90,6 +102,19 @@ mod tests {
             let n = across(&v);
             assert!(n.dot(&v).abs() < 1.0e-6, "{n}");
             assert!((norm(&n) - 1.0).abs() < 1.0e-6);
+        }
+    }
+
+    #[test]
+    fn turned_goes_there_bit_by_bit() {
+        for to in [Vec3::y(), -Vec3::x(), Vec3::new(0.6, 0.0, -0.8)] {
+            let mut at = Vec3::x();
+            for _ in 0..320 {
+                let next = turned(&at, &to, 0.01);
+                assert!(norm(&(next - at)) < 0.010_01 && (norm(&next) - 1.0).abs() < 1.0e-5);
+                at = next;
+            }
+            assert!(norm(&(at - to)) < 1.0e-6, "{at}");
         }
     }
 }

@@ -36,6 +36,17 @@ const TISSUE_M: f32 = 0.0005;
 /// A tool that slips off an edge goes over the skin by this a tick, and twice its own way, m.
 pub(crate) const SLIP_M: f32 = 0.000_03;
 
+/// What a force changes by in a tick where nothing but its direction turns, N: skin that folds, or a
+/// touch that leaps from fold to fold, turns it at once.
+const TURN_N: f32 = 0.003;
+/// The most that it turns in a tick however small it is.
+const TURN_MAX: f32 = 0.1;
+
+/// How far a push may turn in a tick without the tool's doing, rad.
+fn turn_at_rest(force_n: f32) -> f32 {
+    (TURN_N / force_n.max(TURN_N)).min(TURN_MAX)
+}
+
 /// What is remembered of a place of a tool on an organ.
 #[derive(Debug, Clone, Copy)]
 struct Track {
@@ -49,6 +60,8 @@ struct Track {
     /// Where the skin was touched, m; its outward normal there, and the place of the tool, m.
     at_m: Vec3,
     normal: Vec3,
+    /// Direction in which the skin pushes: it turns after the normal.
+    push: Vec3,
     center_m: Vec3,
     /// How the place of the tool went in the last tick, m.
     way_m: Vec3,
@@ -62,6 +75,7 @@ const NOWHERE: Track = Track {
     gap: Gap::NONE,
     at_m: Vec3::new(0.0, 0.0, 0.0),
     normal: Vec3::new(0.0, 0.0, 0.0),
+    push: Vec3::new(0.0, 0.0, 0.0),
     center_m: Vec3::new(0.0, 0.0, 0.0),
     way_m: Vec3::new(0.0, 0.0, 0.0),
 };
@@ -87,11 +101,19 @@ impl Track {
     }
 
     /// Takes in what was found, and keeps the gap from jumping.
-    fn follow(&mut self, found: &Closest, gap_m: f32, center_m: &Vec3) {
+    fn follow(&mut self, found: &Closest, gap_m: f32, station: &Station) {
+        let center_m = &station.center_m;
+        let mut push = found.normal;
         if self.is_near {
             self.way_m = center_m - self.center_m;
             let moved_m = math::norm(&(found.at_m - self.at_m));
-            self.gap = self.gap.next(gap_m, math::norm(&self.way_m), moved_m);
+            let way_m = math::norm(&self.way_m);
+            self.gap = self.gap.next(gap_m, way_m, moved_m);
+            if self.carried.force_n > 0.0 {
+                // A tool turns round an edge by its way over its radius.
+                let most = 2.0 * way_m / station.radius_m + turn_at_rest(self.carried.force_n);
+                push = math::turned(&self.push, &push, most);
+            }
         } else {
             self.way_m = Vec3::zeros();
             self.gap = Gap::first(gap_m);
@@ -101,6 +123,7 @@ impl Track {
         self.is_near = gap_m < NEAR_M;
         self.idle_m = (gap_m - NEAR_M).max(0.0);
         self.at_m = found.at_m;
+        self.push = push;
         self.normal = found.normal;
         self.center_m = *center_m;
     }
@@ -221,7 +244,7 @@ impl SkinContacts {
                     *track = Track::far_from(&station.center_m);
                     continue;
                 };
-                track.follow(&found.0, found.1, &station.center_m);
+                track.follow(&found.0, found.1, station);
                 if !track.is_near {
                     continue;
                 }
@@ -317,7 +340,7 @@ fn touched(
     Found {
         organ,
         place,
-        normal: closest.normal,
+        normal: track.push,
         center_m: station.center_m,
         at_m: closest.at_m,
         along_n_m: law.along_n_m(track.carried.force_n, material.poisson),

@@ -130,6 +130,21 @@ fn a_ball_that_is_drawn_along_the_skin_is_held_back() {
     assert!(drawn.dot(&along) < 0.0, "{drawn}");
 }
 
+/// The push turns bit by bit, however suddenly the skin under it does: a leap to the other side of a fold.
+#[test]
+fn a_push_that_turns_has_no_step() {
+    for force_n in [0.01f32, 0.1, 1.0, 3.0] {
+        let (mut push, to) = (Vec3::z(), -Vec3::z());
+        for tick in 0..4000 {
+            let next = math::turned(&push, &to, super::turn_at_rest(force_n));
+            let step_n = math::norm(&(next - push)) * force_n;
+            assert!(step_n < 0.003_1, "tick {tick} at {force_n} N: {step_n} N");
+            push = next;
+        }
+        assert!(math::norm(&(push - to)) < 1.0e-5, "{push}");
+    }
+}
+
 proptest! {
     /// Third law: what the tool feels of a tick is what the spheres take, friction included.
     #[test]
