@@ -51,6 +51,10 @@ fn every_control_works_by_pointer() {
         ("Reset organs (R)", Asked::Reset),
         ("Cut force (F)", Asked::EnableForce(false)),
         ("Engineering view (E)", Asked::ToggleEngineering),
+        (
+            "Take the instrument: mouse and keyboard (M)",
+            Asked::ToggleHand,
+        ),
         ("Scissors (3)", Asked::Instrument(2)),
         ("Quit (Esc)", Asked::Quit),
     ] {
@@ -69,6 +73,7 @@ fn every_control_works_by_key() {
         (egui::Key::F, Asked::EnableForce(false)),
         (egui::Key::Num4, Asked::Instrument(3)),
         (egui::Key::E, Asked::ToggleEngineering),
+        (egui::Key::M, Asked::ToggleHand),
         (egui::Key::H, Asked::TogglePanel),
         (egui::Key::F11, Asked::ToggleFullScreen),
         (egui::Key::Escape, Asked::Quit),
@@ -144,4 +149,33 @@ fn a_missing_controller_and_an_alarm_are_no_dead_ends() {
     });
     panel.run();
     panel.get_by_label("Controller: silent for 2.5 s");
+}
+
+#[test]
+fn whoever_has_the_instrument_in_hand_lets_go_before_the_station_ends() {
+    let mut panel = harness(UiState {
+        in_hand: true,
+        ..live()
+    });
+    panel.key_press(egui::Key::Escape);
+    panel.run();
+    assert_eq!(panel.state().asked, [Asked::ToggleHand]);
+    panel.get_by_label("Let go of the instrument (M)");
+}
+
+#[test]
+fn the_safety_chain_tells_what_each_gate_did() {
+    let mut health = TickHealth::default();
+    let mut batch: Box<TimingBatch> = bytemuck::allocation::zeroed_box();
+    batch.faults[5] = 2;
+    batch.faults[7] = 40;
+    health.take(&batch);
+    let mut panel = harness(UiState { health, ..live() });
+    panel.run();
+    panel
+        .get_by_label("Safety chain: acted in 42 ticks")
+        .click();
+    panel.run();
+    panel.get_by_label("2 × cut: the handle was too fast");
+    panel.get_by_label("40 × slowed: the force changed too fast");
 }

@@ -342,6 +342,30 @@ impl TimingBatch {
     pub const PINNED: u32 = 4;
 }
 
+/// Service `hand`: what a person without a haptic device asks of the emulated hand. Movements are
+/// sums since the sender began, so that a lost message loses nothing.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.HandMsg.v1")]
+pub struct HandMsg {
+    /// When it was sent (`CLOCK_MONOTONIC`).
+    pub at_ns: u64,
+    /// When the sender began: another one's sums start from nothing.
+    pub began_ns: u64,
+    /// The instrument's tip, along the picture's right, its up, and towards the viewer, m.
+    pub moved_m: [f64; 3],
+    /// The instrument about its shaft, rad.
+    pub rolled_rad: f64,
+    /// The endoscope about its port, to the left and up, rad.
+    pub scope_turned_rad: [f64; 2],
+    /// The endoscope along its axis, inwards, m.
+    pub scope_advanced_m: f64,
+    /// Device buttons, as in [`ToolFrame::buttons`].
+    pub buttons: u32,
+    /// Bits: 1 cut, 2 coagulate, 4 camera lock.
+    pub switches: u32,
+}
+
 /// Service `command` (request): what the host asks.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
@@ -401,4 +425,5 @@ const _: () = {
     assert!(size_of::<EventMsg>() == 48);
     assert!(size_of::<TimingBatch>() == 208 + 64 * TIMING_BATCH);
     assert!(size_of::<TickRecord>() == 64);
+    assert!(size_of::<HandMsg>() == 80);
 };

@@ -22,7 +22,7 @@ use iceoryx2::prelude::{
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenOrCreateError;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
-use crate::message::{CommandMsg, EventMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
+use crate::message::{CommandMsg, EventMsg, HandMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
 
 /// Hosts (displays, reports) that can watch one station at once.
 pub const MAX_HOSTS: usize = 8;
@@ -49,6 +49,9 @@ pub enum ServiceError {
          choose another name with --station"
     )]
     SecondController(String),
+    /// Somebody else leads the emulated hand.
+    #[error("station '{0}': another display has the instrument in hand; let go of it there (M)")]
+    SecondHand(String),
     /// Somebody speaks another version, or holds the service with another layout.
     #[error("station '{station}', service '{service}': a process of another version runs; end it")]
     OtherVersion {
@@ -324,6 +327,65 @@ impl Controller {
     /// Forgets hosts that died. Not needed often; takes up to milliseconds.
     pub fn forget_dead(&self) {
         self.node.try_cleanup_dead_nodes();
+    }
+}
+
+/// The sender's end of the service `hand`: a display whose mouse and keyboard lead the hand.
+#[derive(Debug)]
+pub struct HandSender {
+    hand: Publisher<ipc::Service, HandMsg, ()>,
+    node: Node<ipc::Service>,
+}
+
+impl HandSender {
+    /// Takes the hand.
+    ///
+    /// # Errors
+    /// [`ServiceError::SecondHand`] if another display has it.
+    pub fn open(station: &Station) -> Result<Self, ServiceError> {
+        let node = station.node()?;
+        let hand = station.publisher(&node, "hand", NEWEST);
+        let hand = hand.map_err(|error| match error {
+            ServiceError::SecondController(name) => ServiceError::SecondHand(name),
+            other => other,
+        })?;
+        Ok(Self { hand, node })
+    }
+
+    /// Sends; returns whether an emulated hand listens. A real device's hand cannot be led.
+    pub fn send(&self, message: HandMsg) -> bool {
+        self.hand.send_copy(message).is_ok_and(|heard| heard > 0)
+    }
+
+    /// Forgets emulators that died.
+    pub fn forget_dead(&self) {
+        self.node.try_cleanup_dead_nodes();
+    }
+}
+
+/// The emulator's end of the service `hand`.
+#[derive(Debug)]
+pub struct HandReceiver {
+    hand: Subscriber<ipc::Service, HandMsg, ()>,
+    _node: Node<ipc::Service>,
+}
+
+impl HandReceiver {
+    /// Listens, whether anybody leads the hand yet or not.
+    ///
+    /// # Errors
+    /// As they say.
+    pub fn open(station: &Station) -> Result<Self, ServiceError> {
+        let node = station.node()?;
+        let hand = station.subscriber(&node, "hand", NEWEST)?;
+        Ok(Self { hand, _node: node })
+    }
+
+    /// The newest message, if a newer one came.
+    pub fn newest(&self) -> Option<HandMsg> {
+        let mut newest_msg = None;
+        newest(&self.hand, |message| newest_msg = Some(*message));
+        newest_msg
     }
 }
 

@@ -4,7 +4,10 @@ use std::fs;
 use std::path::Path;
 use std::process::{Child, Stdio};
 
+use bytemuck::Zeroable as _;
 use serde_json::Value;
+use shared_mem::message::{DeviceHealth, HandMsg, ToolFrame};
+use shared_mem::service::{HandSender, Host, Station};
 use system_tests::{calot, finish, said, station_name, summary, wait_until};
 
 /// Emulated devices under a folder, for a scene that is made there.
@@ -112,4 +115,83 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
         "{text}"
     );
     drop(emulated);
+}
+
+/// Mouse, keyboard and gamepad reach the hand by this service: the test is the display.
+#[test]
+fn a_person_without_a_device_leads_the_emulated_hand() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let name = station_name("hand");
+    let station = Station::new(&name).expect("a plain name");
+    let run = calot()
+        .args([
+            "run",
+            "--headless",
+            "--frames",
+            "0",
+            "--seconds",
+            "3600",
+            "--station",
+            &name,
+        ])
+        .args(["--gamepad", "off", "--out"])
+        .arg(folder.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn();
+    let _run = Emulated(run.expect("it starts"));
+    let host = Host::open(&station).expect("a host");
+    let sender = HandSender::open(&station).expect("nobody else leads");
+    let mut tools = ToolFrame::zeroed();
+    let mut message = HandMsg {
+        began_ns: 1,
+        ..HandMsg::zeroed()
+    };
+    let tell = |message: &mut HandMsg, tools: &mut ToolFrame| {
+        let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+        message.at_ns = now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64;
+        let heard = sender.send(*message);
+        host.newest_tools(tools);
+        heard
+    };
+    wait_until("the hand is led, and the force is on", || {
+        tell(&mut message, &mut tools)
+            && tools.health[0].status == DeviceHealth::LIVE
+            && tools.tick > 500
+    });
+    // The jaws' joint, in the camera's axes.
+    let joint = |tools: &ToolFrame| tools.world_from_instrument.position_m;
+    wait_until("it holds still", || {
+        let before = joint(&tools);
+        for _ in 0..20 {
+            tell(&mut message, &mut tools);
+            std::thread::sleep(std::time::Duration::from_millis(5));
+        }
+        joint(&tools)
+            .iter()
+            .zip(before)
+            .all(|(now, before)| (now - before).abs() < 2e-4)
+    });
+    let before = joint(&tools);
+    message.moved_m = [0.02, 0.0, 0.0];
+    message.buttons = 1;
+    message.switches = 2;
+    wait_until("the jaws close and the tip goes 2 cm to the right", || {
+        tell(&mut message, &mut tools);
+        let [x, y, z, w] = tools.world_from_camera.orientation;
+        let right = [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y + w * z),
+            2.0 * (x * z - w * y),
+        ];
+        let way: f32 = (0..3)
+            .map(|i| (joint(&tools)[i] - before[i]) * right[i])
+            .sum();
+        (0.012..0.028).contains(&way) && tools.jaw < 0.1 && tools.switches & 2 != 0
+    });
+    // Silence: the foot is off the pedal.
+    wait_until("the pedal is released", || {
+        host.newest_tools(&mut tools);
+        tools.switches & 7 == 0
+    });
 }

@@ -2,12 +2,33 @@
 
 use std::collections::VecDeque;
 
-use shared_mem::message::{TickRecord, TimingBatch};
+use shared_mem::message::{FAULT_NAMES, TickRecord, TimingBatch};
 
 /// Ticks looked back: four seconds at 1 kHz.
 const WINDOW: usize = 4096;
 /// Bars of a histogram; each is twice as wide as the one before, the first ends at 1 µs.
 pub(super) const BARS: usize = 16;
+
+/// Gates that a force passes, in the safety chain's order: the controller's name of its counter, and
+/// what it did, in words.
+const GATES: [(&str, &str); 10] = [
+    (
+        "bad_sample",
+        "poses ignored: not a number, or outside the room",
+    ),
+    ("bad_force", "forces that were no number: none given"),
+    (
+        "stiffness_capped",
+        "softened to what the device renders stably",
+    ),
+    ("damped", "damped: contact gave the hand energy"),
+    ("slewed", "slowed: the force changed too fast"),
+    ("clamped", "shortened to the device's peak"),
+    ("thermal_limited", "lowered: the motors are warm"),
+    ("speed_trip", "cut: the handle was too fast"),
+    ("stale_device", "faded: the device was late"),
+    ("lost_device", "cut: the device's line was gone"),
+];
 
 /// Rolling view of the timing records.
 #[derive(Debug, Clone, Default)]
@@ -24,6 +45,8 @@ pub struct TickHealth {
     pub allocations: u64,
     /// Page faults of the realtime thread.
     pub page_faults: u64,
+    /// Ticks that each fault happened in since the controller started, as [`FAULT_NAMES`] names them.
+    pub faults: [u64; FAULT_NAMES.len()],
     /// What the realtime thread got from the system; `None`: no batch yet.
     pub realtime: Option<u32>,
 }
@@ -46,6 +69,7 @@ impl TickHealth {
         self.overruns = batch.overruns;
         self.allocations = batch.allocations;
         self.page_faults = batch.page_faults;
+        self.faults = batch.faults;
         self.realtime = Some(batch.realtime);
     }
 
@@ -75,6 +99,20 @@ impl TickHealth {
             let at = (values.len() * 99 / 100).min(values.len() - 1);
             [values[at], values[values.len() - 1]].map(|ns| ns as f32 / 1000.0)
         }))
+    }
+
+    /// What each gate of the safety chain did, in the chain's order, and in how many ticks.
+    pub fn gates(&self) -> impl Iterator<Item = (&'static str, u64)> {
+        let count = |name: &str| {
+            let named = FAULT_NAMES.iter().zip(&self.faults);
+            named
+                .filter(|(own, _)| **own == name)
+                .map(|(_, count)| *count)
+                .sum()
+        };
+        GATES
+            .into_iter()
+            .map(move |(name, words)| (words, count(name)))
     }
 
     /// Share of wake-up latencies in each bar.
@@ -134,6 +172,22 @@ mod tests {
         assert!((health.rate_hz - 1000.0).abs() < 1.0, "{}", health.rate_hz);
         assert!((health.wake_bars().iter().sum::<f64>() - 1.0).abs() < 1e-9);
         assert_eq!(health.lacks().len(), 3);
+    }
+
+    #[test]
+    fn every_gate_has_its_counter() {
+        let mut health = TickHealth::default();
+        let mut newest = batch(0, |_| 10_000);
+        for (place, count) in newest.faults.iter_mut().enumerate() {
+            *count = 1 << place;
+        }
+        health.take(&newest);
+        let counted: Vec<u64> = health.gates().map(|(_, count)| count).collect();
+        assert!(
+            counted.iter().all(|count| count.count_ones() == 1),
+            "{counted:?}"
+        );
+        assert_eq!(counted[2], 1 << 8, "stiffness_capped");
     }
 
     #[test]

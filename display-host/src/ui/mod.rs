@@ -55,6 +55,8 @@ pub struct UiState {
     pub overlay: Option<Overlay>,
     /// The picture shows spheres and springs inside the organs.
     pub inside: bool,
+    /// Mouse and keyboard lead the instrument.
+    pub in_hand: bool,
     /// The panel is hidden.
     pub panel_hidden: bool,
 }

@@ -23,6 +23,8 @@ pub enum Asked {
     ToggleEngineering,
     /// Hide or show the panel.
     TogglePanel,
+    /// Take the instrument with mouse and keyboard, or let it go.
+    ToggleHand,
     /// Fill the screen, or not.
     ToggleFullScreen,
     /// End.
@@ -74,7 +76,16 @@ fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             .zip(numbers)
             .map(|(i, key)| (key, Asked::Instrument(i)));
         let table = [
-            (Key::Escape, Asked::Quit),
+            // Whoever is caught in the picture gets out before the station ends.
+            (
+                Key::Escape,
+                if state.in_hand {
+                    Asked::ToggleHand
+                } else {
+                    Asked::Quit
+                },
+            ),
+            (Key::M, Asked::ToggleHand),
             (Key::P, Asked::Pause(!state.is_paused())),
             (Key::R, Asked::Reset),
             (Key::F, Asked::EnableForce(!state.is_force_enabled())),
@@ -101,9 +112,33 @@ fn picture(ui: &mut Ui, state: &UiState, id: egui::TextureId, aspect: f32) -> [u
             let place = egui::Rect::from_center_size(picture.rect.center(), size);
             overlay.paint(ui.painter(), place);
         }
+        if state.in_hand {
+            help(
+                ui,
+                egui::Rect::from_center_size(picture.rect.center(), size),
+            );
+        }
     });
     let pixels = ui.ctx().pixels_per_point();
     [space.x, space.y].map(|side| (side * pixels).round().max(1.0) as u32)
+}
+
+/// What leads the instrument, along the picture's lower edge.
+fn help(ui: &Ui, place: egui::Rect) {
+    let text = "Mouse or arrows: move   Wheel or Page keys: deeper, out   Left or Space: jaws   \
+                Right or V: coagulate   C: cut   , and .: roll\n\
+                Middle button or Ctrl: endoscope   L: hold the camera   Shift: slow   M or Esc: let go";
+    let painter = ui.painter();
+    let galley = painter.layout(
+        text.to_owned(),
+        egui::FontId::proportional(14.0),
+        Color32::WHITE,
+        place.width() - 24.0,
+    );
+    let at = place.center_bottom() - vec2(0.5 * galley.size().x, galley.size().y + 12.0);
+    let behind = egui::Rect::from_min_size(at, galley.size()).expand(6.0);
+    painter.rect_filled(behind, 4.0, Color32::from_black_alpha(170));
+    painter.galley(at, galley, Color32::WHITE);
 }
 
 fn waiting(state: &UiState) -> String {
@@ -137,6 +172,7 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     switches(ui, state, asked);
     ui.separator();
     force(ui, state);
+    gates(ui, state);
     ui.separator();
     ticks(ui, state);
     ui.separator();
@@ -221,6 +257,14 @@ fn switches(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         if toggle.clicked() {
             asked.push(Asked::ToggleEngineering);
         }
+        let text = if state.in_hand {
+            "Let go of the instrument (M)"
+        } else {
+            "Take the instrument: mouse and keyboard (M)"
+        };
+        if ui.selectable_label(state.in_hand, text).clicked() {
+            asked.push(Asked::ToggleHand);
+        }
         let text = if forced {
             "Cut force (F)"
         } else {
@@ -252,6 +296,18 @@ fn force(ui: &mut Ui, state: &UiState) {
         .allow_scroll(false)
         .show(ui, |plot| {
             plot.line(Line::new("force", PlotPoints::from(state.force.clone())).color(CARE));
+        });
+}
+
+/// What the safety chain did to the force, gate by gate.
+fn gates(ui: &mut Ui, state: &UiState) {
+    let total: u64 = state.health.gates().map(|(_, count)| count).sum();
+    egui::CollapsingHeader::new(format!("Safety chain: acted in {total} ticks"))
+        .id_salt("gates")
+        .show(ui, |ui| {
+            for (words, count) in state.health.gates() {
+                ui.label(format!("{count} × {words}"));
+            }
         });
 }
 

@@ -1,5 +1,6 @@
 //! The station's window: picture and panel, one frame after the other.
 
+mod operate;
 mod screen;
 mod session;
 
@@ -10,7 +11,7 @@ use std::time::{Duration, Instant};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, Station};
 use winit::application::ApplicationHandler;
-use winit::event::WindowEvent;
+use winit::event::{DeviceEvent, DeviceId, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::WindowId;
 
@@ -59,7 +60,7 @@ pub fn run(
     let event_loop = event_loop()?;
     let mut app = App {
         size: config.size,
-        session: Session::new(&scene, host, config.station.name()),
+        session: Session::new(&scene, host, &config.station),
         scene,
         stop,
         observer,
@@ -128,6 +129,7 @@ impl App<'_> {
         match screen.show(&self.scene, &mut self.session) {
             Ok(Shown::Frame { asked, quit }) => {
                 self.session.carry_out(&asked, self.observer);
+                screen.hold_mouse(self.session.operate.is_on());
                 if quit {
                     self.ended = Ended::Stopped;
                     events.exit();
@@ -162,14 +164,27 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
         let Some(screen) = &mut self.screen else {
             return;
         };
-        screen.take_event(&event);
+        if !self.session.operate.take_event(&event) {
+            screen.take_event(&event);
+        }
         match event {
+            // Whoever looks elsewhere has let go.
+            WindowEvent::Focused(false) => {
+                self.session.operate.let_go();
+                screen.hold_mouse(false);
+            }
             WindowEvent::CloseRequested => {
                 self.ended = Ended::Stopped;
                 events.exit();
             }
             WindowEvent::RedrawRequested => self.frame(events),
             _ => {}
+        }
+    }
+
+    fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
+        if let DeviceEvent::MouseMotion { delta } = event {
+            self.session.operate.mouse_moved(delta);
         }
     }
 
@@ -187,6 +202,7 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             self.ended = Ended::TimeOver;
             events.exit();
         }
+        self.session.operate.tell();
         // An unseen window gets no redraws: it asks again, and goes on listening.
         if let Some(screen) = &self.screen {
             screen.redraw();

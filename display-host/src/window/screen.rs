@@ -7,7 +7,7 @@ use shared_mem::scene::SceneFile;
 use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
-use winit::window::{Fullscreen, Window};
+use winit::window::{CursorGrabMode, Fullscreen, Window};
 
 use super::session::Session;
 use crate::DisplayError;
@@ -42,6 +42,7 @@ pub(super) struct Screen {
     input: egui_winit::State,
     picture: egui::TextureId,
     last_frame: Option<Instant>,
+    mouse_held: bool,
 }
 
 impl Screen {
@@ -103,6 +104,7 @@ impl Screen {
             input,
             picture,
             last_frame: None,
+            mouse_held: false,
         })
     }
 
@@ -129,6 +131,23 @@ impl Screen {
             self.surface
                 .configure(&self.gpu.device, &self.surface_config);
         }
+    }
+
+    /// Keeps the mouse in the window, unseen, or lets it out.
+    pub(super) fn hold_mouse(&mut self, hold: bool) {
+        if hold == self.mouse_held {
+            return;
+        }
+        self.mouse_held = hold;
+        self.window.set_cursor_visible(!hold);
+        // Where neither can be had the mouse leads the hand all the same, as far as the screen goes.
+        let _ = if hold {
+            self.window
+                .set_cursor_grab(CursorGrabMode::Locked)
+                .or_else(|_| self.window.set_cursor_grab(CursorGrabMode::Confined))
+        } else {
+            self.window.set_cursor_grab(CursorGrabMode::None)
+        };
     }
 
     pub(super) fn take_accessibility(&mut self, event: accesskit_winit::Event) {

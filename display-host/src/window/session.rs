@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 
 use shared_mem::message::{CommandMsg, EventMsg, StateFrame, ToolFrame};
 use shared_mem::scene::SceneFile;
-use shared_mem::service::Host;
+use shared_mem::service::{Host, Station};
 
+use super::operate::Operate;
 use crate::feed::{Feed, Offer};
 use crate::headless::{Ended, Observed, Outcome, zeroed_state};
 use crate::latency::FrameRecord;
@@ -34,12 +35,14 @@ pub(super) struct Session {
     frames: Vec<FrameRecord>,
     frame_times: VecDeque<Instant>,
     warnings: Vec<String>,
+    /// Mouse and keyboard as the hand.
+    pub(super) operate: Operate,
     /// What the panel shows.
     pub(super) ui: UiState,
 }
 
 impl Session {
-    pub(super) fn new(scene: &SceneFile, host: Host, station: &str) -> Self {
+    pub(super) fn new(scene: &SceneFile, host: Host, station: &Station) -> Self {
         Self {
             host,
             feed: Feed::new(scene),
@@ -52,8 +55,9 @@ impl Session {
             frames: Vec::new(),
             frame_times: VecDeque::new(),
             warnings: Vec::new(),
+            operate: Operate::new(station),
             ui: UiState {
-                station: station.to_owned(),
+                station: station.name().to_owned(),
                 scene: scene.name().to_owned(),
                 task: "Press, grasp and pull: feel the organs".into(),
                 ..UiState::default()
@@ -127,6 +131,7 @@ impl Session {
         });
         self.judge_link();
         self.ui.tools = self.feed.tools().copied();
+        self.ui.in_hand = self.operate.is_on();
         self.ui.force = self.force.iter().copied().collect();
     }
 
@@ -167,6 +172,13 @@ impl Session {
                 }
                 Asked::TogglePanel => {
                     self.ui.panel_hidden = !self.ui.panel_hidden;
+                    continue;
+                }
+                Asked::ToggleHand => {
+                    if let Err(problem) = self.operate.toggle() {
+                        observer(Observed::Warning(&problem));
+                        self.ui.alarm = Some(problem);
+                    }
                     continue;
                 }
                 Asked::ToggleFullScreen | Asked::Quit => continue,

@@ -201,6 +201,8 @@ pub(crate) struct RunArgs {
     /// Seed of the scripted hand
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) gamepad: GamepadArgs,
     /// Start no processes: show the station that runs under this name
     #[arg(long)]
     pub(crate) attach: bool,
@@ -358,6 +360,38 @@ pub(crate) struct ConformanceArgs {
     pub(crate) json: bool,
 }
 
+/// Whether a gamepad may lead the emulated hand.
+#[derive(Debug, Clone, Default, Args)]
+pub(crate) struct GamepadArgs {
+    /// Gamepad that leads the emulated hand: `auto` takes the first one that is plugged in, once it
+    /// is used; `off`; or its path under /dev/input
+    #[arg(long, value_name = "auto|off|PATH", default_value = "auto", value_parser = parse_gamepad)]
+    pub(crate) gamepad: GamepadName,
+}
+
+/// Which gamepad.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) enum GamepadName {
+    /// The first that is plugged in.
+    #[default]
+    Auto,
+    /// None.
+    Off,
+    /// The one at this path.
+    Path(PathBuf),
+}
+
+impl GamepadName {
+    /// As it is typed.
+    pub(crate) fn word(&self) -> &std::ffi::OsStr {
+        match self {
+            Self::Auto => "auto".as_ref(),
+            Self::Off => "off".as_ref(),
+            Self::Path(path) => path.as_os_str(),
+        }
+    }
+}
+
 #[derive(Debug, Clone, Args)]
 pub(crate) struct EmulateArgs {
     /// Folder for the devices `haptic`, `tracker` and `pedal` (links to ptys)
@@ -369,6 +403,11 @@ pub(crate) struct EmulateArgs {
     /// Seed of the hand's tremor and of injected faults
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
+    /// A display of this station may take the hand over: mouse and keyboard
+    #[arg(long, value_name = "NAME", value_parser = parse_station)]
+    pub(crate) station: Option<String>,
+    #[command(flatten)]
+    pub(crate) gamepad: GamepadArgs,
     /// End when this process, which started this one, ends
     #[arg(long, value_name = "PID")]
     pub(crate) with_parent: Option<i32>,
@@ -461,6 +500,15 @@ pub(crate) fn parse_station(text: &str) -> Result<String, String> {
         Ok(_) => Ok(text.to_owned()),
         Err(error) => Err(error.to_string()),
     }
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "clap's form")]
+fn parse_gamepad(text: &str) -> Result<GamepadName, String> {
+    Ok(match text {
+        "auto" => GamepadName::Auto,
+        "off" => GamepadName::Off,
+        path => GamepadName::Path(path.into()),
+    })
 }
 
 fn parse_png(text: &str) -> Result<PathBuf, String> {

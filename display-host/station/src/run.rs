@@ -149,6 +149,7 @@ pub(crate) fn start(
     ];
     if emulated.contains(&true) {
         let seed = args.seed.to_string();
+        let gamepad = args.gamepad.gamepad.word();
         let emulate = words([
             &"emulate",
             &"--with-parent",
@@ -159,6 +160,10 @@ pub(crate) fn start(
             &scene,
             &"--seed",
             &seed,
+            &"--station",
+            &args.station,
+            &"--gamepad",
+            &gamepad,
         ]);
         children.push(Process::start(
             "emulate",

@@ -100,8 +100,8 @@ pub struct Intent {
 /// The script with its seed.
 #[derive(Debug, Clone)]
 pub struct Hand {
-    script: HandScript,
-    kinematics: Kinematics,
+    pub(super) script: HandScript,
+    pub(super) kinematics: Kinematics,
     tremor: [[Oscillation; 2]; 3],
     sway_phase: [f32; 2],
 }
@@ -191,11 +191,9 @@ impl Hand {
                 .sum()
         }));
         let tip_m = self.script.target_m + self.script.target_normal * height_m + tremor;
-        let up = self.script.world_from_device.rotation * Vec3::y();
-        let world_from_handle = self.kinematics.handle_from_tip(&tip_m, &up);
         Intent {
             tip_m,
-            device_from_handle: self.script.world_from_device.inverse() * world_from_handle,
+            device_from_handle: self.handle_of(&tip_m),
             buttons: if CLOSED_S.iter().any(|closed| closed.contains(&round_s)) {
                 Buttons::GRASP
             } else {
@@ -214,14 +212,27 @@ impl Hand {
     /// through the port whatever the hand wants.
     #[must_use]
     pub fn handle_at(&self, position_m: Vec3) -> Pose {
+        self.handle_of(&self.tip_of(position_m))
+    }
+
+    /// The handle that brings the tip to a place of the world, device frame.
+    pub(super) fn handle_of(&self, tip_m: &Vec3) -> Pose {
+        let device = &self.script.world_from_device;
+        let up = device.rotation * Vec3::y();
+        device.inverse() * self.kinematics.handle_from_tip(tip_m, &up)
+    }
+
+    /// The tip of a handle at `position_m` of the device frame, world frame, m.
+    pub(super) fn tip_of(&self, position_m: Vec3) -> Vec3 {
         let device = &self.script.world_from_device;
         let world = device * nalgebra::Point3::from(position_m);
         let at = Pose::from_parts(world.into(), device.rotation);
-        let up = device.rotation * Vec3::y();
-        device.inverse()
-            * self
-                .kinematics
-                .handle_from_tip(&self.kinematics.tip(&at), &up)
+        self.kinematics.tip(&at)
+    }
+
+    /// From the trocar to what the hand works on.
+    pub(super) fn script_direction(&self) -> Vec3 {
+        (self.script.target_m - self.script.instrument_port_m).normalize()
     }
 
     /// The endoscope's sensor in the transmitter's frame; it sits on the camera.
@@ -234,18 +245,28 @@ impl Hand {
             // From rest, so that the picture begins where the scene puts the camera.
             angle * ((turn + phase).sin() - phase.sin())
         });
+        self.sensor([yaw, pitch, 0.0])
+    }
+
+    /// The same of an endoscope that is turned and advanced as [`Self::camera`] says.
+    pub(super) fn sensor(&self, scope: [f32; 3]) -> Pose {
+        self.script.world_from_tracker.inverse() * self.camera(scope)
+    }
+
+    /// The camera, turned about its port to the left and up, rad, and advanced, m; world frame.
+    pub(super) fn camera(&self, [yaw, pitch, advance_m]: [f32; 3]) -> Pose {
         let camera = self.script.world_from_camera;
         let about = camera.rotation * Vec3::new(pitch, yaw, 0.0);
         let turn = nalgebra::UnitQuaternion::from_scaled_axis(about);
         let port = self.script.endoscope_port_m;
-        let position = port + turn * (camera.translation.vector - port);
-        let world_from_sensor = Pose::from_parts(position.into(), turn * camera.rotation);
-        self.script.world_from_tracker.inverse() * world_from_sensor
+        let ahead = camera.rotation * Vec3::new(0.0, 0.0, -advance_m);
+        let position = port + turn * (camera.translation.vector + ahead - port);
+        Pose::from_parts(position.into(), turn * camera.rotation)
     }
 }
 
 /// The Touch's stops, less a little for the tremor.
-const HANDLE_REACH_M: f32 = 0.099;
+pub(super) const HANDLE_REACH_M: f32 = 0.099;
 
 /// Height of the tip over the skin, m, and what the hand does, at a moment of the round.
 fn height(round_s: f32) -> (f32, &'static str) {

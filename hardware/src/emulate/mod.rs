@@ -8,8 +8,10 @@
 mod bulk;
 mod electronics;
 mod fault;
+mod gamepad;
 mod hand;
 mod inverse3;
+mod operated;
 mod pty;
 mod random;
 mod station;
@@ -25,8 +27,10 @@ use crate::HardwareError;
 pub use bulk::EmulatedBulk;
 pub use electronics::HapticModel;
 pub use fault::Faults;
+pub use gamepad::Gamepad;
 pub use hand::{Hand, HandScript, Intent, ROUND_S};
 pub use inverse3::{EmulatedInverse3, Misbehaviour};
+pub use operated::Wish;
 pub use touch::{Body, Grip, Touch};
 
 #[cfg(test)]
@@ -86,6 +90,17 @@ pub fn run(
     stop: &AtomicBool,
     ready: &mut dyn FnMut(&Lines),
 ) -> Result<(), HardwareError> {
+    run_led(config, stop, &mut || None, ready)
+}
+
+/// The same with a person who leads the hand: from the first wish on the script is over. `wish`
+/// is asked every millisecond; none means that nobody leads just now.
+pub fn run_led(
+    config: &EmulateConfig,
+    stop: &AtomicBool,
+    wish: &mut dyn FnMut() -> Option<Wish>,
+    ready: &mut dyn FnMut(&Lines),
+) -> Result<(), HardwareError> {
     let mut station = Station::new(config)?;
     ready(station.lines());
     let mut start = Instant::now();
@@ -101,7 +116,7 @@ pub fn run(
                 }
             }
         }
-        station.tick()?;
+        station.tick(wish())?;
         // u32: 49 days of emulation, then a new start.
         match tick.checked_add(1) {
             Some(next) => tick = next,

@@ -4,12 +4,14 @@ use std::fs::{self, File};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use rt_core::math::Vec3;
+use nalgebra::UnitQuaternion;
+use rt_core::math::{Pose, Vec3};
 use rustix::fs::{FlockOperation, flock};
 
 use super::electronics::Electronics;
 use super::fault::{Faults, FaultyLine};
 use super::hand::{Hand, REPEAT_S};
+use super::operated::{Operated, Wish};
 use super::pty::Pty;
 use super::random::Random;
 use super::touch::{Grip, Touch};
@@ -40,7 +42,11 @@ pub(super) struct Station {
     started: Instant,
     tick: u64,
     hand: Hand,
+    /// Since a person leads it.
+    operated: Option<Operated>,
     hand_time_ms: u32,
+    /// The handle that the hand wanted last, device frame.
+    wanted: Pose,
     silent_ms: u32,
     touch: Touch,
     haptic: Electronics,
@@ -67,7 +73,8 @@ impl Station {
             Plug::new(directory.join(name), line)
         };
         let haptic = Electronics::new(config.haptic);
-        let rest = haptic.guided(hand.intent(0.0).device_from_handle.translation.vector);
+        let wanted = hand.intent(0.0).device_from_handle;
+        let rest = haptic.guided(wanted.translation.vector);
         Ok(Self {
             lines: Lines {
                 haptic: directory.join("haptic"),
@@ -77,9 +84,11 @@ impl Station {
             _lock: lock,
             started: Instant::now(),
             tick: 0,
-            bird: Bird::new(record(&hand, 0.0, Vec3::zeros())),
+            bird: Bird::new(record(hand.tracker_from_sensor(0.0), Vec3::zeros())),
             hand,
+            operated: None,
             hand_time_ms: 0,
+            wanted,
             silent_ms: 0,
             touch: Touch::new(haptic.body(), Grip::STYLUS, rest),
             haptic,
@@ -96,8 +105,9 @@ impl Station {
     }
 
     /// One millisecond of everything.
-    pub(super) fn tick(&mut self) -> Result<(), HardwareError> {
+    pub(super) fn tick(&mut self, wish: Option<Wish>) -> Result<(), HardwareError> {
         self.follow_controller();
+        self.follow_person(wish.as_ref());
         self.haptic_millisecond()?;
         self.tracker_millisecond()?;
         self.pedal_millisecond()?;
@@ -118,7 +128,19 @@ impl Station {
             self.silent_ms = self.silent_ms.saturating_add(1);
             if self.silent_ms >= ABANDONED_MS {
                 self.hand_time_ms = 0;
+                self.operated = None;
             }
+        }
+    }
+
+    /// From the first wish on the script is over.
+    fn follow_person(&mut self, wish: Option<&Wish>) {
+        if let (None, Some(wish)) = (&self.operated, wish) {
+            let tip_m = self.hand.intent(self.hand_time_s()).tip_m;
+            self.operated = Some(Operated::begin(tip_m, wish));
+        }
+        if let Some(operated) = &mut self.operated {
+            operated.follow(wish, &self.hand);
         }
     }
 
@@ -140,17 +162,26 @@ impl Station {
         });
 
         let at_s = self.hand_time_s();
-        let intent = self.hand.intent(at_s);
-        let before = self.hand.intent(at_s - 1e-3);
-        let [target_m, before_m] = [&intent, &before].map(|moment| {
-            self.haptic
-                .guided(moment.device_from_handle.translation.vector)
-        });
+        let (handle, before, buttons, roll) = match &self.operated {
+            Some(operated) => {
+                let handle = operated.handle(&self.hand);
+                (handle, self.wanted, operated.buttons(), operated.roll())
+            }
+            None => {
+                let intent = self.hand.intent(at_s);
+                let before = self.hand.intent(at_s - 1e-3).device_from_handle;
+                let handle = intent.device_from_handle;
+                (handle, before, intent.buttons, UnitQuaternion::identity())
+            }
+        };
+        self.wanted = handle;
+        let [target_m, before_m] =
+            [handle, before].map(|wanted| self.haptic.guided(wanted.translation.vector));
         let target_velocity_m_s = (target_m - before_m) / 1e-3;
         self.touch.step(target_m, target_velocity_m_s, force_n);
 
         let position_m = self.touch.measured_m();
-        let q = self.hand.handle_at(position_m).rotation;
+        let q = self.hand.handle_at(position_m).rotation * roll;
         let degenerate = self.haptic_line.line.degenerate();
         let motion = Motion {
             position_m: position_m.into(),
@@ -160,7 +191,7 @@ impl Station {
             } else {
                 [q.i, q.j, q.k, q.w]
             },
-            buttons: intent.buttons.0,
+            buttons: buttons.0,
         };
         let line = &mut self.haptic_line.line;
         self.haptic.report(&motion, &self.touch, now_us, |sample| {
@@ -181,9 +212,11 @@ impl Station {
             });
         if self.tick.is_multiple_of(TRACKER_PERIOD) {
             let noise = Vec3::from_fn(|_, _| self.tracker_noise.between(-1.0, 1.0));
-            let at_s = self.hand_time_s();
-            self.bird
-                .set_pose(record(&self.hand, at_s, noise * TRACKER_NOISE_M));
+            let sensor = match &self.operated {
+                Some(operated) => self.hand.sensor(operated.scope()),
+                None => self.hand.tracker_from_sensor(self.hand_time_s()),
+            };
+            self.bird.set_pose(record(sensor, noise * TRACKER_NOISE_M));
             if self.bird.is_streaming() {
                 let record = self.bird.record();
                 self.tracker_line.line.send(&record, time_s);
@@ -202,7 +235,10 @@ impl Station {
             self.pedal_line.send(&answer, time_s);
         }
         if self.tick.is_multiple_of(PEDAL_PERIOD) {
-            let switches = self.hand.intent(self.hand_time_s()).switches;
+            let switches = match &self.operated {
+                Some(operated) => operated.switches(),
+                None => self.hand.intent(self.hand_time_s()).switches,
+            };
             if let Some(report) = self.pedal.switches(switches) {
                 self.pedal_line.send(&report, time_s);
             }
@@ -212,11 +248,10 @@ impl Station {
     }
 }
 
-fn record(hand: &Hand, time_s: f32, noise_m: Vec3) -> Record {
-    let pose = hand.tracker_from_sensor(time_s);
+fn record(tracker_from_sensor: Pose, noise_m: Vec3) -> Record {
     Record {
-        position_m: (pose.translation.vector + noise_m).into(),
-        rotation: pose.rotation,
+        position_m: (tracker_from_sensor.translation.vector + noise_m).into(),
+        rotation: tracker_from_sensor.rotation,
     }
 }
 

@@ -1,5 +1,7 @@
 //! `calot emulate`.
 
+mod lead;
+
 use std::process::ExitCode;
 
 use hardware::emulate::{EmulateConfig, HandScript};
@@ -35,7 +37,8 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
     let cores = realtime::allowed_cores();
     let tick_core = cores.last().copied().unwrap_or(0);
     let _ = realtime::work_beside_tick(&cores, tick_core, EMULATOR_PRIORITY);
-    hardware::emulate::run(&config, &stop, &mut |lines| {
+    let mut lead = lead::Lead::new(args)?;
+    hardware::emulate::run_led(&config, &stop, &mut || lead.wish(), &mut |lines| {
         say::answer(format_args!(
             "{READY} {} {} {}",
             lines.haptic.display(),

@@ -1,0 +1,300 @@
+//! Mouse and keyboard as the hand, for whoever has no haptic device: they lead the hand at the
+//! emulated one, so that tissue pushes back and the whole station runs as with a real device.
+
+use std::time::{Duration, Instant};
+
+use shared_mem::message::HandMsg;
+use shared_mem::service::{HandSender, Station};
+use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
+use winit::keyboard::{KeyCode, PhysicalKey};
+
+use crate::latency::now_ns;
+
+/// The tip moves by so much with a count of the mouse, and a notch of its wheel, m…
+const TIP_M_COUNT: f64 = 0.08e-3;
+const TIP_M_NOTCH: f64 = 3.0e-3;
+/// …the endoscope turns and advances by so much.
+const SCOPE_RAD_COUNT: f64 = 1.0e-3;
+const SCOPE_M_NOTCH: f64 = 2.0e-3;
+/// Pixels of a touch pad's scrolling that are a notch.
+const NOTCH_PIXELS: f64 = 40.0;
+/// A held key moves the tip this fast, m/s, and turns, rad/s; with Shift a quarter of it.
+const TIP_M_S: f64 = 0.04;
+const ROLL_RAD_S: f64 = 1.2;
+const SCOPE_RAD_S: f64 = 0.3;
+const SCOPE_M_S: f64 = 0.02;
+/// How often the hand is told, at least while somebody leads it.
+const SEND_EVERY: Duration = Duration::from_millis(8);
+
+/// Keys that lead the hand; the others stay the interface's.
+const KEYS: [KeyCode; 16] = [
+    KeyCode::ArrowLeft,
+    KeyCode::ArrowRight,
+    KeyCode::ArrowDown,
+    KeyCode::ArrowUp,
+    KeyCode::PageDown,
+    KeyCode::PageUp,
+    KeyCode::Comma,
+    KeyCode::Period,
+    KeyCode::Space,
+    KeyCode::KeyC,
+    KeyCode::KeyV,
+    KeyCode::KeyL,
+    KeyCode::ShiftLeft,
+    KeyCode::ShiftRight,
+    KeyCode::ControlLeft,
+    KeyCode::ControlRight,
+];
+
+/// What mouse and keyboard ask for.
+#[derive(Debug)]
+struct Leading {
+    message: HandMsg,
+    held: [bool; KEYS.len()],
+    mouse_jaws: bool,
+    mouse_coagulates: bool,
+    /// The middle button: the mouse moves the endoscope.
+    mouse_scope: bool,
+}
+
+impl Leading {
+    fn new(began_ns: u64) -> Self {
+        Self {
+            message: HandMsg {
+                began_ns,
+                ..bytemuck::Zeroable::zeroed()
+            },
+            held: [false; KEYS.len()],
+            mouse_jaws: false,
+            mouse_coagulates: false,
+            mouse_scope: false,
+        }
+    }
+
+    fn holds(&self, key: KeyCode) -> bool {
+        let held = KEYS.iter().zip(&self.held);
+        held.into_iter().any(|(own, held)| *own == key && *held)
+    }
+
+    fn holds_either(&self, one: KeyCode, other: KeyCode) -> bool {
+        self.holds(one) || self.holds(other)
+    }
+
+    /// Takes a key; returns whether it leads the hand.
+    fn key(&mut self, key: KeyCode, down: bool) -> bool {
+        let Some(at) = KEYS.iter().position(|own| *own == key) else {
+            return false;
+        };
+        if let Some(held) = self.held.get_mut(at) {
+            *held = down;
+        }
+        true
+    }
+
+    fn button(&mut self, button: MouseButton, down: bool) {
+        match button {
+            MouseButton::Left => self.mouse_jaws = down,
+            MouseButton::Right => self.mouse_coagulates = down,
+            MouseButton::Middle => self.mouse_scope = down,
+            _ => {}
+        }
+    }
+
+    /// The mouse moved: right and down are positive.
+    fn mouse(&mut self, [right, down]: [f64; 2]) {
+        if self.mouse_scope {
+            self.message.scope_turned_rad[0] -= right * SCOPE_RAD_COUNT;
+            self.message.scope_turned_rad[1] -= down * SCOPE_RAD_COUNT;
+        } else {
+            self.message.moved_m[0] += right * TIP_M_COUNT;
+            self.message.moved_m[1] -= down * TIP_M_COUNT;
+        }
+    }
+
+    /// The wheel turned away from the person by so many notches.
+    fn wheel(&mut self, notches: f64) {
+        if self.mouse_scope {
+            self.message.scope_advanced_m += notches * SCOPE_M_NOTCH;
+        } else {
+            self.message.moved_m[2] -= notches * TIP_M_NOTCH;
+        }
+    }
+
+    /// What the held keys do in `seconds`.
+    fn advance(&mut self, seconds: f64) {
+        use KeyCode as Key;
+        let controls = self.holds_either(Key::ControlLeft, Key::ControlRight);
+        let slow = self.holds_either(Key::ShiftLeft, Key::ShiftRight);
+        let seconds = if slow { 0.25 * seconds } else { seconds };
+        let way = |less, more| {
+            seconds * f64::from(i8::from(self.holds(more)) - i8::from(self.holds(less)))
+        };
+        let right = way(Key::ArrowLeft, Key::ArrowRight);
+        let up = way(Key::ArrowDown, Key::ArrowUp);
+        let deeper = way(Key::PageDown, Key::PageUp);
+        let roll = way(Key::Comma, Key::Period);
+        let message = &mut self.message;
+        message.rolled_rad -= roll * ROLL_RAD_S;
+        if controls {
+            message.scope_turned_rad[0] -= right * SCOPE_RAD_S;
+            message.scope_turned_rad[1] += up * SCOPE_RAD_S;
+            message.scope_advanced_m += deeper * SCOPE_M_S;
+        } else {
+            message.moved_m[0] += right * TIP_M_S;
+            message.moved_m[1] += up * TIP_M_S;
+            message.moved_m[2] -= deeper * TIP_M_S;
+        }
+        let bits = |on: [bool; 3]| (0..).zip(on).map(|(bit, on)| u32::from(on) << bit).sum();
+        self.message.buttons = u32::from(self.mouse_jaws || self.holds(Key::Space));
+        self.message.switches = bits([
+            self.holds(Key::KeyC),
+            self.mouse_coagulates || self.holds(Key::KeyV),
+            self.holds(Key::KeyL),
+        ]);
+    }
+}
+
+/// Whoever may take the instrument, and whether they have.
+#[derive(Debug)]
+pub(super) struct Operate {
+    station: Station,
+    on: Option<(HandSender, Leading)>,
+    advanced: Instant,
+}
+
+impl Operate {
+    pub(super) fn new(station: &Station) -> Self {
+        Self {
+            station: station.clone(),
+            on: None,
+            advanced: Instant::now(),
+        }
+    }
+
+    pub(super) fn is_on(&self) -> bool {
+        self.on.is_some()
+    }
+
+    /// Takes the instrument, or lets it go. Says why not.
+    pub(super) fn toggle(&mut self) -> Result<(), String> {
+        if self.on.take().is_some() {
+            return Ok(());
+        }
+        let sender = HandSender::open(&self.station).map_err(|error| error.to_string())?;
+        let leading = Leading::new(now_ns());
+        let first = HandMsg {
+            at_ns: now_ns(),
+            ..leading.message
+        };
+        if !sender.send(first) {
+            sender.forget_dead();
+            return Err(
+                "no emulated hand listens: the instrument is in a real device's, or the \
+                        station does not run"
+                    .to_owned(),
+            );
+        }
+        self.advanced = Instant::now();
+        self.on = Some((sender, leading));
+        Ok(())
+    }
+
+    /// Lets go, if somebody has it.
+    pub(super) fn let_go(&mut self) {
+        self.on = None;
+    }
+
+    /// Takes what leads the hand; returns whether the interface shall not see it.
+    pub(super) fn take_event(&mut self, event: &WindowEvent) -> bool {
+        let Some((_, leading)) = &mut self.on else {
+            return false;
+        };
+        match event {
+            WindowEvent::KeyboardInput { event, .. } => match event.physical_key {
+                PhysicalKey::Code(key) => leading.key(key, event.state == ElementState::Pressed),
+                PhysicalKey::Unidentified(_) => false,
+            },
+            WindowEvent::MouseInput { state, button, .. } => {
+                leading.button(*button, *state == ElementState::Pressed);
+                true
+            }
+            WindowEvent::MouseWheel { delta, .. } => {
+                leading.wheel(match delta {
+                    MouseScrollDelta::LineDelta(_, lines) => f64::from(*lines),
+                    MouseScrollDelta::PixelDelta(pixels) => pixels.y / NOTCH_PIXELS,
+                });
+                true
+            }
+            WindowEvent::CursorMoved { .. } => true,
+            _ => false,
+        }
+    }
+
+    /// The mouse itself moved, wherever the cursor is.
+    pub(super) fn mouse_moved(&mut self, (right, down): (f64, f64)) {
+        if let Some((_, leading)) = &mut self.on {
+            leading.mouse([right, down]);
+        }
+    }
+
+    /// Tells the hand, when it is time.
+    pub(super) fn tell(&mut self) {
+        let since = self.advanced.elapsed();
+        let Some((sender, leading)) = &mut self.on else {
+            return;
+        };
+        if since < SEND_EVERY {
+            return;
+        }
+        self.advanced = Instant::now();
+        leading.advance(since.as_secs_f64().min(0.1));
+        sender.send(HandMsg {
+            at_ns: now_ns(),
+            ..leading.message
+        });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_mouse_moves_the_tip_and_with_its_middle_button_the_endoscope() {
+        let mut leading = Leading::new(1);
+        leading.mouse([100.0, 50.0]);
+        leading.wheel(2.0);
+        assert_eq!(leading.message.moved_m, [0.008, -0.004, -0.006]);
+        leading.button(MouseButton::Middle, true);
+        leading.mouse([100.0, 0.0]);
+        leading.wheel(-1.0);
+        assert_eq!(leading.message.moved_m[0], 0.008);
+        assert_eq!(leading.message.scope_turned_rad, [-0.1, 0.0]);
+        assert_eq!(leading.message.scope_advanced_m, -0.002);
+        leading.button(MouseButton::Left, true);
+        leading.button(MouseButton::Right, true);
+        leading.advance(0.0);
+        assert_eq!((leading.message.buttons, leading.message.switches), (1, 2));
+    }
+
+    #[test]
+    fn held_keys_move_and_shift_is_slow() {
+        let mut leading = Leading::new(1);
+        assert!(leading.key(KeyCode::ArrowRight, true));
+        assert!(!leading.key(KeyCode::KeyE, true), "the interface's");
+        leading.advance(1.0);
+        assert_eq!(leading.message.moved_m, [TIP_M_S, 0.0, 0.0]);
+        leading.key(KeyCode::ShiftLeft, true);
+        leading.advance(1.0);
+        assert_eq!(leading.message.moved_m[0], 1.25 * TIP_M_S);
+        leading.key(KeyCode::ArrowRight, false);
+        leading.key(KeyCode::ControlLeft, true);
+        leading.key(KeyCode::PageUp, true);
+        leading.advance(1.0);
+        assert!(leading.message.scope_advanced_m > 0.0);
+        leading.key(KeyCode::KeyC, true);
+        leading.key(KeyCode::Space, true);
+        leading.advance(0.0);
+        assert_eq!((leading.message.buttons, leading.message.switches), (1, 1));
+    }
+}

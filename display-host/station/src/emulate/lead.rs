@@ -1,0 +1,211 @@
+//! Who leads the emulated hand: a display's mouse and keyboard, or a gamepad; else the script.
+
+use std::time::{Duration, Instant};
+
+use hardware::emulate::{Gamepad, Wish};
+use hardware::rig::wire::Switches;
+use rt_core::port::Buttons;
+use rt_process::time_driver::monotonic_ns;
+use shared_mem::message::HandMsg;
+use shared_mem::service::{HandReceiver, Station};
+
+use crate::cli::{EmulateArgs, GamepadName};
+use crate::say;
+use crate::scene::Problem;
+
+/// A display that was silent for so long has let go.
+const SILENT_NS: u64 = 500_000_000;
+/// How often a gamepad is looked for.
+const LOOK_EVERY: Duration = Duration::from_secs(2);
+
+/// What leads the hand.
+pub(super) struct Lead {
+    display: Option<HandReceiver>,
+    message: Option<HandMsg>,
+    /// What displays before this one had moved.
+    earlier: Wish,
+    gamepad: Option<Gamepad>,
+    /// Whether one that is plugged in is taken.
+    looks: bool,
+    looked: Option<Instant>,
+    polled: Instant,
+    /// What gamepads before this one had moved.
+    before: Wish,
+    latest: Wish,
+}
+
+impl Lead {
+    pub(super) fn new(args: &EmulateArgs) -> Result<Self, Problem> {
+        let station = args.station.as_deref().map(Station::new).transpose()?;
+        let gamepad = match &args.gamepad.gamepad {
+            GamepadName::Path(path) => Some(Gamepad::open(path)?),
+            GamepadName::Auto | GamepadName::Off => None,
+        };
+        Ok(Self {
+            display: station.as_ref().map(HandReceiver::open).transpose()?,
+            message: None,
+            earlier: Wish::default(),
+            gamepad,
+            looks: args.gamepad.gamepad == GamepadName::Auto,
+            looked: None,
+            polled: Instant::now(),
+            before: Wish::default(),
+            latest: Wish::default(),
+        })
+    }
+
+    /// What is asked for now.
+    pub(super) fn wish(&mut self) -> Option<Wish> {
+        let seconds = self.polled.elapsed().as_secs_f64().min(0.1);
+        self.polled = Instant::now();
+        if let Some(newer) = self.display.as_ref().and_then(HandReceiver::newest) {
+            match &self.message {
+                Some(last) if last.began_ns != newer.began_ns => {
+                    self.earlier = both(&self.earlier, &let_go(&said(last)));
+                }
+                _ => {}
+            }
+            self.message = Some(newer);
+        }
+        let now_ns = monotonic_ns();
+        let is_heard = |message: &HandMsg| now_ns.saturating_sub(message.at_ns) < SILENT_NS;
+        let display = self.message.map(|message| {
+            let said = both(&self.earlier, &said(&message));
+            (said, is_heard(&message))
+        });
+        let gamepad = self.gamepad(seconds);
+        // Sums of both, whoever speaks: what one has moved stays moved when it falls silent.
+        match (display, gamepad) {
+            (None, None) | (Some((_, false)), None) => None,
+            (None, gamepad) => gamepad,
+            (Some((said, true)), gamepad) => Some(both(&said, &gamepad.unwrap_or(self.before))),
+            (Some((said, false)), Some(gamepad)) => Some(both(&let_go(&said), &gamepad)),
+        }
+    }
+
+    fn gamepad(&mut self, seconds: f64) -> Option<Wish> {
+        let due = self.looked.is_none_or(|last| last.elapsed() >= LOOK_EVERY);
+        if self.looks && self.gamepad.is_none() && due {
+            self.looked = Some(Instant::now());
+            self.gamepad = Gamepad::find().and_then(|path| Gamepad::open(&path).ok());
+            if let Some(found) = &self.gamepad {
+                let path = found.path().display();
+                say::note(format_args!(
+                    "calot: the gamepad {path} leads the hand once it is used"
+                ));
+            }
+        }
+        match self.gamepad.as_mut()?.wish(seconds) {
+            Ok(wish) => {
+                let wish = both(&self.before, &wish?);
+                self.latest = wish;
+                Some(wish)
+            }
+            Err(error) => {
+                say::note(format_args!("calot: {error}"));
+                self.gamepad = None;
+                self.before = let_go(&self.latest);
+                None
+            }
+        }
+    }
+}
+
+/// What a display asks for.
+fn said(message: &HandMsg) -> Wish {
+    Wish {
+        moved_m: message.moved_m,
+        rolled_rad: message.rolled_rad,
+        scope_turned_rad: message.scope_turned_rad,
+        scope_advanced_m: message.scope_advanced_m,
+        buttons: Buttons((message.buttons & 0xff) as u8),
+        switches: Switches {
+            cut: message.switches & 1 != 0,
+            coagulate: message.switches & 2 != 0,
+            camera_lock: message.switches & 4 != 0,
+        },
+    }
+}
+
+/// What was moved stays moved; the jaws open, the foot is off.
+fn let_go(wish: &Wish) -> Wish {
+    Wish {
+        buttons: Buttons(0),
+        switches: Switches::default(),
+        ..*wish
+    }
+}
+
+/// Both together.
+fn both(one: &Wish, other: &Wish) -> Wish {
+    let [a, b] = [one, other];
+    Wish {
+        moved_m: [0, 1, 2].map(|i| a.moved_m[i] + b.moved_m[i]),
+        rolled_rad: a.rolled_rad + b.rolled_rad,
+        scope_turned_rad: [0, 1].map(|i| a.scope_turned_rad[i] + b.scope_turned_rad[i]),
+        scope_advanced_m: a.scope_advanced_m + b.scope_advanced_m,
+        buttons: Buttons(a.buttons.0 | b.buttons.0),
+        switches: Switches {
+            cut: a.switches.cut || b.switches.cut,
+            coagulate: a.switches.coagulate || b.switches.coagulate,
+            camera_lock: a.switches.camera_lock || b.switches.camera_lock,
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::GamepadArgs;
+
+    fn args(station: &str) -> EmulateArgs {
+        EmulateArgs {
+            dir: "unused".into(),
+            scene: "unused".into(),
+            seed: 1,
+            station: Some(station.to_owned()),
+            gamepad: GamepadArgs {
+                gamepad: GamepadName::Off,
+            },
+            with_parent: None,
+        }
+    }
+
+    fn message(began_ns: u64, right_m: f64) -> HandMsg {
+        HandMsg {
+            at_ns: monotonic_ns(),
+            began_ns,
+            moved_m: [right_m, 0.0, 0.0],
+            buttons: 1,
+            switches: 2,
+            ..bytemuck::Zeroable::zeroed()
+        }
+    }
+
+    #[test]
+    fn the_next_display_goes_on_where_the_last_one_was() {
+        let name = format!("lead-{}", std::process::id());
+        let mut lead = Lead::new(&args(&name)).unwrap();
+        assert_eq!(lead.wish(), None, "nobody leads");
+        let station = Station::new(&name).unwrap();
+        let sender = shared_mem::service::HandSender::open(&station).unwrap();
+        assert!(sender.send(message(1, 0.02)));
+        let wish = lead.wish().unwrap();
+        assert_eq!(wish.moved_m[0], 0.02);
+        assert!(wish.switches.coagulate && wish.buttons.contains(Buttons::GRASP));
+        // Another one, whose sums start from nothing.
+        assert!(sender.send(message(2, 0.0)));
+        assert_eq!(lead.wish().unwrap().moved_m[0], 0.02);
+        assert!(sender.send(message(2, -0.01)));
+        assert_eq!(lead.wish().unwrap().moved_m[0], 0.01);
+        // One that is silent leads no more.
+        let old = HandMsg {
+            at_ns: 1,
+            ..message(2, 0.5)
+        };
+        assert!(sender.send(old));
+        assert_eq!(lead.wish(), None);
+        let second = shared_mem::service::HandSender::open(&station).unwrap_err();
+        assert!(second.to_string().contains("let go"), "{second}");
+    }
+}

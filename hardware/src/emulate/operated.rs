@@ -1,0 +1,248 @@
+//! The emulated hand, led by a person who has no haptic device: mouse, keyboard or gamepad.
+
+use nalgebra::UnitQuaternion;
+use rt_core::math::{Pose, Vec3};
+use rt_core::port::Buttons;
+
+use super::hand::{HANDLE_REACH_M, Hand};
+use crate::rig::wire::Switches;
+
+/// What a person asks of the hand: sums since they began, so that a lost message loses nothing.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Wish {
+    /// The instrument's tip, along the picture's right, its up, and towards the viewer, m.
+    pub moved_m: [f64; 3],
+    /// The instrument about its shaft, rad.
+    pub rolled_rad: f64,
+    /// The endoscope about its port, to the left and up, rad.
+    pub scope_turned_rad: [f64; 2],
+    /// The endoscope along its axis, inwards, m.
+    pub scope_advanced_m: f64,
+    /// Buttons at the handle.
+    pub buttons: Buttons,
+    /// What the foot presses.
+    pub switches: Switches,
+}
+
+/// A person's movements are smoothed over this, ms: they come at the rate of a screen.
+const SMOOTH_MS: f64 = 20.0;
+/// The hand is never faster, m/s and rad/s: well below the speed trip.
+const SPEED_MAX: f64 = 0.4;
+/// What is still to be moved is forgotten beyond this, m and rad.
+const BEHIND_MAX: f64 = 0.05;
+/// The tip stays this far from the trocar, and the handle too, m.
+const PORT_CLEAR_M: f32 = 0.03;
+/// The endoscope turns and advances by so much at most, from where the scene puts it.
+const SCOPE_TURN_MAX_RAD: f64 = 0.6;
+const SCOPE_ADVANCE_MAX_M: f64 = 0.06;
+
+/// A movement that is still under way.
+#[derive(Debug, Clone, Copy, Default)]
+struct Pending {
+    asked: f64,
+    rest: f64,
+}
+
+impl Pending {
+    /// What of it is done in a millisecond, given the new sum.
+    fn step(&mut self, asked: f64) -> f64 {
+        if !asked.is_finite() {
+            return 0.0;
+        }
+        self.rest = (self.rest + asked - self.asked).clamp(-BEHIND_MAX, BEHIND_MAX);
+        self.asked = asked;
+        let most = SPEED_MAX * 1e-3;
+        let step = (self.rest / SMOOTH_MS).clamp(-most, most);
+        self.rest -= step;
+        step
+    }
+}
+
+/// Where the person has brought things.
+#[derive(Debug, Clone)]
+pub(super) struct Operated {
+    moved: [Pending; 3],
+    rolled: Pending,
+    scope_turned: [Pending; 2],
+    scope_advanced: Pending,
+    tip_m: Vec3,
+    roll_rad: f64,
+    turn_rad: [f64; 2],
+    advance_m: f64,
+    buttons: Buttons,
+    switches: Switches,
+}
+
+impl Operated {
+    /// From where the hand holds the tip now.
+    pub(super) fn begin(tip_m: Vec3, wish: &Wish) -> Self {
+        let from = |asked: f64| Pending { asked, rest: 0.0 };
+        Self {
+            moved: wish.moved_m.map(from),
+            rolled: from(wish.rolled_rad),
+            scope_turned: wish.scope_turned_rad.map(from),
+            scope_advanced: from(wish.scope_advanced_m),
+            tip_m,
+            roll_rad: 0.0,
+            turn_rad: [0.0; 2],
+            advance_m: 0.0,
+            buttons: wish.buttons,
+            switches: Switches::default(),
+        }
+    }
+
+    /// One millisecond. Without a wish, for its sender fell silent, the hand holds still and the
+    /// foot is off the pedal.
+    pub(super) fn follow(&mut self, wish: Option<&Wish>, hand: &Hand) {
+        let Some(wish) = wish else {
+            self.switches = Switches::default();
+            return;
+        };
+        self.buttons = wish.buttons;
+        self.switches = wish.switches;
+        self.roll_rad += self.rolled.step(wish.rolled_rad);
+        for ((turn, pending), &asked) in self
+            .turn_rad
+            .iter_mut()
+            .zip(&mut self.scope_turned)
+            .zip(&wish.scope_turned_rad)
+        {
+            let turned = *turn + pending.step(asked);
+            *turn = turned.clamp(-SCOPE_TURN_MAX_RAD, SCOPE_TURN_MAX_RAD);
+        }
+        let advanced = self.advance_m + self.scope_advanced.step(wish.scope_advanced_m);
+        self.advance_m = advanced.clamp(-SCOPE_ADVANCE_MAX_M, SCOPE_ADVANCE_MAX_M);
+        let mut step = Vec3::zeros();
+        for ((part, pending), &asked) in step.iter_mut().zip(&mut self.moved).zip(&wish.moved_m) {
+            *part = pending.step(asked) as f32;
+        }
+        let way = hand.camera(self.scope()).rotation * step;
+        self.tip_m = hand.within_reach(self.tip_m + way);
+    }
+
+    /// The handle that brings the tip there, device frame.
+    pub(super) fn handle(&self, hand: &Hand) -> Pose {
+        hand.handle_of(&self.tip_m)
+    }
+
+    /// How the handle is turned about the shaft.
+    pub(super) fn roll(&self) -> UnitQuaternion<f32> {
+        UnitQuaternion::from_axis_angle(&Vec3::z_axis(), self.roll_rad as f32)
+    }
+
+    /// How the endoscope is turned, to the left and up, rad, and advanced, m.
+    pub(super) fn scope(&self) -> [f32; 3] {
+        let [yaw, pitch] = self.turn_rad;
+        [yaw as f32, pitch as f32, self.advance_m as f32]
+    }
+
+    pub(super) fn buttons(&self) -> Buttons {
+        self.buttons
+    }
+
+    pub(super) fn switches(&self) -> Switches {
+        self.switches
+    }
+}
+
+impl Hand {
+    /// The nearest tip that handle and shaft reach, world frame, m.
+    pub(super) fn within_reach(&self, tip_m: Vec3) -> Vec3 {
+        let (port_m, length_m) = (self.kinematics.port_m, self.kinematics.length_m);
+        let shaft = tip_m - port_m;
+        let inside_m = shaft.norm();
+        if !(inside_m > 1e-6) {
+            return port_m + self.script_direction() * PORT_CLEAR_M;
+        }
+        let kept_m = inside_m.clamp(PORT_CLEAR_M, (length_m - PORT_CLEAR_M).max(PORT_CLEAR_M));
+        let tip_m = port_m + shaft * (kept_m / inside_m);
+        let handle_m = self.handle_of(&tip_m).translation.vector;
+        let reach_m = handle_m.norm();
+        if reach_m < HANDLE_REACH_M {
+            return tip_m;
+        }
+        self.tip_of(handle_m * (HANDLE_REACH_M / reach_m))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::emulate::hand::tests::room;
+    use proptest::prelude::*;
+
+    fn start() -> (Hand, Operated) {
+        let hand = Hand::new(room(), 1).unwrap();
+        let operated = Operated::begin(hand.intent(0.0).tip_m, &Wish::default());
+        (hand, operated)
+    }
+
+    #[test]
+    fn the_tip_goes_as_the_picture_shows_it_and_arrives() {
+        let (hand, mut operated) = start();
+        let before = operated.tip_m;
+        let wish = Wish {
+            moved_m: [0.004, -0.002, 0.003],
+            ..Wish::default()
+        };
+        for _ in 0..400 {
+            operated.follow(Some(&wish), &hand);
+        }
+        let way = room().world_from_camera.rotation.inverse() * (operated.tip_m - before);
+        assert!(
+            (way - Vec3::new(0.004, -0.002, 0.003)).norm() < 1e-5,
+            "{way}"
+        );
+        let world = room().world_from_device * operated.handle(&hand);
+        assert!((hand.kinematics.tip(&world) - operated.tip_m).norm() < 1e-5);
+    }
+
+    #[test]
+    fn a_sender_that_falls_silent_takes_its_foot_off_and_holds_still() {
+        let (hand, mut operated) = start();
+        let wish = Wish {
+            buttons: Buttons::GRASP,
+            switches: Switches {
+                coagulate: true,
+                ..Switches::default()
+            },
+            ..Wish::default()
+        };
+        operated.follow(Some(&wish), &hand);
+        assert!(operated.switches().coagulate);
+        let tip_m = operated.tip_m;
+        operated.follow(None, &hand);
+        assert_eq!(operated.switches(), Switches::default());
+        assert!(operated.buttons().contains(Buttons::GRASP));
+        assert_eq!(operated.tip_m, tip_m);
+    }
+
+    proptest! {
+        /// Whatever is asked, the handle stays in the device's reach and no step is a jump.
+        #[test]
+        fn nothing_leaves_the_reach(
+            asked in prop::collection::vec(([-1.0f64..1.0, -1.0..1.0, -1.0..1.0], any::<f64>(), any::<f64>()), 1..20),
+        ) {
+            let (hand, mut operated) = start();
+            for (moved_m, odd, turned) in asked {
+                let wish = Wish {
+                    moved_m,
+                    rolled_rad: odd,
+                    scope_turned_rad: [turned, odd],
+                    scope_advanced_m: turned,
+                    ..Wish::default()
+                };
+                for _ in 0..200 {
+                    let before = operated.tip_m;
+                    operated.follow(Some(&wish), &hand);
+                    let handle = operated.handle(&hand);
+                    prop_assert!(handle.translation.vector.norm() <= HANDLE_REACH_M + 1e-4);
+                    prop_assert!(handle.rotation.coords.iter().all(|part| part.is_finite()));
+                    prop_assert!((operated.tip_m - before).norm() < 4e-3);
+                    let camera = hand.camera(operated.scope());
+                    prop_assert!(camera.translation.vector.iter().all(|part| part.is_finite()));
+                }
+            }
+        }
+    }
+}
