@@ -232,7 +232,8 @@ mod tests {
         sticks.keys[1] = true;
         sticks.keys[5] = true;
         sticks.add_to(&mut wish, 0.5);
-        assert_eq!(wish.moved_m, [0.03, 0.03, -0.03], "right, up, deeper");
+        let way = wish.moved_m.map(|part| (part * 1e3).round() as i32);
+        assert_eq!(way, [30, 30, -30], "mm right, up, deeper");
         assert!(wish.scope_turned_rad[1] > 0.1 && wish.scope_advanced_m > 0.0);
         assert!(wish.buttons.contains(Buttons::GRASP) && wish.switches.coagulate);
         assert!(!wish.switches.cut);
@@ -240,14 +241,16 @@ mod tests {
 
     #[test]
     fn axes_of_any_range_fill_one() {
-        assert_eq!(place(0.0, [0.0, 255.0], 0), -1.0);
-        assert_eq!(place(255.0, [0.0, 255.0], 0), 1.0);
-        assert_eq!(place(1023.0, [0.0, 1023.0], TRIGGER_AXIS), 1.0);
-        assert_eq!(
-            place(7.0, [3.0, 3.0], 0),
-            1.0,
-            "a range of nothing divides by no zero"
-        );
+        for (value, range, axis, share) in [
+            (0.0, [0.0, 255.0], 0, -1.0),
+            (255.0, [0.0, 255.0], 0, 1.0),
+            (1023.0, [0.0, 1023.0], TRIGGER_AXIS, 1.0),
+            // A range of nothing divides by no zero.
+            (7.0, [3.0, 3.0], 0, 1.0),
+        ] {
+            let placed = place(value, range, axis);
+            assert!((placed - share).abs() < 1e-9, "{value}: {placed}");
+        }
     }
 
     #[test]

@@ -151,7 +151,7 @@ impl Hand {
         let (port_m, length_m) = (self.kinematics.port_m, self.kinematics.length_m);
         let shaft = tip_m - port_m;
         let inside_m = shaft.norm();
-        if !(inside_m > 1e-6) {
+        if inside_m.is_nan() || inside_m < 1e-6 {
             return port_m + self.script_direction() * PORT_CLEAR_M;
         }
         let kept_m = inside_m.clamp(PORT_CLEAR_M, (length_m - PORT_CLEAR_M).max(PORT_CLEAR_M));

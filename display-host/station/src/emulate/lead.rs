@@ -182,6 +182,10 @@ mod tests {
         }
     }
 
+    fn millimetres(wish: &Wish) -> i64 {
+        (wish.moved_m[0] * 1e3).round() as i64
+    }
+
     #[test]
     fn the_next_display_goes_on_where_the_last_one_was() {
         let name = format!("lead-{}", std::process::id());
@@ -191,13 +195,13 @@ mod tests {
         let sender = shared_mem::service::HandSender::open(&station).unwrap();
         assert!(sender.send(message(1, 0.02)));
         let wish = lead.wish().unwrap();
-        assert_eq!(wish.moved_m[0], 0.02);
+        assert_eq!(millimetres(&wish), 20);
         assert!(wish.switches.coagulate && wish.buttons.contains(Buttons::GRASP));
         // Another one, whose sums start from nothing.
         assert!(sender.send(message(2, 0.0)));
-        assert_eq!(lead.wish().unwrap().moved_m[0], 0.02);
+        assert_eq!(millimetres(&lead.wish().unwrap()), 20);
         assert!(sender.send(message(2, -0.01)));
-        assert_eq!(lead.wish().unwrap().moved_m[0], 0.01);
+        assert_eq!(millimetres(&lead.wish().unwrap()), 10);
         // One that is silent leads no more.
         let old = HandMsg {
             at_ns: 1,
