@@ -12,6 +12,7 @@
 //! igtlink  OpenIGTLink server: poses for 3D Slicer and PLUS, outside of the realtime process
 //! station  the file that names a station's devices, and opens them
 //! line     a serial line that neither blocks nor allocates
+//! gate     holds back samples that cannot be true
 //! slot     the newest value, from one thread to another
 //! emulate  the devices of a whole station behind ptys, a scripted hand at the handle
 //! conformance  one suite for every driver, emulated device and real device
@@ -37,6 +38,8 @@ pub mod conformance;
 pub mod emulate;
 #[cfg(feature = "std")]
 mod error;
+#[cfg(feature = "std")]
+mod gate;
 #[cfg(feature = "std")]
 pub mod hapi;
 #[cfg(feature = "std")]

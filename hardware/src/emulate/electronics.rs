@@ -129,12 +129,14 @@ impl Electronics {
         }
     }
 
-    /// Takes what the controller sent and says what the motors render now, N.
+    /// Takes what the controller sent and says what the motors render now, N. Where it is
+    /// `degenerate` and numbers travel as they are, it answers with ones that are none.
     pub(super) fn receive(
         &mut self,
         bytes: &[u8],
         touch: &Touch,
         now_us: u32,
+        degenerate: bool,
         mut send: impl FnMut(&[u8]),
     ) -> Vec3 {
         match self {
@@ -154,6 +156,11 @@ impl Electronics {
                     .force_n(angles_rad, firmware.currents_ma(now_us))
                     .unwrap_or_default()
             }
+            Self::Hapi(hapi) if degenerate => hapi.receive(bytes, touch, now_us, |answer| {
+                let mut answer = answer.to_vec();
+                answer.iter_mut().skip(1).for_each(|byte| *byte = 0xFF);
+                send(&answer);
+            }),
             Self::Hapi(hapi) => hapi.receive(bytes, touch, now_us, send),
         }
     }

@@ -2,7 +2,8 @@
 
 use super::random::Random;
 
-/// What goes wrong on one device's line, from device to controller. The default is nothing.
+/// What goes wrong on one device's line, from device to controller unless it says otherwise. The
+/// default is nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Faults {
     /// Share of bytes that vanish.
@@ -27,11 +28,40 @@ pub struct Faults {
     pub back_after_s: Option<f32>,
     /// Noise while nobody asked: share of milliseconds with a few random bytes.
     pub babble: f32,
+    /// Share of the controller's bytes of which one bit turns.
+    pub corrupted_to_device: f32,
+    /// The device takes 16 bytes every so many ms, and no more; 0: all at once.
+    pub slow_reader_ms: u32,
+    /// All this begins after so many seconds (a hang-up has its own time)…
+    pub from_s: f32,
+    /// …and ends after so many. None: never.
+    pub until_s: Option<f32>,
+}
+
+/// What a slow device takes at once.
+const SLOW_BYTES: usize = 16;
+
+impl Faults {
+    /// Those that are at work now.
+    fn now(&self, at_s: f32) -> Self {
+        let over = self.until_s.is_some_and(|until_s| at_s >= until_s);
+        if at_s < self.from_s || over {
+            Self {
+                hang_up_at_s: self.hang_up_at_s,
+                back_after_s: self.back_after_s,
+                ..Self::default()
+            }
+        } else {
+            *self
+        }
+    }
 }
 
 /// The faults of one line at work.
 #[derive(Debug)]
 pub(super) struct FaultyLine {
+    configured: Faults,
+    /// Those at work now.
     faults: Faults,
     random: Random,
     held: Vec<u8>,
@@ -44,7 +74,8 @@ const HELD_LIMIT: usize = 8192;
 impl FaultyLine {
     pub(super) fn new(faults: Faults, random: Random) -> Self {
         Self {
-            faults,
+            configured: faults,
+            faults: faults.now(0.0),
             random,
             held: Vec::new(),
             last: Vec::new(),
@@ -53,6 +84,31 @@ impl FaultyLine {
 
     pub(super) fn faults(&self) -> &Faults {
         &self.faults
+    }
+
+    /// A new millisecond.
+    pub(super) fn begin(&mut self, at_s: f32) {
+        self.faults = self.configured.now(at_s);
+    }
+
+    /// How much of what the controller sent the device takes now.
+    pub(super) fn takes(&self, tick: u64) -> usize {
+        match u64::from(self.faults.slow_reader_ms) {
+            0 => usize::MAX,
+            slow if tick.is_multiple_of(slow) => SLOW_BYTES,
+            _ => 0,
+        }
+    }
+
+    /// What becomes of the controller's bytes.
+    pub(super) fn arrive_at_device(&mut self, bytes: &mut [u8]) {
+        if self.faults.corrupted_to_device > 0.0 {
+            for byte in bytes {
+                if self.random.chance(self.faults.corrupted_to_device) {
+                    *byte ^= 1 << (self.random.next() % 8);
+                }
+            }
+        }
     }
 
     /// Whether this sample's rotation has no length.
@@ -131,6 +187,34 @@ mod tests {
     #[test]
     fn without_faults_everything_arrives() {
         assert_eq!(through(Faults::default(), 1), [1, 2, 3, 4].repeat(1000));
+    }
+
+    #[test]
+    fn faults_have_their_time() {
+        let faults = Faults {
+            lost: 1.0,
+            slow_reader_ms: 4,
+            from_s: 0.1,
+            until_s: Some(0.2),
+            ..Faults::default()
+        };
+        let mut line = FaultyLine::new(faults, Random::new(1, 0));
+        let mut arrived = 0;
+        for tick in 0..300u64 {
+            line.begin(tick as f32 * 1e-3);
+            line.send(&[1], tick as f64 * 1e-3);
+            line.arrive(tick, |bytes| arrived += bytes.len());
+            let ill = (100..200).contains(&tick);
+            let takes = if !ill {
+                usize::MAX
+            } else if tick % 4 == 0 {
+                SLOW_BYTES
+            } else {
+                0
+            };
+            assert_eq!(line.takes(tick), takes, "{tick}");
+        }
+        assert_eq!(arrived, 200);
     }
 
     #[test]

@@ -75,6 +75,15 @@ pub struct Lines {
     pub pedal: PathBuf,
 }
 
+/// What happens inside of the emulated devices, which no controller sees.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Inside {
+    /// Since the emulator began, in its own milliseconds, s.
+    pub time_s: f32,
+    /// Force that the haptic device's motors are told, its base frame, N.
+    pub force_n: rt_core::math::Vec3,
+}
+
 const MILLISECOND: Duration = Duration::from_millis(1);
 /// A machine that was asleep for longer than this has not lived through the time: the hand
 /// goes on where it was.
@@ -90,7 +99,7 @@ pub fn run(
     stop: &AtomicBool,
     ready: &mut dyn FnMut(&Lines),
 ) -> Result<(), HardwareError> {
-    run_led(config, stop, &mut || None, ready)
+    emulate(config, stop, &mut || None, ready, &mut |_| {})
 }
 
 /// The same with a person who leads the hand: from the first wish on the script is over. `wish`
@@ -100,6 +109,26 @@ pub fn run_led(
     stop: &AtomicBool,
     wish: &mut dyn FnMut() -> Option<Wish>,
     ready: &mut dyn FnMut(&Lines),
+) -> Result<(), HardwareError> {
+    emulate(config, stop, wish, ready, &mut |_| {})
+}
+
+/// The same with the script; `watch` is told every millisecond what happens inside.
+pub fn run_watched(
+    config: &EmulateConfig,
+    stop: &AtomicBool,
+    ready: &mut dyn FnMut(&Lines),
+    watch: &mut dyn FnMut(Inside),
+) -> Result<(), HardwareError> {
+    emulate(config, stop, &mut || None, ready, watch)
+}
+
+fn emulate(
+    config: &EmulateConfig,
+    stop: &AtomicBool,
+    wish: &mut dyn FnMut() -> Option<Wish>,
+    ready: &mut dyn FnMut(&Lines),
+    watch: &mut dyn FnMut(Inside),
 ) -> Result<(), HardwareError> {
     let mut station = Station::new(config)?;
     ready(station.lines());
@@ -117,6 +146,7 @@ pub fn run_led(
             }
         }
         station.tick(wish())?;
+        watch(station.inside());
         // u32: 49 days of emulation, then a new start.
         match tick.checked_add(1) {
             Some(next) => tick = next,

@@ -15,7 +15,7 @@ use super::operated::{Operated, Wish};
 use super::pty::Pty;
 use super::random::Random;
 use super::touch::{Grip, Touch};
-use super::{EmulateConfig, Lines};
+use super::{EmulateConfig, Inside, Lines};
 use crate::HardwareError;
 use crate::bird::device::Bird;
 use crate::bird::wire::Record;
@@ -50,6 +50,8 @@ pub(super) struct Station {
     silent_ms: u32,
     touch: Touch,
     haptic: Electronics,
+    /// What the motors are told now, N.
+    force_n: Vec3,
     haptic_line: Plug,
     bird: Bird,
     tracker_noise: Random,
@@ -92,6 +94,7 @@ impl Station {
             silent_ms: 0,
             touch: Touch::new(haptic.body(), Grip::STYLUS, rest),
             haptic,
+            force_n: Vec3::zeros(),
             haptic_line: plug("haptic", config.faults.haptic, 10)?,
             tracker_noise: Random::new(config.seed, 2),
             tracker_line: plug("tracker", config.faults.tracker, 11)?,
@@ -113,6 +116,14 @@ impl Station {
         self.pedal_millisecond()?;
         self.tick += 1;
         Ok(())
+    }
+
+    /// What happens inside of the devices now.
+    pub(super) fn inside(&self) -> Inside {
+        Inside {
+            time_s: self.tick as f32 * 1e-3,
+            force_n: self.force_n,
+        }
     }
 
     fn time_s(&self) -> f64 {
@@ -157,9 +168,13 @@ impl Station {
         let time_s = self.time_s();
         let line = &mut self.haptic_line.line;
         let bytes = bytes.get(..count).unwrap_or(&[]);
-        let force_n = self.haptic.receive(bytes, &self.touch, now_us, |answer| {
-            line.send(answer, time_s);
-        });
+        let degenerate = line.degenerate();
+        let force_n = self
+            .haptic
+            .receive(bytes, &self.touch, now_us, degenerate, |answer| {
+                line.send(answer, time_s);
+            });
+        self.force_n = force_n;
 
         let at_s = self.hand_time_s();
         let (handle, before, buttons, roll) = match &self.operated {
@@ -182,7 +197,6 @@ impl Station {
 
         let position_m = self.touch.measured_m();
         let q = self.hand.handle_at(position_m).rotation * roll;
-        let degenerate = self.haptic_line.line.degenerate();
         let motion = Motion {
             position_m: position_m.into(),
             velocity_m_s: self.touch.measured_velocity_m_s().into(),
@@ -218,7 +232,11 @@ impl Station {
             };
             self.bird.set_pose(record(sensor, noise * TRACKER_NOISE_M));
             if self.bird.is_streaming() {
-                let record = self.bird.record();
+                let mut record = self.bird.record();
+                if self.tracker_line.line.degenerate() {
+                    // A rotation of no length: its words follow the position's.
+                    record.iter_mut().skip(6).for_each(|byte| *byte = 0);
+                }
                 self.tracker_line.line.send(&record, time_s);
             }
         }
@@ -290,13 +308,19 @@ impl Plug {
         } else if self.pty.is_none() {
             self.pty = Some(Pty::plug_in(&self.path)?);
         }
+        self.line.begin(at_s);
         let Some(pty) = &mut self.pty else {
             return Ok(0);
         };
         if tick.is_multiple_of(EXCLUSIVE_PERIOD) {
             pty.lift_exclusive_use();
         }
-        Ok(pty.read(bytes))
+        let room = self.line.takes(tick).min(bytes.len());
+        let bytes = bytes.get_mut(..room).unwrap_or_default();
+        let count = pty.read(bytes);
+        self.line
+            .arrive_at_device(bytes.get_mut(..count).unwrap_or_default());
+        Ok(count)
     }
 
     fn arrive(&mut self, tick: u64) {

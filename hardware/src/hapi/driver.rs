@@ -13,7 +13,8 @@ use rt_core::port::{
 use super::pantograph::{Pantograph, swapped};
 use super::wire::{ARMS, AnswerReader, SET_UP_BYTES, set_up, torques};
 use crate::HardwareError;
-use crate::line::{Line, Read, Written};
+use crate::gate::Gate;
+use crate::line::{Line, Read, Written, now_ns};
 
 /// The board's USB ignores it.
 pub(crate) const BAUD: u32 = 115_200;
@@ -31,11 +32,9 @@ const BYTES_PER_POLL: usize = 512;
 /// A sample further out than so many workspace radii is no sample.
 const REACH: f32 = 3.0;
 /// No arm is turned faster than this, degrees per second…
-const SPEED_LIMIT_DEG_S: f32 = 3000.0;
+const SPEED_LIMIT_DEG_S: f32 = 2000.0;
 /// …beside this much noise.
-const NOISE_DEG: f32 = 2.0;
-/// Without an answer for so long, any angle is plausible.
-const FORGET_NS: u64 = 100_000_000;
+const NOISE_DEG: f32 = 0.3;
 /// What is left of an answer after so long is not going to be finished.
 const LEFT_OVER_NS: u64 = 500_000;
 /// Asked for so long without an answer, the board has lost its place or its power: it has to be
@@ -49,7 +48,7 @@ pub struct HapiHaptic {
     line: Line,
     generation: Pantograph,
     reader: AnswerReader,
-    gate: Gate,
+    gate: Gate<ARMS>,
     counters: LineCounters,
     sequence: u16,
     /// Bytes of a command that the line did not take: they come first, as zeros.
@@ -70,7 +69,7 @@ impl HapiHaptic {
             line: Line::open(path, BAUD)?,
             generation,
             reader: AnswerReader::default(),
-            gate: Gate::default(),
+            gate: Gate::new(SPEED_LIMIT_DEG_S, NOISE_DEG),
             counters: LineCounters::default(),
             sequence: 0,
             owed: 0,
@@ -84,7 +83,7 @@ impl HapiHaptic {
                 remedy: "Switch the board off and on, hold the handle at home (near the motors)",
             });
         }
-        board.gate.admit(angles_deg, None);
+        board.gate.begin(angles_deg, now_ns());
         board.is_silent = false;
         board.counters = LineCounters::default();
         Ok(board)
@@ -106,7 +105,7 @@ impl HapiHaptic {
     /// Where the handle was last, base frame, m.
     #[must_use]
     pub fn position_m(&self) -> Vec3 {
-        let angles_deg = self.gate.admitted.unwrap_or(self.generation.home_deg);
+        let angles_deg = self.gate.last().unwrap_or(self.generation.home_deg);
         self.generation.position_m(angles_deg).unwrap_or_default()
     }
 
@@ -217,7 +216,7 @@ impl Drop for HapiHaptic {
     fn drop(&mut self) {
         if self.is_silent {
             // It has lost its place: only a board that is set up takes a zero.
-            self.begin(self.gate.admitted.unwrap_or(self.generation.home_deg));
+            self.begin(self.gate.last().unwrap_or(self.generation.home_deg));
         } else {
             self.write([0.0; ARMS], 0);
         }
@@ -271,7 +270,7 @@ impl HapticDevice for HapiHaptic {
             };
             let good = read.ok().map(swapped).and_then(|angles_deg| {
                 let position_m = self.place(angles_deg);
-                if position_m.is_none() || !self.gate.admit(angles_deg, Some(at_ns)) {
+                if position_m.is_none() || !self.gate.admit(angles_deg, at_ns) {
                     self.reader.refuse();
                     return None;
                 }
@@ -313,7 +312,7 @@ impl HapticDevice for HapiHaptic {
         if norm > max_n {
             force_n *= max_n / norm;
         }
-        let torque_n_m = match self.gate.admitted {
+        let torque_n_m = match self.gate.last() {
             Some(angles_deg) if norm.is_finite() && !self.is_silent => {
                 self.generation.torques_n_m(angles_deg, force_n)
             }
@@ -324,55 +323,5 @@ impl HapticDevice for HapiHaptic {
 
     fn counters(&self) -> LineCounters {
         self.counters
-    }
-}
-
-/// Holds back angles that lie implausibly far from the last ones until a second answer agrees with
-/// them: answers have no checksum.
-#[derive(Debug, Default)]
-struct Gate {
-    admitted: Option<[f32; ARMS]>,
-    at_ns: TimeNs,
-    held_back: Option<[f32; ARMS]>,
-}
-
-impl Gate {
-    /// `at_ns` is None for angles that are true beyond doubt.
-    fn admit(&mut self, angles_deg: [f32; ARMS], at_ns: Option<TimeNs>) -> bool {
-        let age_ns = at_ns.map_or(u64::MAX, |at_ns| at_ns.saturating_sub(self.at_ns));
-        let reach_deg = NOISE_DEG + SPEED_LIMIT_DEG_S * age_ns as f32 * 1e-9;
-        let near = |last: [f32; ARMS]| {
-            let off = (0..ARMS).map(|arm| (angles_deg[arm] - last[arm]).abs());
-            off.fold(0.0, f32::max) <= reach_deg
-        };
-        let good = age_ns > FORGET_NS
-            || self.admitted.is_none_or(near)
-            || self.held_back.is_some_and(near);
-        if good {
-            self.admitted = Some(angles_deg);
-            self.at_ns = at_ns.unwrap_or(self.at_ns);
-            self.held_back = None;
-        } else {
-            self.held_back = Some(angles_deg);
-        }
-        good
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_leap_is_held_back_until_a_second_answer_agrees() {
-        let ms = |ms: u64| Some(ms * 1_000_000);
-        let mut gate = Gate::default();
-        assert!(gate.admit([180.0, 0.0], None));
-        assert!(gate.admit([179.0, 1.0], ms(1)));
-        assert!(!gate.admit([0.0, 1.0], ms(2)));
-        assert!(gate.admit([178.0, 2.0], ms(3)), "back where it was");
-        assert!(!gate.admit([100.0, 2.0], ms(4)));
-        assert!(gate.admit([101.0, 2.0], ms(5)), "it really is there");
-        assert!(gate.admit([0.0, 50.0], ms(200)), "after a long silence");
     }
 }

@@ -13,6 +13,7 @@ use rt_core::port::{
 use super::mechanism::Mechanism;
 use super::wire::{Currents, Encoders, ListReader, Model};
 use crate::HardwareError;
+use crate::gate::Gate;
 use crate::line::{Line, Read, Written};
 
 /// The Teensy's USB ignores it.
@@ -24,6 +25,10 @@ const ASK_INTERVAL: Duration = Duration::from_millis(50);
 const BYTES_PER_POLL: usize = 1024;
 /// A sample further out than so many workspace radii is no sample.
 const REACH: f32 = 3.0;
+/// The handle is never moved faster than this, m/s…
+const SPEED_LIMIT_M_S: f32 = 5.0;
+/// …beside this much noise, m.
+const NOISE_M: f32 = 0.002;
 /// Codes below this are about a joint's sensor; from it on a command was not understood.
 const COMMAND_ERROR: i32 = 8;
 
@@ -37,6 +42,7 @@ pub struct WoodyHaptic {
     counters: LineCounters,
     sequence: u16,
     angles_rad: [f64; 3],
+    gate: Gate<3>,
     /// A write broke off: the next needs a newline in front.
     torn: bool,
 }
@@ -57,6 +63,7 @@ impl WoodyHaptic {
             counters: LineCounters::default(),
             sequence: 0,
             angles_rad: mechanism.home_rad,
+            gate: Gate::new(SPEED_LIMIT_M_S, NOISE_M),
             torn: true,
         };
         let found = woody.greet()?;
@@ -196,6 +203,9 @@ impl HapticDevice for WoodyHaptic {
                     && position_m.norm() <= reach_m;
                 good.then_some((angles_rad, position_m))
             });
+            // A line has no checksum: of a number that lost a digit nothing shows but that it leaps.
+            let sample = sample
+                .filter(|(_, position_m)| self.gate.admit(<[f32; 3]>::from(*position_m), at_ns));
             match sample {
                 Some((angles_rad, position_m)) => {
                     self.counters.frames += 1;

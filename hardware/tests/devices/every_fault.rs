@@ -1,0 +1,323 @@
+//! Every driver under every fault of a line: nothing panics, every sample is sane, the motors get no
+//! more than the clamp, nothing is left when the driver goes, and a line that is well again is used.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use hardware::HardwareError;
+use hardware::bird::wire::Scale;
+use hardware::bird::{BirdSetup, BirdTracker};
+use hardware::emulate::{Faults, HapticModel, LineFaults};
+use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
+use hardware::rig::{RigHaptic, RigPedal};
+use hardware::woody::WoodyHaptic;
+use rt_core::math::Vec3;
+use rt_core::port::{DeviceSample, ForceCommand, HapticDevice, Pedal, Polled, Tracker};
+
+use crate::support::{Emulator, now_ns};
+
+/// Enough for a busy machine.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// Faults begin and end then, on the emulator's clock.
+const FROM_S: f32 = 0.3;
+const UNTIL_S: f32 = 0.8;
+
+/// Every fault of issue and reference, as strong as a bad line has it or stronger.
+fn faults() -> Vec<(&'static str, Faults)> {
+    let ill = Faults {
+        from_s: FROM_S,
+        until_s: Some(UNTIL_S),
+        ..Faults::default()
+    };
+    vec![
+        ("lost", Faults { lost: 0.02, ..ill }),
+        ("merged", Faults { merged: 0.5, ..ill }),
+        ("split", Faults { split: 0.5, ..ill }),
+        (
+            "duplicated",
+            Faults {
+                duplicated: 0.02,
+                ..ill
+            },
+        ),
+        (
+            "corrupted",
+            Faults {
+                corrupted: 0.02,
+                ..ill
+            },
+        ),
+        (
+            "stuck",
+            Faults {
+                stuck_from_s: Some(FROM_S),
+                ..ill
+            },
+        ),
+        (
+            "hang-up",
+            Faults {
+                hang_up_at_s: Some(FROM_S),
+                back_after_s: Some(UNTIL_S - FROM_S),
+                ..Faults::default()
+            },
+        ),
+        (
+            "16 ms batches",
+            Faults {
+                batch_ms: 16,
+                ..ill
+            },
+        ),
+        (
+            "slow reader",
+            Faults {
+                slow_reader_ms: 20,
+                ..ill
+            },
+        ),
+        (
+            "no number",
+            Faults {
+                degenerate: 0.3,
+                ..ill
+            },
+        ),
+        ("noise", Faults { babble: 0.5, ..ill }),
+        (
+            "all at once",
+            Faults {
+                lost: 0.01,
+                merged: 0.3,
+                split: 0.3,
+                duplicated: 0.01,
+                corrupted: 0.01,
+                batch_ms: 16,
+                degenerate: 0.1,
+                babble: 0.1,
+                ..ill
+            },
+        ),
+    ]
+}
+
+/// Opens as a person would: again and again.
+fn opened<D>(open: impl Fn() -> Result<D, HardwareError>) -> D {
+    let start = Instant::now();
+    loop {
+        match open() {
+            Ok(device) => return device,
+            Err(error) => assert!(start.elapsed() < PATIENCE, "{error}"),
+        }
+    }
+}
+
+fn is_sane(sample: &DeviceSample, reach_m: f32) -> bool {
+    let pose = sample.device_from_handle;
+    let velocity = sample.velocity_m_s.unwrap_or_default();
+    pose.translation.vector.norm() <= reach_m
+        && (pose.rotation.norm() - 1.0).abs() < 1e-3
+        && velocity.iter().all(|part| part.is_finite())
+}
+
+/// One haptic driver under every fault.
+fn under_every_fault<D: HapticDevice>(
+    model: HapticModel,
+    reach_m: f32,
+    open: impl Fn(&Path) -> Result<D, HardwareError>,
+) {
+    // Too much on purpose: the driver itself must hold it to the device's peak.
+    let push = ForceCommand {
+        force_n: Vec3::new(-60.0, 80.0, 40.0),
+        torque_n_m: Vec3::zeros(),
+    };
+    for (name, faults) in faults() {
+        let emulator = Emulator::of(
+            model,
+            LineFaults {
+                haptic: faults,
+                ..LineFaults::default()
+            },
+        );
+        let line = &emulator.lines.haptic;
+        let mut device = opened(|| open(line));
+        let clamp_n = device.capabilities().force_max_n;
+        let start = Instant::now();
+        let mut recovered = 0;
+        while recovered < 20 {
+            assert!(start.elapsed() < PATIENCE, "{name}: no samples again");
+            let now_ns = now_ns();
+            device.send(push, now_ns);
+            match device.poll(now_ns) {
+                Polled::Fresh(sample) => {
+                    assert!(is_sane(&sample, reach_m), "{name}: {sample:?}");
+                    recovered += u32::from(emulator.seen().time_s > UNTIL_S);
+                }
+                Polled::Nothing => {}
+                Polled::Lost => {
+                    drop(device);
+                    device = opened(|| open(line));
+                }
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+        // A torque is reckoned for where the handle is believed to be: where samples stay away for a
+        // while, or damage looks like a movement, the force is a little off.
+        let strongest_n = emulator.seen().strongest_n;
+        // A hAPI board that does not read cannot be told anything: it holds its torque (never more
+        // than its own 0.123 N m), and where the arms are taken meanwhile that may be more force.
+        let is_deaf = model == HapticModel::Hapi && name == "slow reader";
+        assert!(
+            strongest_n <= clamp_n * 1.25 || is_deaf,
+            "{name}: {strongest_n} N"
+        );
+        assert!(strongest_n > 0.1, "{name}: the force does arrive");
+        drop(device);
+        let ended = Instant::now();
+        while emulator.seen().force_n > 1e-3 {
+            assert!(ended.elapsed() < PATIENCE, "{name}: a force is left");
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+#[test]
+fn the_rig() {
+    under_every_fault(HapticModel::TouchRig, 0.2001, RigHaptic::open);
+}
+
+#[test]
+fn the_rig_deafened() {
+    // Its frames have a checksum: what is damaged on the way to the device is no force.
+    let faults = Faults {
+        corrupted_to_device: 0.02,
+        ..Faults::default()
+    };
+    let emulator = Emulator::with(LineFaults {
+        haptic: faults,
+        ..LineFaults::default()
+    });
+    let mut device = opened(|| RigHaptic::open(&emulator.lines.haptic));
+    let start = Instant::now();
+    let mut samples = 0;
+    while samples < 500 {
+        assert!(start.elapsed() < PATIENCE);
+        let now_ns = now_ns();
+        device.send(
+            ForceCommand {
+                force_n: Vec3::new(0.5, 0.0, 0.0),
+                torque_n_m: Vec3::zeros(),
+            },
+            now_ns,
+        );
+        samples += u32::from(matches!(device.poll(now_ns), Polled::Fresh(_)));
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let strongest_n = emulator.seen().strongest_n;
+    assert!((0.49..0.51).contains(&strongest_n), "{strongest_n} N");
+}
+
+#[test]
+fn woody() {
+    under_every_fault(HapticModel::Woody, 0.3001, WoodyHaptic::open);
+}
+
+#[test]
+fn hapi() {
+    under_every_fault(HapticModel::Hapi, 0.1501, |path| {
+        HapiHaptic::open(path, Pantograph::GEN3)
+    });
+}
+
+#[test]
+fn the_tracker() {
+    for (name, faults) in faults() {
+        let emulator = Emulator::with(LineFaults {
+            tracker: faults,
+            ..LineFaults::default()
+        });
+        let line = &emulator.lines.tracker;
+        let open = || BirdTracker::open(line, BirdSetup::default());
+        let mut tracker = opened(open);
+        let start = Instant::now();
+        let mut recovered = 0;
+        while recovered < 5 {
+            assert!(start.elapsed() < PATIENCE, "{name}: no samples again");
+            match tracker.poll(now_ns()) {
+                Polled::Fresh(sample) => {
+                    let pose = sample.tracker_from_sensor;
+                    let most = pose.translation.vector.amax();
+                    assert!(most <= Scale::Inches36.full_m(), "{name}: {pose}");
+                    assert!((pose.rotation.norm() - 1.0).abs() < 1e-3, "{name}: {pose}");
+                    recovered += u32::from(emulator.seen().time_s > UNTIL_S);
+                }
+                Polled::Nothing => {}
+                Polled::Lost => {
+                    drop(tracker);
+                    tracker = opened(open);
+                }
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+#[test]
+fn the_pedal() {
+    for (name, faults) in faults() {
+        let emulator = Emulator::with(LineFaults {
+            pedal: faults,
+            ..LineFaults::default()
+        });
+        let line = &emulator.lines.pedal;
+        let mut pedal = opened(|| RigPedal::open(line));
+        let start = Instant::now();
+        let mut recovered = 0;
+        while recovered < 5 {
+            assert!(start.elapsed() < PATIENCE, "{name}: no samples again");
+            match pedal.poll(now_ns()) {
+                Polled::Fresh(sample) => {
+                    // Nobody operates, so the script presses nothing, whatever the line says.
+                    assert!(!sample.cut && !sample.coagulate, "{name}: {sample:?}");
+                    recovered += u32::from(emulator.seen().time_s > UNTIL_S);
+                }
+                Polled::Nothing => {}
+                Polled::Lost => {
+                    drop(pedal);
+                    pedal = opened(|| RigPedal::open(line));
+                }
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+}
+
+#[test]
+fn the_wrong_device_is_refused_and_gets_no_force() {
+    let models = [HapticModel::TouchRig, HapticModel::Woody, HapticModel::Hapi];
+    std::thread::scope(|scope| {
+        for model in models {
+            scope.spawn(move || {
+                let emulator = Emulator::of(model, LineFaults::default());
+                let line = &emulator.lines.haptic;
+                if model != HapticModel::TouchRig {
+                    assert!(RigHaptic::open(line).is_err(), "{model:?}");
+                }
+                if model != HapticModel::Woody {
+                    assert!(WoodyHaptic::open(line).is_err(), "{model:?}");
+                }
+                if model != HapticModel::Hapi {
+                    assert!(
+                        HapiHaptic::open(line, Pantograph::GEN3).is_err(),
+                        "{model:?}"
+                    );
+                }
+                assert!(
+                    BirdTracker::open(line, BirdSetup::default()).is_err(),
+                    "{model:?}"
+                );
+                assert!(emulator.seen().strongest_n < 1e-6, "{model:?}");
+            });
+        }
+    });
+}
