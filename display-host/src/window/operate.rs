@@ -259,18 +259,24 @@ impl Operate {
 mod tests {
     use super::*;
 
+    /// The sums in thousandths: m, rad.
+    fn thousandths(leading: &Leading) -> [i64; 6] {
+        let message = &leading.message;
+        let [x, y, z] = message.moved_m;
+        let [yaw, pitch] = message.scope_turned_rad;
+        [x, y, z, yaw, pitch, message.scope_advanced_m].map(|part| (part * 1e3).round() as i64)
+    }
+
     #[test]
     fn the_mouse_moves_the_tip_and_with_its_middle_button_the_endoscope() {
         let mut leading = Leading::new(1);
         leading.mouse([100.0, 50.0]);
         leading.wheel(2.0);
-        assert_eq!(leading.message.moved_m, [0.008, -0.004, -0.006]);
+        assert_eq!(thousandths(&leading), [8, -4, -6, 0, 0, 0]);
         leading.button(MouseButton::Middle, true);
         leading.mouse([100.0, 0.0]);
         leading.wheel(-1.0);
-        assert_eq!(leading.message.moved_m[0], 0.008);
-        assert_eq!(leading.message.scope_turned_rad, [-0.1, 0.0]);
-        assert_eq!(leading.message.scope_advanced_m, -0.002);
+        assert_eq!(thousandths(&leading), [8, -4, -6, -100, 0, -2]);
         leading.button(MouseButton::Left, true);
         leading.button(MouseButton::Right, true);
         leading.advance(0.0);
@@ -283,15 +289,15 @@ mod tests {
         assert!(leading.key(KeyCode::ArrowRight, true));
         assert!(!leading.key(KeyCode::KeyE, true), "the interface's");
         leading.advance(1.0);
-        assert_eq!(leading.message.moved_m, [TIP_M_S, 0.0, 0.0]);
+        assert_eq!(thousandths(&leading), [40, 0, 0, 0, 0, 0]);
         leading.key(KeyCode::ShiftLeft, true);
         leading.advance(1.0);
-        assert_eq!(leading.message.moved_m[0], 1.25 * TIP_M_S);
+        assert_eq!(thousandths(&leading), [50, 0, 0, 0, 0, 0]);
         leading.key(KeyCode::ArrowRight, false);
         leading.key(KeyCode::ControlLeft, true);
         leading.key(KeyCode::PageUp, true);
         leading.advance(1.0);
-        assert!(leading.message.scope_advanced_m > 0.0);
+        assert_eq!(thousandths(&leading), [50, 0, 0, 0, 0, 5]);
         leading.key(KeyCode::KeyC, true);
         leading.key(KeyCode::Space, true);
         leading.advance(0.0);

@@ -36,6 +36,8 @@ pub(crate) enum Command {
     Check(CheckArgs),
     /// Devices that are plugged in: find them, see them live, test them
     Devices(DevicesArgs),
+    /// Tells 3D Slicer, PLUS and others where the instruments are, over OpenIGTLink
+    Igtlink(IgtlinkArgs),
     /// One of `jitter`'s loads
     #[command(hide = true)]
     Load(LoadArgs),
@@ -255,6 +257,7 @@ A station file, for --station-file of run, rt and watch; every part may be left 
   driver = \"rig\"                      # rig, woody or touch
   path = \"/dev/serial/by-id/my-rig\"   # a name that stays; for a Touch the vendor's libHD.so
   force_max_n = 2.5                   # never more than this, whatever the device can
+  motion_scale = 1.5                  # the simulation's handle goes 1.5 times as far
 
   [tracker]
   driver = \"bird\"
@@ -266,7 +269,10 @@ A station file, for --station-file of run, rt and watch; every part may be left 
   path = \"/dev/input/by-id/my-pedal-event-kbd\"
   cut_key = 256
 
-  [frames.world_from_device]
+  [ports]                             # the trocars, where the scene's are not the station's
+  instrument_m = [0.0, 0.03, 0.18]
+
+  [frames.world_from_device]          # `calot devices calibrate` finds these
   position_m = [0.1, 0.0, 0.2]
   rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
 
@@ -292,6 +298,56 @@ pub(crate) enum DevicesCommand {
     Watch(WatchArgs),
     /// Test a device with the suite that the emulated ones pass; exits with 1 if a check fails
     Conformance(ConformanceArgs),
+    /// Where haptic device and tracker stand: touch the station file's landmarks with each
+    Calibrate(CalibrateArgs),
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Three landmarks or more, not on one line, that the devices reach, in the scene's frame:
+  [[landmarks]]
+  name = \"left rim of the phantom\"
+  position_m = [0.1, 0.0, 0.0]
+
+Example:
+  calot devices calibrate --station-file station.toml --out station.toml")]
+pub(crate) struct CalibrateArgs {
+    /// File that names the devices and the landmarks
+    #[arg(long, value_name = "FILE")]
+    pub(crate) station_file: PathBuf,
+    /// Write the station file with the frames that were found [default: print them]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Refuse a fit that leaves more than this at the landmarks, root mean square
+    #[arg(long, value_name = "MM", default_value_t = 2.0)]
+    pub(crate) residual_mm: f32,
+    /// A JSON object for each frame
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Transforms, 1 mm being 1 mm, in the scene's frame: ToolToReference, HandleToReference,
+EndoscopeToReference. ForceToReference moves by 1 mm for each newton on the hand.
+
+In 3D Slicer: module OpenIGTLinkIF, a connector of type Client to the address below.")]
+pub(crate) struct IgtlinkArgs {
+    /// Name of the station
+    #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
+    pub(crate) station: String,
+    /// Where clients connect; other machines may with 0.0.0.0:18944. There is no password
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:18944")]
+    pub(crate) listen: std::net::SocketAddr,
+    /// Frames a second
+    #[arg(long, value_name = "HZ", default_value_t = 60.0, value_parser = parse_rate)]
+    pub(crate) rate_hz: f64,
+    /// End after this time [default: on Ctrl-C]
+    #[arg(long, value_name = "N", value_parser = parse_seconds)]
+    pub(crate) seconds: Option<f64>,
+    /// Print one JSON object when it listens, one when it ends
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Clone, Args)]
@@ -499,6 +555,13 @@ pub(crate) fn parse_station(text: &str) -> Result<String, String> {
     match shared_mem::service::Station::new(text) {
         Ok(_) => Ok(text.to_owned()),
         Err(error) => Err(error.to_string()),
+    }
+}
+
+fn parse_rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(hz) if (1.0..=1000.0).contains(&hz) => Ok(hz),
+        _ => Err(format!("'{text}' is no rate: 1 to 1000 Hz are")),
     }
 }
 

@@ -5,6 +5,7 @@ mod children;
 mod cli;
 mod devices;
 mod emulate;
+mod igtlink;
 mod jitter;
 mod prepare;
 mod prepare_targets;
@@ -36,6 +37,7 @@ fn main() -> ExitCode {
         cli::Command::Prepare(args) => prepare::run(&args),
         cli::Command::Check(args) => check::run(&args),
         cli::Command::Devices(args) => devices::run(&args),
+        cli::Command::Igtlink(args) => igtlink::run(&args),
         cli::Command::Jitter(args) => jitter::run(&args),
         cli::Command::Load(args) => jitter::load::run(&args),
         cli::Command::Loop(args) => jitter::bare_loop::run(&args),

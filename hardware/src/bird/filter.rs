@@ -9,8 +9,8 @@ use rt_core::port::TimeNs;
 
 use super::wire::Record;
 
-/// Corner at rest, Hz.
-const REST_HZ: f32 = 3.0;
+/// Corner at rest, Hz, unless the station says otherwise.
+pub(super) const REST_HZ: f32 = 3.0;
 /// What a speed adds to it, Hz per m/s: at 0.1 m/s the picture is 2 ms behind.
 const HZ_PER_M_S: f32 = 700.0;
 /// What a turning adds, Hz per rad/s.
@@ -21,9 +21,11 @@ const SPEED_HZ: f32 = 3.0;
 const GAP_NS: u64 = 200_000_000;
 
 /// A filter and what it remembers.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Filter {
     last: Option<State>,
+    /// Corner at rest, Hz; 0: nothing is filtered.
+    rest_hz: f32,
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -37,6 +39,13 @@ struct State {
 }
 
 impl Filter {
+    pub(super) const fn new(rest_hz: f32) -> Self {
+        Self {
+            last: None,
+            rest_hz,
+        }
+    }
+
     /// Takes a record that came at `at_ns`; gives what to show.
     pub(super) fn update(&mut self, record: &Record, at_ns: TimeNs) -> Record {
         let raw = (Vec3::from(record.position_m), record.rotation);
@@ -49,7 +58,9 @@ impl Filter {
             at_ns,
         };
         let next = match self.last {
-            Some(last) if at_ns.saturating_sub(last.at_ns) < GAP_NS => last.followed(raw, at_ns),
+            Some(last) if self.rest_hz > 0.0 && at_ns.saturating_sub(last.at_ns) < GAP_NS => {
+                last.followed(raw, at_ns, self.rest_hz)
+            }
             _ => fresh,
         };
         self.last = Some(next);
@@ -61,7 +72,7 @@ impl Filter {
 }
 
 impl State {
-    fn followed(self, raw: (Vec3, UnitQuaternion<f32>), at_ns: TimeNs) -> Self {
+    fn followed(self, raw: (Vec3, UnitQuaternion<f32>), at_ns: TimeNs, rest_hz: f32) -> Self {
         // Records of one batch carry one time: as if they had come in order, a little apart.
         let dt_s = (at_ns.saturating_sub(self.at_ns) as f32 * 1e-9).max(1e-3);
         let turned = (self.raw.1.inverse() * raw.1).scaled_axis();
@@ -69,8 +80,8 @@ impl State {
         let velocity_m_s =
             self.velocity_m_s + ((raw.0 - self.raw.0) / dt_s - self.velocity_m_s) * of_speed;
         let turning_rad_s = self.turning_rad_s + (turned / dt_s - self.turning_rad_s) * of_speed;
-        let of_place = share(REST_HZ + HZ_PER_M_S * velocity_m_s.norm(), dt_s);
-        let of_turn = share(REST_HZ + HZ_PER_RAD_S * turning_rad_s.norm(), dt_s);
+        let of_place = share(rest_hz + HZ_PER_M_S * velocity_m_s.norm(), dt_s);
+        let of_turn = share(rest_hz + HZ_PER_RAD_S * turning_rad_s.norm(), dt_s);
         let off = (self.rotation.inverse() * raw.1).scaled_axis();
         Self {
             position_m: self.position_m + (raw.0 - self.position_m) * of_place,
@@ -108,7 +119,7 @@ mod tests {
 
     #[test]
     fn at_rest_the_noise_is_less_than_half() {
-        let (mut filter, mut random) = (Filter::default(), Random::new(1, 1));
+        let (mut filter, mut random) = (Filter::new(REST_HZ), Random::new(1, 1));
         let (mut raw, mut shown) = (0.0, 0.0);
         let mut before = (0.0, 0.0);
         for step in 0..1000u64 {
@@ -126,7 +137,7 @@ mod tests {
 
     #[test]
     fn a_moving_endoscope_is_hardly_behind() {
-        let mut filter = Filter::default();
+        let mut filter = Filter::new(REST_HZ);
         let (speed_m_s, turning_rad_s) = (0.1, 1.0);
         let mut behind = (0.0, 0.0);
         for step in 0..200u64 {
@@ -140,7 +151,7 @@ mod tests {
 
     #[test]
     fn it_comes_to_rest_where_the_sensor_does_and_begins_anew_after_a_gap() {
-        let mut filter = Filter::default();
+        let mut filter = Filter::new(REST_HZ);
         let mut out = at(0.0, 0.0);
         for step in 0..300u64 {
             out = filter.update(&at(if step < 5 { 0.0 } else { 0.1 }, 0.3), step * PERIOD_NS);
@@ -157,7 +168,7 @@ mod tests {
         fn what_it_shows_lies_among_what_came(
             xs in prop::collection::vec((-0.9..0.9f32, -3.0..3.0f32, 0u64..40_000_000), 1..200),
         ) {
-            let mut filter = Filter::default();
+            let mut filter = Filter::new(REST_HZ);
             let mut now_ns = 0;
             for &(x, angle, after_ns) in &xs {
                 now_ns += after_ns;

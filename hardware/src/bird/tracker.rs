@@ -8,7 +8,7 @@ use rt_core::math::{Pose, Vec3};
 use rt_core::port::{LineCounters, Polled, TimeNs, Tracker, TrackerSample};
 
 use super::bulk::{Bulk, BulkPipe};
-use super::filter::Filter;
+use super::filter::{self, Filter};
 use super::transport::Transport;
 use super::usb::UsbPipe;
 use super::wire::{Hemisphere, Record, RecordReader, Scale, command, parameter, status};
@@ -40,7 +40,7 @@ const CONFIGURED: Duration = Duration::from_millis(600);
 const BIRDS_MAX: u8 = 14;
 
 /// How the tracker is set up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BirdSetup {
     /// Where the endoscope is, seen from the transmitter.
     pub hemisphere: Hemisphere,
@@ -50,6 +50,8 @@ pub struct BirdSetup {
     pub birds: u8,
     /// Which of them is on the endoscope: 1 to `birds`.
     pub bird: u8,
+    /// Corner of the filter while the endoscope is held still, Hz; 0: no filter.
+    pub filter_rest_hz: f32,
 }
 
 impl Default for BirdSetup {
@@ -60,6 +62,7 @@ impl Default for BirdSetup {
             scale: Scale::default(),
             birds: 1,
             bird: 1,
+            filter_rest_hz: filter::REST_HZ,
         }
     }
 }
@@ -110,7 +113,7 @@ impl BirdTracker {
             reader: RecordReader::default(),
             counters: LineCounters::default(),
             gate: Gate::default(),
-            filter: Filter::default(),
+            filter: Filter::new(setup.filter_rest_hz),
         };
         bird.identify()?;
         bird.check_errors()?;

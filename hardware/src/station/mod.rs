@@ -5,6 +5,7 @@
 //! driver = "rig"                      # rig, woody, hapi, inverse3 or touch
 //! path = "/dev/serial/by-id/my-rig"   # a name that udev keeps stable
 //! force_max_n = 2.5                   # never more than this, whatever the device can
+//! motion_scale = 1.5                  # the simulation's handle goes 1.5 times as far
 //!
 //! [tracker]
 //! driver = "bird"                     # bird, or trakstar with path = "usb"
@@ -13,25 +14,36 @@
 //! full_scale_in = 36                  # or 72: reaches twice as far, in steps twice as large
 //! birds = 1                           # units on its bus, …
 //! bird = 1                            # … and which of them is on the endoscope
+//! filter_rest_hz = 3.0                # steadier when held still the lower it is; 0: no filter
 //!
 //! [pedal]
 //! driver = "evdev"                    # rig, evdev or modem
 //! path = "/dev/input/by-id/my-pedal-event-kbd"
 //! cut_key = 256
 //!
-//! [frames.world_from_device]
+//! [ports]                             # where the trocars are, world frame
+//! instrument_m = [0.0, 0.03, 0.18]
+//! endoscope_m = [0.05, -0.1, 0.1]
+//!
+//! [frames.world_from_device]          # `calot devices calibrate` finds both
 //! position_m = [0.1, 0.0, 0.2]
 //! rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
+//!
+//! [[landmarks]]                       # three or more places to touch, for that
+//! name = "left rim"
+//! position_m = [0.1, 0.0, 0.0]
 //! ```
 //!
 //! Every section may be left out. A wrong key, type or range is an error that names the line.
 
+pub mod calibration;
 mod open;
 mod raw;
+mod scaled;
 
 use std::path::{Path, PathBuf};
 
-use rt_core::math::Pose;
+use rt_core::math::{Pose, Vec3};
 
 use crate::HardwareError;
 use crate::bird::BirdSetup;
@@ -51,6 +63,21 @@ pub struct StationFile {
     pub world_from_device: Option<Pose>,
     /// The tracker's transmitter; else the scene's.
     pub world_from_tracker: Option<Pose>,
+    /// The instrument's trocar, world frame, m; else the scene's.
+    pub instrument_port_m: Option<Vec3>,
+    /// The endoscope's, world frame, m; else the scene's.
+    pub endoscope_port_m: Option<Vec3>,
+    /// Places of the station that the devices can touch, for calibration.
+    pub landmarks: Vec<Landmark>,
+}
+
+/// A place of the station whose position is known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Landmark {
+    /// What a person calls it.
+    pub name: String,
+    /// Where it is, world frame, m.
+    pub position_m: Vec3,
 }
 
 /// How the haptic device is reached.
@@ -62,6 +89,8 @@ pub struct HapticSpec {
     pub path: PathBuf,
     /// Limits below those of the device.
     pub limits: Limits,
+    /// How much farther the simulation's handle goes than the device's; none: as far.
+    pub motion_scale: Option<f32>,
 }
 
 /// Limits that a person sets below what a device says of itself. None: the device's own.
@@ -97,7 +126,7 @@ pub enum HapticDriver {
 }
 
 /// How the tracker is reached.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct TrackerSpec {
     /// Which driver.
     pub driver: TrackerDriver,

@@ -5,6 +5,7 @@ use rt_core::port::{
     Polled, TimeNs,
 };
 
+use super::scaled::Scaled;
 use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, TrackerDriver, TrackerSpec};
 use crate::HardwareError;
 use crate::bird::BirdTracker;
@@ -16,7 +17,7 @@ use crate::touch::TouchHaptic;
 use crate::woody::WoodyHaptic;
 
 impl HapticSpec {
-    /// Opens the device, held to the station's limits. Not for the tick.
+    /// Opens the device, held to the station's limits, its movements scaled. Not for the tick.
     pub fn open(&self) -> Result<Box<dyn HapticDevice + Send>, HardwareError> {
         let path = &self.path;
         let device: Box<dyn HapticDevice + Send> = match &self.driver {
@@ -28,10 +29,14 @@ impl HapticSpec {
             }
             HapticDriver::Touch { device } => Box::new(TouchHaptic::open(path, device.as_deref())?),
         };
-        Ok(Box::new(Limited {
+        let device: Box<dyn HapticDevice + Send> = Box::new(Limited {
             device,
             limits: self.limits,
-        }))
+        });
+        Ok(match self.motion_scale {
+            None => device,
+            Some(by) => Box::new(Scaled { device, by }),
+        })
     }
 }
 

@@ -9,7 +9,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{
-    HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, StationFile, TrackerDriver,
+    HapticDriver, HapticSpec, Landmark, Limits, PedalDriver, PedalSpec, StationFile, TrackerDriver,
     TrackerSpec,
 };
 use crate::HardwareError;
@@ -24,7 +24,24 @@ struct Raw {
     haptic: Option<RawHaptic>,
     tracker: Option<RawTracker>,
     pedal: Option<RawPedal>,
+    ports: Option<RawPorts>,
     frames: Option<RawFrames>,
+    #[serde(default)]
+    landmarks: Vec<RawLandmark>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawPorts {
+    instrument_m: Option<Spanned<[f32; 3]>>,
+    endoscope_m: Option<Spanned<[f32; 3]>>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawLandmark {
+    name: String,
+    position_m: Spanned<[f32; 3]>,
 }
 
 #[derive(Deserialize)]
@@ -36,6 +53,7 @@ struct RawHaptic {
     force_max_n: Option<Spanned<f32>>,
     force_continuous_n: Option<Spanned<f32>>,
     stiffness_max_n_m: Option<Spanned<f32>>,
+    motion_scale: Option<Spanned<f32>>,
 }
 
 #[derive(Deserialize, PartialEq)]
@@ -57,6 +75,7 @@ struct RawTracker {
     full_scale_in: Option<Spanned<u8>>,
     birds: Option<Spanned<u8>>,
     bird: Option<Spanned<u8>>,
+    filter_rest_hz: Option<Spanned<f32>>,
 }
 
 #[derive(Deserialize)]
@@ -148,16 +167,31 @@ impl File<'_> {
         Err(self.error(value.span().start, what))
     }
 
-    fn pose(&self, name: &str, raw: Option<RawPose>) -> Result<Option<Pose>, HardwareError> {
-        let Some(raw) = raw else { return Ok(None) };
-        let position = Vec3::from(*raw.position_m.get_ref());
-        if !position
+    /// A place in the room.
+    fn place(&self, name: &str, raw: &Spanned<[f32; 3]>) -> Result<Vec3, HardwareError> {
+        let position = Vec3::from(*raw.get_ref());
+        if position
             .iter()
             .all(|part| (-ROOM_M..=ROOM_M).contains(part))
         {
-            let what = format!("{name}.position_m lies outside of ±{ROOM_M} m: it is in metres");
-            return Err(self.error(raw.position_m.span().start, what));
+            return Ok(position);
         }
+        let what = format!("{name} lies outside of ±{ROOM_M} m: it is in metres");
+        Err(self.error(raw.span().start, what))
+    }
+
+    fn landmarks(&self, raw: Vec<RawLandmark>) -> Result<Vec<Landmark>, HardwareError> {
+        let landmark = |raw: RawLandmark| {
+            let position_m = self.place("landmarks.position_m", &raw.position_m)?;
+            let name = raw.name;
+            Ok(Landmark { name, position_m })
+        };
+        raw.into_iter().map(landmark).collect()
+    }
+
+    fn pose(&self, name: &str, raw: Option<RawPose>) -> Result<Option<Pose>, HardwareError> {
+        let Some(raw) = raw else { return Ok(None) };
+        let position = self.place(&format!("{name}.position_m"), &raw.position_m)?;
         let [x, y, z, w] = *raw.rotation_xyzw.get_ref();
         let quaternion = Quaternion::new(w, x, y, z);
         let norm = quaternion.norm();
@@ -223,6 +257,7 @@ impl File<'_> {
             driver,
             path: raw.path,
             limits,
+            motion_scale: self.within("motion_scale", "", raw.motion_scale, 0.2..=5.0)?,
         })
     }
 
@@ -279,6 +314,9 @@ impl File<'_> {
                 scale,
                 birds,
                 bird: number("bird", &raw.bird, birds)?,
+                filter_rest_hz: self
+                    .within("filter_rest_hz", "Hz", raw.filter_rest_hz, 0.0..=50.0)?
+                    .unwrap_or(BirdSetup::default().filter_rest_hz),
             },
         })
     }
@@ -323,6 +361,12 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<StationFile, HardwareErro
     let (device, tracker) = raw.frames.map_or((None, None), |frames| {
         (frames.world_from_device, frames.world_from_tracker)
     });
+    let (instrument, endoscope) = raw.ports.map_or((None, None), |ports| {
+        (ports.instrument_m, ports.endoscope_m)
+    });
+    let port = |name, raw: Option<Spanned<[f32; 3]>>| {
+        raw.map(|place| file.place(name, &place)).transpose()
+    };
     Ok(StationFile {
         haptic: raw.haptic.map(|haptic| file.haptic(haptic)).transpose()?,
         tracker: raw
@@ -332,6 +376,9 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<StationFile, HardwareErro
         pedal: raw.pedal.map(|pedal| file.pedal(pedal)).transpose()?,
         world_from_device: file.pose("world_from_device", device)?,
         world_from_tracker: file.pose("world_from_tracker", tracker)?,
+        instrument_port_m: port("ports.instrument_m", instrument)?,
+        endoscope_port_m: port("ports.endoscope_m", endoscope)?,
+        landmarks: file.landmarks(raw.landmarks)?,
     })
 }
 
@@ -347,11 +394,13 @@ path = "libHD.so"
 device = "right"
 force_max_n = 2.5
 force_continuous_n = 0.8
+motion_scale = 1.5
 
 [tracker]
 driver = "bird"
 path = "/dev/serial/by-id/tracker"
 hemisphere = "forward"
+filter_rest_hz = 2.0
 
 [pedal]
 driver = "evdev"
@@ -361,6 +410,17 @@ cut_key = 30
 [frames.world_from_device]
 position_m = [0.1, 0.0, 0.2]
 rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
+
+[ports]
+instrument_m = [0.0, 0.02, 0.18]
+
+[[landmarks]]
+name = "left rim"
+position_m = [0.1, 0.0, 0.0]
+
+[[landmarks]]
+name = "right rim"
+position_m = [-0.1, 0.0, 0.0]
 "#;
 
     fn read(text: &str) -> Result<StationFile, String> {
@@ -391,6 +451,14 @@ rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
         let frame = station.world_from_device.unwrap();
         assert!((frame.translation.vector - Vec3::new(0.1, 0.0, 0.2)).norm() < 1e-7);
         assert_eq!(station.world_from_tracker, None);
+        assert_eq!(haptic.motion_scale, Some(1.5));
+        assert_eq!(station.instrument_port_m, Some(Vec3::new(0.0, 0.02, 0.18)));
+        assert_eq!(station.endoscope_port_m, None);
+        let names = station
+            .landmarks
+            .iter()
+            .map(|landmark| landmark.name.as_str());
+        assert!(names.eq(["left rim", "right rim"]));
     }
 
     #[test]
@@ -431,28 +499,48 @@ rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
             (
                 "hemisphere = \"forward\"",
                 "full_scale_in = 100",
-                ":12: full_scale_in is 100",
+                ":13: full_scale_in is 100",
             ),
             (
                 "hemisphere = \"forward\"",
                 "bird = 2",
-                ":12: bird is 2, allowed is 1 to 1",
+                ":13: bird is 2, allowed is 1 to 1",
             ),
             ("\"touch\"", "\"hapi\"", ":5: driver \"hapi\" needs device"),
-            ("\"evdev\"", "\"modem\"", ":17: keys are a USB pedal's"),
-            ("cut_key = 30", "cut_key = 3000", ":17: the key is 3000"),
+            ("\"evdev\"", "\"modem\"", ":19: keys are a USB pedal's"),
+            ("cut_key = 30", "cut_key = 3000", ":19: the key is 3000"),
             (
                 "[0.1, 0.0, 0.2]",
                 "[100.0, 0.0, 200.0]",
-                ":20: world_from_device.position_m",
+                ":22: world_from_device.position_m",
             ),
             (
                 "0.0, 1.0]",
                 "0.0, 0.5]",
-                ":21: world_from_device.rotation_xyzw has length 0.5",
+                ":23: world_from_device.rotation_xyzw has length 0.5",
             ),
-            ("[tracker]", "[trakcer]", ":9: unknown field `trakcer`"),
-            ("[pedal]", "[pedal", ":14: "),
+            ("[tracker]", "[trakcer]", ":10: unknown field `trakcer`"),
+            (
+                "motion_scale = 1.5",
+                "motion_scale = 0.0",
+                ":8: motion_scale is 0",
+            ),
+            (
+                "filter_rest_hz = 2.0",
+                "filter_rest_hz = -1.0",
+                ":14: filter_rest_hz is -1 Hz",
+            ),
+            (
+                "[0.0, 0.02, 0.18]",
+                "[0.0, 20.0, 180.0]",
+                ":26: ports.instrument_m lies outside",
+            ),
+            (
+                "[-0.1, 0.0, 0.0]",
+                "[-100.0, 0.0, 0.0]",
+                ":34: landmarks.position_m lies outside",
+            ),
+            ("[pedal]", "[pedal", ":16: "),
         ] {
             let text = WHOLE.replace(right, wrong);
             assert_ne!(text, WHOLE, "{right}");
@@ -468,7 +556,7 @@ rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
         }
 
         #[test]
-        fn a_file_with_a_line_cut_out_is_read_or_refused_with_a_line(cut in 0usize..21) {
+        fn a_file_with_a_line_cut_out_is_read_or_refused_with_a_line(cut in 0usize..WHOLE.lines().count()) {
             let text: Vec<&str> =
                 WHOLE.lines().enumerate().filter(|(at, _)| *at != cut).map(|(_, l)| l).collect();
             if let Err(error) = read(&text.join("\n")) {

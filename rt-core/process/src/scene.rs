@@ -185,9 +185,13 @@ fn room(record: &RoomRecord, station: &StationFile) -> Room {
         gravity_m_s2: Vec3::from(record.gravity_m_s2),
         world_from_device: or_scene(station.world_from_device, &record.world_from_device),
         world_from_tracker: or_scene(station.world_from_tracker, &record.world_from_tracker),
-        instrument_port_m: Vec3::from(record.instrument_port_m),
+        instrument_port_m: station
+            .instrument_port_m
+            .unwrap_or_else(|| Vec3::from(record.instrument_port_m)),
         instrument_length_m: record.instrument_length_m,
-        endoscope_port_m: Vec3::from(record.endoscope_port_m),
+        endoscope_port_m: station
+            .endoscope_port_m
+            .unwrap_or_else(|| Vec3::from(record.endoscope_port_m)),
         world_from_camera: pose(&record.world_from_camera),
         breath_s: record.breath_s,
     }

@@ -1,5 +1,6 @@
 //! `calot devices`: what is plugged in, what it says, and whether it does what the station needs.
 
+mod calibrate;
 mod conformance;
 mod watch;
 
@@ -18,6 +19,7 @@ pub(crate) fn run(args: &DevicesArgs) -> Result<ExitCode, Problem> {
         Some(DevicesCommand::List(args)) => list(args),
         Some(DevicesCommand::Watch(args)) => watch::run(args),
         Some(DevicesCommand::Conformance(args)) => conformance::run(args),
+        Some(DevicesCommand::Calibrate(args)) => calibrate::run(args),
     }
 }
 

@@ -1,0 +1,192 @@
+//! Where a device stands: the rigid motion that brings what it measured at landmarks to where they
+//! are.
+
+use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
+use rt_core::math::{Pose, Vec3};
+
+/// Fewest landmarks that tell where a device stands.
+pub const LANDMARKS_MIN: usize = 3;
+/// Landmarks must spread this far across their longest line, m: else the turn about it is unknown.
+const SPREAD_MIN_M: f32 = 0.01;
+
+/// Where a device stands, and how well that fits.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fit {
+    /// The device's frame in the world.
+    pub world_from_device: Pose,
+    /// Root mean square of what is left at the landmarks, m.
+    pub rms_m: f32,
+    /// The largest of it, m.
+    pub worst_m: f32,
+    /// The landmark that fits the others least: without it the least is left.
+    pub odd_one: usize,
+}
+
+/// Why there is no fit.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum NoFit {
+    /// Too few.
+    #[error(
+        "{0} landmarks are too few: a frame needs {LANDMARKS_MIN} or more; name them in the station file"
+    )]
+    TooFew(usize),
+    /// All on one line.
+    #[error(
+        "the landmarks lie on a line, within {0:.4} m: choose one that is {SPREAD_MIN_M} m or more off it"
+    )]
+    OnALine(f32),
+    /// Not a number.
+    #[error("a measured position is no number: look at the device with `calot devices watch`")]
+    NotFinite,
+}
+
+/// The rigid motion with the least squares (Kabsch 1976, Umeyama 1991): `pairs` are what was measured
+/// and where it is, m.
+pub fn fit(pairs: &[(Vec3, Vec3)]) -> Result<Fit, NoFit> {
+    let whole = least_squares(pairs)?;
+    let without = |landmark: &usize| {
+        let mut others = pairs.to_vec();
+        others.remove(*landmark);
+        least_squares(&others).map_or(f32::INFINITY, |fit| fit.rms_m)
+    };
+    let odd_one = (0..pairs.len()).min_by(|a, b| without(a).total_cmp(&without(b)));
+    Ok(Fit {
+        odd_one: odd_one.unwrap_or(0),
+        ..whole
+    })
+}
+
+fn least_squares(pairs: &[(Vec3, Vec3)]) -> Result<Fit, NoFit> {
+    if pairs.len() < LANDMARKS_MIN {
+        return Err(NoFit::TooFew(pairs.len()));
+    }
+    if !pairs
+        .iter()
+        .all(|(a, b)| (a + b).iter().all(|x| x.is_finite()))
+    {
+        return Err(NoFit::NotFinite);
+    }
+    let count = pairs.len() as f32;
+    let mean = |of: fn(&(Vec3, Vec3)) -> Vec3| pairs.iter().map(of).sum::<Vec3>() / count;
+    let (measured, known) = (mean(|pair| pair.0), mean(|pair| pair.1));
+    let spread = |of: fn(&(Vec3, Vec3)) -> Vec3, middle: Vec3| {
+        let about: Matrix3<f32> = pairs
+            .iter()
+            .map(|pair| (of(pair) - middle) * (of(pair) - middle).transpose())
+            .sum();
+        // The second largest: how far they go across their longest line.
+        let mut across = about.symmetric_eigenvalues().map(|x| x.max(0.0).sqrt());
+        across.as_mut_slice().sort_by(f32::total_cmp);
+        across[1]
+    };
+    let across_m = spread(|pair| pair.0, measured).min(spread(|pair| pair.1, known));
+    if across_m < SPREAD_MIN_M {
+        return Err(NoFit::OnALine(across_m));
+    }
+    let covariance: Matrix3<f32> = pairs
+        .iter()
+        .map(|(a, b)| (b - known) * (a - measured).transpose())
+        .sum();
+    let parts = covariance.svd(true, true);
+    let (Some(u), Some(v_t)) = (parts.u, parts.v_t) else {
+        return Err(NoFit::NotFinite);
+    };
+    // A mirror is no motion: the least of the three directions is turned over.
+    let mut signs = Vec3::new(1.0, 1.0, 1.0);
+    if (u * v_t).determinant() < 0.0 {
+        signs[parts.singular_values.imin()] = -1.0;
+    }
+    let turn = u * Matrix3::from_diagonal(&signs) * v_t;
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(turn));
+    let world_from_device = Pose::from_parts((known - rotation * measured).into(), rotation);
+    let left = pairs.iter().map(|(a, b)| {
+        (world_from_device * nalgebra::Point3::from(*a) - b)
+            .coords
+            .norm()
+    });
+    let rms_m = (left.clone().map(|x| x * x).sum::<f32>() / count).sqrt();
+    Ok(Fit {
+        world_from_device,
+        rms_m,
+        worst_m: left.fold(0.0, f32::max),
+        odd_one: 0,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const KNOWN: [[f32; 3]; 5] = [
+        [0.1, 0.0, 0.0],
+        [-0.1, 0.0, 0.02],
+        [0.0, 0.12, 0.0],
+        [0.02, -0.05, 0.1],
+        [-0.06, -0.04, -0.05],
+    ];
+
+    fn pose() -> impl Strategy<Value = Pose> {
+        (
+            [-1.0f32..1.0, -1.0..1.0, -1.0..1.0],
+            [-3.0f32..3.0, -3.0..3.0, -3.0..3.0],
+        )
+            .prop_map(|(at, turn)| {
+                let turn = UnitQuaternion::from_scaled_axis(Vec3::from(turn));
+                Pose::from_parts(Vec3::from(at).into(), turn)
+            })
+    }
+
+    proptest! {
+        /// However the device stands, it is found; noise is what is left over.
+        #[test]
+        fn the_frame_is_found(
+            world_from_device in pose(), count in 3usize..6,
+            noise in prop::collection::vec([-5e-4f32..5e-4, -5e-4..5e-4, -5e-4..5e-4], 5),
+            noisy in any::<bool>(),
+        ) {
+            let pairs: Vec<(Vec3, Vec3)> = KNOWN.iter().zip(&noise).take(count).map(|(known, noise)| {
+                let known = Vec3::from(*known);
+                let measured = world_from_device.inverse() * nalgebra::Point3::from(known);
+                let noise = if noisy { Vec3::from(*noise) } else { Vec3::zeros() };
+                (measured.coords + noise, known)
+            }).collect();
+            let fit = fit(&pairs).unwrap();
+            let off = fit.world_from_device.inverse() * world_from_device;
+            let (limit_m, limit_rad) = if noisy { (8e-3, 2e-2) } else { (1e-5, 1e-4) };
+            prop_assert!(off.translation.vector.norm() < limit_m + limit_rad, "{off}");
+            prop_assert!(off.rotation.angle() < limit_rad, "{off}");
+            prop_assert!(fit.rms_m <= fit.worst_m * 1.000_1 + 1e-9);
+            let left_m = if noisy { 9e-4 } else { 1e-6 };
+            prop_assert!(fit.rms_m < left_m);
+        }
+
+        #[test]
+        fn nothing_panics(values in prop::collection::vec((any::<[f32; 3]>(), any::<[f32; 3]>()), 0..6)) {
+            let pairs: Vec<_> =
+                values.into_iter().map(|(a, b)| (Vec3::from(a), Vec3::from(b))).collect();
+            let _ = fit(&pairs);
+        }
+    }
+
+    #[test]
+    fn landmarks_that_say_nothing_are_refused() {
+        let at = |x: f32| (Vec3::new(x, 0.0, 0.0), Vec3::new(0.0, x, 0.0));
+        assert_eq!(fit(&[at(0.0), at(1.0)]), Err(NoFit::TooFew(2)));
+        assert!(matches!(
+            fit(&[at(0.0), at(0.1), at(0.3)]),
+            Err(NoFit::OnALine(_))
+        ));
+        let nan = (Vec3::new(f32::NAN, 0.0, 0.0), Vec3::zeros());
+        assert_eq!(fit(&[at(0.0), at(1.0), nan]), Err(NoFit::NotFinite));
+    }
+
+    #[test]
+    fn a_landmark_that_was_missed_is_named() {
+        let mut pairs = KNOWN.map(|known| (Vec3::from(known), Vec3::from(known)));
+        pairs[2].0.z += 0.02;
+        let fit = fit(&pairs).unwrap();
+        assert_eq!(fit.odd_one, 2);
+        assert!(fit.rms_m > 3e-3);
+    }
+}

@@ -1,0 +1,121 @@
+//! A haptic device whose movements are larger or smaller in the simulation.
+
+use rt_core::port::{
+    DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters, Polled,
+    TimeNs,
+};
+
+/// The simulation's handle moves `by` times as far as the device's. By virtual work its forces
+/// reach the hand `by` times as strong; so what the device can render looks, from there, smaller by
+/// that factor, and its stiffness and damping by its square: whatever is passive stays so.
+pub(super) struct Scaled {
+    pub(super) device: Box<dyn HapticDevice + Send>,
+    pub(super) by: f32,
+}
+
+impl HapticDevice for Scaled {
+    fn capabilities(&self) -> DeviceCapabilities {
+        let own = self.device.capabilities();
+        let by2 = self.by * self.by;
+        DeviceCapabilities {
+            force_max_n: own.force_max_n / self.by,
+            force_continuous_n: own.force_continuous_n / self.by,
+            stiffness_max_n_m: own.stiffness_max_n_m / by2,
+            damping_max_n_s_m: own.damping_max_n_s_m / by2,
+            damping_n_s_m: own.damping_n_s_m / by2,
+            workspace_radius_m: own.workspace_radius_m * self.by,
+            ..own
+        }
+    }
+
+    fn freedom(&self) -> Freedom {
+        self.device.freedom()
+    }
+
+    fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
+        match self.device.poll(now_ns) {
+            Polled::Fresh(mut sample) => {
+                sample.device_from_handle.translation.vector *= self.by;
+                sample.velocity_m_s = sample.velocity_m_s.map(|velocity| velocity * self.by);
+                Polled::Fresh(sample)
+            }
+            other => other,
+        }
+    }
+
+    fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
+        let force_n = command.force_n * self.by;
+        self.device
+            .send(ForceCommand { force_n, ..command }, now_ns);
+    }
+
+    fn counters(&self) -> LineCounters {
+        self.device.counters()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::UnitQuaternion;
+    use proptest::prelude::*;
+    use rt_core::math::{Pose, Vec3};
+    use rt_core::port::Buttons;
+    use std::sync::{Arc, Mutex};
+
+    /// A device at one place that remembers its force.
+    struct Still(Arc<Mutex<Vec3>>);
+
+    impl HapticDevice for Still {
+        fn capabilities(&self) -> DeviceCapabilities {
+            DeviceCapabilities {
+                force_max_n: 3.3,
+                force_continuous_n: 0.88,
+                torque_max_n_m: 0.0,
+                stiffness_max_n_m: 1000.0,
+                damping_max_n_s_m: 5.0,
+                damping_n_s_m: 1.8,
+                delay_s: 0.001,
+                workspace_radius_m: 0.1,
+                rate_hz: 1000.0,
+            }
+        }
+        fn poll(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
+            Polled::Fresh(DeviceSample {
+                device_from_handle: Pose::from_parts(
+                    Vec3::new(0.01, 0.02, 0.0).into(),
+                    UnitQuaternion::identity(),
+                ),
+                velocity_m_s: Some(Vec3::new(0.3, 0.0, -0.1)),
+                buttons: Buttons(0),
+                sequence: 0,
+                at_ns: now_ns,
+            })
+        }
+        fn send(&mut self, command: ForceCommand, _: TimeNs) {
+            *self.0.lock().unwrap() = command.force_n;
+        }
+        fn counters(&self) -> LineCounters {
+            LineCounters::default()
+        }
+    }
+
+    proptest! {
+        /// The hand gives what the instrument takes, whatever the scale; and a force at the limit
+        /// that the simulation sees is at the device's own.
+        #[test]
+        fn work_is_the_same_on_both_sides(by in 0.2f32..5.0, force in [-3.0f32..3.0, -3.0..3.0, -3.0..3.0]) {
+            let rendered = Arc::new(Mutex::new(Vec3::zeros()));
+            let mut device = Scaled { device: Box::new(Still(Arc::clone(&rendered))), by };
+            let Polled::Fresh(sample) = device.poll(1) else { panic!("it has one") };
+            let force_n = Vec3::from(force);
+            device.send(ForceCommand { force_n, torque_n_m: Vec3::zeros() }, 1);
+            let inside_w = force_n.dot(&sample.velocity_m_s.unwrap());
+            let outside_w = rendered.lock().unwrap().dot(&Vec3::new(0.3, 0.0, -0.1));
+            prop_assert!((inside_w - outside_w).abs() < 1e-4 * (1.0 + inside_w.abs()));
+            let most_n = device.capabilities().force_max_n;
+            device.send(ForceCommand { force_n: Vec3::x() * most_n, torque_n_m: Vec3::zeros() }, 1);
+            prop_assert!((rendered.lock().unwrap().norm() - 3.3).abs() < 1e-4);
+        }
+    }
+}
