@@ -165,6 +165,28 @@ impl Electronics {
         }
     }
 
+    /// What the motors are told now, as a share of the most that the station may tell them.
+    pub(super) fn strain(&mut self, now_us: u32) -> f32 {
+        match self {
+            Self::Rig(device) => {
+                let force_n = Vec3::from(device.force(now_us).force_n);
+                force_n.norm() / Capabilities::touch_class().force_max_n
+            }
+            Self::Woody(firmware) => {
+                let most_ma = firmware.currents_ma(now_us).map(i32::abs);
+                let most_ma = most_ma.into_iter().max().unwrap_or(0);
+                most_ma as f32 * 1e-3 / WOODY.current_max_a as f32
+            }
+            Self::Hapi(hapi) => {
+                let torques = hapi.board.torques_n_m();
+                let most = torques
+                    .iter()
+                    .fold(0.0, |most: f32, one| most.max(one.abs()));
+                most / Hapi::LINKAGE.torque_max_n_m as f32
+            }
+        }
+    }
+
     /// Sends a sample unasked, where the protocol does that.
     pub(super) fn report(
         &mut self,

@@ -12,6 +12,7 @@ mod gamepad;
 mod hand;
 mod inverse3;
 mod operated;
+mod played;
 mod pty;
 mod random;
 mod station;
@@ -31,6 +32,7 @@ pub use gamepad::Gamepad;
 pub use hand::{Hand, HandScript, Intent, ROUND_S};
 pub use inverse3::{EmulatedInverse3, Misbehaviour};
 pub use operated::Wish;
+pub use played::Played;
 pub use touch::{Body, Grip, Touch};
 
 #[cfg(test)]

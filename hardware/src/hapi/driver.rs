@@ -65,8 +65,14 @@ impl HapiHaptic {
     /// must be **at home** now: that is where its encoders begin to count. Not for the tick: waits
     /// up to 3 s.
     pub fn open(path: &Path, generation: Pantograph) -> Result<Self, HardwareError> {
+        Self::on(Line::open(path, BAUD)?, generation)
+    }
+
+    /// The same on a line that is open.
+    pub(crate) fn on(line: Line, generation: Pantograph) -> Result<Self, HardwareError> {
+        let path = line.path().to_path_buf();
         let mut board = Self {
-            line: Line::open(path, BAUD)?,
+            line,
             generation,
             reader: AnswerReader::default(),
             gate: Gate::new(SPEED_LIMIT_DEG_S, NOISE_DEG),
@@ -79,7 +85,7 @@ impl HapiHaptic {
         let angles_deg = board.greet()?;
         if board.place(angles_deg).is_none() {
             return Err(HardwareError::Calibration {
-                path: path.to_path_buf(),
+                path,
                 remedy: "Switch the board off and on, hold the handle at home (near the motors)",
             });
         }

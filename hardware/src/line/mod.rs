@@ -7,6 +7,7 @@
 
 mod inlet;
 
+use core::fmt;
 use std::io;
 use std::os::fd::{FromRawFd, IntoRawFd, OwnedFd};
 use std::path::{Path, PathBuf};
@@ -25,10 +26,30 @@ pub(crate) use inlet::{Bytes, now_ns};
 /// An open line. Dropping it closes it, and waits for its thread: not for the tick.
 #[derive(Debug)]
 pub(crate) struct Line {
-    // Before the port: the port closes with the last who holds it.
-    inlet: Inlet,
-    port: Arc<OwnedFd>,
+    ends: Ends,
     path: PathBuf,
+}
+
+/// Where bytes come from and go to.
+#[derive(Debug)]
+enum Ends {
+    /// A terminal.
+    Tty {
+        // Before the port: the port closes with the last who holds it.
+        inlet: Inlet,
+        port: Arc<OwnedFd>,
+    },
+    /// A device in memory that hears at once.
+    Played {
+        heard: Arc<Bytes>,
+        device: Arc<dyn Hears>,
+    },
+}
+
+/// A device that is played, for tests: without a terminal, threads or time of its own.
+pub(crate) trait Hears: fmt::Debug + Send + Sync {
+    /// What the host has sent.
+    fn hear(&self, bytes: &[u8]);
 }
 
 /// What a read brought.
@@ -76,10 +97,17 @@ impl Line {
         let inlet = Inlet::open(&port)
             .map_err(|error| line_error("starting its reading thread", error.to_string()))?;
         Ok(Self {
-            inlet,
-            port,
+            ends: Ends::Tty { inlet, port },
             path: path.to_path_buf(),
         })
+    }
+
+    /// A line to a device in memory: what is put into `heard` comes in.
+    pub(crate) fn played(heard: Arc<Bytes>, device: Arc<dyn Hears>) -> Self {
+        Self {
+            ends: Ends::Played { heard, device },
+            path: PathBuf::from("played"),
+        }
     }
 
     /// The path that was opened.
@@ -89,26 +117,39 @@ impl Line {
 
     /// Whether the line has gone.
     pub(crate) fn is_lost(&self) -> bool {
-        self.inlet.is_lost()
+        match &self.ends {
+            Ends::Tty { inlet, .. } => inlet.is_lost(),
+            Ends::Played { heard, .. } => heard.is_lost(),
+        }
     }
 
     /// What has come, at most `buffer`; when more than 2 KiB were left, only the newest of it. What
     /// came before the line was lost is still given.
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Read {
-        self.inlet.read(buffer)
+        match &self.ends {
+            Ends::Tty { inlet, .. } => inlet.read(buffer),
+            Ends::Played { heard, .. } => heard.read(buffer),
+        }
     }
 
     /// Writes what the line takes now; does not wait for room. Never allocates.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Written {
-        if self.inlet.is_lost() {
+        if self.is_lost() {
             return Written::Nothing;
         }
-        match rustix::io::write(&*self.port, bytes) {
+        let (inlet, port) = match &self.ends {
+            Ends::Tty { inlet, port } => (inlet, port),
+            Ends::Played { device, .. } => {
+                device.hear(bytes);
+                return Written::All;
+            }
+        };
+        match rustix::io::write(&**port, bytes) {
             Ok(count) if count == bytes.len() => Written::All,
             Ok(0) | Err(Errno::AGAIN | Errno::INTR) => Written::Nothing,
             Ok(count) => Written::Part(count),
             Err(_) => {
-                self.inlet.lose();
+                inlet.lose();
                 Written::Nothing
             }
         }

@@ -12,6 +12,7 @@ use rt_core::port::{
 use super::host::Host;
 use super::wire::{Capabilities, DeviceKind, Force, State, Status};
 use crate::HardwareError;
+use crate::line::Line;
 
 /// A greeted haptic device.
 #[derive(Debug)]
@@ -36,12 +37,20 @@ impl RigHaptic {
     /// Opens the line, greets the device and checks what it says of itself. Not for the tick:
     /// waits up to 2 s for the answer.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
-        let (host, identity) = Host::open(path, DeviceKind::Haptic)?;
-        Ok(Self {
+        Ok(Self::of(Host::open(path, DeviceKind::Haptic)?))
+    }
+
+    /// The same on a line that is open.
+    pub(crate) fn on(line: Line) -> Result<Self, HardwareError> {
+        Ok(Self::of(Host::on(line, DeviceKind::Haptic)?))
+    }
+
+    fn of((host, identity): (Host, Capabilities)) -> Self {
+        Self {
             host,
             identity,
             status: RigStatus::default(),
-        })
+        }
     }
 
     /// What the device said of itself when it was opened.

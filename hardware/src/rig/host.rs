@@ -42,8 +42,14 @@ impl Host {
         path: &Path,
         kind: DeviceKind,
     ) -> Result<(Self, Capabilities), HardwareError> {
+        Self::on(Line::open(path, BAUD)?, kind)
+    }
+
+    /// The same on a line that is open.
+    pub(super) fn on(line: Line, kind: DeviceKind) -> Result<(Self, Capabilities), HardwareError> {
+        let path = line.path().to_path_buf();
         let mut host = Self {
-            line: Line::open(path, BAUD)?,
+            line,
             reader: FrameReader::new(),
             counters: LineCounters::default(),
             last_sequence: None,
@@ -52,7 +58,7 @@ impl Host {
             torn: true,
         };
         let capabilities = host.greet(kind)?;
-        check(path, kind, &capabilities)?;
+        check(&path, kind, &capabilities)?;
         host.counters = LineCounters::default();
         Ok((host, capabilities))
     }

@@ -56,8 +56,14 @@ impl WoodyHaptic {
 
     /// The same, for a device of other dimensions.
     pub fn open_as(path: &Path, mechanism: Mechanism) -> Result<Self, HardwareError> {
+        Self::on(Line::open(path, BAUD)?, mechanism)
+    }
+
+    /// The same on a line that is open.
+    pub(crate) fn on(line: Line, mechanism: Mechanism) -> Result<Self, HardwareError> {
+        let path = line.path().to_path_buf();
         let mut woody = Self {
-            line: Line::open(path, BAUD)?,
+            line,
             mechanism,
             reader: ListReader::default(),
             counters: LineCounters::default(),
@@ -69,7 +75,7 @@ impl WoodyHaptic {
         let found = woody.greet()?;
         if found.model != Model::Woody {
             return Err(HardwareError::WrongDevice {
-                path: path.to_path_buf(),
+                path,
                 expected: NAME,
                 found: format!(
                     "a {:?}, whose linkage this driver does not know",

@@ -1,0 +1,144 @@
+//! What the fuzz target does with any bytes at all, on the line of each haptic device in turn: the
+//! driver's samples go through the product's own safety chain, which is asked for far too much, and
+//! what it lets through goes to the device's firmware. Whatever the bytes are: no panic, no sample
+//! that is no place, never more force than the clamp, none when samples stay away, and none left
+//! when the host goes.
+
+use hardware::emulate::{HapticModel, Played};
+use rt_core::fault::FaultSet;
+use rt_core::math::Vec3;
+use rt_core::output_limit::{Demand, OutputLimit};
+use rt_core::port::{ForceCommand, HapticDevice, Polled};
+use rt_core::sim::Status;
+
+const MODELS: [HapticModel; 3] = [HapticModel::TouchRig, HapticModel::Woody, HapticModel::Hapi];
+/// A sample older than this is stale; the realtime process takes as long.
+const STALE_MS: u32 = 5;
+/// Without a sample for so long no force is left: 20 ms of fading, and the devices' watchdogs.
+const SILENT_MS: u32 = 100;
+/// No handle of a table-top device is further away, m.
+const REACH_M: f32 = 0.5;
+
+/// The first byte chooses the device; then come pieces: a byte says how long one is, how many
+/// milliseconds pass behind it, and whether the device speaks meanwhile.
+pub(crate) fn run(bytes: &[u8]) {
+    let Some((&first, mut rest)) = bytes.split_first() else {
+        return;
+    };
+    let model = MODELS[usize::from(first) % MODELS.len()];
+    let (driver, line) = Played::open(model).expect("a device in memory answers");
+    let mut station = Station::new(driver, line);
+    // Force is on before anything goes wrong.
+    for _ in 0..5 {
+        station.tick(true);
+    }
+    assert!(station.line.strain() > 0.1, "the force is on");
+    while let Some((&how, more)) = rest.split_first() {
+        let length = usize::from(how >> 2) % (more.len() + 1);
+        let (piece, later) = more.split_at(length);
+        rest = later;
+        station.line.say(piece);
+        for _ in 0..1 + u32::from(how & 1) * 40 {
+            station.tick(how & 2 != 0);
+        }
+    }
+    station.end(model);
+}
+
+/// Driver, safety chain and the device.
+struct Station {
+    driver: Box<dyn HapticDevice + Send>,
+    line: Played,
+    limit: OutputLimit,
+    clamp_n: f32,
+    place_m: Option<Vec3>,
+    /// Since the last sample.
+    silent_ms: u32,
+    is_lost: bool,
+}
+
+impl Station {
+    fn new(driver: Box<dyn HapticDevice + Send>, line: Played) -> Self {
+        let capabilities = driver.capabilities();
+        let mut limit = OutputLimit::new(&capabilities, 0.0);
+        limit.enable(true);
+        Self {
+            driver,
+            line,
+            limit,
+            clamp_n: capabilities.force_max_n,
+            place_m: None,
+            silent_ms: 0,
+            is_lost: false,
+        }
+    }
+
+    fn tick(&mut self, device_speaks: bool) {
+        self.line.millisecond(device_speaks);
+        let now_ns = self.line.now_ns();
+        let mut speed_m_s = 0.0;
+        let mut fresh_m = None;
+        match self.driver.poll(now_ns) {
+            Polled::Fresh(sample) => {
+                let pose = sample.device_from_handle;
+                let place_m = pose.translation.vector;
+                assert!(place_m.norm() <= REACH_M, "{place_m}");
+                assert!((pose.rotation.norm() - 1.0).abs() < 1e-3, "{pose}");
+                let velocity = sample.velocity_m_s.unwrap_or_default();
+                assert!(velocity.iter().all(|part| part.is_finite()), "{velocity}");
+                if let Some(before_m) = self.place_m.replace(place_m) {
+                    speed_m_s = (place_m - before_m).norm() / 1e-3;
+                }
+                fresh_m = Some(place_m);
+                self.silent_ms = 0;
+            }
+            Polled::Nothing => self.silent_ms += 1,
+            Polled::Lost => {
+                self.silent_ms += 1;
+                self.is_lost = true;
+            }
+        }
+        let demand = Demand {
+            force_n: Vec3::new(300.0, -200.0, 100.0),
+            torque_n_m: Vec3::new(1.0, 1.0, 1.0),
+            stiffness_n_m: 100.0,
+            handle_m: fresh_m,
+            speed_m_s,
+            device: match (self.is_lost, self.silent_ms > STALE_MS) {
+                (true, _) => Status::Lost,
+                (_, true) => Status::Stale,
+                _ => Status::Live,
+            },
+            paused: false,
+        };
+        // A person stands by and enables the force again whenever it tripped.
+        if !self.limit.is_open() {
+            self.limit.enable(true);
+        }
+        let command = self.limit.apply(&demand, &mut FaultSet::default());
+        let size_n = command.force_n.norm();
+        assert!(size_n <= self.clamp_n * 1.001, "{size_n} N leave");
+        if self.silent_ms > SILENT_MS || self.is_lost {
+            assert!(size_n <= 0.0, "{size_n} N leave without a sample");
+        }
+        self.driver.send(command, now_ns);
+        let strain = self.line.strain();
+        assert!(strain <= 1.001, "{strain} of what the motors may get");
+    }
+
+    /// The host hangs, then goes.
+    fn end(mut self, model: HapticModel) {
+        self.driver
+            .send(ForceCommand::default(), self.line.now_ns());
+        let has_watchdog = model != HapticModel::Hapi;
+        if has_watchdog {
+            for _ in 0..=SILENT_MS {
+                self.line.millisecond(false);
+            }
+            assert!(self.line.strain() <= 0.0, "the watchdog lets go");
+        }
+        drop(self.driver);
+        self.line.millisecond(false);
+        assert!(self.line.strain() <= 1e-6, "the driver's last words");
+    }
+}

@@ -1,0 +1,131 @@
+//! A haptic device and its line in memory, with a clock that whoever plays it turns: for tests of
+//! what a driver makes of any bytes at all, thousands a second.
+
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use rt_core::math::Vec3;
+use rt_core::port::HapticDevice;
+
+use super::electronics::{Electronics, HapticModel};
+use super::touch::{Grip, Touch};
+use crate::HardwareError;
+use crate::hapi::HapiHaptic;
+use crate::hapi::pantograph::Pantograph;
+use crate::line::{Bytes, Hears, Line, now_ns};
+use crate::rig::RigHaptic;
+use crate::rig::device::Motion;
+use crate::woody::WoodyHaptic;
+use crate::woody::mechanism::Mechanism;
+
+/// The device's end of a line in memory.
+#[derive(Debug)]
+pub struct Played {
+    end: Arc<End>,
+}
+
+#[derive(Debug)]
+struct End {
+    heard: Arc<Bytes>,
+    device: Mutex<Device>,
+}
+
+#[derive(Debug)]
+struct Device {
+    electronics: Electronics,
+    touch: Touch,
+    motion: Motion,
+    now_ns: u64,
+}
+
+impl Device {
+    const fn now_us(&self) -> u32 {
+        (self.now_ns / 1000) as u32
+    }
+}
+
+impl End {
+    fn device(&self) -> MutexGuard<'_, Device> {
+        self.device.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Hears for End {
+    fn hear(&self, bytes: &[u8]) {
+        let mut device = self.device();
+        let (now_us, now_ns) = (device.now_us(), device.now_ns);
+        let Device {
+            electronics, touch, ..
+        } = &mut *device;
+        electronics.receive(bytes, touch, now_us, false, |answer| {
+            self.heard.put(answer, now_ns);
+        });
+    }
+}
+
+impl Played {
+    /// A device at rest, and its driver, opened on it.
+    pub fn open(model: HapticModel) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
+        let heard = Arc::new(Bytes::new());
+        let electronics = Electronics::new(model);
+        let touch = Touch::new(electronics.body(), Grip::STYLUS, Vec3::zeros());
+        let motion = Motion {
+            rotation_xyzw: [0.0, 0.0, 0.0, 1.0],
+            ..Motion::default()
+        };
+        let end = Arc::new(End {
+            heard: Arc::clone(&heard),
+            device: Mutex::new(Device {
+                electronics,
+                touch,
+                motion,
+                now_ns: now_ns(),
+            }),
+        });
+        let line = Line::played(heard, Arc::clone(&end) as Arc<dyn Hears>);
+        let driver: Box<dyn HapticDevice + Send> = match model {
+            HapticModel::TouchRig => Box::new(RigHaptic::on(line)?),
+            HapticModel::Woody => Box::new(WoodyHaptic::on(line, Mechanism::WOODY)?),
+            HapticModel::Hapi => Box::new(HapiHaptic::on(line, Pantograph::GEN3)?),
+        };
+        Ok((driver, Self { end }))
+    }
+
+    /// Bytes that the line brings, whoever made them.
+    pub fn say(&self, bytes: &[u8]) {
+        let now_ns = self.now_ns();
+        self.end.heard.put(bytes, now_ns);
+    }
+
+    /// A millisecond passes. A device that `speaks` reports by itself, where its protocol does.
+    pub fn millisecond(&self, speaks: bool) {
+        let mut device = self.end.device();
+        device.now_ns += 1_000_000;
+        let (now_us, now_ns) = (device.now_us(), device.now_ns);
+        let Device {
+            electronics,
+            touch,
+            motion,
+            ..
+        } = &mut *device;
+        electronics.receive(&[], touch, now_us, false, |_| {});
+        if speaks {
+            electronics.report(motion, touch, now_us, |state| {
+                self.end.heard.put(state, now_ns);
+            });
+        }
+    }
+
+    /// The device's time, ns: what drivers are to be told.
+    #[must_use]
+    pub fn now_ns(&self) -> u64 {
+        self.end.device().now_ns
+    }
+
+    /// What the motors are told now, as a share of the most that the station may tell them.
+    #[must_use]
+    pub fn strain(&self) -> f32 {
+        let mut device = self.end.device();
+        let now_us = device.now_us();
+        device.electronics.strain(now_us)
+    }
+}
