@@ -1,5 +1,6 @@
 //! Who leads the emulated hand: a display's mouse and keyboard, or a gamepad; else the script.
 
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 use hardware::emulate::{Gamepad, Wish};
@@ -25,9 +26,8 @@ pub(super) struct Lead {
     /// What displays before this one had moved.
     earlier: Wish,
     gamepad: Option<Gamepad>,
-    /// Whether one that is plugged in is taken.
-    looks: bool,
-    looked: Option<Instant>,
+    /// Where one that is plugged in comes from.
+    found: Option<Receiver<Gamepad>>,
     polled: Instant,
     /// What gamepads before this one had moved.
     before: Wish,
@@ -46,8 +46,7 @@ impl Lead {
             message: None,
             earlier: Wish::default(),
             gamepad,
-            looks: args.gamepad.gamepad == GamepadName::Auto,
-            looked: None,
+            found: (args.gamepad.gamepad == GamepadName::Auto).then(look_for_gamepads),
             polled: Instant::now(),
             before: Wish::default(),
             latest: Wish::default(),
@@ -84,16 +83,8 @@ impl Lead {
     }
 
     fn gamepad(&mut self, seconds: f64) -> Option<Wish> {
-        let due = self.looked.is_none_or(|last| last.elapsed() >= LOOK_EVERY);
-        if self.looks && self.gamepad.is_none() && due {
-            self.looked = Some(Instant::now());
-            self.gamepad = Gamepad::find().and_then(|path| Gamepad::open(&path).ok());
-            if let Some(found) = &self.gamepad {
-                let path = found.path().display();
-                say::note(format_args!(
-                    "calot: the gamepad {path} leads the hand once it is used"
-                ));
-            }
+        if self.gamepad.is_none() {
+            self.gamepad = self.found.as_ref().and_then(|found| found.try_recv().ok());
         }
         match self.gamepad.as_mut()?.wish(seconds) {
             Ok(wish) => {
@@ -109,6 +100,28 @@ impl Lead {
             }
         }
     }
+}
+
+/// Looks for a gamepad from a thread of its own, for opening every input device takes a while; it waits
+/// when one is found until that one is taken.
+fn look_for_gamepads() -> Receiver<Gamepad> {
+    let (sender, found): (SyncSender<Gamepad>, _) = sync_channel(0);
+    std::thread::spawn(move || {
+        loop {
+            if let Some(gamepad) = Gamepad::find().and_then(|path| Gamepad::open(&path).ok()) {
+                let path = gamepad.path().to_path_buf();
+                if sender.send(gamepad).is_err() {
+                    return;
+                }
+                say::note(format_args!(
+                    "calot: the gamepad {} leads the hand once it is used",
+                    path.display()
+                ));
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
+    });
+    found
 }
 
 /// What a display asks for.
