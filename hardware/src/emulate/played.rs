@@ -1,5 +1,5 @@
 //! A haptic device and its line in memory, with a clock that whoever plays it turns: for tests of
-//! what a driver makes of any bytes at all, thousands a second.
+//! what a driver makes of any bytes at all, without terminals, threads or waiting.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 

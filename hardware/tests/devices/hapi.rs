@@ -19,7 +19,7 @@ use rt_core::port::{ForceCommand, HapticDevice, Polled};
 use rustix::fs::OFlags;
 
 use crate::hostile::pty;
-use crate::support::{now_ns, poll_for};
+use crate::support::{now_ns, persist, poll_for};
 
 const LINKAGE: Pantograph = Pantograph::GEN3;
 /// Enough for a busy machine.
@@ -53,8 +53,22 @@ impl Played {
         }
     }
 
-    fn open(&self) -> Result<HapiHaptic, HardwareError> {
-        HapiHaptic::open(&self.path, LINKAGE)
+    fn open(&self) -> HapiHaptic {
+        persist(|| HapiHaptic::open(&self.path, LINKAGE))
+    }
+
+    /// Pushes until the motors are on; opens the board anew where a busy machine lost it.
+    fn push(&self, device: &mut Option<HapiHaptic>) -> bool {
+        self.becomes(true, |now_ns| {
+            let pushed = device.as_mut().is_some_and(|device| {
+                device.send(push(2.0), now_ns);
+                device.poll(now_ns) != Polled::Lost
+            });
+            if !pushed {
+                *device = None;
+                *device = Some(self.open());
+            }
+        })
     }
 
     fn board(&self) -> MutexGuard<'_, Board> {
@@ -131,11 +145,8 @@ fn leave_torque(path: &Path, played: &Played, commands: &[&[u8]]) {
 #[test]
 fn the_force_is_rendered_and_gone_when_the_driver_goes() {
     let played = Played::start();
-    let mut device = played.open().unwrap();
-    assert!(played.becomes(true, |now_ns| {
-        device.poll(now_ns);
-        device.send(push(2.0), now_ns);
-    }));
+    let mut device = None;
+    assert!(played.push(&mut device));
     let expected = LINKAGE
         .torques_n_m(LINKAGE.angles_deg(Vec3::zeros()), Vec3::new(2.0, 0.0, 0.0))
         .unwrap();
@@ -161,12 +172,16 @@ fn what_another_host_left_is_taken_away_before_anything_else() {
         // Held open, as without any host the pty loses its settings.
         let _line = hold(&played.path);
         leave_torque(&played.path, &played, &commands);
-        let mut device = played.open().unwrap();
+        let mut device = Some(played.open());
         assert!(played.torque_n_m() < 1e-6, "{commands:?}");
         let mut fresh = false;
         poll_for(PATIENCE, |now_ns| {
-            device.send(push(0.0), now_ns);
-            fresh = matches!(device.poll(now_ns), Polled::Fresh(_));
+            let mut open_device = device.take().unwrap_or_else(|| played.open());
+            open_device.send(push(0.0), now_ns);
+            let polled = open_device.poll(now_ns);
+            fresh = matches!(polled, Polled::Fresh(_));
+            // One that a busy machine lost is closed, and opened anew.
+            device = Some(open_device).filter(|_| polled != Polled::Lost);
             !fresh
         });
         assert!(fresh);
@@ -190,11 +205,9 @@ fn hold(path: &Path) -> File {
 #[test]
 fn a_board_that_lost_its_place_is_lost_and_ends_without_torque() {
     let played = Played::start();
-    let mut device = played.open().unwrap();
-    assert!(played.becomes(true, |now_ns| {
-        device.poll(now_ns);
-        device.send(push(2.0), now_ns);
-    }));
+    let mut device = None;
+    assert!(played.push(&mut device));
+    let mut device = device.expect("it pushes");
     // Some bytes never arrive; then it hears again, out of step. Its set-up goes, its torque stays.
     played.deaf.store(true, Ordering::Relaxed);
     played
@@ -211,14 +224,14 @@ fn a_board_that_lost_its_place_is_lost_and_ends_without_torque() {
     played.deaf.store(false, Ordering::Relaxed);
     drop(device);
     assert!(played.becomes(false, |_| {}));
-    let again = played.open().unwrap();
+    let again = played.open();
     assert!(again.position_m().norm() < 1e-3, "and knows where it is");
 }
 
 #[test]
 fn what_is_no_number_is_rendered_as_nothing() {
     let played = Played::start();
-    let mut device = played.open().unwrap();
+    let mut device = played.open();
     poll_for(Duration::from_millis(100), |now_ns| {
         device.poll(now_ns);
         device.send(push(f32::NAN), now_ns);
