@@ -19,6 +19,9 @@ pub(crate) const DEPTHS_MM: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 /// mesh and the finer.
 const SIZES: [f64; 2] = [1.2, 0.9];
 const MEAN_M: f64 = 0.005;
+/// Up to about this distance from the tool elements keep their size, over the same mean; farther off
+/// they grow with the distance. With less a free lobe bends up to 70 % too far.
+const NEAR_SIZES: f64 = 2.7;
 /// Steps of the load below this share of it end a curve.
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
 
@@ -37,6 +40,12 @@ impl Focus {
         let q = arm.norm() / self.near_m;
         let far = if q > 1e-9 { q.sinh() / q } else { 1.0 };
         self.around + arm.component_mul(&self.stretch) * far
+    }
+
+    /// How much longer elements are at a place than at the focus.
+    fn growth(&self, p: &Point) -> f64 {
+        let arm = (p - self.around).component_div(&self.stretch);
+        (1.0 + (arm.norm() / self.near_m).powi(2)).sqrt()
     }
 
     fn back(&self, p: &Point) -> Point {
@@ -75,16 +84,36 @@ fn fill(
     let [min, max] = focus.bounds(bounds);
     let distance = |p: &Point| field.at(p).max(plane_m - p[axis]);
     let mut mesh = lattice(min, max, size_m, |p| distance(&focus.out(p)))?.mapped(|p| focus.out(p));
+    let Some(nearest) = Nearest::new(surface) else {
+        return Ok(mesh);
+    };
+    // Where plane and surface meet, chords cut the edge off, and what is held with it: the nodes of
+    // the plane's rim go out to the surface.
+    let on_plane = |p: &Point| p[axis] < plane_m + ON_PLANE_M;
+    let to_edge = |p: &Point| {
+        let mut q = *p;
+        for _ in 0..12 {
+            let mut slope = field.outward(&q);
+            slope[axis] = 0.0;
+            q -= slope * (field.at(&q) / slope.norm_squared().max(0.1));
+        }
+        q
+    };
+    mesh.stretch_corners(|p, beside| {
+        let is_rim = on_plane(p) && beside.iter().any(|other| !on_plane(other));
+        let edge = if is_rim { to_edge(p) } else { *p };
+        let size_m = size_m * focus.growth(p);
+        if (edge - p).norm() < size_m { edge } else { *p }
+    });
     // Chords lie inside: without this the body is too small by the square of the size.
-    if let Some(nearest) = Nearest::new(surface) {
-        mesh.curve_boundary(|p| {
-            if p[axis] < plane_m + ON_PLANE_M {
-                *p
-            } else {
-                nearest.point(p)
-            }
-        });
-    }
+    mesh.curve_boundary(|p| {
+        let is_rim = || field.at(p).abs() < 0.12 * size_m * focus.growth(p);
+        match on_plane(p) {
+            false => nearest.point(p),
+            true if is_rim() => to_edge(p),
+            true => *p,
+        }
+    });
     Ok(mesh)
 }
 
@@ -211,7 +240,7 @@ fn solve(
             Point::repeat(1.0),
         )
     } else {
-        let near_m = 1.5 * radius_m;
+        let near_m = NEAR_SIZES * case.tool.mean_m(MEAN_M);
         let long = |reach: f64| (1.0 + reach / near_m).sqrt();
         (near_m, placed.reach_m.map(long))
     };

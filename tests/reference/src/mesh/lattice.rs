@@ -329,6 +329,28 @@ mod tests {
         assert!(fine.1 < fine.0 / 5.0, "curved: {coarse:?} {fine:?}");
     }
 
+    /// Chords cut a sharp edge off; corners moved out to it bring most of the volume back.
+    #[test]
+    fn a_sharp_edge_is_reached() {
+        let exact = 2.0 / 3.0 * std::f64::consts::PI;
+        let box_m = Vec3::repeat(1.0);
+        let half = |p: &Vec3| (p.norm() - 1.0).max(-p.z);
+        let mut mesh = lattice(-box_m, box_m, 0.3, half).expect("filled");
+        let on_plane = |p: &Vec3| p.z < 1e-3;
+        let round = |p: &Vec3| if on_plane(p) { *p } else { p.normalize() };
+        let mut blunt = mesh.clone();
+        blunt.curve_boundary(round);
+        mesh.stretch_corners(|p, beside| {
+            let is_rim = on_plane(p) && beside.iter().any(|other| !on_plane(other));
+            let flat = Vec3::new(p.x, p.y, 0.0);
+            if is_rim { flat.normalize() } else { *p }
+        });
+        mesh.curve_boundary(round);
+        let error = |mesh: &Mesh| 1.0 - mesh.volume_m3(None).expect("sound") / exact;
+        let (blunt, sharp) = (error(&blunt), error(&mesh));
+        assert!(sharp.abs() < 0.5 * blunt, "{sharp} {blunt}");
+    }
+
     #[test]
     fn the_boundary_is_closed_and_on_the_surface() {
         let mesh = ball(0.3);

@@ -4,7 +4,7 @@ mod lattice;
 mod locate;
 mod structured;
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 
 pub use lattice::lattice;
 pub use locate::Locator;
@@ -143,6 +143,58 @@ impl Mesh {
         }
         mesh.find_faces();
         mesh
+    }
+
+    /// Moves corners on the boundary, and the middles of their edges half as far, where the elements
+    /// around stay sound. `place` gets a corner and the other corners of its boundary faces.
+    pub fn stretch_corners(&mut self, place: impl Fn(&Vec3, &[Vec3]) -> Vec3) {
+        let mut beside: BTreeMap<u32, Vec<Vec3>> = BTreeMap::new();
+        for face in &self.faces {
+            for &n in &face[..3] {
+                let others = face[..3].iter().filter(|&&m| m != n);
+                let others = others.map(|&m| self.nodes[m as usize]);
+                beside.entry(n).or_default().extend(others);
+            }
+        }
+        let mut owners: HashMap<u32, Vec<usize>> = HashMap::new();
+        for (e, t) in self.tets.iter().enumerate() {
+            for &n in &t[..4] {
+                owners.entry(n).or_default().push(e);
+            }
+        }
+        for (n, beside) in beside {
+            let from = self.nodes[n as usize];
+            let by = place(&from, &beside) - from;
+            if by.norm_squared() == 0.0 {
+                continue;
+            }
+            let mut moved = BTreeMap::from([(n, by)]);
+            for &e in &owners[&n] {
+                let t = &self.tets[e];
+                for (k, [i, j]) in EDGES.iter().enumerate() {
+                    if t[*i] == n || t[*j] == n {
+                        moved.insert(t[4 + k], by / 2.0);
+                    }
+                }
+            }
+            // Half the way if the whole is too far.
+            for share in [1.0, 0.5, 0.25] {
+                for (&m, by) in &moved {
+                    self.nodes[m as usize] += by * share;
+                }
+                let sound = |e: &usize| {
+                    let x = self.tets[*e].map(|n| self.nodes[n as usize]);
+                    element::smallest_jacobian(&x) > 0.3 * element::straight_jacobian(&x)
+                        && element::straight_jacobian(&x) > 0.0
+                };
+                if owners[&n].iter().all(sound) {
+                    break;
+                }
+                for (&m, by) in &moved {
+                    self.nodes[m as usize] -= by * share;
+                }
+            }
+        }
     }
 
     /// Moves the middles of boundary edges onto the true surface, where the element stays sound.
