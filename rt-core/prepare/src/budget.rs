@@ -3,6 +3,7 @@
 use shared_mem::scene::SceneError;
 
 use crate::error::PrepareError;
+use crate::held::Plane;
 use crate::mesh::Mended;
 use crate::pack::Quality;
 use crate::prepare::{self, Prepared};
@@ -24,7 +25,11 @@ const TRIES: usize = 6;
 
 /// The smallest tried count that keeps the error budget, and why it was taken. The gap shrinks
 /// about as the spacing does, with the cube root of the count.
-pub(crate) fn by_error(plan: &OrganPlan, surface: &Mended) -> Result<Count, PrepareError> {
+pub(crate) fn by_error(
+    plan: &OrganPlan,
+    surface: &Mended,
+    planes: &[Plane],
+) -> Result<Count, PrepareError> {
     let Some(budget_m) = plan.gap_95_m else {
         return Ok(Count {
             spheres: plan.spheres,
@@ -37,7 +42,7 @@ pub(crate) fn by_error(plan: &OrganPlan, surface: &Mended) -> Result<Count, Prep
     let mut count = plan.spheres;
     for _ in 0..TRIES {
         let interior = prepare::interior(plan, surface, count)?;
-        let balls = prepare::skeleton(plan, &interior, surface.volume_m3, count).balls;
+        let balls = prepare::skeleton(plan, &interior, surface.volume_m3, count, planes).balls;
         let gap_m = Quality::measure(&interior, &surface.mesh, &balls).gap_95_m;
         let side = if gap_m <= budget_m {
             &mut kept

@@ -1,15 +1,103 @@
-//! Which spheres are attached to the surroundings.
+//! Which spheres are attached to the surroundings, and where what is held ends.
 
 use crate::Vec3;
 use crate::field::Nearest;
 use crate::mesh::Mesh;
-use crate::pack::Ball;
+use crate::pack::{Ball, Interior};
 use crate::recipe::{OrganPlan, Region};
 
-/// For each sphere of the organ: whether its centre lies in one of the plan's regions.
+/// Tissue beyond it is held.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Plane {
+    /// A point on it, m.
+    pub point_m: Vec3,
+    /// To the held side, of length 1.
+    pub normal: Vec3,
+}
+
+/// What is this near to a plane lies on it, m.
+const ON_PLANE_M: f64 = 1e-6;
+/// Spheres this far behind a plane may be moved onto it, and those this far before it, spacings.
+const BEHIND_SPACINGS: f64 = 1.2;
+const BEFORE_SPACINGS: f64 = 0.25;
+/// Spheres on a plane are at least this far apart, spacings: tetrahedra between them keep their shape.
+const APART_SPACINGS: f64 = 0.6;
+
+impl Plane {
+    /// How far a point lies behind it, m; negative before it.
+    #[must_use]
+    pub fn depth_m(&self, p: &Vec3) -> f64 {
+        (p - self.point_m).dot(&self.normal)
+    }
+
+    /// Whether tissue is held there.
+    #[must_use]
+    pub fn holds(&self, p: &Vec3) -> bool {
+        self.depth_m(p) > -ON_PLANE_M
+    }
+
+    /// The plane that bounds a region of an organ with this skin, if one does.
+    pub(crate) fn of(region: &Region, skin: &Mesh, gravity: &Vec3) -> Option<Self> {
+        let (point_m, normal) = match region {
+            Region::Plane { point_m, normal } => (Vec3::from(*point_m), Vec3::from(*normal)),
+            Region::Base(share) if *share > 0.0 => {
+                let down = gravity.try_normalize(1e-9).unwrap_or(-Vec3::z());
+                let height = |p: &Vec3| -p.dot(&down);
+                let heights = || skin.vertices.iter().map(height);
+                let low = heights().fold(f64::INFINITY, f64::min);
+                let high = heights().fold(f64::NEG_INFINITY, f64::max);
+                (-down * (low + share * (high - low)), down)
+            }
+            _ => return None,
+        };
+        let normal = normal.try_normalize(1e-12)?;
+        Some(Self { point_m, normal })
+    }
+}
+
+/// The planes beyond which an organ with this skin is held.
+pub(crate) fn planes(plan: &OrganPlan, skin: &Mesh, gravity: &Vec3) -> Vec<Plane> {
+    let all = plan.held.iter();
+    all.filter_map(|region| Plane::of(region, skin, gravity))
+        .collect()
+}
+
+/// Moves the spheres nearest to a plane onto it. Tetrahedra between free spheres and held ones then
+/// end where what is held ends, whatever the number of spheres; with held spheres left where they
+/// were packed, a free lobe of 250 is a quarter too soft, and with those half a spacing before the
+/// plane held too, a fifth too stiff.
+pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]) {
+    let spacing_m = interior.spacing_m;
+    let mut on_planes: Vec<Vec3> = Vec::new();
+    for (number, plane) in planes.iter().enumerate() {
+        let mut near: Vec<(f64, usize)> = (balls.iter().enumerate())
+            .map(|(i, ball)| (plane.depth_m(&ball.center), i))
+            .filter(|(depth_m, _)| {
+                (-BEFORE_SPACINGS..BEHIND_SPACINGS).contains(&(depth_m / spacing_m))
+            })
+            .collect();
+        near.sort_by(|a, b| a.0.abs().total_cmp(&b.0.abs()).then(a.1.cmp(&b.1)));
+        for (depth_m, i) in near {
+            let place = balls[i].center - plane.normal * depth_m;
+            let is_apart = |other: &Vec3| (other - place).norm() > APART_SPACINGS * spacing_m;
+            let others = planes.iter().enumerate().filter(|(n, _)| *n != number);
+            let is_held_by_other = || others.clone().any(|(_, p)| p.holds(&balls[i].center));
+            // Near the organ's edge the plane may lie outside.
+            let is_inside = || interior.depth(&place) > 0.5 * balls[i].radius_m;
+            if on_planes.iter().all(is_apart) && !is_held_by_other() && is_inside() {
+                balls[i] = interior.inscribed(place, balls[i].radius_m);
+                on_planes.push(place);
+            }
+        }
+    }
+}
+
+/// For each sphere of the organ (whose skin is `skin`): whether its centre lies in one of the plan's
+/// regions.
 #[must_use]
 pub(crate) fn held(
     plan: &OrganPlan,
+    skin: &Mesh,
     balls: &[Ball],
     organs: &[OrganPlan],
     skins: &[Mesh],
@@ -22,9 +110,9 @@ pub(crate) fn held(
                 let (min, max) = (Vec3::from(*min_m), Vec3::from(*max_m));
                 Box::new(move |b| (0..3).all(|k| (min[k]..=max[k]).contains(&b.center[k])))
             }
-            Region::Plane { point_m, normal } => {
-                let (point, normal) = (Vec3::from(*point_m), Vec3::from(*normal));
-                Box::new(move |b| (b.center - point).dot(&normal) > 0.0)
+            Region::Plane { .. } | Region::Base(_) => {
+                let plane = Plane::of(region, skin, gravity);
+                Box::new(move |b| plane.is_some_and(|plane| plane.holds(&b.center)))
             }
             Region::Ball { center_m, radius_m } => {
                 let center = Vec3::from(*center_m);
@@ -43,18 +131,80 @@ pub(crate) fn held(
                         .is_some_and(|near| distance(near) <= *within_m)
                 })
             }
-            Region::Base(share) => {
-                let down = gravity.try_normalize(1e-9).unwrap_or(-Vec3::z());
-                let height = |b: &Ball| -b.center.dot(&down);
-                let low = balls.iter().map(height).fold(f64::INFINITY, f64::min);
-                let high = balls.iter().map(height).fold(f64::NEG_INFINITY, f64::max);
-                let limit = low + share * (high - low);
-                Box::new(move |b| *share > 0.0 && -b.center.dot(&down) <= limit)
-            }
         };
         for (flag, ball) in held.iter_mut().zip(balls) {
             *flag |= contains(ball);
         }
     }
     held
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pack::pack_evenly;
+    use crate::shape::{Form, Shape};
+    use crate::tetra;
+
+    /// What deforms is the tissue before the plane, whatever the number of spheres.
+    #[test]
+    fn tetrahedra_end_where_what_is_held_ends() {
+        let mesh = Shape::from(Form::Liver).mesh();
+        let volume_m3 = mesh.volume();
+        let [min, max] = mesh.bounds();
+        let plane = Plane {
+            point_m: min * 0.4 + max * 0.6,
+            normal: Vec3::new(1.0, 0.0, 0.2).normalize(),
+        };
+        for count in [120, 300] {
+            let interior = Interior::new(&mesh, volume_m3, count).expect("thick enough");
+            let points = interior.points.iter();
+            let free = points
+                .filter(|i| !plane.holds(&interior.position(**i)))
+                .count();
+            let free_m3 = volume_m3 * free as f64 / interior.points.len() as f64;
+            let carried = |balls: &[Ball], planes: &[Plane]| {
+                let tets = tetra::fill_between(&interior, balls, volume_m3, planes);
+                let deforms = |t: &&tetra::Tetra| {
+                    let mut corners = t.spheres.iter().map(|i| balls[*i as usize].center);
+                    !corners.all(|p| plane.holds(&p))
+                };
+                tets.iter()
+                    .filter(deforms)
+                    .map(|t| t.volume_m3)
+                    .sum::<f64>()
+                    / free_m3
+            };
+            let mut balls = pack_evenly(&interior, count);
+            let packed = carried(&balls, &[]);
+            onto_planes(&[plane], &interior, &mut balls);
+            let moved = carried(&balls, &[plane]);
+            assert!(packed > 1.015, "{count}: {packed}");
+            assert!((moved - 1.0).abs() < 0.02, "{count}: {moved}");
+            let inside = balls.iter().all(|b| interior.depth(&b.center) > 0.0);
+            assert!(inside, "{count}");
+        }
+    }
+
+    #[test]
+    fn a_base_is_a_share_of_the_height_and_other_regions_have_no_plane() {
+        let mesh = Shape::from(Form::Stomach).mesh();
+        let [min, max] = mesh.bounds();
+        let plane = Plane::of(&Region::Base(0.25), &mesh, &(Vec3::z() * -9.81)).expect("a plane");
+        let edge = min.z + 0.25 * (max.z - min.z);
+        assert!((plane.depth_m(&Vec3::new(0.3, 0.1, edge))).abs() < 1e-9);
+        assert!(plane.holds(&min) && !plane.holds(&max));
+        let region = |region| Plane::of(&region, &mesh, &Vec3::z());
+        assert_eq!(region(Region::Base(0.0)), None);
+        let center_m = [0.0; 3];
+        assert_eq!(
+            region(Region::Ball {
+                center_m,
+                radius_m: 0.1
+            }),
+            None
+        );
+        let [point_m, normal] = [[0.0; 3]; 2];
+        assert_eq!(region(Region::Plane { point_m, normal }), None);
+    }
 }

@@ -27,7 +27,7 @@ pub mod shape;
 mod attach;
 pub mod bind;
 mod budget;
-mod held;
+pub mod held;
 pub mod links;
 pub mod order;
 pub mod pack;

@@ -10,13 +10,14 @@ use shared_mem::scene::{
 use crate::budget::{self, Count};
 use crate::elastic::{self, Elastic};
 use crate::error::{MeshError, MeshProblem, PrepareError};
+use crate::held::Plane;
 use crate::mesh::{self, Mended, Mesh};
 use crate::pack::{self, Ball, Interior, Quality};
 use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, Surface};
 use crate::report::{OrganReport, Report};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
-use crate::{attach, bind, cost, held, links, room};
+use crate::{Vec3, attach, bind, cost, held, links, room};
 
 /// How far the preparation is.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +80,8 @@ pub fn prepare(
     let mut counts = Vec::new();
     for (i, plan) in recipe.organs.iter().enumerate() {
         tell(i, 0.35, 0.5, format!("{}: how many spheres", plan.name));
-        counts.push(budget::by_error(plan, &surfaces[i].mended)?);
+        let planes = held::planes(plan, &skins[i], &gravity(recipe));
+        counts.push(budget::by_error(plan, &surfaces[i].mended, &planes)?);
     }
     let mut packing = 0;
     let mut assemble = |counts: &[Count]| {
@@ -114,6 +116,11 @@ pub fn prepare(
     Ok(prepared)
 }
 
+fn gravity(recipe: &Recipe) -> Vec3 {
+    let asked = recipe.room.gravity_m_s2;
+    asked.unwrap_or_else(room::default_gravity)
+}
+
 /// Packs every organ with this many spheres, and puts them together.
 fn assemble(
     recipe: &Recipe,
@@ -122,10 +129,7 @@ fn assemble(
     skins: &[Mesh],
     doing: &mut dyn FnMut(usize, &OrganPlan),
 ) -> Result<Prepared, PrepareError> {
-    let gravity = recipe
-        .room
-        .gravity_m_s2
-        .unwrap_or_else(room::default_gravity);
+    let gravity = gravity(recipe);
     let mut scene = SceneData::default();
     let mut tetrahedra = Vec::new();
     let mut report = Report {
@@ -136,8 +140,16 @@ fn assemble(
         let begun = Instant::now();
         doing(i, plan);
         let first_sphere = scene.spheres.len() as u32;
-        let organ = build(plan, &surfaces[i].mended, count, first_sphere)?;
-        let held = held::held(plan, &organ.balls, &recipe.organs, skins, &gravity);
+        let planes = held::planes(plan, &skins[i], &gravity);
+        let organ = build(plan, &surfaces[i].mended, count, &planes, first_sphere)?;
+        let held = held::held(
+            plan,
+            &skins[i],
+            &organ.balls,
+            &recipe.organs,
+            skins,
+            &gravity,
+        );
         report.organs.push(OrganReport {
             build_s: begun.elapsed().as_secs_f64(),
             ..figures(plan, &surfaces[i], &organ, &held)
@@ -284,11 +296,13 @@ pub(crate) fn skeleton(
     interior: &Interior<'_>,
     volume_m3: f64,
     spheres: usize,
+    planes: &[Plane],
 ) -> Skeleton {
     match plan.packing {
         Packing::Even => {
-            let balls = pack::pack_evenly(interior, spheres);
-            let tets = tetra::fill(interior, &balls, volume_m3);
+            let mut balls = pack::pack_evenly(interior, spheres);
+            held::onto_planes(planes, interior, &mut balls);
+            let tets = tetra::fill_between(interior, &balls, volume_m3, planes);
             Skeleton {
                 links: links::link_edges(&balls, &tets),
                 steps: Vec::new(),
@@ -322,6 +336,7 @@ fn build(
     plan: &OrganPlan,
     surface: &Mended,
     count: &Count,
+    planes: &[Plane],
     first_sphere: u32,
 ) -> Result<Organ, PrepareError> {
     let spheres = count.spheres;
@@ -331,7 +346,7 @@ fn build(
         links,
         steps,
         tets,
-    } = skeleton(plan, &interior, surface.volume_m3, spheres);
+    } = skeleton(plan, &interior, surface.volume_m3, spheres, planes);
     let mass_kg = plan.material.density_kg_m3 * surface.volume_m3;
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),

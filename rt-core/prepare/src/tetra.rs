@@ -2,6 +2,7 @@
 
 use crate::Vec3;
 use crate::delaunay;
+use crate::held::Plane;
 use crate::order;
 use crate::pack::{Ball, Interior};
 
@@ -23,6 +24,17 @@ pub struct Tetra {
 /// slivers, except where a sphere would be left out. The volumes sum to `volume_m3`.
 #[must_use]
 pub fn fill(interior: &Interior<'_>, balls: &[Ball], volume_m3: f64) -> Vec<Tetra> {
+    fill_between(interior, balls, volume_m3, &[])
+}
+
+/// The same where tissue is held beyond planes: what is held is not carried by what is not.
+#[must_use]
+pub fn fill_between(
+    interior: &Interior<'_>,
+    balls: &[Ball],
+    volume_m3: f64,
+    planes: &[Plane],
+) -> Vec<Tetra> {
     let centers: Vec<Vec3> = balls.iter().map(|b| b.center).collect();
     let all = delaunay::tetrahedra(&centers);
     let mut kept: Vec<[u32; 4]> = Vec::new();
@@ -51,8 +63,9 @@ pub fn fill(interior: &Interior<'_>, balls: &[Ball], volume_m3: f64) -> Vec<Tetr
         }
     }
     kept.sort_unstable();
-    let shares = shares(interior, &centers, &kept);
-    let total: f64 = shares.iter().sum();
+    let is_held = |p: &Vec3| planes.iter().any(|plane| plane.holds(p));
+    let (shares, left_out) = shares(interior, &centers, &kept, is_held);
+    let total: f64 = shares.iter().sum::<f64>() + left_out;
     let carry = |(&spheres, share): (&[u32; 4], f64)| Tetra {
         spheres,
         volume_m3: volume_m3 * share / total,
@@ -84,17 +97,25 @@ fn lies_inside(interior: &Interior<'_>, centers: &[Vec3], t: &[u32; 4]) -> bool 
 const NONE: u32 = u32::MAX;
 
 /// Grid points inside the organ that each tetrahedron contains or, of those in none, is nearest
-/// to (in steps of the grid); at least its own volume's worth of a point.
-fn shares(interior: &Interior<'_>, centers: &[Vec3], tets: &[[u32; 4]]) -> Vec<f64> {
+/// to (in steps of the grid); at least its own volume's worth of a point. Held tissue belongs to held
+/// tetrahedra only, and other tissue to others; also how much of the held is left to none.
+fn shares(
+    interior: &Interior<'_>,
+    centers: &[Vec3],
+    tets: &[[u32; 4]],
+    is_held: impl Fn(&Vec3) -> bool,
+) -> (Vec<f64>, f64) {
     let grid = &interior.field.grid;
     let mut owner = vec![NONE; grid.len()];
-    for (number, t) in tets.iter().enumerate() {
-        claim(
-            interior,
-            t.map(|i| centers[i as usize]),
-            number as u32,
-            &mut owner,
-        );
+    let mut held_points = vec![false; grid.len()];
+    for &i in &interior.points {
+        held_points[i as usize] = is_held(&interior.position(i));
+    }
+    let corners = tets.iter().map(|t| t.map(|i| centers[i as usize]));
+    let held_tets: Vec<bool> = corners.clone().map(|c| c.iter().all(&is_held)).collect();
+    for (number, corners) in corners.enumerate() {
+        let may_own = |point: usize| held_points[point] == held_tets[number];
+        claim(interior, corners, number as u32, may_own, &mut owner);
     }
     // Carry ownership from point to point, one step a round.
     let mut front: Vec<u32> = interior
@@ -107,18 +128,22 @@ fn shares(interior: &Interior<'_>, centers: &[Vec3], tets: &[[u32; 4]]) -> Vec<f
         let mut reached = Vec::new();
         for &i in &front {
             for next in grid.neighbours(i as usize) {
-                if owner[next] == NONE && interior.field.is_inside(next) {
-                    owner[next] = owner[i as usize];
+                let by = owner[i as usize];
+                let may_own = held_points[next] == held_tets[by as usize];
+                if owner[next] == NONE && may_own && interior.field.is_inside(next) {
+                    owner[next] = by;
                     reached.push(next as u32);
                 }
             }
         }
         front = reached;
     }
-    let mut shares = vec![0.0; tets.len()];
+    let (mut shares, mut left_out) = (vec![0.0; tets.len()], 0.0);
     for &i in &interior.points {
-        if let Some(share) = shares.get_mut(owner[i as usize] as usize) {
-            *share += 1.0;
+        match shares.get_mut(owner[i as usize] as usize) {
+            Some(share) => *share += 1.0,
+            None if held_points[i as usize] => left_out += 1.0,
+            None => {}
         }
     }
     let cell_m3 = grid.cell_m.powi(3);
@@ -127,11 +152,17 @@ fn shares(interior: &Interior<'_>, centers: &[Vec3], tets: &[[u32; 4]]) -> Vec<f
         let own = (b - a).cross(&(c - a)).dot(&(d - a)) / 6.0 / cell_m3;
         *share = f64::max(*share, own.max(1e-3));
     }
-    shares
+    (shares, left_out)
 }
 
 /// Marks the grid points in a tetrahedron that no other has.
-fn claim(interior: &Interior<'_>, [a, b, c, d]: [Vec3; 4], number: u32, owner: &mut [u32]) {
+fn claim(
+    interior: &Interior<'_>,
+    [a, b, c, d]: [Vec3; 4],
+    number: u32,
+    may_own: impl Fn(usize) -> bool,
+    owner: &mut [u32],
+) {
     let grid = &interior.field.grid;
     let low = a.inf(&b).inf(&c).inf(&d);
     let high = a.sup(&b).sup(&c).sup(&d);
@@ -144,7 +175,7 @@ fn claim(interior: &Interior<'_>, [a, b, c, d]: [Vec3; 4], number: u32, owner: &
         for y in span(1) {
             for x in span(0) {
                 let index = grid.index([x, y, z]);
-                if owner[index] != NONE || !interior.field.is_inside(index) {
+                if owner[index] != NONE || !may_own(index) || !interior.field.is_inside(index) {
                     continue;
                 }
                 let w = inverse * (grid.position([x, y, z]) - a);

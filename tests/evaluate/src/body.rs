@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use rt_core::soft_body::neo_hookean::STIFFNESS_SHARE;
 use scene_prepare::field::{Field, Grid, Sign};
+use scene_prepare::held::{Plane, onto_planes};
 use scene_prepare::pack::{Ball, Interior, owners, pack_evenly};
 use scene_prepare::tetra;
 
@@ -174,22 +175,24 @@ impl Body {
         count: usize,
         tissue: Tissue,
     ) -> Option<Self> {
-        Self::packed_with(mesh, count, tissue, |_, _, _| ()).map(|(body, ())| body)
+        Self::packed_with(mesh, count, tissue, &[], |_, _, _| ()).map(|(body, ())| body)
     }
 
-    /// The same, and what follows from the packing.
+    /// The same with tissue held beyond planes, and what follows from the packing.
     pub(crate) fn packed_with<T>(
         mesh: &scene_prepare::mesh::Mesh,
         count: usize,
         tissue: Tissue,
+        planes: &[Plane],
         follows: impl FnOnce(&Interior<'_>, &[Ball], &[tetra::Tetra]) -> T,
     ) -> Option<(Self, T)> {
         let volume = mesh.volume();
         let interior = Interior::new(mesh, volume, count)?;
         let mut balls = pack_evenly(&interior, count);
+        onto_planes(planes, &interior, &mut balls);
         // A sphere of slivers only would be alone here: preparation hangs it on springs.
         let mut in_use = vec![false; balls.len()];
-        for tetra in tetra::fill(&interior, &balls, volume) {
+        for tetra in tetra::fill_between(&interior, &balls, volume, planes) {
             for i in tetra.spheres {
                 in_use[i as usize] = true;
             }
@@ -202,7 +205,7 @@ impl Body {
         for &o in &owner {
             share[o as usize] += volume / owner.len() as f64;
         }
-        let filled = tetra::fill(&interior, &balls, volume);
+        let filled = tetra::fill_between(&interior, &balls, volume, planes);
         let tets: Vec<_> = filled
             .iter()
             .map(|t| (t.spheres.map(|i| i as usize), t.volume_m3))

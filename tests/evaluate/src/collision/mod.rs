@@ -171,7 +171,7 @@ fn organ(
     card: Option<&gpu::Card>,
 ) -> Result<Vec<Row>, String> {
     let tissue = Tissue::LIVER;
-    let (body, skin) = Body::packed_with(mesh, count, tissue, |interior, balls, tets| {
+    let (body, skin) = Body::packed_with(mesh, count, tissue, &[], |interior, balls, tets| {
         ContactSkin::new(interior, mesh, balls, tets, tissue.poisson)
     })
     .ok_or_else(|| format!("{name}: {count} spheres cannot be packed"))?;

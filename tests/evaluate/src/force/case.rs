@@ -78,6 +78,13 @@ pub(crate) struct Site {
     pub(crate) seen: bool,
 }
 
+impl Site {
+    /// Whether it is the same.
+    pub(crate) fn is(&self, other: &Self) -> bool {
+        (self.subject, self.name) == (other.subject, other.name)
+    }
+}
+
 const fn site(
     subject: Subject,
     name: &'static str,

@@ -9,7 +9,7 @@ use std::path::Path;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use case::{Case, Shaped};
+use case::{Case, Shaped, Site};
 use ours::{Law, Rig};
 use reference::{Curve, DEPTHS_MM, rms_pct};
 
@@ -130,16 +130,19 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
         rows: Vec::new(),
         steps: Vec::new(),
     };
-    let mut subjects: Vec<_> = cases.iter().map(|c| c.site.subject).collect();
-    subjects.sort_unstable();
-    subjects.dedup();
-    for subject in subjects {
-        let surface = subject.mesh()?;
+    let mut sites: Vec<Site> = Vec::new();
+    for case in &cases {
+        if !sites.iter().any(|site| site.is(&case.site)) {
+            sites.push(case.site);
+        }
+    }
+    for site in &sites {
+        let surface = site.subject.mesh()?;
         for &count in counts {
-            eprintln!("{}, {count} spheres …", subject.name());
-            let mut rig = Rig::new(&surface, count)?;
+            eprintln!("{} {}, {count} spheres …", site.subject.name(), site.name);
+            let mut rig = Rig::new(&surface, count, site)?;
             let here = cases.iter().zip(&curves);
-            for (case, curve) in here.filter(|(case, _)| case.site.subject == subject) {
+            for (case, curve) in here.filter(|(case, _)| case.site.is(site)) {
                 let curve = match curve {
                     Ok(curve) if !curve.force_n.is_empty() => curve,
                     Ok(_) => continue,
@@ -154,7 +157,7 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
                         case: *case,
                         law,
                         spheres: rig.spheres(),
-                        force_n: rig.press(case, &placed, law, curve.force_n.len())?,
+                        force_n: rig.press(&placed, law, curve.force_n.len())?,
                         reference: curve.clone(),
                     };
                     let [rms, most] = row.error_pct();
@@ -167,10 +170,9 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
                 }
                 if case.tool == Shaped::Tip(5.0) {
                     for slide_m_s in [None, Some(0.02), Some(0.1), Some(0.3)] {
-                        let site = format!("{} {}", subject.name(), case.site.name);
-                        let step_n = rig.largest_step_n(case, &placed, slide_m_s)?;
+                        let step_n = rig.largest_step_n(&placed, slide_m_s)?;
                         measured.steps.push(Step {
-                            site,
+                            site: format!("{} {}", site.subject.name(), site.name),
                             spheres: rig.spheres(),
                             slide_m_s,
                             step_n,
@@ -264,9 +266,9 @@ mod tests {
         let case = Case::all().into_iter().find(of).expect("in the list");
         let surface = case.site.subject.mesh().expect("built in");
         let placed = case.placed(&surface).expect("a place");
-        let mut rig = Rig::new(&surface, 250).expect("packed");
+        let mut rig = Rig::new(&surface, 250, &case.site).expect("packed");
         let mut error = |law| {
-            let force = rig.press(&case, &placed, law, 6).expect("pressed");
+            let force = rig.press(&placed, law, 6).expect("pressed");
             [(1, 0.055), (3, 0.144), (5, 0.249)]
                 .map(|(i, r): (usize, f64)| force[i] / r - 1.0)
                 .map(f64::abs)

@@ -5,10 +5,13 @@ use nalgebra::Vector3;
 use rt_core::sim::TICK_S;
 use rt_core::soft_body::{Correction, Tissue};
 use rt_core::tool::{Capsule, Role};
+use scene_prepare::held::Plane;
 use scene_prepare::mesh::Mesh;
+use scene_prepare::pack::{Ball, Interior};
 use scene_prepare::skin::ContactSkin;
+use scene_prepare::tetra::Tetra;
 
-use super::case::{Case, Placed};
+use super::case::{Placed, Site};
 use super::reference::DEPTHS_MM;
 use crate::body::{self, Body, V3};
 use crate::methods::{Parts, Surroundings};
@@ -54,19 +57,27 @@ pub(crate) struct Rig {
     body: Body,
     parts: Parts,
     skin: ContactSkin,
+    plane: Plane,
 }
 
 impl Rig {
-    /// Packs a surface with so many spheres.
+    /// Packs a surface with so many spheres, held as a site has it.
     ///
     /// # Errors
     /// In words.
-    pub(crate) fn new(mesh: &Mesh, spheres: usize) -> Result<Self, String> {
+    pub(crate) fn new(mesh: &Mesh, spheres: usize, site: &Site) -> Result<Self, String> {
         let tissue = body::Tissue::LIVER;
-        let (body, skin) = Body::packed_with(mesh, spheres, tissue, |interior, balls, tets| {
+        let (axis, plane_m) = site.held_below;
+        let axis = Point::ith(axis, 1.0);
+        let plane = Plane {
+            point_m: axis * plane_m,
+            normal: -axis,
+        };
+        let skin = |interior: &Interior<'_>, balls: &[Ball], tets: &[Tetra]| {
             ContactSkin::new(interior, mesh, balls, tets, tissue.poisson)
-        })
-        .ok_or_else(|| format!("{spheres} spheres cannot be packed"))?;
+        };
+        let packed = Body::packed_with(mesh, spheres, tissue, &[plane], skin);
+        let (body, skin) = packed.ok_or_else(|| format!("{spheres} spheres cannot be packed"))?;
         let around = Surroundings {
             gravity_m_s2: V3::zeros(),
             damping_per_s: 20.0,
@@ -76,6 +87,7 @@ impl Rig {
             body,
             parts: parts.with_skin(skin.clone()),
             skin,
+            plane,
         })
     }
 
@@ -84,14 +96,12 @@ impl Rig {
         self.body.rest_m.len()
     }
 
-    /// The organ at rest, held as a case has it.
-    fn held(&mut self, case: &Case) -> Result<Run<'_>, String> {
-        let (axis, plane) = case.site.held_below;
-        // Half a spacing: midway between the last sphere that is held and the first that is free.
-        let reach = plane as f32 + 0.5 * self.body.spacing_m();
+    /// The organ at rest.
+    fn held(&mut self) -> Result<Run<'_>, String> {
         let mut tissue = self.parts.bare().map_err(|e| e.to_string())?;
         for (i, x) in (0_u32..).zip(&self.body.rest_m) {
-            if x[axis] < reach {
+            // Places are rounded to single precision.
+            if self.plane.depth_m(&x.cast()) > -1e-6 {
                 tissue.hold(i, true);
             }
         }
@@ -108,12 +118,11 @@ impl Rig {
     /// In words.
     pub(crate) fn press(
         &mut self,
-        case: &Case,
         placed: &Placed,
         law: Law,
         depths: usize,
     ) -> Result<Vec<f64>, String> {
-        let mut run = self.held(case)?;
+        let mut run = self.held()?;
         let mut at_m = 0.0;
         let mut forces = Vec::new();
         for depth in DEPTHS_MM.iter().take(depths) {
@@ -148,11 +157,10 @@ impl Rig {
     /// In words.
     pub(crate) fn largest_step_n(
         &mut self,
-        case: &Case,
         placed: &Placed,
         slide_m_s: Option<f64>,
     ) -> Result<f64, String> {
-        let mut run = self.held(case)?;
+        let mut run = self.held()?;
         let along = placed.along * if slide_m_s.is_some() { 0.020 } else { 0.0 };
         let tick_s = f64::from(TICK_S);
         let mut last: Option<Point> = None;
