@@ -2,7 +2,13 @@
 //! finite, enable and ramp (stale, lost, paused and tripped included), stiffness, passivity, clamp
 //! with thermal limit, slew, finite again.
 //!
-//! Trips latch until a person enables the force again. Every gate that acts raises its fault.
+//! Those that cut the force at once come first, and nothing behind them is asked: what is cut does
+//! not fade. The ramp comes before passivity, for damping that takes energy out must not fade with
+//! it; clamp and slew come last, so that they bound what leaves, ramp and damping included, and slew
+//! behind the clamp, so that what merely is too strong does not count as too fast.
+//!
+//! Trips latch until a person enables the force again. A stale or lost device does not: it ends with
+//! its cause, and the force rises by the ramp. Every gate that acts raises its fault.
 
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};

@@ -219,6 +219,62 @@ fn too_strong_is_clamped_after_the_slew() {
 }
 
 #[test]
+fn the_gates_stand_in_their_order() {
+    let strong = Demand {
+        force_n: Vec3::new(0.0, 900.0, 0.0),
+        stiffness_n_m: 1.0e4,
+        ..HALF
+    };
+    // What cuts at once comes first: nothing else is asked.
+    let nan = Demand {
+        force_n: Vec3::new(0.0, 900.0, f32::NAN),
+        ..strong
+    };
+    assert_eq!(apply(&mut open(), &nan), (0.0, only(Fault::BadForce)));
+    let lost = Demand {
+        device: Status::Lost,
+        ..strong
+    };
+    assert_eq!(apply(&mut open(), &lost), (0.0, only(Fault::LostDevice)));
+    let fast = Demand {
+        speed_m_s: 2.0,
+        ..strong
+    };
+    assert_eq!(apply(&mut open(), &fast), (0.0, only(Fault::SpeedTrip)));
+    let mut closed = OutputLimit::new(&DEVICE, 0.0);
+    assert_eq!(apply(&mut closed, &strong), (0.0, FaultSet::NONE));
+
+    // The stiffness is brought down before the clamp looks: half of 5 N passes it.
+    let stiff = Demand {
+        force_n: Vec3::new(0.0, 5.0, 0.0),
+        stiffness_n_m: 2.0 * open().stiffness_max_n_m(),
+        ..HALF
+    };
+    let mut limit = open();
+    repeat(&mut limit, &stiff, 5);
+    let (force_n, faults) = apply(&mut limit, &stiff);
+    assert!(near(force_n, 2.5), "{force_n}");
+    assert_eq!(faults, only(Fault::StiffnessCapped));
+
+    // So is the ramp: its beginning is too weak to be clamped, and the slew bounds its whole way.
+    let mut limit = OutputLimit::new(&DEVICE, 2.0);
+    limit.enable(true);
+    let soft = Demand {
+        stiffness_n_m: 100.0,
+        ..strong
+    };
+    let (first_n, faults) = apply(&mut limit, &soft);
+    assert!(near(first_n, 0.45), "{first_n}");
+    assert_eq!(faults, FaultSet::NONE);
+    let mut last_n = first_n;
+    for _ in 0..2000 {
+        let (force_n, _) = apply(&mut limit, &soft);
+        assert!(force_n <= 3.000_1 && (force_n - last_n).abs() <= 1.000_1);
+        last_n = force_n;
+    }
+}
+
+#[test]
 fn warm_motors_come_down_to_the_continuous_force_without_a_step() {
     let mut limit = open();
     let strong = Demand {
