@@ -1,5 +1,6 @@
 //! What each stage of the tick costs in a whole scene with the instrument at work on it: `cargo run
-//! --release -p scene-prepare --example scene_stages`. The tip is pressed 6 mm into the target and drawn
+//! --release -p scene-prepare --example scene_stages`; with `-- --by-spheres`, what contact costs by their
+//! number. The tip is pressed 6 mm into the target and drawn
 //! over it; the shaft lies on what it lies on, and the endoscope stands far in. Also the largest step of the force in a tick.
 
 #[path = "../tests/core/mod.rs"]
@@ -15,6 +16,7 @@ use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
 use rt_core::tool::Kinematics;
 use scene_prepare::{Recipe, prepare};
+use shared_mem::scene::SceneData;
 
 const TICKS: u32 = 6000;
 /// Ticks in which the tip goes in and nothing is counted.
@@ -67,11 +69,28 @@ impl Ports for Timed {
     }
 }
 
-fn main() {
-    let full = std::env::args().any(|a| a == "--full");
-    let recipe = Recipe::triangle(full).expect("a built-in recipe");
-    let built = prepare(&recipe, &mut |_| {}).expect("a built-in recipe");
-    let scene = &built.scene;
+/// What a run showed.
+struct Seen {
+    timed: Timed,
+    largest_n: [f32; 2],
+    mean_n: f32,
+    contacts: u32,
+}
+
+impl Seen {
+    /// Times of a stage after the approach, least first, µs.
+    fn of(&self, stage: Stage) -> Vec<f64> {
+        let mut times_us = self.timed.stage_us[stage as usize][APPROACH as usize..].to_vec();
+        times_us.sort_by(f64::total_cmp);
+        times_us
+    }
+}
+
+fn middle(times_us: &[f64]) -> f64 {
+    times_us[times_us.len() / 2]
+}
+
+fn work(scene: &SceneData) -> Seen {
     let room = scene.room.expect("every scene has a room");
     let loaded = core::Prepared::new(scene);
     let mut state = Box::new(State::new());
@@ -133,6 +152,70 @@ fn main() {
             contacts = contacts.max(timed.contacts);
         }
     }
+    Seen {
+        timed,
+        largest_n,
+        mean_n,
+        contacts,
+    }
+}
+
+/// What contact costs by the number of spheres, all of the built-in scene's organs grown together. A scene holds 4096 of them: more than that are several
+/// scenes, each with its own tools, in turn.
+fn by_spheres(recipe: &Recipe) {
+    println!("spheres   contact: least µs   p50 µs   p99 µs   p50 ns/sphere");
+    for (spheres, scenes) in [
+        (250, 1),
+        (500, 1),
+        (1000, 1),
+        (2000, 1),
+        (4000, 1),
+        (3400, 3),
+    ] {
+        let Ok(recipe) = recipe.clone().with_spheres(spheres) else {
+            eprintln!("some organ would have too few or too many spheres with {spheres}");
+            continue;
+        };
+        let built = match prepare(&recipe, &mut |_| {}) {
+            Ok(built) => built,
+            Err(error) => {
+                eprintln!("with {spheres} spheres: {error}");
+                continue;
+            }
+        };
+        let mut sum_us = vec![0.0; (TICKS - APPROACH) as usize];
+        for _ in 0..scenes {
+            for (sum_us, us) in sum_us.iter_mut().zip(work(&built.scene).of(Stage::Contact)) {
+                *sum_us += us;
+            }
+        }
+        let spheres = built.scene.spheres.len() * scenes;
+        let late_us = sum_us[sum_us.len() * 99 / 100];
+        println!(
+            "{spheres:7} {:19.1} {:8.1} {late_us:8.1} {:15.1}",
+            sum_us[0],
+            middle(&sum_us),
+            1e3 * middle(&sum_us) / spheres as f64
+        );
+    }
+}
+
+fn main() {
+    let has = |flag: &str| std::env::args().any(|argument| argument == flag);
+    if has("--by-spheres") {
+        by_spheres(&Recipe::built_in().expect("a built-in recipe"));
+        return;
+    }
+    let recipe = Recipe::triangle(has("--full")).expect("a built-in recipe");
+    let built = prepare(&recipe, &mut |_| {}).expect("a built-in recipe");
+    let scene = &built.scene;
+    let seen = work(scene);
+    let Seen {
+        largest_n,
+        mean_n,
+        contacts,
+        ..
+    } = seen;
     println!(
         "{}: {} spheres, {} tetrahedra, {} vertices of contact skin, up to {contacts} contacts, mean force {mean_n:.3} N",
         recipe.name,
@@ -146,15 +229,14 @@ fn main() {
         1e3 * largest_n[1]
     );
     let (mut sum, mut contact_us) = ((0.0, 0.0), 0.0);
-    for (stage, times_us) in Stage::ALL.iter().zip(&mut timed.stage_us) {
-        let times_us = &mut times_us[APPROACH as usize..];
-        times_us.sort_by(f64::total_cmp);
-        let (least, median) = (times_us[0], times_us[times_us.len() / 2]);
+    for stage in Stage::ALL {
+        let times_us = seen.of(stage);
+        let (least, median) = (times_us[0], middle(&times_us));
         println!(
             "  {:<10} min {least:7.1} µs  p50 {median:7.1} µs",
             format!("{stage:?}")
         );
-        if *stage == Stage::Contact {
+        if stage == Stage::Contact {
             contact_us = median;
         }
         sum = (sum.0 + least, sum.1 + median);

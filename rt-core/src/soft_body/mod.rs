@@ -142,6 +142,12 @@ impl Node {
             + ((self.moved_m - other.moved_m) + (self.step_m - other.step_m))
     }
 
+    /// The same at the start of this substep.
+    #[inline(always)]
+    pub(crate) fn away_at_start(&self, other: &Self) -> Lanes {
+        (self.rest_m - other.rest_m) + (self.moved_m - other.moved_m)
+    }
+
     /// Puts the sphere to this displacement from rest, m, and leaves it there with this velocity.
     pub(crate) fn put(&mut self, moved_m: &Vec3, velocity_m_s: &Vec3) {
         self.moved_m = Lanes::new(moved_m, self.moved_m.spare());
