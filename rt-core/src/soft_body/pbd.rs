@@ -6,6 +6,7 @@ use crate::math;
 use crate::scene::{Organ, Scene};
 use crate::soft_body::lanes::Lanes;
 use crate::soft_body::laplacian::laplacian;
+use crate::soft_body::part::Parted;
 use crate::soft_body::per_sphere::PerSphere;
 use crate::soft_body::stretch::stretch;
 use crate::soft_body::{Bodies, Solver};
@@ -56,7 +57,7 @@ impl Solver for PaperPbd {
             };
         }
         for _ in 0..self.iterations {
-            project_stretch(scene, organ, &mut bodies.paper);
+            project_stretch(scene, organ, &mut bodies.paper, &bodies.parted);
             project_laplacian(organ, bodies);
         }
         let nodes = bodies.nodes.range_mut(start, count).iter_mut();
@@ -66,9 +67,17 @@ impl Solver for PaperPbd {
     }
 }
 
-fn project_stretch(scene: &Scene<'_>, organ: &Organ, spheres: &mut PerSphere<PaperSphere>) {
-    let stiffness = organ.material.stretch_stiffness;
-    for link in scene.links_of(organ) {
+/// Links that have torn or were cut pull by what is left of them; the Laplacian, which knows spheres and no
+/// links, still counts the two as neighbours.
+fn project_stretch(
+    scene: &Scene<'_>,
+    organ: &Organ,
+    spheres: &mut PerSphere<PaperSphere>,
+    parted: &Parted,
+) {
+    let links = scene.links_of(organ).iter();
+    for (link, left) in links.zip(parted.left_of_links(organ)) {
+        let stiffness = organ.material.stretch_stiffness * left;
         let (a, b) = (*spheres.at(link.a), *spheres.at(link.b));
         let (wa, wb) = (a.weight(), b.weight());
         let difference = (a.rest_m - b.rest_m) + (a.moved_m - b.moved_m);
@@ -95,5 +104,44 @@ fn project_laplacian(organ: &Organ, bodies: &mut Bodies) {
         let sum = linked.iter().map(moved).fold(Lanes::ZERO, Lanes::add);
         let step = laplacian(own.moved_m, sum, linked.len(), stiffness);
         spheres.at_mut(i).moved_m = own.moved_m + step;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::math::Vec3;
+    use crate::scene::Link;
+    use crate::scene::tests::{organ, room, sphere};
+    use crate::soft_body::part::part_all;
+    use std::boxed::Box;
+
+    #[test]
+    fn a_link_that_has_parted_pulls_by_what_is_left_of_it() {
+        let spheres = [0.0, 0.02].map(|x| sphere(Vec3::new(x, 0.0, 0.0), 0.005));
+        let links = [Link {
+            a: 0,
+            b: 1,
+            rest_length_m: 0.02,
+            compliance_m_n: 0.001,
+        }];
+        let mut organs = [organ(0, 2, 0, 1)];
+        organs[0].material.stretch_stiffness = 1.0;
+        organs[0].material.laplacian_stiffness = 0.0;
+        let scene = Scene::new(&organs, &spheres, &links, room()).unwrap();
+        let mut bodies = Box::new(Bodies::new());
+        // 4 mm too long; how much of it is taken back.
+        let mut taken_m = |parted: f32| {
+            bodies.load(&scene);
+            bodies.begin(&scene, true);
+            part_all(&scene, &mut bodies, |_| (), |_, _| parted);
+            bodies.nodes.at_mut(1).move_by(&(Vec3::x() * 0.004));
+            PaperPbd { iterations: 1 }.project(&scene, &organs[0], 0.001, &mut bodies);
+            0.004 - bodies.nodes.at(1).from(bodies.nodes.at(0)).vec3().x + 0.02
+        };
+        assert!((taken_m(0.0) - 0.004).abs() < 1.0e-7);
+        assert!((taken_m(0.5) - 0.004 / 3.0).abs() < 1.0e-7);
+        assert!(taken_m(1.0).abs() < 1.0e-7);
     }
 }
