@@ -40,10 +40,12 @@ pub enum Fault {
     /// Contact gave the hand more energy than it took from it (too stiff for the loop's delay, or
     /// tissue that moves by itself). Answer: damped until that is gone.
     Damped = 16,
+    /// The foot asks both electrodes at once. Answer: neither works.
+    BothElectrodes = 17,
 }
 
 /// How many kinds there are.
-pub const FAULT_COUNT: usize = 17;
+pub const FAULT_COUNT: usize = 18;
 
 impl Fault {
     /// All kinds, in the order of their numbers.
@@ -65,6 +67,7 @@ impl Fault {
         Self::Overrun,
         Self::BadClock,
         Self::Damped,
+        Self::BothElectrodes,
     ];
 
     /// Its number: index of its counter, code in events.
@@ -94,6 +97,7 @@ impl Fault {
             Self::Overrun => "overrun",
             Self::BadClock => "bad_clock",
             Self::Damped => "damped",
+            Self::BothElectrodes => "both_electrodes",
         }
     }
 

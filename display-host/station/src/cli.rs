@@ -370,6 +370,12 @@ pub(crate) enum LineDriver {
     HapiGen3,
     /// Of the third, revised
     HapiGen31,
+    /// 3D Systems Touch, the default one; PATH is the vendor's libHD.so
+    Touch,
+    /// USB foot pedal with the keys of a VEC Infinity (others: by a station file)
+    Evdev,
+    /// Foot switches on a serial line's CTS and DSR
+    Modem,
     /// Haply Inverse3 behind its service; PATH is the service's address, `localhost`
     Inverse3,
     /// Ascension Flock of Birds, serial

@@ -9,6 +9,7 @@ mod haptic;
 mod inverse3;
 mod pedal;
 mod samples;
+mod touch;
 mod tracker;
 mod watch;
 mod woody;
@@ -19,7 +20,8 @@ use std::time::Duration;
 pub use hapi::hapi;
 pub use haptic::haptic;
 pub use inverse3::inverse3;
-pub use pedal::pedal;
+pub use pedal::{pedal, pedal_by};
+pub use touch::touch;
 pub use tracker::{tracker, tracker_by, trakstar};
 pub use woody::woody;
 

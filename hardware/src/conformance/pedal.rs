@@ -6,12 +6,34 @@ use rt_core::port::{Pedal, PedalSample, Polled};
 
 use super::watch::{Arrivals, open, silent_after_close, unplugged, until};
 use super::{Options, Report};
+use crate::HardwareError;
 use crate::rig::{BAUD, RigPedal};
 
 /// Tests the pedal behind `path`. Nobody's foot should be on it.
 pub fn pedal(path: &Path, options: &mut Options<'_>) -> Report {
+    tested(&|| RigPedal::open(path), options, &mut |report| {
+        silent_after_close(report, path, BAUD);
+    })
+}
+
+/// Tests a pedal of any driver, however it is opened: a USB pedal, or switches on a line's wires.
+/// Nobody's foot should be on it.
+pub fn pedal_by<P: Pedal>(
+    attempt: &dyn Fn() -> Result<P, HardwareError>,
+    options: &mut Options<'_>,
+) -> Report {
+    tested(attempt, options, &mut |report| {
+        report.skip("close", "a pedal without a protocol has nothing to end");
+    })
+}
+
+fn tested<P: Pedal>(
+    attempt: &dyn Fn() -> Result<P, HardwareError>,
+    options: &mut Options<'_>,
+    closed: &mut dyn FnMut(&mut Report),
+) -> Report {
     let mut report = Report::new("foot pedal");
-    let Some(mut pedal) = open(&mut report, "handshake", || RigPedal::open(path)) else {
+    let Some(mut pedal) = open(&mut report, "handshake", attempt) else {
         return report;
     };
     let mut arrivals = Arrivals::default();
@@ -46,8 +68,8 @@ pub fn pedal(path: &Path, options: &mut Options<'_>) -> Report {
         format!("{spoilt} of {all} bad or lost, allowed is 1 %"),
     );
     drop(pedal);
-    silent_after_close(&mut report, path, BAUD);
-    if let Some(mut pedal) = open(&mut report, "reopen", || RigPedal::open(path)) {
+    closed(&mut report);
+    if let Some(mut pedal) = open(&mut report, "reopen", attempt) {
         unplugged(&mut report, options, |now_ns| pedal.poll(now_ns));
     }
     report

@@ -294,6 +294,38 @@ mod tests {
     }
 
     #[test]
+    fn the_suite_passes_on_events_in_a_pipe_and_notices_a_foot_and_a_pulled_plug() {
+        use crate::conformance::{Options, Outcome, pedal_by};
+        use std::cell::RefCell;
+        let plug = RefCell::new(None);
+        let pressed = std::cell::Cell::new(false);
+        let attempt = || {
+            let (pedal, write) = piped();
+            if pressed.get() {
+                rustix::io::write(&write, &event(EV_KEY, 256, 1)).unwrap();
+            }
+            *plug.borrow_mut() = Some(write);
+            Ok(pedal)
+        };
+        let suite = || {
+            let mut unplug = || drop(plug.borrow_mut().take());
+            let mut options = Options {
+                watch: std::time::Duration::from_millis(200),
+                unplug: Some(&mut unplug),
+            };
+            pedal_by(&attempt, &mut options)
+        };
+        let report = suite();
+        assert!(report.passed(), "{report}");
+        let outcome = |report: &crate::conformance::Report, name| {
+            report.check(name).map(|check| check.outcome)
+        };
+        assert_eq!(outcome(&report, "unplug"), Some(Outcome::Pass), "{report}");
+        pressed.set(true);
+        assert_eq!(outcome(&suite(), "released"), Some(Outcome::Fail));
+    }
+
+    #[test]
     fn what_is_no_input_device_says_so() {
         let missing = EvdevPedal::open("/dev/input/none".as_ref(), Roles::default());
         assert!(

@@ -6,7 +6,9 @@
 
 pub mod debounce;
 mod evdev;
+mod joined;
 mod modem;
 
 pub use evdev::{EvdevPedal, Roles, find};
+pub use joined::JoinedPedals;
 pub use modem::{ModemLines, ModemPedal, SerialLines};

@@ -21,6 +21,10 @@
 //! path = "/dev/input/by-id/my-pedal-event-kbd"
 //! cut_key = 256
 //!
+//! [second_pedal]                      # beside the first: what either presses is pressed
+//! driver = "modem"
+//! path = "/dev/serial/by-id/my-switches"
+//!
 //! [ports]                             # where the trocars are, world frame
 //! instrument_m = [0.0, 0.03, 0.18]
 //! endoscope_m = [0.05, -0.1, 0.1]
@@ -152,6 +156,8 @@ pub struct PedalSpec {
     pub driver: PedalDriver,
     /// The line or the input device.
     pub path: PathBuf,
+    /// Another pedal beside it: what either presses is pressed.
+    pub second: Option<Box<PedalSpec>>,
 }
 
 /// Drivers of pedals.

@@ -11,7 +11,7 @@ use crate::HardwareError;
 use crate::bird::BirdTracker;
 use crate::hapi::HapiHaptic;
 use crate::inverse3::Inverse3Haptic;
-use crate::pedal::{EvdevPedal, ModemPedal};
+use crate::pedal::{EvdevPedal, JoinedPedals, ModemPedal};
 use crate::rig::{RigHaptic, RigPedal};
 use crate::touch::TouchHaptic;
 use crate::woody::WoodyHaptic;
@@ -51,8 +51,16 @@ impl TrackerSpec {
 }
 
 impl PedalSpec {
-    /// Opens the pedal. Not for the tick.
+    /// Opens the pedal, and the second where there is one. Not for the tick.
     pub fn open(&self) -> Result<Box<dyn Pedal + Send>, HardwareError> {
+        let first = self.open_alone()?;
+        Ok(match &self.second {
+            Some(second) => Box::new(JoinedPedals::new([first, second.open_alone()?])),
+            None => first,
+        })
+    }
+
+    fn open_alone(&self) -> Result<Box<dyn Pedal + Send>, HardwareError> {
         let path = &self.path;
         Ok(match self.driver {
             PedalDriver::Rig => Box::new(RigPedal::open(path)?),

@@ -24,6 +24,7 @@ struct Raw {
     haptic: Option<RawHaptic>,
     tracker: Option<RawTracker>,
     pedal: Option<RawPedal>,
+    second_pedal: Option<Spanned<RawPedal>>,
     ports: Option<RawPorts>,
     frames: Option<RawFrames>,
     #[serde(default)]
@@ -321,6 +322,33 @@ impl File<'_> {
         })
     }
 
+    fn pedals(
+        &self,
+        first: Option<RawPedal>,
+        second: Option<Spanned<RawPedal>>,
+    ) -> Result<Option<PedalSpec>, HardwareError> {
+        let Some(first) = first else {
+            return match second {
+                Some(second) => {
+                    let what = "there is a [second_pedal] but no [pedal]: name it [pedal]";
+                    Err(self.error(second.span().start, what.into()))
+                }
+                None => Ok(None),
+            };
+        };
+        let mut spec = self.pedal(first)?;
+        if let Some(second) = second {
+            let at = second.span().start;
+            let second = self.pedal(second.into_inner())?;
+            if second.path == spec.path {
+                let what = "[second_pedal] has the path of [pedal]: one device is one pedal";
+                return Err(self.error(at, what.into()));
+            }
+            spec.second = Some(Box::new(second));
+        }
+        Ok(Some(spec))
+    }
+
     fn pedal(&self, raw: RawPedal) -> Result<PedalSpec, HardwareError> {
         let keys = [&raw.cut_key, &raw.coagulate_key, &raw.camera_lock_key];
         for key in keys.into_iter().flatten() {
@@ -348,6 +376,7 @@ impl File<'_> {
         Ok(PedalSpec {
             driver,
             path: raw.path,
+            second: None,
         })
     }
 }
@@ -373,7 +402,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<StationFile, HardwareErro
             .tracker
             .map(|tracker| file.tracker(tracker))
             .transpose()?,
-        pedal: raw.pedal.map(|pedal| file.pedal(pedal)).transpose()?,
+        pedal: file.pedals(raw.pedal, raw.second_pedal)?,
         world_from_device: file.pose("world_from_device", device)?,
         world_from_tracker: file.pose("world_from_tracker", tracker)?,
         instrument_port_m: port("ports.instrument_m", instrument)?,
@@ -459,6 +488,19 @@ position_m = [-0.1, 0.0, 0.0]
             .iter()
             .map(|landmark| landmark.name.as_str());
         assert!(names.eq(["left rim", "right rim"]));
+    }
+
+    #[test]
+    fn a_second_pedal_stands_beside_a_first_one() {
+        let second = "[second_pedal]\ndriver = \"modem\"\npath = \"/dev/ttyS0\"\n";
+        let station = read(&format!("{WHOLE}\n{second}")).unwrap();
+        let pedal = station.pedal.unwrap().second.unwrap();
+        assert_eq!(pedal.driver, PedalDriver::Modem);
+        let alone = read(second).unwrap_err();
+        assert!(alone.contains("no [pedal]"), "{alone}");
+        let twice = second.replace("/dev/ttyS0", "/dev/input/by-id/pedal");
+        let twice = read(&format!("{WHOLE}\n{twice}")).unwrap_err();
+        assert!(twice.contains("one device is one pedal"), "{twice}");
     }
 
     #[test]

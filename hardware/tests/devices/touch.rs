@@ -4,9 +4,10 @@
 use std::path::PathBuf;
 use std::process::Command;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
+use hardware::conformance::{Options, Outcome};
 use hardware::touch::TouchHaptic;
 use libloading::Library;
 use rt_core::math::Vec3;
@@ -245,4 +246,26 @@ fn one_driver_at_a_time_and_a_missing_library_is_named() {
         fake.open().is_ok(),
         "a failed opening leaves the device free"
     );
+}
+
+#[test]
+fn the_suite_passes_and_notices_a_broken_line() {
+    let fake = Fake::new();
+    let start = Instant::now();
+    loop {
+        let mut unplug = || fake.tell("fake_raise", 0x0302);
+        let mut options = Options {
+            watch: Duration::from_secs(1),
+            unplug: Some(&mut unplug),
+        };
+        let report = hardware::conformance::touch(&fake.path, Some("right"), &mut options);
+        fake.tell("fake_raise", 0);
+        if report.passed() {
+            let unplug = report.check("unplug").map(|check| check.outcome);
+            assert_eq!(unplug, Some(Outcome::Pass), "{report}");
+            return;
+        }
+        // A busy machine may spoil the rate for a while.
+        assert!(start.elapsed() < Duration::from_secs(120), "{report}");
+    }
 }

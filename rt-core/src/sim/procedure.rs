@@ -2,7 +2,7 @@
 
 use crate::cut::cut_all;
 use crate::event::{Event, EventKind};
-use crate::fault::FaultSet;
+use crate::fault::{Fault, FaultSet};
 use crate::grasp::Jaws;
 use crate::math;
 use crate::port::Buttons;
@@ -124,6 +124,8 @@ impl Sim<'_> {
         self.tool.contact_count = own.count() as u32;
         self.journal
             .note_contacts(list, self.scene.organs, math::norm(&self.tool.force_n));
+        let pedal = &self.tool.switches.pedal;
+        faults.raise_if(pedal.cut && pedal.coagulate, Fault::BothElectrodes);
         self.journal
             .note_electro(&self.tool.switches.pedal, self.tool.tip_m);
         self.journal.note_faults(faults, self.tool.tip_m);

@@ -5,7 +5,7 @@ use crate::{AWAY, NONE, OPEN, PRESSED, go, stay, store};
 use rt_core::event::EventKind;
 use rt_core::fault::Fault;
 use rt_core::math::{Vec3, norm};
-use rt_core::port::Polled;
+use rt_core::port::{PedalSample, Polled};
 use rt_core::sim::{Command, Sim, Status};
 
 #[test]
@@ -144,4 +144,32 @@ fn a_standstill_starts_the_force_from_nothing() {
     sim.tick(&mut bench);
     assert!(norm(&bench.force_n) < 0.2 * full, "{}", bench.force_n);
     assert_eq!(bench.counters.of(Fault::StaleDevice), 1);
+}
+
+#[test]
+fn both_electrodes_at_once_are_an_alarm_and_none_works() {
+    let anatomy = Anatomy::liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    let mut told = Vec::new();
+    for (cut, coagulate) in [(true, false), (true, true), (true, true), (false, true)] {
+        let samples = bench.next();
+        samples.pedal = Polled::Fresh(PedalSample {
+            coagulate,
+            ..pedal(cut, false, samples.now_ns)
+        });
+        sim.tick(&mut bench);
+        let electro = bench.events.iter().rev();
+        let electro = electro.filter(|event| event.kind == EventKind::Electro);
+        told.push(electro.map(|event| event.value as u8).next());
+    }
+    assert_eq!(bench.counters.of(Fault::BothElectrodes), 2);
+    let alarms = bench
+        .events
+        .iter()
+        .filter(|event| event.kind == EventKind::Fault);
+    assert_eq!(alarms.count(), 1, "{:?}", bench.events);
+    assert_eq!(told.last(), Some(&Some(2)), "{told:?}");
+    assert_eq!(told.get(1), Some(&Some(0)), "neither works");
 }

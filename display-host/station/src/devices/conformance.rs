@@ -6,6 +6,7 @@ use std::time::Duration;
 use hardware::HardwareError;
 use hardware::conformance::{self, Check, Options, Outcome, Report};
 use hardware::hapi::pantograph::Pantograph;
+use hardware::pedal::{EvdevPedal, ModemPedal, Roles};
 use serde_json::json;
 
 use crate::cli::{ConformanceArgs, LineDriver};
@@ -37,6 +38,12 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         LineDriver::HapiGen2 => conformance::hapi(path, Pantograph::GEN2, &mut options),
         LineDriver::HapiGen3 => conformance::hapi(path, Pantograph::GEN3, &mut options),
         LineDriver::HapiGen31 => conformance::hapi(path, Pantograph::GEN3_1, &mut options),
+        LineDriver::Touch => conformance::touch(path, None, &mut options),
+        LineDriver::Evdev => {
+            let attempt = || EvdevPedal::open(path, Roles::default());
+            conformance::pedal_by(&attempt, &mut options)
+        }
+        LineDriver::Modem => conformance::pedal_by(&|| ModemPedal::open(path), &mut options),
         LineDriver::Inverse3 => conformance::inverse3(path, &mut options),
         LineDriver::Bird => conformance::tracker(path, &mut options),
         LineDriver::Trakstar => conformance::trakstar(path, &mut options),

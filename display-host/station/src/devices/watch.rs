@@ -11,7 +11,9 @@ use hardware::HardwareError;
 use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
 use hardware::inverse3::Inverse3Haptic;
+use hardware::pedal::{EvdevPedal, ModemPedal, Roles};
 use hardware::station::StationFile;
+use hardware::touch::TouchHaptic;
 use hardware::{rig::RigHaptic, rig::RigPedal, woody::WoodyHaptic};
 use rt_core::math::Pose;
 use rt_core::port::{ForceCommand, HapticDevice, LineCounters, Pedal, Polled, Tracker};
@@ -133,6 +135,9 @@ impl Watched {
             LineDriver::HapiGen2 => hapi(path, Pantograph::GEN2)?,
             LineDriver::HapiGen3 => hapi(path, Pantograph::GEN3)?,
             LineDriver::HapiGen31 => hapi(path, Pantograph::GEN3_1)?,
+            LineDriver::Touch => Port::Haptic(Box::new(TouchHaptic::open(path, None)?)),
+            LineDriver::Evdev => Port::Pedal(Box::new(EvdevPedal::open(path, Roles::default())?)),
+            LineDriver::Modem => Port::Pedal(Box::new(ModemPedal::open(path)?)),
             LineDriver::Inverse3 => Port::Haptic(Box::new(Inverse3Haptic::open(path, None)?)),
             LineDriver::Bird => {
                 Port::Tracker(Box::new(BirdTracker::open(path, BirdSetup::default())?))

@@ -1,0 +1,30 @@
+//! The checks of a Touch behind the vendor's library.
+
+use std::path::Path;
+
+use rt_core::port::HapticDevice;
+
+use super::samples::samples;
+use super::watch::{open, unplugged};
+use super::{Options, Report};
+use crate::touch::TouchHaptic;
+
+/// Tests the Touch of that name (none: the default one) through `library`.
+pub fn touch(library: &Path, device: Option<&str>, options: &mut Options<'_>) -> Report {
+    let mut report = Report::new("Touch");
+    let attempt = || TouchHaptic::open(library, device);
+    let Some(mut device) = open(&mut report, "handshake", attempt) else {
+        return report;
+    };
+    report.device = format!("Touch \"{}\"", device.identity());
+    samples(&mut report, &mut device, options.watch);
+    report.skip(
+        "watchdog",
+        "the library does not tell: end the host and feel that it is free",
+    );
+    drop(device);
+    if let Some(mut device) = open(&mut report, "reopen", attempt) {
+        unplugged(&mut report, options, |now_ns| device.poll(now_ns));
+    }
+    report
+}
