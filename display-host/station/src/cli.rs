@@ -331,7 +331,7 @@ pub(crate) struct CalibrateArgs {
 Transforms, 1 mm being 1 mm, in the scene's frame: ToolToReference, HandleToReference,
 EndoscopeToReference. ForceToReference moves by 1 mm for each newton on the hand.
 
-In 3D Slicer: module OpenIGTLinkIF, a connector of type Client to the address below.")]
+In 3D Slicer: module OpenIGTLinkIF, a connector of type Client to the address of --listen.")]
 pub(crate) struct IgtlinkArgs {
     /// Name of the station
     #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]

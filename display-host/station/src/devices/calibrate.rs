@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use hardware::station::calibration::{Fit, LANDMARKS_MIN, NoFit, fit};
+use hardware::station::calibration::{Fit, fit};
 use hardware::station::{HapticSpec, Landmark, StationFile};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{Buttons, ForceCommand, HapticDevice, Polled, Tracker};
@@ -69,9 +69,13 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
     let text = std::fs::read_to_string(&args.station_file)
         .map_err(|error| format!("{}: {error}", args.station_file.display()))?;
     let file = StationFile::parse(&text, &args.station_file)?;
-    if file.landmarks.len() < LANDMARKS_MIN {
-        return Err(NoFit::TooFew(file.landmarks.len()).into());
-    }
+    // Landmarks that could not tell are refused before anybody touches them.
+    let known: Vec<_> = file
+        .landmarks
+        .iter()
+        .map(|landmark| landmark.position_m)
+        .collect();
+    fit(&known.iter().map(|at| (*at, *at)).collect::<Vec<_>>())?;
     let mut devices = Vec::new();
     if let Some(spec) = &file.haptic {
         devices.push(Placed {
