@@ -42,10 +42,15 @@ pub enum Fault {
     Damped = 16,
     /// The foot asks both electrodes at once. Answer: neither works.
     BothElectrodes = 17,
+    /// A person has not enabled the force, or has cut it. Answer: zero force.
+    NotEnabled = 18,
+    /// The force rises after it was enabled, or falls while the pose is stale or the simulation paused.
+    /// Answer: a share of it.
+    Ramped = 19,
 }
 
 /// How many kinds there are.
-pub const FAULT_COUNT: usize = 18;
+pub const FAULT_COUNT: usize = 20;
 
 impl Fault {
     /// All kinds, in the order of their numbers.
@@ -68,6 +73,8 @@ impl Fault {
         Self::BadClock,
         Self::Damped,
         Self::BothElectrodes,
+        Self::NotEnabled,
+        Self::Ramped,
     ];
 
     /// Its number: index of its counter, code in events.
@@ -98,6 +105,8 @@ impl Fault {
             Self::BadClock => "bad_clock",
             Self::Damped => "damped",
             Self::BothElectrodes => "both_electrodes",
+            Self::NotEnabled => "not_enabled",
+            Self::Ramped => "ramped",
         }
     }
 
@@ -111,6 +120,8 @@ impl Fault {
                 | Self::StiffnessCapped
                 | Self::ThermalLimited
                 | Self::Damped
+                | Self::NotEnabled
+                | Self::Ramped
         )
     }
 }

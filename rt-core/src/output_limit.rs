@@ -166,10 +166,13 @@ impl OutputLimit {
         self.trip(demand, faults);
         let is_finite = is_sound(demand);
         faults.raise_if(!is_finite, Fault::BadForce);
+        let wants = demand.force_n != Vec3::zeros() || demand.torque_n_m != Vec3::zeros();
+        faults.raise_if(wants && !self.enabled, Fault::NotEnabled);
         self.passivity
             .observe(demand.handle_m.filter(math::is_finite));
         let out = if is_finite && self.is_open() && demand.device != Status::Lost {
             self.ramp(demand);
+            faults.raise_if(wants && self.gain < 1.0, Fault::Ramped);
             let share = self.gain * self.cap_stiffness(demand, faults);
             let (force_n, damped) = self.passivity.damp(&(demand.force_n * share));
             faults.raise_if(damped, Fault::Damped);

@@ -74,7 +74,16 @@ fn a_small_force_passes_unchanged() {
 #[test]
 fn closed_until_enabled_and_zero_at_once_when_cut() {
     let mut limit = OutputLimit::new(&DEVICE, 0.0);
-    assert!(near(apply(&mut limit, &HALF).0, 0.0));
+    assert_eq!(apply(&mut limit, &HALF), (0.0, only(Fault::NotEnabled)));
+    let nothing = Demand {
+        force_n: Vec3::zeros(),
+        ..HALF
+    };
+    assert_eq!(
+        apply(&mut limit, &nothing),
+        (0.0, FaultSet::NONE),
+        "nothing is held back"
+    );
     limit.enable(true);
     assert!(near(apply(&mut limit, &HALF).0, 0.5));
     limit.enable(false);
@@ -242,7 +251,7 @@ fn the_gates_stand_in_their_order() {
     };
     assert_eq!(apply(&mut open(), &fast), (0.0, only(Fault::SpeedTrip)));
     let mut closed = OutputLimit::new(&DEVICE, 0.0);
-    assert_eq!(apply(&mut closed, &strong), (0.0, FaultSet::NONE));
+    assert_eq!(apply(&mut closed, &strong), (0.0, only(Fault::NotEnabled)));
 
     // The stiffness is brought down before the clamp looks: half of 5 N passes it.
     let stiff = Demand {
@@ -265,7 +274,7 @@ fn the_gates_stand_in_their_order() {
     };
     let (first_n, faults) = apply(&mut limit, &soft);
     assert!(near(first_n, 0.45), "{first_n}");
-    assert_eq!(faults, FaultSet::NONE);
+    assert_eq!(faults, only(Fault::Ramped));
     let mut last_n = first_n;
     for _ in 0..2000 {
         let (force_n, _) = apply(&mut limit, &soft);
@@ -331,7 +340,7 @@ fn stale_fades_in_20_ms_lost_is_zero_at_once_and_both_ramp_up_again() {
 }
 
 #[test]
-fn a_pause_fades_without_a_fault() {
+fn a_pause_fades_and_alarms_nobody() {
     let mut limit = open();
     apply(&mut limit, &HALF);
     let paused = Demand {
@@ -339,7 +348,8 @@ fn a_pause_fades_without_a_fault() {
         ..HALF
     };
     let last = (0..21).map(|_| apply(&mut limit, &paused)).last();
-    assert_eq!(last, Some((0.0, FaultSet::NONE)));
+    assert_eq!(last, Some((0.0, only(Fault::Ramped))));
+    assert!(!Fault::Ramped.is_alarm() && !Fault::NotEnabled.is_alarm());
 }
 
 #[test]

@@ -12,7 +12,7 @@ pub const TIMING_BATCH: usize = 64;
 pub const STAGES: usize = 7;
 /// Names of the faults, in the order of [`TimingBatch::faults`]. Equal to the names of
 /// `rt_core::fault::Fault` (tested where both are seen, in `rt-process`).
-pub const FAULT_NAMES: [&str; 18] = [
+pub const FAULT_NAMES: [&str; 20] = [
     "bad_sample",
     "bad_force",
     "bad_sphere",
@@ -31,6 +31,8 @@ pub const FAULT_NAMES: [&str; 18] = [
     "bad_clock",
     "damped",
     "both_electrodes",
+    "not_enabled",
+    "ramped",
 ];
 /// Capsules that a [`ToolFrame`] shows.
 pub const MAX_CAPSULES: usize = 16;
@@ -325,7 +327,7 @@ pub struct TimingBatch {
     /// Ticks so far that ended after their deadline.
     pub overruns: u64,
     /// Faults of each kind so far (`rt_core::fault::Fault`).
-    pub faults: [u64; 18],
+    pub faults: [u64; 20],
     /// Bits: 1 SCHED_FIFO, 2 memory locked, 4 pinned, realtime only with all three.
     pub realtime: u32,
     /// How many of `records` are used.
@@ -424,7 +426,7 @@ const _: () = {
     assert!(size_of::<DeviceHealth>() == 32);
     assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 3 * 32);
     assert!(size_of::<EventMsg>() == 48);
-    assert!(size_of::<TimingBatch>() == 216 + 64 * TIMING_BATCH);
+    assert!(size_of::<TimingBatch>() == 232 + 64 * TIMING_BATCH);
     assert!(size_of::<TickRecord>() == 64);
     assert!(size_of::<HandMsg>() == 80);
 };

@@ -11,23 +11,25 @@ pub(super) const BARS: usize = 16;
 
 /// Gates that a force passes, in the safety chain's order: the controller's name of its counter, and
 /// what it did, in words.
-const GATES: [(&str, &str); 10] = [
+const GATES: [(&str, &str); 12] = [
     (
         "bad_sample",
         "poses ignored: not a number, or outside the room",
     ),
-    ("bad_force", "forces that were no number: none given"),
+    ("speed_trip", "cut: the handle was too fast"),
+    ("bad_force", "none given: the force was no number"),
+    ("not_enabled", "none given: a person has not enabled it"),
+    ("lost_device", "cut: the device's line was gone"),
+    ("stale_device", "faded: the device was late"),
+    ("ramped", "ramped: after it was enabled, or in a pause"),
     (
         "stiffness_capped",
         "softened to what the device renders stably",
     ),
     ("damped", "damped: contact gave the hand energy"),
-    ("slewed", "slowed: the force changed too fast"),
     ("clamped", "shortened to the device's peak"),
     ("thermal_limited", "lowered: the motors are warm"),
-    ("speed_trip", "cut: the handle was too fast"),
-    ("stale_device", "faded: the device was late"),
-    ("lost_device", "cut: the device's line was gone"),
+    ("slewed", "slowed: the force changed too fast"),
 ];
 
 /// Rolling view of the timing records.
@@ -187,7 +189,7 @@ mod tests {
             counted.iter().all(|count| count.count_ones() == 1),
             "{counted:?}"
         );
-        assert_eq!(counted[2], 1 << 8, "stiffness_capped");
+        assert_eq!(counted[7], 1 << 8, "stiffness_capped");
     }
 
     #[test]

@@ -9,7 +9,7 @@ use shared_mem::message::STAGES;
 use crate::summary::Ended;
 
 /// Kinds of faults that the reports have room for.
-pub(crate) const FAULTS: usize = 18;
+pub(crate) const FAULTS: usize = 20;
 
 /// Counters and flags. Written by the tick's thread unless said otherwise.
 #[derive(Debug, Default)]
