@@ -176,7 +176,10 @@ fn a_stopped_controller_goes_on_without_a_jolt() {
     if before_n <= 0.3 {
         signal(&child, Signal::TERM);
         let end = line_with(&mut child, "ended");
-        panic!("the hand presses: {before_n} N; {end:?}");
+        let (tick, contacts, health) = (tools.tick, tools.contact_count, tools.health[0]);
+        panic!(
+            "the hand presses: {before_n} N, tick {tick}, {contacts} contacts, {health:?}; {end:?}"
+        );
     }
     signal(&child, Signal::STOP);
     thread::sleep(Duration::from_millis(300));

@@ -44,7 +44,7 @@ const MAY_CLOSE: f32 = 0.96;
 /// Where no sphere is: one that was never searched.
 const NEVER: Vec3 = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
 
-/// What lay in each other already parts by this a step at most, m: a duct that has slipped far into an
+/// Organs that lay in each other already part by this a step at most, m: a duct that has slipped far into an
 /// organ comes out of it, and is not shot out.
 const PART_M: f32 = 0.000_05;
 
@@ -172,7 +172,13 @@ impl Pairs {
                 continue;
             }
             let were_m = math::sqrt(a.away_at_start(b).norm_squared());
-            let apart_m = pair.apart_m.min(were_m + PART_M);
+            // Folds of one organ part at once: its own springs could hold them in each other.
+            let is_own = bodies.organ.at(pair.a.into()) == bodies.organ.at(pair.b.into());
+            let apart_m = if is_own {
+                pair.apart_m
+            } else {
+                pair.apart_m.min(were_m + PART_M)
+            };
             if difference.norm_squared() >= apart_m * apart_m {
                 continue;
             }
