@@ -76,7 +76,12 @@ impl Hapi {
         send: impl FnMut(&[u8]),
     ) -> Vec3 {
         let angles_deg = Self::LINKAGE.angles_deg(touch.measured_m());
-        let [first, second] = swapped(angles_deg);
+        // Whoever powers the board holds the handle at home until a host has set it up.
+        let [first, second] = swapped(if self.board.was_set_up() {
+            angles_deg
+        } else {
+            Self::LINKAGE.home_deg
+        });
         if !bytes.is_empty() {
             self.spoken_us = Some(now_us);
         } else if self

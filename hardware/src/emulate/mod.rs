@@ -84,6 +84,8 @@ pub struct Inside {
     pub time_s: f32,
     /// Force that the haptic device's motors are told, its base frame, N.
     pub force_n: rt_core::math::Vec3,
+    /// What they are told as a share of the most that they may be told.
+    pub strain: f32,
 }
 
 const MILLISECOND: Duration = Duration::from_millis(1);

@@ -85,7 +85,11 @@ impl Played {
         let driver: Box<dyn HapticDevice + Send> = match model {
             HapticModel::TouchRig => Box::new(RigHaptic::on(line)?),
             HapticModel::Woody => Box::new(WoodyHaptic::on(line, Mechanism::WOODY)?),
-            HapticModel::Hapi => Box::new(HapiHaptic::on(line, Pantograph::GEN3)?),
+            HapticModel::Hapi => Box::new(HapiHaptic::on(
+                line,
+                Pantograph::GEN3,
+                Pantograph::GEN3.home_deg,
+            )?),
         };
         Ok((driver, Self { end }))
     }

@@ -52,6 +52,8 @@ pub(super) struct Station {
     haptic: Electronics,
     /// What the motors are told now, N.
     force_n: Vec3,
+    /// The same as a share of the most that they may be told.
+    strain: f32,
     haptic_line: Plug,
     bird: Bird,
     tracker_noise: Random,
@@ -95,6 +97,7 @@ impl Station {
             touch: Touch::new(haptic.body(), Grip::STYLUS, rest),
             haptic,
             force_n: Vec3::zeros(),
+            strain: 0.0,
             haptic_line: plug("haptic", config.faults.haptic, 10)?,
             tracker_noise: Random::new(config.seed, 2),
             tracker_line: plug("tracker", config.faults.tracker, 11)?,
@@ -123,6 +126,7 @@ impl Station {
         Inside {
             time_s: self.tick as f32 * 1e-3,
             force_n: self.force_n,
+            strain: self.strain,
         }
     }
 
@@ -175,6 +179,7 @@ impl Station {
                 line.send(answer, time_s);
             });
         self.force_n = force_n;
+        self.strain = self.haptic.strain(now_us);
 
         let at_s = self.hand_time_s();
         let (handle, before, buttons, roll) = match &self.operated {

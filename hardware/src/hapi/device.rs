@@ -21,6 +21,8 @@ pub struct Board {
     motors: [Motor; PORTS],
     encoders: [Encoder; PORTS],
     waiting: Option<Waiting>,
+    /// Since it was powered.
+    was_set_up: bool,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
@@ -34,6 +36,10 @@ struct Motor {
 struct Encoder {
     host: u8,
     counts_per_turn: f32,
+    /// What the host said at the set-up that the arm's angle is.
+    told_deg: f32,
+    /// What it was.
+    was_deg: f32,
 }
 
 /// A command whose floats are still coming.
@@ -73,7 +79,7 @@ impl Board {
                     return;
                 }
                 self.waiting = None;
-                self.floats(waiting);
+                self.floats(waiting, angles_deg);
                 if matches!(waiting.what, Floats::Torques) {
                     answer(&self.angles(waiting.host, angles_deg));
                 }
@@ -107,6 +113,12 @@ impl Board {
     #[must_use]
     pub fn torques_n_m(&self) -> [f32; PORTS] {
         self.motors.map(|motor| motor.torque_n_m)
+    }
+
+    /// Whether anybody has told it since it was powered where its arms are, right or wrong.
+    #[must_use]
+    pub const fn was_set_up(&self) -> bool {
+        self.was_set_up
     }
 
     fn byte(&mut self) -> u8 {
@@ -154,7 +166,7 @@ impl Board {
         });
     }
 
-    fn floats(&mut self, waiting: Waiting) {
+    fn floats(&mut self, waiting: Waiting, angles_deg: [f32; PORTS]) {
         let host = waiting.host;
         match waiting.what {
             Floats::Torques => {
@@ -174,13 +186,15 @@ impl Board {
             Floats::Encoders { mask, motors } => {
                 for port in 0..PORTS {
                     if mask & 1 << port != 0 {
-                        // The offset: whoever sets it up has told the truth.
-                        self.float();
+                        let told_deg = self.float();
                         let counts_per_turn = self.float();
                         self.encoders[port] = Encoder {
                             host,
                             counts_per_turn,
+                            told_deg,
+                            was_deg: angles_deg[port],
                         };
+                        self.was_set_up = true;
                     }
                     if motors & 1 << port != 0 {
                         self.motors[port].host = host;
@@ -195,7 +209,8 @@ impl Board {
         for (encoder, angle_deg) in self.encoders.iter().zip(angles_deg) {
             if encoder.host == host {
                 let step_deg = 360.0 / encoder.counts_per_turn;
-                let read = (angle_deg / step_deg).round() * step_deg;
+                let turned_deg = angle_deg - encoder.was_deg;
+                let read = encoder.told_deg + (turned_deg / step_deg).round() * step_deg;
                 bytes.extend_from_slice(&read.to_le_bytes());
             }
         }
@@ -246,6 +261,20 @@ mod tests {
             [0.0625, -0.123],
             "after a reset, too"
         );
+    }
+
+    #[test]
+    fn angles_are_what_it_was_told_and_what_was_turned_since() {
+        let mut board = Board::default();
+        say(&mut board, &set_up(&Pantograph::GEN3.ports([100.0, 30.0])));
+        let mut answer = Vec::new();
+        let turned = [15.0, 168.0, 0.0, 0.0];
+        board.receive(&torques([0.0; 2]), turned, 0, |bytes| {
+            answer.extend_from_slice(bytes);
+        });
+        let [first, second] =
+            [1, 5].map(|at| f32::from_le_bytes(answer[at..at + 4].try_into().unwrap()));
+        assert!((first - 35.0).abs() < 0.04 && (second - 98.0).abs() < 0.04);
     }
 
     #[test]

@@ -11,7 +11,7 @@ use rt_core::port::{
 };
 
 use super::pantograph::{Pantograph, swapped};
-use super::wire::{ARMS, AnswerReader, SET_UP_BYTES, set_up, torques};
+use super::wire::{ARMS, AnswerReader, ID, SET_UP_BYTES, set_up, torques};
 use crate::HardwareError;
 use crate::gate::Gate;
 use crate::line::{Line, Read, Written, now_ns};
@@ -25,6 +25,13 @@ const HANDSHAKE: Duration = Duration::from_secs(3);
 const ANSWER: Duration = Duration::from_millis(150);
 /// The board has then read what was sent, and expects a command.
 const SETTLED: Duration = Duration::from_millis(5);
+/// Asked so often without a whole answer, a board is not going to give one as it is.
+const ROUNDS: u32 = 8;
+/// What a board is told when nobody knows where its arms are: no arm is ever turned so far, so
+/// neither this nor what is turned since passes for a place.
+const UNKNOWN_DEG: [f32; ARMS] = [560.0; ARMS];
+/// No arm of any generation is turned further than this from the line of the motors, degrees.
+const TURN_MAX_DEG: f32 = 390.0;
 /// Completes any command that was broken off, with floats near zero; the rest are resets.
 const ZEROS: [u8; SET_UP_BYTES] = [0; SET_UP_BYTES];
 /// Most bytes that one poll reads: 56 answers.
@@ -58,18 +65,38 @@ pub struct HapiHaptic {
     is_silent: bool,
 }
 
+/// What a board says to a command for torques.
+enum Answer {
+    /// It is set up: the angles of arms 1 and 2, degrees.
+    Angles([f32; ARMS]),
+    /// It is not: its name alone.
+    Name,
+    /// Nothing, or what is no answer.
+    Nothing,
+}
+
 impl HapiHaptic {
     /// Opens the line, takes away any torque, and sets the board up.
     ///
     /// A board that Calot has set up since it was powered knows its angles. For any other the handle
     /// must be **at home** now: that is where its encoders begin to count. Not for the tick: waits
-    /// up to 3 s.
+    /// up to 4 s.
     pub fn open(path: &Path, generation: Pantograph) -> Result<Self, HardwareError> {
-        Self::on(Line::open(path, BAUD)?, generation)
+        Self::on(Line::open(path, BAUD)?, generation, generation.home_deg)
     }
 
-    /// The same on a line that is open.
-    pub(crate) fn on(line: Line, generation: Pantograph) -> Result<Self, HardwareError> {
+    /// The same after a loss, with nobody there who holds the handle at home: a board that does not
+    /// know its angles any more is refused, without torque.
+    pub fn reopen(path: &Path, generation: Pantograph) -> Result<Self, HardwareError> {
+        Self::on(Line::open(path, BAUD)?, generation, UNKNOWN_DEG)
+    }
+
+    /// The same on a line that is open; a board that does not know its angles is told these.
+    pub(crate) fn on(
+        line: Line,
+        generation: Pantograph,
+        else_deg: [f32; ARMS],
+    ) -> Result<Self, HardwareError> {
         let path = line.path().to_path_buf();
         let mut board = Self {
             line,
@@ -80,17 +107,19 @@ impl HapiHaptic {
             sequence: 0,
             owed: 0,
             asked_ns: None,
-            is_silent: true,
+            is_silent: false,
         };
-        let angles_deg = board.greet()?;
+        // Where this fails, `drop` sends no more than a zero: it must not give the board a place.
+        let angles_deg = board.greet(else_deg)?;
         if board.place(angles_deg).is_none() {
             return Err(HardwareError::Calibration {
                 path,
-                remedy: "Switch the board off and on, hold the handle at home (near the motors)",
+                remedy: "The board does not know where its arms are. End Calot, switch the board off and on, hold the handle \
+                         at home (near the motors)",
             });
         }
         board.gate.begin(angles_deg, now_ns());
-        board.is_silent = false;
+        board.asked_ns = None;
         board.counters = LineCounters::default();
         Ok(board)
     }
@@ -115,23 +144,15 @@ impl HapiHaptic {
         self.generation.position_m(angles_deg).unwrap_or_default()
     }
 
-    fn greet(&mut self) -> Result<[f32; ARMS], HardwareError> {
+    /// Takes any torque away, and gives the angles of a board that knows them or takes these.
+    fn greet(&mut self, else_deg: [f32; ARMS]) -> Result<[f32; ARMS], HardwareError> {
         let start = Instant::now();
         let mut heard = 0;
         // If it is set up already, this takes its torque away within a millisecond.
-        self.line.write(&torques([0.0; ARMS]));
-        // The first answer may be to what another host's broken command made of it, and its rest
-        // then resets the board with the motors on: only one that answers twice has heard a zero.
-        let mut is_sure = false;
+        self.write([0.0; ARMS], now_ns());
         loop {
-            match self.answer(&mut heard)? {
-                Some(angles_deg) if is_sure => return Ok(angles_deg),
-                Some(_) => {
-                    is_sure = true;
-                    self.line.write(&torques([0.0; ARMS]));
-                    continue;
-                }
-                None => is_sure = false,
+            if let Some(angles_deg) = self.settle(&mut heard)? {
+                return Ok(angles_deg);
             }
             if start.elapsed() >= HANDSHAKE {
                 return Err(HardwareError::Silent {
@@ -141,30 +162,51 @@ impl HapiHaptic {
                     heard,
                 });
             }
-            self.begin(self.generation.home_deg);
+            self.begin(else_deg);
         }
+    }
+
+    /// Waits until the board, which was sent a zero, has heard one for sure; sets nothing up. None
+    /// where it is not set up, or silent for long: a board that is merely slow keeps its angles.
+    fn settle(&mut self, heard: &mut u64) -> Result<Option<[f32; ARMS]>, HardwareError> {
+        // The first answer may be to what another host's broken command made of it, and its rest
+        // then resets the board with the motors on: only one that answers twice has heard a zero.
+        let mut is_sure = false;
+        for _ in 0..ROUNDS {
+            match self.answer(heard)? {
+                Answer::Angles(angles_deg) if is_sure => return Ok(Some(angles_deg)),
+                Answer::Angles(_) => is_sure = true,
+                Answer::Name => return Ok(None),
+                Answer::Nothing => is_sure = false,
+            }
+            self.write([0.0; ARMS], now_ns());
+        }
+        Ok(None)
     }
 
     /// From whatever the board is doing to no torque and a question: only a board that is set up
     /// takes a torque, and resetting it leaves the motors on.
     fn begin(&mut self, angles_deg: [f32; ARMS]) {
         self.line.write(&ZEROS);
+        self.owed = 0;
         thread::sleep(SETTLED);
         self.line.write(&set_up(&self.generation.ports(angles_deg)));
         self.line.write(&torques([0.0; ARMS]));
     }
 
     /// Waits a little for an answer.
-    fn answer(&mut self, heard: &mut u64) -> Result<Option<[f32; ARMS]>, HardwareError> {
+    fn answer(&mut self, heard: &mut u64) -> Result<Answer, HardwareError> {
         let asked = Instant::now();
+        let (mut count_now, mut last) = (0, 0);
         let mut found = None;
         self.reader.clear();
         while found.is_none() && asked.elapsed() < ANSWER {
             let mut bytes = [0; BYTES_PER_POLL];
             match self.line.read(&mut bytes) {
                 Read::Bytes(count, _) => {
-                    *heard += count as u64;
+                    count_now += count as u64;
                     for &byte in bytes.iter().take(count) {
+                        last = byte;
                         if let Some(Ok(ports)) = self.reader.push(byte) {
                             found = Some(swapped(ports));
                         }
@@ -178,12 +220,20 @@ impl HapiHaptic {
                 }
             }
         }
-        Ok(found)
+        *heard += count_now;
+        Ok(match found {
+            Some(angles_deg) => Answer::Angles(angles_deg),
+            None if count_now == 1 && last == ID => Answer::Name,
+            None => Answer::Nothing,
+        })
     }
 
     /// Where the handle is, if it can be there.
     fn place(&self, angles_deg: [f32; ARMS]) -> Option<Vec3> {
         let reach_m = self.generation.radius_m as f32 * REACH;
+        if angles_deg.iter().any(|deg| deg.abs() > TURN_MAX_DEG) {
+            return None;
+        }
         self.generation
             .position_m(angles_deg)
             .filter(|position_m| position_m.norm() <= reach_m)
@@ -218,13 +268,12 @@ impl HapiHaptic {
 }
 
 impl Drop for HapiHaptic {
-    /// The board would hold its torque for ever.
+    /// The board would hold its torque for ever. One that has lost its place is set up as one
+    /// that does not know where it is: only a board that is set up takes a zero.
     fn drop(&mut self) {
-        if self.is_silent {
-            // It has lost its place: only a board that is set up takes a zero.
-            self.begin(self.gate.last().unwrap_or(self.generation.home_deg));
-        } else {
-            self.write([0.0; ARMS], 0);
+        self.write([0.0; ARMS], 0);
+        if self.is_silent && matches!(self.settle(&mut 0), Ok(None)) {
+            self.begin(UNKNOWN_DEG);
         }
     }
 }
@@ -258,16 +307,7 @@ impl HapticDevice for HapiHaptic {
         let (count, at_ns) = match self.line.read(&mut bytes) {
             Read::Bytes(count, at_ns) => (count, at_ns),
             Read::Lost => return Polled::Lost,
-            Read::Empty => {
-                self.is_silent |= self
-                    .asked_ns
-                    .is_some_and(|asked_ns| now_ns.saturating_sub(asked_ns) > LOST_NS);
-                return if self.is_silent {
-                    Polled::Lost
-                } else {
-                    Polled::Nothing
-                };
-            }
+            Read::Empty => (0, now_ns),
         };
         let mut newest = None;
         for &byte in bytes.iter().take(count) {
@@ -293,9 +333,15 @@ impl HapticDevice for HapiHaptic {
             }
         }
         // Answers come whole, or not at all: what is left must not be taken for the next one's head.
-        if self.reader.waiting() > 0 && now_ns.saturating_sub(at_ns) > LEFT_OVER_NS {
+        if count > 0 && self.reader.waiting() > 0 && now_ns.saturating_sub(at_ns) > LEFT_OVER_NS {
             self.counters.bad_frames += 1;
             self.reader.clear();
+        }
+        // Whatever it says: it may be set up no more, and answer with its name alone.
+        let is_overdue = |asked_ns| now_ns.saturating_sub(asked_ns) > LOST_NS;
+        if !self.is_silent && self.asked_ns.is_some_and(is_overdue) {
+            self.is_silent = true;
+            self.write([0.0; ARMS], now_ns);
         }
         if self.is_silent {
             return Polled::Lost;

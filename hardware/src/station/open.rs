@@ -19,10 +19,23 @@ use crate::woody::WoodyHaptic;
 impl HapticSpec {
     /// Opens the device, held to the station's limits, its movements scaled. Not for the tick.
     pub fn open(&self) -> Result<Box<dyn HapticDevice + Send>, HardwareError> {
+        self.open_again(false)
+    }
+
+    /// The same after a loss, with nobody there who holds the handle at home: what has to be held
+    /// there is refused, without force.
+    pub fn reopen(&self) -> Result<Box<dyn HapticDevice + Send>, HardwareError> {
+        self.open_again(true)
+    }
+
+    fn open_again(&self, again: bool) -> Result<Box<dyn HapticDevice + Send>, HardwareError> {
         let path = &self.path;
         let device: Box<dyn HapticDevice + Send> = match &self.driver {
             HapticDriver::Rig => Box::new(RigHaptic::open(path)?),
             HapticDriver::Woody => Box::new(WoodyHaptic::open(path)?),
+            HapticDriver::Hapi(generation) if again => {
+                Box::new(HapiHaptic::reopen(path, *generation)?)
+            }
             HapticDriver::Hapi(generation) => Box::new(HapiHaptic::open(path, *generation)?),
             HapticDriver::Inverse3 { device } => {
                 Box::new(Inverse3Haptic::open(path, device.as_deref())?)

@@ -25,10 +25,12 @@ const LINKAGE: Pantograph = Pantograph::GEN3;
 /// Enough for a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A board behind a pty, with the handle in the middle.
+/// A board behind a pty. The handle is held at home until the board is set up, then where
+/// the test has it: at first in the middle.
 struct Played {
     path: PathBuf,
     board: Arc<Mutex<Board>>,
+    handle_m: Arc<Mutex<Vec3>>,
     deaf: Arc<AtomicBool>,
     end: Arc<AtomicBool>,
     thread: Option<JoinHandle<()>>,
@@ -39,14 +41,17 @@ impl Played {
         let (path, master) = pty();
         rustix::fs::fcntl_setfl(master.as_fd(), OFlags::NONBLOCK).expect("a pty");
         let board = Arc::new(Mutex::new(Board::default()));
+        let handle_m = Arc::new(Mutex::new(Vec3::zeros()));
         let [deaf, end] = [(); 2].map(|()| Arc::new(AtomicBool::new(false)));
         let thread = std::thread::spawn({
             let (board, deaf, end) = (Arc::clone(&board), Arc::clone(&deaf), Arc::clone(&end));
-            move || play(File::from(master), &board, &deaf, &end)
+            let handle_m = Arc::clone(&handle_m);
+            move || play(File::from(master), &board, &handle_m, &deaf, &end)
         });
         Self {
             path,
             board,
+            handle_m,
             deaf,
             end,
             thread: Some(thread),
@@ -69,6 +74,34 @@ impl Played {
                 *device = Some(self.open());
             }
         })
+    }
+
+    /// Somebody takes the handle elsewhere.
+    fn carry(&self, handle_m: Vec3) {
+        *self.handle_m.lock().expect("no test panics with it") = handle_m;
+    }
+
+    /// Samples of the device come to this place; opens it anew where a busy machine lost it.
+    fn comes_to(&self, device: HapiHaptic, wanted_m: Vec3) -> bool {
+        let mut device = Some(device);
+        let mut is_there = false;
+        poll_for(PATIENCE, |now_ns| {
+            let Some(open) = &mut device else {
+                device = HapiHaptic::reopen(&self.path, LINKAGE).ok();
+                return true;
+            };
+            open.send(push(0.0), now_ns);
+            match open.poll(now_ns) {
+                Polled::Fresh(sample) => {
+                    let at_m = sample.device_from_handle.translation.vector;
+                    is_there = (at_m - wanted_m).norm() < 1e-3;
+                }
+                Polled::Nothing => {}
+                Polled::Lost => drop(device.take()),
+            }
+            !is_there
+        });
+        is_there
     }
 
     fn board(&self) -> MutexGuard<'_, Board> {
@@ -103,9 +136,14 @@ impl Drop for Played {
     }
 }
 
-fn play(mut line: File, board: &Mutex<Board>, deaf: &AtomicBool, end: &AtomicBool) {
+fn play(
+    mut line: File,
+    board: &Mutex<Board>,
+    handle_m: &Mutex<Vec3>,
+    deaf: &AtomicBool,
+    end: &AtomicBool,
+) {
     let start = Instant::now();
-    let [first, second] = swapped(LINKAGE.angles_deg(Vec3::zeros()));
     let mut bytes = [0; 256];
     while !end.load(Ordering::Relaxed) {
         // While nobody has the line open, reading fails.
@@ -116,8 +154,13 @@ fn play(mut line: File, board: &Mutex<Board>, deaf: &AtomicBool, end: &AtomicBoo
             count
         };
         let now_us = start.elapsed().as_micros() as u32;
-        let angles = [first, second, 0.0, 0.0];
-        if let Ok(mut board) = board.lock() {
+        if let (Ok(mut board), Ok(handle_m)) = (board.lock(), handle_m.lock()) {
+            let [first, second] = swapped(if board.was_set_up() {
+                LINKAGE.angles_deg(*handle_m)
+            } else {
+                LINKAGE.home_deg
+            });
+            let angles = [first, second, 0.0, 0.0];
             board.receive(&bytes[..said], angles, now_us, |answer| {
                 let _ = line.write_all(answer);
             });
@@ -151,7 +194,14 @@ fn the_force_is_rendered_and_gone_when_the_driver_goes() {
         .torques_n_m(LINKAGE.angles_deg(Vec3::zeros()), Vec3::new(2.0, 0.0, 0.0))
         .unwrap();
     let most = expected[0].abs().max(expected[1].abs());
-    assert!((played.torque_n_m() - most).abs() <= 0.01 * most);
+    // Once the way from home is believed.
+    let mut so = false;
+    poll_for(PATIENCE, |_| {
+        assert!(played.push(&mut device));
+        so = (played.torque_n_m() - most).abs() <= 0.01 * most;
+        !so
+    });
+    assert!(so, "{} N m", played.torque_n_m());
     drop(device);
     assert!(played.becomes(false, |_| {}));
 }
@@ -159,7 +209,7 @@ fn the_force_is_rendered_and_gone_when_the_driver_goes() {
 #[test]
 fn what_another_host_left_is_taken_away_before_anything_else() {
     // Its own earlier set-up, another program's, and a command that broke off.
-    let ours = set_up(&LINKAGE.ports(LINKAGE.angles_deg(Vec3::zeros())));
+    let ours = set_up(&LINKAGE.ports(LINKAGE.home_deg));
     let strong = torques([0.1, -0.1]);
     let (mut theirs, mut their_torque) = (ours, strong);
     (theirs[1], their_torque[1]) = (5, 5);
@@ -202,8 +252,23 @@ fn hold(path: &Path) -> File {
     line
 }
 
+/// A place that is neither home nor the middle.
+const ELSEWHERE_M: Vec3 = Vec3::new(0.02, 0.0, 0.015);
+
+/// Sends until the device is lost.
+fn lose(device: &mut HapiHaptic) {
+    let mut lost = false;
+    poll_for(PATIENCE, |now_ns| {
+        device.send(push(2.0), now_ns);
+        lost = device.poll(now_ns) == Polled::Lost;
+        !lost
+    });
+    assert!(lost && device.is_lost());
+    assert_eq!(device.poll(now_ns()), Polled::Lost, "it stays lost");
+}
+
 #[test]
-fn a_board_that_lost_its_place_is_lost_and_ends_without_torque() {
+fn a_board_that_lost_its_place_ends_without_torque_and_is_refused_until_it_is_at_home() {
     let played = Played::start();
     let mut device = None;
     assert!(played.push(&mut device));
@@ -213,19 +278,69 @@ fn a_board_that_lost_its_place_is_lost_and_ends_without_torque() {
     played
         .board()
         .receive(&[2, 0, 0, 0, 0], [0.0; 4], 0, |_| {});
-    let mut lost = false;
-    poll_for(PATIENCE, |now_ns| {
-        device.send(push(2.0), now_ns);
-        lost = device.poll(now_ns) == Polled::Lost;
-        !lost
-    });
-    assert!(lost && device.is_lost());
-    assert_eq!(device.poll(now_ns()), Polled::Lost, "it stays lost");
+    lose(&mut device);
+    played.carry(ELSEWHERE_M);
     played.deaf.store(false, Ordering::Relaxed);
     drop(device);
     assert!(played.becomes(false, |_| {}));
-    let again = played.open();
-    assert!(again.position_m().norm() < 1e-3, "and knows where it is");
+    for open in [HapiHaptic::reopen, HapiHaptic::open] {
+        let error = open(&played.path, LINKAGE).unwrap_err();
+        assert!(
+            matches!(error, HardwareError::Calibration { .. }),
+            "{error}"
+        );
+    }
+    // Switched off and on, the handle at home.
+    *played.board() = Board::default();
+    assert!(
+        played.comes_to(played.open(), ELSEWHERE_M),
+        "it knows where it is"
+    );
+}
+
+#[test]
+fn a_board_that_answers_with_its_name_alone_is_lost() {
+    let played = Played::start();
+    let mut device = None;
+    assert!(played.push(&mut device));
+    let mut device = device.expect("it pushes");
+    // One byte of a command is lost: what is left of it resets the board, and its torque stays.
+    played.board().receive(&[0, 0], [0.0; 4], 0, |_| {});
+    lose(&mut device);
+    drop(device);
+    assert!(played.becomes(false, |_| {}));
+    let error = HapiHaptic::reopen(&played.path, LINKAGE).unwrap_err();
+    assert!(
+        matches!(error, HardwareError::Calibration { .. }),
+        "{error}"
+    );
+}
+
+#[test]
+fn a_board_that_was_only_slow_keeps_its_place() {
+    let played = Played::start();
+    let mut device = None;
+    assert!(played.push(&mut device));
+    let mut device = device.expect("it pushes");
+    played.deaf.store(true, Ordering::Relaxed);
+    lose(&mut device);
+    played.carry(ELSEWHERE_M);
+    played.deaf.store(false, Ordering::Relaxed);
+    drop(device);
+    assert!(played.becomes(false, |_| {}));
+    let again = persist(|| HapiHaptic::reopen(&played.path, LINKAGE));
+    assert!(played.comes_to(again, ELSEWHERE_M));
+}
+
+#[test]
+fn after_a_loss_a_board_without_a_place_is_not_given_one() {
+    // It lost its power, and nobody holds the handle at home.
+    let played = Played::start();
+    let error = HapiHaptic::reopen(&played.path, LINKAGE).unwrap_err();
+    assert!(
+        matches!(error, HardwareError::Calibration { .. }),
+        "{error}"
+    );
 }
 
 #[test]

@@ -22,6 +22,8 @@ pub(crate) struct Seen {
     pub(crate) force_n: f32,
     /// The most that they were told, N.
     pub(crate) strongest_n: f32,
+    /// The most that one was told, as a share of what it may be told.
+    pub(crate) strain: f32,
 }
 
 /// A running emulator; stops when dropped.
@@ -68,6 +70,7 @@ impl Emulator {
                         time_s: now.time_s,
                         force_n,
                         strongest_n: seen.strongest_n.max(force_n),
+                        strain: seen.strain.max(now.strain),
                     };
                 })
             }

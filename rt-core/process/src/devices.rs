@@ -56,6 +56,20 @@ impl Device {
         })
     }
 
+    /// The same for one that was lost: nobody holds its handle at home.
+    pub(crate) fn reopen(
+        kind: usize,
+        config: &RtConfig,
+        file: &StationFile,
+    ) -> Result<Option<Self>, RtError> {
+        match (kind, &config.haptic, &file.haptic) {
+            (0, None, Some(spec)) => Ok(Some(Self::Haptic(named(HAPTIC, &spec.path, |_| {
+                spec.reopen()
+            })?))),
+            _ => Self::open(kind, config, file),
+        }
+    }
+
     pub(crate) fn kind(&self) -> usize {
         match self {
             Self::Haptic(_) => 0,

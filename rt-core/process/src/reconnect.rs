@@ -8,6 +8,7 @@ use std::sync::mpsc::{self, SyncSender};
 use std::sync::{Arc, OnceLock};
 use std::thread::{JoinHandle, sleep};
 
+use hardware::HardwareError;
 use hardware::station::StationFile;
 use heapless::spsc::{Consumer, Producer, Queue};
 use rt_core::port::DeviceCapabilities;
@@ -72,29 +73,52 @@ impl Opener {
         let mut waiting = [false; KINDS];
         while !self.shared.tick_ended.load(Acquire) {
             sleep(LOOK_EVERY);
-            while let Some(device) = lost.dequeue() {
-                let kind = device.kind();
-                drop(device);
-                crate::say!(
-                    "calot rt: lost: {}; it is used again when it is back",
-                    self.name(kind)
-                );
-                if let Some(waits) = waiting.get_mut(kind) {
-                    *waits = true;
+            for kind in 0..KINDS {
+                // Before each try, which may take seconds: what is closed gets its zero force.
+                self.close(&mut lost, &mut waiting);
+                if waiting.get(kind) != Some(&true) {
+                    continue;
                 }
-            }
-            for (kind, waits) in waiting.iter_mut().enumerate().filter(|(_, waits)| **waits) {
                 if let Some(device) = self.try_open(kind, &capabilities) {
                     crate::say!("calot rt: back: {}", self.name(kind));
-                    *waits = reopened.enqueue(device).is_err();
+                    if let Some(waits) = waiting.get_mut(kind) {
+                        *waits = reopened.enqueue(device).is_err();
+                    }
                 }
+            }
+        }
+    }
+
+    /// Closes what was lost.
+    fn close(&self, lost: &mut Consumer<'static, Device>, waiting: &mut [bool; KINDS]) {
+        while let Some(device) = lost.dequeue() {
+            let kind = device.kind();
+            drop(device);
+            crate::say!(
+                "calot rt: lost: {}; it is used again when it is back",
+                self.name(kind)
+            );
+            if let Some(waits) = waiting.get_mut(kind) {
+                *waits = true;
             }
         }
     }
 
     /// The device, if it answers and is the one that was lost.
     fn try_open(&self, kind: usize, capabilities: &DeviceCapabilities) -> Option<Device> {
-        let device = Device::open(kind, &self.config, &self.file).ok()??;
+        let device = match Device::reopen(kind, &self.config, &self.file) {
+            Ok(device) => device?,
+            // It is there, and needs a person.
+            Err(RtError::Device {
+                device,
+                source: source @ HardwareError::Calibration { .. },
+            }) => {
+                static TOLD: OnceLock<()> = OnceLock::new();
+                TOLD.get_or_init(|| crate::say!("calot rt: {device}: {source}"));
+                return None;
+            }
+            Err(_) => return None,
+        };
         match &device {
             // Its limits are in every gate of the force.
             Device::Haptic(haptic) if haptic.capabilities() != *capabilities => {
