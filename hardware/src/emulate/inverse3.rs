@@ -1,6 +1,6 @@
 //! The Inverse3's service, played on a loopback socket: a device in a resting hand.
 
-use std::io;
+use std::io::{self, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::sync::atomic::{AtomicBool, AtomicU8, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -47,16 +47,24 @@ pub enum Misbehaviour {
     Silent,
     /// It hangs up.
     HangUp,
+    /// It says everything five times.
+    Flood,
+    /// Its message comes a byte at a time, and never ends.
+    Drip,
 }
 
-const ALL: [Misbehaviour; 6] = [
+const ALL: [Misbehaviour; 8] = [
     Misbehaviour::None,
     Misbehaviour::Garbage,
     Misbehaviour::Boundless,
     Misbehaviour::Stuck,
     Misbehaviour::Silent,
     Misbehaviour::HangUp,
+    Misbehaviour::Flood,
+    Misbehaviour::Drip,
 ];
+/// Head of a text of a million bytes.
+const LONG_TEXT: [u8; 10] = [0x81, 0x7F, 0, 0, 0, 0, 0, 0x0F, 0x42, 0x40];
 
 /// A running service for one client at a time. Dropping it ends it.
 #[derive(Debug)]
@@ -179,8 +187,13 @@ impl Shared {
         let mut socket = accept(stream).map_err(|_| Error::ConnectionClosed)?;
         let mut last = self.state().to_string();
         socket.send(Frame::text(last.clone()))?;
+        let mut is_dripping = false;
         while !self.end.load(Ordering::Relaxed) {
-            let Some(text) = hear(&mut socket)? else {
+            let heard = hear(&mut socket)?;
+            if is_dripping {
+                socket.get_mut().write_all(b" ")?;
+            }
+            let Some(text) = heard else {
                 continue;
             };
             if let Some(force_n) = force_of(&text) {
@@ -200,6 +213,19 @@ impl Shared {
                 }
                 Misbehaviour::Stuck => {}
                 Misbehaviour::Silent => continue,
+                Misbehaviour::Drip => {
+                    if !is_dripping {
+                        socket.get_mut().write_all(&LONG_TEXT)?;
+                        is_dripping = true;
+                    }
+                    continue;
+                }
+                Misbehaviour::Flood => {
+                    last = self.state().to_string();
+                    for _ in 0..4 {
+                        socket.send(Frame::text(last.clone()))?;
+                    }
+                }
                 Misbehaviour::HangUp => return Ok(()),
             }
             socket.send(Frame::text(last.clone()))?;

@@ -184,7 +184,7 @@ impl Board {
                 }
             }
             Floats::Encoders { mask, motors } => {
-                for port in 0..PORTS {
+                for (port, was_deg) in angles_deg.into_iter().enumerate() {
                     if mask & 1 << port != 0 {
                         let told_deg = self.float();
                         let counts_per_turn = self.float();
@@ -192,7 +192,7 @@ impl Board {
                             host,
                             counts_per_turn,
                             told_deg,
-                            was_deg: angles_deg[port],
+                            was_deg,
                         };
                         self.was_set_up = true;
                     }

@@ -1,7 +1,7 @@
 //! Driver of an Inverse3 behind its service.
 
 use std::io::ErrorKind;
-use std::net::{SocketAddr, TcpStream, ToSocketAddrs};
+use std::net::{Shutdown, SocketAddr, TcpStream, ToSocketAddrs};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -16,6 +16,7 @@ use rt_core::port::{
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message as Frame, WebSocket};
 
+use super::stream::Timed;
 use super::wire::{ForceKey, Message, Sample, command};
 use crate::HardwareError;
 use crate::line::now_ns;
@@ -25,8 +26,14 @@ use crate::slot::Slot;
 const PORT: u16 = 10_001;
 /// The service answers at once, when it is there.
 const HANDSHAKE: Duration = Duration::from_secs(2);
-/// A service that has not answered for so long is lost.
+/// A service that has not answered for so long is told to let go…
+const LET_GO: Duration = Duration::from_millis(30);
+/// …and is lost after so long.
 const ANSWER: Duration = Duration::from_millis(100);
+/// Longest that a pile of messages is read through for its newest.
+const CATCH_UP: Duration = Duration::from_millis(20);
+/// The thread's last words; then the socket is shut.
+const LAST_WORDS: Duration = Duration::from_millis(50);
 /// Between two commands.
 const PERIOD: Duration = Duration::from_millis(1);
 /// Without a new force for so long none is asked for: the thread lives on when the tick hangs.
@@ -54,6 +61,8 @@ const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
 pub struct Inverse3Haptic {
     path: PathBuf,
     shared: Arc<Shared>,
+    /// To shut down what the thread may wait for.
+    socket: TcpStream,
     thread: Option<JoinHandle<()>>,
     last_turn: u32,
     counters: LineCounters,
@@ -65,6 +74,8 @@ struct Shared {
     running: AtomicBool,
     is_lost: AtomicBool,
     bad_messages: AtomicU64,
+    /// Older ones that a newer one stood behind.
+    passed_over: AtomicU64,
     /// Position (3), quaternion x y z w (4), velocity (3) as bits of f32; buttons; count; time as
     /// two words.
     sample: Slot<14>,
@@ -83,7 +94,8 @@ impl Inverse3Haptic {
         };
         let name = address.to_str().unwrap_or_default();
         let mut socket = connect(name).map_err(service)?;
-        let inventory = receive(&mut socket, HANDSHAKE)
+        socket.get_mut().limit(HANDSHAKE, HANDSHAKE);
+        let inventory = receive(&mut socket)
             .map_err(|error| service(format!("the service does not answer: {error}")))?
             .and_then(|text| Message::parse(&text))
             .ok_or_else(|| service("what answers is no Haply Inverse Service".into()))?;
@@ -97,14 +109,15 @@ impl Inverse3Haptic {
                 remedy: "Rest the handle in its inkwell until the light is steady",
             });
         }
-        socket
+        let shutter = socket
             .get_ref()
-            .set_read_timeout(Some(ANSWER))
+            .try_clone()
             .map_err(|error| service(error.to_string()))?;
         let shared = Arc::new(Shared {
             running: AtomicBool::new(true),
             is_lost: AtomicBool::new(false),
             bad_messages: AtomicU64::new(0),
+            passed_over: AtomicU64::new(0),
             sample: Slot::new(),
             force: Slot::new(),
         });
@@ -114,17 +127,21 @@ impl Inverse3Haptic {
             .name("calot-inverse3".to_owned())
             .stack_size(512 << 10)
             .spawn(move || {
+                let lost = LostAtEnd(&with);
                 let _ = converse(&mut socket, &id, key, &with);
-                with.is_lost.store(true, Ordering::Release);
+                drop(lost);
                 // Its last words, if there is still anybody to hear them.
+                socket.get_mut().limit(LAST_WORDS, LAST_WORDS);
                 let _ = socket.send(Frame::text(command(&id, key, Vec3::zeros())));
                 let _ = socket.close(None);
                 let _ = socket.flush();
+                socket.get_ref().hang_up();
             })
             .map_err(|error| service(error.to_string()))?;
         Ok(Self {
             path: address.to_path_buf(),
             shared,
+            socket: shutter,
             thread: Some(thread),
             last_turn: 0,
             counters: LineCounters::default(),
@@ -145,7 +162,7 @@ impl Inverse3Haptic {
 }
 
 /// Opens the conversation with a service of this computer.
-fn connect(name: &str) -> Result<WebSocket<TcpStream>, String> {
+fn connect(name: &str) -> Result<WebSocket<Timed>, String> {
     let name = name.strip_prefix("ws://").unwrap_or(name);
     let with_port = match name.contains(':') {
         true => name.to_owned(),
@@ -162,11 +179,8 @@ fn connect(name: &str) -> Result<WebSocket<TcpStream>, String> {
         .iter()
         .find_map(|address| TcpStream::connect_timeout(address, HANDSHAKE).ok())
         .ok_or("nobody listens there")?;
-    let set = stream
-        .set_nodelay(true)
-        .and_then(|()| stream.set_read_timeout(Some(HANDSHAKE)))
-        .and_then(|()| stream.set_write_timeout(Some(ANSWER)));
-    set.map_err(|error| error.to_string())?;
+    let mut stream = Timed::new(stream).map_err(|error| error.to_string())?;
+    stream.limit(HANDSHAKE, HANDSHAKE);
     let config = WebSocketConfig::default()
         .read_buffer_size(64 << 10)
         .write_buffer_size(0)
@@ -178,27 +192,68 @@ fn connect(name: &str) -> Result<WebSocket<TcpStream>, String> {
         .map_err(|error| format!("what listens there speaks no WebSocket: {error}"))
 }
 
-/// The next text; None when something else than text came. Waits up to `limit` and a read's
-/// time-out.
-fn receive(socket: &mut WebSocket<TcpStream>, limit: Duration) -> Result<Option<String>, Error> {
-    let start = Instant::now();
+/// The next text; None when something else than text came. Ends as the socket is limited.
+fn receive(socket: &mut WebSocket<Timed>) -> Result<Option<String>, Error> {
     loop {
-        match socket.read() {
-            Ok(Frame::Text(text)) => return Ok(Some(text.as_str().to_owned())),
-            Ok(Frame::Binary(_)) => return Ok(None),
-            Ok(_) => {}
-            Err(Error::Io(error)) if error.kind() == ErrorKind::Interrupted => {}
-            Err(error) => return Err(error),
-        }
-        if start.elapsed() >= limit {
-            return Err(Error::Io(ErrorKind::TimedOut.into()));
+        match socket.read()? {
+            Frame::Text(text) => return Ok(Some(text.as_str().to_owned())),
+            Frame::Binary(_) => return Ok(None),
+            _ => {}
         }
     }
 }
 
-/// Commands and states, one for one, until the driver goes or the service does.
+/// Whether an error says no more than that nothing came in time.
+fn is_late(error: &Error) -> bool {
+    matches!(error, Error::Io(error)
+        if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut))
+}
+
+/// The newest text of all that have come, waiting for the first. A service that says more than it is
+/// asked for would otherwise be heard later and later. None when the newest is no text, or
+/// there is no end of them.
+fn newest(
+    socket: &mut WebSocket<Timed>,
+    let_go: impl Fn() -> Frame,
+    shared: &Shared,
+) -> Result<Option<String>, Error> {
+    socket.get_mut().limit(LET_GO, LET_GO);
+    let first = match receive(socket) {
+        Err(error) if is_late(&error) => {
+            socket.get_mut().limit(ANSWER - LET_GO, ANSWER - LET_GO);
+            socket.send(let_go())?;
+            receive(socket)?
+        }
+        heard => heard?,
+    };
+    let mut newest = first;
+    socket.get_mut().limit(Duration::ZERO, CATCH_UP);
+    loop {
+        match receive(socket) {
+            Ok(later) => {
+                newest = later;
+                shared.passed_over.fetch_add(1, Ordering::Relaxed);
+            }
+            Err(Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => return Ok(newest),
+            // There is no end of it: none is known to be the newest.
+            Err(error) if is_late(&error) => return Ok(None),
+            Err(error) => return Err(error),
+        }
+    }
+}
+
+/// However the thread ends, the tick hears of it.
+struct LostAtEnd<'a>(&'a Shared);
+
+impl Drop for LostAtEnd<'_> {
+    fn drop(&mut self) {
+        self.0.is_lost.store(true, Ordering::Release);
+    }
+}
+
+/// Commands and states until the driver goes or the service does.
 fn converse(
-    socket: &mut WebSocket<TcpStream>,
+    socket: &mut WebSocket<Timed>,
     id: &str,
     key: ForceKey,
     shared: &Shared,
@@ -211,8 +266,10 @@ fn converse(
         }
         // What was missed is not made up for.
         due = (due + PERIOD).max(Instant::now());
+        socket.get_mut().limit(Duration::ZERO, LET_GO);
         socket.send(Frame::text(command(id, key, shared.wanted_force_n())))?;
-        let text = receive(socket, ANSWER)?;
+        let let_go = || Frame::text(command(id, key, Vec3::zeros()));
+        let text = newest(socket, let_go, shared)?;
         let sample = text
             .and_then(|text| Message::parse(&text))
             .and_then(|message| message.sample(id))
@@ -306,16 +363,23 @@ impl HapticDevice for Inverse3Haptic {
     fn counters(&self) -> LineCounters {
         LineCounters {
             bad_frames: self.shared.bad_messages.load(Ordering::Relaxed),
+            lost_frames: self.shared.passed_over.load(Ordering::Relaxed),
             ..self.counters
         }
     }
 }
 
 impl Drop for Inverse3Haptic {
-    /// The thread's last command has no force.
+    /// The thread's last command has no force. It ends soon: what it waits for has an end, or is
+    /// shut.
     fn drop(&mut self) {
         self.shared.running.store(false, Ordering::Release);
         if let Some(thread) = self.thread.take() {
+            let start = Instant::now();
+            while !thread.is_finished() && start.elapsed() < LAST_WORDS {
+                thread::sleep(PERIOD);
+            }
+            let _ = self.socket.shutdown(Shutdown::Both);
             let _ = thread.join();
         }
     }

@@ -9,6 +9,7 @@
 //! and assumed low: what the device bears for ever, its damping and delay.
 
 mod driver;
+mod stream;
 pub mod wire;
 
 pub use driver::Inverse3Haptic;
