@@ -73,6 +73,25 @@ impl Bird {
         }
     }
 
+    /// The same bird under another name of ten characters.
+    #[must_use]
+    pub fn called(self, model: [u8; 10]) -> Self {
+        Self { model, ..self }
+    }
+
+    /// Length of the one command at the beginning of `bytes`, its address included.
+    #[must_use]
+    pub fn command_len(bytes: &[u8]) -> usize {
+        let prefix = usize::from(bytes.first().is_some_and(|&byte| byte > command::TO_BIRD));
+        let arguments = match (bytes.get(prefix), bytes.get(prefix + 1)) {
+            (Some(&command::CHANGE), Some(&parameter)) => change_arguments(parameter),
+            (Some(&command::HEMISPHERE), _) => 2,
+            (Some(&command::EXAMINE | &command::CHANGE), _) => 1,
+            _ => 0,
+        };
+        prefix + 1 + arguments
+    }
+
     /// Where the first sensor really is.
     pub fn set_pose(&mut self, pose: Record) {
         if let Some(first) = self.birds.first_mut() {
@@ -94,10 +113,7 @@ impl Bird {
                 command.arguments[command.have] = byte;
                 command.have += 1;
                 if command.code == command::CHANGE && command.have == 1 {
-                    command.need = match byte {
-                        parameter::GROUP_MODE | parameter::AUTO_CONFIGURE => 2,
-                        _ => 3,
-                    };
+                    command.need = change_arguments(byte);
                 }
             } else if byte > command::TO_BIRD {
                 self.addressed = byte & 0x0F;
@@ -205,6 +221,14 @@ impl Bird {
             }
         }
         bytes
+    }
+}
+
+/// Arguments of a change of this parameter, its number included.
+const fn change_arguments(parameter: u8) -> usize {
+    match parameter {
+        parameter::GROUP_MODE | parameter::AUTO_CONFIGURE => 2,
+        _ => 3,
     }
 }
 

@@ -46,7 +46,8 @@ pub struct BirdSetup {
     pub hemisphere: Hemisphere,
     /// How far positions reach.
     pub scale: Scale,
-    /// Units on the bus, an extended-range transmitter counted with them: 1 to 14.
+    /// Units on the bus: 1 to 14. An extended-range controller that leads them is refused: its
+    /// positions have another scale.
     pub birds: u8,
     /// Which of them is on the endoscope: 1 to `birds`.
     pub bird: u8,
@@ -140,6 +141,8 @@ impl BirdTracker {
             bird.tell(&[command::CHANGE, parameter::GROUP_MODE, 1])?;
             bird.reader = RecordReader::of_group();
         } else {
+            // An earlier host may have left it in a group: each record would end with an address.
+            bird.tell(&[command::CHANGE, parameter::GROUP_MODE, 0])?;
             bird.tell_bird(setup.bird, &[command::POSITION_QUATERNION])?;
         }
         bird.drain()?;
@@ -177,8 +180,16 @@ impl BirdTracker {
 
     fn identify(&mut self) -> Result<(), HardwareError> {
         // Ends a stream that an earlier host left; a bird at rest answers with one record.
-        self.tell(&[command::RUN, command::POINT])?;
+        self.tell(&[command::RUN])?;
+        self.tell(&[command::POINT])?;
         let model: [u8; 10] = self.ask(parameter::MODEL)?;
+        if model.starts_with(EXTENDED_RANGE) {
+            return Err(self.wrong(
+                "an extended-range controller, whose positions have another scale (144 in): connect a \
+                 standard transmitter"
+                    .into(),
+            ));
+        }
         if model.iter().all(|byte| (0x20..0x7F).contains(byte)) {
             Ok(())
         } else {
@@ -297,11 +308,15 @@ impl BirdTracker {
     }
 }
 
+/// How the controller of an extended-range transmitter calls itself.
+const EXTENDED_RANGE: &[u8] = b"6DERC";
 const NAME: &str = "Flock-of-Birds tracker";
 
 impl Drop for BirdTracker {
     fn drop(&mut self) {
-        self.line.write(&[command::POINT, command::SLEEP]);
+        // A packet holds one command.
+        self.line.write(&[command::POINT]);
+        self.line.write(&[command::SLEEP]);
     }
 }
 

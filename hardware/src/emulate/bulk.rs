@@ -23,9 +23,15 @@ impl EmulatedBulk {
     /// Birds with the addresses 1, 2, … and these poses; and what pulls their plug when it is set.
     #[must_use]
     pub fn new(poses: &[Record]) -> (Self, Arc<AtomicBool>) {
+        Self::of(Bird::flock(poses))
+    }
+
+    /// The same to birds in any state.
+    #[must_use]
+    pub fn of(birds: Bird) -> (Self, Arc<AtomicBool>) {
         let unplugged = Arc::new(AtomicBool::new(false));
         let pipe = Self {
-            birds: Bird::flock(poses),
+            birds,
             answers: VecDeque::new(),
             unplugged: Arc::clone(&unplugged),
         };
@@ -45,7 +51,9 @@ impl BulkPipe for EmulatedBulk {
     fn write(&mut self, packet: &[u8]) -> io::Result<()> {
         self.check()?;
         let answers = &mut self.answers;
-        self.birds.receive(packet, |answer| {
+        // One command in each packet; what is behind it is not read.
+        let first = packet.get(..Bird::command_len(packet)).unwrap_or(packet);
+        self.birds.receive(first, |answer| {
             answers.extend(answer.chunks(PACKET_BYTES).map(<[u8]>::to_vec));
         });
         Ok(())

@@ -7,7 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 use hardware::HardwareError;
-use hardware::bird::wire::{Hemisphere, Record, Scale};
+use hardware::bird::device::Bird;
+use hardware::bird::wire::{Hemisphere, Record, Scale, command, parameter};
 use hardware::bird::{BirdSetup, BirdTracker};
 use hardware::conformance::{Options, Outcome, tracker_by};
 use hardware::emulate::EmulatedBulk;
@@ -46,6 +47,7 @@ fn samples(tracker: &mut BirdTracker, wanted: usize) -> Vec<TrackerSample> {
 
 #[test]
 fn records_are_asked_for_and_arrive() {
+    let start = Instant::now();
     let (tracker, plug) = open(&[at(0.3)], BirdSetup::default());
     let mut tracker = tracker.unwrap();
     let samples = samples(&mut tracker, 20);
@@ -56,7 +58,9 @@ fn records_are_asked_for_and_arrive() {
         assert!((pose.rotation.angle() - 0.3).abs() < 1e-3);
     }
     assert!(samples.windows(2).all(|pair| pair[1].at_ns > pair[0].at_ns));
-    assert_eq!(tracker.counters().bad_frames, 0);
+    // On a machine that stood still for a second and more a backlog is cut off within a record.
+    let cut = 2 * start.elapsed().as_secs();
+    assert!(tracker.counters().bad_frames <= cut);
 
     plug.store(true, Ordering::Relaxed);
     let mut lost = false;
@@ -82,6 +86,29 @@ fn of_a_group_one_bird_is_on_the_endoscope() {
         let x = sample.tracker_from_sensor.translation.x;
         assert!((x - 0.2).abs() < 3e-4, "{x}");
     }
+}
+
+#[test]
+fn alone_it_leaves_the_group_that_an_earlier_host_made() {
+    let mut bird = Bird::flock(&[at(0.3)]);
+    bird.receive(&[command::CHANGE, parameter::AUTO_CONFIGURE, 1], |_| {});
+    bird.receive(&[command::CHANGE, parameter::GROUP_MODE, 1], |_| {});
+    let start = Instant::now();
+    let (pipe, _plug) = EmulatedBulk::of(bird);
+    let name = Path::new("emulated");
+    let mut tracker = BirdTracker::open_bulk(name, Box::new(pipe), BirdSetup::default()).unwrap();
+    assert_eq!(samples(&mut tracker, 20).len(), 20);
+    // Records with an address would each be followed by a byte that belongs to none.
+    assert!(tracker.counters().bad_frames <= 2 * start.elapsed().as_secs());
+}
+
+#[test]
+fn an_extended_range_controller_is_refused() {
+    let bird = Bird::flock(&[at(0.3)]).called(*b"6DERC     ");
+    let (pipe, _plug) = EmulatedBulk::of(bird);
+    let name = Path::new("emulated");
+    let error = BirdTracker::open_bulk(name, Box::new(pipe), BirdSetup::default()).unwrap_err();
+    assert!(error.to_string().contains("144 in"), "{error}");
 }
 
 #[test]
