@@ -172,9 +172,7 @@ fn the_safety_chain_tells_what_each_gate_did() {
     health.take(&batch);
     let mut panel = harness(UiState { health, ..live() });
     panel.run();
-    panel
-        .get_by_label("Safety chain: acted in 42 ticks")
-        .click();
+    panel.get_by_label("Safety chain: acted 42 times").click();
     panel.run();
     panel.get_by_label("2 × cut: the handle was too fast");
     panel.get_by_label("40 × slowed: the force changed too fast");

@@ -308,7 +308,7 @@ impl TickRecord {
 /// Service `timing`: batches of records, with the thread's counters since its start.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.TimingBatch.v3")]
+#[type_name("calot.TimingBatch.v4")]
 pub struct TimingBatch {
     /// Batch number; a gap is a loss.
     pub sequence: u64,

@@ -219,11 +219,11 @@ fn calibrated(file: &Path, lead: &Lead, residual_mm: &str) -> (Vec<[f64; 3]>, St
     let mut asked = 0;
     for line in told.lines().map_while(Result::ok) {
         if line.contains("press its first button or Enter") {
-            lead.ask(|message| message.moved_m = TOUCHED_M[asked]);
+            lead.ask(|message| message.moved_m = TOUCHED_M[asked % TOUCHED_M.len()]);
             asked += 1;
             // The hand takes its time; stillness is the program's to judge.
-            std::thread::sleep(Duration::from_millis(1500));
-            writeln!(enter).expect("it reads");
+            std::thread::sleep(Duration::from_millis(800));
+            let _ = writeln!(enter); // one that gave up reads no more
         } else if let Some(numbers) = line.strip_suffix(" mm")
             && line.starts_with("    ")
         {
@@ -270,7 +270,9 @@ fn touched_landmarks_tell_where_the_device_stands() {
             [0.0, 0.0, 0.1],
         ]);
         let (measured, _, _) = calibrated(&file, &lead, "1000");
-        assert_eq!(measured.len(), TOUCHED_M.len());
+        if measured.len() != TOUCHED_M.len() {
+            return false;
+        }
         let moved: Vec<_> = measured
             .iter()
             .map(|[x, y, z]| [x * 1e-3 + 0.5, y * 1e-3, z * 1e-3 - 0.25])

@@ -302,7 +302,7 @@ fn force(ui: &mut Ui, state: &UiState) {
 /// What the safety chain did to the force, gate by gate.
 fn gates(ui: &mut Ui, state: &UiState) {
     let total: u64 = state.health.gates().map(|(_, count)| count).sum();
-    egui::CollapsingHeader::new(format!("Safety chain: acted in {total} ticks"))
+    egui::CollapsingHeader::new(format!("Safety chain: acted {total} times"))
         .id_salt("gates")
         .show(ui, |ui| {
             for (words, count) in state.health.gates() {

@@ -26,6 +26,9 @@ const SCOPE_M_S: f64 = 0.02;
 /// How often the hand is told, at least while somebody leads it.
 const SEND_EVERY: Duration = Duration::from_millis(8);
 
+/// How long the last message may take to be heard.
+const LAST_WORD: Duration = Duration::from_millis(200);
+
 /// Keys that lead the hand; the others stay the interface's.
 const KEYS: [KeyCode; 16] = [
     KeyCode::ArrowLeft,
@@ -159,6 +162,8 @@ impl Leading {
 pub(super) struct Operate {
     station: Station,
     on: Option<(HandSender, Leading)>,
+    /// Said its last; lives until that was heard.
+    leaving: Option<(HandSender, Instant)>,
     advanced: Instant,
 }
 
@@ -167,6 +172,7 @@ impl Operate {
         Self {
             station: station.clone(),
             on: None,
+            leaving: None,
             advanced: Instant::now(),
         }
     }
@@ -177,9 +183,11 @@ impl Operate {
 
     /// Takes the instrument, or lets it go. Says why not.
     pub(super) fn toggle(&mut self) -> Result<(), String> {
-        if self.on.take().is_some() {
+        if self.on.is_some() {
+            self.let_go();
             return Ok(());
         }
+        self.leaving = None;
         let sender = HandSender::open(&self.station).map_err(|error| error.to_string())?;
         let leading = Leading::new(now_ns());
         let first = HandMsg {
@@ -199,9 +207,16 @@ impl Operate {
         Ok(())
     }
 
-    /// Lets go, if somebody has it.
+    /// Lets go, if somebody has it: the foot is off the pedal at once, the jaws stay as they are.
     pub(super) fn let_go(&mut self) {
-        self.on = None;
+        if let Some((sender, leading)) = self.on.take() {
+            sender.send(HandMsg {
+                at_ns: now_ns(),
+                switches: 0,
+                ..leading.message
+            });
+            self.leaving = Some((sender, Instant::now()));
+        }
     }
 
     /// Takes what leads the hand; returns whether the interface shall not see it.
@@ -239,6 +254,7 @@ impl Operate {
 
     /// Tells the hand, when it is time.
     pub(super) fn tell(&mut self) {
+        self.leaving.take_if(|(_, left)| left.elapsed() > LAST_WORD);
         let since = self.advanced.elapsed();
         let Some((sender, leading)) = &mut self.on else {
             return;

@@ -236,11 +236,12 @@ impl Session {
 
 /// What a trainee must be told of at once.
 fn alarm(event: &EventMsg) -> Option<String> {
-    // Codes of `rt_core::fault::Fault` that take the force away.
+    // Codes of `rt_core::fault::Fault` that take the force away, or the current.
     let text = match (event.kind, event.value as u32) {
         (EventMsg::FAULT, 1) => "the force was not a number: it is off",
         (EventMsg::FAULT, 3) => "the haptic device is late: force falls to zero",
         (EventMsg::FAULT, 4) => "the haptic device is gone: force is off",
+        (EventMsg::FAULT, 17) => "both electrodes are asked at once: neither works",
         (EventMsg::FAULT, 5) => "the handle was too fast: force is off until enabled (F)",
         _ => return None,
     };

@@ -254,20 +254,20 @@ pub(crate) struct RtArgs {
     after_long_help = "\
 A station file, for --station-file of run, rt and watch; every part may be left out:
   [haptic]
-  driver = \"rig\"                      # rig, woody or touch
+  driver = \"rig\"                      # rig, woody, hapi, inverse3 or touch
   path = \"/dev/serial/by-id/my-rig\"   # a name that stays; for a Touch the vendor's libHD.so
   force_max_n = 2.5                   # never more than this, whatever the device can
   motion_scale = 1.5                  # the simulation's handle goes 1.5 times as far
 
   [tracker]
-  driver = \"bird\"
+  driver = \"bird\"                     # or trakstar, with path = \"usb\"
   path = \"/dev/serial/by-id/my-tracker\"
   hemisphere = \"upper\"               # where the endoscope is, seen from the transmitter
 
   [pedal]
   driver = \"evdev\"                    # rig, evdev or modem
   path = \"/dev/input/by-id/my-pedal-event-kbd\"
-  cut_key = 256
+  cut_key = 256                       # a [second_pedal] may have the other switches
 
   [ports]                             # the trocars, where the scene's are not the station's
   instrument_m = [0.0, 0.03, 0.18]
@@ -275,6 +275,10 @@ A station file, for --station-file of run, rt and watch; every part may be left 
   [frames.world_from_device]          # `calot devices calibrate` finds these
   position_m = [0.1, 0.0, 0.2]
   rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
+
+  [[landmarks]]                       # three or more places to touch, for that
+  name = \"left rim\"
+  position_m = [0.1, 0.0, 0.0]
 
 Examples:
   calot devices

@@ -26,10 +26,11 @@ pub struct Wish {
 
 /// A person's movements are smoothed over this, ms: they come at the rate of a screen.
 const SMOOTH_MS: f64 = 20.0;
-/// The hand is never faster, m/s and rad/s: well below the speed trip.
-const SPEED_MAX: f64 = 0.4;
-/// What is still to be moved is forgotten beyond this, m and rad.
-const BEHIND_MAX: f64 = 0.05;
+/// The hand is never faster, m/s, well below the speed trip; nor does it turn faster, rad/s.
+const SPEED_MAX_M_S: f64 = 0.4;
+const TURN_MAX_RAD_S: f64 = 2.0;
+/// What is still to be moved is forgotten beyond this, s of it at full speed.
+const BEHIND_MAX_S: f64 = 0.125;
 /// The tip stays this far from the trocar, and the handle too, m.
 const PORT_CLEAR_M: f32 = 0.03;
 /// The endoscope turns and advances by so much at most, from where the scene puts it.
@@ -44,14 +45,15 @@ struct Pending {
 }
 
 impl Pending {
-    /// What of it is done in a millisecond, given the new sum.
-    fn step(&mut self, asked: f64) -> f64 {
+    /// What of it is done in a millisecond, given the new sum and the greatest speed.
+    fn step(&mut self, asked: f64, speed_max: f64) -> f64 {
         if !asked.is_finite() {
             return 0.0;
         }
-        self.rest = (self.rest + asked - self.asked).clamp(-BEHIND_MAX, BEHIND_MAX);
+        let behind_max = speed_max * BEHIND_MAX_S;
+        self.rest = (self.rest + asked - self.asked).clamp(-behind_max, behind_max);
         self.asked = asked;
-        let most = SPEED_MAX * 1e-3;
+        let most = speed_max * 1e-3;
         let step = (self.rest / SMOOTH_MS).clamp(-most, most);
         self.rest -= step;
         step
@@ -100,21 +102,24 @@ impl Operated {
         };
         self.buttons = wish.buttons;
         self.switches = wish.switches;
-        self.roll_rad += self.rolled.step(wish.rolled_rad);
+        self.roll_rad += self.rolled.step(wish.rolled_rad, TURN_MAX_RAD_S);
         for ((turn, pending), &asked) in self
             .turn_rad
             .iter_mut()
             .zip(&mut self.scope_turned)
             .zip(&wish.scope_turned_rad)
         {
-            let turned = *turn + pending.step(asked);
+            let turned = *turn + pending.step(asked, TURN_MAX_RAD_S);
             *turn = turned.clamp(-SCOPE_TURN_MAX_RAD, SCOPE_TURN_MAX_RAD);
         }
-        let advanced = self.advance_m + self.scope_advanced.step(wish.scope_advanced_m);
+        let advanced = self.advance_m
+            + self
+                .scope_advanced
+                .step(wish.scope_advanced_m, SPEED_MAX_M_S);
         self.advance_m = advanced.clamp(-SCOPE_ADVANCE_MAX_M, SCOPE_ADVANCE_MAX_M);
         let mut step = Vec3::zeros();
         for ((part, pending), &asked) in step.iter_mut().zip(&mut self.moved).zip(&wish.moved_m) {
-            *part = pending.step(asked) as f32;
+            *part = pending.step(asked, SPEED_MAX_M_S) as f32;
         }
         let way = hand.camera(self.scope()).rotation * step;
         self.tip_m = hand.within_reach(self.tip_m + way);

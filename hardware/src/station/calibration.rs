@@ -18,8 +18,9 @@ pub struct Fit {
     pub rms_m: f32,
     /// The largest of it, m.
     pub worst_m: f32,
-    /// The landmark that fits the others least: without it the least is left.
-    pub odd_one: usize,
+    /// The landmark that fits the others least: without it the least is left. None of three: any two
+    /// of them fit.
+    pub odd_one: Option<usize>,
 }
 
 /// Why there is no fit.
@@ -49,11 +50,10 @@ pub fn fit(pairs: &[(Vec3, Vec3)]) -> Result<Fit, NoFit> {
         others.remove(*landmark);
         least_squares(&others).map_or(f32::INFINITY, |fit| fit.rms_m)
     };
-    let odd_one = (0..pairs.len()).min_by(|a, b| without(a).total_cmp(&without(b)));
-    Ok(Fit {
-        odd_one: odd_one.unwrap_or(0),
-        ..whole
-    })
+    let odd_one = (0..pairs.len())
+        .filter(|_| pairs.len() > LANDMARKS_MIN)
+        .min_by(|a, b| without(a).total_cmp(&without(b)));
+    Ok(Fit { odd_one, ..whole })
 }
 
 fn least_squares(pairs: &[(Vec3, Vec3)]) -> Result<Fit, NoFit> {
@@ -109,7 +109,7 @@ fn least_squares(pairs: &[(Vec3, Vec3)]) -> Result<Fit, NoFit> {
         world_from_device,
         rms_m,
         worst_m: left.fold(0.0, f32::max),
-        odd_one: 0,
+        odd_one: None,
     })
 }
 
@@ -186,7 +186,8 @@ mod tests {
         let mut pairs = KNOWN.map(|known| (Vec3::from(known), Vec3::from(known)));
         pairs[2].0.z += 0.02;
         let fit = fit(&pairs).unwrap();
-        assert_eq!(fit.odd_one, 2);
+        assert_eq!(fit.odd_one, Some(2));
         assert!(fit.rms_m > 3e-3);
+        assert_eq!(super::fit(&pairs[..3]).unwrap().odd_one, None);
     }
 }

@@ -258,7 +258,7 @@ impl File<'_> {
             driver,
             path: raw.path,
             limits,
-            motion_scale: self.within("motion_scale", "", raw.motion_scale, 0.2..=5.0)?,
+            motion_scale: self.within("motion_scale", "", raw.motion_scale, 0.5..=2.0)?,
         })
     }
 

@@ -5,7 +5,7 @@ use std::io::BufRead as _;
 use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::time::{Duration, Instant};
 
 use hardware::station::calibration::{Fit, fit};
@@ -20,6 +20,8 @@ use crate::say;
 use crate::scene::Problem;
 use crate::stop;
 
+/// A device that says nothing for so long is gone.
+const SILENT: Duration = Duration::from_secs(20);
 /// A place is measured over this time…
 const MEASURED_FOR: Duration = Duration::from_millis(300);
 /// …in which the device may move by so much, m.
@@ -101,6 +103,11 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
     if devices.is_empty() {
         return Err("the station file names neither a haptic device nor a tracker".into());
     }
+    // What cannot be written later is refused now.
+    let unmoved = devices
+        .iter()
+        .map(|device| (device.frame, Pose::identity()));
+    with_frames(&args.station_file, &text, &unmoved.collect::<Vec<_>>())?;
     let keys = enter_keys();
     let mut found = Vec::new();
     for device in &mut devices {
@@ -114,12 +121,14 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
 
 /// Enter on standard input, from a thread: nothing else waits for it.
 fn enter_keys() -> Receiver<()> {
-    let (sender, keys) = channel();
+    // One is enough, however many come.
+    let (sender, keys) = sync_channel(1);
     std::thread::spawn(move || {
         for line in std::io::stdin().lock().lines() {
-            if line.is_err() || sender.send(()).is_err() {
+            if line.is_err() {
                 return;
             }
+            let _ = sender.try_send(());
         }
     });
     keys
@@ -160,7 +169,7 @@ fn touch(
     keys: &Receiver<()>,
     stop: &AtomicBool,
 ) -> Result<Option<Vec3>, Problem> {
-    while keys.try_recv().is_ok() {}
+    let _ = keys.try_recv();
     let (mut asked, mut was_pressed, mut told) = (false, true, false);
     let mut recent: VecDeque<(Instant, Vec3)> = VecDeque::new();
     let mut heard = Instant::now();
@@ -178,7 +187,7 @@ fn touch(
         {
             recent.pop_front();
         }
-        if heard.elapsed() > Duration::from_secs(5) {
+        if heard.elapsed() > SILENT {
             return Err(format!("the {} is silent", device.name).into());
         }
         let long = recent
@@ -216,9 +225,8 @@ fn report(
     let mut good = true;
     let mut frames = String::new();
     for (frame, fit) in found {
-        let odd_one = landmarks
-            .get(fit.odd_one)
-            .map_or("", |landmark| &landmark.name);
+        let odd_one = fit.odd_one.and_then(|at| landmarks.get(at));
+        let odd_one = odd_one.map(|landmark| landmark.name.as_str());
         let [rms_mm, worst_mm] = [fit.rms_m, fit.worst_m].map(|m| m * 1e3);
         good &= rms_mm <= args.residual_mm;
         frames.push_str(&frame_text(frame, &fit.world_from_device));
@@ -233,9 +241,11 @@ fn report(
                 "odd_one": odd_one,
             }));
         } else {
+            let odd_one = odd_one.map_or(String::new(), |name| {
+                format!("; '{name}' fits the others least")
+            });
             say::note(format_args!(
-                "{frame}: residual {rms_mm:.2} mm rms, at most {worst_mm:.2} mm; '{odd_one}' fits the \
-                 others least"
+                "{frame}: residual {rms_mm:.2} mm rms, at most {worst_mm:.2} mm{odd_one}"
             ));
         }
     }
@@ -251,7 +261,16 @@ fn report(
         None if args.json => {}
         None => say::answer(frames.trim_end()),
         Some(out) => {
-            write(out, text, found, &frames)?;
+            let found = found
+                .iter()
+                .map(|(frame, fit)| (*frame, fit.world_from_device));
+            let written = with_frames(out, text, &found.collect::<Vec<_>>())
+                .and_then(|whole| Ok(std::fs::write(out, whole)?));
+            if let Err(problem) = written {
+                // Nobody shall have to touch it all again.
+                say::answer(frames.trim_end());
+                return Err(format!("{}: {problem}; the frames are above", out.display()).into());
+            }
             say::note(format_args!("wrote {}", out.display()));
         }
     }
@@ -271,33 +290,39 @@ fn frame_text(frame: &str, pose: &Pose) -> String {
     )
 }
 
-/// The station file with these frames instead of its own; all else, comments too, stays.
-fn write(
-    out: &Path,
-    text: &str,
-    found: &[(&'static str, Fit)],
-    frames: &str,
-) -> Result<(), Problem> {
-    let heads: Vec<String> = found
-        .iter()
-        .map(|(frame, _)| format!("[frames.{frame}]"))
-        .collect();
+/// The station file with these frames instead of its own; all else, comments too, stays. `path` is for
+/// errors.
+fn with_frames(path: &Path, text: &str, frames: &[(&str, Pose)]) -> Result<String, Problem> {
+    let is_head = |line: &str| {
+        let mut heads = frames.iter().map(|(frame, _)| format!("[frames.{frame}]"));
+        heads.any(|head| line.starts_with(&head))
+    };
     let mut kept = String::new();
     let mut is_old = false;
     for line in text.lines() {
-        if line.trim_start().starts_with('[') {
-            is_old = heads.iter().any(|head| line.trim_start().starts_with(head));
+        let start = line.trim_start();
+        if start.starts_with('[') {
+            is_old = is_head(start);
         }
-        if !is_old {
+        let goes = is_old && (is_head(start) || start.contains('='));
+        if !goes || start.starts_with('#') {
             kept.push_str(line);
             kept.push('\n');
         }
     }
-    let whole = format!("{}\n\n{}", kept.trim_end(), frames.trim_end());
+    let new: String = frames
+        .iter()
+        .map(|(frame, pose)| frame_text(frame, pose))
+        .collect();
+    let whole = format!("{}\n\n{}\n", kept.trim_end(), new.trim_end());
     // What is written must read as what was found.
-    StationFile::parse(&whole, out)?;
-    std::fs::write(out, whole + "\n").map_err(|error| format!("{}: {error}", out.display()))?;
-    Ok(())
+    StationFile::parse(&whole, path).map_err(|error| {
+        format!(
+            "the frames do not fit into this file; give them sections of their own, as in `calot devices \
+             --help`: {error}"
+        )
+    })?;
+    Ok(whole)
 }
 
 #[cfg(test)]
@@ -306,23 +331,26 @@ mod tests {
 
     #[test]
     fn new_frames_replace_old_ones_and_all_else_stays() {
-        let folder = tempfile::tempdir().unwrap();
-        let out = folder.path().join("station.toml");
+        let path = Path::new("station.toml");
         let text = "# mine\n[frames.world_from_device] # old\nposition_m = [9.0, 9.0, 9.0]\n\
-                    rotation_xyzw = [0.0, 0.0, 0.0, 1.0]\n\n[[landmarks]]\nname = \"a\"\n\
-                    position_m = [0.0, 0.0, 0.1]\n";
-        let pairs = [[0.0, 0.0, 0.0], [0.1, 0.0, 0.0], [0.0, 0.1, 0.0]]
-            .map(|at| (Vec3::from(at), Vec3::from(at) + Vec3::new(0.5, 0.0, 0.0)));
-        let found = [("world_from_device", fit(&pairs).unwrap())];
-        let frames = frame_text(found[0].0, &found[0].1.world_from_device);
-        write(&out, text, &found, &frames).unwrap();
-        let written = std::fs::read_to_string(&out).unwrap();
+                    rotation_xyzw = [0.0, 0.0, 0.0, 1.0]\n# the phantom's = its own\n[[landmarks]]\n\
+                    name = \"a\"\nposition_m = [0.0, 0.0, 0.1]\n";
+        let pose = Pose::translation(0.5, 0.0, 0.0);
+        let written = with_frames(path, text, &[("world_from_device", pose)]).unwrap();
         assert!(
             written.starts_with("# mine\n") && !written.contains("9.0"),
             "{written}"
         );
-        let file = StationFile::parse(&written, &out).unwrap();
+        assert!(written.contains("# the phantom's"), "{written}");
+        let file = StationFile::parse(&written, path).unwrap();
         assert!((file.world_from_device.unwrap().translation.x - 0.5).abs() < 1e-5);
         assert_eq!(file.landmarks.len(), 1);
+        let inline = "frames = { world_from_device = { position_m = [0.0, 0.0, 0.0], \
+                      rotation_xyzw = [0.0, 0.0, 0.0, 1.0] } }\n";
+        let error = with_frames(path, inline, &[("world_from_device", pose)]).unwrap_err();
+        assert!(
+            error.to_string().contains("sections of their own"),
+            "{error}"
+        );
     }
 }

@@ -67,7 +67,7 @@ impl Lead {
             self.message = Some(newer);
         }
         let now_ns = monotonic_ns();
-        let is_heard = |message: &HandMsg| now_ns.saturating_sub(message.at_ns) < SILENT_NS;
+        let is_heard = |message: &HandMsg| now_ns.abs_diff(message.at_ns) < SILENT_NS;
         let display = self.message.map(|message| {
             let said = both(&self.earlier, &said(&message));
             (said, is_heard(&message))
@@ -126,11 +126,13 @@ fn look_for_gamepads() -> Receiver<Gamepad> {
 
 /// What a display asks for.
 fn said(message: &HandMsg) -> Wish {
+    // What is no number is no movement.
+    let number = |part: f64| if part.is_finite() { part } else { 0.0 };
     Wish {
-        moved_m: message.moved_m,
-        rolled_rad: message.rolled_rad,
-        scope_turned_rad: message.scope_turned_rad,
-        scope_advanced_m: message.scope_advanced_m,
+        moved_m: message.moved_m.map(number),
+        rolled_rad: number(message.rolled_rad),
+        scope_turned_rad: message.scope_turned_rad.map(number),
+        scope_advanced_m: number(message.scope_advanced_m),
         buttons: Buttons((message.buttons & 0xff) as u8),
         switches: Switches {
             cut: message.switches & 1 != 0,
@@ -215,7 +217,19 @@ mod tests {
         assert_eq!(millimetres(&lead.wish().unwrap()), 20);
         assert!(sender.send(message(2, -0.01)));
         assert_eq!(millimetres(&lead.wish().unwrap()), 10);
-        // One that is silent leads no more.
+        let nonsense = HandMsg {
+            moved_m: [f64::NAN, f64::INFINITY, 0.0],
+            ..message(2, 0.0)
+        };
+        assert!(sender.send(nonsense));
+        assert_eq!(millimetres(&lead.wish().unwrap()), 20);
+        // One that is silent leads no more, nor one from the future.
+        let early = HandMsg {
+            at_ns: u64::MAX,
+            ..message(2, 0.5)
+        };
+        assert!(sender.send(early));
+        assert_eq!(lead.wish(), None);
         let old = HandMsg {
             at_ns: 1,
             ..message(2, 0.5)
