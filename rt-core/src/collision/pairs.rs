@@ -361,6 +361,17 @@ mod tests {
     }
 
     #[test]
+    fn folds_of_one_organ_part_at_once() {
+        let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
+        let (spheres, organs) = ([at(0.0), at(0.05)], [organ(0, 2, 0, 0)]);
+        let (pairs, mut bodies) = found(&organs, &spheres, &[], &[(1, Vec3::x() * -0.035)]);
+        let _ = bodies.advance(&organs[0], 0.001);
+        pairs.project(&mut bodies);
+        let gap_m = math::norm(&bodies.nodes.at(0).from(bodies.nodes.at(1)).vec3());
+        assert!((gap_m - 0.02).abs() < 1.0e-6, "{gap_m} m");
+    }
+
+    #[test]
     fn organs_that_overlap_at_rest_stay_as_they_are() {
         let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
         let (spheres, organs) = ([at(0.0), at(0.012)], [organ(0, 1, 0, 0), organ(1, 1, 0, 0)]);
