@@ -44,9 +44,10 @@ const MAY_CLOSE: f32 = 0.96;
 /// Where no sphere is: one that was never searched.
 const NEVER: Vec3 = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
 
-/// Organs that lay in each other already part by this a step at most, m: a duct that has slipped far into an
-/// organ comes out of it, and is not shot out.
-const PART_M: f32 = 0.000_05;
+/// Organs that lay in each other already part this fast at most, m/s: a duct that has slipped far into an
+/// organ comes out of it, and is not shot out. Slower, and organs that a hand presses on each other sink
+/// into each other.
+const PART_M_S: f32 = 0.5;
 
 /// Two spheres that may come to overlap.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -159,9 +160,9 @@ impl Pairs {
         self.phase = (self.phase + 1) % CYCLE;
     }
 
-    /// Moves overlapping pairs apart, each sphere by its share of the inverse masses; those of an
-    /// organ that is not simulated stay.
-    pub(crate) fn project(&self, bodies: &mut Bodies) {
+    /// Moves overlapping pairs apart, at the end of each organ's last substep, so that both take up
+    /// the same momentum; those of an organ that is not simulated stay.
+    pub(crate) fn project(&self, scene: &Scene<'_>, bodies: &mut Bodies) {
         for pair in &self.current {
             let (a, b) = (
                 bodies.nodes.at(u32::from(pair.a)),
@@ -172,19 +173,25 @@ impl Pairs {
                 continue;
             }
             let were_m = math::sqrt(a.away_at_start(b).norm_squared());
+            let organs = [pair.a, pair.b].map(|sphere| *bodies.organ.at(sphere.into()));
+            let [wa, wb] = [pair.a, pair.b].map(|sphere| bodies.weight_per_kg(u32::from(sphere)));
+            // A way within a shorter substep is more speed.
+            let [step_a_s, step_b_s] = organs.map(|organ| scene.step_s_of(organ));
+            let (way_a, way_b) = (wa * step_a_s, wb * step_b_s);
+            if wa + wb <= 0.0 {
+                continue;
+            }
             // Folds of one organ part at once: its own springs could hold them in each other.
-            let is_own = bodies.organ.at(pair.a.into()) == bodies.organ.at(pair.b.into());
-            let apart_m = if is_own {
+            let apart_m = if organs[0] == organs[1] {
                 pair.apart_m
             } else {
-                pair.apart_m.min(were_m + PART_M)
+                let part_m = PART_M_S * (way_a + way_b) / (wa + wb);
+                pair.apart_m.min(were_m + part_m)
             };
             if difference.norm_squared() >= apart_m * apart_m {
                 continue;
             }
-            let wa = bodies.weight_per_kg(u32::from(pair.a));
-            let wb = bodies.weight_per_kg(u32::from(pair.b));
-            let (da, db) = push_apart(&difference, wa, wb, apart_m);
+            let (da, db) = push_apart(&difference, way_a, way_b, apart_m);
             bodies.nodes.at_mut(u32::from(pair.a)).move_by(&da);
             bodies.nodes.at_mut(u32::from(pair.b)).move_by(&db);
         }
@@ -261,6 +268,10 @@ mod tests {
         (pairs, bodies)
     }
 
+    fn scene<'a>(organs: &'a [Organ], spheres: &'a [RestSphere], links: &'a [Link]) -> Scene<'a> {
+        Scene::new(organs, spheres, links, room()).unwrap()
+    }
+
     fn listed(pairs: &Pairs) -> List<(u16, u16)> {
         let mut list: List<_> = pairs.current.iter().map(|pair| (pair.a, pair.b)).collect();
         list.sort_unstable();
@@ -329,7 +340,7 @@ mod tests {
         let (pairs, mut bodies) = found(&organs, &spheres, &links, &moved);
         assert_eq!(listed(&pairs), [(1, 2), (3, 4)]);
         // 1 at 27, 2 at 45 mm: 2 mm too near; after the projection they touch.
-        pairs.project(&mut bodies);
+        pairs.project(&scene(&organs, &spheres, &links), &mut bodies);
         let gap = bodies.nodes.at(2).center_m() - bodies.nodes.at(1).center_m();
         assert!((gap.x - 0.02).abs() < 1.0e-6, "{gap}");
     }
@@ -347,9 +358,12 @@ mod tests {
             let gap_m =
                 |bodies: &Bodies| math::norm(&bodies.nodes.at(0).from(bodies.nodes.at(1)).vec3());
             let before_m = gap_m(&bodies);
-            pairs.project(&mut bodies);
+            pairs.project(&scene(&organs, &spheres, &[]), &mut bodies);
             let parted_m = gap_m(&bodies) - before_m;
-            assert!(parted_m < PART_M + 1.0e-7, "tick {tick}: {parted_m} m");
+            assert!(
+                parted_m < PART_M_S * 0.001 + 1.0e-7,
+                "tick {tick}: {parted_m} m"
+            );
             for organ in &organs {
                 let _ = bodies.advance(organ, 0.001);
             }
@@ -361,12 +375,39 @@ mod tests {
     }
 
     #[test]
+    fn organs_of_unequal_substeps_part_with_equal_momenta_and_slowly() {
+        let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
+        let sixteen = Organ {
+            substeps: 16,
+            ..organ(1, 1, 0, 0)
+        };
+        let (spheres, organs) = ([at(0.0), at(0.05)], [organ(0, 1, 0, 0), sixteen]);
+        let (pairs, mut bodies) = found(&organs, &spheres, &[], &[(1, Vec3::x() * -0.035)]);
+        let scene = scene(&organs, &spheres, &[]);
+        let advance = |bodies: &mut Bodies| {
+            for (organ, number) in organs.iter().zip(0..) {
+                let _ = bodies.advance(organ, scene.step_s_of(number));
+            }
+        };
+        advance(&mut bodies);
+        for i in 0..2 {
+            let still = bodies.nodes.at(i).center_m() - spheres[i as usize].center_m;
+            bodies.nodes.at_mut(i).put(&still, &Vec3::zeros());
+        }
+        pairs.project(&scene, &mut bodies);
+        advance(&mut bodies);
+        let [a, b] = [0, 1].map(|i| bodies.nodes.at(i).velocity_m_s().x);
+        assert!((a + b).abs() < 1.0e-4 && b - a > 0.05, "{a} {b} m/s");
+        assert!(b - a < PART_M_S + 1.0e-3, "{a} {b} m/s");
+    }
+
+    #[test]
     fn folds_of_one_organ_part_at_once() {
         let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
         let (spheres, organs) = ([at(0.0), at(0.05)], [organ(0, 2, 0, 0)]);
         let (pairs, mut bodies) = found(&organs, &spheres, &[], &[(1, Vec3::x() * -0.035)]);
         let _ = bodies.advance(&organs[0], 0.001);
-        pairs.project(&mut bodies);
+        pairs.project(&scene(&organs, &spheres, &[]), &mut bodies);
         let gap_m = math::norm(&bodies.nodes.at(0).from(bodies.nodes.at(1)).vec3());
         assert!((gap_m - 0.02).abs() < 1.0e-6, "{gap_m} m");
     }
@@ -376,7 +417,7 @@ mod tests {
         let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
         let (spheres, organs) = ([at(0.0), at(0.012)], [organ(0, 1, 0, 0), organ(1, 1, 0, 0)]);
         let (pairs, mut bodies) = found(&organs, &spheres, &[], &[(1, Vec3::x() * -0.002)]);
-        pairs.project(&mut bodies);
+        pairs.project(&scene(&organs, &spheres, &[]), &mut bodies);
         let gap = bodies.nodes.at(1).center_m() - bodies.nodes.at(0).center_m();
         assert!((gap.x - 0.012).abs() < 1.0e-6, "{gap}");
     }

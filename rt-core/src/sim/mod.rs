@@ -258,7 +258,7 @@ impl<'a> Sim<'a> {
             self.solver.project(scene, organ, step_s, bodies);
         }
         if self_collision {
-            self.state.pairs.project(bodies);
+            self.state.pairs.project(scene, bodies);
         }
         attachment::project_all(scene, bodies);
         self.grasp.carry(None, 1.0, jaws, scene, bodies);
