@@ -67,7 +67,7 @@ pub enum RtError {
     /// The tick did not end when asked: a bug, or a machine that stands still.
     #[error(
         "the tick did not end within {waited_ms} ms after it was asked to; it was taken off the \
-         realtime scheduler; the device's own watchdog takes its force away"
+         realtime scheduler; the device's own watchdog, if it has one, takes its force away"
     )]
     Wedged {
         /// How long was waited.
