@@ -3,10 +3,16 @@
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
+use std::path::Path;
+use std::time::Instant;
 
+use hardware::HardwareError;
 use hardware::bird::{BirdSetup, BirdTracker};
-use hardware::emulate::{Faults, LineFaults};
+use hardware::emulate::{EmulatedInverse3, Faults, HapticModel, LineFaults, Misbehaviour};
+use hardware::hapi::{HapiHaptic, pantograph::Pantograph};
+use hardware::inverse3::Inverse3Haptic;
 use hardware::rig::{RigHaptic, RigPedal};
+use hardware::woody::WoodyHaptic;
 use rt_core::math::Vec3;
 use rt_core::port::{ForceCommand, HapticDevice, Pedal, Polled, Tracker};
 
@@ -100,4 +106,80 @@ fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_hangs_up() {
     });
     assert!(samples > 10 && lost, "{samples} samples, lost: {lost}");
     assert_eq!(count, 0);
+}
+
+/// Sends and polls until the device is lost, in which nothing may be allocated; how many samples
+/// came. `meanwhile` is told after each.
+fn until_lost(device: &mut dyn HapticDevice, mut meanwhile: impl FnMut(u32)) -> u32 {
+    let (mut samples, mut lost) = (0, false);
+    let count = allocations(|| {
+        poll_for(PATIENCE, |now_ns| {
+            device.send(
+                ForceCommand {
+                    force_n: Vec3::new(0.1, 0.0, 0.0),
+                    torque_n_m: Vec3::zeros(),
+                },
+                now_ns,
+            );
+            match device.poll(now_ns) {
+                Polled::Fresh(_) => samples += 1,
+                Polled::Nothing => {}
+                Polled::Lost => lost = true,
+            }
+            meanwhile(samples);
+            !lost
+        });
+    });
+    assert!(lost, "{samples} samples");
+    assert_eq!(count, 0);
+    samples
+}
+
+/// The same on a noisy line that hangs up; again where a busy machine loses the device sooner.
+fn on_a_noisy_line<D: HapticDevice>(
+    model: HapticModel,
+    open: impl Fn(&Path) -> Result<D, HardwareError>,
+) {
+    let noisy = LineFaults {
+        haptic: Faults {
+            corrupted: 0.001,
+            babble: 0.05,
+            from_s: 1.0,
+            hang_up_at_s: Some(3.0),
+            ..Faults::default()
+        },
+        ..LineFaults::default()
+    };
+    let start = Instant::now();
+    loop {
+        let emulator = Emulator::of(model, noisy);
+        let device = open(&emulator.lines.haptic).ok();
+        if device.is_some_and(|mut device| until_lost(&mut device, |_| {}) > 10) {
+            return;
+        }
+        assert!(start.elapsed() < PATIENCE, "{model:?} gives no samples");
+    }
+}
+
+#[test]
+fn nor_do_the_other_haptic_devices() {
+    on_a_noisy_line(HapticModel::Woody, WoodyHaptic::open);
+    on_a_noisy_line(HapticModel::Hapi, |path| {
+        HapiHaptic::open(path, Pantograph::GEN3)
+    });
+    let start = Instant::now();
+    loop {
+        let service = EmulatedInverse3::start().expect("a socket");
+        let address = service.address().to_string();
+        let mut device = persist(|| Inverse3Haptic::open(address.as_ref(), None));
+        let hang_up = |samples| {
+            if samples > 100 {
+                service.misbehave(Misbehaviour::HangUp);
+            }
+        };
+        if until_lost(&mut device, hang_up) > 10 {
+            return;
+        }
+        assert!(start.elapsed() < PATIENCE, "the Inverse3 gives no samples");
+    }
 }
