@@ -269,6 +269,9 @@ A station file, for --station-file of run, rt and watch; every part may be left 
   path = \"/dev/input/by-id/my-pedal-event-kbd\"
   cut_key = 256                       # a [second_pedal] may have the other switches
 
+  [handle_buttons]                    # buttons of the haptic device that are a pedal's, by number
+  coagulate = 2
+
   [ports]                             # the trocars, where the scene's are not the station's
   instrument_m = [0.0, 0.03, 0.18]
 

@@ -25,6 +25,9 @@
 //! driver = "modem"
 //! path = "/dev/serial/by-id/my-switches"
 //!
+//! [handle_buttons]                    # buttons of the haptic device that are a pedal's, by number
+//! coagulate = 2
+//!
 //! [ports]                             # where the trocars are, world frame
 //! instrument_m = [0.0, 0.03, 0.18]
 //! endoscope_m = [0.05, -0.1, 0.1]
@@ -63,6 +66,8 @@ pub struct StationFile {
     pub tracker: Option<TrackerSpec>,
     /// The foot pedal.
     pub pedal: Option<PedalSpec>,
+    /// Buttons of the haptic device that are a pedal's.
+    pub handle_buttons: HandleButtons,
     /// Base frame of the haptic device; else the scene's.
     pub world_from_device: Option<Pose>,
     /// The tracker's transmitter; else the scene's.
@@ -127,6 +132,28 @@ pub enum HapticDriver {
         /// None: the default device.
         device: Option<String>,
     },
+}
+
+/// Buttons of the haptic device that do a pedal's work, counted from 1; none: no button does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct HandleButtons {
+    /// Electrosurgery: cut.
+    pub cut: Option<u8>,
+    /// Electrosurgery: coagulate.
+    pub coagulate: Option<u8>,
+    /// Holds the camera.
+    pub camera_lock: Option<u8>,
+}
+
+impl HandleButtons {
+    /// The bits of these buttons in a sample: cut, coagulate, camera lock; 0 for none.
+    #[must_use]
+    pub fn bits(&self) -> [u8; 3] {
+        [self.cut, self.coagulate, self.camera_lock].map(|number| match number {
+            Some(number @ 1..=8) => 1 << (number - 1),
+            _ => 0,
+        })
+    }
 }
 
 /// How the tracker is reached.

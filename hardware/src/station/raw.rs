@@ -9,8 +9,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::{
-    HapticDriver, HapticSpec, Landmark, Limits, PedalDriver, PedalSpec, StationFile, TrackerDriver,
-    TrackerSpec,
+    HandleButtons, HapticDriver, HapticSpec, Landmark, Limits, PedalDriver, PedalSpec, StationFile,
+    TrackerDriver, TrackerSpec,
 };
 use crate::HardwareError;
 use crate::bird::BirdSetup;
@@ -25,10 +25,19 @@ struct Raw {
     tracker: Option<RawTracker>,
     pedal: Option<RawPedal>,
     second_pedal: Option<Spanned<RawPedal>>,
+    handle_buttons: Option<RawHandleButtons>,
     ports: Option<RawPorts>,
     frames: Option<RawFrames>,
     #[serde(default)]
     landmarks: Vec<RawLandmark>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct RawHandleButtons {
+    cut: Option<Spanned<u8>>,
+    coagulate: Option<Spanned<u8>>,
+    camera_lock: Option<Spanned<u8>>,
 }
 
 #[derive(Deserialize)]
@@ -322,6 +331,34 @@ impl File<'_> {
         })
     }
 
+    fn handle_buttons(
+        &self,
+        raw: Option<RawHandleButtons>,
+    ) -> Result<HandleButtons, HardwareError> {
+        let Some(raw) = raw else {
+            return Ok(HandleButtons::default());
+        };
+        let mut taken = 0u8;
+        let mut number = |name: &str, raw: Option<Spanned<u8>>| {
+            let Some(raw) = raw else { return Ok(None) };
+            let number = *raw.get_ref();
+            let what = if !(1..=8).contains(&number) {
+                format!("handle_buttons.{name} is {number}, allowed is 1 to 8")
+            } else if taken & (1 << (number - 1)) != 0 {
+                format!("handle_buttons.{name} is {number}, which has another role already")
+            } else {
+                taken |= 1 << (number - 1);
+                return Ok(Some(number));
+            };
+            Err(self.error(raw.span().start, what))
+        };
+        Ok(HandleButtons {
+            cut: number("cut", raw.cut)?,
+            coagulate: number("coagulate", raw.coagulate)?,
+            camera_lock: number("camera_lock", raw.camera_lock)?,
+        })
+    }
+
     fn pedals(
         &self,
         first: Option<RawPedal>,
@@ -403,6 +440,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<StationFile, HardwareErro
             .map(|tracker| file.tracker(tracker))
             .transpose()?,
         pedal: file.pedals(raw.pedal, raw.second_pedal)?,
+        handle_buttons: file.handle_buttons(raw.handle_buttons)?,
         world_from_device: file.pose("world_from_device", device)?,
         world_from_tracker: file.pose("world_from_tracker", tracker)?,
         instrument_port_m: port("ports.instrument_m", instrument)?,
@@ -488,6 +526,30 @@ position_m = [-0.1, 0.0, 0.0]
             .iter()
             .map(|landmark| landmark.name.as_str());
         assert!(names.eq(["left rim", "right rim"]));
+    }
+
+    #[test]
+    fn buttons_of_the_handle_may_be_a_pedal_s() {
+        let roles = |text: &str| read(text).map(|station| station.handle_buttons.bits());
+        assert_eq!(roles(""), Ok([0; 3]));
+        assert_eq!(
+            roles("[handle_buttons]\ncoagulate = 2\ncut = 8\n"),
+            Ok([128, 2, 0])
+        );
+        for (wrong, expected) in [
+            (
+                "cut = 0\n",
+                ":2: handle_buttons.cut is 0, allowed is 1 to 8",
+            ),
+            ("cut = 9\n", ":2: handle_buttons.cut is 9"),
+            (
+                "cut = 2\ncoagulate = 2\n",
+                ":3: handle_buttons.coagulate is 2, which has another",
+            ),
+        ] {
+            let error = roles(&format!("[handle_buttons]\n{wrong}")).unwrap_err();
+            assert!(error.contains(expected), "{error}");
+        }
     }
 
     #[test]

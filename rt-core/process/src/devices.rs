@@ -17,6 +17,7 @@ use shared_mem::message::DeviceHealth;
 
 use crate::config::RtConfig;
 use crate::error::RtError;
+use crate::handle_pedal::HandlePedal;
 
 /// What the core is told when there is no haptic device: nothing is rendered anyway.
 pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities {
@@ -176,13 +177,17 @@ struct Slot {
 #[derive(Default)]
 pub(crate) struct Devices {
     slots: [Slot; KINDS],
+    handle_pedal: HandlePedal,
     exchange: Option<Exchange>,
 }
 
 impl Devices {
     /// Opens what is configured. Waits for each device's answer.
     pub(crate) fn open(config: &RtConfig, file: &StationFile) -> Result<Self, RtError> {
-        let mut devices = Self::default();
+        let mut devices = Self {
+            handle_pedal: HandlePedal::new(file.handle_buttons),
+            ..Self::default()
+        };
         for kind in 0..KINDS {
             if let Some(device) = Device::open(kind, config, file)? {
                 devices.put(device);
@@ -215,10 +220,12 @@ impl Devices {
 
     /// The newest sample of the haptic device.
     pub(crate) fn poll_haptic(&mut self, now_ns: TimeNs) -> Polled<DeviceSample> {
-        self.poll(0, |device| match device {
+        let mut polled = self.poll(0, |device| match device {
             Device::Haptic(device) => device.poll(now_ns),
             _ => Polled::Nothing,
-        })
+        });
+        self.handle_pedal.take(&mut polled);
+        polled
     }
 
     /// The newest sample of the tracker.
@@ -229,12 +236,14 @@ impl Devices {
         })
     }
 
-    /// The newest state of the pedal.
+    /// The newest state of the pedal, with the handle's buttons that are a pedal's. After
+    /// [`Self::poll_haptic`].
     pub(crate) fn poll_pedal(&mut self, now_ns: TimeNs) -> Polled<PedalSample> {
-        self.poll(2, |device| match device {
+        let pedal = self.poll(2, |device| match device {
             Device::Pedal(device) => device.poll(now_ns),
             _ => Polled::Nothing,
-        })
+        });
+        self.handle_pedal.join(pedal, now_ns)
     }
 
     fn poll<T>(&mut self, kind: usize, poll: impl FnOnce(&mut Device) -> Polled<T>) -> Polled<T> {

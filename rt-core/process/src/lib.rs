@@ -30,6 +30,7 @@ mod devices;
 mod error;
 pub mod executor;
 mod frames;
+mod handle_pedal;
 mod handover;
 pub mod probe;
 mod publisher;

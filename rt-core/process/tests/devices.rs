@@ -120,6 +120,15 @@ fn a_station_file_names_the_devices_and_where_they_stand() {
     }
     assert!(tools.health[..2].iter().all(is_live), "{:?}", tools.health);
     assert_eq!(tools.health[2].status, DeviceHealth::ABSENT);
+    // The script presses the handle's first button, which this file makes a pedal's.
+    for _ in 0..12_000 {
+        host.newest_tools(&mut tools);
+        if tools.switches & 2 != 0 {
+            break;
+        }
+        thread::sleep(Duration::from_millis(5));
+    }
+    assert_eq!((tools.switches & 7, tools.buttons), (2, 0));
     stop.store(true, Relaxed);
     controller.join().unwrap().unwrap();
 

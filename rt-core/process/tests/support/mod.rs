@@ -152,6 +152,7 @@ impl Emulated {
         } = &self.lines;
         let text = format!(
             "[haptic]\ndriver = \"rig\"\npath = {haptic:?}\nforce_max_n = 2.0\n\
+             [handle_buttons]\ncoagulate = 1\n\
              [tracker]\ndriver = \"bird\"\npath = {tracker:?}\n\
              [frames.world_from_device]\nposition_m = [0.0, 0.0, 0.25]\n\
              rotation_xyzw = [0.0, 0.0, 0.0, 1.0]\n"

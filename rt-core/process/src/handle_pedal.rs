@@ -1,0 +1,162 @@
+//! Buttons of the haptic device that are a pedal's: they never reach the simulation as buttons.
+
+use hardware::station::HandleButtons;
+use rt_core::port::{DeviceSample, PedalSample, Polled, TimeNs};
+
+/// A handle that said nothing for so long has let go.
+const SILENT_NS: TimeNs = 500_000_000;
+
+/// What the handle's buttons press.
+#[derive(Debug, Default)]
+pub(crate) struct HandlePedal {
+    buttons: HandleButtons,
+    pressed: PedalSample,
+    /// The pedal's own last word.
+    pedal: PedalSample,
+    is_news: bool,
+}
+
+impl HandlePedal {
+    pub(crate) fn new(buttons: HandleButtons) -> Self {
+        Self {
+            buttons,
+            ..Self::default()
+        }
+    }
+
+    /// Takes the pedal's buttons out of what the handle said.
+    pub(crate) fn take(&mut self, polled: &mut Polled<DeviceSample>) {
+        match polled {
+            Polled::Fresh(sample) => {
+                let held = |bit: u8| sample.buttons.0 & bit != 0;
+                let [cut, coagulate, camera_lock] = self.buttons.bits();
+                self.pressed = PedalSample {
+                    cut: held(cut),
+                    coagulate: held(coagulate),
+                    camera_lock: held(camera_lock),
+                    at_ns: sample.at_ns,
+                };
+                sample.buttons.0 &= !(cut | coagulate | camera_lock);
+                self.is_news = true;
+            }
+            Polled::Lost => self.release(),
+            Polled::Nothing => {}
+        }
+    }
+
+    /// What pedal and handle press together. A pedal that is lost is lost: then nothing is pressed.
+    pub(crate) fn join(
+        &mut self,
+        pedal: Polled<PedalSample>,
+        now_ns: TimeNs,
+    ) -> Polled<PedalSample> {
+        if self.buttons == HandleButtons::default() {
+            return pedal;
+        }
+        if now_ns.saturating_sub(self.pressed.at_ns) > SILENT_NS {
+            self.release();
+        }
+        match pedal {
+            Polled::Fresh(sample) => self.pedal = sample,
+            Polled::Lost => {
+                self.pedal = PedalSample::default();
+                return Polled::Lost;
+            }
+            Polled::Nothing if !self.is_news => return Polled::Nothing,
+            Polled::Nothing => {}
+        }
+        self.is_news = false;
+        let (own, other) = (&self.pressed, &self.pedal);
+        Polled::Fresh(PedalSample {
+            cut: own.cut || other.cut,
+            coagulate: own.coagulate || other.coagulate,
+            camera_lock: own.camera_lock || other.camera_lock,
+            at_ns: now_ns,
+        })
+    }
+
+    fn release(&mut self) {
+        let pressed = &self.pressed;
+        self.is_news |= pressed.cut || pressed.coagulate || pressed.camera_lock;
+        self.pressed = PedalSample {
+            at_ns: pressed.at_ns,
+            ..PedalSample::default()
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rt_core::math::Pose;
+    use rt_core::port::Buttons;
+
+    fn handle(buttons: u8, at_ns: TimeNs) -> Polled<DeviceSample> {
+        Polled::Fresh(DeviceSample {
+            device_from_handle: Pose::identity(),
+            velocity_m_s: None,
+            buttons: Buttons(buttons),
+            sequence: 0,
+            at_ns,
+        })
+    }
+
+    fn pressed(polled: Polled<PedalSample>) -> Option<[bool; 3]> {
+        match polled {
+            Polled::Fresh(sample) => Some([sample.cut, sample.coagulate, sample.camera_lock]),
+            _ => None,
+        }
+    }
+
+    fn second_coagulates() -> HandlePedal {
+        HandlePedal::new(HandleButtons {
+            coagulate: Some(2),
+            ..HandleButtons::default()
+        })
+    }
+
+    #[test]
+    fn a_button_of_the_handle_is_the_pedal_s_and_no_longer_its_own() {
+        let mut pedal = second_coagulates();
+        let mut said = handle(0b11, 1000);
+        pedal.take(&mut said);
+        assert_eq!(said, handle(0b01, 1000));
+        let joined = pedal.join(Polled::Nothing, 1000);
+        assert_eq!(pressed(joined), Some([false, true, false]));
+        assert_eq!(
+            pedal.join(Polled::Nothing, 1001),
+            Polled::Nothing,
+            "no news"
+        );
+        // The pedal itself works beside it.
+        let foot = PedalSample {
+            cut: true,
+            ..PedalSample::default()
+        };
+        let joined = pedal.join(Polled::Fresh(foot), 1002);
+        assert_eq!(pressed(joined), Some([true, true, false]));
+    }
+
+    #[test]
+    fn a_handle_that_is_lost_or_silent_has_let_go() {
+        let mut pedal = second_coagulates();
+        pedal.take(&mut handle(0b10, 1000));
+        let _ = pedal.join(Polled::Nothing, 1000);
+        pedal.take(&mut Polled::Lost);
+        assert_eq!(pressed(pedal.join(Polled::Nothing, 1001)), Some([false; 3]));
+        pedal.take(&mut handle(0b10, 2000));
+        let _ = pedal.join(Polled::Nothing, 2000);
+        let later = pedal.join(Polled::Nothing, 2001 + SILENT_NS);
+        assert_eq!(pressed(later), Some([false; 3]));
+        assert_eq!(pedal.join(Polled::Lost, 3000 + SILENT_NS), Polled::Lost);
+    }
+
+    #[test]
+    fn without_roles_nothing_changes() {
+        let mut pedal = HandlePedal::default();
+        let mut said = handle(0xff, 1);
+        pedal.take(&mut said);
+        assert_eq!(said, handle(0xff, 1));
+        assert_eq!(pedal.join(Polled::Nothing, 1), Polled::Nothing);
+    }
+}
