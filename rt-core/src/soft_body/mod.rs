@@ -121,6 +121,12 @@ impl Node {
         self.step_m = self.step_m + Lanes::new(step_m, 0.0);
     }
 
+    /// Moves the sphere without giving it speed, m.
+    #[inline]
+    pub(crate) fn shift_by(&mut self, shift_m: &Vec3) {
+        self.moved_m = self.moved_m + Lanes::new(shift_m, 0.0);
+    }
+
     /// Predicted centre, world frame, m.
     #[inline]
     pub(crate) fn center_m(&self) -> Vec3 {

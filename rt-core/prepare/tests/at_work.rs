@@ -1,0 +1,140 @@
+//! An instrument at work in whole scenes: what the hand feels has no step, and tissue comes to rest.
+
+mod core;
+
+use rt_core::math::{Vec3, norm};
+use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled};
+use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
+use rt_core::state::{SphereBits, State};
+use rt_core::tool::Kinematics;
+use scene_prepare::{Recipe, prepare};
+
+/// A Touch-class device.
+const TOUCH: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 3.3,
+    force_continuous_n: 0.88,
+    torque_max_n_m: 0.0,
+    stiffness_max_n_m: 1000.0,
+    damping_max_n_s_m: 5.0,
+    damping_n_s_m: 1.8,
+    delay_s: 0.001,
+    workspace_radius_m: 0.2,
+    rate_hz: 1000.0,
+};
+
+const OPEN: Buttons = Buttons(0);
+
+struct Hand {
+    samples: Samples,
+    force_n: Vec3,
+    step_n: f32,
+    awake: usize,
+}
+
+impl Ports for Hand {
+    fn sample(&mut self) -> Samples {
+        self.samples
+    }
+
+    fn send_force(&mut self, command: ForceCommand) {
+        self.step_n = norm(&(command.force_n - self.force_n));
+        self.force_n = command.force_n;
+    }
+
+    fn publish(&mut self, view: &TickView<'_>) {
+        let is_awake = |sphere: &rt_core::sim::SphereView| sphere.bits.contains(SphereBits::AWAKE);
+        self.awake = view.spheres().filter(is_awake).count();
+    }
+
+    fn stamp(&mut self, _: Stage) {}
+}
+
+/// A part of the hand's way from 20 mm above the target: ticks, where the tip is at its end (out of
+/// the tissue, along it), mm, and the handle's buttons.
+struct Leg(u16, [f32; 2], Buttons);
+
+/// What a leg showed.
+#[derive(Debug)]
+struct Felt {
+    largest_step_n: f32,
+    largest_n: f32,
+    /// Spheres awake at its end.
+    awake: usize,
+}
+
+fn work(recipe: &Recipe, legs: &[Leg]) -> Vec<Felt> {
+    let built = prepare(recipe, &mut |_| {}).expect("a built-in recipe");
+    let room = built.scene.room.expect("a room");
+    let loaded = core::Prepared::new(&built.scene);
+    let mut state = Box::new(State::new());
+    let parameters = Parameters {
+        force_ramp_s: 0.01,
+        force_enabled: true,
+        ..Parameters::default()
+    };
+    let mut sim = Sim::new(loaded.scene(), &mut state, TOUCH, parameters);
+    let lever = Kinematics {
+        port_m: Vec3::from(room.instrument_port_m),
+        length_m: room.instrument_length_m,
+    };
+    let (target, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
+    let along = normal.cross(&(lever.port_m - target)).normalize();
+    let mut hand = Hand {
+        samples: Samples {
+            now_ns: 0,
+            device: Polled::Nothing,
+            tracker: Polled::Nothing,
+            pedal: Polled::Nothing,
+            command: None,
+        },
+        force_n: Vec3::zeros(),
+        step_n: 0.0,
+        awake: 0,
+    };
+    let (mut from, mut sequence) = ([20.0f32, 0.0], 0u16);
+    let mut all = Vec::new();
+    for Leg(ticks, to, buttons) in legs {
+        let mut felt = Felt {
+            largest_step_n: 0.0,
+            largest_n: 0.0,
+            awake: 0,
+        };
+        for tick in 1..=*ticks {
+            let share = f32::from(tick) / f32::from(*ticks);
+            let at = [0, 1].map(|i| (from[i] + (to[i] - from[i]) * share) * 1.0e-3);
+            let tip_m = target + normal * at[0] + along * at[1];
+            sequence = sequence.wrapping_add(1);
+            hand.samples.now_ns += 1_000_000;
+            hand.samples.device = Polled::Fresh(DeviceSample {
+                device_from_handle: lever.handle_from_tip(&tip_m, &Vec3::y()),
+                velocity_m_s: None,
+                buttons: *buttons,
+                sequence,
+                at_ns: hand.samples.now_ns,
+            });
+            sim.tick(&mut hand);
+            felt.largest_step_n = felt.largest_step_n.max(hand.step_n);
+            felt.largest_n = felt.largest_n.max(norm(&hand.force_n));
+        }
+        felt.awake = hand.awake;
+        all.push(felt);
+        from = *to;
+    }
+    all
+}
+
+/// What a tool has thrown about comes to rest when it has gone: organs that lie on each other, and in
+/// folds, do not go on bouncing.
+#[test]
+fn after_a_fast_press_everything_falls_asleep() {
+    let recipe = Recipe::triangle(false).expect("a built-in recipe");
+    let legs = [
+        Leg(100, [-20.0, 0.0], OPEN),
+        Leg(500, [-20.0, 0.0], OPEN),
+        Leg(100, [40.0, 0.0], OPEN),
+        Leg(4000, [40.0, 0.0], OPEN),
+    ];
+    let felt = work(&recipe, &legs);
+    assert!(felt[1].largest_n > 0.1 && felt[1].awake > 0, "{felt:?}");
+    assert_eq!(felt[3].awake, 0, "{felt:?}");
+}
