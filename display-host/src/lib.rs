@@ -13,6 +13,7 @@
 
 pub mod error;
 pub mod feed;
+pub mod gallery;
 pub mod headless;
 pub mod latency;
 mod painter;

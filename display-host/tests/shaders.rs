@@ -1,6 +1,6 @@
 //! Every shader parses and validates, and its structs lie as Rust's do. Needs no graphics device.
 
-use display_host::render::layout::{Frame, Look, SHADERS, shader};
+use display_host::render::layout::{Frame, Look, SHADERS, Tree, shader};
 use display_host::skinning::gpu::SHADER as SKINNING;
 use display_host::skinning::press::Press;
 use display_host::skinning::{RestVertex, SkinnedVertex};
@@ -80,8 +80,9 @@ fn structs_lie_as_in_rust() {
         &tissue,
         "Look",
         Look,
-        [low, high, streak, slope, wet, scatter, lobule]
+        [low, high, streak, slope, wet, scatter, lobule, cell, veil]
     );
+    same_layout!(&tissue, "Tree", Tree, [origin, scale]);
     let skinning = parse("skinning", SKINNING);
     same_layout!(
         &skinning,

@@ -73,7 +73,7 @@ impl Default for Exposure {
     fn default() -> Self {
         Self {
             adapt: 1.0,
-            key: 0.105,
+            key: 0.092,
             range: [0.2, 60.0],
             grain: 0.010,
         }
@@ -90,6 +90,23 @@ pub fn matrix(pose: &PoseMsg) -> Mat4 {
         Quat::IDENTITY
     };
     Mat4::from_rotation_translation(turn, Vec3::from(pose.position_m))
+}
+
+/// The pose of a camera at `eye` that looks at `at`, as upright as can be.
+#[must_use]
+pub fn looking(eye: Vec3, at: Vec3) -> PoseMsg {
+    let back = (eye - at).normalize_or(Vec3::Z);
+    let up = if back.y.abs() > 0.999 {
+        Vec3::Z
+    } else {
+        Vec3::Y
+    };
+    let right = up.cross(back).normalize();
+    let turn = Quat::from_mat3(&glam::Mat3::from_cols(right, back.cross(right), back));
+    PoseMsg {
+        position_m: eye.to_array(),
+        orientation: turn.normalize().to_array(),
+    }
 }
 
 /// Fills a frame's uniform. Depth is reversed and infinite: 1 at the near plane, 0 far away.

@@ -19,7 +19,8 @@ fn measure(@builtin(local_invocation_index) lane: u32) {
     let ndc = at * 0.85 / vec2f(frame.up.w, 1.0);
     let c = textureLoad(picture, vec2i((ndc * 0.5 + 0.5) * size), 0).rgb;
     let light = dot(c, vec3f(0.2126, 0.7152, 0.0722));
-    let weight = exp(-2.0 * dot(at, at));
+    // Where nothing is, nothing is measured.
+    let weight = select(0.0, exp(-2.0 * dot(at, at)), light > 1e-6);
     sum += vec2f(log2(clamp(light, 1e-4, 16.0)), 1.0) * weight;
   }
   sums[lane] = sum;
@@ -27,7 +28,7 @@ fn measure(@builtin(local_invocation_index) lane: u32) {
   if (lane == 0u) {
     var total = vec2f(0.0);
     for (var i = 0u; i < 64u; i++) { total += sums[i]; }
-    let mean = exp2(total.x / total.y);
+    let mean = exp2(total.x / max(total.y, 1e-6));
     let wanted = clamp(frame.adapt.y / mean, frame.adapt.z, frame.adapt.w);
     exposure.value = mix(exposure.value, wanted, frame.adapt.x);
   }

@@ -33,7 +33,11 @@ pub struct Look {
     pub wet: [f32; 4],
     pub scatter: [f32; 4],
     pub lobule: [f32; 4],
+    pub cell: [f32; 4],
+    pub veil: [f32; 4],
 }
+
+pub use super::trees::Tree;
 
 /// Capsules that shade the tissue around them.
 pub const SHADING_CAPSULES: usize = 4;

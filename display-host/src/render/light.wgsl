@@ -8,6 +8,15 @@ override SHADOW: bool = true;
 @group(0) @binding(3) var noise_sampler: sampler;
 @group(0) @binding(4) var shadow_map: texture_depth_2d;
 @group(0) @binding(5) var shadow_sampler: sampler_comparison;
+@group(0) @binding(6) var cells_texture: texture_3d<f32>;
+@group(0) @binding(7) var tree_texture: texture_3d<f32>;
+@group(0) @binding(8) var<uniform> trees: array<Tree, 16>;
+
+// An organ's grid of vessels (see trees.rs).
+struct Tree {
+  origin: vec4f,    // its corner in the tissue at rest, cm; w: distance that a texel of 1 stands for, cm
+  scale: vec4f,     // cm to texture; w: where it starts along the texture's depth
+}
 
 // A row of the material table (see look.rs).
 struct Look {
@@ -18,6 +27,8 @@ struct Look {
   wet: vec4f,       // roughness, film strength, film roughness, reflectance head on
   scatter: vec4f,   // how far light of each colour wraps around; w: fine albedo contrast
   lobule: vec4f,    // lobule frequency, grain frequency (1/cm), metal, brushed (of tissue: veins)
+  cell: vec4f,      // packed cells: frequency (1/cm), steepness, how dark their furrows, how light their middles
+  veil: vec4f,      // colour of a thin wall seen along it; w: how much it hides
 }
 
 struct Surface {
@@ -42,6 +53,12 @@ fn octave(at_cm: vec3f, frequency: f32, footprint: f32) -> vec4f {
   return noise(at_cm * frequency) * (1.0 - smoothstep(0.2, 0.6, footprint * frequency));
 }
 
+// Cells packed side by side: xyz slope of a dome over each, w 0 in the furrows; fades as `octave` does.
+fn cells(at_cm: vec3f, frequency: f32, footprint: f32) -> vec4f {
+  let c = textureSampleLevel(cells_texture, noise_sampler, at_cm * frequency * 0.125, 0.0);
+  return vec4f(c.xyz, c.w - 0.3) * (1.0 - smoothstep(0.2, 0.6, footprint * frequency));
+}
+
 // Slope of the surface from a height's gradient in rest space: the chain rule through screen space
 // carries it to the deformed surface, so that bumps stick to the tissue.
 struct Sheet { across: vec3f, down: vec3f, scale: f32, rest_x: vec3f, rest_y: vec3f }
@@ -54,6 +71,9 @@ fn sheet(world_x: vec3f, world_y: vec3f, rest_x: vec3f, rest_y: vec3f, normal: v
 fn lean(s: Sheet, gradient: vec3f) -> vec3f {
   return (dot(gradient, s.rest_x) * s.across + dot(gradient, s.rest_y) * s.down) * s.scale;
 }
+
+// The same from a height's change across and down the screen.
+fn lean_screen(s: Sheet, across: f32, down: f32) -> vec3f { return (across * s.across + down * s.down) * s.scale; }
 
 fn ggx(nh: f32, a: f32) -> f32 { let d = nh * nh * (a * a - 1.0) + 1.0; return a * a / (PI * d * d); }
 fn visibility(nl: f32, nv: f32, a: f32) -> f32 {

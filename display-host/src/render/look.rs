@@ -34,6 +34,10 @@ struct Tissue {
     contrast: f32,
     /// How much the fine vessels on it show.
     veins: f32,
+    /// Packed cells: frequency (1/cm), steepness, darkness of furrows, lightness of middles.
+    cells: [f32; 4],
+    /// Colour of a thin wall where one looks along it, and how much it hides.
+    veil: ([f32; 3], f32),
 }
 
 impl Tissue {
@@ -48,26 +52,30 @@ impl Tissue {
             wet: [self.roughness, self.film[0], self.film[1], 0.03],
             scatter: with(self.scatter, self.contrast),
             lobule: [lobule, grain, 0.0, self.veins],
+            cell: self.cells,
+            veil: with(self.veil.0, self.veil.1),
         }
     }
 }
 
 const LIVER: Tissue = Tissue {
-    low: [0.095, 0.0120, 0.0085],
-    high: [0.170, 0.0310, 0.0200],
-    streak: ([0.230, 0.070, 0.042], 0.22),
+    low: [0.074, 0.0125, 0.0095],
+    high: [0.132, 0.0290, 0.0200],
+    streak: ([0.170, 0.052, 0.034], 0.22),
     frequencies: [0.35, 1.3, 6.5, 17.0],
-    slopes: [0.030, 0.034, 0.020, 0.022],
+    slopes: [0.030, 0.030, 0.020, 0.018],
     roughness: 0.42,
-    film: [1.0, 0.105],
+    film: [1.0, 0.085],
     scatter: [0.45, 0.18, 0.14],
     contrast: 0.22,
     veins: 0.0,
+    cells: [8.5, 0.010, 0.35, 0.10],
+    veil: ([0.150, 0.050, 0.042], 0.35),
 };
 
 const GALLBLADDER: Tissue = Tissue {
-    low: [0.029, 0.034, 0.022],
-    high: [0.068, 0.072, 0.043],
+    low: [0.036, 0.042, 0.026],
+    high: [0.092, 0.092, 0.052],
     streak: ([0.090, 0.066, 0.028], 0.40),
     frequencies: [0.55, 1.6, 5.0, 12.0],
     slopes: [0.034, 0.022, 0.022, 0.018],
@@ -76,12 +84,14 @@ const GALLBLADDER: Tissue = Tissue {
     scatter: [0.50, 0.40, 0.25],
     contrast: 0.12,
     veins: 0.55,
+    cells: [0.0; 4],
+    veil: ([0.190, 0.165, 0.110], 0.75),
 };
 
 const DUCT: Tissue = Tissue {
-    low: [0.260, 0.200, 0.085],
-    high: [0.420, 0.330, 0.170],
-    streak: ([0.430, 0.150, 0.090], 0.35),
+    low: [0.170, 0.140, 0.066],
+    high: [0.290, 0.235, 0.128],
+    streak: ([0.290, 0.120, 0.075], 0.35),
     frequencies: [0.9, 2.6, 7.0, 16.0],
     slopes: [0.040, 0.030, 0.015, 0.020],
     roughness: 0.40,
@@ -89,12 +99,14 @@ const DUCT: Tissue = Tissue {
     scatter: [0.50, 0.35, 0.22],
     contrast: 0.12,
     veins: 0.35,
+    cells: [0.0; 4],
+    veil: ([0.330, 0.270, 0.170], 0.4),
 };
 
 const ARTERY: Tissue = Tissue {
-    low: [0.330, 0.060, 0.045],
-    high: [0.470, 0.145, 0.105],
-    streak: ([0.560, 0.300, 0.210], 0.40),
+    low: [0.235, 0.046, 0.036],
+    high: [0.340, 0.108, 0.080],
+    streak: ([0.420, 0.215, 0.150], 0.40),
     frequencies: [1.0, 3.0, 8.0, 18.0],
     slopes: [0.035, 0.025, 0.015, 0.018],
     roughness: 0.36,
@@ -102,12 +114,14 @@ const ARTERY: Tissue = Tissue {
     scatter: [0.50, 0.22, 0.16],
     contrast: 0.12,
     veins: 0.0,
+    cells: [0.0; 4],
+    veil: ([0.400, 0.200, 0.150], 0.4),
 };
 
 const GUT: Tissue = Tissue {
-    low: [0.400, 0.150, 0.105],
-    high: [0.580, 0.300, 0.215],
-    streak: ([0.560, 0.115, 0.080], 0.40),
+    low: [0.210, 0.082, 0.058],
+    high: [0.330, 0.160, 0.112],
+    streak: ([0.300, 0.075, 0.052], 0.40),
     frequencies: [0.45, 1.5, 4.5, 11.0],
     slopes: [0.050, 0.030, 0.016, 0.026],
     roughness: 0.44,
@@ -115,11 +129,13 @@ const GUT: Tissue = Tissue {
     scatter: [0.50, 0.30, 0.22],
     contrast: 0.14,
     veins: 0.6,
+    cells: [0.0; 4],
+    veil: ([0.330, 0.190, 0.150], 0.5),
 };
 
 const FAT: Tissue = Tissue {
-    low: [0.430, 0.205, 0.040],
-    high: [0.640, 0.385, 0.105],
+    low: [0.380, 0.190, 0.048],
+    high: [0.540, 0.340, 0.115],
     streak: ([0.520, 0.130, 0.060], 0.30),
     frequencies: [0.5, 1.7, 4.5, 12.0],
     slopes: [0.130, 0.110, 0.030, 0.060],
@@ -128,12 +144,14 @@ const FAT: Tissue = Tissue {
     scatter: [0.60, 0.50, 0.30],
     contrast: 0.16,
     veins: 0.3,
+    cells: [4.2, 0.34, 0.75, 0.18],
+    veil: ([0.560, 0.390, 0.150], 0.4),
 };
 
 const MEMBRANE: Tissue = Tissue {
-    low: [0.430, 0.250, 0.165],
-    high: [0.600, 0.420, 0.300],
-    streak: ([0.480, 0.120, 0.090], 0.30),
+    low: [0.270, 0.150, 0.104],
+    high: [0.400, 0.265, 0.190],
+    streak: ([0.300, 0.075, 0.058], 0.30),
     frequencies: [0.7, 2.2, 6.0, 15.0],
     slopes: [0.060, 0.050, 0.025, 0.045],
     roughness: 0.46,
@@ -141,6 +159,8 @@ const MEMBRANE: Tissue = Tissue {
     scatter: [0.60, 0.45, 0.35],
     contrast: 0.18,
     veins: 0.6,
+    cells: [0.0; 4],
+    veil: ([0.400, 0.330, 0.270], 0.6),
 };
 
 const PERITONEUM: Tissue = Tissue {
@@ -154,6 +174,8 @@ const PERITONEUM: Tissue = Tissue {
     scatter: [0.50, 0.30, 0.25],
     contrast: 0.14,
     veins: 0.5,
+    cells: [0.0; 4],
+    veil: ([0.300, 0.130, 0.100], 0.3),
 };
 
 /// A solid: albedo dark and light, roughness, reflectance, metal, brushed.
@@ -167,6 +189,8 @@ const fn solid(low: f32, tint: [f32; 3], gain: f32, wet: [f32; 4], metal: [f32; 
         wet,
         scatter: [0.0; 4],
         lobule: [1.0, 1.0, metal[0], metal[1]],
+        cell: [0.0; 4],
+        veil: [0.0; 4],
     }
 }
 

@@ -12,6 +12,7 @@ mod cavity;
 pub mod gpu;
 pub mod inside;
 mod instrument;
+mod joints;
 pub mod layout;
 mod look;
 mod noise;
@@ -20,6 +21,9 @@ mod quality;
 mod resource;
 mod solid;
 mod targets;
+mod trees;
+
+use std::ops::Range;
 
 use bytemuck::{bytes_of, cast_slice};
 use shared_mem::message::{SphereState, ToolFrame};
@@ -31,7 +35,7 @@ use self::gpu::Gpu;
 use self::inside::Inside;
 use self::pipeline::{DEPTH, Layouts, Pipelines};
 pub use self::quality::Quality;
-use self::resource::{bind, colour, depth, noise_texture, sampler, target};
+use self::resource::{bind, cells_texture, colour, depth, noise_texture, sampler, target, volume};
 use self::targets::Targets;
 use crate::DisplayError;
 use crate::skinning::gpu::GpuSkinning;
@@ -48,6 +52,9 @@ pub struct Renderer {
     springs: Vec<[u32; 2]>,
     /// Indices of the organs' skins; the cavity's come after.
     organ_corners: u32,
+    /// Indices of each organ's skin.
+    organ_ranges: Vec<Range<u32>>,
+    shown: Shown,
     inside: Option<Inside>,
     /// Made when first asked for.
     inside_model: Option<inside::Model>,
@@ -70,6 +77,16 @@ pub struct Renderer {
     number: u32,
 }
 
+/// Which tissue is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Shown {
+    /// All of it.
+    #[default]
+    Everything,
+    /// One organ before black, by its index in the scene.
+    Organ(usize),
+}
+
 struct Drawable {
     vertices: wgpu::Buffer,
     corners: wgpu::Buffer,
@@ -87,6 +104,9 @@ impl Renderer {
             return Err(DisplayError::Size { width, height });
         }
         let mut mesh = SkinMesh::from_scene(scene);
+        joints::add(&mut mesh, scene);
+        let trees = trees::grow(&mut mesh, scene);
+        let organ_corners = mesh.triangles.len() as u32 * 3;
         let cavity = cavity::around(scene);
         mesh.add_fixed(&cavity.vertices, &cavity.triangles);
         ambient::bake(&mut mesh, scene.spheres());
@@ -109,6 +129,15 @@ impl Renderer {
             changing,
         );
         let looks = buffer("looks", cast_slice(&look::table()), Usage::UNIFORM);
+        let tree_slots = buffer("trees", cast_slice(&trees.slots), Usage::UNIFORM);
+        let voxels = trees.texels.as_flattened();
+        let vessels = volume(
+            gpu,
+            "trees",
+            trees.size,
+            wgpu::TextureFormat::Rg8Unorm,
+            voxels,
+        );
         let exposure_value = buffer(
             "exposure",
             cast_slice(&[1.0f32, 0.0, 0.0, 0.0]),
@@ -144,6 +173,9 @@ impl Renderer {
                     wgpu::AddressMode::ClampToEdge,
                     Some(wgpu::CompareFunction::LessEqual),
                 )),
+                wgpu::BindingResource::TextureView(&cells_texture(gpu)),
+                wgpu::BindingResource::TextureView(&vessels),
+                tree_slots.as_entire_binding(),
             ],
         );
         let targets = Targets::new(gpu, &layouts, &frame, &exposure_value, &filter, &quality);
@@ -155,7 +187,13 @@ impl Renderer {
             exposure: Exposure::default(),
             rest: scene.spheres().to_vec(),
             springs: scene.links().iter().map(|l| [l.a, l.b]).collect(),
-            organ_corners: scene.triangles().len() as u32 * 3,
+            organ_corners,
+            organ_ranges: scene
+                .organs()
+                .iter()
+                .map(|organ| organ.triangles[0] * 3..(organ.triangles[0] + organ.triangles[1]) * 3)
+                .collect(),
+            shown: Shown::Everything,
             inside: None,
             inside_model: None,
             skinned: mesh.at_rest(),
@@ -207,6 +245,20 @@ impl Renderer {
             let (layouts, quality) = (&self.layouts, &self.quality);
             let model = inside::Model::new(gpu, layouts, quality, &self.rest, &self.springs);
             self.inside_model = Some(model);
+        }
+    }
+
+    /// Which tissue is drawn from the next frame on.
+    pub fn show(&mut self, shown: Shown) {
+        self.shown = shown;
+    }
+
+    /// Indices of the tissue that is drawn.
+    fn shown_corners(&self) -> Range<u32> {
+        let all = 0..self.skinning.corner_count;
+        match self.shown {
+            Shown::Everything => all,
+            Shown::Organ(number) => self.organ_ranges.get(number).cloned().unwrap_or(all),
         }
     }
 
@@ -298,7 +350,7 @@ impl Renderer {
         });
         pass.set_bind_group(0, &self.frame_group, &[]);
         pass.set_pipeline(&self.pipelines.tissue_shadow);
-        self.draw_tissue(&mut pass, false, 0..self.skinning.corner_count);
+        self.draw_tissue(&mut pass, false, self.shown_corners());
         pass.set_pipeline(&self.pipelines.rigid_shadow);
         pass.set_bind_group(1, &self.parts_group, &[]);
         instrument.draw(&mut pass);
@@ -329,7 +381,7 @@ impl Renderer {
         let all = self.skinning.corner_count;
         let Some((inside, model)) = self.inside.as_ref().zip(self.inside_model.as_ref()) else {
             pass.set_pipeline(&self.pipelines.tissue);
-            self.draw_tissue(&mut pass, true, 0..all);
+            self.draw_tissue(&mut pass, true, self.shown_corners());
             return;
         };
         model.draw(&mut pass, inside);
@@ -342,12 +394,7 @@ impl Renderer {
         self.draw_tissue(&mut pass, true, 0..self.organ_corners);
     }
 
-    fn draw_tissue(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        with_rest: bool,
-        corners: std::ops::Range<u32>,
-    ) {
+    fn draw_tissue(&self, pass: &mut wgpu::RenderPass<'_>, with_rest: bool, corners: Range<u32>) {
         pass.set_vertex_buffer(0, self.skinning.now.slice(..));
         if with_rest {
             pass.set_vertex_buffer(1, self.skinning.rest.slice(..));

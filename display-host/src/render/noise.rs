@@ -59,6 +59,51 @@ pub(super) fn noise(at: Vec3) -> (Vec3, f32) {
     (gradient, value)
 }
 
+/// A tile of cells packed side by side, RGBA, x fastest: slope of a dome over each cell, and how much
+/// nearer its own middle is than the next one's (0 in the furrow between two cells).
+#[must_use]
+pub(super) fn cells_tile() -> Vec<[f32; 4]> {
+    let n = CELLS as i32;
+    let mut middles = Vec::with_capacity(CELLS * CELLS * CELLS);
+    for z in 0..CELLS as u32 {
+        for y in 0..CELLS as u32 {
+            for x in 0..CELLS as u32 {
+                let jitter = [3, 71, 139].map(|k| 0.1 + 0.8 * hash(x + k, y + 2 * k, z + 3 * k));
+                middles.push(Vec3::from_array(jitter));
+            }
+        }
+    }
+    let step = CELLS as f32 / SIDE as f32;
+    let mut voxels = Vec::with_capacity(SIDE * SIDE * SIDE);
+    for z in 0..SIDE {
+        for y in 0..SIDE {
+            for x in 0..SIDE {
+                let at = (Vec3::new(x as f32, y as f32, z as f32) + 0.5) * step;
+                let cell = at.floor().as_ivec3();
+                let (mut first, mut second, mut to_first) =
+                    (f32::INFINITY, f32::INFINITY, Vec3::ZERO);
+                for d in 0..27i32 {
+                    let c = cell + glam::IVec3::new(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
+                    let [i, j, k] = c.to_array().map(|v| v.rem_euclid(n) as usize);
+                    let middle = c.as_vec3() + middles[(k * CELLS + j) * CELLS + i];
+                    let far = middle.distance(at);
+                    if far < first {
+                        (second, first, to_first) = (first, far, middle - at);
+                    } else {
+                        second = second.min(far);
+                    }
+                }
+                voxels.push(
+                    (to_first * 2.0)
+                        .extend((second - first).min(1.0))
+                        .to_array(),
+                );
+            }
+        }
+    }
+    voxels
+}
+
 /// A number from 0 to 1 for a grid point.
 #[must_use]
 pub(super) fn hash(x: u32, y: u32, z: u32) -> f32 {
@@ -101,6 +146,22 @@ mod tests {
                 );
             }
         }
+    }
+
+    #[test]
+    fn cells_have_furrows_and_repeat() {
+        let tile = cells_tile();
+        assert_eq!(tile.len(), SIDE * SIDE * SIDE);
+        let height = |x: usize, y: usize, z: usize| tile[(z * SIDE + y) * SIDE + x][3];
+        // Across the border of the tile it goes on as it does within.
+        let jump = |a: usize, b: usize| {
+            let all = (0..SIDE * SIDE)
+                .map(|i| (height(a, i % SIDE, i / SIDE) - height(b, i % SIDE, i / SIDE)).abs());
+            all.sum::<f32>() / (SIDE * SIDE) as f32
+        };
+        assert!(jump(SIDE - 1, 0) < 1.5 * jump(20, 21));
+        let flat = tile.iter().filter(|v| v[3] < 0.08).count() as f32 / tile.len() as f32;
+        assert!(flat > 0.05 && flat < 0.4, "{flat} is furrow");
     }
 
     #[test]

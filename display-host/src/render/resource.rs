@@ -36,30 +36,46 @@ pub(super) fn target(
 }
 
 pub(super) fn noise_texture(gpu: &Gpu) -> wgpu::TextureView {
-    let side = noise::SIDE as u32;
-    let voxels: Vec<u16> = noise::tile()
-        .as_flattened()
-        .iter()
-        .map(|&x| half(x))
-        .collect();
+    tile_texture(gpu, "noise", &noise::tile())
+}
+
+pub(super) fn cells_texture(gpu: &Gpu) -> wgpu::TextureView {
+    tile_texture(gpu, "cells", &noise::cells_tile())
+}
+
+fn tile_texture(gpu: &Gpu, label: &str, voxels: &[[f32; 4]]) -> wgpu::TextureView {
+    let voxels: Vec<u16> = voxels.as_flattened().iter().map(|&x| half(x)).collect();
+    let size = [noise::SIDE as u32; 3];
+    let format = wgpu::TextureFormat::Rgba16Float;
+    volume(gpu, label, size, format, cast_slice(&voxels))
+}
+
+/// A texture in three dimensions, x fastest.
+pub(super) fn volume(
+    gpu: &Gpu,
+    label: &str,
+    [width, height, depth]: [u32; 3],
+    format: wgpu::TextureFormat,
+    voxels: &[u8],
+) -> wgpu::TextureView {
     let texture = gpu.device.create_texture_with_data(
         &gpu.queue,
         &wgpu::TextureDescriptor {
-            label: Some("noise"),
+            label: Some(label),
             size: wgpu::Extent3d {
-                width: side,
-                height: side,
-                depth_or_array_layers: side,
+                width,
+                height,
+                depth_or_array_layers: depth,
             },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D3,
-            format: wgpu::TextureFormat::Rgba16Float,
+            format,
             usage: wgpu::TextureUsages::TEXTURE_BINDING,
             view_formats: &[],
         },
         wgpu::util::TextureDataOrder::LayerMajor,
-        cast_slice(&voxels),
+        voxels,
     );
     texture.create_view(&Default::default())
 }

@@ -16,7 +16,7 @@ struct VertexOut {
   @location(1) normal: vec3f,
   @location(2) rest_cm: vec3f,
   @location(3) @interpolate(flat) look: u32,
-  @location(4) ambient_bend_pushed: vec3f,
+  @location(4) state: vec4f, // ambient light, bend, push, share of the second look
 }
 
 @vertex fn vertex(v: VertexIn) -> VertexOut {
@@ -26,7 +26,7 @@ struct VertexOut {
   out.normal = v.normal.xyz;
   out.rest_cm = v.rest * 100.0;
   out.look = v.look;
-  out.ambient_bend_pushed = vec3f(v.ambient, v.normal.w, v.position.w);
+  out.state = vec4f(v.ambient, v.normal.w, v.position.w, f32(v.look >> 16u) / 65535.0);
   return out;
 }
 
@@ -34,15 +34,23 @@ struct VertexOut {
   return frame.shadow_from_world * vec4f(position.xyz, 1.0);
 }
 
-@fragment fn fragment(in: VertexOut) -> @location(0) vec4f {
-  let world_x = dpdx(in.world) * 100.0;
-  let world_y = dpdy(in.world) * 100.0;
-  let rest_x = dpdx(in.rest_cm);
-  let rest_y = dpdy(in.rest_cm);
-  let footprint = max(length(rest_x), length(rest_y));
-  let look = looks[in.look & 15u];
-  let p = in.rest_cm;
+// What a tissue is like at a place.
+struct Body {
+  albedo: vec3f,
+  bump: vec3f,    // slope of the tissue, in rest space
+  wet: vec3f,     // slope of the film on it
+  sheen: vec4f,   // roughness, film strength, film roughness, reflectance head on
+  scatter: vec3f,
+  veil: vec4f,
+}
 
+// How much of a line shows whose edge is `d` cm away (negative: inside).
+fn cover(d: f32, footprint: f32) -> f32 {
+  let soft = max(0.8 * footprint, 0.008);
+  return 1.0 - smoothstep(-soft, soft, d);
+}
+
+fn body(look: Look, p: vec3f, footprint: f32, has_tree: bool) -> Body {
   let coarse = noise(p * look.low.w);
   let middle = octave(p + vec3f(3.1, 0.7, 5.3), look.high.w, footprint);
   var lobule = vec4f(0.0);
@@ -51,24 +59,75 @@ struct VertexOut {
     lobule = octave(p + vec3f(9.2, 4.4, 1.1), look.lobule.x, footprint);
     grain = octave(p, look.lobule.y, footprint);
   }
-
-  var s: Surface;
-  s.albedo = mix(look.low.rgb, look.high.rgb, clamp(0.5 + 0.75 * coarse.w + 0.45 * middle.w, 0.0, 1.0));
+  var b: Body;
+  b.albedo = mix(look.low.rgb, look.high.rgb, clamp(0.5 + 0.75 * coarse.w + 0.45 * middle.w, 0.0, 1.0));
   let streak = smoothstep(0.0, 0.75, middle.w - 0.45 * coarse.w + 0.35 * lobule.w) * look.streak.w;
-  s.albedo = mix(s.albedo, look.streak.rgb, streak);
-  s.albedo *= 1.0 + look.scatter.w * (lobule.w + 0.5 * grain.w);
+  b.albedo = mix(b.albedo, look.streak.rgb, streak);
+  b.albedo *= 1.0 + look.scatter.w * (lobule.w + 0.5 * grain.w);
+  var packed = vec4f(0.0);
+  if (look.cell.x > 0.0) {
+    // Cells are of no regular size: warped by what lies under them.
+    packed = cells(p + 0.25 / look.cell.x * middle.xyz, look.cell.x, footprint);
+    b.albedo *= 1.0 + select(look.cell.z, look.cell.w, packed.w > 0.0) * packed.w;
+  }
 
   // Fine vessels: where noise passes through zero, now here, now there.
-  if (look.lobule.w > 0.0) {
+  if (look.lobule.w > 0.0 && !has_tree) {
     let line = octave(p + vec3f(17.3, 2.9, 8.1), look.high.w * 0.8, footprint).w + 0.15 * lobule.w;
     let there = smoothstep(-0.15, 0.35, coarse.w + 0.3 * middle.w);
     let vein = (1.0 - smoothstep(0.005, 0.040, abs(line))) * there * look.lobule.w;
-    s.albedo = mix(s.albedo, vec3f(0.13, 0.016, 0.015), vein);
+    b.albedo = mix(b.albedo, vec3f(0.13, 0.016, 0.015), vein);
+  }
+  b.bump = look.slope.x * middle.xyz + look.slope.y * lobule.xyz + look.slope.z * grain.xyz + look.cell.y * packed.xyz;
+  b.wet = look.slope.w * (middle.xyz + 0.35 * lobule.xyz + 0.3 * grain.xyz) + 0.6 * look.cell.y * packed.xyz;
+  b.sheen = look.wet;
+  b.scatter = look.scatter.rgb;
+  b.veil = look.veil;
+  return b;
+}
+
+fn between(a: Body, b: Body, t: f32) -> Body {
+  return Body(mix(a.albedo, b.albedo, t), mix(a.bump, b.bump, t), mix(a.wet, b.wet, t),
+    mix(a.sheen, b.sheen, t), mix(a.scatter, b.scatter, t), mix(a.veil, b.veil, t));
+}
+
+@fragment fn fragment(in: VertexOut) -> @location(0) vec4f {
+  let world_x = dpdx(in.world) * 100.0;
+  let world_y = dpdy(in.world) * 100.0;
+  let rest_x = dpdx(in.rest_cm);
+  let rest_y = dpdy(in.rest_cm);
+  let footprint = max(length(rest_x), length(rest_y));
+  let p = in.rest_cm;
+
+  // Vessels of the organ's tree: artery and vein, distance to their edges in cm.
+  let slot = (in.look >> 8u) & 15u;
+  let tree = trees[slot];
+  let grid = (p - tree.origin.xyz) * tree.scale.xyz + vec3f(0.0, 0.0, tree.scale.w);
+  let edges = (0.5 - textureSampleLevel(tree_texture, noise_sampler, grid, 0.0).xy) * 2.0 * tree.origin.w;
+  let artery = cover(edges.x, footprint);
+  let vein = cover(edges.y, footprint);
+  let edge = min(edges.x, edges.y);
+  let edge_x = dpdx(edge);
+  let edge_y = dpdy(edge);
+
+  var b = body(looks[in.look & 15u], p, footprint, slot != 0u);
+  if (in.state.w > 0.0) {
+    let other = body(looks[(in.look >> 4u) & 15u], p, footprint, false);
+    b = between(b, other, in.state.w);
+  }
+  var s: Surface;
+  s.albedo = b.albedo;
+  if (slot != 0u) {
+    // Under the serosa: reddened around, the vein deeper and bluer than the artery.
+    let near = 1.0 - smoothstep(0.0, tree.origin.w, edge);
+    s.albedo *= mix(vec3f(1.0), vec3f(1.02, 0.80, 0.78), near);
+    s.albedo = mix(s.albedo, s.albedo * vec3f(0.55, 0.20, 0.30) + vec3f(0.012, 0.002, 0.005), 0.80 * vein);
+    s.albedo = mix(s.albedo, vec3f(0.19, 0.020, 0.016), 0.80 * artery);
   }
 
   // Pressed skin: blood leaves it on the ridge, the pit lies in its own shade.
-  let bend = in.ambient_bend_pushed.y;
-  let pushed = in.ambient_bend_pushed.z;
+  let bend = in.state.y;
+  let pushed = in.state.z;
   let pressed = smoothstep(8.0, 70.0, -bend) * smoothstep(0.0002, 0.002, pushed);
   let pit = smoothstep(0.002, 0.010, pushed);
   s.albedo *= mix(vec3f(1.0), vec3f(1.2, 1.5, 1.4), 0.6 * pressed);
@@ -76,16 +135,20 @@ struct VertexOut {
 
   s.smooth_normal = normalize(in.normal);
   let skin = sheet(world_x, world_y, rest_x, rest_y, s.smooth_normal);
-  let tissue = look.slope.x * middle.xyz + look.slope.y * lobule.xyz + look.slope.z * grain.xyz;
-  let wet = look.slope.w * (middle.xyz + 0.35 * lobule.xyz + 0.3 * grain.xyz);
-  s.normal = normalize(s.smooth_normal - lean(skin, tissue));
-  s.film_normal = normalize(s.smooth_normal - lean(skin, wet));
-  s.roughness = look.wet.x;
-  s.film = look.wet.y;
-  s.film_roughness = look.wet.z;
-  s.reflectance = look.wet.w;
-  s.scatter = look.scatter.rgb;
+  // A vessel stands out a little: its flanks lean, where they are not smaller than a pixel.
+  let flank = select(0.0, 0.35 * exp(-edge * edge / 0.0004) * (1.0 - smoothstep(0.01, 0.03, footprint)), slot != 0u);
+  let vessels = -flank * lean_screen(skin, edge_x, edge_y);
+  s.normal = normalize(s.smooth_normal - lean(skin, b.bump) - vessels);
+  s.film_normal = normalize(s.smooth_normal - lean(skin, b.wet) - 0.6 * vessels);
+  // A thin wall looks like itself where one looks along it, and like what is behind it head on.
+  let along = 1.0 - clamp(dot(s.smooth_normal, normalize(frame.camera.xyz - in.world)), 0.0, 1.0);
+  s.albedo = mix(s.albedo, b.veil.rgb, b.veil.w * along * along);
+  s.roughness = b.sheen.x;
+  s.film = b.sheen.y;
+  s.film_roughness = b.sheen.z;
+  s.reflectance = b.sheen.w;
+  s.scatter = b.scatter;
   s.metal = 0.0;
-  s.ambient = in.ambient_bend_pushed.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.7 * pit);
+  s.ambient = in.state.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.7 * pit);
   return vec4f(shade(s, in.world), 1.0);
 }

@@ -32,7 +32,8 @@ const FARTHEST: f32 = 1.2;
 pub struct RestVertex {
     /// Position, world frame, m.
     pub position: [f32; 3],
-    /// Look: row of the material table.
+    /// Look: bits 0 to 3 are its row of the material table, 4 to 7 another row, 8 to 11 the slot of
+    /// its vessel tree, 16 to 31 the other row's share of 65535.
     pub look: u32,
     /// Outward unit normal.
     pub normal: [f32; 3],
@@ -103,6 +104,14 @@ impl SkinMesh {
         mesh.find_rings();
         mesh.find_outward(scene.spheres().len());
         mesh
+    }
+
+    /// Adds vertices that follow spheres, before any that do not; `triangles` count from the first
+    /// of them.
+    pub fn add_skinned(&mut self, vertices: &[RestVertex], triangles: &[[u32; 3]]) {
+        debug_assert_eq!(self.skinned, self.vertices.len(), "fixed ones come last");
+        self.add_fixed(vertices, triangles);
+        self.skinned = self.vertices.len();
     }
 
     /// Adds vertices that never move; `triangles` count from the first of them.

@@ -30,6 +30,8 @@ pub(crate) enum Command {
     Emulate(EmulateArgs),
     /// Meshes and a recipe to a compiled scene, with a report of its quality
     Prepare(PrepareArgs),
+    /// Every organ, instrument and view as pictures, and a page to look through them
+    Gallery(GalleryArgs),
     /// Wake-up latency, period, stages, motion to force: histograms, beside cyclictest's
     Jitter(Box<JitterArgs>),
     /// Is this machine fit for realtime: what is, what should be, the command that mends it
@@ -522,6 +524,25 @@ pub(crate) struct PrepareArgs {
     /// Write the report as JSON; `-` for standard output
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Example:
+  calot gallery --out gallery      then open gallery/index.html")]
+pub(crate) struct GalleryArgs {
+    /// The scene, named as for `calot run`
+    #[arg(long, value_name = "NAME|FILE", default_value = "triangle")]
+    pub(crate) scene: String,
+    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) meshes: Option<PathBuf>,
+    /// Where the pictures and their page go
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Size of a picture [default: 1280x720 on a graphics card, 640x480 on a software driver]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<[u32; 2]>,
 }
 
 fn parse_budget_mm(text: &str) -> Result<f64, String> {

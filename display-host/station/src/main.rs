@@ -5,6 +5,7 @@ mod children;
 mod cli;
 mod devices;
 mod emulate;
+mod gallery;
 mod igtlink;
 mod jitter;
 mod prepare;
@@ -35,6 +36,7 @@ fn main() -> ExitCode {
         cli::Command::Rt(args) => rt::run(&args),
         cli::Command::Emulate(args) => emulate::run(&args),
         cli::Command::Prepare(args) => prepare::run(&args),
+        cli::Command::Gallery(args) => gallery::run(&args),
         cli::Command::Check(args) => check::run(&args),
         cli::Command::Devices(args) => devices::run(&args),
         cli::Command::Igtlink(args) => igtlink::run(&args),

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use scene_prepare::recipe::Unit;
 use scene_prepare::{Prepared, Progress, Recipe};
-use shared_mem::scene::SceneData;
+use shared_mem::scene::{SceneData, SceneFile};
 
 use crate::cli::SceneArgs;
 use crate::say;
@@ -24,12 +24,23 @@ pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Proble
         .rsplit_once('#')
         .map_or(named, |(file, _)| Path::new(file));
     if has_extension(named, &["calot"]) || has_extension(file, &["calot"]) {
-        shared_mem::scene::SceneFile::open(named)?;
+        SceneFile::open(named)?;
         return Ok(named.to_owned());
     }
     let recipe = recipe(&args.scene, args.meshes.as_deref(), None)?;
     write(&levels(&recipe)?, target)?;
     Ok(target.to_owned())
+}
+
+/// The named scene's finest level, without a file where it is not compiled yet.
+pub(crate) fn in_memory(args: &SceneArgs) -> Result<SceneFile, Problem> {
+    let file = args.scene.split_once('#').map_or(&*args.scene, |(f, _)| f);
+    if has_extension(Path::new(file), &["calot"]) {
+        return Ok(SceneFile::open(Path::new(&args.scene))?);
+    }
+    let recipe = recipe(&args.scene, args.meshes.as_deref(), None)?;
+    let prepared = prepare(&recipe.level(0))?;
+    Ok(SceneFile::from_bytes(&prepared.scene.to_bytes()?)?)
 }
 
 /// The same scene in fewer spheres: a half of them at level 1, a quarter at

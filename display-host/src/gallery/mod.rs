@@ -1,0 +1,85 @@
+//! The gallery: every organ, instrument and view of a scene as pictures, with a page that one looks
+//! through in a minute. It needs no controller: nothing moves.
+
+mod page;
+mod shot;
+
+use std::path::{Path, PathBuf};
+
+use shared_mem::scene::SceneFile;
+
+pub use self::shot::Chapter;
+use self::shot::Shot;
+use crate::DisplayError;
+use crate::render::gpu::Gpu;
+use crate::render::{Quality, Renderer};
+
+/// One picture of the gallery.
+#[derive(Debug, Clone)]
+pub struct Picture {
+    /// File's name in the folder.
+    pub file: String,
+    /// What it shows.
+    pub title: String,
+    /// Where it is listed.
+    pub chapter: Chapter,
+}
+
+/// Draws every picture into `out_dir`, and `index.html` and `sheet.png`, which show them all.
+/// `size`: `None` is what fits the adapter. `say` hears what is drawn next, with the share done.
+///
+/// # Errors
+/// [`DisplayError`]: no graphics adapter, a scene too large for it, a size out of range, or a file
+/// that cannot be written.
+pub fn make(
+    scene: &SceneFile,
+    out_dir: &Path,
+    size: Option<[u32; 2]>,
+    say: &mut dyn FnMut(&str, f32),
+) -> Result<Vec<Picture>, DisplayError> {
+    std::fs::create_dir_all(out_dir).map_err(|error| cannot_write(out_dir, &error))?;
+    let gpu = Gpu::open()?;
+    let mut quality = Quality::for_adapter(&gpu);
+    quality.size = size.unwrap_or(quality.size);
+    let mut renderer = Renderer::new(&gpu, scene, quality)?;
+    // The same pictures every time.
+    renderer.exposure_mut().grain = 0.0;
+    let state = crate::headless::at_rest(scene);
+    let spheres = state.spheres().unwrap_or(&[]);
+    let shots = shot::all(scene, quality.size);
+    let mut pictures = Vec::new();
+    let mut drawn = Vec::new();
+    for (number, shot) in shots.iter().enumerate() {
+        say(&shot.title, number as f32 / shots.len() as f32);
+        shot.set_up(&gpu, &mut renderer);
+        renderer.render(&gpu, spheres, &shot.tools, 0.0);
+        let picture = renderer.read(&gpu)?;
+        let file = shot.file();
+        let path = out_dir.join(&file);
+        picture
+            .save(&path)
+            .map_err(|error| cannot_write(&path, &error))?;
+        drawn.push(picture);
+        let Shot { title, chapter, .. } = shot;
+        pictures.push(Picture {
+            file,
+            title: title.clone(),
+            chapter: *chapter,
+        });
+    }
+    let path = out_dir.join("sheet.png");
+    page::sheet(&drawn)
+        .save(&path)
+        .map_err(|error| cannot_write(&path, &error))?;
+    let path = out_dir.join("index.html");
+    std::fs::write(&path, page::html(scene.name(), &gpu.describe(), &pictures))
+        .map_err(|error| cannot_write(&path, &error))?;
+    Ok(pictures)
+}
+
+fn cannot_write(path: &Path, error: &dyn std::fmt::Display) -> DisplayError {
+    DisplayError::Write {
+        path: PathBuf::from(path),
+        detail: error.to_string(),
+    }
+}

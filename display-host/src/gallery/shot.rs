@@ -1,0 +1,306 @@
+//! What each picture of the gallery shows, and from where.
+
+use glam::{Quat, Vec3};
+use shared_mem::message::{CapsuleMsg, PoseMsg, ToolFrame};
+use shared_mem::scene::{OrganRecord, SceneFile, str_from_name};
+
+use crate::render::camera::{Scope, looking, matrix};
+use crate::render::gpu::Gpu;
+use crate::render::inside::Inside;
+use crate::render::{Renderer, Shown};
+use crate::ui::instrument_name;
+
+/// From how many sides an organ is looked at before the best one is taken.
+const SIDES: usize = 48;
+/// Vertices that judge a side.
+const JUDGES: usize = 160;
+/// An organ in its place is looked at from no farther, m.
+const IN_PLACE_MAX_M: f32 = 0.19;
+/// Opening of a jaw, as wide as it goes, rad.
+const JAW_RAD: f32 = 0.4;
+
+/// Where a picture is listed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Chapter {
+    /// Through the endoscope, and the simulation itself.
+    Views,
+    /// Each organ where it lies.
+    Organs,
+    /// Each organ by itself.
+    Alone,
+    /// Instruments.
+    Instruments,
+}
+
+impl Chapter {
+    /// In the order of the page.
+    pub(super) const ALL: [Self; 4] = [Self::Views, Self::Organs, Self::Alone, Self::Instruments];
+
+    /// Heading.
+    pub(super) fn title(self) -> &'static str {
+        match self {
+            Self::Views => "Views",
+            Self::Organs => "Organs in their place",
+            Self::Alone => "Organs by themselves",
+            Self::Instruments => "Instruments",
+        }
+    }
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Views => "view",
+            Self::Organs => "organ",
+            Self::Alone => "alone",
+            Self::Instruments => "instrument",
+        }
+    }
+}
+
+/// A picture to take.
+pub(super) struct Shot {
+    pub(super) title: String,
+    pub(super) chapter: Chapter,
+    pub(super) tools: ToolFrame,
+    shown: Shown,
+    inside: Option<Inside>,
+    scope: Scope,
+}
+
+impl Shot {
+    fn new(chapter: Chapter, title: impl Into<String>, tools: ToolFrame) -> Self {
+        Self {
+            title: title.into(),
+            chapter,
+            tools,
+            shown: Shown::Everything,
+            inside: None,
+            scope: Scope::default(),
+        }
+    }
+
+    /// Chapter and title in letters that every file system takes.
+    pub(super) fn file(&self) -> String {
+        let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
+        let title: String = self.title.to_lowercase().chars().map(plain).collect();
+        format!("{}-{title}.png", self.chapter.name())
+    }
+
+    /// Tells the renderer all but the tools.
+    pub(super) fn set_up(&self, gpu: &Gpu, renderer: &mut Renderer) {
+        *renderer.scope_mut() = self.scope;
+        renderer.show(self.shown);
+        renderer.set_inside(gpu, self.inside);
+    }
+}
+
+/// Every picture of a scene.
+pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
+    let mut shots = views(scene);
+    let organs = scene.organs().iter().enumerate();
+    for (number, organ) in organs.clone() {
+        let from = best_side(scene, organ, true);
+        shots.push(Shot::new(
+            Chapter::Organs,
+            organ_name(organ, number),
+            facing(scene, organ, from, size, IN_PLACE_MAX_M),
+        ));
+    }
+    for (number, organ) in organs {
+        let from = best_side(scene, organ, false);
+        shots.push(Shot {
+            shown: Shown::Organ(number),
+            ..Shot::new(
+                Chapter::Alone,
+                organ_name(organ, number),
+                facing(scene, organ, from, size, f32::INFINITY),
+            )
+        });
+    }
+    for instrument in 0..4 {
+        for (jaw, how) in [(1.0, "open"), (0.0, "closed")] {
+            // A hook has nothing to open.
+            if instrument == 1 && jaw < 0.5 {
+                continue;
+            }
+            let title = format!("{}, {how}", instrument_name(instrument));
+            let title = title.trim_end_matches(", open").to_owned();
+            shots.push(Shot::new(
+                Chapter::Instruments,
+                title,
+                close_up(scene, instrument, jaw),
+            ));
+        }
+    }
+    shots
+}
+
+fn views(scene: &SceneFile) -> Vec<Shot> {
+    let room = scene.room();
+    let start = nothing(scene, room.world_from_camera);
+    let view = |title, tools| Shot::new(Chapter::Views, title, tools);
+    let target = Vec3::from(room.target_m);
+    let eye = Vec3::from(room.world_from_camera.position_m);
+    let nearer = looking(eye.lerp(target, 0.5), target);
+    vec![
+        view("Where the endoscope starts", start),
+        view("Nearer to the target", nothing(scene, nearer)),
+        Shot {
+            inside: Some(Inside::VIEW),
+            ..view("Spheres and springs", start)
+        },
+    ]
+}
+
+fn organ_name(organ: &OrganRecord, number: usize) -> String {
+    let name = str_from_name(&organ.name).unwrap_or("");
+    if name.is_empty() {
+        format!("organ {number}")
+    } else {
+        let mut letters = name.chars();
+        let first = letters.next().map(|c| c.to_uppercase().to_string());
+        first.unwrap_or_default() + letters.as_str()
+    }
+}
+
+/// The camera here, and no instrument in sight.
+fn nothing(scene: &SceneFile, world_from_camera: PoseMsg) -> ToolFrame {
+    let away = PoseMsg {
+        position_m: (Vec3::from(world_from_camera.position_m)
+            + matrix(&world_from_camera).transform_vector3(Vec3::Z) * 10.0)
+            .to_array(),
+        orientation: world_from_camera.orientation,
+    };
+    // Its shaft goes away from the camera's back.
+    ToolFrame {
+        scene_id: scene.short_id(),
+        world_from_camera,
+        world_from_instrument: away,
+        world_from_handle: away,
+        ..bytemuck::Zeroable::zeroed()
+    }
+}
+
+/// Vertices that stand for an organ: position and normal.
+fn judges(scene: &SceneFile, organ: &OrganRecord) -> Vec<(Vec3, Vec3)> {
+    let [first, count] = organ.vertices.map(|x| x as usize);
+    let step = count.div_ceil(JUDGES).max(1);
+    let vertices = scene.vertices().get(first..first + count).unwrap_or(&[]);
+    let chosen = vertices.iter().step_by(step);
+    chosen
+        .map(|v| (Vec3::from(v.position_m), Vec3::from(v.normal)))
+        .collect()
+}
+
+/// The side from which most of an organ is seen; past the other organs if they are `there`.
+fn best_side(scene: &SceneFile, organ: &OrganRecord, there: bool) -> Vec3 {
+    let judges = judges(scene, organ);
+    let eye = Vec3::from(scene.room().world_from_camera.position_m);
+    let (low, high) = bounds(&judges);
+    let home = (eye - (low + high) / 2.0).normalize_or(Vec3::Z);
+    let own = organ.spheres[0] as usize..(organ.spheres[0] + organ.spheres[1]) as usize;
+    let others = scene.spheres().iter().enumerate();
+    let others: Vec<(Vec3, f32)> = others
+        .filter(|(i, _)| there && !own.contains(i))
+        .map(|(_, s)| (Vec3::from(s.center_m), s.radius_m))
+        .collect();
+    let seen = |from: Vec3| {
+        let free = judges.iter().filter(|(at, normal)| {
+            normal.dot(from) > 0.1
+                && others.iter().all(|(centre, radius)| {
+                    let to = *centre - *at;
+                    let along = to.dot(from);
+                    along < 0.0 || to.length_squared() - along * along > radius * radius
+                })
+        });
+        // As seen by the endoscope, if nothing speaks against it.
+        free.count() as f32 * (1.0 + 0.6 * from.dot(home))
+    };
+    let sides = (0..SIDES).map(|i| {
+        let height = 1.0 - (i as f32 + 0.5) / SIDES as f32 * 2.0;
+        let turn = i as f32 * 2.399_963_2;
+        let flat = (1.0 - height * height).sqrt();
+        Vec3::new(flat * turn.cos(), height, flat * turn.sin())
+    });
+    sides
+        .map(|side| (seen(side), side))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(home, |(_, side)| side)
+}
+
+/// A camera that has the organ in the circle.
+fn facing(
+    scene: &SceneFile,
+    organ: &OrganRecord,
+    from: Vec3,
+    [width, height]: [u32; 2],
+    far_max_m: f32,
+) -> ToolFrame {
+    let judges = judges(scene, organ);
+    let (low, high) = bounds(&judges);
+    let middle = (low + high) / 2.0;
+    let scope = Scope::default();
+    // What the picture shows of the circle.
+    let aspect = width as f32 / height as f32;
+    let half = scope.half_angle / scope.circle.max(1.0) * aspect.min(1.0) * 0.86;
+    let far = judges.iter().map(|(at, _)| {
+        let d = *at - middle;
+        let across = (d - from * d.dot(from)).length();
+        d.dot(from) + across / half.tan()
+    });
+    // Not behind the cavity's wall.
+    let far = far.fold(0.03, f32::max).min(far_max_m);
+    nothing(scene, looking(middle + from * far, middle))
+}
+
+/// An instrument before the target, seen from beside.
+fn close_up(scene: &SceneFile, instrument: u32, jaw: f32) -> ToolFrame {
+    let room = scene.room();
+    let target = Vec3::from(room.target_m);
+    let normal = Vec3::from(room.target_normal).normalize_or(Vec3::Y);
+    let tip = target + normal * 0.008;
+    let port = Vec3::from(room.instrument_port_m);
+    let back = (port - tip).normalize_or(normal);
+    let joint = tip + back * 0.018;
+    let eye = Vec3::from(room.world_from_camera.position_m);
+    let beside = (eye - joint).reject_from(back).normalize_or(normal);
+    let from = (beside + back * 0.35).normalize();
+    // The jaws open across the line of sight.
+    let x = from.reject_from(back).normalize_or(Vec3::X);
+    let y = back.cross(x);
+    let turn = Quat::from_mat3(&glam::Mat3::from_cols(x, y, back));
+    let mut tools = nothing(
+        scene,
+        looking(joint - back * 0.006 + from * 0.055, joint - back * 0.006),
+    );
+    tools.world_from_instrument = PoseMsg {
+        position_m: joint.to_array(),
+        orientation: turn.normalize().to_array(),
+    };
+    tools.world_from_handle = tools.world_from_instrument;
+    (tools.instrument, tools.jaw) = (instrument, jaw);
+    let capsule = |a: Vec3, b: Vec3, radius_m, role| CapsuleMsg {
+        a_m: a.to_array(),
+        radius_m,
+        b_m: b.to_array(),
+        role,
+    };
+    tools.capsule_count = 3;
+    tools.capsules[0] = capsule(joint + back * 0.3, joint, 0.0025, 0);
+    for (slot, (role, side)) in [(1, 1.0), (2, -1.0)].into_iter().enumerate() {
+        let along = turn * Quat::from_rotation_x(side * JAW_RAD * jaw) * Vec3::NEG_Z;
+        tools.capsules[slot + 1] = capsule(joint, joint + along * 0.02, 0.0012, role);
+    }
+    tools
+}
+
+fn bounds(judges: &[(Vec3, Vec3)]) -> (Vec3, Vec3) {
+    let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let (low, high) = judges
+        .iter()
+        .fold(none, |(low, high), (at, _)| (low.min(*at), high.max(*at)));
+    if low.is_finite() {
+        (low, high)
+    } else {
+        (Vec3::ZERO, Vec3::ZERO)
+    }
+}
