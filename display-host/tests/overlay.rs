@@ -54,6 +54,9 @@ fn the_view_lies_on_the_picture() {
     let scene = support::scene(40);
     let quality = Quality {
         size: [320, 240],
+        // Nothing but the gallbladder itself shall differ without it.
+        shadow_side: None,
+        bloom: false,
         ..Quality::SOFTWARE
     };
     let mut renderer = Renderer::new(&gpu, &scene, quality).expect("the scene can be drawn");
@@ -69,6 +72,9 @@ fn the_view_lies_on_the_picture() {
     let first = scene.organs()[1].spheres[0] as usize;
     let mut away = spheres.to_vec();
     away[first..].iter_mut().for_each(|s| s.center_m[2] += 0.9);
+    renderer.render(&gpu, spheres, &tools, 0.0);
+    renderer.exposure_mut().adapt = 0.0;
+    renderer.exposure_mut().grain = 0.0;
     let [picture, without] = [spheres, &away].map(|spheres| {
         renderer.render(&gpu, spheres, &tools, 0.0);
         renderer.read(&gpu).expect("a picture")
@@ -76,9 +82,7 @@ fn the_view_lies_on_the_picture() {
     let (mut sum, mut count) = (Vec2::ZERO, 0.0);
     for (x, y, p) in picture.enumerate_pixels() {
         let change = |c: usize| p.0[c].abs_diff(without.get_pixel(x, y).0[c]);
-        // Green, more or less, where all else is red and yellow.
-        let green = u32::from(p.0[1]) * 5 > u32::from(p.0[0]) * 4;
-        if green && (0..3).any(|c| change(c) > 25) {
+        if (0..3).any(|c| change(c) > 12) {
             sum += Vec2::new(x as f32 - 159.5, 119.5 - y as f32) / 120.0;
             count += 1.0;
         }

@@ -1,6 +1,6 @@
 //! Every shader parses and validates, and its structs lie as Rust's do. Needs no graphics device.
 
-use display_host::render::layout::{Frame, Look, SHADERS, Tree, shader};
+use display_host::render::layout::{Disc, Frame, Look, SHADERS, Stains, Tree, shader};
 use display_host::skinning::gpu::SHADER as SKINNING;
 use display_host::skinning::press::Press;
 use display_host::skinning::{RestVertex, SkinnedVertex};
@@ -83,6 +83,9 @@ fn structs_lie_as_in_rust() {
         [low, high, streak, slope, wet, scatter, lobule, cell, veil]
     );
     same_layout!(&tissue, "Tree", Tree, [origin, scale]);
+    same_layout!(&tissue, "Stains", Stains, [places, kinds, count]);
+    let effects = parse("effects", shader("effects"));
+    same_layout!(&effects, "Disc", Disc, [at, colour, look, along]);
     let skinning = parse("skinning", SKINNING);
     same_layout!(
         &skinning,

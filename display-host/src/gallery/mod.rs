@@ -1,4 +1,4 @@
-//! The gallery: every organ, instrument and view of a scene as pictures, with a page that one looks
+//! The gallery: every organ, instrument, effect and view of a scene as pictures, with a page that one looks
 //! through in a minute. It needs no controller: nothing moves.
 
 mod page;
@@ -51,7 +51,7 @@ pub fn make(
     let mut drawn = Vec::new();
     for (number, shot) in shots.iter().enumerate() {
         say(&shot.title, number as f32 / shots.len() as f32);
-        shot.set_up(&gpu, &mut renderer);
+        shot.set_up(&gpu, &mut renderer, spheres);
         renderer.render(&gpu, spheres, &shot.tools, 0.0);
         let picture = renderer.read(&gpu)?;
         let file = shot.file();

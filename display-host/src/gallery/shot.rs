@@ -1,9 +1,10 @@
 //! What each picture of the gallery shows, and from where.
 
 use glam::{Quat, Vec3};
-use shared_mem::message::{CapsuleMsg, PoseMsg, ToolFrame};
+use shared_mem::message::{CapsuleMsg, PoseMsg, SphereState, ToolFrame};
 use shared_mem::scene::{OrganRecord, SceneFile, str_from_name};
 
+use crate::effects::{Effect, Kind};
 use crate::render::camera::{Scope, looking, matrix};
 use crate::render::gpu::Gpu;
 use crate::render::inside::Inside;
@@ -19,6 +20,9 @@ const IN_PLACE_MAX_M: f32 = 0.19;
 /// Opening of a jaw, as wide as it goes, rad.
 const JAW_RAD: f32 = 0.4;
 
+/// Effects go on in steps of this, s.
+const FRAME_S: f32 = 0.05;
+
 /// Where a picture is listed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Chapter {
@@ -30,11 +34,19 @@ pub enum Chapter {
     Alone,
     /// Instruments.
     Instruments,
+    /// Smoke, blood and what else happens.
+    Effects,
 }
 
 impl Chapter {
     /// In the order of the page.
-    pub(super) const ALL: [Self; 4] = [Self::Views, Self::Organs, Self::Alone, Self::Instruments];
+    pub(super) const ALL: [Self; 5] = [
+        Self::Views,
+        Self::Organs,
+        Self::Alone,
+        Self::Instruments,
+        Self::Effects,
+    ];
 
     /// Heading.
     pub(super) fn title(self) -> &'static str {
@@ -43,6 +55,7 @@ impl Chapter {
             Self::Organs => "Organs in their place",
             Self::Alone => "Organs by themselves",
             Self::Instruments => "Instruments",
+            Self::Effects => "Effects",
         }
     }
 
@@ -52,6 +65,7 @@ impl Chapter {
             Self::Organs => "organ",
             Self::Alone => "alone",
             Self::Instruments => "instrument",
+            Self::Effects => "effect",
         }
     }
 }
@@ -64,6 +78,8 @@ pub(super) struct Shot {
     shown: Shown,
     inside: Option<Inside>,
     scope: Scope,
+    /// What begins, and how long it has gone on when the picture is taken, s.
+    effects: (Vec<Effect>, f32),
 }
 
 impl Shot {
@@ -75,6 +91,7 @@ impl Shot {
             shown: Shown::Everything,
             inside: None,
             scope: Scope::default(),
+            effects: (Vec::new(), 0.0),
         }
     }
 
@@ -86,7 +103,14 @@ impl Shot {
     }
 
     /// Tells the renderer all but the tools.
-    pub(super) fn set_up(&self, gpu: &Gpu, renderer: &mut Renderer) {
+    pub(super) fn set_up(&self, gpu: &Gpu, renderer: &mut Renderer, spheres: &[SphereState]) {
+        renderer.effects_mut().clear();
+        let (begin, seconds) = &self.effects;
+        let frames = (seconds / FRAME_S) as u32;
+        for frame in 0..frames {
+            let begin = if frame == 0 { begin.as_slice() } else { &[] };
+            renderer.play(spheres, begin, FRAME_S);
+        }
         *renderer.scope_mut() = self.scope;
         renderer.show(self.shown);
         renderer.set_inside(gpu, self.inside);
@@ -131,22 +155,75 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
             ));
         }
     }
+    shots.extend(effects(scene));
     shots
+}
+
+/// Each kind of effect at the target, a few seconds on.
+fn effects(scene: &SceneFile) -> Vec<Shot> {
+    let room = scene.room();
+    let target = Vec3::from(room.target_m);
+    let normal = Vec3::from(room.target_normal).normalize_or(Vec3::Y);
+    let eye = Vec3::from(room.world_from_camera.position_m);
+    let from = (eye - target).normalize_or(normal);
+    let kinds = [
+        ("Smoke", vec![Kind::Smoke], 2.5, 1.0),
+        (
+            "Coagulation",
+            vec![Kind::Smoke, Kind::Steam, Kind::Char],
+            1.2,
+            1.0,
+        ),
+        ("Sparks of a cut", vec![Kind::Sparks, Kind::Smoke], 0.4, 1.0),
+        ("Bleeding, at first", vec![Kind::Blood], 0.35, 1.0),
+        ("Bleeding, later", vec![Kind::Blood], 9.0, 1.0),
+        ("Bile", vec![Kind::Bile], 8.0, 1.0),
+    ];
+    let shots = kinds.into_iter().map(|(title, kinds, seconds, strength)| {
+        let begin = kinds.into_iter().flat_map(|kind| {
+            // Char grows with each moment of the current.
+            let times = if kind == Kind::Char { 40 } else { 1 };
+            let effect = Effect {
+                kind,
+                at_m: target + normal * 0.001,
+                along: normal + 0.4 * Vec3::Y,
+                strength,
+                lasts_s: seconds + 2.0,
+            };
+            std::iter::repeat_n(effect, times)
+        });
+        let begin = begin.collect();
+        let looks = looking(target + from * 0.075, target - Vec3::Y * 0.006);
+        Shot {
+            effects: (begin, seconds),
+            ..Shot::new(Chapter::Effects, title, nothing(scene, looks))
+        }
+    });
+    shots.collect()
 }
 
 fn views(scene: &SceneFile) -> Vec<Shot> {
     let room = scene.room();
     let start = nothing(scene, room.world_from_camera);
-    let view = |title, tools| Shot::new(Chapter::Views, title, tools);
+    let view = |title: String, tools| Shot::new(Chapter::Views, title, tools);
     let target = Vec3::from(room.target_m);
     let eye = Vec3::from(room.world_from_camera.position_m);
     let nearer = looking(eye.lerp(target, 0.5), target);
+    let angled = |degrees: f32| Shot {
+        scope: Scope {
+            angle: degrees.to_radians(),
+            ..Scope::default()
+        },
+        ..view(format!("Endoscope of {degrees}°"), start)
+    };
     vec![
-        view("Where the endoscope starts", start),
-        view("Nearer to the target", nothing(scene, nearer)),
+        view("Where the endoscope starts".to_owned(), start),
+        angled(30.0),
+        angled(45.0),
+        view("Nearer to the target".to_owned(), nothing(scene, nearer)),
         Shot {
             inside: Some(Inside::VIEW),
-            ..view("Spheres and springs", start)
+            ..view("Spheres and springs".to_owned(), start)
         },
     ]
 }

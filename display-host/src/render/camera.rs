@@ -11,6 +11,11 @@ use super::layout::{Frame, SHADING_CAPSULES};
 pub struct Scope {
     /// Half of the angle that the circle shows, rad.
     pub half_angle: f32,
+    /// How far it looks off its shaft, rad: 0, 30° or 45° are made.
+    pub angle: f32,
+    /// How far its light cable is turned about the shaft, rad; at 0 it looks down. The picture stays
+    /// upright: the camera is held.
+    pub turned: f32,
     /// Radius of the circle in half heights of the picture.
     pub circle: f32,
     /// The light's exit beside the lens, in the camera's frame, m.
@@ -29,6 +34,8 @@ impl Default for Scope {
     fn default() -> Self {
         Self {
             half_angle: 0.61,
+            angle: 0.0,
+            turned: 0.0,
             circle: 1.12,
             light_offset: Vec3::new(0.0015, 0.0055, 0.0005),
             light_strength: 0.01,
@@ -40,6 +47,15 @@ impl Default for Scope {
 }
 
 impl Scope {
+    /// What the scope sees, as seen from the world: along −z, y up. `world_from_camera` of the tools
+    /// is its shaft.
+    #[must_use]
+    pub fn world_from_view(&self, tools: &ToolFrame) -> Mat4 {
+        let turn = Quat::from_rotation_z(self.turned);
+        let tilt = turn * Quat::from_rotation_x(-self.angle) * turn.inverse();
+        matrix(&tools.world_from_camera) * Mat4::from_quat(tilt)
+    }
+
     /// Where an angle (rad) off the middle lies on the picture, in half heights.
     #[must_use]
     pub fn on_picture(&self, angle: f32) -> f32 {
@@ -119,7 +135,7 @@ pub fn frame(
     time_s: f32,
     number: u32,
 ) -> Frame {
-    let world_from_camera = matrix(&tools.world_from_camera);
+    let world_from_camera = scope.world_from_view(tools);
     let [width, height] = size.map(|s| s as f32);
     let aspect = width / height;
     // The circle's top touches the picture's edge when its radius is 1.

@@ -208,8 +208,12 @@ fn collar(
             let arrive = outwards * (*foot - *start).dot(outwards).max(0.3 * r);
             let at = hermite(t, *start, leave, *foot, arrive);
             let near = nearest(own, *start);
+            // It looks like the organ where it comes near to its skin.
+            let skin = &onto[nearest(onto, at)];
+            let above = (at - Vec3::from(skin.position)).dot(Vec3::from(skin.normal)) / r;
+            let alike = share.max(1.0 - ((above - 0.1) / 1.1).clamp(0.0, 1.0));
             let look =
-                own[near].look & 15 | (onto[*v].look & 15) << 4 | ((share * 65535.0) as u32) << 16;
+                own[near].look & 15 | (onto[*v].look & 15) << 4 | ((alike * 65535.0) as u32) << 16;
             let (spheres, weights) = blended(&own[near], &onto[*v], share);
             vertices.push(RestVertex {
                 position: at.to_array(),

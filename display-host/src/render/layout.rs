@@ -37,7 +37,19 @@ pub struct Look {
     pub veil: [f32; 4],
 }
 
+pub use super::particles::Disc;
 pub use super::trees::Tree;
+use crate::effects::STAINS;
+
+/// `Stains` in `light.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)] // explained in light.wgsl
+pub struct Stains {
+    pub places: [[f32; 4]; STAINS],
+    pub kinds: [[f32; 4]; STAINS],
+    pub count: [u32; 4],
+}
 
 /// Capsules that shade the tissue around them.
 pub const SHADING_CAPSULES: usize = 4;
@@ -47,7 +59,7 @@ pub const LOOKS: usize = 16;
 pub const PARTS: usize = 8;
 
 /// Every module as the device gets it: name and source.
-pub const SHADERS: [(&str, &str); 7] = [
+pub const SHADERS: [(&str, &str); 8] = [
     (
         "tissue",
         concat!(
@@ -70,6 +82,14 @@ pub const SHADERS: [(&str, &str); 7] = [
             include_str!("frame.wgsl"),
             include_str!("light.wgsl"),
             include_str!("inside.wgsl")
+        ),
+    ),
+    (
+        "effects",
+        concat!(
+            include_str!("frame.wgsl"),
+            include_str!("light.wgsl"),
+            include_str!("effects.wgsl")
         ),
     ),
     (

@@ -12,6 +12,15 @@ override SHADOW: bool = true;
 @group(0) @binding(7) var tree_texture: texture_3d<f32>;
 @group(0) @binding(8) var<uniform> trees: array<Tree, 16>;
 
+@group(0) @binding(9) var<uniform> stains: Stains;
+
+// What lies on the skin (see effects/stain.rs).
+struct Stains {
+  places: array<vec4f, 64>, // middle on the tissue at rest, cm; w: radius, cm
+  kinds: array<vec4f, 64>,  // 0 blood, 1 bile, 2 char
+  count: vec4u,
+}
+
 // An organ's grid of vessels (see trees.rs).
 struct Tree {
   origin: vec4f,    // its corner in the tissue at rest, cm; w: distance that a texel of 1 stands for, cm

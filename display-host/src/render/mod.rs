@@ -16,6 +16,7 @@ mod joints;
 pub mod layout;
 mod look;
 mod noise;
+mod particles;
 mod pipeline;
 mod quality;
 mod resource;
@@ -25,7 +26,8 @@ mod trees;
 
 use std::ops::Range;
 
-use bytemuck::{bytes_of, cast_slice};
+use bytemuck::{Zeroable as _, bytes_of, cast_slice};
+use glam::Vec3;
 use shared_mem::message::{SphereState, ToolFrame};
 use shared_mem::scene::{SceneFile, SphereRecord};
 use wgpu::util::DeviceExt;
@@ -38,6 +40,7 @@ pub use self::quality::Quality;
 use self::resource::{bind, cells_texture, colour, depth, noise_texture, sampler, target, volume};
 use self::targets::Targets;
 use crate::DisplayError;
+use crate::effects::{Effect, Effects, Skin};
 use crate::skinning::gpu::GpuSkinning;
 use crate::skinning::motion::{Follow, Motions};
 use crate::skinning::press::{PRESSES, Press, presses};
@@ -61,6 +64,9 @@ pub struct Renderer {
     mesh: SkinMesh,
     skinning: GpuSkinning,
     motions: Motions,
+    effects: Effects,
+    discs: particles::Discs,
+    stains: wgpu::Buffer,
     skinned: Vec<SkinnedVertex>,
     layouts: Layouts,
     pipelines: Pipelines,
@@ -153,6 +159,7 @@ impl Renderer {
             count: model.triangles.len() as u32 * 3,
         });
 
+        let stains = buffer("stains", bytes_of(&layout::Stains::zeroed()), changing);
         let layouts = Layouts::new(device);
         let pipelines = Pipelines::new(device, &layouts, &quality);
         let filter = sampler(device, wgpu::AddressMode::ClampToEdge, None);
@@ -176,6 +183,7 @@ impl Renderer {
                 wgpu::BindingResource::TextureView(&cells_texture(gpu)),
                 wgpu::BindingResource::TextureView(&vessels),
                 tree_slots.as_entire_binding(),
+                stains.as_entire_binding(),
             ],
         );
         let targets = Targets::new(gpu, &layouts, &frame, &exposure_value, &filter, &quality);
@@ -200,6 +208,9 @@ impl Renderer {
             mesh,
             skinning,
             motions: Motions::new(scene, Follow::Deform),
+            effects: Effects::new(-Vec3::from(scene.room().gravity_m_s2)),
+            discs: particles::Discs::new(gpu, &layouts),
+            stains,
             layouts,
             pipelines,
             instruments,
@@ -262,6 +273,20 @@ impl Renderer {
         }
     }
 
+    /// Begins effects, and lets all that go on do so by `seconds`; from the next frame on they show.
+    pub fn play(&mut self, spheres: &[SphereState], begin: &[Effect], seconds: f32) {
+        let skin = Skin::new(&self.mesh, &self.rest, spheres, self.motions.now());
+        for effect in begin {
+            self.effects.begin(effect, &skin);
+        }
+        self.effects.advance(seconds, &skin);
+    }
+
+    /// What goes on beside the tissue.
+    pub fn effects_mut(&mut self) -> &mut Effects {
+        &mut self.effects
+    }
+
     /// The finished picture.
     #[must_use]
     pub fn picture(&self) -> &wgpu::TextureView {
@@ -303,6 +328,10 @@ impl Renderer {
             self.number,
         );
         gpu.queue.write_buffer(&self.frame, 0, bytes_of(&frame));
+        let eye = Vec3::from_slice(&frame.camera);
+        self.discs.upload(gpu, self.effects.particles(), eye);
+        gpu.queue
+            .write_buffer(&self.stains, 0, bytes_of(&particles::stains(&self.effects)));
         let parts = instrument::parts(tools);
         gpu.queue.write_buffer(&self.parts, 0, cast_slice(&parts));
         let instrument = &self.instruments[(tools.instrument as usize).min(3)];
@@ -382,6 +411,7 @@ impl Renderer {
         let Some((inside, model)) = self.inside.as_ref().zip(self.inside_model.as_ref()) else {
             pass.set_pipeline(&self.pipelines.tissue);
             self.draw_tissue(&mut pass, true, self.shown_corners());
+            self.discs.draw(&mut pass, &self.pipelines.effects);
             return;
         };
         model.draw(&mut pass, inside);

@@ -91,6 +91,22 @@ fn between(a: Body, b: Body, t: f32) -> Body {
     mix(a.sheen, b.sheen, t), mix(a.scatter, b.scatter, t), mix(a.veil, b.veil, t));
 }
 
+// How much blood, bile and char lies here.
+fn stained(p: vec3f) -> vec3f {
+  var most = vec3f(0.0);
+  if (stains.count.x == 0u) { return most; }
+  // An edge finer than any mesh: it runs where the tissue lets it.
+  let rough = 0.40 * noise(p * 7.0).w + 0.22 * noise(p * 19.0).w;
+  for (var i = 0u; i < min(stains.count.x, 64u); i++) {
+    let to = p - stains.places[i].xyz;
+    let r = length(to) / stains.places[i].w;
+    let there = 1.0 - smoothstep(0.78, 1.0, r + rough);
+    let kind = u32(stains.kinds[i].x);
+    most = max(most, there * vec3f(vec3u(kind) == vec3u(0u, 1u, 2u)));
+  }
+  return most;
+}
+
 @fragment fn fragment(in: VertexOut) -> @location(0) vec4f {
   let world_x = dpdx(in.world) * 100.0;
   let world_y = dpdy(in.world) * 100.0;
@@ -136,10 +152,10 @@ fn between(a: Body, b: Body, t: f32) -> Body {
   s.smooth_normal = normalize(in.normal);
   let skin = sheet(world_x, world_y, rest_x, rest_y, s.smooth_normal);
   // A vessel stands out a little: its flanks lean, where they are not smaller than a pixel.
-  let flank = select(0.0, 0.35 * exp(-edge * edge / 0.0004) * (1.0 - smoothstep(0.01, 0.03, footprint)), slot != 0u);
+  let flank = select(0.0, 0.12 * exp(-edge * edge / 0.0006) * (1.0 - smoothstep(0.01, 0.03, footprint)), slot != 0u);
   let vessels = -flank * lean_screen(skin, edge_x, edge_y);
   s.normal = normalize(s.smooth_normal - lean(skin, b.bump) - vessels);
-  s.film_normal = normalize(s.smooth_normal - lean(skin, b.wet) - 0.6 * vessels);
+  s.film_normal = normalize(s.smooth_normal - lean(skin, b.wet));
   // A thin wall looks like itself where one looks along it, and like what is behind it head on.
   let along = 1.0 - clamp(dot(s.smooth_normal, normalize(frame.camera.xyz - in.world)), 0.0, 1.0);
   s.albedo = mix(s.albedo, b.veil.rgb, b.veil.w * along * along);
@@ -149,6 +165,20 @@ fn between(a: Body, b: Body, t: f32) -> Body {
   s.reflectance = b.sheen.w;
   s.scatter = b.scatter;
   s.metal = 0.0;
+  let wet = stained(p);
+  if (wet.x + wet.y + wet.z > 0.0) {
+    // A film fills the tissue's bumps, and shines; char is dull and cracked.
+    let film = max(wet.x, wet.y);
+    s.albedo = mix(s.albedo, vec3f(0.012, 0.0095, 0.008), 0.95 * wet.z);
+    s.albedo = mix(s.albedo, vec3f(0.070, 0.068, 0.009), 0.72 * wet.y);
+    s.albedo = mix(s.albedo, vec3f(0.078, 0.0030, 0.0032), 0.94 * wet.x);
+    s.normal = normalize(mix(s.normal, s.smooth_normal, 0.6 * film));
+    s.film_normal = normalize(mix(s.film_normal, s.smooth_normal, 0.7 * film));
+    s.film_roughness = mix(s.film_roughness, 0.055, film);
+    s.film = mix(mix(s.film, 0.15, wet.z), 1.0, film);
+    s.roughness = mix(s.roughness, 0.75, wet.z);
+    s.scatter = mix(s.scatter, vec3f(0.05), max(wet.z, 0.7 * film));
+  }
   s.ambient = in.state.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.7 * pit);
   return vec4f(shade(s, in.world), 1.0);
 }

@@ -165,6 +165,27 @@ impl SkinMesh {
         }
     }
 
+    /// Where a vertex is now, before any press, m.
+    #[must_use]
+    pub fn place(&self, vertex: usize, motions: &[Motion]) -> Vec3 {
+        let Some(rest) = self.vertices.get(vertex) else {
+            return Vec3::ZERO;
+        };
+        let mut at = Vec3::from(rest.position);
+        if vertex < self.skinned {
+            let home = at;
+            for (pair, weights) in rest.spheres.iter().zip(&rest.weights) {
+                for shift in [0, 16] {
+                    let weight = (weights >> shift & 0xffff) as f32 / WEIGHT_SUM as f32;
+                    if let Some(motion) = motions.get((pair >> shift & 0xffff) as usize) {
+                        at += (moved(motion, home) - home) * weight;
+                    }
+                }
+            }
+        }
+        at
+    }
+
     /// Normal of vertex `i`, and how far the middle of its neighbours lies above it, m.
     fn gather(&self, i: usize, at: impl Fn(usize) -> Vec3) -> (Vec3, f32) {
         let ring = &self.ring[self.ring_first[i] as usize..self.ring_first[i + 1] as usize];

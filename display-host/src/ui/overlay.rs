@@ -5,7 +5,7 @@ use glam::{Mat4, Vec2, Vec3};
 use shared_mem::message::{SphereState, ToolFrame};
 use shared_mem::scene::SceneFile;
 
-use crate::render::camera::{Scope, matrix};
+use crate::render::camera::Scope;
 
 /// Metres of arrow a newton.
 const ARROW_M_PER_N: f32 = 0.02;
@@ -71,7 +71,7 @@ impl Overlay {
         tools: &ToolFrame,
         scope: &Scope,
     ) -> Self {
-        let camera = matrix(&tools.world_from_camera).inverse();
+        let camera = scope.world_from_view(tools).inverse();
         let mut overlay = Self::default();
         overlay.add_links(scene, spheres, &camera, scope);
         overlay.add_spheres(scene, spheres, &camera, scope);

@@ -229,15 +229,26 @@ impl Screen {
     }
 
     /// Submits the endoscope's picture of the newest moment; its record, times still open.
-    fn draw_picture(&mut self, session: &Session) -> Option<FrameRecord> {
-        let (state, tools) = session.moment()?;
+    fn draw_picture(&mut self, session: &mut Session) -> Option<FrameRecord> {
+        session.moment()?;
         let now = Instant::now();
         let step_s = self
             .last_frame
             .replace(now)
             .map_or(f32::INFINITY, |last| (now - last).as_secs_f32());
         self.renderer.exposure_mut().adapt = 1.0 - (-step_s / EXPOSURE_S).exp();
+        let played_s = if step_s.is_finite() && !session.ui.is_paused() {
+            step_s
+        } else {
+            0.0
+        };
+        let effects = session.take_effects(played_s);
+        if session.take_reset() {
+            self.renderer.effects_mut().clear();
+        }
+        let (state, tools) = session.moment()?;
         let spheres = state.spheres().unwrap_or(&[]);
+        self.renderer.play(spheres, &effects, played_s);
         let inside = session.ui.inside.then_some(Inside::VIEW);
         self.renderer.set_inside(&self.gpu, inside);
         self.renderer

@@ -8,6 +8,7 @@ use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, Station};
 
 use super::operate::Operate;
+use crate::effects::Effect;
 use crate::feed::{Feed, Offer};
 use crate::headless::{Ended, Observed, Outcome, zeroed_state};
 use crate::latency::FrameRecord;
@@ -35,6 +36,10 @@ pub(super) struct Session {
     frames: Vec<FrameRecord>,
     frame_times: VecDeque<Instant>,
     warnings: Vec<String>,
+    /// Effects that events began since the last picture.
+    effects: Vec<Effect>,
+    /// The organs went back to rest since the last picture.
+    was_reset: bool,
     /// Mouse and keyboard as the hand.
     pub(super) operate: Operate,
     /// What the panel shows.
@@ -55,6 +60,8 @@ impl Session {
             frames: Vec::new(),
             frame_times: VecDeque::new(),
             warnings: Vec::new(),
+            effects: Vec::new(),
+            was_reset: false,
             operate: Operate::new(station),
             ui: UiState {
                 station: station.name().to_owned(),
@@ -115,12 +122,13 @@ impl Session {
             }
             observer(Observed::Tools(&self.inbox_tools));
         }
-        let (feed, ui) = (&mut self.feed, &mut self.ui);
+        let (feed, ui, effects) = (&mut self.feed, &mut self.ui, &mut self.effects);
         self.host.drain_events(|event| {
             feed.note_event(event);
             if let Some(alarm) = alarm(event) {
                 ui.alarm = Some(alarm);
             }
+            effects.extend(Effect::of_event(event));
             observer(Observed::Event(event));
         });
         self.host.drain_timing(|batch| {
@@ -147,6 +155,21 @@ impl Session {
             self.host.forget_dead();
             self.forgot_dead = true;
         }
+    }
+
+    /// What began since the last picture, `seconds` ago.
+    pub(super) fn take_effects(&mut self, seconds: f32) -> Vec<Effect> {
+        let mut effects = std::mem::take(&mut self.effects);
+        if let Some(tools) = self.feed.tools() {
+            // It goes on while the electrode is on: to the next picture and a little longer.
+            effects.extend(Effect::of_electrode(tools, seconds.min(0.2) + 0.05));
+        }
+        effects
+    }
+
+    /// Whether the organs went back to rest since the last picture.
+    pub(super) fn take_reset(&mut self) -> bool {
+        std::mem::take(&mut self.was_reset)
     }
 
     /// Does what was asked, as far as it is the controller's.
@@ -185,7 +208,10 @@ impl Session {
             };
             let command = CommandMsg { kind, argument };
             let problem = match self.host.command(command, COMMAND_PATIENCE) {
-                Ok(reply) if reply.outcome == 0 => continue,
+                Ok(reply) if reply.outcome == 0 => {
+                    self.was_reset |= kind == CommandMsg::RESET;
+                    continue;
+                }
                 Ok(reply) => format!("the controller refused: {what} (answer {})", reply.outcome),
                 Err(error) => format!("{what} not done: {error}"),
             };

@@ -1,0 +1,391 @@
+//! What happens beside the tissue's motion: smoke, steam, sparks, blood, bile, char. Fed by a plain
+//! list of [`Effect`]s, whoever makes it; nothing of it goes back to the controller.
+//!
+//! ```text
+//! events, tools ─► Effect ─► sources ─► particles (billboards)
+//!                               └─────► stains (on the skin at rest, so that they stick to it)
+//! ```
+
+mod particle;
+mod source;
+mod stain;
+
+use glam::Vec3;
+use shared_mem::message::{EventMsg, ToolFrame};
+
+pub use self::particle::{PARTICLES, Particle};
+use self::source::Source;
+pub use self::stain::{STAINS, Skin, Stain};
+
+/// Sources at most; a new one takes the oldest one's place.
+const SOURCES: usize = 48;
+/// Step of the little physics, s: the same pictures at any frame rate.
+const STEP_S: f32 = 1.0 / 120.0;
+/// A frame that took longer than this is not made up for, s.
+const CATCH_UP_S: f32 = 0.25;
+
+/// What an effect is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Burnt tissue: smoke that drifts and gathers.
+    Smoke,
+    /// Water boiled off: white, gone in a second.
+    Steam,
+    /// Sparks of a cutting current.
+    Sparks,
+    /// Blood under pressure: pulses, drips, runs down, pools.
+    Blood,
+    /// Bile from a hole: seeps, runs down, pools.
+    Bile,
+    /// The surface turns black.
+    Char,
+}
+
+/// Something that begins. Lengths in m, world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effect {
+    /// What.
+    pub kind: Kind,
+    /// Where.
+    pub at_m: Vec3,
+    /// Which way it leaves; need not be of unit length.
+    pub along: Vec3,
+    /// How much of it: 1 is a cystic artery cut through, or a hook's full current.
+    pub strength: f32,
+    /// How long its source lasts, s.
+    pub lasts_s: f32,
+}
+
+impl Effect {
+    /// What an event of the controller shows, if anything.
+    #[must_use]
+    pub fn of_event(event: &EventMsg) -> Option<Self> {
+        let (kind, strength, lasts_s) = match event.kind {
+            EventMsg::TEAR => (Kind::Blood, 0.25, 6.0),
+            EventMsg::CUT => (Kind::Blood, 0.5, 10.0),
+            _ => return None,
+        };
+        Some(Self {
+            kind,
+            at_m: Vec3::from(event.at_m),
+            along: Vec3::Y,
+            strength,
+            lasts_s,
+        })
+    }
+
+    /// What an electrode that touches tissue does in a moment of `seconds`: cutting (switch 1)
+    /// sparks and smokes a little, coagulating (2) smokes, steams and chars.
+    #[must_use]
+    pub fn of_electrode(tools: &ToolFrame, seconds: f32) -> Vec<Self> {
+        const HOOK: u32 = 1;
+        let current = tools.switches & 3;
+        // Both at once: the controller lets neither through.
+        if tools.instrument != HOOK || tools.contact_count == 0 || !matches!(current, 1 | 2) {
+            return Vec::new();
+        }
+        let Some(tip) = tools
+            .capsules()
+            .and_then(|c| c.iter().find(|c| c.role != 0))
+        else {
+            return Vec::new();
+        };
+        let at_m = Vec3::from(tip.b_m);
+        let along = (Vec3::from(tip.a_m) - at_m).normalize_or(Vec3::Y);
+        let effect = |kind, strength| Self {
+            kind,
+            at_m,
+            along,
+            strength,
+            lasts_s: seconds,
+        };
+        if current == 1 {
+            vec![
+                effect(Kind::Sparks, 1.0),
+                effect(Kind::Smoke, 0.5),
+                effect(Kind::Char, 0.4),
+            ]
+        } else {
+            vec![
+                effect(Kind::Smoke, 1.0),
+                effect(Kind::Steam, 0.6),
+                effect(Kind::Char, 1.0),
+            ]
+        }
+    }
+}
+
+/// All that goes on.
+#[derive(Debug, Clone)]
+pub struct Effects {
+    sources: Vec<Source>,
+    particles: Vec<Particle>,
+    stains: Vec<Stain>,
+    /// Up, against gravity.
+    up: Vec3,
+    left_s: f32,
+    /// Counts what was thrown: the same effects give the same pictures.
+    thrown: u32,
+}
+
+impl Effects {
+    /// Nothing yet; `up` is against gravity.
+    #[must_use]
+    pub fn new(up: Vec3) -> Self {
+        Self {
+            sources: Vec::new(),
+            particles: Vec::new(),
+            stains: Vec::new(),
+            up: up.normalize_or(Vec3::Y),
+            left_s: 0.0,
+            thrown: 0,
+        }
+    }
+
+    /// Begins an effect. What is not finite, or no effect at all, is left out.
+    pub fn begin(&mut self, effect: &Effect, skin: &Skin<'_>) {
+        let sane = effect.at_m.is_finite() && effect.along.is_finite();
+        if !sane || !(effect.strength > 0.0) || !(effect.lasts_s > 0.0) {
+            return;
+        }
+        if effect.kind == Kind::Char {
+            if let Some(vertex) = skin.nearest(effect.at_m) {
+                stain::char(&mut self.stains, skin, vertex, effect.strength);
+            }
+            return;
+        }
+        // A current is one source, however often it is told of.
+        let same = |s: &&mut Source| {
+            s.effect.kind == effect.kind && s.effect.at_m.distance(effect.at_m) < 0.002
+        };
+        if let Some(source) = self.sources.iter_mut().find(same) {
+            source.go_on(effect);
+            return;
+        }
+        if self.sources.len() == SOURCES {
+            self.sources.remove(0);
+        }
+        let wets = matches!(effect.kind, Kind::Blood | Kind::Bile);
+        let vertex = if wets {
+            skin.nearest(effect.at_m)
+        } else {
+            None
+        };
+        self.sources.push(Source::new(*effect, vertex));
+    }
+
+    /// Goes on by `seconds`.
+    pub fn advance(&mut self, seconds: f32, skin: &Skin<'_>) {
+        self.left_s = (self.left_s + seconds.max(0.0)).min(CATCH_UP_S);
+        while self.left_s >= STEP_S {
+            self.left_s -= STEP_S;
+            self.step(skin);
+        }
+    }
+
+    fn step(&mut self, skin: &Skin<'_>) {
+        let Self {
+            sources,
+            particles,
+            stains,
+            up,
+            thrown,
+            ..
+        } = self;
+        for source in sources.iter_mut() {
+            source.step(STEP_S, skin, *up, particles, stains, thrown);
+        }
+        sources.retain(Source::is_on);
+        particles.retain_mut(|particle| {
+            let hit = particle.step(STEP_S, *up, skin);
+            if let Some((vertex, kind)) = hit {
+                stain::splash(stains, skin, vertex, kind);
+            }
+            hit.is_none() && particle.is_alive()
+        });
+    }
+
+    /// What flies.
+    #[must_use]
+    pub fn particles(&self) -> &[Particle] {
+        &self.particles
+    }
+
+    /// What lies on the skin.
+    #[must_use]
+    pub fn stains(&self) -> &[Stain] {
+        &self.stains
+    }
+
+    /// Clears the air, and dries what bleeds within `radius_m` of a place (a clip, a coagulation).
+    pub fn stop_near(&mut self, at_m: Vec3, radius_m: f32) {
+        self.sources.retain(|s| {
+            !matches!(s.effect.kind, Kind::Blood | Kind::Bile)
+                || s.effect.at_m.distance(at_m) > radius_m
+        });
+    }
+
+    /// Everything as it was before.
+    pub fn clear(&mut self) {
+        self.sources.clear();
+        self.particles.clear();
+        self.stains.clear();
+    }
+}
+
+/// Adds a particle, in the place of the oldest if there are too many.
+fn throw(particles: &mut Vec<Particle>, particle: Particle) {
+    if particles.len() == PARTICLES {
+        particles.remove(0);
+    }
+    particles.push(particle);
+}
+
+/// Three numbers from −1 to 1 that follow from a count.
+fn chance(count: u32) -> Vec3 {
+    let one = |k: u32| {
+        let mut h = (count.wrapping_mul(3).wrapping_add(k)).wrapping_mul(0x9e37_79b9);
+        h ^= h >> 15;
+        h = h.wrapping_mul(0x2c1b_3c6d);
+        h ^= h >> 12;
+        h = h.wrapping_mul(0x297a_2d39);
+        h ^= h >> 15;
+        (h >> 8) as f32 / 8_388_608.0 - 1.0
+    };
+    Vec3::new(one(0), one(1), one(2))
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::skinning::SkinMesh;
+
+    fn effect(kind: Kind) -> Effect {
+        Effect {
+            kind,
+            at_m: Vec3::new(0.0, 0.1, 0.0),
+            along: Vec3::Y,
+            strength: 1.0,
+            lasts_s: 1.0,
+        }
+    }
+
+    fn run(kind: Kind, frame_s: f32, seconds: f32) -> Effects {
+        let mesh = SkinMesh::default();
+        let skin = Skin::new(&mesh, &[], &[], &[]);
+        let mut effects = Effects::new(Vec3::Y);
+        effects.begin(&effect(kind), &skin);
+        for _ in 0..(seconds / frame_s).round() as u32 {
+            effects.advance(frame_s, &skin);
+        }
+        effects
+    }
+
+    #[test]
+    fn smoke_rises_and_blood_falls_and_both_end() {
+        let height = |kind| {
+            let effects = run(kind, 0.02, 0.5);
+            assert!(effects.particles().len() > 3, "{kind:?}");
+            let sum: f32 = effects.particles().iter().map(|p| p.at_m.y).sum();
+            sum / effects.particles().len() as f32
+        };
+        assert!(height(Kind::Smoke) > 0.105 && height(Kind::Blood) < 0.1);
+        for kind in [
+            Kind::Smoke,
+            Kind::Steam,
+            Kind::Sparks,
+            Kind::Blood,
+            Kind::Bile,
+        ] {
+            assert!(run(kind, 0.05, 30.0).particles().is_empty(), "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn the_frame_rate_does_not_matter() {
+        let [slow, fast] = [0.05, 0.008_333_334].map(|frame| run(Kind::Smoke, frame, 1.0));
+        assert!(slow.particles().len().abs_diff(fast.particles().len()) <= 1);
+        let (a, b) = (slow.particles()[2], fast.particles()[2]);
+        assert!(a.at_m.distance(b.at_m) < 2e-3, "{a:?} {b:?}");
+    }
+
+    #[test]
+    fn a_cut_vessel_bleeds_in_pulses_until_a_clip_stops_it() {
+        let mesh = SkinMesh::default();
+        let skin = Skin::new(&mesh, &[], &[], &[]);
+        let mut effects = Effects::new(Vec3::Y);
+        effects.begin(
+            &Effect {
+                lasts_s: 20.0,
+                ..effect(Kind::Blood)
+            },
+            &skin,
+        );
+        let mut thrown = Vec::new();
+        let mut before = 0;
+        for _ in 0..60 {
+            effects.advance(0.05, &skin);
+            thrown.push(effects.thrown - before);
+            before = effects.thrown;
+        }
+        let (most, least) = (thrown.iter().max(), thrown.iter().min());
+        assert!(most > least.map(|l| l + 1).as_ref(), "{thrown:?}");
+        effects.stop_near(Vec3::new(0.0, 0.101, 0.0), 0.005);
+        effects.advance(0.1, &skin);
+        assert_eq!(effects.thrown, before);
+    }
+
+    #[test]
+    fn events_and_currents_show_what_they_do() {
+        let event = |kind| EventMsg {
+            kind,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        assert_eq!(
+            Effect::of_event(&event(EventMsg::CUT)).map(|e| e.kind),
+            Some(Kind::Blood)
+        );
+        assert_eq!(Effect::of_event(&event(EventMsg::CONTACT)), None);
+        let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
+        tools.world_from_handle.orientation[3] = 1.0;
+        tools.world_from_instrument = tools.world_from_handle;
+        tools.world_from_camera = tools.world_from_handle;
+        (tools.instrument, tools.contact_count, tools.capsule_count) = (1, 1, 1);
+        tools.capsules[0].role = 3;
+        let mut kinds = |switches| {
+            tools.switches = switches;
+            Effect::of_electrode(&tools, 0.1)
+                .iter()
+                .map(|e| e.kind)
+                .collect::<Vec<_>>()
+        };
+        assert!(kinds(1).contains(&Kind::Sparks) && kinds(2).contains(&Kind::Steam));
+        assert!(kinds(0).is_empty() && kinds(3).is_empty());
+    }
+
+    proptest! {
+        #[test]
+        fn nothing_breaks_it(
+            at in any::<[f32; 3]>(), along in any::<[f32; 3]>(), strength in any::<f32>(),
+            lasts_s in any::<f32>(), seconds in any::<f32>(), times in 0u32..80,
+        ) {
+            let mesh = SkinMesh::default();
+            let skin = Skin::new(&mesh, &[], &[], &[]);
+            let mut effects = Effects::new(Vec3::ZERO);
+            for kind in [Kind::Smoke, Kind::Blood, Kind::Sparks, Kind::Char] {
+                let effect = Effect {
+                    kind, at_m: at.into(), along: along.into(), strength, lasts_s,
+                };
+                effects.begin(&effect, &skin);
+            }
+            for _ in 0..times {
+                effects.advance(seconds, &skin);
+            }
+            prop_assert!(effects.particles().len() <= PARTICLES);
+            prop_assert!(effects.stains().len() <= STAINS);
+            prop_assert!(effects.particles().iter().all(|p| p.at_m.is_finite()));
+        }
+    }
+}

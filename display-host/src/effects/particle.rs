@@ -1,0 +1,91 @@
+//! What flies: puffs, drops and sparks.
+
+use glam::Vec3;
+
+use super::Kind;
+use super::stain::Skin;
+
+/// Particles at most.
+pub const PARTICLES: usize = 480;
+
+const GRAVITY_M_S2: f32 = 9.81;
+
+/// A puff, a drop or a spark.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Particle {
+    /// What it is of.
+    pub kind: Kind,
+    /// Middle, world frame, m.
+    pub at_m: Vec3,
+    /// m/s.
+    pub velocity_m_s: Vec3,
+    /// How long ago it began, and how long it has, s.
+    pub age_s: f32,
+    /// See `age_s`.
+    pub lasts_s: f32,
+    /// Radius when it began, m.
+    pub size_m: f32,
+    /// Its own number from 0 to 1: no two look alike.
+    pub own: f32,
+}
+
+impl Particle {
+    pub(super) fn is_alive(&self) -> bool {
+        self.age_s < self.lasts_s && self.at_m.is_finite()
+    }
+
+    /// From 0 at its beginning to 1 at its end.
+    #[must_use]
+    pub fn life(&self) -> f32 {
+        (self.age_s / self.lasts_s).clamp(0.0, 1.0)
+    }
+
+    /// Radius now, m: puffs spread.
+    #[must_use]
+    pub fn radius_m(&self) -> f32 {
+        match self.kind {
+            Kind::Smoke => self.size_m * (1.0 + 7.0 * self.life().sqrt()),
+            Kind::Steam => self.size_m * (1.0 + 4.0 * self.life().sqrt()),
+            _ => self.size_m,
+        }
+    }
+
+    /// Moves on. A drop that meets skin tells which vertex, and ends.
+    pub(super) fn step(&mut self, step_s: f32, up: Vec3, skin: &Skin<'_>) -> Option<(usize, Kind)> {
+        self.age_s += step_s;
+        match self.kind {
+            Kind::Smoke | Kind::Steam => {
+                // Still air slows the puff; what is hot rises, and eddies carry it about.
+                let rise = up * (0.035 * (1.0 - 0.7 * self.life()));
+                let wind = rise + eddies(self.at_m, self.age_s, self.own) * 0.016;
+                self.velocity_m_s += (wind - self.velocity_m_s) * (4.0 * step_s);
+            }
+            Kind::Sparks => {
+                self.velocity_m_s -= up * (GRAVITY_M_S2 * step_s);
+                self.velocity_m_s *= 1.0 - 3.0 * step_s;
+            }
+            Kind::Blood | Kind::Bile | Kind::Char => {
+                self.velocity_m_s -= up * (GRAVITY_M_S2 * step_s);
+            }
+        }
+        self.at_m += self.velocity_m_s * step_s;
+        let wets = matches!(self.kind, Kind::Blood | Kind::Bile);
+        // It has to get away from where it came out.
+        if !wets || self.age_s < 0.08 {
+            return None;
+        }
+        let vertex = skin.struck(self.at_m)?;
+        Some((vertex, self.kind))
+    }
+}
+
+/// A flow that neither gathers nor thins out: each part turns about another axis.
+fn eddies(at_m: Vec3, age_s: f32, own: f32) -> Vec3 {
+    let p = at_m * 60.0 + Vec3::splat(own * 9.0);
+    let t = age_s * 0.9;
+    Vec3::new(
+        (p.y + t).sin() + 0.5 * (2.3 * p.z - t).cos(),
+        (p.z + 1.1 * t).sin() + 0.5 * (2.1 * p.x + t).cos(),
+        (p.x - 0.8 * t).sin() + 0.5 * (2.6 * p.y + t).cos(),
+    )
+}

@@ -1,0 +1,119 @@
+//! Draws what flies: one disc a particle, far ones first.
+
+use bytemuck::{Pod, Zeroable, cast_slice};
+use glam::Vec3;
+use wgpu::util::DeviceExt;
+
+use super::gpu::Gpu;
+use super::layout::Stains;
+use super::pipeline::Layouts;
+use super::resource::bind;
+use crate::effects::{Effects, Kind, PARTICLES, Particle, STAINS};
+
+/// `Disc` in `effects.wgsl`.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+#[allow(missing_docs)] // explained in effects.wgsl
+pub struct Disc {
+    pub at: [f32; 4],
+    pub colour: [f32; 4],
+    pub look: [f32; 4],
+    pub along: [f32; 4],
+}
+
+/// Buffer of the discs and how many of them are drawn.
+pub(super) struct Discs {
+    buffer: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    count: u32,
+}
+
+impl Discs {
+    pub(super) fn new(gpu: &Gpu, layouts: &Layouts) -> Self {
+        let none = vec![Disc::default(); PARTICLES];
+        let buffer = gpu
+            .device
+            .create_buffer_init(&wgpu::util::BufferInitDescriptor {
+                label: Some("discs"),
+                contents: cast_slice(&none),
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+            });
+        let group = bind(&gpu.device, &layouts.effects, &[buffer.as_entire_binding()]);
+        Self {
+            buffer,
+            group,
+            count: 0,
+        }
+    }
+
+    /// Takes what flies, as seen from `eye`.
+    pub(super) fn upload(&mut self, gpu: &Gpu, particles: &[Particle], eye: Vec3) {
+        let mut far: Vec<&Particle> = particles.iter().take(PARTICLES).collect();
+        let distance = |p: &Particle| p.at_m.distance_squared(eye);
+        far.sort_by(|a, b| distance(b).total_cmp(&distance(a)));
+        let discs: Vec<Disc> = far.into_iter().map(disc).collect();
+        self.count = discs.len() as u32;
+        if !discs.is_empty() {
+            gpu.queue.write_buffer(&self.buffer, 0, cast_slice(&discs));
+        }
+    }
+
+    /// Draws them; the scene's bindings are set.
+    pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, pipeline: &wgpu::RenderPipeline) {
+        if self.count > 0 {
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(1, &self.group, &[]);
+            pass.draw(0..6, 0..self.count);
+        }
+    }
+}
+
+fn disc(p: &Particle) -> Disc {
+    let life = p.life();
+    let fade = (1.0 - life) * (life * 12.0).min(1.0);
+    let (colour, hides, look) = match p.kind {
+        Kind::Smoke => ([0.40, 0.395, 0.38], 0.20 * fade, 0.0),
+        Kind::Steam => ([0.75, 0.76, 0.78], 0.18 * fade, 0.0),
+        Kind::Sparks => ([9.0, 5.2, 1.8], 1.0, 2.0),
+        Kind::Blood => ([0.160, 0.0065, 0.006], 0.97, 1.0),
+        Kind::Bile => ([0.105, 0.098, 0.010], 0.9, 1.0),
+        Kind::Char => ([0.01, 0.01, 0.01], 1.0, 1.0),
+    };
+    let [r, g, b] = colour;
+    let speed = p.velocity_m_s.length();
+    // What is fast is a streak: as long as it goes while the camera looks.
+    let streak = if look > 0.5 {
+        (speed * 0.003 / p.radius_m()).clamp(0.0, 14.0)
+    } else {
+        0.0
+    };
+    Disc {
+        at: p.at_m.extend(p.radius_m()).to_array(),
+        colour: [r, g, b, hides],
+        look: [look, p.own, if streak > 1.0 { streak } else { 0.0 }, 0.0],
+        along: p.velocity_m_s.normalize_or(Vec3::Y).extend(0.0).to_array(),
+    }
+}
+
+/// What lies on the skin, as the tissue's shader takes it.
+pub(super) fn stains(effects: &Effects) -> Stains {
+    let mut table = Stains::zeroed();
+    for (slot, stain) in table
+        .places
+        .iter_mut()
+        .zip(effects.stains().iter().take(STAINS))
+    {
+        *slot = (stain.rest_m * 100.0)
+            .extend(stain.radius_m * 100.0)
+            .to_array();
+    }
+    for (slot, stain) in table.kinds.iter_mut().zip(effects.stains()) {
+        slot[0] = match stain.kind {
+            Kind::Bile => 1.0,
+            Kind::Char => 2.0,
+            _ => 0.0,
+        };
+    }
+    table.count[0] = effects.stains().len().min(STAINS) as u32;
+    table
+}
