@@ -351,16 +351,18 @@ fn build(
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
-        // A tube is as thick as its spheres: they collide.
-        skin: match plan.packing {
-            Packing::Line => ContactSkin::default(),
-            Packing::Even | Packing::Paper => ContactSkin::new(
+        // A tube, and a layer one sphere thick, is as thick as its spheres: they collide. Spheres in a
+        // line or a plane could not carry a skin off it, which would fold through itself.
+        skin: if tets.is_empty() {
+            ContactSkin::default()
+        } else {
+            ContactSkin::new(
                 &interior,
                 &surface.mesh,
                 &balls,
                 &tets,
                 plan.material.poisson,
-            ),
+            )
         },
         quality: Quality::measure(&interior, &surface.mesh, &balls),
         elastic: elastic::elastic(

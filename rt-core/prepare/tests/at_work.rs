@@ -49,8 +49,8 @@ impl Ports for Hand {
     fn stamp(&mut self, _: Stage) {}
 }
 
-/// A part of the hand's way from 20 mm above the target: ticks, where the tip is at its end (out of
-/// the tissue, along it), mm, and the handle's buttons.
+/// A part of the hand's way from 20 mm above the target, which begins and ends gently: ticks, where the
+/// tip is at its end (out of the tissue, along it), mm, and the handle's buttons.
 struct Leg(u16, [f32; 2], Buttons);
 
 /// What a leg showed.
@@ -101,6 +101,7 @@ fn work(recipe: &Recipe, legs: &[Leg]) -> Vec<Felt> {
         };
         for tick in 1..=*ticks {
             let share = f32::from(tick) / f32::from(*ticks);
+            let share = share * share * (3.0 - 2.0 * share);
             let at = [0, 1].map(|i| (from[i] + (to[i] - from[i]) * share) * 1.0e-3);
             let tip_m = target + normal * at[0] + along * at[1];
             sequence = sequence.wrapping_add(1);
@@ -121,6 +122,61 @@ fn work(recipe: &Recipe, legs: &[Leg]) -> Vec<Felt> {
         from = *to;
     }
     all
+}
+
+/// Largest step of the force from a tick to the next where a hand works slowly, N.
+const STEP_N: f32 = 0.005;
+
+fn assert_smooth(recipe: &Recipe, legs: &[Leg]) {
+    for (number, felt) in work(recipe, legs).iter().enumerate() {
+        println!("{}, leg {number}: {felt:?}", recipe.name);
+        assert!(
+            felt.largest_step_n < STEP_N,
+            "{}, leg {number}: {felt:?}",
+            recipe.name
+        );
+    }
+}
+
+/// Deep in Calot's triangle the shaft lies on the liver's edge and on the layer beside it.
+#[test]
+fn deep_in_the_triangle_no_tick_has_a_step() {
+    let recipe = Recipe::triangle(false).expect("a built-in recipe");
+    let legs = [
+        Leg(3600, [-20.0, 0.0], OPEN),
+        Leg(2000, [-20.0, 0.0], OPEN),
+        Leg(1500, [-20.0, 8.0], OPEN),
+        Leg(3600, [20.0, 0.0], OPEN),
+    ];
+    assert_smooth(&recipe, &legs);
+}
+
+/// Off the liver's edge, and back.
+#[test]
+fn sliding_and_biting_in_the_triangle_have_no_step() {
+    let recipe = Recipe::triangle(true).expect("a built-in recipe");
+    let legs = [
+        Leg(2000, [-6.0, 0.0], OPEN),
+        Leg(1500, [-6.0, 8.0], OPEN),
+        Leg(3000, [-6.0, -8.0], OPEN),
+        Leg(2500, [-6.0, 0.0], OPEN),
+        Leg(500, [-6.0, 0.0], Buttons::GRASP),
+        Leg(2000, [4.0, 0.0], Buttons::GRASP),
+    ];
+    assert_smooth(&recipe, &legs);
+}
+
+#[test]
+fn on_the_built_in_organs_no_tick_has_a_step() {
+    let recipe = Recipe::built_in().expect("a built-in recipe");
+    let legs = [
+        Leg(3600, [-20.0, 0.0], OPEN),
+        Leg(1500, [-20.0, 8.0], OPEN),
+        Leg(3600, [-6.0, 0.0], OPEN),
+        Leg(500, [-6.0, 0.0], Buttons::GRASP),
+        Leg(2000, [0.0, 0.0], Buttons::GRASP),
+    ];
+    assert_smooth(&recipe, &legs);
 }
 
 /// What a tool has thrown about comes to rest when it has gone: organs that lie on each other, and in

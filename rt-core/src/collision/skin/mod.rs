@@ -34,11 +34,12 @@ const FORGET_M: f32 = 0.012;
 /// tissue is met late, and forgiven its depth.
 const TISSUE_M: f32 = 0.0005;
 /// A tool that slips off an edge goes over the skin by this a tick, and twice its own way, m.
-pub(crate) const SLIP_M: f32 = 0.000_03;
+pub(crate) const SLIP_M: f32 = 0.000_01;
 
 /// What a force changes by in a tick where nothing but its direction turns, N: skin that folds, or a
-/// touch that leaps from fold to fold, turns it at once.
-const TURN_N: f32 = 0.003;
+/// touch that leaps from fold to fold, would turn it at once. Several places of a tool may turn at once, and
+/// the lever may double what the hand feels of it.
+const TURN_N: f32 = 0.001_5;
 /// The most that it turns in a tick however small it is.
 const TURN_MAX: f32 = 0.1;
 
@@ -111,7 +112,7 @@ impl Track {
             self.gap = self.gap.next(gap_m, way_m, moved_m);
             if self.carried.force_n > 0.0 {
                 // A tool turns round an edge by its way over its radius.
-                let most = 2.0 * way_m / station.radius_m + turn_at_rest(self.carried.force_n);
+                let most = (2.0 * way_m / station.radius_m).max(turn_at_rest(self.carried.force_n));
                 push = math::turned(&self.push, &push, most);
             }
         } else {
