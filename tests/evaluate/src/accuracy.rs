@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use rustix::time::{ClockId, clock_gettime};
 use scene_prepare::mesh::Mesh;
+use scene_prepare::skin::ContactSkin;
 
 use crate::body::{Body, Held, V3};
 use crate::case::Case;
@@ -138,11 +139,20 @@ fn one(
         .map_err(|e| e.to_string())?;
     let mut rows = Vec::new();
     for &count in counts {
-        let Some(body) = Body::packed(surface, count, case.tissue) else {
+        let packed = if scene.press.is_some() {
+            let packed = Body::with_skin(surface, count, case.tissue, &[]);
+            packed.map(|(body, skin)| (body, Some(skin)))
+        } else {
+            Body::packed(surface, count, case.tissue).map(|body| (body, None))
+        };
+        let Some((body, skin)) = packed else {
             eprintln!("  {count} spheres cannot be packed");
             continue;
         };
-        let stage = Stage::new(&body, &scene, solved.at(&body), false);
+        let stage = Stage {
+            skin: skin.as_ref(),
+            ..Stage::new(&body, &scene, solved.at(&body), false)
+        };
         let fit = *fits.entry(count).or_insert_with(|| {
             let paper = calibrate(&stage, |k| Way::Paper(k, 1));
             [paper, calibrate(&stage, Way::StretchVolume)]
@@ -175,11 +185,14 @@ struct Stage<'a> {
     answer: Answer,
     held: Vec<Held>,
     by_centre: bool,
+    /// What the product's tools meet.
+    skin: Option<&'a ContactSkin>,
 }
 
 impl<'a> Stage<'a> {
     fn new(body: &'a Body, scene: &'a Scene, answer: Answer, by_centre: bool) -> Self {
         Self {
+            skin: None,
             body,
             scene,
             answer,
@@ -278,7 +291,7 @@ fn calibrate(stage: &Stage<'_>, way: impl Fn(f32) -> Way) -> f32 {
     for _ in 0..8 {
         let middle = (low + high) / 2.0;
         let way = way(middle.exp());
-        let Ok(mut parts) = way.parts(stage.body, &stage.around()) else {
+        let Ok(mut parts) = way.parts(stage.body, stage.skin, &stage.around()) else {
             break;
         };
         let Ok(mut method) = way.method(stage.body, &mut parts) else {
@@ -313,7 +326,7 @@ pub(crate) fn fits(surface: &Mesh, body: &Body, layers: usize) -> Result<[f32; 2
 fn measure(case: &Case, stage: &Stage<'_>, ways: &[Way]) -> Vec<Row> {
     let mut parts: Vec<(Way, Option<Parts>)> = Vec::new();
     for &way in ways {
-        match way.parts(stage.body, &stage.around()) {
+        match way.parts(stage.body, stage.skin, &stage.around()) {
             Ok(made) => parts.push((way, made)),
             Err(why) => eprintln!("  {}: {why}", way.name()),
         }

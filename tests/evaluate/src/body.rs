@@ -6,6 +6,7 @@ use rt_core::soft_body::neo_hookean::STIFFNESS_SHARE;
 use scene_prepare::field::{Field, Grid, Sign};
 use scene_prepare::held::{Plane, onto_planes};
 use scene_prepare::pack::{Ball, Interior, owners, pack_evenly};
+use scene_prepare::skin::ContactSkin;
 use scene_prepare::tetra;
 
 use crate::scene::Scene;
@@ -178,8 +179,21 @@ impl Body {
         Self::packed_with(mesh, count, tissue, &[], |_, _, _| ()).map(|(body, ())| body)
     }
 
-    /// The same with tissue held beyond planes, and what follows from the packing.
-    pub(crate) fn packed_with<T>(
+    /// The same with tissue held beyond planes, and the skin at which tools meet it.
+    pub(crate) fn with_skin(
+        mesh: &scene_prepare::mesh::Mesh,
+        count: usize,
+        tissue: Tissue,
+        planes: &[Plane],
+    ) -> Option<(Self, ContactSkin)> {
+        let skin = |interior: &Interior<'_>, balls: &[Ball], tets: &[tetra::Tetra]| {
+            ContactSkin::new(interior, mesh, balls, tets, tissue.poisson)
+        };
+        Self::packed_with(mesh, count, tissue, planes, skin)
+    }
+
+    /// The same with what follows from the packing.
+    fn packed_with<T>(
         mesh: &scene_prepare::mesh::Mesh,
         count: usize,
         tissue: Tissue,

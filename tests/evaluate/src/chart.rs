@@ -243,6 +243,23 @@ fn one<'a>(panel: &Panel, area: &Area<'a>, names: &[&str]) -> Result<(), Failure
     }
 }
 
+/// A number of an axis, short; of a logarithmic axis only decades have one.
+fn label(value: f64, scale: Scale) -> String {
+    if scale == Scale::Log && (value.log10() - value.log10().round()).abs() > 1e-6 {
+        return String::new();
+    }
+    let plain = |v: f64| {
+        let text = format!("{v:.6}");
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        if text == "-0" { "0" } else { text }.to_owned()
+    };
+    match value.abs() {
+        v if v >= 1e6 => plain(value / 1e6) + " M",
+        v if v >= 1e4 => plain(value / 1e3) + " k",
+        _ => plain(value),
+    }
+}
+
 fn fill<'a, X, Y>(
     chart: &mut ChartContext<'_, SVGBackend<'a>, Cartesian2d<X, Y>>,
     panel: &Panel,
@@ -253,10 +270,13 @@ where
     X: Ranged<ValueType = f64> + plotters::coord::ranged1d::ValueFormatter<f64>,
     Y: Ranged<ValueType = f64> + plotters::coord::ranged1d::ValueFormatter<f64>,
 {
+    let [across, up] = panel.scales.map(|scale| move |v: &f64| label(*v, scale));
     chart
         .configure_mesh()
         .x_desc(&panel.axes[0])
         .y_desc(&panel.axes[1])
+        .x_label_formatter(&across)
+        .y_label_formatter(&up)
         .light_line_style(RGBColor(242, 242, 242))
         .draw()?;
     for series in &panel.series {
@@ -319,6 +339,14 @@ mod tests {
         ];
         let svg = heat_map(&names, &["a case".to_owned()], &cells).expect("drawn");
         assert!(svg.contains("fine") && svg.contains("a case") && svg.contains("long name"));
+    }
+
+    #[test]
+    fn labels_are_short() {
+        let log = |v| label(v, Scale::Log);
+        assert_eq!([log(1e5), log(3e5), log(0.1)], ["100 k", "", "0.1"]);
+        assert_eq!(label(2.5, Scale::Linear), "2.5");
+        assert_eq!(label(1e-12 - 1.2e-12, Scale::Linear), "0");
     }
 
     #[test]

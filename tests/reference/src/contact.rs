@@ -18,8 +18,11 @@ pub struct Bar {
 
 /// A rigid tool that is moved along a path without turning.
 pub struct Tool<'a> {
-    /// Its parts; what touches is their union.
+    /// Its parts. Each presses by itself: where two meet, in the crotch of jaws, both do.
     pub bars: Vec<Bar>,
+    /// The direction that it came from: what lies behind a bar counts as the bar, so that a point which
+    /// an iteration has pushed beyond a thin bar's axis goes back the way it came. None: bars alone.
+    pub behind: Option<Vec3>,
     /// How far it is from there at a share of the load from 0 to 1, world frame, m.
     pub shift_m: Box<dyn Fn(f64) -> Vec3 + 'a>,
     /// Boundary faces that it may touch.
@@ -35,6 +38,7 @@ impl<'a> Tool<'a> {
                 ends_m: [Vec3::zeros(); 2],
                 radius_m,
             }],
+            behind: None,
             shift_m: Box::new(centre_m),
             faces,
         }
@@ -52,30 +56,44 @@ struct Beside {
 }
 
 impl Bar {
-    fn beside(&self, x: &Vec3) -> Option<Beside> {
+    fn beside(&self, x: &Vec3, behind: Option<&Vec3>) -> Option<Beside> {
         let [a, b] = self.ends_m;
-        let axis = b - a;
-        let squared = axis.norm_squared();
-        let along = if squared > 0.0 {
-            (x - a).dot(&axis) / squared
-        } else {
-            0.0
-        };
-        let arm = x - a - axis * along.clamp(0.0, 1.0);
+        let (mut arm, mut axis) = (x - a, b - a);
+        let mut across = Matrix3::identity();
+        if let Some(way) = behind.filter(|way| Self::nearest(&arm, &axis).0.dot(way) > 0.0) {
+            // In the plane across the way all depths behind the bar are the same.
+            let flat = Matrix3::identity() - way * way.transpose();
+            (arm, axis) = (flat * arm, flat * axis);
+            across = flat;
+        }
+        let (arm, is_between) = Self::nearest(&arm, &axis);
         let distance = arm.norm();
         if distance <= 0.0 {
             return None;
         }
         let normal = arm / distance;
-        let mut across = Matrix3::identity() - normal * normal.transpose();
-        if 0.0 < along && along < 1.0 {
-            across -= axis * axis.transpose() / squared;
+        across -= normal * normal.transpose();
+        if is_between {
+            across -= axis * axis.transpose() / axis.norm_squared();
         }
         Some(Beside {
             separation_m: distance - self.radius_m,
             normal,
             bend: across / distance,
         })
+    }
+
+    /// From the nearest point of an axis, whose start is `arm` away, and whether it lies between the
+    /// axis' ends.
+    fn nearest(arm: &Vec3, axis: &Vec3) -> (Vec3, bool) {
+        let squared = axis.norm_squared();
+        let along = if squared > f64::MIN_POSITIVE {
+            arm.dot(axis) / squared
+        } else {
+            0.0
+        };
+        let is_between = 0.0 < along && along < 1.0;
+        (arm - axis * along.clamp(0.0, 1.0), is_between)
     }
 }
 
@@ -85,8 +103,9 @@ const RULE: [(f64, f64); 2] = [
     (0.091_576_213_509_771, 0.109_951_743_655_322),
 ];
 
-/// One contact point.
+/// One contact point and one bar.
 pub(crate) struct Patch {
+    bar: Bar,
     nodes: [u32; 6],
     values: [f64; 6],
     area_m2: f64,
@@ -97,7 +116,7 @@ pub(crate) struct Patch {
 /// Contact with one tool.
 pub(crate) struct Contact {
     pub(crate) patches: Vec<Patch>,
-    bars: Vec<Bar>,
+    behind: Option<Vec3>,
     /// Penalty, Pa per metre of penetration.
     stiffness_pa_m: f64,
 }
@@ -159,19 +178,20 @@ impl Contact {
                     b[far] = 1.0 - 2.0 * l;
                     let area_m2 = weight * area(&x, b);
                     total += area_m2;
-                    patches.push(Patch {
+                    patches.extend(tool.bars.iter().map(|bar| Patch {
+                        bar: *bar,
                         nodes,
                         values: face_shape(b),
                         area_m2,
                         pressure_pa: 0.0,
-                    });
+                    }));
                 }
             }
         }
         let face_m = (total / tool.faces.len().max(1) as f64).sqrt();
         Self {
             patches,
-            bars: tool.bars.clone(),
+            behind: tool.behind,
             stiffness_pa_m: 30.0 * young_pa / face_m.max(f64::MIN_POSITIVE),
         }
     }
@@ -183,11 +203,10 @@ impl Contact {
             .sum()
     }
 
-    /// Where a contact point is beside the tool's nearest part; none on its axis.
+    /// Where a contact point is beside its bar; none on the bar's axis.
     fn beside(&self, patch: &Patch, rest: &[Vec3], u: &[Vec3], shift: &Vec3) -> Option<Beside> {
         let x = Self::at(patch, rest, u) - shift;
-        let all = self.bars.iter().filter_map(|bar| bar.beside(&x));
-        all.min_by(|p, q| p.separation_m.total_cmp(&q.separation_m))
+        patch.bar.beside(&x, self.behind.as_ref())
     }
 
     fn pressure(&self, patch: &Patch, beside: Option<&Beside>) -> f64 {
@@ -264,8 +283,8 @@ impl Contact {
 mod tests {
     use super::*;
 
-    /// Normal and bend are the first and second derivative of the separation, beside the bar and
-    /// beyond its ends.
+    /// Normal and bend are the first and second derivative of the separation: beside the bar, beyond
+    /// its ends, and behind it.
     #[test]
     fn a_bar_is_round() {
         let bar = Bar {
@@ -273,16 +292,19 @@ mod tests {
             radius_m: 0.03,
         };
         let step = 1e-5;
-        for x in [
+        let way = Vec3::new(0.1, -0.2, 1.0).normalize();
+        let places = [
             Vec3::new(0.1, 0.2, 0.1),
             Vec3::new(-0.1, 0.05, 0.2),
             Vec3::new(0.3, 0.1, -0.1),
-        ] {
-            let here = bar.beside(&x).expect("off the axis");
+            Vec3::new(0.12, 0.02, 0.15),
+        ];
+        for (x, behind) in places.iter().flat_map(|x| [(x, None), (x, Some(&way))]) {
+            let here = bar.beside(x, behind).expect("off the axis");
             for axis in 0..3 {
                 let mut by = Vec3::zeros();
                 by[axis] = step;
-                let (next, before) = (bar.beside(&(x + by)), bar.beside(&(x - by)));
+                let (next, before) = (bar.beside(&(x + by), behind), bar.beside(&(x - by), behind));
                 let (next, before) = (next.expect("off"), before.expect("off"));
                 let slope = (next.separation_m - before.separation_m) / (2.0 * step);
                 assert!((slope - here.normal[axis]).abs() < 1e-6);
@@ -294,7 +316,24 @@ mod tests {
             ends_m: [Vec3::zeros(); 2],
             radius_m: 0.01,
         };
-        let above = ball.beside(&(Vec3::z() * 0.03)).expect("off");
+        let above = ball.beside(&(Vec3::z() * 0.03), None).expect("off");
         assert!((above.separation_m - 0.02).abs() < 1e-12);
+    }
+
+    /// A point pushed through a thin bar's axis is pushed back down, and one high above the side of
+    /// it sideways; beside and below nothing differs.
+    #[test]
+    fn behind_a_bar_is_inside_it() {
+        let bar = Bar {
+            ends_m: [-Vec3::x(), Vec3::x()],
+            radius_m: 0.0015,
+        };
+        let beside = |x: Vec3| bar.beside(&x, Some(&Vec3::z())).expect("off the axis");
+        let above = beside(Vec3::new(0.0, 1e-4, 0.004));
+        assert!((above.separation_m - (1e-4 - 0.0015)).abs() < 1e-12);
+        assert!((above.normal - Vec3::y()).norm() < 1e-9);
+        let below = beside(Vec3::new(0.0, 1e-4, -0.004));
+        let alone = bar.beside(&Vec3::new(0.0, 1e-4, -0.004), None);
+        assert!((below.normal - alone.expect("off the axis").normal).norm() < 1e-12);
     }
 }

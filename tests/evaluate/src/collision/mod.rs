@@ -13,7 +13,6 @@ use nalgebra::Vector3;
 use rt_core::tool::Capsule;
 use scene_prepare::mesh::Mesh;
 use scene_prepare::shape::{Form, Shape};
-use scene_prepare::skin::ContactSkin;
 
 use crate::body::{Body, Tissue};
 use crate::methods::{Parts, Surroundings};
@@ -171,10 +170,8 @@ fn organ(
     card: Option<&gpu::Card>,
 ) -> Result<Vec<Row>, String> {
     let tissue = Tissue::LIVER;
-    let (body, skin) = Body::packed_with(mesh, count, tissue, &[], |interior, balls, tets| {
-        ContactSkin::new(interior, mesh, balls, tets, tissue.poisson)
-    })
-    .ok_or_else(|| format!("{name}: {count} spheres cannot be packed"))?;
+    let (body, skin) = Body::with_skin(mesh, count, tissue, &[])
+        .ok_or_else(|| format!("{name}: {count} spheres cannot be packed"))?;
     let around = Surroundings {
         gravity_m_s2: Vector3::zeros(),
         damping_per_s: 20.0,

@@ -7,9 +7,7 @@ use rt_core::soft_body::{Correction, Tissue};
 use rt_core::tool::{Capsule, Role};
 use scene_prepare::held::Plane;
 use scene_prepare::mesh::Mesh;
-use scene_prepare::pack::{Ball, Interior};
 use scene_prepare::skin::ContactSkin;
-use scene_prepare::tetra::Tetra;
 
 use super::case::{Placed, Site};
 use super::reference::DEPTHS_MM;
@@ -73,10 +71,7 @@ impl Rig {
             point_m: axis * plane_m,
             normal: -axis,
         };
-        let skin = |interior: &Interior<'_>, balls: &[Ball], tets: &[Tetra]| {
-            ContactSkin::new(interior, mesh, balls, tets, tissue.poisson)
-        };
-        let packed = Body::packed_with(mesh, spheres, tissue, &[plane], skin);
+        let packed = Body::with_skin(mesh, spheres, tissue, &[plane]);
         let (body, skin) = packed.ok_or_else(|| format!("{spheres} spheres cannot be packed"))?;
         let around = Surroundings {
             gravity_m_s2: V3::zeros(),

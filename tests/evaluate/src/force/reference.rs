@@ -120,6 +120,9 @@ fn fill(
 /// What is this near to the plane lies on it, m.
 const ON_PLANE_M: f64 = 2e-4;
 
+/// Goes up when [`fill`] makes other meshes: curves kept by an older one are solved anew.
+const MESHER: usize = 2;
+
 /// Force over depth.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Curve {
@@ -187,7 +190,8 @@ pub(crate) fn curve(case: &Case, folder: &Path, quick: bool) -> Result<Curve, St
 
 /// Whether a case's curve was found before.
 pub(crate) fn is_kept(case: &Case, folder: &Path, quick: bool) -> bool {
-    place(case, folder, quick).exists()
+    let kept = std::fs::read_to_string(place(case, folder, quick));
+    kept.ok().and_then(|text| read(&text)).is_some()
 }
 
 fn place(case: &Case, folder: &Path, quick: bool) -> PathBuf {
@@ -207,7 +211,7 @@ fn text(curve: &Curve) -> String {
     };
     let [before, nodes] = curve.nodes;
     format!(
-        "{before} {nodes}\n{}\n{}\n",
+        "{MESHER} {before} {nodes}\n{}\n{}\n",
         line(&curve.coarse_n),
         line(&curve.force_n)
     )
@@ -215,10 +219,14 @@ fn text(curve: &Curve) -> String {
 
 fn read(text: &str) -> Option<Curve> {
     let mut lines = text.lines().map(|l| l.split_whitespace());
-    let counts: Option<Vec<usize>> = lines.next()?.map(|w| w.parse().ok()).collect();
+    let head: Option<Vec<usize>> = lines.next()?.map(|w| w.parse().ok()).collect();
+    let [mesher, before, nodes] = head?.try_into().ok()?;
+    if mesher != MESHER {
+        return None;
+    }
     let mut forces = || -> Option<Vec<f64>> { lines.next()?.map(|w| w.parse().ok()).collect() };
     Some(Curve {
-        nodes: counts?.try_into().ok()?,
+        nodes: [before, nodes],
         coarse_n: forces()?,
         force_n: forces()?,
     })
@@ -273,6 +281,7 @@ fn solve(
         )],
         tool: Some(Tool {
             bars: placed.bars.clone(),
+            behind: Some(outward),
             shift_m: Box::new(move |share| -outward * (share * deepest_m)),
             faces: mesh.faces_where(may_touch),
         }),
@@ -310,5 +319,8 @@ mod tests {
         };
         assert_eq!(read(&text(&curve)), Some(curve));
         assert_eq!(read("nonsense"), None);
+        // By the mesher before, which had no number, and by a later one.
+        assert_eq!(read("4000 7000\n0.02\n0.02\n"), None);
+        assert_eq!(read("3 4000 7000\n0.02\n0.02\n"), None);
     }
 }

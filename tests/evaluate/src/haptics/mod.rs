@@ -14,6 +14,7 @@ pub(crate) use report::{chart, csv, section};
 use crate::methods::Parts;
 use device::{Device, Hand};
 use law::{Coupling, Gates, Hooke, Law, Product, boundless, stated};
+use scene::Meets;
 use trial::{Outcome, START_M, press, respond, wave};
 
 /// What a row tells.
@@ -40,7 +41,7 @@ pub(crate) enum How {
     Coupling,
     /// The product's contact without the gates of its output.
     Bare,
-    /// The same, and the tool meets the spheres rigidly.
+    /// The same without a skin: the tool meets the spheres rigidly.
     Rigid,
 }
 
@@ -154,12 +155,13 @@ pub(crate) fn run(quick: bool) -> Result<Vec<Row>, String> {
     let youngs: &[f64] = if quick { &[5e3] } else { &[5e3, 20e3] };
     for young_pa in youngs {
         eprintln!("haptics: a liver of {} kPa", young_pa / 1e3);
-        let (mut parts, top_m) = scene::liver(SPHERES, *young_pa)?;
+        let skin = scene::liver(SPHERES, *young_pa, Meets::Skin)?;
+        let spheres = scene::liver(SPHERES, *young_pa, Meets::Spheres)?;
         for device in [viscous(&0.1), viscous(&0.5), Device::TOUCH] {
             for delay_ms in delays_ms.iter().step_by(if quick { 1 } else { 2 }) {
                 for how in [How::Ours, How::Bare, How::Rigid] {
-                    parts.meet_with(if how == How::Rigid { 1e6 } else { 500.0 });
-                    let tissue = (&parts, top_m, *young_pa);
+                    let (parts, top_m) = if how == How::Rigid { &spheres } else { &skin };
+                    let tissue = (parts, *top_m, *young_pa);
                     bench.tissue(how, tissue, delayed(device, *delay_ms))?;
                 }
             }

@@ -171,7 +171,7 @@ does not carry the weight.</p><ul><li>{}</ul></details>",
             left.join("<li>")
         );
     }
-    body += "<h3>A liver</h3><p>5 and 20 kPa, its spheres met without a contact skin; devices of 0.1 and 0.5 N s/m and \
+    body += "<h3>A liver</h3><p>5 and 20 kPa, met at its contact skin, but by the rigid multiplier at its spheres; devices of 0.1 and 0.5 N s/m and \
 the Touch, 0 to 4 ms.</p><table><tr><th>law<th>stable<th>largest change of force a tick, held, mN<th>most energy \
 given, mJ<th>ticks damped";
     for how in [How::Ours, How::Bare, How::Rigid] {

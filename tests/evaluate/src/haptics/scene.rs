@@ -2,6 +2,7 @@
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{Material, Organ, RestSphere, Room, Scene};
+use scene_prepare::held::Plane;
 
 use crate::body::{Body, Tissue};
 use crate::methods::{Parts, Surroundings};
@@ -64,26 +65,55 @@ impl Wall {
     }
 }
 
+/// Below this the liver is held, m.
+const HELD_BELOW_M: f64 = -0.02;
+
+/// What of a liver the tip meets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Meets {
+    /// Its contact skin, as it ships.
+    Skin,
+    /// Its spheres, so wide that there are no gaps, rigidly.
+    Spheres,
+}
+
 /// A liver, its lower part held, of so many spheres and this modulus; and the height at which the
 /// tip meets it, m.
-pub(super) fn liver(spheres: usize, young_pa: f64) -> Result<(Parts, f64), String> {
+pub(super) fn liver(spheres: usize, young_pa: f64, meets: Meets) -> Result<(Parts, f64), String> {
     let tissue = Tissue {
         young_pa,
         ..Tissue::LIVER
     };
     let surface = organ::Organ::Liver.mesh()?;
-    let body = Body::packed(&surface, spheres, tissue).ok_or("the liver cannot be packed")?;
+    let plane = Plane {
+        point_m: nalgebra::Vector3::z() * HELD_BELOW_M,
+        normal: -nalgebra::Vector3::z(),
+    };
+    let packed = Body::with_skin(&surface, spheres, tissue, &[plane]);
+    let (body, skin) = packed.ok_or("the liver cannot be packed")?;
     let around = Surroundings {
         gravity_m_s2: Vec3::zeros(),
         damping_per_s: 5.0,
     };
     let mut parts = Parts::new(&body, &around, None).map_err(|e| e.to_string())?;
-    // Without gaps: no contact skin here, so that the tool meets the spheres themselves.
-    parts.settle(-0.02, 0.8 * body.spacing_m(), 0.002);
-    let under = |s: &&RestSphere| s.center_m.xy().norm() < 0.5 * body.spacing_m();
-    let tops = parts.spheres().iter().filter(under);
-    let top_m = tops
-        .map(|s| s.center_m.z + s.radius_m)
-        .fold(f32::MIN, f32::max);
-    Ok((parts, f64::from(top_m)))
+    // Places are rounded to single precision.
+    parts.settle(HELD_BELOW_M as f32 + 1e-6, 0.002);
+    let highest = |tops: &mut dyn Iterator<Item = Vec3>, within_m: f32| {
+        let under = tops.filter(|p| p.xy().norm() < within_m);
+        f64::from(under.map(|p| p.z).fold(f32::MIN, f32::max))
+    };
+    Ok(match meets {
+        Meets::Skin => {
+            let mut tops = surface.vertices.iter().map(|p| p.cast());
+            let top_m = highest(&mut tops, 0.003);
+            (parts.with_skin(skin), top_m)
+        }
+        Meets::Spheres => {
+            parts.widen(0.8 * body.spacing_m());
+            parts.meet_with(1e6);
+            let top = |s: &RestSphere| s.center_m + Vec3::z() * s.radius_m;
+            let top_m = highest(&mut parts.spheres().iter().map(top), 0.5 * body.spacing_m());
+            (parts, top_m)
+        }
+    })
 }

@@ -17,6 +17,8 @@ pub(crate) use product::Parts;
 pub(crate) use stretch_volume::StretchVolume;
 pub(crate) use xpbd_springs::XpbdSprings;
 
+use scene_prepare::skin::ContactSkin;
+
 use crate::body::{Body, V3};
 
 /// What moves.
@@ -233,18 +235,26 @@ impl Way {
         }
     }
 
-    /// What its method borrows.
+    /// What its method borrows. Only the product as it ships meets tools at a skin, if there is one.
     ///
     /// # Errors
     /// What the product refuses to load.
-    pub(crate) fn parts(self, body: &Body, around: &Surroundings) -> Result<Option<Parts>, String> {
+    pub(crate) fn parts(
+        self,
+        body: &Body,
+        skin: Option<&ContactSkin>,
+        around: &Surroundings,
+    ) -> Result<Option<Parts>, String> {
         let paper = match self {
             Self::Paper(k, iterations) => Some((k, iterations)),
             Self::Ours => None,
             _ => return Ok(None),
         };
         let parts = Parts::new(body, around, paper).map_err(|e| e.to_string())?;
-        Ok(Some(parts))
+        Ok(Some(match skin.filter(|_| self == Self::Ours) {
+            Some(skin) => parts.with_skin(skin.clone()),
+            None => parts,
+        }))
     }
 
     /// The method, ready to step.

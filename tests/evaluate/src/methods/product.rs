@@ -9,21 +9,50 @@ use rt_core::soft_body::pbd::PaperPbd;
 use rt_core::soft_body::{Bodies, Method as Solver, Tissue};
 
 use rt_core::sim::TICK_S;
+use rt_core::tool::{Capsule, Role};
 use scene_prepare::skin::ContactSkin;
 
-use super::{Env, Method, State, Surroundings};
+use super::{Ball, Env, Method, State, Surroundings};
 use crate::body::{Body, V3};
 
 /// What the product's tissue borrows.
 pub(crate) struct Parts {
     bodies: Box<Bodies>,
+    solver: Solver,
+    plan: Plan,
+}
+
+/// What a scene of one organ is made of.
+struct Plan {
     organs: [Organ; 1],
     spheres: Vec<RestSphere>,
     links: Vec<Link>,
     batches: Vec<TetraBatch>,
     gravity_m_s2: V3,
-    solver: Solver,
     skin: ContactSkin,
+}
+
+impl Plan {
+    /// The instrument's port lies above the scene's origin.
+    fn scene(&self) -> Result<Scene<'_>, SceneError> {
+        let room = Room {
+            gravity_m_s2: self.gravity_m_s2,
+            world_from_device: Pose::identity(),
+            world_from_tracker: Pose::identity(),
+            instrument_port_m: V3::new(0.0, 0.0, 0.2),
+            instrument_length_m: 0.33,
+            endoscope_port_m: V3::new(0.1, 0.0, 0.2),
+            world_from_camera: Pose::identity(),
+            breath_s: 0.0,
+        };
+        Scene::new(&self.organs, &self.spheres, &self.links, room)?
+            .with_tetrahedra(&self.batches)?
+            .with_skin(Skin {
+                vertices: &self.skin.vertices,
+                fans: &self.skin.fans,
+                nearest: &self.skin.nearest,
+            })
+    }
 }
 
 /// Stiffness number of a substep up to which one pass is the material's stiffness within 3 %.
@@ -105,23 +134,26 @@ impl Parts {
         };
         Ok(Self {
             bodies: Box::default(),
-            organs: [organ],
-            spheres,
-            links,
-            batches: packed,
-            gravity_m_s2: around.gravity_m_s2,
             solver: if paper.is_some() {
                 Solver::Paper(PaperPbd { iterations })
             } else {
                 Solver::NeoHookean
             },
-            skin: ContactSkin::default(),
+            plan: Plan {
+                organs: [organ],
+                spheres,
+                links,
+                batches: packed,
+                gravity_m_s2: around.gravity_m_s2,
+                skin: ContactSkin::default(),
+            },
         })
     }
 
     /// With what tools meet.
-    pub(crate) fn with_skin(self, skin: ContactSkin) -> Self {
-        Self { skin, ..self }
+    pub(crate) fn with_skin(mut self, skin: ContactSkin) -> Self {
+        self.plan.skin = skin;
+        self
     }
 
     /// The tissue at rest.
@@ -129,70 +161,59 @@ impl Parts {
     /// # Errors
     /// What the scene's check refuses.
     pub(crate) fn tissue(&mut self) -> Result<Product<'_>, SceneError> {
-        let held = vec![false; self.spheres.len()];
+        let held = vec![false; self.plan.spheres.len()];
+        let has_skin = !self.plan.skin.vertices.is_empty();
         let tissue = self.bare()?;
-        Ok(Product { tissue, held })
+        Ok(Product {
+            tissue,
+            held,
+            has_skin,
+        })
     }
 
-    /// Holds what lies below this height, m, gives every sphere this radius, m, and the tissue this
-    /// retardation, s.
-    pub(crate) fn settle(&mut self, height_m: f32, radius_m: f32, retardation_s: f32) {
-        for organ in &mut self.organs {
+    /// Holds what lies up to this height, m, and gives the tissue this retardation, s.
+    pub(crate) fn settle(&mut self, height_m: f32, retardation_s: f32) {
+        for organ in &mut self.plan.organs {
             organ.material.retardation_s = retardation_s;
         }
-        for sphere in &mut self.spheres {
-            sphere.held = sphere.center_m.z < height_m;
+        for sphere in &mut self.plan.spheres {
+            sphere.held = sphere.center_m.z <= height_m;
+        }
+    }
+
+    /// Gives every sphere this radius, m.
+    pub(crate) fn widen(&mut self, radius_m: f32) {
+        for sphere in &mut self.plan.spheres {
             sphere.radius_m = radius_m;
         }
     }
 
     /// Sets the stiffness between a tool and a sphere, N/m.
     pub(crate) fn meet_with(&mut self, contact_stiffness_n_m: f32) {
-        for organ in &mut self.organs {
+        for organ in &mut self.plan.organs {
             organ.material.contact_stiffness_n_m = contact_stiffness_n_m;
         }
     }
 
     /// The spheres at rest.
     pub(crate) fn spheres(&self) -> &[RestSphere] {
-        &self.spheres
+        &self.plan.spheres
     }
 
-    /// The scene without a skin, the instrument's port above its origin.
+    /// The scene, the instrument's port above its origin.
     ///
     /// # Errors
     /// What the scene's check refuses.
     pub(crate) fn scene(&self) -> Result<Scene<'_>, SceneError> {
-        Scene::new(&self.organs, &self.spheres, &self.links, self.room())?
-            .with_tetrahedra(&self.batches)
+        self.plan.scene()
     }
 
-    fn room(&self) -> Room {
-        Room {
-            gravity_m_s2: self.gravity_m_s2,
-            world_from_device: Pose::identity(),
-            world_from_tracker: Pose::identity(),
-            instrument_port_m: V3::new(0.0, 0.0, 0.2),
-            instrument_length_m: 0.33,
-            endoscope_port_m: V3::new(0.1, 0.0, 0.2),
-            world_from_camera: Pose::identity(),
-            breath_s: 0.0,
-        }
-    }
-
-    /// The same, by itself.
+    /// Its tissue alone.
     ///
     /// # Errors
     /// What the scene's check refuses.
     pub(crate) fn bare(&mut self) -> Result<Tissue<'_>, SceneError> {
-        let room = self.room();
-        let scene = Scene::new(&self.organs, &self.spheres, &self.links, room)?
-            .with_tetrahedra(&self.batches)?
-            .with_skin(Skin {
-                vertices: &self.skin.vertices,
-                fans: &self.skin.fans,
-                nearest: &self.skin.nearest,
-            })?;
+        let scene = self.plan.scene()?;
         Ok(Tissue::new(scene, &mut self.bodies, self.solver))
     }
 }
@@ -201,6 +222,7 @@ impl Parts {
 pub(crate) struct Product<'a> {
     tissue: Tissue<'a>,
     held: Vec<bool>,
+    has_skin: bool,
 }
 
 impl Method for Product<'_> {
@@ -219,6 +241,25 @@ impl Method for Product<'_> {
             }
         }
         state.is_edited = false;
+        let force = match state.ball.filter(|_| self.has_skin) {
+            Some(ball) => {
+                let pressed = self.tissue.press(&[ball.as_tip()]);
+                state.put_back += pressed.put_back;
+                pressed.force_n
+            }
+            None => self.step_against_spheres(body, state),
+        };
+        state.feel(&force);
+        for (i, (u, v)) in (0_u32..).zip(state.u_m.iter_mut().zip(&mut state.v_m_s)) {
+            *u = self.tissue.displacement_m(i);
+            *v = self.tissue.velocity_m_s(i);
+        }
+    }
+}
+
+impl Product<'_> {
+    /// One tick in which a ball moves spheres out of itself; its force on the ball, N.
+    fn step_against_spheres(&mut self, body: &Body, state: &mut State) -> V3 {
         let (ball, mut force) = (state.ball, V3::zeros());
         state.put_back += self.tissue.step_with(|tissue, step_s| {
             let Some(ball) = ball else { return };
@@ -231,10 +272,18 @@ impl Method for Product<'_> {
                 }
             }
         });
-        state.feel(&force);
-        for (i, (u, v)) in (0_u32..).zip(state.u_m.iter_mut().zip(&mut state.v_m_s)) {
-            *u = self.tissue.displacement_m(i);
-            *v = self.tissue.velocity_m_s(i);
+        force
+    }
+}
+
+impl Ball {
+    /// The end of a tool without a length.
+    fn as_tip(self) -> Capsule {
+        Capsule {
+            a_m: self.center_m,
+            b_m: self.center_m,
+            radius_m: self.radius_m,
+            role: Role::Tip,
         }
     }
 }

@@ -54,7 +54,7 @@ impl<'a> Stand<'a> {
             around.damping_per_s *= ratio;
             dt_s = TICK_S;
         }
-        let mut parts = way.parts(&body, &around).ok()?;
+        let mut parts = way.parts(&body, None, &around).ok()?;
         let method = way.method(&body, &mut parts).ok()?;
         let state = State::at_rest(&body, &self.held);
         let mut rig = Rig {
