@@ -18,7 +18,7 @@ pub mod gallery;
 pub mod headless;
 pub mod latency;
 mod painter;
-mod priority;
+pub mod priority;
 pub mod render;
 pub mod report;
 pub mod skinning;

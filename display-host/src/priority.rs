@@ -5,7 +5,7 @@ use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 /// Lowers the calling thread below everything realtime, and keeps it off `tick_cpu` where the
 /// machine has another one. Threads started afterwards (a software graphics driver starts one per
 /// CPU) inherit both. What the system refuses is left as it was: it costs smoothness, not safety.
-pub(crate) fn step_aside(tick_cpu: Option<usize>) {
+pub fn step_aside(tick_cpu: Option<usize>) {
     let _ = rustix::process::nice(10);
     let Some(tick_cpu) = tick_cpu else { return };
     let Ok(allowed) = sched_getaffinity(None) else {

@@ -32,6 +32,11 @@ impl Hash {
         self.float(q.w);
     }
 
+    /// Both halves, one over the other.
+    pub(crate) const fn folded(self) -> u32 {
+        (self.0 >> 32) as u32 ^ self.0 as u32
+    }
+
     pub(crate) const fn finish(self) -> u64 {
         self.0
     }

@@ -5,7 +5,7 @@ mod rig;
 use rig::{Anatomy, Bench, PAPER, TOUCH, pedal, tracker_at};
 use rt_core::math::Vec3;
 use rt_core::port::{Buttons, Polled};
-use rt_core::sim::{Command, Parameters, Sim};
+use rt_core::sim::{Command, Digest, Parameters, Sim};
 use rt_core::soft_body::Method;
 use rt_core::state::State;
 
@@ -62,5 +62,52 @@ fn the_golden_run_repeats_bit_for_bit() {
         let hash = run(method);
         assert_eq!(hash, run(method), "twice in one process");
         assert_eq!(hash, golden, "{hash:#018x} by {method:?}");
+    }
+}
+
+/// Presses for 400 ticks, 0.1 mm beside the way in the tick `nudged`; the digests of all ticks.
+fn digests(anatomy: &Anatomy, nudged: Option<u64>) -> Vec<Digest> {
+    let mut state = Box::new(State::new());
+    let parameters = Parameters {
+        force_ramp_s: 0.01,
+        force_enabled: true,
+        ..Parameters::default()
+    };
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, parameters);
+    let mut bench = Bench::new();
+    for tick in 0..400u64 {
+        let depth = (tick as f32 / 200.0).min(1.0);
+        let mut tip = Vec3::new(0.01, 0.0, 0.12 - 0.08 * depth);
+        if nudged == Some(tick) {
+            tip.x += 1.0e-4;
+        }
+        bench.next_at(&tip, Buttons(0));
+        sim.tick(&mut bench);
+    }
+    bench.digests
+}
+
+#[test]
+fn digests_of_two_runs_part_where_the_runs_do_and_name_the_organ() {
+    let anatomy = Anatomy::liver_and_gallbladder();
+    let plain = digests(&anatomy, None);
+    assert_eq!(plain, digests(&anatomy, None));
+    let nudged = digests(&anatomy, Some(250));
+    let apart = |(a, b): (&Digest, &Digest)| a != b;
+    assert_eq!(plain.iter().zip(&nudged).position(apart), Some(250));
+    let touched = plain.iter().zip(&nudged).skip(250).take(80);
+    let organs: Vec<_> = touched
+        .filter(|(a, b)| a.spheres != b.spheres)
+        .map(|(a, _)| a.organ)
+        .collect();
+    assert!(organs.contains(&Some(0)), "the liver is pressed: {organs:?}");
+}
+
+#[test]
+fn every_organ_has_its_turn() {
+    let plain = digests(&Anatomy::liver_and_gallbladder(), None);
+    for organ in 0..2 {
+        let turns = plain.iter().take(80).filter(|it| it.organ == Some(organ));
+        assert!(turns.count() > 0, "organ {organ}");
     }
 }

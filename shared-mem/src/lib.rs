@@ -4,6 +4,7 @@
 //! Payloads are `#[repr(C)]`, hold no pointers, and are any-bit-pattern safe: a reader may get
 //! garbage from a broken peer, never undefined behaviour.
 
+pub mod inputs;
 pub mod message;
 pub mod scene;
 pub mod service;

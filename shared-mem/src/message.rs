@@ -264,6 +264,23 @@ impl EventMsg {
     pub const TEAR: u32 = 8;
     /// Scissors have cut a band, a suture, or a link of a tube; value: the energy of a tear of it, J.
     pub const CUT: u32 = 9;
+
+    /// Its kind's name, for reports.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        match self.kind {
+            Self::CONTACT => "contact",
+            Self::RELEASE => "release",
+            Self::GRASP => "grasp",
+            Self::LET_GO => "let_go",
+            Self::FAULT => "fault",
+            Self::ELECTRO => "electro",
+            Self::SLIP => "slip",
+            Self::TEAR => "tear",
+            Self::CUT => "cut",
+            _ => "unknown",
+        }
+    }
 }
 
 /// One tick's timing.

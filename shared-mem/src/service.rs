@@ -22,6 +22,7 @@ use iceoryx2::prelude::{
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenOrCreateError;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
+use crate::inputs::InputBatch;
 use crate::message::{CommandMsg, EventMsg, HandMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
 
 /// Hosts (displays, reports) that can watch one station at once.
@@ -126,6 +127,22 @@ impl Station {
         &self.name
     }
 
+    /// Takes from others what iceoryx2 leaves open to them: it makes some of its files in /dev/shm for
+    /// everybody to write, and shared memory has no folder that could be closed.
+    fn close_to_others(&self) {
+        use std::os::unix::fs::PermissionsExt;
+        let prefix = format!("calot_{}_", self.name);
+        let files = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten();
+        for file in files.filter(|file| file.file_name().to_string_lossy().starts_with(&prefix)) {
+            let mode = file.metadata().map_or(0, |meta| meta.permissions().mode());
+            if mode & 0o077 != 0 {
+                // One that another process has just removed needs no closing.
+                let own = std::fs::Permissions::from_mode(mode & 0o700);
+                let _ = std::fs::set_permissions(file.path(), own);
+            }
+        }
+    }
+
     fn node(&self) -> Result<Node<ipc::Service>, ServiceError> {
         // A peer that died is everyday here; its warning is a page long.
         set_log_level(LogLevel::Error);
@@ -134,6 +151,7 @@ impl Station {
             .signal_handling_mode(SignalHandlingMode::Disabled)
             .create::<ipc::Service>()
             .map_err(|error| self.transport("joining", &error))
+            .inspect(|_| self.close_to_others())
     }
 
     fn transport(&self, doing: &'static str, error: &dyn core::fmt::Debug) -> ServiceError {
@@ -166,7 +184,7 @@ impl Station {
             .subscriber_max_borrowed_samples(2)
             .history_size(quality.history)
             .max_publishers(1)
-            .max_subscribers(MAX_HOSTS)
+            .max_subscribers(quality.readers)
             .max_nodes(MAX_HOSTS + 2)
             .open_or_create()
             .map_err(|error| match error {
@@ -250,20 +268,32 @@ type Commands = iceoryx2::service::port_factory::request_response::PortFactory<
 struct Quality {
     buffer: usize,
     history: usize,
+    readers: usize,
 }
 
 /// The newest wins; a host that joins gets it at once.
 const NEWEST: Quality = Quality {
     buffer: 2,
     history: 1,
+    readers: MAX_HOSTS,
 };
 const EVENTS: Quality = Quality {
     buffer: EVENT_BUFFER,
     history: 64,
+    readers: MAX_HOSTS,
 };
 const TIMING: Quality = Quality {
     buffer: TIMING_BUFFER,
     history: 1,
+    readers: MAX_HOSTS,
+};
+
+/// A recorder that is kept from the processor for 8 s loses nothing. Few may listen: what is kept for
+/// each is memory that the controller locks.
+const INPUTS: Quality = Quality {
+    buffer: 128,
+    history: 0,
+    readers: 2,
 };
 
 /// The controller's end. Owned by the publishing thread: creating, loaning and sending allocate.
@@ -277,6 +307,8 @@ pub struct Controller {
     pub events: Publisher<ipc::Service, EventMsg, ()>,
     /// Timing.
     pub timing: Publisher<ipc::Service, TimingBatch, ()>,
+    /// What the ticks took in.
+    pub inputs: Publisher<ipc::Service, InputBatch, ()>,
     commands: Server<ipc::Service, CommandMsg, (), ReplyMsg, ()>,
     node: Node<ipc::Service>,
 }
@@ -310,6 +342,7 @@ impl Controller {
             tools: station.publisher(&node, "tools", NEWEST)?,
             events: station.publisher(&node, "events", EVENTS)?,
             timing: station.publisher(&node, "timing", TIMING)?,
+            inputs: station.publisher(&node, "inputs", INPUTS)?,
             commands: station
                 .commands(&node)?
                 .server_builder()
@@ -386,6 +419,53 @@ impl HandReceiver {
         let mut newest_msg = None;
         newest(&self.hand, |message| newest_msg = Some(*message));
         newest_msg
+    }
+}
+
+/// A recorder's end. Opened before the controller starts, it misses nothing.
+#[derive(Debug)]
+pub struct Tap {
+    inputs: Subscriber<ipc::Service, InputBatch, ()>,
+    tools: Subscriber<ipc::Service, ToolFrame, ()>,
+    events: Subscriber<ipc::Service, EventMsg, ()>,
+    timing: Subscriber<ipc::Service, TimingBatch, ()>,
+    _node: Node<ipc::Service>,
+}
+
+impl Tap {
+    /// Begins to listen, whether the station's controller runs yet or not.
+    ///
+    /// # Errors
+    /// As they say.
+    pub fn open(station: &Station) -> Result<Self, ServiceError> {
+        let node = station.node()?;
+        Ok(Self {
+            inputs: station.subscriber(&node, "inputs", INPUTS)?,
+            tools: station.subscriber(&node, "tools", NEWEST)?,
+            events: station.subscriber(&node, "events", EVENTS)?,
+            timing: station.subscriber(&node, "timing", TIMING)?,
+            _node: node,
+        })
+    }
+
+    /// Hands over every batch of inputs since last time, oldest first.
+    pub fn drain_inputs(&self, mut each: impl FnMut(&InputBatch)) {
+        drain(&self.inputs, &mut each);
+    }
+
+    /// Copies the newest tools into `into`, if there are newer ones than last time.
+    pub fn newest_tools(&self, into: &mut ToolFrame) -> bool {
+        newest(&self.tools, |frame| *into = *frame)
+    }
+
+    /// Hands over every event since last time, oldest first.
+    pub fn drain_events(&self, mut each: impl FnMut(&EventMsg)) {
+        drain(&self.events, &mut each);
+    }
+
+    /// Hands over every timing batch since last time, oldest first.
+    pub fn drain_timing(&self, mut each: impl FnMut(&TimingBatch)) {
+        drain(&self.timing, &mut each);
     }
 }
 

@@ -3,8 +3,9 @@
 use core::time::Duration;
 
 use bytemuck::Zeroable;
+use shared_mem::inputs::InputBatch;
 use shared_mem::message::{CommandMsg, EventMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
-use shared_mem::service::{Controller, Host, ServiceError, Station};
+use shared_mem::service::{Controller, Host, ServiceError, Station, Tap};
 
 fn station(test: &str) -> Station {
     Station::new(&format!("t{}-{test}", std::process::id())).expect("a plain name")
@@ -195,4 +196,44 @@ fn malformed_frames_are_seen_as_such() {
     let mut timing = zeroed::<TimingBatch>();
     timing.count = 65;
     assert!(timing.records().is_none());
+}
+
+/// Nobody but the station's user can read or write what passes between the processes.
+#[test]
+fn what_a_station_shares_is_its_users_alone() {
+    use std::os::unix::fs::MetadataExt;
+    let station = station("private");
+    let _controller = Controller::open(&station).unwrap();
+    let _host = Host::open(&station).unwrap();
+    let _tap = Tap::open(&station).unwrap();
+    let folder = shared_mem::service::user_folder().unwrap();
+    let mode = |path: &std::path::Path| std::fs::metadata(path).map(|it| it.mode() & 0o777);
+    assert_eq!(mode(&folder).unwrap() & 0o077, 0, "{}", folder.display());
+    let prefix = format!("calot_{}_", station.name());
+    let mut seen = 0;
+    for entry in std::fs::read_dir("/dev/shm").unwrap().flatten() {
+        // A file of it may go while it is looked at.
+        let is_ours = entry.file_name().to_string_lossy().starts_with(&prefix);
+        if is_ours && let Ok(mode) = mode(&entry.path()) {
+            assert_eq!(mode & 0o077, 0, "{:?} has mode {mode:o}", entry.path());
+            seen += 1;
+        }
+    }
+    assert!(seen >= 6, "{seen} of the services' files");
+}
+
+#[test]
+fn a_recorder_that_listens_first_gets_every_batch() {
+    let station = station("tap");
+    let tap = Tap::open(&station).unwrap();
+    let controller = Controller::open(&station).unwrap();
+    for tick in 0..100 {
+        let mut batch = zeroed::<InputBatch>();
+        batch.count = 1;
+        batch.records[0].tick = tick;
+        controller.inputs.send_copy(*batch).unwrap();
+    }
+    let mut seen = Vec::new();
+    tap.drain_inputs(|batch| seen.extend(batch.records().unwrap().iter().map(|it| it.tick)));
+    assert_eq!(seen, (0..100).collect::<Vec<_>>());
 }

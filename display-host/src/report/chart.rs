@@ -69,6 +69,41 @@ pub fn course(points: &[(f64, f64)], unit: &str) -> Option<String> {
     })
 }
 
+/// Quantities over time in one chart.
+#[must_use]
+pub fn courses(lines: &[(&str, &[(f64, f64)])], unit: &str) -> Option<String> {
+    let all = || lines.iter().flat_map(|(_, line)| line.iter());
+    let end = all().map(|p| p.0).reduce(f64::max)?.max(1e-3);
+    let top = all().map(|p| p.1).fold(0.0f64, f64::max);
+    let bottom = all().map(|p| p.1).fold(0.0f64, f64::min);
+    let margin = (top - bottom).max(1e-6) * 0.08;
+    let low = if bottom < 0.0 { bottom - margin } else { 0.0 };
+    draw(|root| {
+        let mut chart = ChartBuilder::on(root)
+            .margin(8)
+            .x_label_area_size(38)
+            .y_label_area_size(62)
+            .build_cartesian_2d(0.0..end, low..top + margin)?;
+        axes(&mut chart, "s", unit)?;
+        for (i, (name, line)) in lines.iter().enumerate() {
+            let colour = LINES[i % LINES.len()];
+            chart
+                .draw_series(LineSeries::new(line.iter().copied(), colour.stroke_width(2)))?
+                .label(*name)
+                .legend(move |(x, y)| {
+                    PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2))
+                });
+        }
+        chart
+            .configure_series_labels()
+            .position(SeriesLabelPosition::UpperRight)
+            .background_style(WHITE.mix(0.85))
+            .border_style(INK.mix(0.3))
+            .label_font(FONT.into_font().color(&INK))
+            .draw()
+    })
+}
+
 /// How often a time is exceeded, for several distributions: the tail that a histogram hides. Both
 /// axes are logarithmic; a line that lies further left and lower is better.
 #[must_use]
@@ -219,6 +254,14 @@ mod tests {
         ]);
         assert!(svg.is_some_and(|svg| svg.contains("ours") && !svg.contains("none<")));
         assert!(exceedance(&[]).is_none());
+    }
+
+    #[test]
+    fn courses_below_zero_and_of_no_points_are_drawn_or_not() {
+        let (up, down) = ([(0.0, 1.0), (1.0, 2.0)], [(0.0, -1.0), (1.0, 0.5)]);
+        let svg = courses(&[("first", &up), ("second", &down)], "N").unwrap();
+        assert!(svg.contains("first") && svg.contains("second"));
+        assert!(courses(&[("none", &[])], "N").is_none());
     }
 
     #[test]

@@ -72,6 +72,8 @@ pub struct Summary {
     pub faults: BTreeMap<String, u64>,
     /// How the run ended.
     pub ended: Ended,
+    /// The session that `calot replay` runs again; none: not recorded.
+    pub recording: Option<session::Recorded>,
     /// Graphics adapter.
     pub adapter: Option<String>,
     /// What the user was warned of.

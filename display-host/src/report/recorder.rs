@@ -98,7 +98,7 @@ impl Recorder {
             Observed::Timing(batch) => self.take_timing(batch),
             Observed::Tools(tools) => self.take_tools(tools),
             Observed::Event(event) => {
-                *self.events.entry(event_name(event.kind)).or_default() += 1;
+                *self.events.entry(event.name()).or_default() += 1;
             }
             Observed::State(_) | Observed::Progress(_) | Observed::Warning(_) | Observed::Over => {}
         }
@@ -218,25 +218,11 @@ impl Recorder {
                 .map(|(number, &count)| (FAULT_NAMES[number].to_owned(), count))
                 .collect(),
             ended: outcome.ended,
+            recording: None,
             adapter: outcome.adapter.clone(),
             warnings: outcome.warnings.clone(),
             machine,
         }
-    }
-}
-
-fn event_name(kind: u32) -> &'static str {
-    match kind {
-        EventMsg::CONTACT => "contact",
-        EventMsg::RELEASE => "release",
-        EventMsg::GRASP => "grasp",
-        EventMsg::LET_GO => "let_go",
-        EventMsg::FAULT => "fault",
-        EventMsg::ELECTRO => "electro",
-        EventMsg::SLIP => "slip",
-        EventMsg::TEAR => "tear",
-        EventMsg::CUT => "cut",
-        _ => "unknown",
     }
 }
 

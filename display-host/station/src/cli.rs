@@ -28,6 +28,8 @@ pub(crate) enum Command {
     Rt(RtArgs),
     /// The emulated devices alone: ptys under --dir, a scripted hand at the handle
     Emulate(EmulateArgs),
+    /// Runs a recorded session again: is every bit the same, and if not, where
+    Replay(ReplayArgs),
     /// Meshes and a recipe to a compiled scene, with a report of its quality
     Prepare(PrepareArgs),
     /// Every organ, instrument and view as pictures, and a page to look through them
@@ -202,6 +204,9 @@ pub(crate) struct RunArgs {
     /// Size of a picture or the window, e.g. 1280x720
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<[u32; 2]>,
+    /// Record the session to this file, for `calot replay` [default with --out: DIR/session.mcap]
+    #[arg(long, value_name = "FILE", conflicts_with = "attach")]
+    pub(crate) record: Option<PathBuf>,
     /// Seed of the scripted hand
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
@@ -227,6 +232,40 @@ impl Default for RunArgs {
         }
         Alone::parse_from(["calot"]).run
     }
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Exits with 0 if every tick came out the same, with 1 if one did not.
+
+Examples:
+  calot run --headless --seconds 10 --out out    leaves out/session.mcap
+  calot replay out/session.mcap
+  calot replay out/session.mcap --what-if triangle-variant --out what-if
+  calot replay out/session.mcap --what-if-iterations 10 --out what-if   the paper's solver")]
+pub(crate) struct ReplayArgs {
+    /// The session
+    #[arg(value_name = "SESSION")]
+    pub(crate) session: PathBuf,
+    /// Run it on this compiled scene (.calot) instead of the one it holds; it must be the same
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: Option<PathBuf>,
+    /// The same hands on another scene, named as for `run` (a recipe with other tissue, a coarser
+    /// level `FILE.calot#1`): charts force and tip of both, and what differs
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) what_if: Option<String>,
+    /// The same hands on the paper's solver, in so many iterations
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    pub(crate) what_if_iterations: Option<u32>,
+    /// Folder that holds the meshes which the recipe of --what-if names [default: the recipe's own]
+    #[arg(long, value_name = "DIR", requires = "what_if")]
+    pub(crate) meshes: Option<PathBuf>,
+    /// Where what_if.html and what_if.csv go
+    #[arg(long, value_name = "DIR", default_value = "out")]
+    pub(crate) out: PathBuf,
+    /// One JSON object on standard output
+    #[arg(long)]
+    pub(crate) json: bool,
 }
 
 #[derive(Debug, Clone, Args)]

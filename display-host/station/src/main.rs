@@ -1,5 +1,6 @@
 //! `calot`: the one command of the station.
 
+mod build;
 mod check;
 mod children;
 mod cli;
@@ -10,6 +11,7 @@ mod igtlink;
 mod jitter;
 mod prepare;
 mod prepare_targets;
+mod replay;
 mod rt;
 mod run;
 mod say;
@@ -35,6 +37,7 @@ fn main() -> ExitCode {
         cli::Command::Run(args) => run::run(&args),
         cli::Command::Rt(args) => rt::run(&args),
         cli::Command::Emulate(args) => emulate::run(&args),
+        cli::Command::Replay(args) => replay::run(&args),
         cli::Command::Prepare(args) => prepare::run(&args),
         cli::Command::Gallery(args) => gallery::run(&args),
         cli::Command::Check(args) => check::run(&args),

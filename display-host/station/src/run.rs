@@ -10,10 +10,12 @@ use display_host::headless::{self, Ended, HeadlessConfig, Observed, Outcome};
 use display_host::report::{self, Machine, Recorder};
 use display_host::window::{self, WindowConfig};
 use hardware::station::StationFile;
+use session::{Listening, Recorded, Recording};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
 use crate::children::{EndedEarly, Process, args as words, option};
+use crate::build::build;
 use crate::cli::{DeviceArgs, RunArgs};
 use crate::rt::DOES_NOT_FIT;
 use crate::say;
@@ -43,9 +45,22 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     }
     let folder = Folder::open(&args.station, args.attach)?;
     let scene = scene::compile(&args.scene, &folder.scene())?;
+    let listening = match session_path(args, out.as_deref()) {
+        // Before the controller starts: replay needs its first tick.
+        Some(path) => Some((path, listen(args, &station)?)),
+        None => None,
+    };
     let (children, scene) = match args.attach {
         true => (Vec::new(), scene), // its user tells it the scene
         false => start(args, &scene, &folder.path, &stop)?,
+    };
+    let recording = match listening {
+        Some((path, listening)) => Some(listening.record(session::Config {
+            path,
+            build: build(),
+            scene: SceneFile::open(&scene)?,
+        })?),
+        None => None,
     };
     let watch = Watch::begin(children, stop.clone());
 
@@ -53,12 +68,27 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     let outcome = show(args, &station, &scene, &stop, &watch.over, &mut recorder);
     let dead = watch.end();
 
+    let recorded = recording.map(Recording::end);
+
     let mut outcome = outcome?;
+    let recorded = match recorded {
+        Some(None) => {
+            outcome
+                .warnings
+                .push("the recorder panicked; please report this".to_owned());
+            None
+        }
+        recorded => recorded.flatten(),
+    };
+    outcome
+        .warnings
+        .extend(recorded.as_ref().and_then(Recorded::warning));
     if !dead.is_empty() {
         outcome.ended = Ended::ProcessDied;
     }
     outcome.warnings.extend(dead.iter().cloned());
-    let summary = recorder.summary(&SceneFile::open(&scene)?, &outcome, Machine::read());
+    let mut summary = recorder.summary(&SceneFile::open(&scene)?, &outcome, Machine::read());
+    summary.recording = recorded;
     if let Some(out) = out {
         let written = report::write(&out, &summary, &recorder, &outcome)?;
         say::note(format_args!(
@@ -79,6 +109,23 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// Where the session goes, if it is recorded. One that is joined cannot be replayed: its beginning
+/// is over.
+fn session_path(args: &RunArgs, out: Option<&Path>) -> Option<PathBuf> {
+    let beside = out.filter(|_| !args.attach);
+    args.record
+        .clone()
+        .or_else(|| beside.map(|out| out.join("session.mcap")))
+}
+
+fn listen(args: &RunArgs, station: &Station) -> Result<Listening, Problem> {
+    Ok(Listening::begin(
+        station,
+        display_host::priority::step_aside,
+        args.controller.realtime.core,
+    )?)
 }
 
 /// The display, in this process.

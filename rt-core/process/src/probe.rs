@@ -275,6 +275,7 @@ pub fn empty_tick_cost_ns(ticks: u64) -> Result<f64, RtError> {
             in_ticks_ns += monotonic_ns() - start_ns;
             // As the publishing thread does: a full queue would be another path.
             while other_ends.records.dequeue().is_some() {}
+            while other_ends.inputs.dequeue().is_some() {}
             while other_ends.events.dequeue().is_some() {}
         }
         in_ticks_ns as f64 / ticks.max(1) as f64

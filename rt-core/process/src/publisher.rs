@@ -12,20 +12,21 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{ZeroCopySend, ipc};
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
 use rt_core::sim::Command;
-use rt_core::tool::Instrument;
+use shared_mem::inputs::{INPUT_BATCH, InputBatch, InputRecord};
 use shared_mem::message::{
     CommandMsg, EventMsg, ReplyMsg, StateFrame, TIMING_BATCH, TickRecord, TimingBatch, ToolFrame,
 };
 use shared_mem::service::{Controller, Request};
 
 use crate::handover::{Lender, SenderEnds};
+use crate::inputs::instrument;
 use crate::shared::Shared;
 use crate::summary::Ended;
 use crate::time_driver::{monotonic_ns, sleep_until};
 
 /// Events that can wait for the publishing thread: 32 ticks full of them.
 pub(crate) const EVENT_QUEUE: usize = 1025;
-/// Timing records that can wait: a second.
+/// Timing records, and inputs, that can wait: a second.
 pub(crate) const RECORD_QUEUE: usize = 1025;
 /// Commands on their way to the tick, which takes one a tick.
 pub(crate) const COMMAND_QUEUE: usize = 9;
@@ -38,6 +39,7 @@ pub(crate) struct Ends {
     pub(crate) tools: SenderEnds<ToolFrame>,
     pub(crate) events: Consumer<'static, EventMsg>,
     pub(crate) records: Consumer<'static, TickRecord>,
+    pub(crate) inputs: Consumer<'static, InputRecord>,
     pub(crate) commands: Producer<'static, Command>,
     /// The tick at which each command took effect, in the commands' order.
     pub(crate) accepted: Consumer<'static, u64>,
@@ -49,6 +51,7 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
     let mut tools = ends.tools.lend(Samples(&controller.tools));
     let mut events = ends.events;
     let mut timing = Timing::new(ends.records);
+    let mut inputs = Inputs::new(ends.inputs);
     let mut desk = Desk {
         commands: ends.commands,
         accepted: ends.accepted,
@@ -65,6 +68,7 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
             let _ = controller.events.send_copy(event);
         }
         timing.send_full(controller, shared);
+        inputs.send_full(controller, shared);
         desk.serve(controller, shared);
         if last_round {
             break;
@@ -76,6 +80,8 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
         sleep_until(next_round_ns(shared, period_ns), 0);
     }
     timing.send_rest(controller, shared);
+    inputs.send_full(controller, shared);
+    inputs.send(controller, shared);
     state.finish();
     tools.finish();
 }
@@ -172,6 +178,44 @@ impl Timing {
     }
 }
 
+/// Collects inputs into batches.
+struct Inputs {
+    records: Consumer<'static, InputRecord>,
+    batch: Box<InputBatch>,
+}
+
+impl Inputs {
+    fn new(records: Consumer<'static, InputRecord>) -> Self {
+        Self {
+            records,
+            batch: bytemuck::zeroed_box(),
+        }
+    }
+
+    fn send_full(&mut self, controller: &Controller, shared: &Shared) {
+        while let Some(record) = self.records.dequeue() {
+            if let Some(place) = self.batch.records.get_mut(self.batch.count as usize) {
+                *place = record;
+                self.batch.count += 1;
+            }
+            if self.batch.count as usize == INPUT_BATCH {
+                self.send(controller, shared);
+            }
+        }
+    }
+
+    fn send(&mut self, controller: &Controller, shared: &Shared) {
+        let Some(setup) = shared.setup.get() else {
+            return; // no tick ran
+        };
+        self.batch.setup = *setup;
+        self.batch.lost = shared.inputs_lost.load(Relaxed);
+        // Without a recorder this costs a look at an empty list.
+        let _ = controller.inputs.send_copy(*self.batch);
+        self.batch.count = 0;
+    }
+}
+
 /// Where commands come in and replies go out.
 struct Desk {
     commands: Producer<'static, Command>,
@@ -228,13 +272,9 @@ fn parse(message: CommandMsg) -> Result<Asked, u32> {
         CommandMsg::PAUSE => Asked::Tick(Command::Pause(flag?)),
         CommandMsg::RESET => Asked::Tick(Command::Reset),
         CommandMsg::ENABLE_FORCE => Asked::Tick(Command::EnableForce(flag?)),
-        CommandMsg::INSTRUMENT => Asked::Tick(Command::Instrument(match message.argument {
-            0 => Instrument::Grasper,
-            1 => Instrument::Hook,
-            2 => Instrument::Scissors,
-            3 => Instrument::ClipApplier,
-            _ => return Err(ReplyMsg::OUT_OF_RANGE),
-        })),
+        CommandMsg::INSTRUMENT => Asked::Tick(Command::Instrument(
+            instrument(message.argument).ok_or(ReplyMsg::OUT_OF_RANGE)?,
+        )),
         CommandMsg::STOP => Asked::Stop,
         _ => return Err(ReplyMsg::UNKNOWN),
     })

@@ -352,6 +352,7 @@ impl Run<'_> {
             stages_over: over,
             events_lost: shared.events_lost.load(Relaxed),
             records_lost: shared.records_lost.load(Relaxed),
+            inputs_lost: shared.inputs_lost.load(Relaxed),
             stalls_seen: supervised.stalls_seen,
         }
     }
@@ -366,6 +367,7 @@ pub(crate) fn queues() -> (tick::Ends, publisher::Ends) {
     let (tools, tools_sender) = Handover::new().split();
     let (events, events_out) = queue::<_, EVENT_QUEUE>();
     let (records, records_out) = queue::<_, RECORD_QUEUE>();
+    let (inputs, inputs_out) = queue::<_, RECORD_QUEUE>();
     let (commands_in, commands) = queue::<_, COMMAND_QUEUE>();
     let (accepted, accepted_out) = queue::<_, COMMAND_QUEUE>();
     (
@@ -374,6 +376,7 @@ pub(crate) fn queues() -> (tick::Ends, publisher::Ends) {
             tools,
             events,
             records,
+            inputs,
             commands,
             accepted,
         },
@@ -382,6 +385,7 @@ pub(crate) fn queues() -> (tick::Ends, publisher::Ends) {
             tools: tools_sender,
             events: events_out,
             records: records_out,
+            inputs: inputs_out,
             commands: commands_in,
             accepted: accepted_out,
         },

@@ -9,6 +9,7 @@ use rt_core::scene::{
     Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Skin, SkinVertex, Tetra,
     TetraBatch, batches,
 };
+use shared_mem::inputs::RunSetup;
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
     AttachmentRecord, ContactVertexRecord, LinkRecord, OrganRecord, RoomRecord, SceneFile,
@@ -16,6 +17,7 @@ use shared_mem::scene::{
 };
 
 use crate::error::RtError;
+use crate::inputs;
 
 /// A compiled scene, converted once.
 #[derive(Debug)]
@@ -43,12 +45,21 @@ impl LoadedScene {
         Self::from_file(&SceneFile::open(path)?, station)
     }
 
+    /// Where things stood in a recorded run.
+    pub(crate) fn in_room_of(mut self, setup: &RunSetup) -> Self {
+        self.room.world_from_device = inputs::pose(&setup.world_from_device);
+        self.room.world_from_tracker = inputs::pose(&setup.world_from_tracker);
+        self.room.instrument_port_m = Vec3::from(setup.instrument_port_m);
+        self.room.endoscope_port_m = Vec3::from(setup.endoscope_port_m);
+        self
+    }
+
     /// Keeps it for as long as the process lives, as the simulation does.
     pub(crate) fn keep(self) -> &'static Self {
         Box::leak(Box::new(self))
     }
 
-    fn from_file(file: &SceneFile, station: &StationFile) -> Result<Self, RtError> {
+    pub(crate) fn from_file(file: &SceneFile, station: &StationFile) -> Result<Self, RtError> {
         let spheres: Vec<RestSphere> = file.spheres().iter().map(sphere).collect();
         let mut organs: Vec<Organ> = file.organs().iter().map(organ).collect();
         let mut packed = Vec::new();

@@ -4,6 +4,9 @@ use core::sync::atomic::{
     AtomicBool, AtomicI32, AtomicU8, AtomicU32, AtomicU64, Ordering::Relaxed,
 };
 
+use std::sync::OnceLock;
+
+use shared_mem::inputs::RunSetup;
 use shared_mem::message::STAGES;
 
 use crate::summary::Ended;
@@ -49,6 +52,10 @@ pub(crate) struct Shared {
     pub(crate) frames_dropped: AtomicU64,
     pub(crate) events_lost: AtomicU64,
     pub(crate) records_lost: AtomicU64,
+    /// Ticks whose inputs did not fit their queue: a recording has a gap there.
+    pub(crate) inputs_lost: AtomicU64,
+    /// What the run began with; there before its first tick.
+    pub(crate) setup: OnceLock<RunSetup>,
 }
 
 impl Shared {

@@ -72,6 +72,8 @@ pub struct RtSummary {
     pub events_lost: u64,
     /// Timing records that did not fit their queue.
     pub records_lost: u64,
+    /// Ticks whose inputs did not reach a recorder.
+    pub inputs_lost: u64,
     /// Times that the watch found the tick standing still.
     pub stalls_seen: u64,
 }

@@ -7,12 +7,14 @@ use std::sync::Arc;
 use heapless::spsc::{Consumer, Producer};
 use rt_core::port::{ForceCommand, Polled};
 use rt_core::sim::{Command, Optional, Ports, Samples, Sim, Stage, Status, TickView};
+use shared_mem::inputs::InputRecord;
 use shared_mem::message::{EventMsg, STAGES, StateFrame, TickRecord, ToolFrame};
 
 use crate::budget::{self, PublishGate};
 use crate::devices::Devices;
 use crate::frames;
 use crate::handover::Filler;
+use crate::inputs;
 use crate::schedule::Due;
 use crate::shared::Shared;
 use crate::summary::Ended;
@@ -25,6 +27,7 @@ pub(crate) struct Ends {
     pub(crate) tools: Filler<ToolFrame>,
     pub(crate) events: Producer<'static, EventMsg>,
     pub(crate) records: Producer<'static, TickRecord>,
+    pub(crate) inputs: Producer<'static, InputRecord>,
     pub(crate) commands: Consumer<'static, Command>,
     pub(crate) accepted: Producer<'static, u64>,
 }
@@ -47,6 +50,8 @@ pub(crate) struct World {
     fresh_at_ns: Option<u64>,
     last_stamp_ns: u64,
     record: TickRecord,
+    /// What this tick took in.
+    input: InputRecord,
     /// Haptic device, tracker, pedal.
     device_status: [Status; 3],
 }
@@ -94,6 +99,7 @@ impl World {
             fresh_at_ns: None,
             last_stamp_ns: 0,
             record: NO_RECORD,
+            input: bytemuck::Zeroable::zeroed(),
             device_status: [Status::Absent; 3],
         }
     }
@@ -129,13 +135,15 @@ impl Ports for World {
             }
             command
         };
-        Samples {
+        let samples = Samples {
             now_ns: now,
             device,
             tracker,
             pedal,
             command,
-        }
+        };
+        self.input = inputs::record(&samples);
+        samples
     }
 
     fn send_force(&mut self, command: ForceCommand) {
@@ -150,6 +158,10 @@ impl Ports for World {
 
     fn publish(&mut self, view: &TickView<'_>) {
         let now = now_ns();
+        inputs::seal(&mut self.input, view.tick, view.digest());
+        if self.ends.inputs.enqueue(self.input).is_err() {
+            Shared::count(&self.shared.inputs_lost);
+        }
         for event in view.events {
             self.raise(event, view.tick, now);
         }
@@ -197,16 +209,18 @@ impl Ports for World {
     }
 
     fn may(&mut self, work: Optional) -> bool {
-        let (stage, bit, counter) = match work {
+        let (stage, bit, counter, input_bit) = match work {
             Optional::SelfCollision => (
                 Stage::Contact,
                 TickRecord::DROPPED_SELF_COLLISION,
                 &self.shared.self_collisions_dropped,
+                InputRecord::NO_SELF_COLLISION,
             ),
             Optional::FarOrgans => (
                 Stage::Solve,
                 TickRecord::DROPPED_FAR_ORGANS,
                 &self.shared.far_organs_dropped,
+                InputRecord::NO_FAR_ORGANS,
             ),
         };
         let done_ns = now_ns() + budget::until_force_ns(&self.needs_ns, stage);
@@ -214,6 +228,7 @@ impl Ports for World {
             return true;
         }
         self.record.bits |= bit;
+        self.input.bits |= input_bit;
         Shared::count(counter);
         false
     }

@@ -22,6 +22,7 @@ use crate::config::{Realtime, RtConfig, Scheduler};
 use crate::control::control;
 use crate::devices::Devices;
 use crate::executor::Executor;
+use crate::inputs;
 use crate::realtime::{self, Standing};
 use crate::schedule::{Due, Schedule};
 use crate::scope_line::Switch;
@@ -96,6 +97,13 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     // Both live as long as the process: embassy's tasks must.
     let state: &'static mut State = Box::leak(Box::new(State::new()));
     let capabilities = start.devices.capabilities();
+    let _ = shared.setup.set(inputs::setup(
+        start.scene_id,
+        settings.period_ns,
+        start.scene.room(),
+        &capabilities,
+        &settings.parameters,
+    ));
     let sim = Sim::new(start.scene, state, capabilities, settings.parameters);
     let world = World::new(
         start.devices,
@@ -186,6 +194,8 @@ mod tests {
         DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
     };
     use rt_core::scene::Room;
+    use crate::replay::{self, Difference};
+    use shared_mem::inputs::InputRecord;
     use shared_mem::message::TickRecord;
     use std::sync::{Mutex, mpsc};
 
@@ -217,6 +227,19 @@ mod tests {
         }
         fn counters(&self) -> LineCounters {
             LineCounters::default()
+        }
+    }
+
+    fn room() -> Room {
+        Room {
+            gravity_m_s2: Vec3::zeros(),
+            world_from_device: Pose::identity(),
+            world_from_tracker: Pose::identity(),
+            instrument_port_m: Vec3::zeros(),
+            instrument_length_m: 0.3,
+            endoscope_port_m: Vec3::zeros(),
+            world_from_camera: Pose::identity(),
+            breath_s: 0.0,
         }
     }
 
@@ -260,16 +283,6 @@ mod tests {
         let mut devices = Devices::default();
         devices.put(Device::Haptic(Box::new(fake)));
         let (ends, publisher_ends) = queues();
-        let room = Room {
-            gravity_m_s2: Vec3::zeros(),
-            world_from_device: Pose::identity(),
-            world_from_tracker: Pose::identity(),
-            instrument_port_m: Vec3::zeros(),
-            instrument_length_m: 0.3,
-            endoscope_port_m: Vec3::zeros(),
-            world_from_camera: Pose::identity(),
-            breath_s: 0.0,
-        };
         let mut config = RtConfig::new("simulated", "none");
         config.realtime = Realtime::Never;
         config.periods_max = Some(periods);
@@ -278,7 +291,7 @@ mod tests {
             config.on_violation = OnViolation::Count;
         }
         let start = Start {
-            scene: Scene::new(&[], &[], &[], room).unwrap(),
+            scene: Scene::new(&[], &[], &[], room()).unwrap(),
             scene_id: [7; 16],
             devices,
             ends,
@@ -308,6 +321,29 @@ mod tests {
             forces,
             ends: publisher_ends,
         }
+    }
+
+    /// What the thread handed out for a recorder gives the same run again, and another one if a
+    /// handle was elsewhere for one tick.
+    #[test]
+    fn what_was_recorded_is_replayed_bit_by_bit() {
+        let mut outcome = simulate(800, |_| ());
+        let setup = *outcome.shared.setup.get().unwrap();
+        let records: Vec<_> = core::iter::from_fn(|| outcome.ends.inputs.dequeue()).collect();
+        assert_eq!(records.len(), 800);
+        let first_difference = |records: &[InputRecord]| {
+            let mut found = None;
+            let scene = Scene::new(&[], &[], &[], room()).unwrap();
+            replay::run_scene(scene, &setup, records.iter().copied(), |replayed| {
+                found = replayed.differs().map(|it| (replayed.record.tick, it));
+                found.is_none()
+            });
+            found
+        };
+        assert_eq!(first_difference(&records), None);
+        let mut altered = records;
+        altered[321].device_from_handle.position_m[0] += 1.0e-4;
+        assert_eq!(first_difference(&altered), Some((321, Difference::Tools)));
     }
 
     const ZERO: ForceCommand = ForceCommand {

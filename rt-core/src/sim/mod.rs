@@ -1,9 +1,11 @@
 //! The tick.
 
+mod digest;
 mod exchange;
 mod procedure;
 mod view;
 
+pub use digest::Digest;
 pub use exchange::{Command, Optional, Ports, Samples, Stage};
 pub use view::{Health, SphereView, Status, TickView};
 

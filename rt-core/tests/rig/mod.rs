@@ -12,7 +12,7 @@ use rt_core::port::{
 use rt_core::scene::{
     Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Tetra, TetraBatch, batches,
 };
-use rt_core::sim::{Ports, Samples, Stage, TickView};
+use rt_core::sim::{Digest, Ports, Samples, Stage, TickView};
 use rt_core::soft_body::Method;
 use rt_core::soft_body::pbd::PaperPbd;
 use rt_core::state::SphereBits;
@@ -329,6 +329,8 @@ pub(crate) struct Bench {
     pub(crate) centers_m: Vec<Vec3>,
     pub(crate) bits: Vec<SphereBits>,
     pub(crate) status: [rt_core::sim::Status; 3],
+    /// One of each tick.
+    pub(crate) digests: Vec<Digest>,
 }
 
 impl Bench {
@@ -352,6 +354,7 @@ impl Bench {
             camera: Pose::identity(),
             tip_m: Vec3::zeros(),
             instrument: Instrument::Grasper,
+            digests: Vec::new(),
             centers_m: Vec::new(),
             bits: Vec::new(),
             status: [rt_core::sim::Status::Absent; 3],
@@ -400,6 +403,7 @@ impl Ports for Bench {
         self.tip_m = view.tool.tip_m;
         self.instrument = view.tool.instrument;
         self.status = [view.device.status, view.tracker.status, view.pedal.status];
+        self.digests.push(view.digest());
         self.centers_m.clear();
         self.bits.clear();
         for sphere in view.spheres() {

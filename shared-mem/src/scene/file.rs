@@ -196,6 +196,12 @@ impl SceneFile {
         bytemuck::cast_slice(&self.bytes.get()[start..start + count as usize * size_of::<T>()])
     }
 
+    /// The whole scene as it lies in the file, for [`SceneFile::from_bytes`].
+    #[must_use]
+    pub fn bytes(&self) -> &[u8] {
+        self.bytes.get()
+    }
+
     /// Identity of the content.
     #[must_use]
     pub fn id(&self) -> SceneId {

@@ -1,0 +1,161 @@
+//! The channels: topics, schemas, and messages for people's viewers.
+
+use serde_json::{Value, json};
+use shared_mem::message::{EventMsg, FAULT_NAMES, PoseMsg, TimingBatch, ToolFrame};
+
+/// A channel's topic, encoding, and schema.
+pub(crate) struct Topic {
+    pub(crate) name: &'static str,
+    pub(crate) encoding: &'static str,
+    pub(crate) schema_name: &'static str,
+    pub(crate) schema_encoding: &'static str,
+    pub(crate) schema: &'static str,
+}
+
+const fn json_topic(name: &'static str, schema_name: &'static str, schema: &'static str) -> Topic {
+    Topic {
+        name,
+        encoding: "json",
+        schema_name,
+        schema_encoding: "jsonschema",
+        schema,
+    }
+}
+
+/// Encoding of what `calot replay` reads.
+pub(crate) const OWN: &str = "x-calot";
+
+pub(crate) const SETUP: Topic = Topic {
+    name: "/setup",
+    encoding: OWN,
+    schema_name: "calot.RunSetup.v1",
+    schema_encoding: "x-text",
+    schema: "u8[16] scene identity, u64 period ns, world_from_device and world_from_tracker (3 f32 \
+             position m, 4 f32 quaternion x y z w), 3 f32 instrument port m, 3 f32 endoscope port m, 9 \
+             f32 device: force max N, continuous N, torque max N m, stiffness max N/m, damping max \
+             N s/m, damping N s/m, delay s, workspace m, rate Hz; f32 force ramp s, u32 force \
+             enabled, u32 iterations of the paper's method. Little-endian.",
+};
+
+pub(crate) const INPUTS: Topic = Topic {
+    name: "/inputs",
+    encoding: OWN,
+    schema_name: "calot.Inputs.v1",
+    schema_encoding: "x-text",
+    schema: "u16 ticks, u64 first tick, u64 time before the first distance, ns. Each tick: u16 bits \
+             (1 device fresh, 2 device lost, 4 tracker fresh, 8 tracker lost, 16 pedal fresh, 32 pedal \
+             lost, 64 velocity, 128 cut, 256 coagulate, 512 camera lock, 1024 no self-collision, 2048 \
+             no far organs, 16384 command, 32768 long times), u32 ns since the tick before, u32 hash \
+             of the tools, u32 hash of spheres, [u8 command: kind + 16 argument], [device: u32 age ns, \
+             3 f32 m, 4 f32 x y z w, [3 f32 m/s], u16 number, u8 buttons], [tracker: u32 age ns, 3 f32 \
+             m, 4 f32 x y z w], [pedal: u32 age ns]; times are u64 with long times. Little-endian.",
+};
+
+pub(crate) const POSES: Topic = json_topic(
+    "/tf",
+    "foxglove.FrameTransforms",
+    r#"{"title":"foxglove.FrameTransforms","type":"object","properties":{"transforms":{"type":"array","items":{"type":"object","properties":{"timestamp":{"type":"object","title":"time","properties":{"sec":{"type":"integer"},"nsec":{"type":"integer"}}},"parent_frame_id":{"type":"string"},"child_frame_id":{"type":"string"},"translation":{"type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"}}},"rotation":{"type":"object","properties":{"x":{"type":"number"},"y":{"type":"number"},"z":{"type":"number"},"w":{"type":"number"}}}}}}}}"#,
+);
+
+pub(crate) const TOOL: Topic = json_topic(
+    "/tool",
+    "calot.Tool",
+    r#"{"title":"calot.Tool","type":"object","properties":{"tick":{"type":"integer"},"force_n":{"type":"number","description":"on the hand, N"},"force_xyz_n":{"type":"array","items":{"type":"number"},"description":"world frame, N"},"jaw":{"type":"number","description":"0 closed, 1 open"},"instrument":{"type":"integer","description":"0 grasper, 1 hook, 2 scissors, 3 clip applier"},"contacts":{"type":"integer"},"switches":{"type":"integer","description":"1 cut, 2 coagulate, 4 camera lock, 8 paused, 16 force enabled"},"buttons":{"type":"integer"}}}"#,
+);
+
+pub(crate) const EVENTS: Topic = json_topic(
+    "/events",
+    "calot.Event",
+    r#"{"title":"calot.Event","type":"object","properties":{"tick":{"type":"integer"},"kind":{"type":"string"},"organ":{"type":["string","null"]},"at_m":{"type":"array","items":{"type":"number"}},"value":{"type":"number","description":"force N, energy J, spheres, or fault, by kind"},"fault":{"type":["string","null"]}}}"#,
+);
+
+pub(crate) const TIMING: Topic = json_topic(
+    "/timing",
+    "calot.Timing",
+    r#"{"title":"calot.Timing","type":"object","properties":{"ticks":{"type":"integer"},"deadline_misses":{"type":"integer"},"overruns":{"type":"integer"},"tick_us_max":{"type":"number","description":"slowest of this second"},"wake_us_max":{"type":"number","description":"latest of this second"}}}"#,
+);
+
+pub(crate) const GAPS: Topic = json_topic(
+    "/gaps",
+    "calot.Gap",
+    r#"{"title":"calot.Gap","type":"object","properties":{"from_tick":{"type":"integer"},"to_tick":{"type":"integer","description":"first that is there again"}}}"#,
+);
+
+pub(crate) fn poses(tools: &ToolFrame, wall_ns: u64) -> Value {
+    let transform = |name: &str, pose: &PoseMsg| {
+        let [x, y, z] = pose.position_m;
+        let [qx, qy, qz, qw] = pose.orientation;
+        json!({
+            "timestamp": { "sec": wall_ns / 1_000_000_000, "nsec": wall_ns % 1_000_000_000 },
+            "parent_frame_id": "world",
+            "child_frame_id": name,
+            "translation": { "x": x, "y": y, "z": z },
+            "rotation": { "x": qx, "y": qy, "z": qz, "w": qw },
+        })
+    };
+    json!({ "transforms": [
+        transform("handle", &tools.world_from_handle),
+        transform("instrument", &tools.world_from_instrument),
+        transform("camera", &tools.world_from_camera),
+    ] })
+}
+
+pub(crate) fn tool(tools: &ToolFrame) -> Value {
+    let force_n = tools.force_n.iter().map(|x| x * x).sum::<f32>().sqrt();
+    json!({
+        "tick": tools.tick,
+        "force_n": force_n,
+        "force_xyz_n": tools.force_n,
+        "jaw": tools.jaw,
+        "instrument": tools.instrument,
+        "contacts": tools.contact_count,
+        "switches": tools.switches,
+        "buttons": tools.buttons,
+    })
+}
+
+pub(crate) fn event(event: &EventMsg, organs: &[String]) -> Value {
+    let fault = (event.kind == EventMsg::FAULT)
+        .then(|| FAULT_NAMES.get(event.value as usize))
+        .flatten();
+    json!({
+        "tick": event.tick,
+        "kind": event.name(),
+        "organ": organs.get(event.organ as usize),
+        "at_m": event.at_m,
+        "value": event.value,
+        "fault": fault,
+    })
+}
+
+/// A second of timing.
+#[derive(Debug, Default)]
+pub(crate) struct Second {
+    ticks: u64,
+    deadline_misses: u64,
+    overruns: u64,
+    tick_ns_max: u32,
+    wake_ns_max: u32,
+}
+
+impl Second {
+    pub(crate) fn take(&mut self, batch: &TimingBatch) {
+        self.ticks = batch.ticks;
+        self.deadline_misses = batch.deadline_misses;
+        self.overruns = batch.overruns;
+        for record in batch.records().unwrap_or_default() {
+            self.tick_ns_max = self.tick_ns_max.max(record.tick_ns);
+            self.wake_ns_max = self.wake_ns_max.max(record.wake_latency_ns);
+        }
+    }
+
+    pub(crate) fn value(&self) -> Value {
+        json!({
+            "ticks": self.ticks,
+            "deadline_misses": self.deadline_misses,
+            "overruns": self.overruns,
+            "tick_us_max": f64::from(self.tick_ns_max) / 1e3,
+            "wake_us_max": f64::from(self.wake_ns_max) / 1e3,
+        })
+    }
+}

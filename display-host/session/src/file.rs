@@ -1,0 +1,228 @@
+//! The MCAP file that is being written.
+
+use std::collections::BTreeMap;
+
+use mcap::records::MessageHeader;
+use mcap::write::{NoSeek, Writer};
+use serde_json::Value;
+use shared_mem::inputs::InputBatch;
+use shared_mem::message::{EventMsg, TimingBatch, ToolFrame};
+use shared_mem::scene::{SceneFile, str_from_name};
+
+use crate::describe::{self, Topic};
+use crate::info::{self, Info};
+use crate::pack::pack;
+use crate::storage::{Outbox, Storage, Waiting};
+
+/// Version of what is in a session; a reader refuses another.
+pub const FILE_VERSION: u32 = 1;
+
+/// Name of the attachment that is the compiled scene.
+pub(crate) const SCENE: &str = "scene.calot";
+
+/// Why a session cannot be begun.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The file cannot be made.
+    #[error("{path}: {source}; choose another place with --record or --out")]
+    Create {
+        /// Which.
+        path: std::path::PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// The services do not open.
+    #[error(transparent)]
+    Service(#[from] shared_mem::service::ServiceError),
+    /// The system gives no thread.
+    #[error("cannot start the recorder's thread: {0}")]
+    Thread(std::io::Error),
+    /// The MCAP library refuses: a defect of this program.
+    #[error("MCAP: {0}; please report this")]
+    Mcap(#[from] mcap::McapError),
+}
+
+/// Ticks that are in it, and those that are not.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Ticks {
+    pub(crate) recorded: u64,
+    pub(crate) missing: u64,
+    /// The next one.
+    expected: u64,
+}
+
+/// A session that is being written. Nothing reaches the disk before [`SessionFile::flush`].
+pub(crate) struct SessionFile {
+    writer: Writer<NoSeek<Waiting>>,
+    pub(crate) outbox: Outbox,
+    channels: Channels,
+    wall_from_host_ns: i64,
+    organs: Vec<String>,
+    has_setup: bool,
+    pub(crate) ticks: Ticks,
+    second: describe::Second,
+    sequence: u32,
+    packed: Vec<u8>,
+    /// When the newest inputs were taken, host time.
+    newest_ns: u64,
+}
+
+struct Channels {
+    setup: u16,
+    inputs: u16,
+    poses: u16,
+    tool: u16,
+    events: u16,
+    timing: u16,
+    gaps: u16,
+}
+
+impl SessionFile {
+    /// Begins a session of `scene` in `storage`.
+    pub(crate) fn begin(
+        storage: Box<dyn Storage>,
+        info: &Info,
+        scene: &SceneFile,
+    ) -> Result<Self, Error> {
+        let (outbox, waiting) = Outbox::new(storage);
+        let options = mcap::WriteOptions::new()
+            .profile("")
+            .library(info.build.clone())
+            .chunk_size(None)
+            .disable_seeking(true)
+            .compression(None);
+        let mut writer = Writer::with_options(NoSeek::new(waiting), options)?;
+        writer.write_metadata(&mcap::records::Metadata {
+            name: info::NAME.to_owned(),
+            metadata: info.to_map(),
+        })?;
+        writer.attach(&mcap::Attachment {
+            log_time: 0,
+            create_time: 0,
+            name: SCENE.to_owned(),
+            media_type: "application/octet-stream".to_owned(),
+            data: scene.bytes().into(),
+        })?;
+        let mut channel = |topic: &Topic| {
+            let schema = topic.schema.as_bytes();
+            let schema = writer.add_schema(topic.schema_name, topic.schema_encoding, schema)?;
+            writer.add_channel(schema, topic.name, topic.encoding, &BTreeMap::new())
+        };
+        let channels = Channels {
+            setup: channel(&describe::SETUP)?,
+            inputs: channel(&describe::INPUTS)?,
+            poses: channel(&describe::POSES)?,
+            tool: channel(&describe::TOOL)?,
+            events: channel(&describe::EVENTS)?,
+            timing: channel(&describe::TIMING)?,
+            gaps: channel(&describe::GAPS)?,
+        };
+        let name = |field: &[u8]| str_from_name(field).unwrap_or_default().to_owned();
+        let mut file = Self {
+            writer,
+            outbox,
+            channels,
+            wall_from_host_ns: info.wall_from_host_ns,
+            organs: scene.organs().iter().map(|it| name(&it.name)).collect(),
+            has_setup: false,
+            ticks: Ticks::default(),
+            second: describe::Second::default(),
+            sequence: 0,
+            packed: Vec::new(),
+            newest_ns: 0,
+        };
+        file.flush()?;
+        Ok(file)
+    }
+
+    /// Adds what ticks took in.
+    pub(crate) fn inputs(&mut self, batch: &InputBatch) -> Result<(), Error> {
+        let Some(mut records) = batch.records().filter(|records| !records.is_empty()) else {
+            return Ok(());
+        };
+        if !self.has_setup {
+            let setup = bytemuck::bytes_of(&batch.setup);
+            self.put(self.channels.setup, records[0].now_ns, setup)?;
+            self.has_setup = true;
+        }
+        while let Some(first) = records.first() {
+            if first.tick != self.ticks.expected {
+                self.gap(first.tick, first.now_ns)?;
+            }
+            let mut packed = core::mem::take(&mut self.packed);
+            packed.clear();
+            let count = pack(records, &mut packed);
+            self.newest_ns = first.now_ns;
+            self.put(self.channels.inputs, first.now_ns, &packed)?;
+            self.packed = packed;
+            self.ticks.recorded += count as u64;
+            self.ticks.expected = first.tick + count as u64;
+            records = records.get(count.max(1)..).unwrap_or_default();
+        }
+        Ok(())
+    }
+
+    fn gap(&mut self, tick: u64, at_ns: u64) -> Result<(), Error> {
+        let from = self.ticks.expected;
+        // A controller that started anew counts from 0: what came before is another run's.
+        self.ticks.missing += tick.saturating_sub(from).max(1);
+        let gap = serde_json::json!({ "from_tick": from, "to_tick": tick });
+        self.json(self.channels.gaps, at_ns, &gap)
+    }
+
+    /// Adds where the tools are.
+    pub(crate) fn tools(&mut self, tools: &ToolFrame) -> Result<(), Error> {
+        let poses = describe::poses(tools, self.wall_ns(tools.at_ns));
+        self.json(self.channels.poses, tools.at_ns, &poses)?;
+        self.json(self.channels.tool, tools.at_ns, &describe::tool(tools))
+    }
+
+    /// Adds an event.
+    pub(crate) fn event(&mut self, event: &EventMsg) -> Result<(), Error> {
+        let value = describe::event(event, &self.organs);
+        self.json(self.channels.events, event.at_ns, &value)
+    }
+
+    /// Notes timing for [`SessionFile::flush`].
+    pub(crate) fn timing(&mut self, batch: &TimingBatch) {
+        self.second.take(batch);
+    }
+
+    /// Ends a chunk: what came so far is on the disk, or waits for it.
+    pub(crate) fn flush(&mut self) -> Result<(), Error> {
+        if self.newest_ns > 0 {
+            let second = core::mem::take(&mut self.second);
+            self.json(self.channels.timing, self.newest_ns, &second.value())?;
+        }
+        self.writer.flush()?;
+        self.outbox.send();
+        Ok(())
+    }
+
+    /// Ends the session: index and footer.
+    pub(crate) fn finish(&mut self) -> Result<(), Error> {
+        self.writer.finish()?;
+        self.outbox.finish();
+        Ok(())
+    }
+
+    fn wall_ns(&self, host_ns: u64) -> u64 {
+        host_ns.saturating_add_signed(self.wall_from_host_ns)
+    }
+
+    fn json(&mut self, channel: u16, at_ns: u64, value: &Value) -> Result<(), Error> {
+        self.put(channel, at_ns, value.to_string().as_bytes())
+    }
+
+    fn put(&mut self, channel_id: u16, at_ns: u64, data: &[u8]) -> Result<(), Error> {
+        let time = self.wall_ns(at_ns);
+        let header = MessageHeader {
+            channel_id,
+            sequence: self.sequence,
+            log_time: time,
+            publish_time: time,
+        };
+        self.sequence = self.sequence.wrapping_add(1);
+        Ok(self.writer.write_to_known_channel(&header, data)?)
+    }
+}

@@ -1,0 +1,58 @@
+//! What a session says of itself: scene, program, clock. MCAP metadata, so that any viewer shows it.
+
+use std::collections::BTreeMap;
+
+/// Name of the metadata record.
+pub(crate) const NAME: &str = "calot";
+
+/// What a session says of itself.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct Info {
+    /// The scene's name.
+    pub scene: String,
+    /// The compiled scene's identity, hexadecimal.
+    pub scene_id: String,
+    /// Program and version that recorded it, its commit, how it was built and for what.
+    pub build: String,
+    /// What to add to host times (`CLOCK_MONOTONIC`) for the wall clock's, ns.
+    pub wall_from_host_ns: i64,
+}
+
+impl Info {
+    pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
+        [
+            ("version", crate::FILE_VERSION.to_string()),
+            ("scene", self.scene.clone()),
+            ("scene_id", self.scene_id.clone()),
+            ("build", self.build.clone()),
+            ("wall_from_host_ns", self.wall_from_host_ns.to_string()),
+        ]
+        .into_iter()
+        .map(|(key, value)| (key.to_owned(), value))
+        .collect()
+    }
+
+    /// `Err`: the version of a file that this program does not read.
+    pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, String> {
+        let text = |key: &str| map.get(key).cloned().unwrap_or_default();
+        if text("version") != crate::FILE_VERSION.to_string() {
+            return Err(text("version"));
+        }
+        Ok(Self {
+            scene: text("scene"),
+            scene_id: text("scene_id"),
+            build: text("build"),
+            wall_from_host_ns: text("wall_from_host_ns").parse().unwrap_or(0),
+        })
+    }
+}
+
+/// Half a scene's identity, as text.
+#[must_use]
+pub fn hex(id: [u8; 16]) -> String {
+    use core::fmt::Write as _;
+    id.iter().fold(String::new(), |mut text, byte| {
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}

@@ -1,0 +1,37 @@
+//! A session on disk: an MCAP file that other programs open, and that `calot replay` runs again.
+//!
+//! ```text
+//! shared memory ─► Listening (thread, 20 ms) ─► bounded queue ─► Recording (thread) ─► FILE.mcap
+//!                                                               a chunk a second
+//! ```
+//!
+//! | topic | encoding | what | how often |
+//! |---|---|---|---|
+//! | `/setup` | `x-calot` | [`shared_mem::inputs::RunSetup`] as it lies in memory | once |
+//! | `/inputs` | `x-calot` | what each tick took in, and its hashes, packed ([`pack`]) | every tick |
+//! | `/tf` | JSON | poses, `foxglove.FrameTransforms` | 20 Hz |
+//! | `/tool` | JSON | force, jaw, contacts, switches | 20 Hz |
+//! | `/events` | JSON | contact, grasp, tear, fault, … | as they come |
+//! | `/timing` | JSON | ticks, misses, slowest tick | every second |
+//! | `/gaps` | JSON | ticks that are missing | where they are |
+//!
+//! Times are of the wall clock; host times are [`Info::wall_from_host_ns`] behind it. The compiled
+//! scene is attached: prepared again, by another version, it would be another. The file holds
+//! nothing of a person.
+
+mod describe;
+mod file;
+mod info;
+pub mod pack;
+mod read;
+mod record;
+mod storage;
+
+pub use file::{Error, FILE_VERSION};
+pub use info::{Info, hex};
+pub use read::{End, ReadError, Session};
+pub use record::{Config, Listening, Recorded, Recording};
+pub use storage::Storage;
+
+#[cfg(test)]
+mod tests;

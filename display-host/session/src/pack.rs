@@ -1,0 +1,253 @@
+//! A tick's inputs in about 60 bytes: only what is there, times as distances.
+//!
+//! ```text
+//! u16 ticks, u64 first tick, u64 its time before the first distance, then each tick:
+//! u16 bits (those of InputRecord; 1 << 14 command, 1 << 15 long times)
+//! time since the tick before: u32 ns, or u64 with long times
+//! u32 tools hash, u32 spheres hash, [u8 command]
+//! [haptic device: age, 3 f32 position, 4 f32 orientation, [3 f32 velocity], u16 number, u8 buttons]
+//! [tracker: age, 3 f32, 4 f32]  [pedal: age]          ages as the time
+//! ```
+//!
+//! All little-endian.
+
+use bytemuck::Zeroable as _;
+use shared_mem::inputs::InputRecord;
+use shared_mem::message::PoseMsg;
+
+const COMMAND: u16 = 1 << 14;
+const LONG: u16 = 1 << 15;
+/// Bits of a record that are kept.
+const BITS: u32 = 0x0fff;
+
+/// What follows one another without a gap, from the front of `records`: packs it into `into` and says
+/// how many they were.
+pub fn pack(records: &[InputRecord], into: &mut Vec<u8>) -> usize {
+    let Some(first) = records.first() else {
+        return 0;
+    };
+    let expected = (0..u64::from(u16::MAX)).map(|i| first.tick.wrapping_add(i));
+    let together = records
+        .iter()
+        .zip(expected)
+        .take_while(|(record, tick)| record.tick == *tick)
+        .count();
+    into.extend((together as u16).to_le_bytes());
+    into.extend(first.tick.to_le_bytes());
+    into.extend(first.now_ns.to_le_bytes());
+    let mut before_ns = first.now_ns;
+    for record in records.iter().take(together) {
+        pack_one(record, before_ns, into);
+        before_ns = record.now_ns;
+    }
+    together
+}
+
+fn pack_one(record: &InputRecord, before_ns: u64, into: &mut Vec<u8>) {
+    let has = |bit: u32| record.bits & bit != 0;
+    let age = |at_ns: u64| record.now_ns.wrapping_sub(at_ns);
+    let passed_ns = record.now_ns.wrapping_sub(before_ns);
+    let ages = [
+        (InputRecord::DEVICE_FRESH, age(record.device_at_ns)),
+        (InputRecord::TRACKER_FRESH, age(record.tracker_at_ns)),
+        (InputRecord::PEDAL_FRESH, age(record.pedal_at_ns)),
+    ];
+    let used = ages.iter().filter(|(bit, _)| has(*bit)).map(|(_, ns)| *ns);
+    let is_long = used
+        .chain([passed_ns])
+        .any(|ns| u32::try_from(ns).is_err());
+    let flag = |on: bool, bit: u16| if on { bit } else { 0 };
+    let bits = (record.bits & BITS) as u16 | flag(record.command != 0, COMMAND) | flag(is_long, LONG);
+    into.extend(bits.to_le_bytes());
+    let time = |ns: u64, into: &mut Vec<u8>| match is_long {
+        true => into.extend(ns.to_le_bytes()),
+        false => into.extend((ns as u32).to_le_bytes()),
+    };
+    time(passed_ns, into);
+    into.extend(record.tools_hash.to_le_bytes());
+    into.extend(record.spheres_hash.to_le_bytes());
+    if record.command != 0 {
+        into.push(record.command);
+    }
+    let [(_, device_ns), (_, tracker_ns), (_, pedal_ns)] = ages;
+    if has(InputRecord::DEVICE_FRESH) {
+        time(device_ns, into);
+        into.extend(bytemuck::bytes_of(&record.device_from_handle));
+        if has(InputRecord::HAS_VELOCITY) {
+            into.extend(bytemuck::bytes_of(&record.velocity_m_s));
+        }
+        into.extend(record.sequence.to_le_bytes());
+        into.push(record.buttons);
+    }
+    if has(InputRecord::TRACKER_FRESH) {
+        time(tracker_ns, into);
+        into.extend(bytemuck::bytes_of(&record.tracker_from_sensor));
+    }
+    if has(InputRecord::PEDAL_FRESH) {
+        time(pedal_ns, into);
+    }
+}
+
+/// The ticks of one message, appended to `into`; `None` when it is no such message.
+pub fn unpack(message: &[u8], into: &mut Vec<InputRecord>) -> Option<()> {
+    let mut rest = Rest(message);
+    let count = u16::from_le_bytes(rest.take()?);
+    let first = u64::from_le_bytes(rest.take()?);
+    let mut before_ns = u64::from_le_bytes(rest.take()?);
+    for i in 0..u64::from(count) {
+        let record = unpack_one(first.wrapping_add(i), before_ns, &mut rest)?;
+        before_ns = record.now_ns;
+        into.push(record);
+    }
+    rest.0.is_empty().then_some(())
+}
+
+fn unpack_one(tick: u64, before_ns: u64, rest: &mut Rest<'_>) -> Option<InputRecord> {
+    let bits = u16::from_le_bytes(rest.take()?);
+    let is_long = bits & LONG != 0;
+    let mut record = InputRecord {
+        tick,
+        now_ns: before_ns.wrapping_add(rest.time(is_long)?),
+        bits: u32::from(bits) & BITS,
+        tools_hash: u32::from_le_bytes(rest.take()?),
+        spheres_hash: u32::from_le_bytes(rest.take()?),
+        ..InputRecord::zeroed()
+    };
+    let has = |bit: u32| u32::from(bits) & bit != 0;
+    if bits & COMMAND != 0 {
+        [record.command] = rest.take()?;
+    }
+    if has(InputRecord::DEVICE_FRESH) {
+        record.device_at_ns = record.now_ns.wrapping_sub(rest.time(is_long)?);
+        record.device_from_handle = rest.pose()?;
+        if has(InputRecord::HAS_VELOCITY) {
+            record.velocity_m_s = bytemuck::cast(rest.take::<12>()?);
+        }
+        record.sequence = u16::from_le_bytes(rest.take()?);
+        [record.buttons] = rest.take()?;
+    }
+    if has(InputRecord::TRACKER_FRESH) {
+        record.tracker_at_ns = record.now_ns.wrapping_sub(rest.time(is_long)?);
+        record.tracker_from_sensor = rest.pose()?;
+    }
+    if has(InputRecord::PEDAL_FRESH) {
+        record.pedal_at_ns = record.now_ns.wrapping_sub(rest.time(is_long)?);
+    }
+    Some(record)
+}
+
+/// What is still to be read.
+struct Rest<'a>(&'a [u8]);
+
+impl Rest<'_> {
+    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (taken, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*taken)
+    }
+
+    fn time(&mut self, is_long: bool) -> Option<u64> {
+        Some(match is_long {
+            true => u64::from_le_bytes(self.take()?),
+            false => u32::from_le_bytes(self.take()?).into(),
+        })
+    }
+
+    fn pose(&mut self) -> Option<PoseMsg> {
+        Some(bytemuck::cast(self.take::<28>()?))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A record as the controller makes them: what is not in it is zero.
+    fn records() -> impl Strategy<Value = InputRecord> {
+        (prop::array::uniform32(any::<u32>()), 0u8..4).prop_map(|(words, times)| {
+            let mut record: InputRecord = bytemuck::cast(words);
+            let has = |bits: u32, bit: u32| bits & bit != 0;
+            record.bits &= BITS;
+            record.reserved = 0;
+            if times > 0 {
+                // Usual times: shortly before now.
+                record.now_ns >>= 20;
+                let before = |age: u64| record.now_ns.wrapping_sub(age % 1_000_000);
+                record.device_at_ns = before(record.device_at_ns);
+                record.tracker_at_ns = before(record.tracker_at_ns);
+                record.pedal_at_ns = before(record.pedal_at_ns);
+            }
+            if !has(record.bits, InputRecord::DEVICE_FRESH) {
+                record.bits &= !InputRecord::HAS_VELOCITY;
+                record.device_at_ns = 0;
+                record.device_from_handle = PoseMsg::zeroed();
+                (record.sequence, record.buttons) = (0, 0);
+            }
+            if !has(record.bits, InputRecord::HAS_VELOCITY) {
+                record.velocity_m_s = [0.0; 3];
+            }
+            if !has(record.bits, InputRecord::TRACKER_FRESH) {
+                record.tracker_at_ns = 0;
+                record.tracker_from_sensor = PoseMsg::zeroed();
+            }
+            if !has(record.bits, InputRecord::PEDAL_FRESH) {
+                record.pedal_at_ns = 0;
+            }
+            record
+        })
+    }
+
+    fn bytes(records: &[InputRecord]) -> &[u8] {
+        bytemuck::cast_slice(records)
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_packed_comes_back_bit_by_bit(
+            mut given in prop::collection::vec(records(), 0..20),
+            first in any::<u64>(),
+            gap in 0usize..30,
+        ) {
+            for (i, record) in given.iter_mut().enumerate() {
+                record.tick = first.wrapping_add(i as u64 + u64::from(i >= gap));
+            }
+            let (mut rest, mut back) = (&given[..], Vec::new());
+            while !rest.is_empty() {
+                let mut message = Vec::new();
+                let taken = pack(rest, &mut message);
+                prop_assert!(taken > 0);
+                prop_assert!(unpack(&message, &mut back).is_some());
+                rest = &rest[taken..];
+            }
+            prop_assert_eq!(bytes(&given), bytes(&back));
+        }
+
+        #[test]
+        fn any_bytes_are_read_or_refused(message in prop::collection::vec(any::<u8>(), 0..400)) {
+            let mut back = Vec::new();
+            let _ = unpack(&message, &mut back);
+            prop_assert!(back.len() <= message.len());
+        }
+    }
+
+    #[test]
+    fn an_hour_of_a_1_khz_device_is_far_below_500_mb() {
+        let record = InputRecord {
+            bits: InputRecord::DEVICE_FRESH | InputRecord::HAS_VELOCITY,
+            ..InputRecord::zeroed()
+        };
+        let tracked = InputRecord {
+            bits: record.bits | InputRecord::TRACKER_FRESH | InputRecord::PEDAL_FRESH,
+            ..record
+        };
+        let size = |record: &InputRecord| {
+            let mut message = Vec::new();
+            pack(&[*record], &mut message);
+            message.len() - 18
+        };
+        // A tracker at 140 Hz, a pedal at 50 Hz.
+        let second = 1000 * size(&record) + 140 * (size(&tracked) - size(&record));
+        assert!(second * 3600 < 270_000_000, "{second} bytes a second");
+    }
+}

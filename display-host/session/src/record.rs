@@ -1,0 +1,310 @@
+//! The recorder: a thread that listens, a bounded queue, a thread that writes. Neither can hold up the
+//! simulation, whose end is a publisher that overwrites what nobody fetched.
+
+use std::fs::File;
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender, TrySendError};
+use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant, SystemTime};
+
+use bytemuck::Zeroable as _;
+use shared_mem::inputs::InputBatch;
+use shared_mem::message::{EventMsg, TimingBatch, ToolFrame};
+use shared_mem::scene::SceneFile;
+use shared_mem::service::{ServiceError, Station, Tap};
+
+use crate::file::{Error, SessionFile};
+use crate::info::{Info, hex};
+use crate::storage::Storage;
+
+/// What may wait for the writing thread: a minute of a session, 9 MB.
+const QUEUE: usize = 2048;
+/// How often the services are looked at. They keep 8 s.
+const LOOK_EVERY: Duration = Duration::from_millis(20);
+/// Poses and force for viewers.
+const TOOLS_EVERY: Duration = Duration::from_millis(50);
+/// A kill loses no more than this.
+const FLUSH_EVERY: Duration = Duration::from_secs(1);
+
+enum Item {
+    Inputs(Box<InputBatch>),
+    Tools(Box<ToolFrame>),
+    Event(EventMsg),
+    Timing(Box<TimingBatch>),
+}
+
+/// Where and how to record.
+pub struct Config {
+    /// The file; replaced if it is there.
+    pub path: PathBuf,
+    /// Program and version, commit, how it was built.
+    pub build: String,
+    /// The compiled scene that runs.
+    pub scene: SceneFile,
+}
+
+/// What a recording came to; part of `summary.json`.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Recorded {
+    /// The file.
+    pub file: PathBuf,
+    /// Its size.
+    pub bytes: u64,
+    /// Ticks in it.
+    pub ticks: u64,
+    /// Ticks that ran and are not in it; replay stops at the first.
+    pub missing: u64,
+    /// Messages that the writing thread was too slow for; ticks among them are also `missing`.
+    pub overflowed: u64,
+    /// Times that the disk refused a write.
+    pub write_failures: u64,
+    /// Longest that the disk took for a second of it.
+    pub slowest_write_ms: u64,
+    /// Why it ends early, if it does.
+    pub problem: Option<String>,
+}
+
+impl Recorded {
+    /// What the user should know, if anything.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        let file = self.file.display();
+        match &self.problem {
+            Some(why) => Some(format!(
+                "the recording {file} ends early ({why}); what is in it can be replayed. Make \
+                 room, or record elsewhere with --record"
+            )),
+            None if self.missing > 0 => Some(format!(
+                "the recording {file} misses {} ticks; replay ends at the first of them",
+                self.missing
+            )),
+            None => None,
+        }
+    }
+}
+
+/// A thread that listens to a station, so that nothing is missed before the file is begun.
+#[derive(Debug)]
+pub struct Listening {
+    thread: JoinHandle<()>,
+    stop: Arc<AtomicBool>,
+    overflowed: Arc<AtomicU64>,
+    items: Receiver<Item>,
+    prepare: fn(Option<usize>),
+    tick_cpu: Option<usize>,
+}
+
+impl Listening {
+    /// Begins to listen. Do so before the controller starts: a session without its first tick cannot
+    /// be replayed. `prepare` is called on each of the recorder's threads, with `tick_cpu`: to keep
+    /// them out of the tick's way.
+    ///
+    /// # Errors
+    /// As [`Error`] says.
+    pub fn begin(
+        station: &Station,
+        prepare: fn(Option<usize>),
+        tick_cpu: Option<usize>,
+    ) -> Result<Self, Error> {
+        let (sender, items) = mpsc::sync_channel(QUEUE);
+        let (tell, told) = mpsc::sync_channel::<Result<(), ServiceError>>(1);
+        let stop = Arc::new(AtomicBool::new(false));
+        let overflowed = Arc::new(AtomicU64::new(0));
+        let (station, stopped, over) = (station.clone(), stop.clone(), overflowed.clone());
+        let thread = Builder::new()
+            .name("calot-listen".to_owned())
+            .spawn(move || {
+                prepare(tick_cpu);
+                match Tap::open(&station) {
+                    Ok(tap) => {
+                        let _ = tell.send(Ok(()));
+                        listen(&tap, &sender, &over, &stopped);
+                    }
+                    Err(error) => {
+                        let _ = tell.send(Err(error));
+                    }
+                }
+            })
+            .map_err(Error::Thread)?;
+        if let Ok(told) = told.recv() {
+            told?;
+        }
+        Ok(Self {
+            thread,
+            stop,
+            overflowed,
+            items,
+            prepare,
+            tick_cpu,
+        })
+    }
+
+    /// Writes what is heard, from the beginning on, to a file.
+    ///
+    /// # Errors
+    /// When the file cannot be made.
+    pub fn record(self, config: Config) -> Result<Recording, Error> {
+        // Nobody else's: how somebody operates is theirs.
+        let created = File::options()
+            .write(true)
+            .create(true)
+            .truncate(true)
+            .mode(0o600)
+            .open(&config.path);
+        let storage = created.map_err(|source| Error::Create {
+            path: config.path.clone(),
+            source,
+        })?;
+        self.record_to(Box::new(storage), config)
+    }
+
+    /// The same, to any storage.
+    ///
+    /// # Errors
+    /// When the system gives no thread.
+    pub fn record_to(
+        self,
+        storage: Box<dyn Storage>,
+        config: Config,
+    ) -> Result<Recording, Error> {
+        let Self {
+            thread: listener,
+            stop,
+            overflowed,
+            items,
+            prepare,
+            tick_cpu,
+        } = self;
+        let writer = Builder::new()
+            .name("calot-record".to_owned())
+            .spawn(move || {
+                prepare(tick_cpu);
+                write(&items, storage, &config, &overflowed)
+            })
+            .map_err(Error::Thread)?;
+        Ok(Recording {
+            listener,
+            stop,
+            writer,
+        })
+    }
+}
+
+/// A session that is being recorded.
+#[derive(Debug)]
+pub struct Recording {
+    listener: JoinHandle<()>,
+    stop: Arc<AtomicBool>,
+    writer: JoinHandle<Recorded>,
+}
+
+impl Recording {
+    /// Ends it, once the controller has ended: takes what is still there. `None`: a thread panicked.
+    #[must_use]
+    pub fn end(self) -> Option<Recorded> {
+        self.stop.store(true, Relaxed);
+        let listened = self.listener.join();
+        let recorded = self.writer.join();
+        listened.ok().and(recorded.ok())
+    }
+}
+
+fn listen(tap: &Tap, items: &SyncSender<Item>, overflowed: &AtomicU64, stop: &AtomicBool) {
+    let mut tools_at: Option<Instant> = None;
+    let mut tools = ToolFrame::zeroed();
+    let send = |item: Item| {
+        // With no writer yet, or one that is slow, items wait; after a minute of that they are lost.
+        if let Err(TrySendError::Full(_)) = items.try_send(item) {
+            overflowed.fetch_add(1, Relaxed);
+        }
+    };
+    loop {
+        // Read first: what was sent before the end is then still fetched.
+        let last = stop.load(Relaxed);
+        tap.drain_inputs(|batch| send(Item::Inputs(Box::new(*batch))));
+        tap.drain_events(|event| send(Item::Event(*event)));
+        tap.drain_timing(|batch| send(Item::Timing(Box::new(*batch))));
+        if tools_at.is_none_or(|at| at.elapsed() >= TOOLS_EVERY)
+            && tap.newest_tools(&mut tools)
+            && tools.capsules().is_some()
+        {
+            send(Item::Tools(Box::new(tools)));
+            tools_at = Some(Instant::now());
+        }
+        if last {
+            return;
+        }
+        std::thread::sleep(LOOK_EVERY);
+    }
+}
+
+fn write(
+    items: &Receiver<Item>,
+    storage: Box<dyn Storage>,
+    config: &Config,
+    overflowed: &AtomicU64,
+) -> Recorded {
+    let mut recorded = Recorded {
+        file: config.path.clone(),
+        bytes: 0,
+        ticks: 0,
+        missing: 0,
+        overflowed: 0,
+        write_failures: 0,
+        slowest_write_ms: 0,
+        problem: None,
+    };
+    let wall = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+    let info = Info {
+        scene: config.scene.name().to_owned(),
+        scene_id: hex(config.scene.short_id()),
+        build: config.build.clone(),
+        wall_from_host_ns: wall.map_or(0, |wall| wall.as_nanos() as i64) - now_ns() as i64,
+    };
+    let mut file = match SessionFile::begin(storage, &info, &config.scene) {
+        Ok(file) => file,
+        Err(error) => {
+            recorded.problem = Some(error.to_string());
+            return recorded;
+        }
+    };
+    let outcome = take_all(items, &mut file).and_then(|()| file.finish());
+    recorded.bytes = file.outbox.written;
+    recorded.ticks = file.ticks.recorded;
+    recorded.missing = file.ticks.missing;
+    recorded.overflowed = overflowed.load(Relaxed);
+    recorded.write_failures = file.outbox.failures;
+    recorded.slowest_write_ms = file.outbox.slowest.as_millis() as u64;
+    recorded.problem = file.outbox.given_up.clone();
+    if let Err(error) = outcome {
+        recorded.problem = Some(error.to_string());
+    }
+    recorded
+}
+
+fn take_all(items: &Receiver<Item>, file: &mut SessionFile) -> Result<(), Error> {
+    let mut flushed = Instant::now();
+    loop {
+        match items.recv_timeout(Duration::from_millis(100)) {
+            Ok(Item::Inputs(batch)) => file.inputs(&batch)?,
+            Ok(Item::Tools(tools)) => file.tools(&tools)?,
+            Ok(Item::Event(event)) => file.event(&event)?,
+            Ok(Item::Timing(batch)) => file.timing(&batch),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+        }
+        if flushed.elapsed() >= FLUSH_EVERY {
+            flushed = Instant::now();
+            file.flush()?;
+        }
+    }
+}
+
+/// Now, on the clock that the controller uses (`CLOCK_MONOTONIC`).
+fn now_ns() -> u64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
+}

@@ -1,0 +1,346 @@
+use std::io::{self, Cursor};
+use std::path::Path;
+use std::sync::{Arc, Mutex};
+
+use bytemuck::Zeroable;
+use proptest::prelude::*;
+use shared_mem::inputs::{INPUT_BATCH, InputBatch, InputRecord};
+use shared_mem::message::{EventMsg, PoseMsg, TimingBatch, ToolFrame};
+use shared_mem::scene::{
+    LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SceneFile,
+    SphereRecord, VertexRecord, name_from_str,
+};
+
+use crate::file::SessionFile;
+use crate::{End, Info, ReadError, Session, Storage};
+
+/// A disk in memory, with so much room.
+#[derive(Clone, Default)]
+struct Disk(Arc<Mutex<DiskState>>);
+
+#[derive(Default)]
+struct DiskState {
+    bytes: Vec<u8>,
+    room: usize,
+}
+
+impl Disk {
+    fn with_room(room: usize) -> Self {
+        let disk = Self::default();
+        disk.set_room(room);
+        disk
+    }
+
+    fn set_room(&self, room: usize) {
+        self.0.lock().unwrap().room = room;
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        self.0.lock().unwrap().bytes.clone()
+    }
+}
+
+impl Storage for Disk {
+    fn put(&mut self, offset: u64, bytes: &[u8]) -> io::Result<()> {
+        let mut state = self.0.lock().unwrap();
+        let (offset, room) = (offset as usize, state.room);
+        let fits = bytes.len().min(room.saturating_sub(offset));
+        state.bytes.truncate(offset);
+        state.bytes.extend_from_slice(&bytes[..fits]);
+        match fits == bytes.len() {
+            true => Ok(()),
+            false => Err(io::ErrorKind::StorageFull.into()),
+        }
+    }
+
+    fn cut(&mut self, length: u64) -> io::Result<()> {
+        self.0.lock().unwrap().bytes.truncate(length as usize);
+        Ok(())
+    }
+}
+
+fn scene() -> SceneFile {
+    let sphere = |x: f32| SphereRecord {
+        center_m: [x, 0.0, 0.0],
+        radius_m: 0.01,
+        mass_kg: 0.01,
+        held: 0,
+    };
+    let vertex = |x: f32| VertexRecord {
+        position_m: [x, 0.01, 0.0],
+        normal: [0.0, 1.0, 0.0],
+        spheres: [0; 8],
+        weights: [65_535, 0, 0, 0, 0, 0, 0, 0],
+    };
+    let room = RoomRecord {
+        name: name_from_str("nothing"),
+        world_from_device: PoseMsg::IDENTITY,
+        world_from_tracker: PoseMsg::IDENTITY,
+        world_from_camera: PoseMsg::IDENTITY,
+        instrument_length_m: 0.33,
+        ..RoomRecord::zeroed()
+    };
+    let organ = OrganRecord {
+        name: name_from_str("liver"),
+        kind: OrganKind::Liver as u32,
+        spheres: [0, 2],
+        links: [0, 1],
+        elastic_links: 1,
+        substeps: 1,
+        gravity_share: 1.0,
+        vertices: [0, 3],
+        triangles: [0, 1],
+        volume_m3: 1e-5,
+        material: MaterialRecord {
+            density_kg_m3: 1060.0,
+            young_pa: 5000.0,
+            poisson: 0.45,
+            contact_stiffness_n_m: 200.0,
+            toughness_j_m2: 100.0,
+            ..MaterialRecord::zeroed()
+        },
+        ..OrganRecord::zeroed()
+    };
+    let data = SceneData {
+        room: Some(room),
+        organs: vec![organ],
+        spheres: vec![sphere(0.0), sphere(0.01)],
+        links: vec![LinkRecord {
+            a: 0,
+            b: 1,
+            rest_length_m: 0.01,
+            compliance_m_n: 1e-3,
+        }],
+        vertices: vec![vertex(0.0), vertex(0.01), vertex(0.02)],
+        triangles: vec![[0, 1, 2]],
+        ..SceneData::default()
+    };
+    SceneFile::from_bytes(&data.to_bytes().unwrap()).unwrap()
+}
+
+fn info() -> Info {
+    Info {
+        scene: "nothing".into(),
+        scene_id: "00".into(),
+        build: "a test".into(),
+        wall_from_host_ns: 1_000,
+    }
+}
+
+fn batch(first_tick: u64) -> InputBatch {
+    let mut batch = InputBatch::zeroed();
+    batch.setup.period_ns = 1_000_000;
+    batch.count = INPUT_BATCH as u32;
+    for (i, record) in batch.records.iter_mut().enumerate() {
+        record.tick = first_tick + i as u64;
+        record.now_ns = 5_000_000_000 + record.tick * 1_000_000;
+        record.bits = InputRecord::DEVICE_FRESH;
+        record.device_at_ns = record.now_ns - 100_000;
+        record.device_from_handle.position_m = [record.tick as f32, 0.5, -0.25];
+        record.tools_hash = record.tick as u32 * 77;
+    }
+    batch
+}
+
+/// A session of so many batches, a chunk for each.
+fn record(disk: &Disk, batches: u64) -> SessionFile {
+    let mut file = SessionFile::begin(Box::new(disk.clone()), &info(), &scene()).unwrap();
+    for i in 0..batches {
+        file.inputs(&batch(i * INPUT_BATCH as u64)).unwrap();
+        file.flush().unwrap();
+    }
+    file
+}
+
+fn read(bytes: Vec<u8>) -> Result<(Vec<InputRecord>, Session), ReadError> {
+    let length = bytes.len() as u64;
+    let source = Box::new(Cursor::new(bytes));
+    let mut session = Session::read(Path::new("test.mcap"), length, source)?;
+    let ticks = session.by_ref().collect();
+    Ok((ticks, session))
+}
+
+fn given(batches: u64) -> Vec<InputRecord> {
+    (0..batches)
+        .flat_map(|i| batch(i * INPUT_BATCH as u64).records)
+        .collect()
+}
+
+#[test]
+fn a_session_is_read_as_it_was_written() {
+    let disk = Disk::with_room(usize::MAX);
+    let mut file = record(&disk, 3);
+    let mut tools = ToolFrame::zeroed();
+    tools.at_ns = 5_100_000_000;
+    file.tools(&tools).unwrap();
+    file.timing(&TimingBatch::zeroed());
+    let event = EventMsg {
+        kind: EventMsg::FAULT,
+        at_ns: 5_150_000_000,
+        ..EventMsg::zeroed()
+    };
+    file.event(&event).unwrap();
+    file.finish().unwrap();
+    assert_eq!(file.outbox.written, disk.bytes().len() as u64);
+
+    let (ticks, session) = read(disk.bytes()).unwrap();
+    assert_eq!(ticks, given(3));
+    assert_eq!(session.info, info());
+    assert_eq!(session.setup.period_ns, 1_000_000);
+    assert_eq!(session.scene.as_deref(), Some(scene().bytes()));
+    assert_eq!(session.end(), Some(&End::Whole));
+}
+
+/// What Foxglove and its like need: an index, schemas, JSON that is JSON, times of the wall clock.
+#[test]
+fn other_programs_can_open_a_session() {
+    let disk = Disk::with_room(usize::MAX);
+    let mut file = record(&disk, 2);
+    let mut tools = ToolFrame::zeroed();
+    tools.at_ns = 5_000_000_500;
+    file.tools(&tools).unwrap();
+    let event = EventMsg {
+        kind: EventMsg::CONTACT,
+        at_ns: 5_000_000_600,
+        ..EventMsg::zeroed()
+    };
+    file.event(&event).unwrap();
+    file.finish().unwrap();
+    let bytes = disk.bytes();
+    let summary = mcap::Summary::read(&bytes).unwrap().unwrap();
+    let statistics = summary.stats.as_ref().unwrap();
+    assert_eq!((statistics.attachment_count, statistics.metadata_count), (1, 1));
+    let mut topics: Vec<&str> = summary.channels.values().map(|it| it.topic.as_str()).collect();
+    topics.sort_unstable();
+    assert_eq!(
+        topics,
+        ["/events", "/gaps", "/inputs", "/setup", "/tf", "/timing", "/tool"]
+    );
+    for channel in summary.channels.values() {
+        let schema = channel.schema.as_ref().unwrap();
+        if schema.encoding == "jsonschema" {
+            let schema: serde_json::Value = serde_json::from_slice(&schema.data).unwrap();
+            assert_eq!(schema["type"], "object");
+        }
+    }
+    let mut seen = 0;
+    for message in mcap::MessageStream::new(&bytes).unwrap() {
+        let message = message.unwrap();
+        assert!(message.log_time > 5_000_001_000 - 1, "wall clock");
+        if message.channel.message_encoding == "json" {
+            let _: serde_json::Value = serde_json::from_slice(&message.data).unwrap();
+            seen += 1;
+        }
+    }
+    assert_eq!(seen, 2 + 2 + 1, "timing, /tf and /tool, the event");
+}
+
+#[test]
+fn a_gap_is_counted_and_stands_in_the_session() {
+    let disk = Disk::with_room(usize::MAX);
+    let mut file = record(&disk, 1);
+    file.inputs(&batch(100)).unwrap();
+    file.finish().unwrap();
+    assert_eq!(file.ticks.recorded, 2 * INPUT_BATCH as u64);
+    assert_eq!(file.ticks.missing, 100 - INPUT_BATCH as u64);
+    let (ticks, _) = read(disk.bytes()).unwrap();
+    assert_eq!(ticks[INPUT_BATCH].tick, 100);
+    let gaps = mcap::MessageStream::new(&disk.bytes())
+        .unwrap()
+        .filter(|it| it.as_ref().is_ok_and(|it| it.channel.topic == "/gaps"))
+        .count();
+    assert_eq!(gaps, 1);
+}
+
+#[test]
+fn a_full_disk_leaves_a_readable_file_and_loses_nothing_if_room_comes_back() {
+    let whole = Disk::with_room(usize::MAX);
+    let length = {
+        record(&whole, 3).finish().unwrap();
+        whole.bytes().len()
+    };
+    let disk = Disk::with_room(length * 2 / 3);
+    let mut file = record(&disk, 3);
+    assert!(file.outbox.failures > 0);
+    let (ticks, session) = read(disk.bytes()).unwrap();
+    assert!(!ticks.is_empty() && given(3).starts_with(&ticks));
+    assert!(matches!(session.end(), Some(End::BrokenOff(_))));
+    disk.set_room(usize::MAX);
+    file.finish().unwrap();
+    assert_eq!(file.outbox.given_up, None);
+    assert_eq!(disk.bytes(), whole.bytes());
+}
+
+#[test]
+fn a_disk_that_stays_full_is_given_up_and_memory_stays_bounded() {
+    let disk = Disk::with_room(100_000);
+    let mut file = record(&disk, 1);
+    let mut i = 1;
+    while file.outbox.given_up.is_none() {
+        file.inputs(&batch(i * INPUT_BATCH as u64)).unwrap();
+        if i.is_multiple_of(16) {
+            file.flush().unwrap();
+        }
+        i += 1;
+        assert!(i < 10_000, "16 MB are waiting by now");
+    }
+    file.finish().unwrap();
+    let (ticks, _) = read(disk.bytes()).unwrap();
+    assert!(given(10_000).starts_with(&ticks) && ticks.len() >= INPUT_BATCH);
+}
+
+fn recorded() -> Vec<u8> {
+    let disk = Disk::with_room(usize::MAX);
+    record(&disk, 3).finish().unwrap();
+    disk.bytes()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn a_session_that_is_cut_anywhere_gives_what_was_flushed(share in 0.0f64..1.0) {
+        let disk = Disk::with_room(usize::MAX);
+        let mut flushed = Vec::new();
+        let mut file = record(&disk, 0);
+        for i in 0..3 {
+            file.inputs(&batch(i * INPUT_BATCH as u64)).unwrap();
+            file.flush().unwrap();
+            flushed.push(disk.bytes().len());
+        }
+        file.finish().unwrap();
+        let mut bytes = disk.bytes();
+        let cut = (share * bytes.len() as f64) as usize;
+        bytes.truncate(cut);
+        let whole = flushed.iter().filter(|&&end| end <= cut).count();
+        match read(bytes) {
+            Ok((ticks, _)) => prop_assert_eq!(ticks, given(whole as u64)),
+            Err(_) => prop_assert_eq!(whole, 0),
+        }
+    }
+
+    #[test]
+    fn a_damaged_session_gives_true_ticks_or_none(
+        flips in prop::collection::vec((0.0f64..1.0, 0u8..8), 1..6),
+    ) {
+        let mut bytes = recorded();
+        for (share, bit) in flips {
+            let at = (share * bytes.len() as f64) as usize;
+            bytes[at] ^= 1 << bit;
+        }
+        if let Ok((ticks, _)) = read(bytes) {
+            prop_assert!(given(3).starts_with(&ticks));
+        }
+    }
+
+    #[test]
+    fn any_bytes_after_the_beginning_are_read_or_refused(
+        kept in 0usize..200,
+        noise in prop::collection::vec(any::<u8>(), 0..2000),
+    ) {
+        let mut bytes = recorded();
+        bytes.truncate(kept);
+        bytes.extend(noise);
+        let _ = read(bytes);
+    }
+}

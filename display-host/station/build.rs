@@ -1,0 +1,20 @@
+//! Tells the program which commit it is built from.
+
+use std::process::Command;
+
+fn main() {
+    println!("cargo::rerun-if-changed=build.rs");
+    let git = |args: &[&str]| {
+        let output = Command::new("git").args(args).output().ok()?;
+        let text = String::from_utf8(output.stdout).ok()?;
+        output.status.success().then(|| text.trim().to_owned())
+    };
+    // A commit, and a change of branch, are noted there.
+    if let Some(log) = git(&["rev-parse", "--git-path", "logs/HEAD"])
+        && std::path::Path::new(&log).exists()
+    {
+        println!("cargo::rerun-if-changed={log}");
+    }
+    let commit = git(&["describe", "--always", "--tags"]).unwrap_or_else(|| "unknown".to_owned());
+    println!("cargo::rustc-env=CALOT_COMMIT={commit}");
+}

@@ -1,0 +1,232 @@
+//! `calot replay --what-if`: the same hands on other tissue, or solved otherwise.
+
+use core::fmt::Write as _;
+use std::path::Path;
+use std::process::ExitCode;
+
+use display_host::report::chart;
+use display_host::report::page::{STYLE, escape};
+use rt_process::replay::Replay;
+use serde::Serialize;
+use session::Session;
+use shared_mem::inputs::RunSetup;
+use shared_mem::scene::SceneFile;
+
+use crate::cli::{ReplayArgs, SceneArgs};
+use crate::say;
+use crate::scene::{self, Problem};
+
+/// Points of a line in a chart.
+const POINTS: usize = 1500;
+/// A row of the table for so many ticks.
+const TICKS_A_ROW: usize = 10;
+
+/// A tick of one of the two runs.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    at_s: f64,
+    force_n: f64,
+    tip_m: [f64; 3],
+}
+
+/// What the two runs came to.
+#[derive(Debug, Serialize)]
+struct Compared {
+    recorded: String,
+    what_if: String,
+    seconds: f64,
+    /// Force on the hand, N: greatest of each, and of the difference; its root mean square.
+    force_max_n: [f64; 2],
+    force_difference_max_n: f64,
+    force_difference_rms_n: f64,
+    /// Distance between the two tips, mm.
+    tip_apart_max_mm: f64,
+    tip_apart_rms_mm: f64,
+}
+
+/// Runs both, writes the page and the table, and says where.
+pub(super) fn run(
+    args: &ReplayArgs,
+    session: &Session,
+    recorded: &SceneFile,
+) -> Result<ExitCode, Problem> {
+    let temporary = shared_mem::service::user_folder()?
+        .join(format!("what-if-{}.calot", std::process::id()));
+    let other = other_scene(args, &temporary);
+    let _ = std::fs::remove_file(&temporary);
+    let other = other?;
+    let other = other.as_ref().unwrap_or(recorded);
+    let mut setup = session.setup;
+    setup.paper_iterations = args.what_if_iterations.unwrap_or(setup.paper_iterations);
+    let names = [
+        name(recorded, &session.setup, "recorded"),
+        name(other, &setup, "what if"),
+    ];
+    say::note(format_args!("running {} and {}", names[0], names[1]));
+    let path = session.path();
+    let (first, second) = std::thread::scope(|scope| {
+        let second = scope.spawn(|| points(path, other, &setup).map_err(|it| it.to_string()));
+        let first = points(path, recorded, &session.setup);
+        (first, second.join())
+    });
+    let second = second.map_err(|_| "the second run panicked; please report this")??;
+    let runs = [first?, second];
+    let compared = compare(&runs, names);
+    write(&args.out, &compared, &runs)?;
+    if args.json {
+        say::answer(serde_json::to_string_pretty(&compared)?);
+    }
+    say::note(format_args!(
+        "force differs by {:.3} N at most ({:.3} rms), the tips are {:.2} mm apart at most; wrote {} \
+         and {}",
+        compared.force_difference_max_n,
+        compared.force_difference_rms_n,
+        compared.tip_apart_max_mm,
+        args.out.join("what_if.html").display(),
+        args.out.join("what_if.csv").display()
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The scene that is named, if one is.
+fn other_scene(args: &ReplayArgs, temporary: &Path) -> Result<Option<SceneFile>, Problem> {
+    let Some(named) = &args.what_if else {
+        return Ok(None);
+    };
+    let named = SceneArgs {
+        scene: named.clone(),
+        meshes: args.meshes.clone(),
+    };
+    let path = scene::compile(&named, temporary)?;
+    Ok(Some(SceneFile::open(&path)?))
+}
+
+fn name(scene: &SceneFile, setup: &RunSetup, role: &str) -> String {
+    let solver = match setup.paper_iterations {
+        0 => String::new(),
+        iterations => format!(", the paper's solver in {iterations} iterations"),
+    };
+    let spheres = scene.spheres().len();
+    format!("{role}: {}, {spheres} spheres{solver}", scene.name())
+}
+
+fn points(path: &Path, scene: &SceneFile, setup: &RunSetup) -> Result<Vec<Point>, Problem> {
+    let session = Session::open(path)?;
+    let mut first_ns = None;
+    let mut points = Vec::new();
+    Replay::new(scene, setup)?.run(session, |replayed| {
+        let now_ns = replayed.record.now_ns;
+        let tool = replayed.view.tool;
+        let first_ns = *first_ns.get_or_insert(now_ns);
+        points.push(Point {
+            at_s: now_ns.saturating_sub(first_ns) as f64 / 1e9,
+            force_n: f64::from(tool.force_n.norm()),
+            tip_m: tool.tip_m.map(f64::from).into(),
+        });
+        true
+    })?;
+    Ok(points)
+}
+
+fn apart_m(a: &Point, b: &Point) -> f64 {
+    let squares = a.tip_m.iter().zip(&b.tip_m).map(|(a, b)| (a - b) * (a - b));
+    squares.sum::<f64>().sqrt()
+}
+
+fn compare(runs: &[Vec<Point>; 2], [recorded, what_if]: [String; 2]) -> Compared {
+    let [a, b] = runs;
+    let pairs = || a.iter().zip(b);
+    let max = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
+    let rms = |values: &mut dyn Iterator<Item = f64>| {
+        let (sum, count) = values.fold((0.0, 0), |(sum, n), x| (sum + x * x, n + 1));
+        (sum / f64::from(count.max(1))).sqrt()
+    };
+    let force = || pairs().map(|(a, b)| (a.force_n - b.force_n).abs());
+    let apart = || pairs().map(|(a, b)| apart_m(a, b) * 1e3);
+    Compared {
+        recorded,
+        what_if,
+        seconds: a.last().map_or(0.0, |point| point.at_s),
+        force_max_n: runs.each_ref().map(|run| max(&mut run.iter().map(|it| it.force_n))),
+        force_difference_max_n: max(&mut force()),
+        force_difference_rms_n: rms(&mut force()),
+        tip_apart_max_mm: max(&mut apart()),
+        tip_apart_rms_mm: rms(&mut apart()),
+    }
+}
+
+fn write(out: &Path, compared: &Compared, runs: &[Vec<Point>; 2]) -> Result<(), Problem> {
+    let failed = |path: &Path, error| format!("{}: {error}", path.display());
+    std::fs::create_dir_all(out).map_err(|error| failed(out, error))?;
+    for (name, text) in [
+        ("what_if.html", page(compared, runs)),
+        ("what_if.csv", table(runs)),
+    ] {
+        let path = out.join(name);
+        std::fs::write(&path, text).map_err(|error| failed(&path, error))?;
+    }
+    Ok(())
+}
+
+fn table([a, b]: &[Vec<Point>; 2]) -> String {
+    let mut text = "s,recorded_force_n,what_if_force_n,recorded_x_m,recorded_y_m,recorded_z_m,\
+                    what_if_x_m,what_if_y_m,what_if_z_m\n"
+        .to_owned();
+    for (a, b) in a.iter().zip(b).step_by(TICKS_A_ROW) {
+        let _ = write!(text, "{:.3},{:.4},{:.4}", a.at_s, a.force_n, b.force_n);
+        for x in a.tip_m.iter().chain(&b.tip_m) {
+            let _ = write!(text, ",{x:.6}");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+fn page(compared: &Compared, runs: &[Vec<Point>; 2]) -> String {
+    let [a, b] = runs;
+    let line = |run: &[Point], value: &dyn Fn(usize, &Point) -> f64| {
+        let step = run.len().div_ceil(POINTS).max(1);
+        let all = run.iter().enumerate().step_by(step);
+        all.map(|(i, point)| (point.at_s, value(i, point))).collect::<Vec<_>>()
+    };
+    let force = [line(a, &|_, it| it.force_n), line(b, &|_, it| it.force_n)];
+    let difference = line(a, &|i, it| b.get(i).map_or(0.0, |b| b.force_n - it.force_n));
+    let height = [line(a, &|_, it| it.tip_m[2] * 1e3), line(b, &|_, it| it.tip_m[2] * 1e3)];
+    let apart = line(a, &|i, it| b.get(i).map_or(0.0, |b| apart_m(it, b) * 1e3));
+    let mut page = format!(
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" \
+         content=\"width=device-width\"><title>Calot: what if</title><style>{STYLE}</style>\
+         <h1>The same hands</h1><p class=\"lead\">{:.1} s. {}; {}.</p><p>Force on the hand differs by \
+         <b>{:.3} N</b> at most, {:.3} N rms; the tips are <b>{:.2} mm</b> apart at most, {:.2} mm rms. The \
+         hand does not feel the other force: it moves as it was recorded.</p>",
+        compared.seconds,
+        escape(&compared.recorded),
+        escape(&compared.what_if),
+        compared.force_difference_max_n,
+        compared.force_difference_rms_n,
+        compared.tip_apart_max_mm,
+        compared.tip_apart_rms_mm,
+    );
+    let charts = [
+        (
+            "Force on the hand",
+            chart::courses(&[("recorded", &force[0]), ("what if", &force[1])], "N"),
+        ),
+        (
+            "Its difference, what if less recorded",
+            chart::courses(&[("difference", &difference)], "N"),
+        ),
+        (
+            "Height of the tip",
+            chart::courses(&[("recorded", &height[0]), ("what if", &height[1])], "mm"),
+        ),
+        (
+            "Distance between the tips",
+            chart::courses(&[("distance", &apart)], "mm"),
+        ),
+    ];
+    for (title, chart) in charts {
+        let _ = write!(page, "<h2>{title}</h2><figure>{}</figure>", chart.unwrap_or_default());
+    }
+    page + "</html>\n"
+}

@@ -1,0 +1,164 @@
+//! The same simulation again, from recorded inputs, as fast as it goes.
+//!
+//! ```text
+//! InputRecord ─► Samples, answers to "is there time?" ─► Sim::tick ─► Digest  ==?  the record's
+//! ```
+//!
+//! No clock, no device, no thread: what the tick was given is what it gets.
+
+use hardware::station::StationFile;
+use rt_core::port::ForceCommand;
+use rt_core::scene::Scene;
+use rt_core::sim::{Digest, Optional, Ports, Samples, Sim, Stage, TickView};
+use rt_core::state::State;
+use shared_mem::inputs::{InputRecord, RunSetup};
+use shared_mem::scene::{SceneFile, str_from_name};
+
+use crate::error::RtError;
+use crate::inputs;
+use crate::scene::LoadedScene;
+
+/// What a run began with, ready to be run again.
+#[derive(Debug)]
+pub struct Replay {
+    scene: LoadedScene,
+    setup: RunSetup,
+    organs: Vec<String>,
+}
+
+/// A tick as it came out again.
+#[derive(Debug)]
+pub struct Replayed<'a> {
+    /// What it was given, and what it came to when it was recorded.
+    pub record: &'a InputRecord,
+    /// What it came to now.
+    pub digest: Digest,
+    /// What it shows.
+    pub view: &'a TickView<'a>,
+}
+
+impl Replayed<'_> {
+    /// What differs from the recorded run.
+    #[must_use]
+    pub fn differs(&self) -> Option<Difference> {
+        if self.record.spheres_hash != self.digest.spheres {
+            return Some(Difference::Organ(self.digest.organ.map(usize::from)));
+        }
+        (self.record.tools_hash != self.digest.tools).then_some(Difference::Tools)
+    }
+}
+
+/// Where two runs differ.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Difference {
+    /// An organ, by its index in the scene; none in a scene without organs.
+    Organ(Option<usize>),
+    /// The instrument, the endoscope, or the force.
+    Tools,
+}
+
+impl Replay {
+    /// Prepares to run `scene` as `setup` says. Its identity may be another than the recorded one:
+    /// whoever asks for equal bits compares [`Replay::scene_id`] first.
+    ///
+    /// # Errors
+    /// When the core refuses the scene, or where the run's devices stood.
+    pub fn new(scene: &SceneFile, setup: &RunSetup) -> Result<Self, RtError> {
+        let loaded = LoadedScene::from_file(scene, &StationFile::default())?.in_room_of(setup);
+        loaded.scene()?;
+        Ok(Self {
+            scene: loaded,
+            setup: *setup,
+            organs: scene
+                .organs()
+                .iter()
+                .map(|organ| str_from_name(&organ.name).unwrap_or_default().to_owned())
+                .collect(),
+        })
+    }
+
+    /// First half of the scene's identity.
+    #[must_use]
+    pub fn scene_id(&self) -> [u8; 16] {
+        self.scene.short_id
+    }
+
+    /// The scene's name.
+    #[must_use]
+    pub fn scene_name(&self) -> &str {
+        &self.scene.name
+    }
+
+    /// Names of the scene's organs.
+    #[must_use]
+    pub fn organs(&self) -> &[String] {
+        &self.organs
+    }
+
+    /// Runs all ticks, in order, from the scene at rest; `each` sees them and ends it with `false`.
+    ///
+    /// # Errors
+    /// When the core refuses the scene.
+    pub fn run(
+        &self,
+        records: impl IntoIterator<Item = InputRecord>,
+        each: impl FnMut(&Replayed<'_>) -> bool,
+    ) -> Result<(), RtError> {
+        run_scene(self.scene.scene()?, &self.setup, records, each);
+        Ok(())
+    }
+}
+
+/// [`Replay::run`] on a scene in memory, whose room is the recorded run's.
+pub(crate) fn run_scene(
+    scene: Scene<'_>,
+    setup: &RunSetup,
+    records: impl IntoIterator<Item = InputRecord>,
+    mut each: impl FnMut(&Replayed<'_>) -> bool,
+) {
+    let mut state = Box::new(State::new());
+    let device = inputs::capabilities(setup);
+    let mut sim = Sim::new(scene, &mut state, device, inputs::parameters(setup));
+    for record in records {
+        let mut goes_on = true;
+        sim.tick(&mut Recorded {
+            record: &record,
+            each: |replayed: &Replayed<'_>| goes_on = each(replayed),
+        });
+        if !goes_on {
+            break;
+        }
+    }
+}
+
+/// The world as it was recorded.
+struct Recorded<'a, F> {
+    record: &'a InputRecord,
+    each: F,
+}
+
+impl<F: FnMut(&Replayed<'_>)> Ports for Recorded<'_, F> {
+    fn sample(&mut self) -> Samples {
+        inputs::samples(self.record)
+    }
+
+    fn send_force(&mut self, _command: ForceCommand) {}
+
+    fn publish(&mut self, view: &TickView<'_>) {
+        (self.each)(&Replayed {
+            record: self.record,
+            digest: view.digest(),
+            view,
+        });
+    }
+
+    fn may(&mut self, work: Optional) -> bool {
+        let bit = match work {
+            Optional::SelfCollision => InputRecord::NO_SELF_COLLISION,
+            Optional::FarOrgans => InputRecord::NO_FAR_ORGANS,
+        };
+        self.record.bits & bit == 0
+    }
+
+    fn stamp(&mut self, _stage: Stage) {}
+}

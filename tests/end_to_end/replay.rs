@@ -1,0 +1,137 @@
+//! Sessions: recorded by real processes, replayed, and told apart when they differ.
+
+use std::path::Path;
+
+use rustix::process::Signal;
+use system_tests::{calot, finish, said, signal, station_name, summary, wait_until};
+
+/// Runs the station headless and without pictures; leaves a session in `out`.
+fn operate(out: &Path, seconds: &str) -> serde_json::Value {
+    let output = finish(
+        calot()
+            .args(["run", "--headless", "--frames", "0", "--seconds", seconds])
+            .args(["--station", &station_name("session"), "--out"])
+            .arg(out),
+    );
+    assert!(output.status.success(), "{}", said(&output));
+    summary(out)
+}
+
+/// Replays; gives the exit code, the answer, and what was said.
+fn replay(session: &Path, more: &[&str]) -> (Option<i32>, serde_json::Value, String) {
+    let output = finish(calot().args(["replay", "--json"]).arg(session).args(more));
+    let answer = serde_json::from_slice(&output.stdout).unwrap_or_default();
+    (output.status.code(), answer, said(&output))
+}
+
+#[test]
+fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let summary = operate(folder.path(), "5");
+    let session = folder.path().join("session.mcap");
+    let recording = &summary["recording"];
+    assert_eq!(recording["missing"], 0, "{summary:#}");
+    assert_eq!(recording["problem"], serde_json::Value::Null, "{summary:#}");
+    let ticks = recording["ticks"].as_u64().expect("ticks");
+    let size = std::fs::metadata(&session).expect("a session").len();
+    assert_eq!(recording["bytes"], size);
+
+    let (code, answer, said) = replay(&session, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(answer["same"], true, "{answer:#}");
+    assert_eq!(answer["ticks"], ticks);
+    assert_eq!(answer["broken_off"], serde_json::Value::Null);
+
+    let altered = folder.path().join("altered.mcap");
+    let tick = alter(&session, &altered);
+    let (code, answer, said) = replay(&altered, &[]);
+    assert_eq!(code, Some(1), "{said}");
+    assert_eq!(answer["same"], false, "{answer:#}");
+    assert_eq!(answer["first_difference"]["tick"], tick, "{answer:#}");
+    assert!(said.contains(&format!("tick {tick} ")), "{said}");
+
+    // Another scene is refused, and both are named.
+    let other = folder.path().join("other.calot");
+    let prepared = finish(
+        calot()
+            .args(["prepare", "built-in", "--spheres", "300", "--out"])
+            .arg(&other),
+    );
+    assert!(prepared.status.success(), "{}", system_tests::said(&prepared));
+    let other = other.display().to_string();
+    let (code, _, said) = replay(&session, &["--scene", &other]);
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("the session ran on scene"), "{said}");
+}
+
+/// Copies a session with the handle moved a little in one tick, and gives its number. The chunk's
+/// checksum is taken out, as MCAP allows.
+fn alter(session: &Path, to: &Path) -> u64 {
+    let mut bytes = std::fs::read(session).expect("a session");
+    let u64_at = |bytes: &[u8], at: usize| {
+        u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"))
+    };
+    let (mut at, mut chunks) = (8, 0);
+    loop {
+        let (opcode, length) = (bytes[at], u64_at(&bytes, at + 1) as usize);
+        let body = at + 9;
+        at = body + length;
+        chunks += usize::from(opcode == 6);
+        if opcode != 6 || chunks < 4 {
+            continue;
+        }
+        bytes[body + 24..body + 28].fill(0);
+        let mut inner = body + 28 + 4 + 8; // no compression's name
+        while inner < at {
+            let (opcode, length) = (bytes[inner], u64_at(&bytes, inner + 1) as usize);
+            let message = inner + 9;
+            inner = message + length;
+            let data = message + 22;
+            // A message of channel 2, /inputs, whose first tick has a sample of the device.
+            if opcode == 5 && bytes[message..message + 2] == [2, 0] && bytes[data + 18] & 1 != 0 {
+                let first_tick = u64_at(&bytes, data + 2);
+                bytes[data + 18 + 14 + 5] ^= 0x10;
+                std::fs::write(to, bytes).expect("written");
+                return first_tick;
+            }
+        }
+    }
+}
+
+#[test]
+fn a_killed_recorder_loses_no_more_than_its_last_seconds() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let session = folder.path().join("killed.mcap");
+    let name = station_name("killed");
+    let mut child = calot()
+        .args(["run", "--headless", "--frames", "0", "--seconds", "100"])
+        .args(["--station", &name, "--record"])
+        .arg(&session)
+        .arg("--out")
+        .arg(folder.path())
+        .spawn()
+        .expect("it starts");
+    let size = || std::fs::metadata(&session).map_or(0, |it| it.len());
+    wait_until("the scene is in the session", || size() > 100_000);
+    let begun = size();
+    wait_until("seconds are in the session", || size() > begun + 200_000);
+    signal(child.id(), Signal::KILL);
+    child.wait().expect("it was killed");
+    let (code, answer, said) = replay(&session, &[]);
+    assert_eq!(code, Some(0), "{said}");
+    assert_eq!(answer["same"], true);
+    assert!(answer["ticks"].as_u64() > Some(1500), "{answer:#}");
+    assert!(answer["broken_off"].is_string(), "{answer:#}");
+}
+
+#[test]
+fn what_is_no_session_is_refused_with_the_next_step() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("not.mcap");
+    std::fs::write(&path, b"no session at all").expect("written");
+    for path in [path, folder.path().join("missing.mcap")] {
+        let (code, _, said) = replay(&path, &[]);
+        assert_eq!(code, Some(1), "{said}");
+        assert!(said.contains("--record"), "{said}");
+    }
+}
