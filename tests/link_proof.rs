@@ -58,7 +58,10 @@ fn the_tick_neither_panics_nor_allocates() {
 #[test]
 fn the_tick_uses_no_maths_library_and_no_fused_multiply_add() {
     let output = build("");
-    assert!(output.status.success(), "it does not link: see the other test");
+    assert!(
+        output.status.success(),
+        "it does not link: see the other test"
+    );
     let proof = Path::new(env!("CARGO_TARGET_TMPDIR")).join("link-proof/release/link-proof");
     let tell = |tool: &str, option: &str| {
         let output = Command::new(tool).arg(option).arg(&proof).output();
@@ -67,14 +70,22 @@ fn the_tick_uses_no_maths_library_and_no_fused_multiply_add() {
         String::from_utf8_lossy(&output.stdout).into_owned()
     };
     let imported = tell("nm", "-u");
-    let imported: Vec<&str> = imported.split_whitespace().filter(|word| *word != "U").collect();
+    let imported: Vec<&str> = imported
+        .split_whitespace()
+        .filter(|word| *word != "U")
+        .collect();
     let moves_bytes = ["memcpy", "memmove", "memset", "memcmp", "bcmp"];
-    let others: Vec<_> = imported.iter().filter(|name| !moves_bytes.contains(name)).collect();
+    let others: Vec<_> = imported
+        .iter()
+        .filter(|name| !moves_bytes.contains(name))
+        .collect();
     assert!(others.is_empty(), "the tick calls {others:?}");
     let code = tell("objdump", "-d");
     assert!(code.contains("mulps"), "the tick's code was not understood");
     let fused = ["vfmadd", "vfmsub", "vfnmadd", "vfnmsub"];
-    let found = code.lines().find(|line| fused.iter().any(|name| line.contains(name)));
+    let found = code
+        .lines()
+        .find(|line| fused.iter().any(|name| line.contains(name)));
     assert_eq!(found, None);
     // Of the maths library in Rust only what is exact could be linked; none of it is.
     let own = tell("nm", "-C");

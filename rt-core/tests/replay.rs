@@ -100,7 +100,10 @@ fn digests_of_two_runs_part_where_the_runs_do_and_name_the_organ() {
         .filter(|(a, b)| a.spheres != b.spheres)
         .map(|(a, _)| a.organ)
         .collect();
-    assert!(organs.contains(&Some(0)), "the liver is pressed: {organs:?}");
+    assert!(
+        organs.contains(&Some(0)),
+        "the liver is pressed: {organs:?}"
+    );
 }
 
 #[test]

@@ -127,20 +127,16 @@ impl Station {
         &self.name
     }
 
-    /// Takes from others what iceoryx2 leaves open to them: it makes some of its files in /dev/shm for
-    /// everybody to write, and shared memory has no folder that could be closed.
+    /// Takes from others what iceoryx2 leaves open to them: the folder to their group, and some of its
+    /// files in /dev/shm, which no folder of ours can close, to everybody.
     fn close_to_others(&self) {
-        use std::os::unix::fs::PermissionsExt;
         let prefix = format!("calot_{}_", self.name);
         let files = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten();
-        for file in files.filter(|file| file.file_name().to_string_lossy().starts_with(&prefix)) {
-            let mode = file.metadata().map_or(0, |meta| meta.permissions().mode());
-            if mode & 0o077 != 0 {
-                // One that another process has just removed needs no closing.
-                let own = std::fs::Permissions::from_mode(mode & 0o700);
-                let _ = std::fs::set_permissions(file.path(), own);
-            }
-        }
+        files
+            .filter(|file| file.file_name().to_string_lossy().starts_with(&prefix))
+            .map(|file| file.path())
+            .chain(user_folder().ok())
+            .for_each(|path| close(&path));
     }
 
     fn node(&self) -> Result<Node<ipc::Service>, ServiceError> {
@@ -586,6 +582,16 @@ where
 {
     while let Ok(Some(sample)) = subscriber.receive() {
         each(sample.payload());
+    }
+}
+
+/// Leaves a file to its owner. One that another process has just removed needs no closing.
+fn close(path: &std::path::Path) {
+    use std::os::unix::fs::PermissionsExt;
+    let mode = std::fs::metadata(path).map_or(0, |meta| meta.permissions().mode());
+    if mode & 0o077 != 0 {
+        let own = std::fs::Permissions::from_mode(mode & 0o700);
+        let _ = std::fs::set_permissions(path, own);
     }
 }
 

@@ -57,7 +57,11 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
             .args(["prepare", "built-in", "--spheres", "300", "--out"])
             .arg(&other),
     );
-    assert!(prepared.status.success(), "{}", system_tests::said(&prepared));
+    assert!(
+        prepared.status.success(),
+        "{}",
+        system_tests::said(&prepared)
+    );
     let other = other.display().to_string();
     let (code, _, said) = replay(&session, &["--scene", &other]);
     assert_eq!(code, Some(1), "{said}");

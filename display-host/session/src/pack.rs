@@ -53,11 +53,10 @@ fn pack_one(record: &InputRecord, before_ns: u64, into: &mut Vec<u8>) {
         (InputRecord::PEDAL_FRESH, age(record.pedal_at_ns)),
     ];
     let used = ages.iter().filter(|(bit, _)| has(*bit)).map(|(_, ns)| *ns);
-    let is_long = used
-        .chain([passed_ns])
-        .any(|ns| u32::try_from(ns).is_err());
+    let is_long = used.chain([passed_ns]).any(|ns| u32::try_from(ns).is_err());
     let flag = |on: bool, bit: u16| if on { bit } else { 0 };
-    let bits = (record.bits & BITS) as u16 | flag(record.command != 0, COMMAND) | flag(is_long, LONG);
+    let bits =
+        (record.bits & BITS) as u16 | flag(record.command != 0, COMMAND) | flag(is_long, LONG);
     into.extend(bits.to_le_bytes());
     let time = |ns: u64, into: &mut Vec<u8>| match is_long {
         true => into.extend(ns.to_le_bytes()),

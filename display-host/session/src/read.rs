@@ -29,7 +29,9 @@ pub enum ReadError {
         source: std::io::Error,
     },
     /// It is something else, or damaged before its first tick.
-    #[error("{path} is no session of Calot: {problem}; a session is what `calot run --record FILE` leaves")]
+    #[error(
+        "{path} is no session of Calot: {problem}; a session is what `calot run --record FILE` leaves"
+    )]
     NotASession {
         /// Which.
         path: PathBuf,
@@ -37,7 +39,9 @@ pub enum ReadError {
         problem: String,
     },
     /// Another version of Calot wrote it.
-    #[error("{path}: a session of version '{found}', this program reads {FILE_VERSION}; replay it with the program that recorded it")]
+    #[error(
+        "{path}: a session of version '{found}', this program reads {FILE_VERSION}; replay it with the program that recorded it"
+    )]
     Version {
         /// Which.
         path: PathBuf,
@@ -242,8 +246,7 @@ impl Records {
                     self.end = Some(End::Whole);
                     return Ok(None);
                 }
-                let record =
-                    mcap::parse_record(opcode, data).map_err(|error| error.to_string())?;
+                let record = mcap::parse_record(opcode, data).map_err(|error| error.to_string())?;
                 part(record, &mut self.setup, &mut self.inputs)
             }
         }

@@ -165,11 +165,7 @@ impl Listening {
     ///
     /// # Errors
     /// When the system gives no thread.
-    pub fn record_to(
-        self,
-        storage: Box<dyn Storage>,
-        config: Config,
-    ) -> Result<Recording, Error> {
+    pub fn record_to(self, storage: Box<dyn Storage>, config: Config) -> Result<Recording, Error> {
         let Self {
             thread: listener,
             stop,

@@ -79,7 +79,11 @@ impl Outbox {
     /// Writes what waits. What the disk refuses goes on waiting, and the file ends where it was
     /// whole; when too much waits, it stays so.
     pub(crate) fn send(&mut self) {
-        let mut waiting = self.waiting.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut waiting = self
+            .waiting
+            .0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         if self.given_up.is_some() {
             waiting.clear();
             return;
@@ -109,7 +113,11 @@ impl Outbox {
     /// The last time: what the disk refuses now is lost.
     pub(crate) fn finish(&mut self) {
         self.send();
-        let waiting = self.waiting.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let waiting = self
+            .waiting
+            .0
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner);
         if !waiting.is_empty() && self.given_up.is_none() {
             self.given_up = Some("the disk did not take the last of it".to_owned());
         }

@@ -88,7 +88,10 @@ pub fn courses(lines: &[(&str, &[(f64, f64)])], unit: &str) -> Option<String> {
         for (i, (name, line)) in lines.iter().enumerate() {
             let colour = LINES[i % LINES.len()];
             chart
-                .draw_series(LineSeries::new(line.iter().copied(), colour.stroke_width(2)))?
+                .draw_series(LineSeries::new(
+                    line.iter().copied(),
+                    colour.stroke_width(2),
+                ))?
                 .label(*name)
                 .legend(move |(x, y)| {
                     PathElement::new([(x, y), (x + 18, y)], colour.stroke_width(2))

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use shared_mem::message::{EventMsg, FAULT_NAMES, STAGES, TimingBatch, ToolFrame};
+use shared_mem::message::{FAULT_NAMES, STAGES, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 
 use super::{Distribution, Machine, Range, Summary};

@@ -14,8 +14,8 @@ use session::{Listening, Recorded, Recording};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
-use crate::children::{EndedEarly, Process, args as words, option};
 use crate::build::build;
+use crate::children::{EndedEarly, Process, args as words, option};
 use crate::cli::{DeviceArgs, RunArgs};
 use crate::rt::DOES_NOT_FIT;
 use crate::say;

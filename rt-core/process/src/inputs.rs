@@ -235,14 +235,16 @@ mod tests {
     use proptest::prelude::*;
 
     fn poses() -> impl Strategy<Value = Pose> {
-        (prop::array::uniform3(-1.0f32..1.0), prop::array::uniform4(-1.0f32..1.0)).prop_map(
-            |(position_m, orientation)| {
+        (
+            prop::array::uniform3(-1.0f32..1.0),
+            prop::array::uniform4(-1.0f32..1.0),
+        )
+            .prop_map(|(position_m, orientation)| {
                 pose(&PoseMsg {
                     position_m,
                     orientation,
                 })
-            },
-        )
+            })
     }
 
     fn polls<T: Clone + core::fmt::Debug>(
@@ -317,7 +319,10 @@ mod tests {
             world_from_camera: Pose::identity(),
             breath_s: 0.0,
         };
-        for method in [Method::NeoHookean, Method::Paper(PaperPbd { iterations: 7 })] {
+        for method in [
+            Method::NeoHookean,
+            Method::Paper(PaperPbd { iterations: 7 }),
+        ] {
             let given = Parameters {
                 method,
                 force_ramp_s: 0.25,

@@ -186,6 +186,7 @@ fn ticking(
 mod tests {
     use super::*;
     use crate::devices::Device;
+    use crate::replay::{self, Difference};
     use crate::run::queues;
     use crate::summary::Ended;
     use crate::time_driver::{advance_simulated, simulate_from};
@@ -194,7 +195,6 @@ mod tests {
         DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
     };
     use rt_core::scene::Room;
-    use crate::replay::{self, Difference};
     use shared_mem::inputs::InputRecord;
     use shared_mem::message::TickRecord;
     use std::sync::{Mutex, mpsc};

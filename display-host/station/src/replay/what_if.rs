@@ -50,8 +50,8 @@ pub(super) fn run(
     session: &Session,
     recorded: &SceneFile,
 ) -> Result<ExitCode, Problem> {
-    let temporary = shared_mem::service::user_folder()?
-        .join(format!("what-if-{}.calot", std::process::id()));
+    let temporary =
+        shared_mem::service::user_folder()?.join(format!("what-if-{}.calot", std::process::id()));
     let other = other_scene(args, &temporary);
     let _ = std::fs::remove_file(&temporary);
     let other = other?;
@@ -147,7 +147,9 @@ fn compare(runs: &[Vec<Point>; 2], [recorded, what_if]: [String; 2]) -> Compared
         recorded,
         what_if,
         seconds: a.last().map_or(0.0, |point| point.at_s),
-        force_max_n: runs.each_ref().map(|run| max(&mut run.iter().map(|it| it.force_n))),
+        force_max_n: runs
+            .each_ref()
+            .map(|run| max(&mut run.iter().map(|it| it.force_n))),
         force_difference_max_n: max(&mut force()),
         force_difference_rms_n: rms(&mut force()),
         tip_apart_max_mm: max(&mut apart()),
@@ -187,11 +189,15 @@ fn page(compared: &Compared, runs: &[Vec<Point>; 2]) -> String {
     let line = |run: &[Point], value: &dyn Fn(usize, &Point) -> f64| {
         let step = run.len().div_ceil(POINTS).max(1);
         let all = run.iter().enumerate().step_by(step);
-        all.map(|(i, point)| (point.at_s, value(i, point))).collect::<Vec<_>>()
+        all.map(|(i, point)| (point.at_s, value(i, point)))
+            .collect::<Vec<_>>()
     };
     let force = [line(a, &|_, it| it.force_n), line(b, &|_, it| it.force_n)];
     let difference = line(a, &|i, it| b.get(i).map_or(0.0, |b| b.force_n - it.force_n));
-    let height = [line(a, &|_, it| it.tip_m[2] * 1e3), line(b, &|_, it| it.tip_m[2] * 1e3)];
+    let height = [
+        line(a, &|_, it| it.tip_m[2] * 1e3),
+        line(b, &|_, it| it.tip_m[2] * 1e3),
+    ];
     let apart = line(a, &|i, it| b.get(i).map_or(0.0, |b| apart_m(it, b) * 1e3));
     let mut page = format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" \
@@ -226,7 +232,11 @@ fn page(compared: &Compared, runs: &[Vec<Point>; 2]) -> String {
         ),
     ];
     for (title, chart) in charts {
-        let _ = write!(page, "<h2>{title}</h2><figure>{}</figure>", chart.unwrap_or_default());
+        let _ = write!(
+            page,
+            "<h2>{title}</h2><figure>{}</figure>",
+            chart.unwrap_or_default()
+        );
     }
     page + "</html>\n"
 }
