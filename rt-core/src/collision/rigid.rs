@@ -22,8 +22,10 @@ struct Track {
     part: Role,
     /// From the endoscope to the part.
     normal: Vec3,
-    /// Places on both axes, 0 to 1.
-    shares: [f32; 2],
+    /// Where the axes are nearest to each other, 0 to 1 on each.
+    nearest: [f32; 2],
+    /// Where on the part's axis the touch is felt, 0 to 1: in the middle of what lies side by side.
+    felt_at: f32,
     gap: Gap,
     /// Of the part's axis and of the endoscope's, m.
     ends_m: [Vec3; 4],
@@ -57,7 +59,7 @@ impl RigidContacts {
                 add(Contact {
                     tool: Tool::Instrument,
                     organ: None,
-                    at_m: at(part, track.shares[0]) - track.normal * part.radius_m,
+                    at_m: at(part, track.felt_at) - track.normal * part.radius_m,
                     normal: track.normal,
                     force_n: STIFFNESS_N_M * depth_m,
                     stiffness_n_m: STIFFNESS_N_M,
@@ -88,18 +90,18 @@ fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track
     // What leaps came another way.
     let last = last.filter(|_| way_m.is_some_and(|way_m| way_m < LEAP_M));
     let lift_m = last.map_or_else(Vec3::zeros, |last| {
-        last.normal * (reach_m - height_m(&last.normal, &last.shares)).max(0.0)
+        last.normal * (reach_m - height_m(&last.normal, &last.nearest)).max(0.0)
     });
     let lifted = Capsule {
         a_m: part.a_m + lift_m,
         b_m: part.b_m + lift_m,
         ..*part
     };
-    let shares = nearest(&lifted, scope);
-    let away_m = at(&lifted, shares[0]) - at(scope, shares[1]);
+    let nearest = nearest(&lifted, scope);
+    let away_m = at(&lifted, nearest[0]) - at(scope, nearest[1]);
     let side = last.map(|last| last.normal);
     let normal = math::unit(&away_m).or(side)?;
-    let gap_m = height_m(&normal, &shares) - reach_m;
+    let gap_m = height_m(&normal, &nearest) - reach_m;
     if gap_m > NEAR_M {
         return None;
     }
@@ -110,7 +112,8 @@ fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track
     Some(Track {
         part: part.role,
         normal,
-        shares,
+        nearest,
+        felt_at: beside(&lifted, scope),
         gap,
         ends_m,
     })
@@ -120,15 +123,37 @@ fn at(part: &Capsule, share: f32) -> Vec3 {
     part.a_m + (part.b_m - part.a_m) * share
 }
 
+/// Where two axes are nearest to each other, 0 to 1 on each: an end of one beside the other, or where
+/// they cross. Of all but parallel axes the crossing is lost in rounding, and an end is as near.
+fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
+    let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
+    let r = one.a_m - other.a_m;
+    let a = d1.norm_squared().max(1.0e-12);
+    let e = d2.norm_squared().max(1.0e-12);
+    let (b, c, f) = (d1.dot(&d2), d1.dot(&r), d2.dot(&r));
+    let on_one = |t: f32| [((b * t - c) / a).clamp(0.0, 1.0), t];
+    let on_other = |s: f32| [s, ((b * s + f) / e).clamp(0.0, 1.0)];
+    // Ericson 2004, section 5.1.9.
+    let crossing = ((b * f - c * e) / (a * e - b * b).max(1.0e-6 * a * e)).clamp(0.0, 1.0);
+    let mut best = on_one(on_other(crossing)[1]);
+    let squared_m2 = |[s, t]: [f32; 2]| (at(one, s) - at(other, t)).norm_squared();
+    for ends in [on_other(0.0), on_other(1.0), on_one(0.0), on_one(1.0)] {
+        if squared_m2(ends) < squared_m2(best) {
+            best = ends;
+        }
+    }
+    best
+}
+
 /// How much the middle of what lies side by side counts against being nearest. Parallel axes are nearest
 /// everywhere, and a touch of what is all but parallel is long: within a few times `√MIDDLE` (2°) the
 /// place goes over from one end to the other through the middle, and does not jump.
 const MIDDLE: f32 = 1.0e-3;
 
-/// Where two axes are nearest to each other, 0 to 1 on each (Ericson 2004, section 5.1.9), drawn to the
-/// middle of what lies side by side ([`MIDDLE`]): the least of the squared distance and of `MIDDLE` times
-/// the squares of both ways from the middle.
-fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
+/// Where on the first axis, 0 to 1, the touch of both is felt: the nearest place, drawn to the middle of
+/// what lies side by side ([`MIDDLE`]): the least of the squared distance and of `MIDDLE` times the squares
+/// of both ways from the middle.
+fn beside(one: &Capsule, other: &Capsule) -> f32 {
     let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
     let r = one.a_m - other.a_m;
     let a = d1.norm_squared().max(1.0e-12);
@@ -142,7 +167,7 @@ fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
     let (u, v) = (MIDDLE * a * s_middle - c, MIDDLE * e * t_middle + f);
     let s = ((u * q + v * b) / (p * q - b * b)).clamp(0.0, 1.0);
     let t = ((b * s + v) / q).clamp(0.0, 1.0);
-    [((b * t + u) / p).clamp(0.0, 1.0), t]
+    ((b * t + u) / p).clamp(0.0, 1.0)
 }
 
 /// Middle of what of an axis, 0 to 1, lies between two places.
@@ -169,6 +194,31 @@ mod tests {
             radius_m,
             role,
         }
+    }
+
+    /// Distance of two axes, m: every end's from the other, and where they cross, in double precision.
+    fn exact_m(one: &Capsule, other: &Capsule) -> f64 {
+        let [a, b, c, d] = [one.a_m, one.b_m, other.a_m, other.b_m].map(|p| p.cast::<f64>());
+        let to_axis = |p: nalgebra::Vector3<f64>, [a, b]: [nalgebra::Vector3<f64>; 2]| {
+            let share = (p - a).dot(&(b - a)) / (b - a).norm_squared();
+            (p - a - (b - a) * share.clamp(0.0, 1.0)).norm()
+        };
+        let ends = [
+            to_axis(a, [c, d]),
+            to_axis(b, [c, d]),
+            to_axis(c, [a, b]),
+            to_axis(d, [a, b]),
+        ];
+        let across = (b - a).cross(&(d - c));
+        // Shares at which the axes cross.
+        let share =
+            |way: nalgebra::Vector3<f64>| (c - a).cross(&way).dot(&across) / across.norm_squared();
+        let cross = [share(d - c), share(b - a)]
+            .iter()
+            .all(|s| (0.0..1.0).contains(s));
+        let apart = (c - a).dot(&across).abs() / across.norm();
+        ends.into_iter()
+            .fold(if cross { apart } else { f64::MAX }, f64::min)
     }
 
     /// The endoscope lies on x; a shaft along y comes down on it by `step_m` a tick.
@@ -236,16 +286,47 @@ mod tests {
     }
 
     proptest! {
-        /// No two places of the axes are nearer than the nearest, but for what the middle draws.
+        /// No two places of the axes are nearer than the nearest.
         #[test]
         fn none_is_nearer(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
                           u in 0.0f32..1.0, v in 0.0f32..1.0) {
             let (one, other) = (rod(a, b, Role::Shaft), rod(c, d, Role::Endoscope));
             let [s, t] = nearest(&one, &other);
-            let found = (at(&one, s) - at(&other, t)).norm_squared();
-            let any = (at(&one, u) - at(&other, v)).norm_squared();
-            let drawn = MIDDLE * ((b - a).norm_squared() + (d - c).norm_squared());
-            prop_assert!(found <= any + drawn + 1.0e-4, "{found} {any}");
+            let found = math::norm(&(at(&one, s) - at(&other, t)));
+            let any = math::norm(&(at(&one, u) - at(&other, v)));
+            prop_assert!(found <= any + 1.0e-4, "{found} {any}");
+        }
+
+        /// A shaft that lies on the endoscope for long, at any angle to it, presses by how deep the two
+        /// capsules are in each other, wherever along each other they lie.
+        #[test]
+        fn the_force_is_of_the_capsules_true_distance(
+            along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0, depth_m in 1.0e-4f32..1.0e-3,
+            turn in -0.2f32..0.2, tilt in -0.02f32..0.02,
+        ) {
+            let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
+            let way = Vec3::new(turn.cos() * tilt.cos(), turn.sin() * tilt.cos(), tilt.sin());
+            let a_m = Vec3::new(0.1 + along_m, 0.0, 0.0) - way * (length_m * pivot);
+            let shaft = |z_m: f32| {
+                let a_m = a_m + Vec3::z() * z_m;
+                rod(a_m, a_m + way * length_m, Role::Shaft)
+            };
+            // The height at which they overlap by this depth.
+            let (mut low_m, mut high_m) = (0.001, 0.05f32);
+            for _ in 0..40 {
+                let middle_m = 0.5 * (low_m + high_m);
+                let is_high = exact_m(&shaft(middle_m), &scope) > 0.0075 - f64::from(depth_m);
+                if is_high { high_m = middle_m } else { low_m = middle_m }
+            }
+            let mut rigid = RigidContacts::default();
+            let mut force_n = 0.0;
+            for tick in 0u16..1500 {
+                let above_m = 0.002 * (1.0 - f32::from(tick) / 200.0).max(0.0);
+                force_n = 0.0;
+                rigid.find(&[shaft(high_m + above_m), scope], |contact| force_n += contact.force_n);
+            }
+            let off_m = force_n / STIFFNESS_N_M - depth_m;
+            prop_assert!(off_m.abs() < 1.0e-5, "off by {off_m} m");
         }
 
         /// A shaft that lies on the endoscope and is turned through parallel, a milliradian a tick

@@ -10,7 +10,8 @@ use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample,
 };
 use rt_core::scene::{
-    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Tetra, TetraBatch, batches,
+    Anchor, Attachment, Link, Material, NO_VERTEX, Organ, RestSphere, Room, SKIN_BINDINGS, Scene,
+    Skin, SkinVertex, Tetra, TetraBatch, batches,
 };
 use rt_core::sim::{Digest, Ports, Samples, Stage, TickView};
 use rt_core::soft_body::Method;
@@ -79,6 +80,9 @@ pub(crate) struct Anatomy {
     pub(crate) batches: Vec<TetraBatch>,
     pub(crate) tetrahedra: Vec<Tetra>,
     pub(crate) attachments: Vec<Attachment>,
+    pub(crate) skin_vertices: Vec<SkinVertex>,
+    pub(crate) skin_fans: Vec<[u16; 2]>,
+    pub(crate) skin_nearest: Vec<u16>,
     pub(crate) breath_s: f32,
     /// How it is turned about the origin, with the room and the devices in it.
     pub(crate) turn: Quat,
@@ -175,6 +179,59 @@ impl Anatomy {
             .with_ellipsoid(Vec3::new(0.9, 0.0, 0.0), half_axes_m, 452, 3161)
     }
 
+    /// With contact skins: the faces of tetrahedra that have none beyond them, through the centres of
+    /// their spheres.
+    pub(crate) fn with_skins(mut self) -> Self {
+        let mut faces = std::collections::BTreeMap::new();
+        for tet in &self.tetrahedra {
+            let [a, b, c, d] = tet.spheres;
+            // Anticlockwise seen from outside.
+            for face in [[a, c, b], [a, b, d], [a, d, c], [b, c, d]] {
+                let mut same = face;
+                same.sort_unstable();
+                if faces.remove(&same).is_none() {
+                    faces.insert(same, face);
+                }
+            }
+        }
+        let mut outer: Vec<u32> = faces.values().flatten().copied().collect();
+        outer.sort_unstable();
+        outer.dedup();
+        let number = |sphere: u32| outer.binary_search(&sphere).expect("it is outer") as u16;
+        for &sphere in &outer {
+            let fan_start = self.skin_fans.len() as u32;
+            for face in faces.values() {
+                if let Some(k) = face.iter().position(|i| *i == sphere) {
+                    let corners = [face[(k + 1) % 3], face[(k + 2) % 3]];
+                    self.skin_fans.push(corners.map(number));
+                }
+            }
+            self.skin_vertices.push(SkinVertex {
+                spheres: [sphere as u16; SKIN_BINDINGS],
+                weights: core::array::from_fn(|i| if i == 0 { 1.0 } else { 0.0 }),
+                fan_start,
+                fan_count: self.skin_fans.len() as u32 - fan_start,
+                patch_m: 0.012,
+            });
+        }
+        let organ_of = |sphere: u32| {
+            let holds = |o: &Organ| sphere < o.sphere_start + o.sphere_count;
+            self.organs.iter().position(holds)
+        };
+        let nearest = |sphere: u32| {
+            let at = |i: u32| self.spheres[i as usize].center_m;
+            let off = |i: &u32| (at(*i) - at(sphere)).norm_squared();
+            let own = outer
+                .iter()
+                .copied()
+                .filter(|i| organ_of(*i) == organ_of(sphere));
+            own.min_by(|a, b| off(a).total_cmp(&off(b)))
+                .map_or(NO_VERTEX, number)
+        };
+        self.skin_nearest = (0..self.spheres.len() as u32).map(nearest).collect();
+        self
+    }
+
     /// One organ, turned about the origin with the room and the devices.
     pub(crate) fn turned(mut self, turn: Quat) -> Self {
         for sphere in &mut self.spheres {
@@ -205,6 +262,13 @@ impl Anatomy {
         Scene::new(&self.organs, &self.spheres, &self.links, room)
             .and_then(|scene| scene.with_tetrahedra(&self.batches))
             .and_then(|scene| scene.with_attachments(&self.attachments))
+            .and_then(|scene| {
+                scene.with_skin(Skin {
+                    vertices: &self.skin_vertices,
+                    fans: &self.skin_fans,
+                    nearest: &self.skin_nearest,
+                })
+            })
             .expect("a good scene")
     }
 }
