@@ -10,7 +10,8 @@ use image::RgbaImage;
 
 /// Share of the picture that is redder than tissue: blood.
 fn bloody(picture: &RgbaImage) -> f64 {
-    let red = |p: &&image::Rgba<u8>| p.0[0] > 40 && u32::from(p.0[0]) > 3 * u32::from(p.0[1].max(1));
+    let red =
+        |p: &&image::Rgba<u8>| p.0[0] > 40 && u32::from(p.0[0]) > 3 * u32::from(p.0[1].max(1));
     picture.pixels().filter(red).count() as f64 / f64::from(picture.width() * picture.height())
 }
 

@@ -131,7 +131,10 @@ impl Station {
     /// files in /dev/shm, which no folder of ours can close, to everybody.
     fn close_to_others(&self) {
         let prefix = format!("calot_{}_", self.name);
-        let files = std::fs::read_dir("/dev/shm").into_iter().flatten().flatten();
+        let files = std::fs::read_dir("/dev/shm")
+            .into_iter()
+            .flatten()
+            .flatten();
         files
             .filter(|file| file.file_name().to_string_lossy().starts_with(&prefix))
             .map(|file| file.path())

@@ -46,6 +46,8 @@ pub enum Error {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Ticks {
     pub(crate) recorded: u64,
+    /// Those of them that the disk has.
+    pub(crate) on_disk: u64,
     pub(crate) missing: u64,
     /// The next one.
     expected: u64,
@@ -195,14 +197,18 @@ impl SessionFile {
             self.json(self.channels.timing, self.newest_ns, &second.value())?;
         }
         self.writer.flush()?;
-        self.outbox.send();
+        if self.outbox.send() {
+            self.ticks.on_disk = self.ticks.recorded;
+        }
         Ok(())
     }
 
     /// Ends the session: index and footer.
     pub(crate) fn finish(&mut self) -> Result<(), Error> {
         self.writer.finish()?;
-        self.outbox.finish();
+        if self.outbox.finish() {
+            self.ticks.on_disk = self.ticks.recorded;
+        }
         Ok(())
     }
 

@@ -2,6 +2,7 @@
 //! simulation, whose end is a publisher that overwrites what nobody fetched.
 
 use std::fs::File;
+use std::io::Write as _;
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -269,7 +270,7 @@ fn write(
     };
     let outcome = take_all(items, &mut file).and_then(|()| file.finish());
     recorded.bytes = file.outbox.written;
-    recorded.ticks = file.ticks.recorded;
+    recorded.ticks = file.ticks.on_disk;
     recorded.missing = file.ticks.missing;
     recorded.overflowed = overflowed.load(Relaxed);
     recorded.write_failures = file.outbox.failures;
@@ -283,6 +284,7 @@ fn write(
 
 fn take_all(items: &Receiver<Item>, file: &mut SessionFile) -> Result<(), Error> {
     let mut flushed = Instant::now();
+    let mut refused = None;
     loop {
         match items.recv_timeout(Duration::from_millis(100)) {
             Ok(Item::Inputs(batch)) => file.inputs(&batch)?,
@@ -295,8 +297,29 @@ fn take_all(items: &Receiver<Item>, file: &mut SessionFile) -> Result<(), Error>
         if flushed.elapsed() >= FLUSH_EVERY {
             flushed = Instant::now();
             file.flush()?;
+            tell(file.outbox.refused.as_deref(), &mut refused);
         }
     }
+}
+
+/// Says on standard error when the disk begins to refuse the recording, and when it takes it again.
+fn tell(refused: Option<&str>, before: &mut Option<String>) {
+    if before.as_deref() == refused {
+        return;
+    }
+    *before = refused.map(str::to_owned);
+    // Unlike `eprintln!` this does not panic when nobody reads any more.
+    let _ = match refused {
+        Some(why) => writeln!(
+            std::io::stderr(),
+            "calot: the disk does not take the recording ({why}); minutes of it wait in memory: make \
+             room"
+        ),
+        None => writeln!(
+            std::io::stderr(),
+            "calot: the disk takes the recording again"
+        ),
+    };
 }
 
 /// Now, on the clock that the controller uses (`CLOCK_MONOTONIC`).

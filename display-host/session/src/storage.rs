@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::{self, Write};
 use std::os::unix::fs::FileExt;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// What may wait for a disk that is full or slow: more than a minute of a session.
@@ -42,6 +42,8 @@ pub(crate) struct Outbox {
     /// Times that it refused some.
     pub(crate) failures: u64,
     pub(crate) slowest: Duration,
+    /// Why it refused the last ones, which wait.
+    pub(crate) refused: Option<String>,
     /// Why nothing more is written.
     pub(crate) given_up: Option<String>,
 }
@@ -52,8 +54,7 @@ pub(crate) struct Waiting(Arc<Mutex<Vec<u8>>>);
 
 impl Write for Waiting {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let mut waiting = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        waiting.extend_from_slice(bytes);
+        lock(self).extend_from_slice(bytes);
         Ok(bytes.len())
     }
 
@@ -71,55 +72,49 @@ impl Outbox {
             written: 0,
             failures: 0,
             slowest: Duration::ZERO,
+            refused: None,
             given_up: None,
         };
         (outbox, waiting)
     }
 
-    /// Writes what waits. What the disk refuses goes on waiting, and the file ends where it was
-    /// whole; when too much waits, it stays so.
-    pub(crate) fn send(&mut self) {
-        let mut waiting = self
-            .waiting
-            .0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
+    /// Writes what waits; whether the disk has all of it. What it refuses goes on waiting, and the file
+    /// ends where it was whole; when too much waits, it stays so.
+    pub(crate) fn send(&mut self) -> bool {
+        let mut waiting = lock(&self.waiting);
         if self.given_up.is_some() {
             waiting.clear();
-            return;
-        }
-        if waiting.is_empty() {
-            return;
+            return false;
         }
         let start = Instant::now();
         let outcome = self.storage.put(self.written, &waiting);
         self.slowest = self.slowest.max(start.elapsed());
-        match outcome {
-            Ok(()) => {
-                self.written += waiting.len() as u64;
+        if let Err(error) = outcome {
+            self.failures += 1;
+            let _ = self.storage.cut(self.written);
+            if waiting.len() > WAITING_MAX_BYTES {
+                self.given_up = Some(error.to_string());
                 waiting.clear();
             }
-            Err(error) => {
-                self.failures += 1;
-                let _ = self.storage.cut(self.written);
-                if waiting.len() > WAITING_MAX_BYTES {
-                    self.given_up = Some(error.to_string());
-                    waiting.clear();
-                }
-            }
+            self.refused = Some(error.to_string());
+            return false;
         }
+        self.written += waiting.len() as u64;
+        waiting.clear();
+        self.refused = None;
+        true
     }
 
     /// The last time: what the disk refuses now is lost.
-    pub(crate) fn finish(&mut self) {
-        self.send();
-        let waiting = self
-            .waiting
-            .0
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        if !waiting.is_empty() && self.given_up.is_none() {
-            self.given_up = Some("the disk did not take the last of it".to_owned());
+    pub(crate) fn finish(&mut self) -> bool {
+        let whole = self.send();
+        if !whole && self.given_up.is_none() {
+            self.given_up = self.refused.take();
         }
+        whole
     }
+}
+
+fn lock(waiting: &Waiting) -> MutexGuard<'_, Vec<u8>> {
+    waiting.0.lock().unwrap_or_else(PoisonError::into_inner)
 }

@@ -273,6 +273,7 @@ fn a_full_disk_leaves_a_readable_file_and_loses_nothing_if_room_comes_back() {
     assert!(file.outbox.failures > 0);
     let (ticks, session) = read(disk.bytes()).unwrap();
     assert!(!ticks.is_empty() && given(3).starts_with(&ticks));
+    assert_eq!(file.ticks.on_disk, ticks.len() as u64);
     assert!(matches!(session.end(), Some(End::BrokenOff(_))));
     disk.set_room(usize::MAX);
     file.finish().unwrap();

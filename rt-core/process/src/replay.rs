@@ -6,6 +6,10 @@
 //!
 //! No clock, no device, no thread: what the tick was given is what it gets.
 
+mod show;
+
+pub use show::{Pace, show};
+
 use hardware::station::StationFile;
 use rt_core::port::ForceCommand;
 use rt_core::scene::Scene;

@@ -1,5 +1,6 @@
 //! `calot replay`: runs a recorded session again and compares every tick.
 
+mod show;
 mod what_if;
 
 use std::cell::Cell;
@@ -71,6 +72,9 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
     }
     if args.what_if.is_some() || args.what_if_iterations.is_some() {
         return what_if::run(args, &session, &scene);
+    }
+    if args.show || args.frames.is_some() {
+        return show::run(args, &session, &scene);
     }
     let replay = Replay::new(&scene, &session.setup)?;
     let outcome = compare(&replay, &mut session, running)?;

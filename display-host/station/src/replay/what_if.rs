@@ -12,6 +12,7 @@ use session::Session;
 use shared_mem::inputs::RunSetup;
 use shared_mem::scene::SceneFile;
 
+use super::show::STACK_BYTES;
 use crate::cli::{ReplayArgs, SceneArgs};
 use crate::say;
 use crate::scene::{self, Problem};
@@ -65,11 +66,15 @@ pub(super) fn run(
     say::note(format_args!("running {} and {}", names[0], names[1]));
     let path = session.path();
     let (first, second) = std::thread::scope(|scope| {
-        let second = scope.spawn(|| points(path, other, &setup).map_err(|it| it.to_string()));
+        let second = std::thread::Builder::new()
+            .stack_size(STACK_BYTES)
+            .spawn_scoped(scope, || {
+                points(path, other, &setup).map_err(|it| it.to_string())
+            });
         let first = points(path, recorded, &session.setup);
-        (first, second.join())
+        (first, second.map(std::thread::ScopedJoinHandle::join))
     });
-    let second = second.map_err(|_| "the second run panicked; please report this")??;
+    let second = second?.map_err(|_| "the second run panicked; please report this")??;
     let runs = [first?, second];
     let compared = compare(&runs, names);
     write(&args.out, &compared, &runs)?;

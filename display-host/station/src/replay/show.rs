@@ -1,0 +1,92 @@
+//! `calot replay --show`: a session on the display, for debriefing.
+
+use std::process::ExitCode;
+use std::sync::atomic::Ordering::Relaxed;
+
+use display_host::headless::{self, HeadlessConfig, Observed};
+use display_host::window::{self, WindowConfig};
+use rt_process::replay::{Pace, Replay, show};
+use session::Session;
+use shared_mem::scene::SceneFile;
+use shared_mem::service::Station;
+
+use crate::cli::ReplayArgs;
+use crate::run::Folder;
+use crate::say;
+use crate::scene::Problem;
+use crate::stop;
+
+/// How long the display waits for a state: what is not shown is run first.
+const PATIENCE: std::time::Duration = std::time::Duration::from_secs(600);
+
+/// A simulation's state is on the stack while it is made.
+pub(super) const STACK_BYTES: usize = 16 << 20;
+
+/// Plays the session on a display of its own.
+pub(super) fn run(
+    args: &ReplayArgs,
+    session: &Session,
+    scene: &SceneFile,
+) -> Result<ExitCode, Problem> {
+    let stop = stop::flag()?;
+    let station = Station::new(&args.station)?;
+    let folder = Folder::open(&args.station, false)?;
+    let path = folder.scene();
+    std::fs::write(&path, scene.bytes()).map_err(|error| format!("{}: {error}", path.display()))?;
+    let replay = Replay::new(scene, &session.setup)?;
+    let pace = Pace {
+        speed: args.speed,
+        from_s: args.from,
+        holds: args.frames.is_none(),
+    };
+    let played = session.path();
+    let (shown, watched) = std::thread::scope(|scope| {
+        let player = std::thread::Builder::new().stack_size(STACK_BYTES);
+        let player = player.spawn_scoped(scope, || {
+            let open = || Session::open(played).ok();
+            let shown = show(&replay, &station, pace, &stop, open);
+            if shown.is_err() || args.frames.is_some() {
+                stop.store(true, Relaxed);
+            }
+            shown.map_err(|error| error.to_string())
+        });
+        let mut observe = |observed: Observed<'_>| {
+            if let Observed::Warning(text) = observed {
+                say::note(format_args!("warning: {text}"));
+            }
+        };
+        let watched = match args.frames {
+            Some(frames) => headless::run(
+                &HeadlessConfig {
+                    station: station.clone(),
+                    scene: path.clone(),
+                    seconds: args.seconds,
+                    out_dir: args.out.clone(),
+                    size: None,
+                    frames,
+                    patience: PATIENCE,
+                    tick_cpu: None,
+                    need_pictures: false,
+                },
+                &stop,
+                &mut observe,
+            ),
+            None => window::run(
+                &WindowConfig {
+                    station: station.clone(),
+                    scene: path.clone(),
+                    size: [1280, 720],
+                    seconds: None,
+                    tick_cpu: None,
+                },
+                &stop,
+                &mut observe,
+            ),
+        };
+        stop.store(true, Relaxed);
+        (player.map(std::thread::ScopedJoinHandle::join), watched)
+    });
+    shown?.map_err(|_| "the replay panicked; please report this")??;
+    watched?;
+    Ok(ExitCode::SUCCESS)
+}
