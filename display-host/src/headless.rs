@@ -61,6 +61,8 @@ pub enum Observed<'a> {
     Tools(&'a ToolFrame),
     /// The newest state; checked.
     State(&'a StateFrame),
+    /// The first state is there, and pictures can be drawn: the run's time begins.
+    Begun,
     /// Something to tell a waiting user, at most twice a second.
     Progress(&'a str),
     /// Something that the user should know.
@@ -139,6 +141,7 @@ pub fn run(
         warnings: Vec::new(),
     };
     let ended = if run.wait_for_controller(observer)? {
+        observer(Observed::Begun);
         run.watch(observer)?
     } else {
         Ended::Stopped

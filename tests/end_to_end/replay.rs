@@ -50,6 +50,51 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     assert_eq!(answer["first_difference"]["tick"], tick, "{answer:#}");
     assert!(said.contains(&format!("tick {tick} ")), "{said}");
 
+    // The same hands on the paper's solver: the force is another one, and it is charted.
+    let out = folder.path().join("what-if");
+    let (code, answer, said) = replay(
+        &session,
+        &[
+            "--what-if-iterations",
+            "10",
+            "--out",
+            &out.display().to_string(),
+        ],
+    );
+    assert_eq!(code, Some(0), "{said}");
+    let [was, would] = [0, 1].map(|i| answer["force_max_n"][i].as_f64().expect("a force"));
+    assert!(was > 0.05 && (was - would).abs() > 0.01, "{answer:#}");
+    let page = std::fs::read_to_string(out.join("what_if.html")).expect("a page");
+    assert_eq!(page.matches("<svg").count(), 4);
+    let table = std::fs::read_to_string(out.join("what_if.csv")).expect("a table");
+    assert_eq!(table.lines().count() as u64, 1 + ticks.div_ceil(10));
+
+    // On the display, from a second on and faster.
+    let out = folder.path().join("pictures");
+    let (code, _, said) = replay(
+        &session,
+        &[
+            "--frames",
+            "2",
+            "--seconds",
+            "2",
+            "--from",
+            "1",
+            "--speed",
+            "2",
+            "--station",
+        ]
+        .into_iter()
+        .chain([
+            station_name("shown").as_str(),
+            "--out",
+            &out.display().to_string(),
+        ])
+        .collect::<Vec<_>>(),
+    );
+    assert_eq!(code, Some(0), "{said}");
+    assert!(out.join("frame_0001.png").exists(), "{said}");
+
     // Another scene is refused, and both are named.
     let other = folder.path().join("other.calot");
     let prepared = finish(

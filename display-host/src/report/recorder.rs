@@ -100,7 +100,11 @@ impl Recorder {
             Observed::Event(event) => {
                 *self.events.entry(event.name()).or_default() += 1;
             }
-            Observed::State(_) | Observed::Progress(_) | Observed::Warning(_) | Observed::Over => {}
+            Observed::Begun
+            | Observed::State(_)
+            | Observed::Progress(_)
+            | Observed::Warning(_)
+            | Observed::Over => {}
         }
     }
 

@@ -166,3 +166,50 @@ impl<F: FnMut(&Replayed<'_>)> Ports for Recorded<'_, F> {
 
     fn stamp(&mut self, _stage: Stage) {}
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use rt_core::math::{Pose, Vec3};
+    use rt_core::scene::Room;
+
+    proptest! {
+        /// A session whose checksums are right may still hold anything.
+        #[test]
+        fn any_setup_and_any_inputs_run_without_a_panic(
+            setup in prop::collection::vec(any::<u8>(), size_of::<RunSetup>()),
+            ticks in prop::collection::vec(prop::collection::vec(any::<u8>(), 128), 1..20),
+            is_plausible in any::<bool>(),
+        ) {
+            let setup: RunSetup = bytemuck::pod_read_unaligned(&setup);
+            let mut room = Room {
+                gravity_m_s2: Vec3::zeros(),
+                world_from_device: inputs::pose(&setup.world_from_device),
+                world_from_tracker: inputs::pose(&setup.world_from_tracker),
+                instrument_port_m: setup.instrument_port_m.into(),
+                instrument_length_m: 0.3,
+                endoscope_port_m: setup.endoscope_port_m.into(),
+                world_from_camera: Pose::identity(),
+                breath_s: 0.0,
+            };
+            if is_plausible {
+                room.world_from_device = Pose::identity();
+                room.world_from_tracker = Pose::identity();
+                room.instrument_port_m = Vec3::zeros();
+                room.endoscope_port_m = Vec3::zeros();
+            }
+            let records: Vec<InputRecord> =
+                ticks.iter().map(|it| bytemuck::pod_read_unaligned(it)).collect();
+            // What the core refuses is refused.
+            if let Ok(scene) = Scene::new(&[], &[], &[], room) {
+                let mut seen = 0;
+                run_scene(scene, &setup, records.iter().copied(), |_| {
+                    seen += 1;
+                    true
+                });
+                prop_assert_eq!(seen, records.len());
+            }
+        }
+    }
+}

@@ -1,7 +1,7 @@
 //! `calot replay --show`: a session on the display, for debriefing.
 
 use std::process::ExitCode;
-use std::sync::atomic::Ordering::Relaxed;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use display_host::headless::{self, HeadlessConfig, Observed};
 use display_host::window::{self, WindowConfig};
@@ -37,23 +37,24 @@ pub(super) fn run(
     let pace = Pace {
         speed: args.speed,
         from_s: args.from,
-        holds: args.frames.is_none(),
     };
     let played = session.path();
+    // A window shows from the start on; pictures can only be drawn once there is something to draw with.
+    let begun = AtomicBool::new(args.frames.is_none());
     let (shown, watched) = std::thread::scope(|scope| {
         let player = std::thread::Builder::new().stack_size(STACK_BYTES);
         let player = player.spawn_scoped(scope, || {
             let open = || Session::open(played).ok();
-            let shown = show(&replay, &station, pace, &stop, open);
-            if shown.is_err() || args.frames.is_some() {
+            let shown = show(&replay, &station, pace, &begun, &stop, open);
+            if shown.is_err() {
                 stop.store(true, Relaxed);
             }
             shown.map_err(|error| error.to_string())
         });
-        let mut observe = |observed: Observed<'_>| {
-            if let Observed::Warning(text) = observed {
-                say::note(format_args!("warning: {text}"));
-            }
+        let mut observe = |observed: Observed<'_>| match observed {
+            Observed::Begun => begun.store(true, Relaxed),
+            Observed::Warning(text) => say::note(format_args!("warning: {text}")),
+            _ => {}
         };
         let watched = match args.frames {
             Some(frames) => headless::run(
@@ -87,6 +88,13 @@ pub(super) fn run(
         (player.map(std::thread::ScopedJoinHandle::join), watched)
     });
     shown?.map_err(|_| "the replay panicked; please report this")??;
-    watched?;
+    let outcome = watched?;
+    if args.frames.is_some() {
+        say::note(format_args!(
+            "{} pictures in {}",
+            outcome.frames.len(),
+            args.out.display()
+        ));
+    }
     Ok(ExitCode::SUCCESS)
 }

@@ -199,10 +199,13 @@ fn page(compared: &Compared, runs: &[Vec<Point>; 2]) -> String {
     };
     let force = [line(a, &|_, it| it.force_n), line(b, &|_, it| it.force_n)];
     let difference = line(a, &|i, it| b.get(i).map_or(0.0, |b| b.force_n - it.force_n));
-    let height = [
-        line(a, &|_, it| it.tip_m[2] * 1e3),
-        line(b, &|_, it| it.tip_m[2] * 1e3),
-    ];
+    let way = |run: &[Point]| {
+        let first = run.first().copied();
+        line(run, &|_, it| {
+            first.map_or(0.0, |first| apart_m(&first, it) * 1e3)
+        })
+    };
+    let ways = [way(a), way(b)];
     let apart = line(a, &|i, it| b.get(i).map_or(0.0, |b| apart_m(it, b) * 1e3));
     let mut page = format!(
         "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" \
@@ -228,8 +231,8 @@ fn page(compared: &Compared, runs: &[Vec<Point>; 2]) -> String {
             chart::courses(&[("difference", &difference)], "N"),
         ),
         (
-            "Height of the tip",
-            chart::courses(&[("recorded", &height[0]), ("what if", &height[1])], "mm"),
+            "How far the tip is from where it began",
+            chart::courses(&[("recorded", &ways[0]), ("what if", &ways[1])], "mm"),
         ),
         (
             "Distance between the tips",

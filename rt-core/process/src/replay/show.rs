@@ -29,12 +29,10 @@ pub struct Pace {
     pub speed: f64,
     /// What comes before is run, but not shown, s.
     pub from_s: f64,
-    /// Stays at the end until it is stopped or begun anew.
-    pub holds: bool,
 }
 
-/// Shows the ticks that `open` gives on `station`, until they are over or `stop` is set. A display's
-/// commands pause it, or begin anew (reset).
+/// Shows the ticks that `open` gives on `station`, from when `begun` is set (until then the first stands
+/// still) until `stop` is set; the last one stands. A display's commands pause it, or begin anew (reset).
 ///
 /// # Errors
 /// When somebody controls the station, or the core refuses the scene.
@@ -42,6 +40,7 @@ pub fn show<I: Iterator<Item = InputRecord>>(
     replay: &Replay,
     station: &Station,
     pace: Pace,
+    begun: &AtomicBool,
     stop: &AtomicBool,
     mut open: impl FnMut() -> Option<I>,
 ) -> Result<(), RtError> {
@@ -62,8 +61,8 @@ pub fn show<I: Iterator<Item = InputRecord>>(
         let Some(ticks) = open() else { break };
         stage.again = false;
         stage.first_ns = None;
-        replay.run(ticks, |tick| stage.play(tick, stop))?;
-        while pace.holds && !stage.again && !stop.load(Relaxed) {
+        replay.run(ticks, |tick| stage.play(tick, begun, stop))?;
+        while !stage.again && !stop.load(Relaxed) {
             stage.serve(stop);
             stage.send_again_if_due();
             std::thread::sleep(LOOK_EVERY);
@@ -91,17 +90,18 @@ struct Stage {
 
 impl Stage {
     /// Shows a tick when its time has come; whether to go on.
-    fn play(&mut self, tick: &Replayed<'_>, stop: &AtomicBool) -> bool {
+    fn play(&mut self, tick: &Replayed<'_>, begun: &AtomicBool, stop: &AtomicBool) -> bool {
         let now_ns = tick.record.now_ns;
         let first_ns = *self.first_ns.get_or_insert(now_ns);
         let from_ns = (self.pace.from_s * 1e9) as u64;
         let Some(shown_ns) = now_ns.saturating_sub(first_ns).checked_sub(from_ns) else {
             return !stop.load(Relaxed);
         };
-        if self.start_ns == 0 || shown_ns == 0 {
-            self.start_ns = monotonic_ns();
-        }
         let due_ns = (shown_ns as f64 / self.pace.speed) as u64;
+        if self.start_ns == 0 {
+            self.show(tick);
+            self.start_ns = monotonic_ns().saturating_sub(due_ns);
+        }
         loop {
             self.serve(stop);
             if self.again || stop.load(Relaxed) {
@@ -109,7 +109,7 @@ impl Stage {
                 return false;
             }
             let now = monotonic_ns();
-            if self.paused {
+            if self.paused || !begun.load(Relaxed) {
                 // As much later as it stands.
                 self.start_ns = now.saturating_sub(due_ns);
                 self.send_again_if_due();
