@@ -7,8 +7,9 @@ use crate::soft_body::Bodies;
 use crate::soft_body::lanes::Lanes;
 
 /// Spheres that a place follows, at most: those of three vertices of a skin, or what lies under
-/// a tip that is wider than the spheres are apart. What is more goes to the first.
-const PATCH_MAX: usize = 96;
+/// a tip that is wider than the spheres are apart (115 under one of 10 mm on a gallbladder of 2500). What is
+/// more goes to the first.
+const PATCH_MAX: usize = 160;
 
 /// A place of the tissue that spheres carry, each once; the weights sum to 1.
 #[derive(Debug, Clone, Default)]
@@ -70,7 +71,7 @@ impl Patch {
 }
 
 /// Slots of a [`Builder`]: more than twice as many as there can be spheres.
-const SLOTS: usize = 256;
+const SLOTS: usize = 512;
 
 /// A patch in the making that finds its spheres at once, whatever their number.
 #[derive(Debug)]

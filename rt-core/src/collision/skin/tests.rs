@@ -148,6 +148,69 @@ fn a_push_that_turns_has_no_step() {
     }
 }
 
+/// A wide ball on fine spheres presses on all of them alike: 130 lie under it.
+#[test]
+fn no_sphere_under_a_wide_ball_bears_the_others_part() {
+    const SIDE: u16 = 26;
+    const SPACING_M: f32 = 0.001_5;
+    let at = |x: u16, y: u16| Vec3::new(f32::from(x) - 12.5, f32::from(y) - 12.5, 0.0) * SPACING_M;
+    let number = |x: u16, y: u16| y * SIDE + x;
+    let places = || (0..SIDE).flat_map(|y| (0..SIDE).map(move |x| (x, y)));
+    let spheres: List<_> = places().map(|(x, y)| sphere(at(x, y), 0.001)).collect();
+    let (mut vertices, mut fans) = (List::new(), List::new());
+    for (x, y) in places() {
+        let fan_start = fans.len() as u32;
+        let ring = [(1, 0), (1, 1), (0, 1), (-1, 0), (-1, -1), (0, -1)];
+        let ring = ring.map(|(i, j)| x.checked_add_signed(i).zip(y.checked_add_signed(j)));
+        let ring = ring.map(|to| to.filter(|(x, y)| *x < SIDE && *y < SIDE));
+        for k in 0..6 {
+            if let (Some(b), Some(c)) = (ring[k], ring[(k + 1) % 6]) {
+                fans.push([number(b.0, b.1), number(c.0, c.1)]);
+            }
+        }
+        // In the corners as often as a fan has to have.
+        while fans.len() as u32 - fan_start < 3 {
+            fans.push(fans[fan_start as usize]);
+        }
+        let (low_x, low_y) = (
+            x.saturating_sub(1).min(SIDE - 4),
+            y.saturating_sub(1).min(SIDE - 3),
+        );
+        vertices.push(SkinVertex {
+            spheres: core::array::from_fn(|k| number(low_x + k as u16 % 4, low_y + k as u16 / 4)),
+            weights: [1.0 / SKIN_BINDINGS as f32; SKIN_BINDINGS],
+            fan_start,
+            fan_count: fans.len() as u32 - fan_start,
+            patch_m: 0.002,
+        });
+    }
+    let nearest: List<u16> = (0..SIDE * SIDE).collect();
+    let mut organs = [organ(0, u32::from(SIDE * SIDE), 0, 0)];
+    organs[0].gravity_share = 0.0;
+    let skin = Skin {
+        vertices: &vertices,
+        fans: &fans,
+        nearest: &nearest,
+    };
+    let scene = Scene::new(&organs, &spheres, &[], room()).unwrap();
+    let scene = scene.with_skin(skin).unwrap();
+    let mut bodies = Box::new(Bodies::new());
+    let mut tissue = Tissue::new(scene, &mut bodies, Method::NeoHookean);
+    for tick in 0u8..10 {
+        let mut wide = ball(Vec3::z() * (0.010_2 - 1.0e-4 * f32::from(tick)));
+        wide[0].radius_m = 0.010;
+        let _ = tissue.press(&wide);
+    }
+    let speeds: List<f32> = (0..u32::from(SIDE * SIDE))
+        .map(|i| -tissue.velocity_m_s(i).z)
+        .collect();
+    let sum: f32 = speeds.iter().sum();
+    let most = speeds.iter().copied().fold(0.0, f32::max);
+    let pressed = speeds.iter().filter(|v| **v > 1.0e-3 * most).count();
+    assert!(sum > 0.0 && pressed > 100, "{pressed} of {sum} m/s");
+    assert!(most < 0.06 * sum, "{} of all", most / sum);
+}
+
 proptest! {
     /// Third law: what the tool feels of a tick is what the spheres take, friction included.
     #[test]
