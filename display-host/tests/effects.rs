@@ -38,7 +38,7 @@ fn blood_runs_down_and_sticks_and_smoke_hides() {
     // The instrument is elsewhere.
     tools.world_from_instrument.position_m = [0.0, 0.0, 5.0];
     tools.capsule_count = 0;
-    let mut take = |renderer: &mut Renderer| {
+    let take = |renderer: &mut Renderer| {
         renderer.render(&gpu, spheres, &tools, 0.0);
         renderer.read(&gpu).expect("a picture")
     };

@@ -56,6 +56,8 @@ fn every_control_works_by_pointer() {
             Asked::ToggleHand,
         ),
         ("Scissors (3)", Asked::Instrument(2)),
+        ("Next endoscope (S)", Asked::NextScope),
+        ("Wipe lens (W)", Asked::WipeLens),
         ("Quit (Esc)", Asked::Quit),
     ] {
         panel.get_by_label(name).click();
@@ -76,6 +78,10 @@ fn every_control_works_by_key() {
         (egui::Key::M, Asked::ToggleHand),
         (egui::Key::H, Asked::TogglePanel),
         (egui::Key::F11, Asked::ToggleFullScreen),
+        (egui::Key::S, Asked::NextScope),
+        (egui::Key::OpenBracket, Asked::TurnScope(-1)),
+        (egui::Key::CloseBracket, Asked::TurnScope(1)),
+        (egui::Key::W, Asked::WipeLens),
         (egui::Key::Escape, Asked::Quit),
     ] {
         panel.key_press(key);

@@ -74,7 +74,7 @@ fn gpu_and_cpu_agree() {
         }
         skinning.upload(&gpu, &motions, &presses);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        skinning.encode(&mut encoder);
+        skinning.encode(&mut encoder, None);
         gpu.queue.submit([encoder.finish()]);
         let bytes = gpu.read_buffer(&skinning.now).unwrap();
         let there: &[SkinnedVertex] = bytemuck::cast_slice(&bytes);

@@ -143,6 +143,8 @@ fn in_the_window_s_process() {
         station,
         scene: path.into(),
         size: [1000, 640],
+        scope_angle: 0.0,
+        cold_lens: false,
         seconds: Some(12.0),
         tick_cpu: None,
     };
@@ -188,6 +190,8 @@ fn in_a_process_without_a_screen() {
         station: Station::new(&format!("dark-{}", std::process::id())).unwrap(),
         scene: scene.path().to_owned(),
         size: [640, 480],
+        scope_angle: 0.0,
+        cold_lens: false,
         seconds: Some(1.0),
         tick_cpu: None,
     };

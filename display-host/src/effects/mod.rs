@@ -145,7 +145,8 @@ impl Effects {
     /// Begins an effect. What is not finite, or no effect at all, is left out.
     pub fn begin(&mut self, effect: &Effect, skin: &Skin<'_>) {
         let sane = effect.at_m.is_finite() && effect.along.is_finite();
-        if !sane || !(effect.strength > 0.0) || !(effect.lasts_s > 0.0) {
+        let flows = effect.strength > 0.0 && effect.lasts_s > 0.0;
+        if !(sane && flows) {
             return;
         }
         if effect.kind == Kind::Char {

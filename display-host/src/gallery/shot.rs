@@ -8,6 +8,7 @@ use crate::effects::{Effect, Kind};
 use crate::render::camera::{Scope, looking, matrix};
 use crate::render::gpu::Gpu;
 use crate::render::inside::Inside;
+use crate::render::lens::Lens;
 use crate::render::{Renderer, Shown};
 use crate::ui::instrument_name;
 
@@ -78,6 +79,7 @@ pub(super) struct Shot {
     shown: Shown,
     inside: Option<Inside>,
     scope: Scope,
+    lens: Lens,
     /// What begins, and how long it has gone on when the picture is taken, s.
     effects: (Vec<Effect>, f32),
 }
@@ -91,6 +93,7 @@ impl Shot {
             shown: Shown::Everything,
             inside: None,
             scope: Scope::default(),
+            lens: Lens::warm(),
             effects: (Vec::new(), 0.0),
         }
     }
@@ -112,6 +115,7 @@ impl Shot {
             renderer.play(spheres, begin, FRAME_S);
         }
         *renderer.scope_mut() = self.scope;
+        *renderer.lens_mut() = self.lens;
         renderer.show(self.shown);
         renderer.set_inside(gpu, self.inside);
     }
@@ -155,6 +159,11 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
             ));
         }
     }
+    shots.push(Shot::new(
+        Chapter::Instruments,
+        "Trocar",
+        at_the_port(scene),
+    ));
     shots.extend(effects(scene));
     shots
 }
@@ -220,6 +229,20 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
         view("Where the endoscope starts".to_owned(), start),
         angled(30.0),
         angled(45.0),
+        Shot {
+            lens: Lens {
+                fog: 0.6,
+                ..Lens::cold()
+            },
+            ..view("Lens fogged".to_owned(), start)
+        },
+        Shot {
+            lens: Lens {
+                soot: 0.4,
+                ..Lens::warm()
+            },
+            ..view("Lens sooty".to_owned(), start)
+        },
         view("Nearer to the target".to_owned(), nothing(scene, nearer)),
         Shot {
             inside: Some(Inside::VIEW),
@@ -367,6 +390,20 @@ fn close_up(scene: &SceneFile, instrument: u32, jaw: f32) -> ToolFrame {
         let along = turn * Quat::from_rotation_x(side * JAW_RAD * jaw) * Vec3::NEG_Z;
         tools.capsules[slot + 1] = capsule(joint, joint + along * 0.02, 0.0012, role);
     }
+    tools
+}
+
+/// The trocar from inside, with a grasper through it.
+fn at_the_port(scene: &SceneFile) -> ToolFrame {
+    let mut tools = close_up(scene, 0, 0.3);
+    let port = Vec3::from(scene.room().instrument_port_m);
+    let turn = Quat::from_array(tools.world_from_instrument.orientation);
+    let (inwards, across) = (turn * Vec3::NEG_Z, turn * Vec3::X);
+    let joint = port + inwards * 0.05;
+    tools.world_from_instrument.position_m = joint.to_array();
+    tools.capsule_count = 0;
+    let at = port + inwards * 0.032;
+    tools.world_from_camera = looking(at + across * 0.055 + inwards * 0.055, at);
     tools
 }
 

@@ -16,6 +16,8 @@ const BODY: u32 = 0;
 const UPPER: u32 = 1;
 /// Lower jaw or blade.
 const LOWER: u32 = 2;
+/// The trocar, which stays at its port.
+const TROCAR: u32 = 3;
 /// Shafts end outside the body, m from the joint.
 const SHAFT_M: f32 = 0.34;
 /// Opening of each jaw at `jaw` = 1 when the controller shows no jaws, rad.
@@ -34,10 +36,10 @@ pub(super) struct Model {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// All instruments, in the order of [`ToolFrame::instrument`].
+/// All instruments, in the order of [`ToolFrame::instrument`], and the trocar last.
 #[must_use]
-pub(super) fn all() -> [Model; 4] {
-    [grasper(), hook(), scissors(), clip_applier()].map(|solid| {
+pub(super) fn all() -> [Model; 5] {
+    [grasper(), hook(), scissors(), clip_applier(), trocar()].map(|solid| {
         let (vertices, triangles) = solid.finish(CREASE_RAD);
         Model {
             vertices,
@@ -46,13 +48,15 @@ pub(super) fn all() -> [Model; 4] {
     })
 }
 
-/// Where the parts stand: body, upper jaw, lower jaw.
+/// Where the parts stand: body, upper jaw, lower jaw, and the trocar at `port`, which the shaft turns.
 #[must_use]
-pub(super) fn parts(tools: &ToolFrame) -> [Mat4; 3] {
+pub(super) fn parts(tools: &ToolFrame, port: Vec3) -> [Mat4; 4] {
     let body = super::camera::matrix(&tools.world_from_instrument);
     let jaws = jaw_angles(tools, &body);
     let turned = |angle: f32| body * Mat4::from_quat(Quat::from_rotation_x(angle));
-    [body, turned(jaws[0]), turned(-jaws[1])]
+    let (_, turn, _) = body.to_scale_rotation_translation();
+    let trocar = Mat4::from_rotation_translation(turn, port);
+    [body, turned(jaws[0]), turned(-jaws[1]), trocar]
 }
 
 /// Opening of the upper and the lower jaw, rad: as the controller's capsules stand, so that the
@@ -329,5 +333,53 @@ fn clip_applier() -> Solid {
             |t| 0.0016 * (1.0 - t) * t * 4.0 * 0.6,
         );
     }
+    for part in [UPPER, LOWER] {
+        clip_leg(&mut solid, part);
+    }
+    solid
+}
+
+/// Half of a titanium clip in a jaw's groove; the halves meet at their bend.
+fn clip_leg(solid: &mut Solid, part: u32) {
+    let side = if part == LOWER { -1.0 } else { 1.0 };
+    let mm = |y: f32, z: f32| Vec3::new(0.0, y * side, z) * 0.001;
+    let path = curve(
+        &[
+            mm(0.15, -4.4),
+            mm(0.9, -5.2),
+            mm(1.15, -7.0),
+            mm(0.9, -10.0),
+            mm(0.45, -13.2),
+        ],
+        6,
+    );
+    let section = |_| circle(10).map(|c| c * 0.000_42).collect();
+    solid.swept(&path, section, blade(part));
+}
+
+/// A trocar's cannula of 6 mm bore from 25 mm inside the port to outside, ribbed, its mouth cut aslant
+/// by its thin lip.
+fn trocar() -> Solid {
+    let mut solid = Solid::default();
+    let plastic = Finish {
+        look: CERAMIC,
+        part: TROCAR,
+    };
+    let mut profile = vec![
+        [0.0, 0.0056],
+        [0.0003, 0.0061],
+        [0.0040, 0.0062],
+        [0.0060, 0.0064],
+    ];
+    for rib in 0..14 {
+        let from = 0.007 + rib as f32 * 0.0028;
+        profile.extend([
+            [from, 0.0063],
+            [from + 0.0019, 0.0070],
+            [from + 0.0023, 0.0063],
+        ]);
+    }
+    profile.push([0.055, 0.0063]);
+    solid.turned(Vec3::NEG_Z * 0.025, Vec3::Z, &profile, 40, plastic);
     solid
 }

@@ -41,12 +41,28 @@ fn tone(x: vec3f) -> vec3f {
   var c = textureSampleLevel(light, linear, uv, 0.0).rgb;
   c.r = textureSampleLevel(light, linear, uv + fringe, 0.0).r;
   c.b = textureSampleLevel(light, linear, uv - fringe, 0.0).b;
+  // Fog is many small drops: each throws light from elsewhere, and all of it dims and greys.
+  let fog = clamp(frame.film.y * (1.35 - 0.5 * r), 0.0, 1.0);
+  let veil = max(fog, frame.film.z);
+  if (veil > 0.002) {
+    let drop = hash3(vec3u(vec2u((at + 4.0) * 95.0), 7u));
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < 8u; i++) {
+      let turn = f32(i) * 2.399963 + drop.z;
+      let reach = veil * (0.010 + 0.022 * f32(i) / 8.0);
+      let to = vec2f(cos(turn), sin(turn)) * reach + drop.xy * fog * 0.005;
+      sum += textureSampleLevel(light, linear, uv + to, 0.0).rgb;
+    }
+    let blurred = sum / 8.0;
+    let grey = vec3f(dot(blurred, vec3f(0.3, 0.5, 0.2)));
+    c = mix(c, mix(blurred, grey, 0.35) * (1.0 - 0.45 * frame.film.z) + 0.25 * grey * fog, clamp(1.6 * veil, 0.0, 1.0));
+  }
   // A camera sharpens brightness.
   let around = textureSampleLevel(light, linear, uv + vec2f(texel.x, 0.0), 0.0).g
     + textureSampleLevel(light, linear, uv - vec2f(texel.x, 0.0), 0.0).g
     + textureSampleLevel(light, linear, uv + vec2f(0.0, texel.y), 0.0).g
     + textureSampleLevel(light, linear, uv - vec2f(0.0, texel.y), 0.0).g;
-  c *= 1.0 + 0.3 * clamp((c.g * 4.0 - around) / max(c.g * 4.0 + around, 1e-4), -0.6, 0.6);
+  c *= 1.0 + 0.3 * (1.0 - veil) * clamp((c.g * 4.0 - around) / max(c.g * 4.0 + around, 1e-4), -0.6, 0.6);
   c *= exposure.value;
   if (BLOOM) { c += textureSampleLevel(glare, linear, uv, 0.0).rgb * 0.09; }
   c *= 1.0 - 0.42 * smoothstep(0.35, 1.05, r);

@@ -9,11 +9,13 @@
 mod ambient;
 pub mod camera;
 mod cavity;
+pub mod governor;
 pub mod gpu;
 pub mod inside;
 mod instrument;
 mod joints;
 pub mod layout;
+pub mod lens;
 mod look;
 mod noise;
 mod particles;
@@ -22,6 +24,7 @@ mod quality;
 mod resource;
 mod solid;
 mod targets;
+pub mod timing;
 mod trees;
 
 use std::ops::Range;
@@ -35,10 +38,12 @@ use wgpu::util::DeviceExt;
 use self::camera::{Exposure, Scope};
 use self::gpu::Gpu;
 use self::inside::Inside;
+use self::lens::Lens;
 use self::pipeline::{DEPTH, Layouts, Pipelines};
 pub use self::quality::Quality;
 use self::resource::{bind, cells_texture, colour, depth, noise_texture, sampler, target, volume};
 use self::targets::Targets;
+use self::timing::{PassTimes, Timing};
 use crate::DisplayError;
 use crate::effects::{Effect, Effects, Skin};
 use crate::skinning::gpu::GpuSkinning;
@@ -67,15 +72,21 @@ pub struct Renderer {
     effects: Effects,
     discs: particles::Discs,
     stains: wgpu::Buffer,
+    lens: Lens,
+    eye: Vec3,
+    timing: Timing,
     skinned: Vec<SkinnedVertex>,
     layouts: Layouts,
     pipelines: Pipelines,
-    instruments: [Drawable; 4],
+    /// The instruments, and the trocar.
+    instruments: [Drawable; 5],
+    port: Vec3,
     frame: wgpu::Buffer,
     parts: wgpu::Buffer,
     exposure_value: wgpu::Buffer,
     filter: wgpu::Sampler,
     shadow: wgpu::TextureView,
+    materials: Materials,
     scene_group: wgpu::BindGroup,
     parts_group: wgpu::BindGroup,
     frame_group: wgpu::BindGroup,
@@ -91,6 +102,53 @@ pub enum Shown {
     Everything,
     /// One organ before black, by its index in the scene.
     Organ(usize),
+}
+
+/// Index of the trocar among the instruments.
+const TROCAR: usize = 4;
+
+/// What the scene's shaders read beside the shadow map.
+struct Materials {
+    frame: wgpu::Buffer,
+    looks: wgpu::Buffer,
+    noise: wgpu::TextureView,
+    cells: wgpu::TextureView,
+    vessels: wgpu::TextureView,
+    tree_slots: wgpu::Buffer,
+    stains: wgpu::Buffer,
+}
+
+impl Materials {
+    fn group(
+        &self,
+        device: &wgpu::Device,
+        layouts: &Layouts,
+        shadow: &wgpu::TextureView,
+    ) -> wgpu::BindGroup {
+        use wgpu::AddressMode::{ClampToEdge, Repeat};
+        let nearer = Some(wgpu::CompareFunction::LessEqual);
+        bind(
+            device,
+            &layouts.scene,
+            &[
+                self.frame.as_entire_binding(),
+                self.looks.as_entire_binding(),
+                wgpu::BindingResource::TextureView(&self.noise),
+                wgpu::BindingResource::Sampler(&sampler(device, Repeat, None)),
+                wgpu::BindingResource::TextureView(shadow),
+                wgpu::BindingResource::Sampler(&sampler(device, ClampToEdge, nearer)),
+                wgpu::BindingResource::TextureView(&self.cells),
+                wgpu::BindingResource::TextureView(&self.vessels),
+                self.tree_slots.as_entire_binding(),
+                self.stains.as_entire_binding(),
+            ],
+        )
+    }
+}
+
+fn shadow_map(device: &wgpu::Device, quality: &Quality) -> wgpu::TextureView {
+    let side = quality.shadow_side.unwrap_or(1);
+    target(device, "shadow", [side; 2], DEPTH, 1).create_view(&Default::default())
 }
 
 struct Drawable {
@@ -163,29 +221,17 @@ impl Renderer {
         let layouts = Layouts::new(device);
         let pipelines = Pipelines::new(device, &layouts, &quality);
         let filter = sampler(device, wgpu::AddressMode::ClampToEdge, None);
-        let side = quality.shadow_side.unwrap_or(1);
-        let shadow = target(device, "shadow", [side; 2], DEPTH, 1);
-        let shadow = shadow.create_view(&Default::default());
-        let scene_group = bind(
-            device,
-            &layouts.scene,
-            &[
-                frame.as_entire_binding(),
-                looks.as_entire_binding(),
-                wgpu::BindingResource::TextureView(&noise_texture(gpu)),
-                wgpu::BindingResource::Sampler(&sampler(device, wgpu::AddressMode::Repeat, None)),
-                wgpu::BindingResource::TextureView(&shadow),
-                wgpu::BindingResource::Sampler(&sampler(
-                    device,
-                    wgpu::AddressMode::ClampToEdge,
-                    Some(wgpu::CompareFunction::LessEqual),
-                )),
-                wgpu::BindingResource::TextureView(&cells_texture(gpu)),
-                wgpu::BindingResource::TextureView(&vessels),
-                tree_slots.as_entire_binding(),
-                stains.as_entire_binding(),
-            ],
-        );
+        let shadow = shadow_map(device, &quality);
+        let materials = Materials {
+            frame: frame.clone(),
+            looks,
+            noise: noise_texture(gpu),
+            cells: cells_texture(gpu),
+            vessels,
+            tree_slots,
+            stains: stains.clone(),
+        };
+        let scene_group = materials.group(device, &layouts, &shadow);
         let targets = Targets::new(gpu, &layouts, &frame, &exposure_value, &filter, &quality);
         let renderer = Self {
             parts_group: bind(device, &layouts.parts, &[parts.as_entire_binding()]),
@@ -211,14 +257,19 @@ impl Renderer {
             effects: Effects::new(-Vec3::from(scene.room().gravity_m_s2)),
             discs: particles::Discs::new(gpu, &layouts),
             stains,
+            lens: Lens::default(),
+            eye: Vec3::INFINITY,
+            timing: Timing::new(gpu),
             layouts,
             pipelines,
             instruments,
+            port: Vec3::from(scene.room().instrument_port_m),
             frame,
             parts,
             exposure_value,
             filter,
             shadow,
+            materials,
             scene_group,
             targets,
             number: 0,
@@ -280,6 +331,38 @@ impl Renderer {
             self.effects.begin(effect, &skin);
         }
         self.effects.advance(seconds, &skin);
+        self.lens
+            .advance(seconds, self.eye, self.effects.particles());
+    }
+
+    /// The front lens.
+    pub fn lens_mut(&mut self) -> &mut Lens {
+        &mut self.lens
+    }
+
+    /// What the passes of the newest frame that came back cost, ms ([`timing::PASSES`]); `None` where
+    /// the device has no clock, or nothing came back since the last call.
+    pub fn take_pass_times(&mut self) -> Option<PassTimes> {
+        self.timing.take()
+    }
+
+    /// Changes all of the quality but the picture's size.
+    ///
+    /// # Errors
+    /// [`DisplayError::Device`].
+    pub fn set_quality(&mut self, gpu: &Gpu, quality: Quality) -> Result<(), DisplayError> {
+        let size = self.quality.size;
+        self.quality = Quality { size, ..quality };
+        let device = &gpu.device;
+        self.pipelines = Pipelines::new(device, &self.layouts, &self.quality);
+        self.shadow = shadow_map(device, &self.quality);
+        self.scene_group = self.materials.group(device, &self.layouts, &self.shadow);
+        let (frame, exposure) = (&self.frame, &self.exposure_value);
+        let (layouts, filter) = (&self.layouts, &self.filter);
+        self.targets = Targets::new(gpu, layouts, frame, exposure, filter, &self.quality);
+        self.inside_model = None;
+        self.set_inside(gpu, self.inside);
+        gpu.check("changing the quality")
     }
 
     /// What goes on beside the tissue.
@@ -319,7 +402,7 @@ impl Renderer {
             model.upload(gpu, spheres, inside);
         }
         let size = self.quality.size;
-        let frame = camera::frame(
+        let mut frame = camera::frame(
             tools,
             &self.scope,
             &self.exposure,
@@ -327,21 +410,24 @@ impl Renderer {
             time_s,
             self.number,
         );
+        (frame.film[1], frame.film[2]) = (self.lens.fog, self.lens.soot);
         gpu.queue.write_buffer(&self.frame, 0, bytes_of(&frame));
-        let eye = Vec3::from_slice(&frame.camera);
-        self.discs.upload(gpu, self.effects.particles(), eye);
+        self.eye = Vec3::from_slice(&frame.camera);
+        self.discs.upload(gpu, self.effects.particles(), self.eye);
         gpu.queue
             .write_buffer(&self.stains, 0, bytes_of(&particles::stains(&self.effects)));
-        let parts = instrument::parts(tools);
+        let parts = instrument::parts(tools, self.port);
         gpu.queue.write_buffer(&self.parts, 0, cast_slice(&parts));
-        let instrument = &self.instruments[(tools.instrument as usize).min(3)];
+        let instrument = (tools.instrument as usize).min(3);
 
         if self.quality.shadow_side.is_some() {
             self.draw_shadow(&mut encoder, instrument);
         }
         self.draw_scene(&mut encoder, instrument);
         self.develop(&mut encoder);
+        self.timing.finish(&mut encoder);
         gpu.queue.submit([encoder.finish()]);
+        self.timing.collect();
         self.number = self.number.wrapping_add(1);
     }
 
@@ -367,14 +453,15 @@ impl Renderer {
                 .write_buffer(&self.skinning.now, 0, cast_slice(moving));
         } else {
             self.skinning.upload(gpu, self.motions.now(), presses);
-            self.skinning.encode(encoder);
+            self.skinning.encode(encoder, self.timing.compute(0));
         }
     }
 
-    fn draw_shadow(&self, encoder: &mut wgpu::CommandEncoder, instrument: &Drawable) {
+    fn draw_shadow(&mut self, encoder: &mut wgpu::CommandEncoder, instrument: usize) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("shadow"),
             depth_stencil_attachment: Some(depth(&self.shadow, 1.0)),
+            timestamp_writes: self.timing.render(1, true, true),
             ..Default::default()
         });
         pass.set_bind_group(0, &self.frame_group, &[]);
@@ -382,10 +469,13 @@ impl Renderer {
         self.draw_tissue(&mut pass, false, self.shown_corners());
         pass.set_pipeline(&self.pipelines.rigid_shadow);
         pass.set_bind_group(1, &self.parts_group, &[]);
-        instrument.draw(&mut pass);
+        self.instruments[instrument].draw(&mut pass);
+        if self.shown == Shown::Everything {
+            self.instruments[TROCAR].draw(&mut pass);
+        }
     }
 
-    fn draw_scene(&self, encoder: &mut wgpu::CommandEncoder, instrument: &Drawable) {
+    fn draw_scene(&mut self, encoder: &mut wgpu::CommandEncoder, instrument: usize) {
         let light = match &self.targets.sampled_light {
             Some(sampled) => colour(sampled).map(|attachment| wgpu::RenderPassColorAttachment {
                 resolve_target: Some(&self.targets.light),
@@ -397,6 +487,7 @@ impl Renderer {
             label: Some("scene"),
             color_attachments: &[light],
             depth_stencil_attachment: Some(depth(&self.targets.depth, 0.0)),
+            timestamp_writes: self.timing.render(2, true, true),
             ..Default::default()
         });
         pass.set_pipeline(&self.pipelines.mask);
@@ -406,7 +497,10 @@ impl Renderer {
         // What hides most comes first.
         pass.set_pipeline(&self.pipelines.rigid);
         pass.set_bind_group(1, &self.parts_group, &[]);
-        instrument.draw(&mut pass);
+        self.instruments[instrument].draw(&mut pass);
+        if self.shown == Shown::Everything {
+            self.instruments[TROCAR].draw(&mut pass);
+        }
         let all = self.skinning.corner_count;
         let Some((inside, model)) = self.inside.as_ref().zip(self.inside_model.as_ref()) else {
             pass.set_pipeline(&self.pipelines.tissue);
@@ -434,10 +528,13 @@ impl Renderer {
     }
 
     /// Exposure, glare, lens.
-    fn develop(&self, encoder: &mut wgpu::CommandEncoder) {
+    fn develop(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let targets = &self.targets;
         {
-            let mut pass = encoder.begin_compute_pass(&Default::default());
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("exposure"),
+                timestamp_writes: self.timing.compute(3),
+            });
             pass.set_pipeline(&self.pipelines.exposure);
             pass.set_bind_group(0, &targets.exposure_group, &[]);
             pass.dispatch_workgroups(1, 1, 1);
@@ -447,6 +544,7 @@ impl Renderer {
                 let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                     label: Some("glare"),
                     color_attachments: &[colour(view)],
+                    timestamp_writes: self.timing.render(4, k == 0, k + 1 == targets.glare.len()),
                     ..Default::default()
                 });
                 pass.set_pipeline(&self.pipelines.glare[k.min(1)]);
@@ -457,6 +555,7 @@ impl Renderer {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("lens"),
             color_attachments: &[colour(&targets.picture_view)],
+            timestamp_writes: self.timing.render(5, true, true),
             ..Default::default()
         });
         pass.set_pipeline(&self.pipelines.lens);

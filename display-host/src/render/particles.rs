@@ -72,8 +72,8 @@ fn disc(p: &Particle) -> Disc {
     let life = p.life();
     let fade = (1.0 - life) * (life * 12.0).min(1.0);
     let (colour, hides, look) = match p.kind {
-        Kind::Smoke => ([0.40, 0.395, 0.38], 0.20 * fade, 0.0),
-        Kind::Steam => ([0.75, 0.76, 0.78], 0.18 * fade, 0.0),
+        Kind::Smoke => ([0.40, 0.395, 0.38], 0.13 * fade, 0.0),
+        Kind::Steam => ([0.75, 0.76, 0.78], 0.12 * fade, 0.0),
         Kind::Sparks => ([9.0, 5.2, 1.8], 1.0, 2.0),
         Kind::Blood => ([0.160, 0.0065, 0.006], 0.97, 1.0),
         Kind::Bile => ([0.105, 0.098, 0.010], 0.9, 1.0),

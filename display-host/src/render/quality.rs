@@ -49,6 +49,46 @@ impl Quality {
         ..Self::SOFTWARE
     };
 
+    /// For a graphics device, best first. Every one keeps the picture's size.
+    pub const GPU_TIERS: [Self; 4] = [
+        Self::GPU,
+        Self {
+            shadow_side: Some(1024),
+            ..Self::GPU
+        },
+        Self {
+            shadow_side: Some(1024),
+            samples: 1,
+            ..Self::GPU
+        },
+        Self {
+            detail: 1,
+            shadow_side: Some(512),
+            bloom: false,
+            samples: 1,
+            ..Self::GPU
+        },
+    ];
+    /// For a window on a software driver, best first; the last has no shadows.
+    pub const SOFTWARE_TIERS: [Self; 2] = [
+        Self::SOFTWARE_LIVE,
+        Self {
+            shadow_side: None,
+            ..Self::SOFTWARE_LIVE
+        },
+    ];
+
+    /// What fits an adapter for a window, best first, and what a frame may cost, ms: 60 a second with
+    /// something left for the window itself, or 15 on a software driver.
+    #[must_use]
+    pub fn tiers(gpu: &Gpu) -> (Vec<Self>, f32) {
+        if gpu.is_software() {
+            (Self::SOFTWARE_TIERS.to_vec(), 66.0)
+        } else {
+            (Self::GPU_TIERS.to_vec(), 13.0)
+        }
+    }
+
     /// What fits an adapter for a window, where frames follow each other.
     #[must_use]
     pub fn live(gpu: &Gpu) -> Self {

@@ -186,11 +186,15 @@ impl GpuSkinning {
             .write_buffer(&self.presses, 0, cast_slice(presses));
     }
 
-    /// Records both passes.
-    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
+    /// Records both passes; `stamps` takes when they begin and end.
+    pub fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        stamps: Option<wgpu::ComputePassTimestampWrites<'_>>,
+    ) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("skinning"),
-            timestamp_writes: None,
+            timestamp_writes: stamps,
         });
         pass.set_bind_group(0, &self.bind_group, &[]);
         for pipeline in [&self.move_vertices, &self.gather_normals] {

@@ -117,11 +117,12 @@ impl TickHealth {
             .map(move |(name, words)| (words, count(name)))
     }
 
-    /// Share of wake-up latencies in each bar.
-    pub(super) fn wake_bars(&self) -> [f64; BARS] {
+    /// Share of wake-up latencies (0) or tick times (1) in each bar.
+    pub(super) fn bars(&self, which: usize) -> [f64; BARS] {
         let mut bars = [0.0; BARS];
-        for [wake_ns, _] in &self.recent {
-            let us = (wake_ns / 1000).max(1);
+        for pair in &self.recent {
+            let ns = pair.get(which).copied().unwrap_or(0);
+            let us = (ns / 1000).max(1);
             bars[(us.ilog2() as usize).min(BARS - 1)] += 1.0 / self.recent.len() as f64;
         }
         bars
@@ -172,7 +173,7 @@ mod tests {
         let found = [wake[0], wake[1], tick[0], tick[1]].map(|us| us.round() as i32);
         assert_eq!(found, [20, 400, 200, 200]);
         assert!((health.rate_hz - 1000.0).abs() < 1.0, "{}", health.rate_hz);
-        assert!((health.wake_bars().iter().sum::<f64>() - 1.0).abs() < 1e-9);
+        assert!((health.bars(0).iter().sum::<f64>() - 1.0).abs() < 1e-9);
         assert_eq!(health.lacks().len(), 3);
     }
 

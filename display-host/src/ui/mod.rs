@@ -8,6 +8,7 @@ pub use health::TickHealth;
 pub use overlay::{Circle, Line, Mark, Overlay};
 pub use panel::{Asked, ui};
 
+use crate::render::timing::PassTimes;
 use shared_mem::message::{DeviceHealth, ToolFrame};
 
 /// How the controller does.
@@ -55,6 +56,14 @@ pub struct UiState {
     pub overlay: Option<Overlay>,
     /// The picture shows spheres and springs inside the organs.
     pub inside: bool,
+    /// The endoscope's angle, and how far its cable is turned.
+    pub scope_degrees: [f32; 2],
+    /// How much of the view fog and soot on its lens take: 0 none, 1 all.
+    pub lens_veil: f32,
+    /// What the passes of a recent picture cost, ms.
+    pub pass_times: Option<PassTimes>,
+    /// Quality tier in use, 0 the best, and how many there are.
+    pub quality: [usize; 2],
     /// Mouse and keyboard lead the instrument.
     pub in_hand: bool,
     /// The panel is hidden.

@@ -3,7 +3,7 @@
 use egui::{Color32, Painter, Pos2, Rect, Stroke, pos2, vec2};
 use glam::{Mat4, Vec2, Vec3};
 use shared_mem::message::{SphereState, ToolFrame};
-use shared_mem::scene::SceneFile;
+use shared_mem::scene::{SceneFile, str_from_name};
 
 use crate::render::camera::Scope;
 
@@ -29,6 +29,8 @@ pub enum Mark {
     Tool,
     /// Force on the hand.
     Force,
+    /// Where the hand holds the instrument; the tool is where tissue lets it be.
+    Device,
 }
 
 /// A circle on the picture. Lengths in half heights of the picture, y up, from its middle.
@@ -60,6 +62,8 @@ pub struct Overlay {
     pub circles: Vec<Circle>,
     /// Links, tool, force.
     pub lines: Vec<Line>,
+    /// What cannot be drawn, in words.
+    pub notes: Vec<String>,
 }
 
 impl Overlay {
@@ -81,6 +85,8 @@ impl Overlay {
             let width = 2.0 * scope.on_picture((capsule.radius_m / near).min(1.0).asin());
             overlay.add_line(&camera, scope, ends, width, Mark::Tool);
         }
+        overlay.add_device(scene, tools, &camera, scope);
+        overlay.notes = notes(scene, spheres);
         let force = Vec3::from(tools.force_n) * ARROW_M_PER_N;
         let start = Vec3::from(tools.world_from_instrument.position_m);
         if force.length() > 1e-4 {
@@ -99,7 +105,7 @@ impl Overlay {
     /// that nothing touches.
     pub fn leave_to_picture(&mut self) {
         self.lines.retain(|line| line.mark != Mark::Link);
-        let touched = |c: &Circle| matches!(c.mark, Mark::Contact | Mark::Grasped);
+        let touched = |c: &Circle| matches!(c.mark, Mark::Contact | Mark::Grasped | Mark::Device);
         self.circles.retain(touched);
     }
 
@@ -143,6 +149,37 @@ impl Overlay {
         }
     }
 
+    /// The shaft as the hand holds it, and how far the tool stays behind it.
+    fn add_device(&mut self, scene: &SceneFile, tools: &ToolFrame, camera: &Mat4, scope: &Scope) {
+        let room = scene.room();
+        let handle = Vec3::from(tools.world_from_handle.position_m);
+        let port = Vec3::from(room.instrument_port_m);
+        let along = (port - handle).normalize_or_zero();
+        let tip = handle + along * room.instrument_length_m;
+        if along == Vec3::ZERO || !tip.is_finite() {
+            return;
+        }
+        self.add_line(camera, scope, [tip - along * 0.04, tip], 0.0, Mark::Device);
+        let ends = tools
+            .capsules()
+            .unwrap_or(&[])
+            .iter()
+            .filter(|c| c.role != 0);
+        let ends = ends.map(|c| Vec3::from(c.b_m));
+        let nearest = ends.min_by(|a, b| a.distance(tip).total_cmp(&b.distance(tip)));
+        if let Some(tool) = nearest {
+            self.add_line(camera, scope, [tip, tool], 0.0, Mark::Device);
+        }
+        let at = camera.transform_point3(tip);
+        if let Some(on) = scope.project(at) {
+            self.circles.push(Circle {
+                at: on,
+                radius: scope.on_picture((0.0015 / at.length().max(1e-3)).min(1.0).asin()),
+                mark: Mark::Device,
+            });
+        }
+    }
+
     fn add_line(&mut self, camera: &Mat4, scope: &Scope, ends: [Vec3; 2], width: f32, mark: Mark) {
         let [a, b] = ends.map(|end| scope.project(camera.transform_point3(end)));
         if let (Some(a), Some(b)) = (a, b) {
@@ -172,7 +209,11 @@ impl Overlay {
                 painter.circle_filled(at, (radius * 0.35).max(2.0), colour);
             }
         }
-        let legend = "Spheres: grey asleep, blue awake, white held, orange touched, pink grasped";
+        let notes = self.notes.join("\n");
+        let legend = format!(
+            "{notes}\nSpheres: grey asleep, blue awake, white held, orange touched, pink grasped\n\
+             Cyan: the tool; magenta: where the hand holds it; yellow: force, 2 cm a newton"
+        );
         let corner = pos2(picture.left() + 8.0, picture.bottom() - 8.0);
         let font = egui::FontId::proportional(13.0);
         painter.text(
@@ -183,6 +224,37 @@ impl Overlay {
             Color32::LIGHT_GRAY,
         );
     }
+}
+
+/// Level of detail, and which organs are awake.
+fn notes(scene: &SceneFile, spheres: &[SphereState]) -> Vec<String> {
+    let touched = spheres
+        .iter()
+        .filter(|s| s.bits & SphereState::CONTACT != 0);
+    let detail = format!(
+        "{} spheres, {} links, {} tetrahedra; {} spheres touched",
+        spheres.len(),
+        scene.links().len(),
+        scene.tetrahedra().len(),
+        touched.count()
+    );
+    let awake = scene.organs().iter().filter(|organ| {
+        let [first, count] = organ.spheres.map(|x| x as usize);
+        let own = spheres.get(first..first + count).unwrap_or(&[]);
+        own.iter().any(|s| s.bits & SphereState::AWAKE != 0)
+    });
+    let names: Vec<&str> = awake
+        .filter_map(|organ| str_from_name(&organ.name))
+        .collect();
+    let awake = match names.len() {
+        0 => format!("All {} organs sleep", scene.organs().len()),
+        n => format!(
+            "Awake {n} of {}: {}",
+            scene.organs().len(),
+            names.join(", ")
+        ),
+    };
+    vec![detail, awake]
 }
 
 fn mark(bits: u32, held: bool) -> Mark {
@@ -211,5 +283,6 @@ fn colour(mark: Mark) -> (Color32, f32) {
         Mark::Link => (shade(160, 210, 160, 60), 0.7),
         Mark::Tool => (shade(90, 230, 230, 70), 1.0),
         Mark::Force => (shade(255, 235, 60, 255), 3.0),
+        Mark::Device => (shade(255, 90, 255, 220), 1.5),
     }
 }

@@ -4,7 +4,7 @@ use egui::{Color32, Key, RichText, Sense, Stroke, Ui, vec2};
 use egui_plot::{Bar, BarChart, Line, Plot, PlotPoints};
 use shared_mem::message::DeviceHealth;
 
-use super::{Link, UiState, instrument_name};
+use super::{Link, TickHealth, UiState, instrument_name};
 
 /// What the user asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,6 +27,12 @@ pub enum Asked {
     ToggleHand,
     /// Fill the screen, or not.
     ToggleFullScreen,
+    /// Take the next endoscope: 0°, 30°, 45°.
+    NextScope,
+    /// Turn its light cable a step to the left (−1) or the right (1).
+    TurnScope(i8),
+    /// Wipe its lens.
+    WipeLens,
     /// End.
     Quit,
 }
@@ -93,6 +99,10 @@ fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             (Key::E, Asked::ToggleEngineering),
             (Key::H, Asked::TogglePanel),
             (Key::F11, Asked::ToggleFullScreen),
+            (Key::S, Asked::NextScope),
+            (Key::OpenBracket, Asked::TurnScope(-1)),
+            (Key::CloseBracket, Asked::TurnScope(1)),
+            (Key::W, Asked::WipeLens),
         ];
         let pressed = table.into_iter().chain(instruments);
         pressed
@@ -169,6 +179,8 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     ui.separator();
     instruments(ui, state, asked);
     ui.separator();
+    scope(ui, state, asked);
+    ui.separator();
     switches(ui, state, asked);
     ui.separator();
     force(ui, state);
@@ -180,6 +192,7 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         "Picture: {:.0} a second, {:.1} ms after the hand",
         state.frames_per_second, state.motion_to_photon_ms
     ));
+    passes(ui, state);
     ui.label(RichText::new(&state.adapter).weak());
     if ui.button("Quit (Esc)").clicked() {
         asked.push(Asked::Quit);
@@ -237,6 +250,32 @@ fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         if ui.selectable_label(held == Some(number), text).clicked() {
             asked.push(Asked::Instrument(number));
         }
+    }
+}
+
+/// The endoscope: which one, how it is turned, how well it sees.
+fn scope(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
+    let [angle, turned] = state.scope_degrees;
+    ui.label(format!("Endoscope: {angle:.0}°, cable turned {turned:.0}°"));
+    ui.horizontal_wrapped(|ui| {
+        for (text, what) in [
+            ("Next endoscope (S)", Asked::NextScope),
+            ("Turn left ([)", Asked::TurnScope(-1)),
+            ("Turn right (])", Asked::TurnScope(1)),
+            ("Wipe lens (W)", Asked::WipeLens),
+        ] {
+            if ui.button(text).clicked() {
+                asked.push(what);
+            }
+        }
+    });
+    let dirty = state.lens_veil > 0.15;
+    let held = state.tools.as_ref().is_some_and(|t| t.switches & 4 != 0);
+    if dirty {
+        line(ui, Mark::Care, "Lens: fogged or sooty, wipe it");
+    }
+    if held {
+        line(ui, Mark::Good, "Camera: held still by the pedal");
     }
 }
 
@@ -339,22 +378,47 @@ fn ticks(ui: &mut Ui, state: &UiState) {
         "Tick: 99 % within {:.0} µs, worst {:.0} µs",
         tick[0], tick[1]
     ));
-    let bars = health.wake_bars();
+    histogram(ui, health, 0, "Wake-up latency");
+    histogram(ui, health, 1, "Time of a tick");
+}
+
+/// A live histogram of the last four seconds.
+fn histogram(ui: &mut Ui, health: &TickHealth, which: usize, name: &str) {
+    let bars = health.bars(which);
     let bars = bars
         .iter()
         .enumerate()
         .map(|(i, share)| Bar::new(i as f64, *share));
-    Plot::new("wake-up latency")
-        .height(60.0)
+    Plot::new(name)
+        .height(48.0)
         .show_x(false)
         .show_axes([false, false])
         .allow_drag(false)
         .allow_zoom(false)
         .allow_scroll(false)
         .show(ui, |plot| {
-            plot.bar_chart(BarChart::new("wake-up latency", bars.collect()).color(GOOD));
+            plot.bar_chart(BarChart::new(name, bars.collect()).color(GOOD));
         });
-    ui.label(RichText::new("Wake-up latency, 1 µs to 33 ms, each bar twice the last").weak());
+    ui.label(RichText::new(format!("{name}, 1 µs to 33 ms, each bar twice the last")).weak());
+}
+
+/// What a picture costs, pass by pass, and the quality that was chosen by it.
+fn passes(ui: &mut Ui, state: &UiState) {
+    let [tier, tiers] = state.quality;
+    if tiers > 1 {
+        ui.label(format!("Quality: {} of {tiers}, 1 the best", tier + 1));
+    }
+    let Some(times) = state.pass_times else {
+        return;
+    };
+    let total: f32 = times.iter().sum();
+    egui::CollapsingHeader::new(format!("Graphics: {total:.1} ms a picture"))
+        .id_salt("passes")
+        .show(ui, |ui| {
+            for (name, ms) in crate::render::timing::PASSES.iter().zip(times) {
+                ui.label(format!("{name}: {ms:.2} ms"));
+            }
+        });
 }
 
 /// A mark of its own shape and colour, and words.

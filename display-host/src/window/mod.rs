@@ -32,6 +32,10 @@ pub struct WindowConfig {
     pub scene: PathBuf,
     /// Inner size to start with, pixels.
     pub size: [u32; 2],
+    /// The endoscope's angle, rad.
+    pub scope_angle: f32,
+    /// The endoscope's lens comes cold, and fogs.
+    pub cold_lens: bool,
     /// End after this time; `None`: when the user closes it.
     pub seconds: Option<f64>,
     /// Core of the realtime thread, to stay off.
@@ -60,6 +64,7 @@ pub fn run(
     let event_loop = event_loop()?;
     let mut app = App {
         size: config.size,
+        scope: (config.scope_angle, config.cold_lens),
         session: Session::new(&scene, host, &config.station),
         scene,
         stop,
@@ -103,6 +108,8 @@ fn event_loop() -> Result<EventLoop<accesskit_winit::Event>, DisplayError> {
 
 struct App<'a> {
     size: [u32; 2],
+    /// Its angle, and whether it comes cold.
+    scope: (f32, bool),
     scene: SceneFile,
     session: Session,
     stop: &'a AtomicBool,
@@ -151,7 +158,14 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             return;
         }
         let title = format!("Calot: {}", self.scene.name());
-        match Screen::open(events, &self.proxy, &title, self.size, &self.scene) {
+        match Screen::open(
+            events,
+            &self.proxy,
+            &title,
+            self.size,
+            self.scope,
+            &self.scene,
+        ) {
             Ok(screen) => {
                 self.session.set_adapter(screen.adapter());
                 self.screen = Some(screen);

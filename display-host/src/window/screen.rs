@@ -12,8 +12,10 @@ use winit::window::{CursorGrabMode, Fullscreen, Window};
 use super::session::Session;
 use crate::DisplayError;
 use crate::latency::{FrameRecord, now_ns};
+use crate::render::governor::Governor;
 use crate::render::gpu::Gpu;
 use crate::render::inside::Inside;
+use crate::render::lens::Lens;
 use crate::render::{Quality, Renderer};
 use crate::ui::{Asked, ui};
 
@@ -23,6 +25,9 @@ const PICTURE_MAX: [u32; 2] = [2560, 1440];
 const RESIZE_SHARE: f32 = 0.02;
 /// Time that auto exposure takes for most of its way, s.
 const EXPOSURE_S: f32 = 0.4;
+
+/// A step of the endoscope's light cable about its shaft, degrees.
+const TURN_DEGREES: f32 = 15.0;
 
 /// What became of a frame.
 pub(super) enum Shown {
@@ -42,6 +47,7 @@ pub(super) struct Screen {
     input: egui_winit::State,
     picture: egui::TextureId,
     last_frame: Option<Instant>,
+    governor: Governor,
     mouse_held: bool,
 }
 
@@ -51,6 +57,7 @@ impl Screen {
         proxy: &EventLoopProxy<accesskit_winit::Event>,
         title: &str,
         [width, height]: [u32; 2],
+        (scope_angle, cold_lens): (f32, bool),
         scene: &SceneFile,
     ) -> Result<Self, DisplayError> {
         let no_window = |detail: String| DisplayError::NoWindow { detail };
@@ -73,7 +80,12 @@ impl Screen {
         let gpu = Gpu::from_instance(instance, Some(&surface))?;
         let surface_config = configure(&surface, &gpu, window.inner_size())
             .ok_or_else(|| no_window("the adapter cannot draw on this screen".into()))?;
-        let renderer = Renderer::new(&gpu, scene, Quality::live(&gpu))?;
+        let (tiers, may_cost_ms) = Quality::tiers(&gpu);
+        let mut renderer = Renderer::new(&gpu, scene, Quality::live(&gpu))?;
+        renderer.scope_mut().angle = scope_angle;
+        if cold_lens {
+            *renderer.lens_mut() = Lens::cold();
+        }
         let mut painter = egui_wgpu::Renderer::new(
             &gpu.device,
             surface_config.format,
@@ -104,6 +116,7 @@ impl Screen {
             input,
             picture,
             last_frame: None,
+            governor: Governor::new(tiers, may_cost_ms),
             mouse_held: false,
         })
     }
@@ -219,6 +232,8 @@ impl Screen {
             });
         }
         self.fit_picture(covered)?;
+        self.watch_cost(session)?;
+        self.turn_scope(&asked, session);
         if asked.contains(&Asked::ToggleFullScreen) {
             let full = self.window.fullscreen().is_none();
             self.window
@@ -262,6 +277,50 @@ impl Screen {
             live: true,
             path: None,
         })
+    }
+
+    /// Takes what recent pictures cost, and changes the quality where they cost too much or little.
+    fn watch_cost(&mut self, session: &mut Session) -> Result<(), DisplayError> {
+        let Some(times) = self.renderer.take_pass_times() else {
+            return Ok(());
+        };
+        session.ui.pass_times = Some(times);
+        if let Some(quality) = self.governor.note(times.iter().sum()) {
+            self.renderer.set_quality(&self.gpu, quality)?;
+            self.show_picture_anew();
+        }
+        session.ui.quality = self.governor.tier();
+        Ok(())
+    }
+
+    /// Does what was asked of the endoscope.
+    fn turn_scope(&mut self, asked: &[Asked], session: &mut Session) {
+        for asked in asked {
+            let scope = self.renderer.scope_mut();
+            match *asked {
+                Asked::NextScope => scope.angle = next_angle(scope.angle),
+                Asked::TurnScope(way) => {
+                    let turned = scope.turned.to_degrees() + TURN_DEGREES * f32::from(way);
+                    scope.turned = ((turned + 180.0).rem_euclid(360.0) - 180.0).to_radians();
+                }
+                Asked::WipeLens => self.renderer.lens_mut().wipe(),
+                _ => {}
+            }
+        }
+        let scope = self.renderer.scope();
+        session.ui.scope_degrees = [scope.angle, scope.turned].map(|a| a.to_degrees().round());
+        let lens = self.renderer.lens_mut();
+        session.ui.lens_veil = lens.fog.max(lens.soot);
+    }
+
+    /// The picture's texture is another one.
+    fn show_picture_anew(&mut self) {
+        self.painter.update_egui_texture_from_wgpu_texture(
+            &self.gpu.device,
+            self.renderer.picture(),
+            wgpu::FilterMode::Linear,
+            self.picture,
+        );
     }
 
     fn paint(
@@ -324,15 +383,17 @@ impl Screen {
         });
         if differs {
             self.renderer.resize(&self.gpu, wanted)?;
-            self.painter.update_egui_texture_from_wgpu_texture(
-                &self.gpu.device,
-                self.renderer.picture(),
-                wgpu::FilterMode::Linear,
-                self.picture,
-            );
+            self.show_picture_anew();
         }
         Ok(())
     }
+}
+
+/// The endoscope that comes after one: 0°, 30°, 45°, and again.
+fn next_angle(angle: f32) -> f32 {
+    let angles = [0.0f32, 30.0, 45.0];
+    let next = angles.into_iter().find(|a| *a > angle.to_degrees() + 1.0);
+    next.unwrap_or(0.0).to_radians()
 }
 
 fn configure(

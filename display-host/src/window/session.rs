@@ -204,7 +204,12 @@ impl Session {
                     }
                     continue;
                 }
-                Asked::ToggleFullScreen | Asked::Quit => continue,
+                // The window's own.
+                Asked::NextScope
+                | Asked::TurnScope(_)
+                | Asked::WipeLens
+                | Asked::ToggleFullScreen
+                | Asked::Quit => continue,
             };
             let command = CommandMsg { kind, argument };
             let problem = match self.host.command(command, COMMAND_PATIENCE) {

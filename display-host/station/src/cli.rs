@@ -126,6 +126,32 @@ pub(crate) enum SchedulerName {
     Deadline,
 }
 
+/// An endoscope, as it is typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(crate) enum ScopeName {
+    /// It looks along its shaft
+    #[default]
+    #[value(name = "0")]
+    Straight,
+    /// 30 degrees off it
+    #[value(name = "30")]
+    Thirty,
+    /// 45 degrees off it
+    #[value(name = "45")]
+    FortyFive,
+}
+
+impl ScopeName {
+    pub(crate) fn radians(self) -> f32 {
+        let degrees: f32 = match self {
+            Self::Straight => 0.0,
+            Self::Thirty => 30.0,
+            Self::FortyFive => 45.0,
+        };
+        degrees.to_radians()
+    }
+}
+
 /// A modem line, as it is typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ScopeLineName {
@@ -207,6 +233,12 @@ pub(crate) struct RunArgs {
     /// Record the session to this file, for `calot replay` [default with --out: DIR/session.mcap]
     #[arg(long, value_name = "FILE", conflicts_with = "attach")]
     pub(crate) record: Option<PathBuf>,
+    /// The window's endoscope, by the angle that it looks off its shaft; S takes the next one
+    #[arg(long, value_enum, default_value_t = ScopeName::Straight)]
+    pub(crate) scope: ScopeName,
+    /// The endoscope comes cold: its lens fogs until it is wiped (W) or warm
+    #[arg(long)]
+    pub(crate) cold_lens: bool,
     /// Seed of the scripted hand
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,

@@ -169,6 +169,8 @@ fn show(
         station: station.clone(),
         scene: scene.to_owned(),
         size: args.size.unwrap_or([1280, 720]),
+        scope_angle: args.scope.radians(),
+        cold_lens: args.cold_lens,
         seconds: args.seconds,
         tick_cpu: args.controller.realtime.core,
     };

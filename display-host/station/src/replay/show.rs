@@ -77,6 +77,8 @@ pub(super) fn run(
                     station: station.clone(),
                     scene: path.clone(),
                     size: [1280, 720],
+                    scope_angle: 0.0,
+                    cold_lens: false,
                     seconds: None,
                     tick_cpu: None,
                 },

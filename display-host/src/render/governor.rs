@@ -1,0 +1,139 @@
+//! Chooses the quality by what frames cost: down at once when they cost too much, up only after a long
+//! calm, and more slowly each time that going up turned out wrong.
+
+use super::quality::Quality;
+
+/// Frames that are judged together, by their median.
+const FRAMES: usize = 40;
+/// Too much, and little enough to try more, as shares of what a frame may cost.
+const TOO_MUCH: f32 = 1.05;
+const LITTLE: f32 = 0.55;
+/// Calm windows before going up, at first and at most.
+const PATIENCE: u32 = 6;
+const PATIENCE_MAX: u32 = 384;
+/// Going down so soon after going up, in windows, was a mistake to go up.
+const SOON: u32 = 6;
+
+/// Watches frames and names the quality for the next ones.
+#[derive(Debug, Clone)]
+pub struct Governor {
+    tiers: Vec<Quality>,
+    at: usize,
+    may_cost_ms: f32,
+    costs_ms: Vec<f32>,
+    calm: u32,
+    patience: u32,
+    since_up: u32,
+}
+
+impl Governor {
+    /// Begins with the first of the tiers, best first; a frame may cost so much, ms.
+    #[must_use]
+    pub fn new(tiers: Vec<Quality>, may_cost_ms: f32) -> Self {
+        Self {
+            tiers,
+            at: 0,
+            may_cost_ms,
+            costs_ms: Vec::with_capacity(FRAMES),
+            calm: 0,
+            patience: PATIENCE,
+            since_up: u32::MAX,
+        }
+    }
+
+    /// Which tier is in use, 0 the best, and how many there are.
+    #[must_use]
+    pub fn tier(&self) -> [usize; 2] {
+        [self.at, self.tiers.len()]
+    }
+
+    /// Takes what a frame cost, ms; the quality to change to, if it is to change. Its size is the
+    /// caller's to keep.
+    pub fn note(&mut self, cost_ms: f32) -> Option<Quality> {
+        if !cost_ms.is_finite() {
+            return None;
+        }
+        self.costs_ms.push(cost_ms);
+        if self.costs_ms.len() < FRAMES {
+            return None;
+        }
+        self.costs_ms.sort_by(f32::total_cmp);
+        let median = self.costs_ms[FRAMES / 2];
+        self.costs_ms.clear();
+        self.since_up = self.since_up.saturating_add(1);
+        let before = self.at;
+        if median > TOO_MUCH * self.may_cost_ms {
+            self.calm = 0;
+            if self.at + 1 < self.tiers.len() {
+                self.at += 1;
+                if self.since_up <= SOON {
+                    self.patience = (self.patience * 2).min(PATIENCE_MAX);
+                }
+            }
+        } else if median < LITTLE * self.may_cost_ms && self.at > 0 {
+            self.calm += 1;
+            if self.calm >= self.patience {
+                self.at -= 1;
+                self.calm = 0;
+                self.since_up = 0;
+            }
+        } else {
+            self.calm = 0;
+        }
+        if self.at == before {
+            None
+        } else {
+            self.tiers.get(self.at).copied()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn run(governor: &mut Governor, frames: usize, cost: impl Fn(usize) -> f32) -> usize {
+        let note = |governor: &mut Governor| {
+            let cost_ms = cost(governor.tier()[0]);
+            usize::from(governor.note(cost_ms).is_some())
+        };
+        (0..frames).map(|_| note(governor)).sum()
+    }
+
+    #[test]
+    fn a_slow_device_gets_less_until_it_keeps_up() {
+        let mut governor = Governor::new(Quality::GPU_TIERS.to_vec(), 14.0);
+        run(&mut governor, 400, |tier| 30.0 - 9.0 * tier as f32);
+        assert_eq!(governor.tier()[0], 2);
+        // A single hitch changes nothing.
+        assert_eq!(run(&mut governor, 3, |_| 500.0), 0);
+        assert_eq!(run(&mut governor, 2000, |_| 12.0), 0);
+    }
+
+    #[test]
+    fn it_does_not_swing_between_two_tiers() {
+        let mut governor = Governor::new(Quality::GPU_TIERS.to_vec(), 14.0);
+        // The best tier is too much, the next looks like plenty of room.
+        let cost = |tier: usize| if tier == 0 { 20.0 } else { 5.0 };
+        let changes = run(&mut governor, 20_000, cost);
+        assert!(changes < 16, "{changes} changes in 20000 frames");
+    }
+
+    #[test]
+    fn what_has_become_quick_gets_more_again() {
+        let mut governor = Governor::new(Quality::GPU_TIERS.to_vec(), 14.0);
+        run(&mut governor, 400, |_| 40.0);
+        let [at, tiers] = governor.tier();
+        assert_eq!(at, tiers - 1);
+        run(&mut governor, 4000, |_| 3.0);
+        assert_eq!(governor.tier()[0], 0);
+    }
+
+    #[test]
+    fn nonsense_is_not_counted() {
+        let mut governor = Governor::new(Quality::GPU_TIERS.to_vec(), 14.0);
+        assert_eq!(run(&mut governor, 500, |_| f32::NAN), 0);
+        let mut none = Governor::new(Vec::new(), 14.0);
+        assert_eq!(run(&mut none, 500, |_| 99.0), 0);
+    }
+}
