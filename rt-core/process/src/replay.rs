@@ -175,6 +175,8 @@ mod tests {
     use rt_core::scene::Room;
 
     proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
         /// A session whose checksums are right may still hold anything.
         #[test]
         fn any_setup_and_any_inputs_run_without_a_panic(
