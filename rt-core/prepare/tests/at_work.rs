@@ -157,9 +157,11 @@ fn sliding_and_biting_in_the_triangle_have_no_step() {
     let recipe = Recipe::triangle(true).expect("a built-in recipe");
     let legs = [
         Leg(2000, [-6.0, 0.0], OPEN),
+        Leg(750, [-6.0, 8.0], OPEN),
+        Leg(1500, [-6.0, -8.0], OPEN),
         Leg(1500, [-6.0, 8.0], OPEN),
-        Leg(3000, [-6.0, -8.0], OPEN),
-        Leg(2500, [-6.0, 0.0], OPEN),
+        Leg(1500, [-6.0, -8.0], OPEN),
+        Leg(1500, [-6.0, 0.0], OPEN),
         Leg(500, [-6.0, 0.0], Buttons::GRASP),
         Leg(2000, [4.0, 0.0], Buttons::GRASP),
     ];

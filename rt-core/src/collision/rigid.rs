@@ -107,7 +107,7 @@ fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track
     }
     let gap = last.zip(way_m).map_or_else(
         || Gap::first(gap_m),
-        |(last, way_m)| last.gap.next(gap_m, way_m, 0.0),
+        |(last, way_m)| last.gap.next(gap_m, way_m),
     );
     Some(Track {
         part: part.role,

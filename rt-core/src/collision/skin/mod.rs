@@ -107,9 +107,8 @@ impl Track {
         let mut push = found.normal;
         if self.is_near {
             self.way_m = center_m - self.center_m;
-            let moved_m = math::norm(&(found.at_m - self.at_m));
             let way_m = math::norm(&self.way_m);
-            self.gap = self.gap.next(gap_m, way_m, moved_m);
+            self.gap = self.gap.next(gap_m, way_m);
             if self.carried.force_n > 0.0 {
                 // A tool turns round an edge by its way over its radius.
                 let most = (2.0 * way_m / station.radius_m).max(turn_at_rest(self.carried.force_n));

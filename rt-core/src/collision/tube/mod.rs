@@ -154,7 +154,7 @@ impl TubeContacts {
                 let track = Track {
                     side,
                     bead_m: ball.center_m,
-                    gap: last.gap.next(gap_m(&side), Side::way_m(&motion), 0.0),
+                    gap: last.gap.next(gap_m(&side), Side::way_m(&motion)),
                     ..*last
                 };
                 return (track, way_m(before, part, side.share));
