@@ -22,6 +22,7 @@ pub mod priority;
 pub mod render;
 pub mod report;
 pub mod skinning;
+pub mod sound;
 pub mod ui;
 pub mod window;
 

@@ -145,6 +145,7 @@ fn in_the_window_s_process() {
         size: [1000, 640],
         scope_angle: 0.0,
         cold_lens: false,
+        muted: false,
         seconds: Some(12.0),
         tick_cpu: None,
     };
@@ -192,6 +193,7 @@ fn in_a_process_without_a_screen() {
         size: [640, 480],
         scope_angle: 0.0,
         cold_lens: false,
+        muted: false,
         seconds: Some(1.0),
         tick_cpu: None,
     };

@@ -19,6 +19,7 @@ use self::screen::{Screen, Shown};
 use self::session::Session;
 use crate::DisplayError;
 use crate::headless::{Ended, Observed, Outcome};
+use crate::sound::Sound;
 
 /// How long the window rests when it cannot be seen.
 const UNSEEN: Duration = Duration::from_millis(50);
@@ -34,6 +35,8 @@ pub struct WindowConfig {
     pub size: [u32; 2],
     /// The endoscope's angle, rad.
     pub scope_angle: f32,
+    /// No sound.
+    pub muted: bool,
     /// The endoscope's lens comes cold, and fogs.
     pub cold_lens: bool,
     /// End after this time; `None`: when the user closes it.
@@ -65,7 +68,12 @@ pub fn run(
     let mut app = App {
         size: config.size,
         scope: (config.scope_angle, config.cold_lens),
-        session: Session::new(&scene, host, &config.station),
+        session: Session::new(
+            &scene,
+            host,
+            &config.station,
+            (!config.muted).then(|| Sound::start(config.tick_cpu)),
+        ),
         scene,
         stop,
         observer,

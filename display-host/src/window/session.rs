@@ -13,8 +13,12 @@ use crate::feed::{Feed, Offer};
 use crate::headless::{Ended, Observed, Outcome, zeroed_state};
 use crate::latency::FrameRecord;
 use crate::render::camera::Scope;
+use crate::sound::Sound;
+use crate::sound::synth::{Current, Heard};
 use crate::ui::{Asked, Link, Overlay, UiState, instrument_name};
 
+/// As [`ToolFrame::instrument`] counts.
+const CLIP_APPLIER: u32 = 3;
 /// Frames whose records are kept: an hour and a half at 60 Hz; then the older half goes.
 const FRAMES_KEPT: usize = 400_000;
 /// Silence that is worth a word.
@@ -40,6 +44,11 @@ pub(super) struct Session {
     effects: Vec<Effect>,
     /// The organs went back to rest since the last picture.
     was_reset: bool,
+    /// `None`: muted, or there is no sound card.
+    sound: Option<Sound>,
+    heard: Heard,
+    /// The clip applier's jaws have been open.
+    jaws_were_open: bool,
     /// Mouse and keyboard as the hand.
     pub(super) operate: Operate,
     /// What the panel shows.
@@ -47,7 +56,12 @@ pub(super) struct Session {
 }
 
 impl Session {
-    pub(super) fn new(scene: &SceneFile, host: Host, station: &Station) -> Self {
+    pub(super) fn new(
+        scene: &SceneFile,
+        host: Host,
+        station: &Station,
+        sound: Option<Sound>,
+    ) -> Self {
         Self {
             host,
             feed: Feed::new(scene),
@@ -62,6 +76,9 @@ impl Session {
             warnings: Vec::new(),
             effects: Vec::new(),
             was_reset: false,
+            sound,
+            heard: Heard::default(),
+            jaws_were_open: false,
             operate: Operate::new(station),
             ui: UiState {
                 station: station.name().to_owned(),
@@ -139,8 +156,35 @@ impl Session {
         });
         self.judge_link();
         self.ui.tools = self.feed.tools().copied();
+        self.sound(observer);
         self.ui.in_hand = self.operate.is_on();
         self.ui.force = self.force.iter().copied().collect();
+    }
+
+    /// Lets hear what the tools do, and says once why nothing is heard.
+    fn sound(&mut self, observer: &mut dyn FnMut(Observed<'_>)) {
+        let Some(sound) = &self.sound else { return };
+        if let Some(problem) = sound.take_problem() {
+            observer(Observed::Warning(&problem));
+            self.sound = None;
+            return;
+        }
+        let tools = self.feed.tools().filter(|_| self.ui.link == Link::Live);
+        self.heard.current = match tools.map_or(0, |t| t.switches & 3) {
+            1 => Current::Cut,
+            2 => Current::Coagulate,
+            _ => Current::Off,
+        };
+        self.heard.alarm = self.ui.alarm.is_some();
+        self.heard.heart = tools.is_some() && !self.ui.is_paused();
+        if let Some(tools) = tools.filter(|t| t.instrument == CLIP_APPLIER) {
+            self.jaws_were_open |= tools.jaw > 0.5;
+            if self.jaws_were_open && tools.jaw < 0.05 {
+                self.jaws_were_open = false;
+                self.heard.clips = self.heard.clips.wrapping_add(1);
+            }
+        }
+        sound.hear(self.heard);
     }
 
     fn judge_link(&mut self) {

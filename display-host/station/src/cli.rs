@@ -236,6 +236,9 @@ pub(crate) struct RunArgs {
     /// The window's endoscope, by the angle that it looks off its shaft; S takes the next one
     #[arg(long, value_enum, default_value_t = ScopeName::Straight)]
     pub(crate) scope: ScopeName,
+    /// No sound
+    #[arg(long)]
+    pub(crate) mute: bool,
     /// The endoscope comes cold: its lens fogs until it is wiped (W) or warm
     #[arg(long)]
     pub(crate) cold_lens: bool,

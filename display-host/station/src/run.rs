@@ -171,6 +171,7 @@ fn show(
         size: args.size.unwrap_or([1280, 720]),
         scope_angle: args.scope.radians(),
         cold_lens: args.cold_lens,
+        muted: args.mute,
         seconds: args.seconds,
         tick_cpu: args.controller.realtime.core,
     };

@@ -78,6 +78,7 @@ pub(super) fn run(
                     scene: path.clone(),
                     size: [1280, 720],
                     scope_angle: 0.0,
+                    muted: false,
                     cold_lens: false,
                     seconds: None,
                     tick_cpu: None,

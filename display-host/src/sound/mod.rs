@@ -1,0 +1,312 @@
+//! Sound: the electrode, clips, alarms, the heart monitor. Synthesised ([`synth`]) and given to the
+//! system's own player, so that nothing of a sound card is needed to build Calot; without a card or a
+//! player one warning, and silence.
+
+pub mod synth;
+
+use std::io::Write as _;
+use std::process::{Child, ChildStdin, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use self::synth::{Current, Heard, Synth};
+
+const RATE_HZ: u32 = 48_000;
+/// Samples that are made at once: 10 ms.
+const BLOCK: usize = 480;
+/// So far ahead of the clock they are made, blocks.
+const AHEAD: u32 = 4;
+/// A player that ends within this never played.
+const STARTS: Duration = Duration::from_millis(1500);
+
+/// Players of raw samples from their standard input, and what they are told.
+const PLAYERS: [(&str, &[&str]); 3] = [
+    (
+        "pw-cat",
+        &[
+            "--playback",
+            "--raw",
+            "--rate",
+            "48000",
+            "--channels",
+            "1",
+            "--format",
+            "s16",
+            "--latency",
+            "40ms",
+            "-",
+        ],
+    ),
+    (
+        "paplay",
+        &[
+            "--raw",
+            "--format=s16le",
+            "--rate=48000",
+            "--channels=1",
+            "--latency-msec=60",
+        ],
+    ),
+    (
+        "aplay",
+        &[
+            "-q",
+            "-t",
+            "raw",
+            "-f",
+            "S16_LE",
+            "-r",
+            "48000",
+            "-c",
+            "1",
+            "--buffer-time=80000",
+        ],
+    ),
+];
+
+/// What plays; silent once it is dropped.
+#[derive(Debug)]
+pub struct Sound {
+    heard: Arc<AtomicU32>,
+    stop: Arc<AtomicBool>,
+    problem: Receiver<String>,
+}
+
+impl Sound {
+    /// Starts a player, aside: nobody waits for it, and it stays off the tick's core.
+    #[must_use]
+    pub fn start(tick_cpu: Option<usize>) -> Self {
+        Self::with(&PLAYERS, tick_cpu)
+    }
+
+    fn with(players: &'static [(&str, &[&str])], tick_cpu: Option<usize>) -> Self {
+        let heard = Arc::new(AtomicU32::new(0));
+        let stop = Arc::new(AtomicBool::new(false));
+        let (tell, problem) = channel();
+        let (its_heard, its_stop) = (heard.clone(), stop.clone());
+        let failed = tell.clone();
+        let thread = std::thread::Builder::new()
+            .name("calot-sound".into())
+            .spawn(move || {
+                // A player inherits it.
+                crate::priority::step_aside(tick_cpu);
+                if let Err(error) = play_by_any(players, &its_heard, &its_stop) {
+                    // Whoever started it may be gone.
+                    let _ = tell.send(error);
+                }
+            });
+        if let Err(error) = thread {
+            let _ = failed.send(format!("nothing is heard: {error}"));
+        }
+        Self {
+            heard,
+            stop,
+            problem,
+        }
+    }
+
+    /// What shall be heard from now on.
+    pub fn hear(&self, heard: Heard) {
+        self.heard.store(packed(heard), Ordering::Relaxed);
+    }
+
+    /// Why nothing is heard, once.
+    pub fn take_problem(&self) -> Option<String> {
+        self.problem.try_recv().ok()
+    }
+}
+
+impl Drop for Sound {
+    fn drop(&mut self) {
+        // The thread ends its player by itself; nobody waits for one that hangs.
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+/// In one word, so that nobody waits for a lock.
+fn packed(heard: Heard) -> u32 {
+    let current = match heard.current {
+        Current::Off => 0,
+        Current::Cut => 1,
+        Current::Coagulate => 2,
+    };
+    current
+        | u32::from(heard.alarm) << 2
+        | u32::from(heard.heart) << 3
+        | u32::from(heard.clips) << 8
+}
+
+fn unpacked(word: u32) -> Heard {
+    Heard {
+        current: match word & 3 {
+            1 => Current::Cut,
+            2 => Current::Coagulate,
+            _ => Current::Off,
+        },
+        alarm: word & 4 != 0,
+        heart: word & 8 != 0,
+        clips: (word >> 8 & 0xff) as u8,
+    }
+}
+
+/// Plays by the first player that plays until it is told to stop.
+fn play_by_any(
+    players: &[(&str, &[&str])],
+    heard: &AtomicU32,
+    stop: &AtomicBool,
+) -> Result<(), String> {
+    for (program, words) in players {
+        let child = Command::new(program)
+            .args(*words)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn();
+        let Ok(mut child) = child else { continue };
+        let played = match child.stdin.take() {
+            Some(into) => play(into, &mut child, heard, stop),
+            None => Played::Never,
+        };
+        // One that has ended is collected; one that has not is ended.
+        let _ = child.kill();
+        let _ = child.wait();
+        match played {
+            Played::ToTheEnd => return Ok(()),
+            Played::Never => {}
+            Played::UntilLost => return Err(format!("{program} has ended: nothing is heard")),
+        }
+    }
+    let names: Vec<&str> = players.iter().map(|(program, _)| *program).collect();
+    Err(format!(
+        "nothing is heard: no sound card, or none of {} to play with (apt-get install alsa-utils); \
+         --mute spares this",
+        names.join(", ")
+    ))
+}
+
+enum Played {
+    ToTheEnd,
+    UntilLost,
+    Never,
+}
+
+fn play(mut into: ChildStdin, child: &mut Child, heard: &AtomicU32, stop: &AtomicBool) -> Played {
+    let mut synth = Synth::new(RATE_HZ as f32);
+    let block_time = Duration::from_secs_f64(BLOCK as f64 / f64::from(RATE_HZ));
+    let began = Instant::now();
+    let mut due = began;
+    let mut bytes = Vec::with_capacity(2 * BLOCK);
+    while !stop.load(Ordering::Relaxed) {
+        synth.hear(unpacked(heard.load(Ordering::Relaxed)));
+        bytes.clear();
+        for _ in 0..BLOCK {
+            bytes.extend(((synth.sample() * 32_767.0) as i16).to_le_bytes());
+        }
+        let ended = matches!(child.try_wait(), Ok(Some(_)) | Err(_));
+        if ended || into.write_all(&bytes).is_err() {
+            return if began.elapsed() < STARTS {
+                Played::Never
+            } else {
+                Played::UntilLost
+            };
+        }
+        due += block_time;
+        let now = Instant::now();
+        // After a hold-up it goes on from now, and does not hurry after the time that is lost.
+        if due + block_time * AHEAD < now {
+            due = now;
+        }
+        std::thread::sleep(due.saturating_duration_since(now + block_time * AHEAD));
+    }
+    Played::ToTheEnd
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_heard_passes_in_one_word() {
+        for current in [Current::Off, Current::Cut, Current::Coagulate] {
+            for (alarm, heart, clips) in [(false, true, 0), (true, false, 255), (true, true, 7)] {
+                let heard = Heard {
+                    current,
+                    alarm,
+                    heart,
+                    clips,
+                };
+                assert_eq!(unpacked(packed(heard)), heard);
+            }
+        }
+    }
+
+    fn problem_of(players: &'static [(&str, &[&str])]) -> String {
+        let sound = Sound::with(players, None);
+        sound.hear(Heard {
+            alarm: true,
+            ..Heard::default()
+        });
+        let end = Instant::now() + Duration::from_secs(60);
+        loop {
+            if let Some(problem) = sound.take_problem() {
+                assert_eq!(sound.take_problem(), None);
+                return problem;
+            }
+            assert!(Instant::now() < end, "nobody said why");
+            std::thread::sleep(Duration::from_millis(5));
+        }
+    }
+
+    #[test]
+    fn without_a_player_or_a_card_there_is_one_reason() {
+        const NONE: [(&str, &[&str]); 1] = [("no-such-player", &[])];
+        // A player that finds no card ends at once.
+        const MUTE: [(&str, &[&str]); 1] = [("false", &[])];
+        for players in [&NONE, &MUTE] {
+            let problem = problem_of(players);
+            assert!(problem.contains("nothing is heard"), "{problem}");
+            assert!(problem.contains(players[0].0), "{problem}");
+        }
+    }
+
+    #[test]
+    fn a_player_gets_samples_until_it_is_told_to_stop() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let file = folder.path().join("samples");
+        let script = format!("cat > {}", file.display());
+        let mut child = Command::new("sh")
+            .args(["-c", &script])
+            .stdin(Stdio::piped())
+            .spawn()
+            .expect("a shell");
+        let into = child.stdin.take().expect("its input");
+        let heard = AtomicU32::new(packed(Heard {
+            current: Current::Cut,
+            ..Heard::default()
+        }));
+        let stop = AtomicBool::new(false);
+        let size = || std::fs::metadata(&file).map_or(0, |m| m.len());
+        let end = Instant::now() + Duration::from_secs(60);
+        std::thread::scope(|scope| {
+            let playing = scope.spawn(|| play(into, &mut child, &heard, &stop));
+            while size() < 20_000 && Instant::now() < end {
+                std::thread::sleep(Duration::from_millis(5));
+            }
+            stop.store(true, Ordering::Relaxed);
+            assert!(matches!(playing.join(), Ok(Played::ToTheEnd)));
+        });
+        let _ = child.wait();
+        let bytes = std::fs::read(&file).expect("samples");
+        assert!(
+            bytes.len() >= 20_000 && bytes.len() % (2 * BLOCK) == 0,
+            "{}",
+            bytes.len()
+        );
+        let samples = bytes
+            .chunks_exact(2)
+            .map(|b| i16::from_le_bytes([b[0], b[1]]));
+        assert!(samples.map(i16::unsigned_abs).max() > Some(2000));
+    }
+}
