@@ -230,10 +230,21 @@ impl OutputLimit {
         } else {
             1.0
         };
+        // While the tissue pushes harder the hand feels no less, while it gives way no more, whatever
+        // comes into touch or leaves it: a force that falls as the hand goes deeper is not stable.
+        let wanted_n = math::norm(&demand.force_n);
+        let same = self.share * self.wanted_n / wanted_n.max(LIMIT_MIN);
+        let goal = if wanted_n > self.wanted_n {
+            goal.max(same)
+        } else if wanted_n < self.wanted_n {
+            goal.min(same)
+        } else {
+            goal
+        };
         // What was felt already changes slowly; what begins now begins with its own share.
         let step = SHARE_STEP_N / self.wanted_n.max(SHARE_STEP_N);
         self.share += (goal - self.share).max(-step).min(step);
-        self.wanted_n = math::norm(&demand.force_n);
+        self.wanted_n = wanted_n;
         self.share
     }
 

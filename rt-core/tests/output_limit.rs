@@ -150,6 +150,35 @@ fn stiffness_that_comes_under_load_takes_force_away_slowly() {
     assert!(near(forces[100], 0.25) && near(forces[200], 0.5));
 }
 
+/// A second and a third part of the tool come to touch a wall on the way in, and leave it on the way out:
+/// what the hand feels never falls on the way in, nor rises on the way out.
+#[test]
+fn what_comes_to_touch_never_takes_force_from_a_hand_that_goes_deeper() {
+    let mut limit = open();
+    let mut at = |depth_m: f32| {
+        let parts = [0.0, 0.004, 0.0043].map(|from_m: f32| (depth_m - from_m).max(0.0));
+        let touching = parts.iter().filter(|m| **m > 0.0).count();
+        let demand = Demand {
+            force_n: Vec3::z() * (2000.0 * parts.iter().sum::<f32>()),
+            stiffness_n_m: 2000.0 * touching as f32,
+            ..HALF
+        };
+        apply(&mut limit, &demand).0
+    };
+    let way = |tick: i32| tick as f32 * 4.0e-6;
+    let goes_in: Vec<f32> = (0..1600).map(way).map(&mut at).collect();
+    let goes_out: Vec<f32> = (0..1600).rev().map(way).map(&mut at).collect();
+    let rises = |(a, b): (&f32, &f32)| b >= &(a - 1.0e-5);
+    assert!(goes_in.iter().zip(&goes_in[1..]).all(rises));
+    assert!(goes_out[1..].iter().zip(&goes_out).all(rises));
+    // It is rendered: half a newton a millimetre, where one part alone touches.
+    assert!(
+        (goes_in[900] - 500.0 * way(900)).abs() < 0.02,
+        "{}",
+        goes_in[900]
+    );
+}
+
 #[test]
 fn a_slow_device_bears_less_stiffness() {
     let bears = |damping_n_s_m, delay_s, rate_hz| {
