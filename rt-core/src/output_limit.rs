@@ -25,8 +25,9 @@ const STABLE_SHARE: f32 = 0.7;
 /// Largest change of force in a tick that comes of another share being let through, N: less than
 /// is felt.
 const SHARE_STEP_N: f32 = 0.004;
-/// A share below this counts as this where it divides.
-const SHARE_MIN: f32 = 0.01;
+/// A share below this counts as this where it divides: of walls of 20 kN/m a device without damping
+/// to speak of may render a thousandth.
+const SHARE_MIN: f32 = 1.0e-4;
 /// Longest delay of a device that a stiffness is computed for, s.
 const DELAY_MAX_S: f32 = 0.1;
 /// Largest change of torque in a tick, as a share of the peak: as quick as force is.

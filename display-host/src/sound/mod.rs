@@ -300,7 +300,7 @@ mod tests {
         let _ = child.wait();
         let bytes = std::fs::read(&file).expect("samples");
         assert!(
-            bytes.len() >= 20_000 && bytes.len() % (2 * BLOCK) == 0,
+            bytes.len() >= 20_000 && bytes.len().is_multiple_of(2 * BLOCK),
             "{}",
             bytes.len()
         );

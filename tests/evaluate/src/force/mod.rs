@@ -18,7 +18,8 @@ pub(crate) use page::{chart, section};
 /// Reference curves are solved by so many threads at once.
 const THREADS: usize = 2;
 
-/// Finds the reference of every case whose name contains `only`; kept in `folder`.
+/// Finds the reference of every case whose name contains `only`; kept in `folder`. With `kept` those
+/// there are taken whichever mesher made their meshes.
 ///
 /// # Errors
 /// In words.
@@ -26,6 +27,7 @@ fn references(
     cases: &[Case],
     folder: &Path,
     quick: bool,
+    kept: bool,
 ) -> Result<Vec<Result<Curve, String>>, String> {
     std::fs::create_dir_all(folder).map_err(|e| format!("{}: {e}", folder.display()))?;
     let next = AtomicUsize::new(0);
@@ -38,7 +40,7 @@ fn references(
                     let i = next.fetch_add(1, Ordering::Relaxed);
                     let Some(case) = cases.get(i) else { break };
                     eprintln!("reference {} of {}: {}", i + 1, cases.len(), case.name());
-                    let curve = reference::curve(case, folder, quick);
+                    let curve = reference::curve(case, folder, quick, kept);
                     if let Ok(mut slot) = found[i].lock() {
                         *slot = Some(curve);
                     }
@@ -118,9 +120,9 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
     let mut cases = Case::all();
     let folder = out.join("reference");
     cases.retain(|case| {
-        case.name().contains(only) && (!kept || reference::is_kept(case, &folder, quick))
+        case.name().contains(only) && (!kept || reference::found(case, &folder, quick).is_some())
     });
-    let curves = references(&cases, &folder, quick)?;
+    let curves = references(&cases, &folder, quick, kept)?;
     let counts: &[usize] = if quick {
         &[250, 581]
     } else {
@@ -186,15 +188,16 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
 }
 
 /// `force.csv`: one row a law, case and count. `tool_mm` is the radius of the tool's parts;
-/// `reference_doubt_pct` how much the reference's two meshes differ; `to_mm` how deep it goes.
+/// `reference_doubt_pct` how much the reference's two meshes differ, `mesher` which made them; `to_mm`
+/// how deep it goes.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text = "organ,site,tool_mm,spheres,rms_error_pct,max_error_pct,law,tool,seen,\
-                    reference_doubt_pct,to_mm\n"
+                    reference_doubt_pct,mesher,to_mm\n"
         .to_owned();
     for row in rows {
         let (site, [rms, most]) = (&row.case.site, row.error_pct());
         text += &format!(
-            "{},{},{},{},{rms:.2},{most:.2},{},\"{}\",{},{:.2},{}\n",
+            "{},{},{},{},{rms:.2},{most:.2},{},\"{}\",{},{:.2},{},{}\n",
             site.subject.name(),
             site.name,
             row.case.tool.radius_m() * 1e3,
@@ -203,6 +206,7 @@ pub(crate) fn csv(rows: &[Row]) -> String {
             row.case.tool.name(),
             site.seen,
             row.reference.doubt_pct(),
+            row.reference.mesher,
             DEPTHS_MM[row.force_n.len() - 1],
         );
     }

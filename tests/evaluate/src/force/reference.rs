@@ -120,7 +120,7 @@ fn fill(
 /// What is this near to the plane lies on it, m.
 const ON_PLANE_M: f64 = 2e-4;
 
-/// Goes up when [`fill`] makes other meshes: curves kept by an older one are solved anew.
+/// Goes up when [`fill`] makes other meshes. The first cut off the edge of what is held.
 const MESHER: usize = 2;
 
 /// Force over depth.
@@ -133,6 +133,8 @@ pub(crate) struct Curve {
     pub(crate) coarse_n: Vec<f64>,
     /// Nodes of both meshes, the finer last.
     pub(crate) nodes: [usize; 2],
+    /// Which mesher made the meshes; the one of today is [`MESHER`].
+    pub(crate) mesher: usize,
 }
 
 impl Curve {
@@ -159,15 +161,21 @@ pub(crate) fn rms_pct(values: &[f64], truth: &[f64]) -> f64 {
     100.0 * (squares / off.len().max(1) as f64).sqrt()
 }
 
-/// The curve of a case: out of `folder` if it was found before, else solved and kept there.
+/// The curve of a case: out of `folder` if it was found before, on today's meshes or with
+/// `any_mesher`, else solved and kept there.
 ///
 /// # Errors
 /// In words.
-pub(crate) fn curve(case: &Case, folder: &Path, quick: bool) -> Result<Curve, String> {
-    let kept = place(case, folder, quick);
-    if let Some(curve) = std::fs::read_to_string(&kept).ok().and_then(|t| read(&t)) {
+pub(crate) fn curve(
+    case: &Case,
+    folder: &Path,
+    quick: bool,
+    any_mesher: bool,
+) -> Result<Curve, String> {
+    if let Some(curve) = found(case, folder, quick).filter(|c| any_mesher || c.mesher == MESHER) {
         return Ok(curve);
     }
+    let kept = place(case, folder, quick);
     let surface = case.site.subject.mesh()?;
     let placed = case.placed(&surface)?;
     let sizes = if quick { [2.0, 1.6] } else { SIZES };
@@ -183,15 +191,16 @@ pub(crate) fn curve(case: &Case, folder: &Path, quick: bool) -> Result<Curve, St
         force_n,
         coarse_n,
         nodes: [nodes_before, nodes],
+        mesher: MESHER,
     };
     std::fs::write(&kept, text(&curve)).map_err(|e| format!("{}: {e}", kept.display()))?;
     Ok(curve)
 }
 
-/// Whether a case's curve was found before.
-pub(crate) fn is_kept(case: &Case, folder: &Path, quick: bool) -> bool {
-    let kept = std::fs::read_to_string(place(case, folder, quick));
-    kept.ok().and_then(|text| read(&text)).is_some()
+/// The curve that was found before.
+pub(crate) fn found(case: &Case, folder: &Path, quick: bool) -> Option<Curve> {
+    let text = std::fs::read_to_string(place(case, folder, quick));
+    text.ok().and_then(|text| read(&text))
 }
 
 fn place(case: &Case, folder: &Path, quick: bool) -> PathBuf {
@@ -209,9 +218,9 @@ fn text(curve: &Curve) -> String {
         let words: Vec<String> = values.iter().map(|f| format!("{f:.7}")).collect();
         words.join(" ")
     };
-    let [before, nodes] = curve.nodes;
+    let (mesher, [before, nodes]) = (curve.mesher, curve.nodes);
     format!(
-        "{MESHER} {before} {nodes}\n{}\n{}\n",
+        "{mesher} {before} {nodes}\n{}\n{}\n",
         line(&curve.coarse_n),
         line(&curve.force_n)
     )
@@ -220,13 +229,15 @@ fn text(curve: &Curve) -> String {
 fn read(text: &str) -> Option<Curve> {
     let mut lines = text.lines().map(|l| l.split_whitespace());
     let head: Option<Vec<usize>> = lines.next()?.map(|w| w.parse().ok()).collect();
-    let [mesher, before, nodes] = head?.try_into().ok()?;
-    if mesher != MESHER {
-        return None;
-    }
+    let (mesher, nodes) = match head?[..] {
+        [before, nodes] => (1, [before, nodes]), // it had no number
+        [mesher, before, nodes] => (mesher, [before, nodes]),
+        _ => return None,
+    };
     let mut forces = || -> Option<Vec<f64>> { lines.next()?.map(|w| w.parse().ok()).collect() };
     Some(Curve {
-        nodes: [before, nodes],
+        mesher,
+        nodes,
         coarse_n: forces()?,
         force_n: forces()?,
     })
@@ -316,11 +327,12 @@ mod tests {
             force_n: vec![0.02, 0.05, 0.0912345],
             coarse_n: vec![0.021, 0.049],
             nodes: [4000, 7000],
+            mesher: MESHER,
         };
         assert_eq!(read(&text(&curve)), Some(curve));
         assert_eq!(read("nonsense"), None);
-        // By the mesher before, which had no number, and by a later one.
-        assert_eq!(read("4000 7000\n0.02\n0.02\n"), None);
-        assert_eq!(read("3 4000 7000\n0.02\n0.02\n"), None);
+        let mesher = |text| read(text).map(|curve| curve.mesher);
+        assert_eq!(mesher("4000 7000\n0.02\n0.02\n"), Some(1));
+        assert_eq!(mesher("3 4000 7000\n0.02\n0.02\n"), Some(3));
     }
 }
