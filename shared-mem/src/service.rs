@@ -588,14 +588,26 @@ where
     }
 }
 
-/// Leaves a file to its owner. One that another process has just removed needs no closing.
+/// Leaves a file to its owner, if that is this user. What a name points to is not followed: anybody can
+/// put a link into /dev/shm. One that another process has just removed needs no closing.
 fn close(path: &std::path::Path) {
-    use std::os::unix::fs::PermissionsExt;
-    let mode = std::fs::metadata(path).map_or(0, |meta| meta.permissions().mode());
-    if mode & 0o077 != 0 {
-        let own = std::fs::Permissions::from_mode(mode & 0o700);
-        let _ = std::fs::set_permissions(path, own);
+    use rustix::fs::{Mode, OFlags};
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    let Ok(file) = rustix::fs::open(path, flags, Mode::empty()).map(std::fs::File::from) else {
+        return;
+    };
+    let Ok(meta) = file.metadata() else { return };
+    let mode = meta.permissions().mode();
+    let is_ours = meta.uid() == user() && (meta.is_file() || meta.is_dir());
+    if is_ours && mode & 0o077 != 0 {
+        let _ = file.set_permissions(std::fs::Permissions::from_mode(mode & 0o700));
     }
+}
+
+/// Whom this process runs as.
+fn user() -> u32 {
+    rustix::process::geteuid().as_raw()
 }
 
 /// The folder of this user's stations: made private, and refused if somebody else could have
@@ -605,7 +617,7 @@ fn close(path: &std::path::Path) {
 /// [`ServiceError::Folder`] says what is wrong with it.
 pub fn user_folder() -> Result<PathBuf, ServiceError> {
     use std::os::unix::fs::{DirBuilderExt, MetadataExt};
-    let user = std::fs::metadata("/proc/self").map_or(0, |meta| meta.uid());
+    let user = user();
     let path = std::env::temp_dir().join(format!("calot-{user}"));
     let refused = |problem: String| ServiceError::Folder {
         path: path.clone(),

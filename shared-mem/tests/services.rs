@@ -222,6 +222,23 @@ fn what_a_station_shares_is_its_users_alone() {
     assert!(seen >= 6, "{seen} of the services' files");
 }
 
+/// Anybody can put a link into /dev/shm under a name that can be guessed.
+#[test]
+fn a_planted_link_closes_nothing_else() {
+    use std::os::unix::fs::PermissionsExt;
+    let station = station("planted");
+    let victim = tempfile::NamedTempFile::new().unwrap();
+    let open = std::fs::Permissions::from_mode(0o644);
+    victim.as_file().set_permissions(open).unwrap();
+    let link = format!("/dev/shm/calot_{}_planted", station.name());
+    std::os::unix::fs::symlink(victim.path(), &link).unwrap();
+    let opened = Controller::open(&station).map(|_| ());
+    std::fs::remove_file(&link).unwrap();
+    opened.unwrap();
+    let mode = victim.as_file().metadata().unwrap().permissions().mode();
+    assert_eq!(mode & 0o777, 0o644);
+}
+
 #[test]
 fn a_recorder_that_listens_first_gets_every_batch() {
     let station = station("tap");

@@ -187,7 +187,10 @@ impl Ports for World {
         if !view.tick.is_multiple_of(self.publish_every) {
             return;
         }
-        if !self.gate.may_publish(now, self.deadline_ns, self.period_ns) {
+        if !self
+            .gate
+            .may_publish(now_ns(), self.deadline_ns, self.period_ns)
+        {
             self.record.bits |= TickRecord::DROPPED_PUBLISH;
             Shared::count(&self.shared.frames_dropped);
             return;

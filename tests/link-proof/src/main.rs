@@ -59,6 +59,7 @@ impl Ports for World {
         for sphere in view.spheres() {
             black_box(sphere);
         }
+        black_box(view.digest());
         black_box(view);
     }
 
