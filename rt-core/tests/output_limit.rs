@@ -165,9 +165,9 @@ fn what_comes_to_touch_never_takes_force_from_a_hand_that_goes_deeper() {
         };
         apply(&mut limit, &demand).0
     };
-    let way = |tick: i32| tick as f32 * 4.0e-6;
-    let goes_in: Vec<f32> = (0..1600).map(way).map(&mut at).collect();
-    let goes_out: Vec<f32> = (0..1600).rev().map(way).map(&mut at).collect();
+    let way = |tick: i32| tick as f32 * 1.0e-6;
+    let goes_in: Vec<f32> = (0..6400).map(way).map(&mut at).collect();
+    let goes_out: Vec<f32> = (0..6400).rev().map(way).map(&mut at).collect();
     let rises = |(a, b): (&f32, &f32)| b >= &(a - 1.0e-5);
     assert!(goes_in.iter().zip(&goes_in[1..]).all(rises));
     assert!(goes_out[1..].iter().zip(&goes_out).all(rises));
