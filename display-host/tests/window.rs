@@ -156,8 +156,10 @@ fn in_the_window_s_process() {
     assert_eq!(outcome.ended, Ended::TimeOver);
     assert!(outcome.adapter.is_some());
     assert!(outcome.frames.len() >= 2, "{} frames", outcome.frames.len());
+    // One that shows a tick again is not live.
+    assert!(outcome.frames.iter().any(|frame| frame.live));
     for frame in &outcome.frames {
-        assert!(frame.live && frame.shown_ns >= frame.submitted_ns);
+        assert!(frame.shown_ns >= frame.submitted_ns);
         assert!(frame.motion_to_photon_ns() >= 500_000);
     }
 }

@@ -12,6 +12,7 @@ mod stain;
 
 use glam::Vec3;
 use shared_mem::message::{EventMsg, ToolFrame};
+use shared_mem::scene::OrganKind;
 
 pub use self::particle::{PARTICLES, Particle};
 use self::source::Source;
@@ -21,6 +22,10 @@ pub use self::stain::{STAINS, Skin, Stain};
 const SOURCES: usize = 48;
 /// Step of the little physics, s: the same pictures at any frame rate.
 const STEP_S: f32 = 1.0 / 120.0;
+/// A current works where tissue is touched within this of its electrode's tip, m.
+const TIP_M: f32 = 0.003;
+/// Coagulation dries what bleeds within this, m.
+const DRIED_M: f32 = 0.004;
 /// A frame that took longer than this is not made up for, s.
 const CATCH_UP_S: f32 = 0.25;
 
@@ -48,40 +53,54 @@ pub struct Effect {
     pub kind: Kind,
     /// Where.
     pub at_m: Vec3,
-    /// Which way it leaves; need not be of unit length.
+    /// Which way it leaves; need not be of unit length. Zero: off the skin there, or up.
     pub along: Vec3,
     /// How much of it: 1 is a cystic artery cut through, or a hook's full current.
     pub strength: f32,
-    /// How long its source lasts, s.
+    /// How long its source lasts, s. Char is there at once: as wide as so long a current makes it.
     pub lasts_s: f32,
 }
 
 impl Effect {
-    /// What an event of the controller shows, if anything.
+    /// What an event of the controller shows, if anything, on an organ of this kind: ducts leak,
+    /// fat and connective tissue neither leak nor bleed.
     #[must_use]
-    pub fn of_event(event: &EventMsg) -> Option<Self> {
-        let (kind, strength, lasts_s) = match event.kind {
-            EventMsg::TEAR => (Kind::Blood, 0.25, 6.0),
-            EventMsg::CUT => (Kind::Blood, 0.5, 10.0),
+    pub fn of_event(event: &EventMsg, organ: Option<OrganKind>) -> Option<Self> {
+        use OrganKind as Organ;
+        let (kind, much) = match organ? {
+            Organ::CysticDuct | Organ::BileDuct => (Kind::Bile, 1.0),
+            Organ::CysticArtery | Organ::Vessel => (Kind::Blood, 1.0),
+            Organ::Fat | Organ::ConnectiveTissue => return None,
+            // Only tubes and bands part: of the gallbladder it is its bed, which bleeds a little.
+            _ => (Kind::Blood, 0.5),
+        };
+        let (strength, lasts_s) = match event.kind {
+            EventMsg::TEAR => (0.5 * much, 6.0),
+            EventMsg::CUT => (much, 10.0),
             _ => return None,
         };
         Some(Self {
             kind,
             at_m: Vec3::from(event.at_m),
-            along: Vec3::Y,
+            along: Vec3::ZERO,
             strength,
             lasts_s,
         })
     }
 
     /// What an electrode that touches tissue does in a moment of `seconds`: cutting (switch 1)
-    /// sparks and smokes a little, coagulating (2) smokes, steams and chars.
+    /// sparks and smokes a little, coagulating (2) smokes, steams and chars. `touched` are the spheres
+    /// that some tool touches, centre and radius in m: a shaft that leans on tissue burns nothing.
     #[must_use]
-    pub fn of_electrode(tools: &ToolFrame, seconds: f32) -> Vec<Self> {
+    pub fn of_electrode(
+        tools: &ToolFrame,
+        mut touched: impl Iterator<Item = (Vec3, f32)>,
+        seconds: f32,
+    ) -> Vec<Self> {
         const HOOK: u32 = 1;
         let current = tools.switches & 3;
         // Both at once: the controller lets neither through.
-        if tools.instrument != HOOK || tools.contact_count == 0 || !matches!(current, 1 | 2) {
+        if tools.instrument != HOOK || !matches!(current, 1 | 2) {
             return Vec::new();
         }
         let Some(tip) = tools
@@ -91,13 +110,21 @@ impl Effect {
             return Vec::new();
         };
         let at_m = Vec3::from(tip.b_m);
+        if !touched.any(|(center, radius_m)| center.distance(at_m) < radius_m + TIP_M) {
+            return Vec::new();
+        }
         let along = (Vec3::from(tip.a_m) - at_m).normalize_or(Vec3::Y);
         let effect = |kind, strength| Self {
             kind,
             at_m,
             along,
             strength,
-            lasts_s: seconds,
+            // The others go on while the electrode is on: to the next picture and a little longer.
+            lasts_s: if kind == Kind::Char {
+                seconds
+            } else {
+                seconds + 0.05
+            },
         };
         if current == 1 {
             vec![
@@ -151,28 +178,33 @@ impl Effects {
         }
         if effect.kind == Kind::Char {
             if let Some(vertex) = skin.nearest(effect.at_m) {
-                stain::char(&mut self.stains, skin, vertex, effect.strength);
+                let current_s = effect.strength * effect.lasts_s;
+                stain::char(&mut self.stains, skin, vertex, current_s);
             }
             return;
+        }
+        // Only coagulation steams.
+        if effect.kind == Kind::Steam {
+            self.dry(effect.at_m);
+        }
+        let wets = matches!(effect.kind, Kind::Blood | Kind::Bile);
+        let vertex = wets.then(|| skin.nearest(effect.at_m)).flatten();
+        let mut effect = *effect;
+        if effect.along == Vec3::ZERO {
+            effect.along = vertex.map_or(self.up, |v| skin.normal(v));
         }
         // A current is one source, however often it is told of.
         let same = |s: &&mut Source| {
             s.effect.kind == effect.kind && s.effect.at_m.distance(effect.at_m) < 0.002
         };
         if let Some(source) = self.sources.iter_mut().find(same) {
-            source.go_on(effect);
+            source.go_on(&effect);
             return;
         }
         if self.sources.len() == SOURCES {
             self.sources.remove(0);
         }
-        let wets = matches!(effect.kind, Kind::Blood | Kind::Bile);
-        let vertex = if wets {
-            skin.nearest(effect.at_m)
-        } else {
-            None
-        };
-        self.sources.push(Source::new(*effect, vertex));
+        self.sources.push(Source::new(effect, vertex));
     }
 
     /// Goes on by `seconds`.
@@ -218,12 +250,10 @@ impl Effects {
         &self.stains
     }
 
-    /// Clears the air, and dries what bleeds within `radius_m` of a place (a clip, a coagulation).
-    pub fn stop_near(&mut self, at_m: Vec3, radius_m: f32) {
-        self.sources.retain(|s| {
-            !matches!(s.effect.kind, Kind::Blood | Kind::Bile)
-                || s.effect.at_m.distance(at_m) > radius_m
-        });
+    /// Stops what bleeds near a place; a hole in a duct goes on leaking.
+    fn dry(&mut self, at_m: Vec3) {
+        self.sources
+            .retain(|s| s.effect.kind != Kind::Blood || s.effect.at_m.distance(at_m) > DRIED_M);
     }
 
     /// Everything as it was before.
@@ -313,7 +343,7 @@ mod tests {
     }
 
     #[test]
-    fn a_cut_vessel_bleeds_in_pulses_until_a_clip_stops_it() {
+    fn a_cut_vessel_bleeds_in_pulses_until_coagulation_dries_it() {
         let mesh = SkinMesh::default();
         let skin = Skin::new(&mesh, &[], &[], &[]);
         let mut effects = Effects::new(Vec3::Y);
@@ -333,9 +363,16 @@ mod tests {
         }
         let (most, least) = (thrown.iter().max(), thrown.iter().min());
         assert!(most > least.map(|l| l + 1).as_ref(), "{thrown:?}");
-        effects.stop_near(Vec3::new(0.0, 0.101, 0.0), 0.005);
-        effects.advance(0.1, &skin);
-        assert_eq!(effects.thrown, before);
+        effects.begin(&effect(Kind::Bile), &skin);
+        effects.begin(
+            &Effect {
+                at_m: Vec3::new(0.0, 0.101, 0.0),
+                ..effect(Kind::Steam)
+            },
+            &skin,
+        );
+        let kinds: Vec<Kind> = effects.sources.iter().map(|s| s.effect.kind).collect();
+        assert_eq!(kinds, [Kind::Bile, Kind::Steam]);
     }
 
     #[test]
@@ -344,26 +381,75 @@ mod tests {
             kind,
             ..bytemuck::Zeroable::zeroed()
         };
-        assert_eq!(
-            Effect::of_event(&event(EventMsg::CUT)).map(|e| e.kind),
-            Some(Kind::Blood)
-        );
-        assert_eq!(Effect::of_event(&event(EventMsg::CONTACT)), None);
+        let shown = |kind, organ| Effect::of_event(&event(kind), organ).map(|e| e.kind);
+        use OrganKind as Organ;
+        for (organ, kind) in [
+            (Organ::CysticArtery, Some(Kind::Blood)),
+            (Organ::Liver, Some(Kind::Blood)),
+            (Organ::CysticDuct, Some(Kind::Bile)),
+            (Organ::Fat, None),
+        ] {
+            assert_eq!(shown(EventMsg::CUT, Some(organ)), kind, "{organ:?}");
+            assert_eq!(shown(EventMsg::CONTACT, Some(organ)), None);
+        }
+        assert_eq!(shown(EventMsg::CUT, None), None);
         let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
         tools.world_from_handle.orientation[3] = 1.0;
         tools.world_from_instrument = tools.world_from_handle;
         tools.world_from_camera = tools.world_from_handle;
         (tools.instrument, tools.contact_count, tools.capsule_count) = (1, 1, 1);
         tools.capsules[0].role = 3;
-        let mut kinds = |switches| {
+        let mut kinds = |switches, far_m| {
             tools.switches = switches;
-            Effect::of_electrode(&tools, 0.1)
+            let touched = [(Vec3::new(far_m, 0.0, 0.0), 0.004)];
+            Effect::of_electrode(&tools, touched.into_iter(), 0.1)
                 .iter()
                 .map(|e| e.kind)
                 .collect::<Vec<_>>()
         };
-        assert!(kinds(1).contains(&Kind::Sparks) && kinds(2).contains(&Kind::Steam));
-        assert!(kinds(0).is_empty() && kinds(3).is_empty());
+        assert!(kinds(1, 0.005).contains(&Kind::Sparks) && kinds(2, 0.005).contains(&Kind::Steam));
+        assert!(kinds(0, 0.005).is_empty() && kinds(3, 0.005).is_empty());
+        // Only its shaft touches.
+        assert!(kinds(1, 0.02).is_empty());
+    }
+
+    #[test]
+    fn on_skin_char_is_of_the_current_s_time_and_blood_leaves_it_at_right_angles() {
+        use bytemuck::Zeroable;
+        use shared_mem::message::SphereState;
+        use shared_mem::scene::SphereRecord;
+        let mesh = SkinMesh {
+            vertices: vec![crate::skinning::RestVertex {
+                normal: [1.0, 0.0, 0.0],
+                ..Zeroable::zeroed()
+            }],
+            skinned: 1,
+            ..SkinMesh::default()
+        };
+        let (rest, now) = ([SphereRecord::zeroed()], [SphereState::zeroed()]);
+        let skin = Skin::new(&mesh, &rest, &now, &[]);
+        let burnt = |frames: u32, seconds: f32| {
+            let mut effects = Effects::new(Vec3::Y);
+            for _ in 0..frames {
+                let moment = Effect {
+                    at_m: Vec3::ZERO,
+                    lasts_s: seconds / frames as f32,
+                    ..effect(Kind::Char)
+                };
+                effects.begin(&moment, &skin);
+            }
+            effects.stains()[0].radius_m
+        };
+        assert!((burnt(10, 0.5) - burnt(60, 0.5)).abs() < 1e-6);
+        assert!((burnt(10, 0.5) - burnt(10, 0.25) - 0.25 * 0.003).abs() < 1e-6);
+        let mut effects = Effects::new(Vec3::Y);
+        let bleeds = Effect {
+            at_m: Vec3::ZERO,
+            along: Vec3::ZERO,
+            ..effect(Kind::Blood)
+        };
+        effects.begin(&bleeds, &skin);
+        assert_eq!(effects.sources[0].effect.along, Vec3::X);
     }
 
     proptest! {

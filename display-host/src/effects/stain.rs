@@ -15,6 +15,9 @@ pub const STAINS: usize = 64;
 const SKIN_M: f32 = 0.0015;
 /// What is farther from the skin than this is on no skin, m.
 const REACH_M: f32 = 0.012;
+/// A full current chars so fast, and so far, m/s and m.
+const CHAR_M_S: f32 = 0.003;
+const CHAR_MOST_M: f32 = 0.004;
 /// Stains of one kind that are this near, in their radii, are one.
 const SAME: f32 = 0.7;
 
@@ -60,6 +63,14 @@ impl<'a> Skin<'a> {
             .vertices
             .get(vertex)
             .map_or(Vec3::ZERO, |v| v.position.into())
+    }
+
+    /// Away from the tissue, at rest.
+    pub(super) fn normal(&self, vertex: usize) -> Vec3 {
+        self.mesh
+            .vertices
+            .get(vertex)
+            .map_or(Vec3::ZERO, |v| v.normal.into())
     }
 
     /// The vertex of the skin near a place in the world, if there is one.
@@ -164,12 +175,14 @@ pub(super) fn splash(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, ki
     add(stains, stain, 0.0003, 0.005);
 }
 
-/// Char: the longer the current, the wider.
-pub(super) fn char(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, strength: f32) {
+/// Char: the longer the current, the wider, whatever the frame rate. `current_s` is its time
+/// multiplied by its strength.
+pub(super) fn char(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, current_s: f32) {
+    let grow_m = CHAR_M_S * current_s;
     let stain = Stain {
         kind: Kind::Char,
         rest_m: skin.at_rest(vertex),
-        radius_m: 0.0012,
+        radius_m: (0.0012 + grow_m).min(CHAR_MOST_M),
     };
-    add(stains, stain, 0.000_05 * strength, 0.004);
+    add(stains, stain, grow_m, CHAR_MOST_M);
 }

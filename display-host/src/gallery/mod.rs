@@ -54,7 +54,7 @@ pub fn make(
         shot.set_up(&gpu, &mut renderer, spheres);
         renderer.render(&gpu, spheres, &shot.tools, 0.0);
         let picture = renderer.read(&gpu)?;
-        let file = shot.file();
+        let file = shot.file(number);
         let path = out_dir.join(&file);
         picture
             .save(&path)

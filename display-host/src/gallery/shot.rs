@@ -98,11 +98,12 @@ impl Shot {
         }
     }
 
-    /// Chapter and title in letters that every file system takes.
-    pub(super) fn file(&self) -> String {
+    /// Chapter, number (titles may differ in punctuation alone) and title, in letters that every file
+    /// system takes.
+    pub(super) fn file(&self, number: usize) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
         let title: String = self.title.to_lowercase().chars().map(plain).collect();
-        format!("{}-{title}.png", self.chapter.name())
+        format!("{}-{number:03}-{title}.png", self.chapter.name())
     }
 
     /// Tells the renderer all but the tools.
@@ -189,17 +190,12 @@ fn effects(scene: &SceneFile) -> Vec<Shot> {
         ("Bile", vec![Kind::Bile], 8.0, 1.0),
     ];
     let shots = kinds.into_iter().map(|(title, kinds, seconds, strength)| {
-        let begin = kinds.into_iter().flat_map(|kind| {
-            // Char grows with each moment of the current.
-            let times = if kind == Kind::Char { 40 } else { 1 };
-            let effect = Effect {
-                kind,
-                at_m: target + normal * 0.001,
-                along: normal + 0.4 * Vec3::Y,
-                strength,
-                lasts_s: seconds + 2.0,
-            };
-            std::iter::repeat_n(effect, times)
+        let begin = kinds.into_iter().map(|kind| Effect {
+            kind,
+            at_m: target + normal * 0.001,
+            along: normal + 0.4 * Vec3::Y,
+            strength,
+            lasts_s: seconds + 2.0,
         });
         let begin = begin.collect();
         let looks = looking(target + from * 0.075, target - Vec3::Y * 0.006);

@@ -1,6 +1,7 @@
 //! The station's window: picture and panel, one frame after the other.
 
 mod operate;
+mod pending;
 mod screen;
 mod session;
 

@@ -48,6 +48,8 @@ pub(super) struct Screen {
     picture: egui::TextureId,
     last_frame: Option<Instant>,
     governor: Governor,
+    /// The newest tick that was drawn.
+    drawn_tick: Option<u64>,
     mouse_held: bool,
 }
 
@@ -117,6 +119,7 @@ impl Screen {
             picture,
             last_frame: None,
             governor: Governor::new(tiers, may_cost_ms),
+            drawn_tick: None,
             mouse_held: false,
         })
     }
@@ -257,10 +260,10 @@ impl Screen {
         } else {
             0.0
         };
-        let effects = session.take_effects(played_s);
         if session.take_reset() {
             self.renderer.effects_mut().clear();
         }
+        let effects = session.take_effects(played_s);
         let (state, tools) = session.moment()?;
         let spheres = state.spheres().unwrap_or(&[]);
         self.renderer.play(spheres, &effects, played_s);
@@ -268,13 +271,15 @@ impl Screen {
         self.renderer.set_inside(&self.gpu, inside);
         self.renderer
             .render(&self.gpu, spheres, tools, session.time_s());
+        // What is drawn again has no motion to be late with.
+        let is_new = self.drawn_tick.replace(state.tick) != Some(state.tick);
         Some(FrameRecord {
             tick: state.tick,
             sample_ns: state.sample_ns,
             state_ns: state.at_ns,
             submitted_ns: 0,
             shown_ns: 0,
-            live: true,
+            live: is_new && session.is_live(),
             path: None,
         })
     }

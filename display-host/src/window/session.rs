@@ -3,11 +3,12 @@
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
-use shared_mem::message::{CommandMsg, EventMsg, StateFrame, ToolFrame};
-use shared_mem::scene::SceneFile;
+use shared_mem::message::{CommandMsg, EventMsg, SphereState, StateFrame, ToolFrame};
+use shared_mem::scene::{OrganKind, SceneFile};
 use shared_mem::service::{Host, Station};
 
 use super::operate::Operate;
+use super::pending::Pending;
 use crate::effects::Effect;
 use crate::feed::{Feed, Offer};
 use crate::headless::{Ended, Observed, Outcome, zeroed_state};
@@ -41,7 +42,10 @@ pub(super) struct Session {
     frame_times: VecDeque<Instant>,
     warnings: Vec<String>,
     /// Effects that events began since the last picture.
-    effects: Vec<Effect>,
+    pending: Pending,
+    /// Of the scene: what each organ is, and each sphere's radius, m.
+    organ_kinds: Vec<Option<OrganKind>>,
+    radii_m: Vec<f32>,
     /// The organs went back to rest since the last picture.
     was_reset: bool,
     /// `None`: muted, or there is no sound card.
@@ -74,7 +78,13 @@ impl Session {
             frames: Vec::new(),
             frame_times: VecDeque::new(),
             warnings: Vec::new(),
-            effects: Vec::new(),
+            pending: Pending::default(),
+            organ_kinds: scene
+                .organs()
+                .iter()
+                .map(|organ| OrganKind::from_u32(organ.kind))
+                .collect(),
+            radii_m: scene.spheres().iter().map(|s| s.radius_m).collect(),
             was_reset: false,
             sound,
             heard: Heard::default(),
@@ -120,6 +130,7 @@ impl Session {
 
     /// Takes what the services have.
     pub(super) fn receive(&mut self, observer: &mut dyn FnMut(Observed<'_>)) {
+        let restarts = self.feed.counters().restarts;
         if self.host.newest_state(&mut self.inbox_state)
             && self.feed.offer_state(&self.inbox_state) == Offer::Taken
         {
@@ -139,13 +150,23 @@ impl Session {
             }
             observer(Observed::Tools(&self.inbox_tools));
         }
-        let (feed, ui, effects) = (&mut self.feed, &mut self.ui, &mut self.effects);
+        if self.feed.counters().restarts > restarts {
+            self.forget_effects();
+        }
+        self.judge_link();
+        let now = self.start.elapsed().as_secs_f64();
+        let (feed, ui, pending) = (&mut self.feed, &mut self.ui, &mut self.pending);
+        let organ_kinds = &self.organ_kinds;
         self.host.drain_events(|event| {
             feed.note_event(event);
             if let Some(alarm) = alarm(event) {
                 ui.alarm = Some(alarm);
             }
-            effects.extend(Effect::of_event(event));
+            let organ = organ_kinds.get(event.organ as usize).copied().flatten();
+            let effect = Effect::of_event(event, organ);
+            if let Some(effect) = effect.filter(|_| ui.link == Link::Live) {
+                pending.push(now, effect);
+            }
             observer(Observed::Event(event));
         });
         self.host.drain_timing(|batch| {
@@ -154,7 +175,6 @@ impl Session {
                 observer(Observed::Timing(batch));
             }
         });
-        self.judge_link();
         self.ui.tools = self.feed.tools().copied();
         self.sound(observer);
         self.ui.in_hand = self.operate.is_on();
@@ -203,12 +223,28 @@ impl Session {
 
     /// What began since the last picture, `seconds` ago.
     pub(super) fn take_effects(&mut self, seconds: f32) -> Vec<Effect> {
-        let mut effects = std::mem::take(&mut self.effects);
-        if let Some(tools) = self.feed.tools() {
-            // It goes on while the electrode is on: to the next picture and a little longer.
-            effects.extend(Effect::of_electrode(tools, seconds.min(0.2) + 0.05));
+        let mut effects = self.pending.take(self.start.elapsed().as_secs_f64());
+        // A controller that is silent or paused works on nothing, whatever its last frame says.
+        let works = self.is_live() && !self.ui.is_paused();
+        if let Some((state, tools)) = self.moment().filter(|_| works) {
+            let touched = state.spheres().unwrap_or(&[]).iter().zip(&self.radii_m);
+            let touched = touched
+                .filter(|(sphere, _)| sphere.bits & SphereState::CONTACT != 0)
+                .map(|(sphere, radius_m)| (sphere.center_m.into(), *radius_m));
+            effects.extend(Effect::of_electrode(tools, touched, seconds.min(0.2)));
         }
         effects
+    }
+
+    /// Whether the newest moment is of now.
+    pub(super) fn is_live(&self) -> bool {
+        self.ui.link == Link::Live
+    }
+
+    /// The organs went back to rest: nothing bleeds, and nothing lies on them.
+    fn forget_effects(&mut self) {
+        self.pending.clear();
+        self.was_reset = true;
     }
 
     /// Whether the organs went back to rest since the last picture.
@@ -258,7 +294,9 @@ impl Session {
             let command = CommandMsg { kind, argument };
             let problem = match self.host.command(command, COMMAND_PATIENCE) {
                 Ok(reply) if reply.outcome == 0 => {
-                    self.was_reset |= kind == CommandMsg::RESET;
+                    if kind == CommandMsg::RESET {
+                        self.forget_effects();
+                    }
                     continue;
                 }
                 Ok(reply) => format!("the controller refused: {what} (answer {})", reply.outcome),
@@ -285,7 +323,9 @@ impl Session {
             let span = (now - *first).as_secs_f32().max(1e-3);
             self.ui.frames_per_second = (self.frame_times.len() - 1) as f32 / span;
         }
-        self.ui.motion_to_photon_ms = frame.motion_to_photon_ns() as f32 * 1e-6;
+        if frame.live {
+            self.ui.motion_to_photon_ms = frame.motion_to_photon_ns() as f32 * 1e-6;
+        }
         if self.frames.len() == FRAMES_KEPT {
             self.frames.drain(..FRAMES_KEPT / 2);
         }

@@ -1,0 +1,66 @@
+//! Effects that wait for the next picture: few, and none that a picture would show too late.
+
+use std::collections::VecDeque;
+
+use crate::effects::Effect;
+
+/// Effects at most; a new one takes the oldest one's place. A minimised window draws nothing.
+const MOST: usize = 48;
+/// What began longer ago than this is not begun any more, s.
+const STALE_S: f64 = 0.3;
+
+#[derive(Default)]
+pub(super) struct Pending {
+    waiting: VecDeque<(f64, Effect)>,
+}
+
+impl Pending {
+    pub(super) fn push(&mut self, now_s: f64, effect: Effect) {
+        if self.waiting.len() == MOST {
+            self.waiting.pop_front();
+        }
+        self.waiting.push_back((now_s, effect));
+    }
+
+    /// What the next picture begins.
+    pub(super) fn take(&mut self, now_s: f64) -> Vec<Effect> {
+        let waiting = self.waiting.drain(..);
+        let fresh = waiting.filter(|(at_s, _)| now_s - at_s <= STALE_S);
+        fresh.map(|(_, effect)| effect).collect()
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.waiting.clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::effects::Kind;
+
+    #[test]
+    fn an_unseen_window_keeps_few_effects_and_no_old_ones() {
+        let effect = Effect {
+            kind: Kind::Blood,
+            at_m: Vec3::ZERO,
+            along: Vec3::ZERO,
+            strength: 1.0,
+            lasts_s: 1.0,
+        };
+        let mut pending = Pending::default();
+        for _ in 0..1000 {
+            pending.push(10.0, effect);
+        }
+        assert_eq!(pending.take(10.1).len(), MOST);
+        assert!(pending.take(10.1).is_empty());
+        pending.push(11.0, effect);
+        pending.push(11.2, effect);
+        assert_eq!(pending.take(11.4).len(), 1);
+        pending.push(12.0, effect);
+        pending.clear();
+        assert!(pending.take(12.0).is_empty());
+    }
+}
