@@ -111,8 +111,8 @@ pub struct InputBatch {
     pub lost: u64,
     /// How many of `records` are used.
     pub count: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// In the last batch of a controller that ends in order: ticks that it ran. Else zero.
+    pub ran: u32,
     /// The records, oldest first.
     pub records: [InputRecord; INPUT_BATCH],
 }

@@ -10,7 +10,7 @@ use shared_mem::message::{EventMsg, TimingBatch, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
 
 use crate::describe::{self, Topic};
-use crate::info::{self, Info};
+use crate::info::{self, Finish, Info};
 use crate::pack::pack;
 use crate::storage::{Outbox, Storage, Waiting};
 
@@ -49,6 +49,10 @@ pub(crate) struct Ticks {
     /// Those of them that the disk has.
     pub(crate) on_disk: u64,
     pub(crate) missing: u64,
+    /// Those that ran, as the controller said at its end.
+    pub(crate) ran: Option<u64>,
+    /// Those that the controller could not hand over.
+    lost: u64,
     /// The next one.
     expected: u64,
 }
@@ -139,12 +143,12 @@ impl SessionFile {
 
     /// Adds what ticks took in.
     pub(crate) fn inputs(&mut self, batch: &InputBatch) -> Result<(), Error> {
-        let Some(mut records) = batch.records().filter(|records| !records.is_empty()) else {
+        let Some(mut records) = batch.records() else {
             return Ok(());
         };
-        if !self.has_setup {
+        if let (false, Some(first)) = (self.has_setup, records.first()) {
             let setup = bytemuck::bytes_of(&batch.setup);
-            self.put(self.channels.setup, records[0].now_ns, setup)?;
+            self.put(self.channels.setup, first.now_ns, setup)?;
             self.has_setup = true;
         }
         while let Some(first) = records.first() {
@@ -160,6 +164,10 @@ impl SessionFile {
             self.ticks.recorded += count as u64;
             self.ticks.expected = first.tick + count as u64;
             records = records.get(count.max(1)..).unwrap_or_default();
+        }
+        self.ticks.lost = batch.lost;
+        if batch.ran > 0 {
+            self.ticks.ran = Some(batch.ran.into());
         }
         Ok(())
     }
@@ -205,6 +213,19 @@ impl SessionFile {
 
     /// Ends the session: index and footer.
     pub(crate) fn finish(&mut self) -> Result<(), Error> {
+        // After the last recorded tick there is no gap to see.
+        self.ticks.missing += match self.ticks.ran {
+            Some(ran) => ran.saturating_sub(self.ticks.expected),
+            None => self.ticks.lost.saturating_sub(self.ticks.missing),
+        };
+        let finish = Finish {
+            ran: self.ticks.ran,
+            missing: self.ticks.missing,
+        };
+        self.writer.write_metadata(&mcap::records::Metadata {
+            name: info::FINISH.to_owned(),
+            metadata: finish.to_map(),
+        })?;
         self.writer.finish()?;
         if self.outbox.finish() {
             self.ticks.on_disk = self.ticks.recorded;

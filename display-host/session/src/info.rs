@@ -5,6 +5,9 @@ use std::collections::BTreeMap;
 /// Name of the metadata record.
 pub(crate) const NAME: &str = "calot";
 
+/// Name of the record at the end.
+pub(crate) const FINISH: &str = "calot.end";
+
 /// What a session says of itself.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Info {
@@ -36,15 +39,47 @@ impl Info {
     pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, String> {
         let text = |key: &str| map.get(key).cloned().unwrap_or_default();
         if text("version") != crate::FILE_VERSION.to_string() {
-            return Err(text("version"));
+            return Err(printable(&text("version")));
         }
         Ok(Self {
-            scene: text("scene"),
-            scene_id: text("scene_id"),
-            build: text("build"),
+            scene: printable(&text("scene")),
+            scene_id: printable(&text("scene_id")),
+            build: printable(&text("build")),
             wall_from_host_ns: text("wall_from_host_ns").parse().unwrap_or(0),
         })
     }
+}
+
+/// What a recorder says when it ends a session in order.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Finish {
+    /// Ticks that the controller ran, as it said at its end. `None`: it said nothing, for it was killed or
+    /// the recorder ended first; whether ticks ran after the last recorded one cannot be known.
+    pub ran: Option<u64>,
+    /// Ticks that are known to have run and are not in the session.
+    pub missing: u64,
+}
+
+impl Finish {
+    pub(crate) fn to_map(self) -> BTreeMap<String, String> {
+        let ran = self.ran.map(|ran| ("ran".to_owned(), ran.to_string()));
+        let missing = ("missing".to_owned(), self.missing.to_string());
+        ran.into_iter().chain([missing]).collect()
+    }
+
+    pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Option<Self> {
+        Some(Self {
+            ran: map.get("ran").map(|ran| ran.parse()).transpose().ok()?,
+            missing: map.get("missing")?.parse().ok()?,
+        })
+    }
+}
+
+/// A text from a file, fit for a terminal: without control characters, 200 characters at most.
+#[must_use]
+pub fn printable(text: &str) -> String {
+    let shown = text.chars().filter(|it| !it.is_control());
+    shown.take(200).collect()
 }
 
 /// Half a scene's identity, as text.

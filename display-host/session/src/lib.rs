@@ -15,6 +15,9 @@
 //! | `/timing` | JSON | ticks, misses, slowest tick | every second |
 //! | `/gaps` | JSON | ticks that are missing | where they are |
 //!
+//! An orderly end is metadata `calot.end`: ticks that ran, as the controller said at its own end, and ticks
+//! that are missing.
+//!
 //! Times are of the wall clock; host times are [`Info::wall_from_host_ns`] behind it. The compiled
 //! scene is attached: prepared again, by another version, it would be another. The file holds
 //! nothing of a person.
@@ -25,10 +28,11 @@ mod info;
 pub mod pack;
 mod read;
 mod record;
+mod records;
 mod storage;
 
 pub use file::{Error, FILE_VERSION};
-pub use info::{Info, hex};
+pub use info::{Finish, Info, hex, printable};
 pub use read::{End, ReadError, Session};
 pub use record::{Config, Listening, Recorded, Recording};
 pub use storage::Storage;

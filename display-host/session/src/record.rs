@@ -1,9 +1,9 @@
 //! The recorder: a thread that listens, a bounded queue, a thread that writes. Neither can hold up the
 //! simulation, whose end is a publisher that overwrites what nobody fetched.
 
-use std::fs::File;
+use std::fs::{File, Permissions};
 use std::io::Write as _;
-use std::os::unix::fs::OpenOptionsExt as _;
+use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
@@ -21,7 +21,7 @@ use crate::file::{Error, SessionFile};
 use crate::info::{Info, hex};
 use crate::storage::Storage;
 
-/// What may wait for the writing thread: a minute of a session, 9 MB.
+/// What may wait for the writing thread: about 40 s of a session.
 const QUEUE: usize = 2048;
 /// How often the services are looked at. They keep 8 s.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
@@ -154,7 +154,12 @@ impl Listening {
             .create(true)
             .truncate(true)
             .mode(0o600)
-            .open(&config.path);
+            .open(&config.path)
+            // The mode above is for a file that is new; one that is replaced has its own.
+            .and_then(|file| {
+                file.set_permissions(Permissions::from_mode(0o600))?;
+                Ok(file)
+            });
         let storage = created.map_err(|source| Error::Create {
             path: config.path.clone(),
             source,
@@ -213,7 +218,7 @@ fn listen(tap: &Tap, items: &SyncSender<Item>, overflowed: &AtomicU64, stop: &At
     let mut tools_at: Option<Instant> = None;
     let mut tools = ToolFrame::zeroed();
     let send = |item: Item| {
-        // With no writer yet, or one that is slow, items wait; after a minute of that they are lost.
+        // With no writer yet, or one that is slow, items wait; when too many do they are lost.
         if let Err(TrySendError::Full(_)) = items.try_send(item) {
             overflowed.fetch_add(1, Relaxed);
         }

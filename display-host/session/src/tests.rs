@@ -12,7 +12,7 @@ use shared_mem::scene::{
 };
 
 use crate::file::SessionFile;
-use crate::{End, Info, ReadError, Session, Storage};
+use crate::{End, Finish, Info, ReadError, Session, Storage};
 
 /// A disk in memory, with so much room.
 #[derive(Clone, Default)]
@@ -211,7 +211,7 @@ fn other_programs_can_open_a_session() {
     let statistics = summary.stats.as_ref().unwrap();
     assert_eq!(
         (statistics.attachment_count, statistics.metadata_count),
-        (1, 1)
+        (1, 2)
     );
     let mut topics: Vec<&str> = summary
         .channels
@@ -301,6 +301,104 @@ fn a_disk_that_stays_full_is_given_up_and_memory_stays_bounded() {
     assert!(given(10_000).starts_with(&ticks) && ticks.len() >= INPUT_BATCH);
 }
 
+/// Where the chunks begin and end.
+fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
+    let mut found = Vec::new();
+    let mut at = mcap::MAGIC.len();
+    while at + 9 < bytes.len() {
+        let length = u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap());
+        let end = at + 9 + length as usize;
+        if bytes[at] == 6 {
+            found.push((at, end));
+        }
+        at = end;
+    }
+    found
+}
+
+fn why_damaged(bytes: Vec<u8>) -> String {
+    match read(bytes) {
+        Ok((_, session)) => match session.end() {
+            Some(End::Damaged(why)) => why.clone(),
+            end => panic!("{end:?}"),
+        },
+        Err(error) => error.to_string(),
+    }
+}
+
+#[test]
+fn lengths_that_lie_are_damage_and_cost_no_memory() {
+    let whole = recorded();
+    let (chunk, end) = chunks(&whole)[2];
+    let body = chunk + 9;
+    // (place, value, what is said)
+    let lies: [(usize, &[u8], &str); 6] = [
+        (chunk + 1, &[0xff; 8], "at most"),
+        (chunk + 1, &1_000_000u64.to_le_bytes(), "length"),
+        (chunk, &[0x86], "0x86"),
+        (body + 28, &0xf000_0000u32.to_le_bytes(), "compressed"),
+        (body + 32, &[0xff; 8], "length"),
+        (body + 40 + 1, &10_000_000u64.to_le_bytes(), "reaches out"),
+    ];
+    for (at, value, said) in lies {
+        let mut bytes = whole.clone();
+        bytes[body + 24..body + 28].fill(0);
+        bytes[at..at + value.len()].copy_from_slice(value);
+        let (ticks, _) = read(bytes.clone()).unwrap();
+        assert_eq!(ticks, given(1), "{said}");
+        let why = why_damaged(bytes);
+        assert!(
+            why.contains(said) && why.contains(&format!("byte {chunk}")),
+            "{why}"
+        );
+    }
+    // A chunk is cut where it says that there is more.
+    let (ticks, session) = read(whole[..end - 1].to_vec()).unwrap();
+    assert!(ticks == given(1) && matches!(session.end(), Some(End::BrokenOff(_))));
+    // Shorter than its own head, which the library does not expect.
+    let mut attachment = mcap::MAGIC.to_vec();
+    attachment.push(9);
+    attachment.extend(32u64.to_le_bytes());
+    attachment.extend([0; 32]);
+    assert!(why_damaged(attachment).contains("do not fit"));
+}
+
+#[test]
+fn what_a_file_says_is_shown_without_its_control_characters() {
+    let map = Info {
+        build: "\u{1b}[31mred\u{7}".to_owned() + &"x".repeat(1000),
+        ..info()
+    }
+    .to_map();
+    let read = Info::from_map(&map).unwrap().build;
+    assert!(read.starts_with("[31mredxx") && read.len() == 200, "{read}");
+}
+
+#[test]
+fn ticks_that_are_missing_at_the_end_are_known() {
+    let finish = |ran: u32, lost: u64| {
+        let disk = Disk::with_room(usize::MAX);
+        let mut file = record(&disk, 2);
+        let mut last = InputBatch::zeroed();
+        (last.ran, last.lost) = (ran, lost);
+        file.inputs(&last).unwrap();
+        file.finish().unwrap();
+        let (ticks, session) = read(disk.bytes()).unwrap();
+        assert_eq!(ticks, given(2));
+        assert_eq!(
+            session.finish().map(|it| it.missing),
+            Some(file.ticks.missing)
+        );
+        session.finish().unwrap()
+    };
+    let ticks = 2 * INPUT_BATCH as u64;
+    let ended = |ran, missing| Finish { ran, missing };
+    assert_eq!(finish(ticks as u32, 0), ended(Some(ticks), 0));
+    assert_eq!(finish(ticks as u32 + 7, 5), ended(Some(ticks + 7), 7));
+    assert_eq!(finish(0, 5), ended(None, 5));
+    assert_eq!(finish(0, 0), ended(None, 0));
+}
+
 fn recorded() -> Vec<u8> {
     let disk = Disk::with_room(usize::MAX);
     record(&disk, 3).finish().unwrap();
@@ -344,9 +442,30 @@ proptest! {
             let at = (share * bytes.len() as f64) as usize;
             bytes[at] ^= 1 << bit;
         }
-        if let Ok((ticks, _)) = read(bytes) {
+        if let Ok((ticks, session)) = read(bytes) {
             prop_assert!(given(3).starts_with(&ticks));
+            prop_assert!(ticks.len() == given(3).len() || session.end() != Some(&End::Whole));
         }
+    }
+
+    /// Without checksums flips reach all that is in a chunk: it may lie, but not crash.
+    #[test]
+    fn a_damaged_session_without_checksums_is_read_or_refused(
+        flips in prop::collection::vec((0.0f64..1.0, any::<u8>()), 1..9),
+        chunk in 0usize..3,
+    ) {
+        let mut bytes = recorded();
+        let chunks = chunks(&bytes);
+        for (at, _) in &chunks {
+            bytes[at + 9 + 24..at + 9 + 28].fill(0);
+        }
+        let (from, to) = chunks[chunk];
+        for (share, value) in flips {
+            // The beginning of a chunk is where lengths are.
+            let at = from + (share * share * (to - from) as f64) as usize;
+            bytes[at] = value;
+        }
+        let _ = read(bytes);
     }
 
     #[test]

@@ -80,8 +80,7 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
         sleep_until(next_round_ns(shared, period_ns), 0);
     }
     timing.send_rest(controller, shared);
-    inputs.send_full(controller, shared);
-    inputs.send(controller, shared);
+    inputs.send_rest(controller, shared);
     state.finish();
     tools.finish();
 }
@@ -202,6 +201,13 @@ impl Inputs {
                 self.send(controller, shared);
             }
         }
+    }
+
+    /// Tells a recorder too that this is the end, and how many ticks there were.
+    fn send_rest(&mut self, controller: &Controller, shared: &Shared) {
+        self.send_full(controller, shared);
+        self.batch.ran = u32::try_from(shared.ticks.load(Relaxed)).unwrap_or(u32::MAX);
+        self.send(controller, shared);
     }
 
     fn send(&mut self, controller: &Controller, shared: &Shared) {

@@ -1,0 +1,266 @@
+//! The records of a session's file, each checked before any of it is used: a file may come from
+//! elsewhere. The MCAP library only parses what has been measured here; given lengths that lie it asks
+//! for any memory, or panics.
+
+use std::collections::{BTreeMap, VecDeque};
+use std::io::Read;
+
+use mcap::read::ChunkReader;
+use mcap::records::{Record, op};
+use shared_mem::inputs::{InputRecord, RunSetup};
+
+use crate::describe::{INPUTS, OWN, SETUP};
+use crate::file::SCENE;
+use crate::info::{self, Finish, printable};
+use crate::pack::unpack;
+use crate::read::End;
+
+/// Longest record that is read: a scene of real anatomy is a few megabytes.
+const RECORD_MAX_BYTES: u64 = 64 << 20;
+/// Opcode and length.
+const HEAD_BYTES: usize = 9;
+/// What is in a chunk before its records, without a name of a compression.
+const CHUNK_HEAD_BYTES: u64 = 40;
+
+/// What replay needs of a file.
+pub(crate) enum Part {
+    Info(BTreeMap<String, String>),
+    Setup(RunSetup),
+    Scene(Vec<u8>),
+    Inputs(Vec<InputRecord>),
+    Finish(Finish),
+}
+
+/// The parts of a file, in order.
+pub(crate) struct Records {
+    source: Box<dyn Read>,
+    setup: Option<u16>,
+    inputs: Option<u16>,
+    parts: VecDeque<Part>,
+    /// Bytes that are read.
+    pub(crate) at: u64,
+    pub(crate) end: Option<End>,
+}
+
+impl Records {
+    pub(crate) fn new(source: Box<dyn Read>) -> Self {
+        Self {
+            source,
+            setup: None,
+            inputs: None,
+            parts: VecDeque::new(),
+            at: 0,
+            end: None,
+        }
+    }
+
+    /// The next part; none at the end, which `end` then tells of.
+    pub(crate) fn next(&mut self) -> Option<Part> {
+        loop {
+            if let Some(part) = self.parts.pop_front() {
+                return Some(part);
+            }
+            if self.end.is_some() {
+                return None;
+            }
+            let at = self.at;
+            self.end = match self.record() {
+                Ok(()) => None,
+                Err(End::Whole) => Some(End::Whole),
+                Err(End::BrokenOff(what)) => Some(End::BrokenOff(format!(
+                    "the file ends at byte {}, in {what}",
+                    self.at
+                ))),
+                Err(End::Damaged(what)) => {
+                    Some(End::Damaged(format!("at byte {at}: {}", printable(&what))))
+                }
+            };
+        }
+    }
+
+    fn record(&mut self) -> Result<(), End> {
+        if self.at == 0 && self.take(mcap::MAGIC.len() as u64)? != mcap::MAGIC {
+            return Err(damaged("no MCAP file"));
+        }
+        let head = self.take(HEAD_BYTES as u64)?;
+        let (Some(&opcode), Some(length)) = (head.first(), u64_at(&head, 1)) else {
+            return cut("a record's head");
+        };
+        if length > RECORD_MAX_BYTES {
+            return Err(damaged(format!(
+                "a record of {length} bytes; at most {RECORD_MAX_BYTES} are read"
+            )));
+        }
+        let known = [
+            op::HEADER,
+            op::CHUNK,
+            op::MESSAGE_INDEX,
+            op::ATTACHMENT,
+            op::METADATA,
+            op::DATA_END,
+        ];
+        if !known.contains(&opcode) {
+            return Err(damaged(format!(
+                "a record of kind {opcode:#04x}, which no session has there"
+            )));
+        }
+        let body = self.take(length)?;
+        // Before it is asked whether all of it is there: a length that is wrong is damage, no cut.
+        let agrees = match opcode {
+            op::CHUNK => u64_at(&body, 32)
+                .is_none_or(|size| size.checked_add(CHUNK_HEAD_BYTES) == Some(length)),
+            op::MESSAGE_INDEX => u32_at(&body, 2).is_none_or(|size| u64::from(size) + 6 == length),
+            op::DATA_END => length == 4,
+            _ => true,
+        };
+        if !agrees {
+            return Err(damaged("a record's length is not that of what is in it"));
+        }
+        if (body.len() as u64) < length {
+            return cut("a record");
+        }
+        match opcode {
+            op::CHUNK => self.chunk(&body),
+            _ if !is_sound(opcode, &body) => Err(damaged("a record's texts do not fit it")),
+            op::ATTACHMENT | op::METADATA => {
+                let record = mcap::parse_record(opcode, &body).map_err(damaged)?;
+                let found = self.part(record)?;
+                self.parts.extend(found);
+                Ok(())
+            }
+            // What follows is an index; it is not needed.
+            op::DATA_END => Err(End::Whole),
+            _ => Ok(()),
+        }
+    }
+
+    /// So many bytes, or as many as there are: memory grows only with them.
+    fn take(&mut self, wanted: u64) -> Result<Vec<u8>, End> {
+        let mut bytes = Vec::new();
+        let read = (&mut self.source).take(wanted).read_to_end(&mut bytes);
+        self.at += bytes.len() as u64;
+        read.map_err(damaged)?;
+        Ok(bytes)
+    }
+
+    /// All of a chunk, or nothing.
+    fn chunk(&mut self, body: &[u8]) -> Result<(), End> {
+        // start and end 8 each, size 8, CRC 4, compression's name 4 and itself, compressed size 8
+        if u32_at(body, 28) != Some(0) {
+            return Err(damaged("a compressed chunk; sessions have none"));
+        }
+        let Ok(Record::Chunk { header, data }) = mcap::parse_record(op::CHUNK, body) else {
+            return Err(damaged("a chunk's head"));
+        };
+        if header.uncompressed_size != data.len() as u64 {
+            return Err(damaged("a chunk's two sizes differ"));
+        }
+        let mut rest = &*data;
+        while let Some(&opcode) = rest.first() {
+            let length = u64_at(rest, 1).and_then(|length| usize::try_from(length).ok());
+            let inner = length.and_then(|length| rest.get(HEAD_BYTES..)?.split_at_checked(length));
+            let known = [op::SCHEMA, op::CHANNEL, op::MESSAGE];
+            rest = match inner {
+                Some((inner, after)) if known.contains(&opcode) && is_sound(opcode, inner) => after,
+                _ => {
+                    return Err(damaged(
+                        "a record in a chunk that reaches out of it, or of a kind that none has",
+                    ));
+                }
+            };
+        }
+        let mut parts = Vec::new();
+        // It checks the CRC once all are read, if there is one.
+        for record in ChunkReader::new(header, &data).map_err(damaged)? {
+            parts.extend(self.part(record.map_err(damaged)?)?);
+        }
+        self.parts.extend(parts);
+        Ok(())
+    }
+
+    fn part(&mut self, record: Record<'_>) -> Result<Option<Part>, End> {
+        Ok(match record {
+            Record::Metadata(metadata) if metadata.name == info::NAME => {
+                Some(Part::Info(metadata.metadata))
+            }
+            Record::Metadata(metadata) if metadata.name == info::FINISH => {
+                let finish = Finish::from_map(&metadata.metadata);
+                Some(Part::Finish(finish.ok_or_else(|| damaged("its end"))?))
+            }
+            Record::Attachment { header, data, .. } if header.name == SCENE => {
+                Some(Part::Scene(data.into_owned()))
+            }
+            Record::Channel(channel) if channel.message_encoding == OWN => {
+                if channel.topic == SETUP.name {
+                    self.setup = Some(channel.id);
+                } else if channel.topic == INPUTS.name {
+                    self.inputs = Some(channel.id);
+                }
+                None
+            }
+            Record::Message { header, data } if Some(header.channel_id) == self.setup => {
+                let setup = bytemuck::try_pod_read_unaligned(&data);
+                Some(Part::Setup(
+                    setup.map_err(|_| damaged("a setup of another size"))?,
+                ))
+            }
+            Record::Message { header, data } if Some(header.channel_id) == self.inputs => {
+                let mut records = Vec::new();
+                unpack(&data, &mut records).ok_or_else(|| damaged("inputs of another form"))?;
+                Some(Part::Inputs(records))
+            }
+            _ => None,
+        })
+    }
+}
+
+/// Whether the texts in a record lie in it, as the MCAP library takes for granted.
+fn is_sound(opcode: u8, body: &[u8]) -> bool {
+    let end = match opcode {
+        op::SCHEMA => return after_texts(body, 2, 2).is_some(),
+        // ids 2 each, topic, encoding
+        op::CHANNEL => after_texts(body, 4, 2).and_then(|at| after_map(body, at)),
+        op::METADATA => after_texts(body, 0, 1).and_then(|at| after_map(body, at)),
+        // log and creation time 8 each, name, media type, data, CRC 4
+        op::ATTACHMENT => after_texts(body, 16, 2).and_then(|at| {
+            let data = usize::try_from(u64_at(body, at)?).ok()?;
+            data.checked_add(at + 8 + 4)
+        }),
+        _ => return true,
+    };
+    end == Some(body.len())
+}
+
+/// Where so many texts end, if all of them are there.
+fn after_texts(body: &[u8], mut at: usize, count: usize) -> Option<usize> {
+    for _ in 0..count {
+        at += 4 + u32_at(body, at)? as usize;
+    }
+    (at <= body.len()).then_some(at)
+}
+
+/// Where a map ends, if it is full of texts.
+fn after_map(body: &[u8], at: usize) -> Option<usize> {
+    let end = at + 4 + u32_at(body, at)? as usize;
+    let mut at = at + 4;
+    while at < end {
+        at = after_texts(body, at, 2)?;
+    }
+    (at == end).then_some(at)
+}
+
+fn u32_at(bytes: &[u8], at: usize) -> Option<u32> {
+    Some(u32::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
+}
+
+fn u64_at(bytes: &[u8], at: usize) -> Option<u64> {
+    Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
+}
+
+fn damaged(why: impl ToString) -> End {
+    End::Damaged(why.to_string())
+}
+
+fn cut(what: &str) -> Result<(), End> {
+    Err(End::BrokenOff(what.to_owned()))
+}
