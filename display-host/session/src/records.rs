@@ -123,7 +123,8 @@ impl Records {
             op::CHUNK => self.chunk(&body),
             _ if !is_sound(opcode, &body) => Err(damaged("a record's texts do not fit it")),
             op::ATTACHMENT | op::METADATA => {
-                let record = mcap::parse_record(opcode, &body).map_err(damaged)?;
+                let record = mcap::parse_record(opcode, &body)
+                    .map_err(|error| damaged(error.to_string()))?;
                 let found = self.part(record)?;
                 self.parts.extend(found);
                 Ok(())
@@ -139,7 +140,7 @@ impl Records {
         let mut bytes = Vec::new();
         let read = (&mut self.source).take(wanted).read_to_end(&mut bytes);
         self.at += bytes.len() as u64;
-        read.map_err(damaged)?;
+        read.map_err(|error| damaged(error.to_string()))?;
         Ok(bytes)
     }
 
@@ -171,8 +172,8 @@ impl Records {
         }
         let mut parts = Vec::new();
         // It checks the CRC once all are read, if there is one.
-        for record in ChunkReader::new(header, &data).map_err(damaged)? {
-            parts.extend(self.part(record.map_err(damaged)?)?);
+        for record in ChunkReader::new(header, &data).map_err(|error| damaged(error.to_string()))? {
+            parts.extend(self.part(record.map_err(|error| damaged(error.to_string()))?)?);
         }
         self.parts.extend(parts);
         Ok(())
@@ -257,8 +258,8 @@ fn u64_at(bytes: &[u8], at: usize) -> Option<u64> {
     Some(u64::from_le_bytes(*bytes.get(at..)?.first_chunk()?))
 }
 
-fn damaged(why: impl ToString) -> End {
-    End::Damaged(why.to_string())
+fn damaged(why: impl Into<String>) -> End {
+    End::Damaged(why.into())
 }
 
 fn cut(what: &str) -> Result<(), End> {

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use rt_process::replay::{Difference, Replay, Replayed};
 use serde::Serialize;
-use session::{End, Session, hex};
+use session::{End, Session, hex, printable};
 use shared_mem::inputs::InputRecord;
 use shared_mem::scene::SceneFile;
 
@@ -38,16 +38,88 @@ struct Outcome {
     session_s: f64,
     /// Time that it took.
     took_s: f64,
-    /// Whether every tick of the session was run and came out the same.
+    /// Whether every tick that is known to have run was run again, and came out the same. What comes
+    /// after the end of a session that breaks off, or whose controller was killed, is not known.
     same: bool,
     first_difference: Option<Different>,
-    /// First tick that is missing; what comes after it is not compared.
-    gap_at_tick: Option<u64>,
-    /// Why the session ends before its end, if it does (a kill, a full disk).
-    broken_off: Option<String>,
+    #[serde(flatten)]
+    left_out: LeftOut,
 }
 
-/// The first tick that differs.
+/// What of a session is not run again.
+#[derive(Debug, Clone, Default, Serialize)]
+struct LeftOut {
+    /// First tick that is missing; what comes after it is not run.
+    gap_at_tick: Option<u64>,
+    /// Where the session ends before its end, if it does (a kill, a full disk).
+    broken_off: Option<String>,
+    /// Where it is damaged, and how; what comes after is not run.
+    damaged: Option<String>,
+    /// Ticks that ran and were not recorded.
+    missing: u64,
+    /// Whether the controller said that it ended; not known of a session that is not read to its end.
+    controller_ended: Option<bool>,
+}
+
+impl LeftOut {
+    fn of(session: &Session, gap_at_tick: Option<u64>) -> Self {
+        let (broken_off, damaged) = match session.end() {
+            Some(End::BrokenOff(why)) => (Some(why.clone()), None),
+            Some(End::Damaged(why)) => (None, Some(why.clone())),
+            Some(End::Whole) | None => (None, None),
+        };
+        let finish = session.finish();
+        Self {
+            gap_at_tick,
+            broken_off,
+            damaged,
+            missing: finish.map_or(0, |finish| finish.missing),
+            controller_ended: finish.map(|finish| finish.ran.is_some()),
+        }
+    }
+
+    /// Whether ticks are known to be missing among those that the session should hold.
+    fn is_known(&self) -> bool {
+        self.gap_at_tick.is_some() || self.damaged.is_some() || self.missing > 0
+    }
+
+    /// A warning for each.
+    fn in_words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        if let Some(tick) = self.gap_at_tick {
+            words.push(format!(
+                "tick {tick} and maybe others are missing in the session; nothing is said of what comes \
+                 after"
+            ));
+        } else if self.missing > 0 {
+            words.push(format!(
+                "{} ticks ran and are missing at the end of the session",
+                self.missing
+            ));
+        }
+        if let Some(why) = &self.damaged {
+            words.push(format!(
+                "the session is damaged {why}; nothing is said of what comes after"
+            ));
+        }
+        if let Some(why) = &self.broken_off {
+            words.push(format!(
+                "the session breaks off ({why}), as when its recorder is killed; nothing is said of what \
+                 came after"
+            ));
+        }
+        if self.controller_ended == Some(false) {
+            words.push(
+                "the controller did not say that it ended (it was killed, or ran on), so ticks may have \
+                 followed"
+                    .to_owned(),
+            );
+        }
+        words
+    }
+}
+
+/// The first tick at which it shows that the runs differ: within 80 of where they began to.
 #[derive(Debug, Clone, Serialize)]
 struct Different {
     tick: u64,
@@ -55,7 +127,7 @@ struct Different {
     at_s: f64,
     /// `tools` or `organ`.
     what: &'static str,
-    /// The first organ that differs: within 80 ticks, in which every sphere is looked at once.
+    /// An organ that differs then: within 80 ticks, in which every sphere is looked at once.
     organ: Option<String>,
 }
 
@@ -104,7 +176,7 @@ fn scene_of(session: &mut Session, named: Option<&std::path::Path>) -> Result<Sc
             hex(session.setup.scene_id),
             session.info.scene,
             hex(scene.short_id()),
-            scene.name()
+            printable(scene.name())
         )
         .into());
     }
@@ -116,7 +188,7 @@ fn compare(replay: &Replay, session: &mut Session, running: String) -> Result<Ou
     let mut said = start;
     let mut outcome = Outcome {
         session: session.path().to_owned(),
-        scene: replay.scene_name().to_owned(),
+        scene: printable(replay.scene_name()),
         scene_id: hex(replay.scene_id()),
         recorded_by: session.info.build.clone(),
         replayed_by: running,
@@ -125,12 +197,12 @@ fn compare(replay: &Replay, session: &mut Session, running: String) -> Result<Ou
         took_s: 0.0,
         same: false,
         first_difference: None,
-        gap_at_tick: None,
-        broken_off: None,
+        left_out: LeftOut::default(),
     };
     let done = Cell::new(0.0);
     let gap = Cell::new(None);
     let mut first_ns = None;
+    let mut judge = Judge::default();
     replay.run(without_gap(session, &gap, &done), |replayed| {
         let record = replayed.record;
         let began_ns = *first_ns.get_or_insert(record.now_ns);
@@ -144,14 +216,13 @@ fn compare(replay: &Replay, session: &mut Session, running: String) -> Result<Ou
                 outcome.session_s / start.elapsed().as_secs_f64()
             ));
         }
-        note_difference(&mut outcome, replay.organs(), replayed)
+        judge.look(replayed, outcome.session_s, replay.organs())
     })?;
     outcome.took_s = start.elapsed().as_secs_f64();
-    outcome.gap_at_tick = gap.get();
-    if let Some(End::BrokenOff(why)) = session.end() {
-        outcome.broken_off = Some(why.clone());
-    }
-    outcome.same = outcome.first_difference.is_none() && outcome.gap_at_tick.is_none();
+    outcome.first_difference = judge.first;
+    outcome.left_out = LeftOut::of(session, gap.get());
+    outcome.same =
+        outcome.ticks > 0 && outcome.first_difference.is_none() && !outcome.left_out.is_known();
     Ok(outcome)
 }
 
@@ -174,28 +245,57 @@ fn without_gap<'a>(
     })
 }
 
-/// Whether to go on: after a difference only until its organ is known.
-fn note_difference(outcome: &mut Outcome, organs: &[String], replayed: &Replayed<'_>) -> bool {
-    let tick = replayed.record.tick;
-    match (&mut outcome.first_difference, replayed.differs()) {
-        (None, None) => true,
-        (None, Some(difference)) => {
-            let organ = organ(difference, organs);
-            outcome.first_difference = Some(Different {
-                tick,
-                at_s: outcome.session_s,
-                what: match difference {
+/// Finds the first tick that differs.
+#[derive(Debug, Default)]
+struct Judge {
+    first: Option<Different>,
+    is_done: bool,
+}
+
+impl Judge {
+    /// Whether to go on: after a difference only until its organ is known.
+    fn look(&mut self, replayed: &Replayed<'_>, at_s: f64, organs: &[String]) -> bool {
+        if self.is_done {
+            return false;
+        }
+        let tick = replayed.record.tick;
+        match (&mut self.first, replayed.differs()) {
+            (None, None) => {}
+            (None, Some(difference)) => {
+                let organ = organ(difference, organs);
+                self.is_done = organ.is_some();
+                let what = match difference {
                     Difference::Organ(_) => "organ",
                     Difference::Tools => "tools",
-                },
-                organ: organ.clone(),
-            });
-            organ.is_none()
+                };
+                self.first = Some(Different {
+                    tick,
+                    at_s,
+                    what,
+                    organ,
+                });
+            }
+            (Some(first), found) => {
+                first.organ = found.and_then(|it| organ(it, organs));
+                self.is_done =
+                    first.organ.is_some() || tick >= first.tick.saturating_add(UNTIL_EVERY_SPHERE);
+            }
         }
-        (Some(first), found) => {
-            first.organ = found.and_then(|it| organ(it, organs));
-            first.organ.is_none() && tick < first.tick + UNTIL_EVERY_SPHERE
-        }
+        !self.is_done
+    }
+}
+
+impl Different {
+    fn in_words(&self) -> String {
+        let organ = self
+            .organ
+            .as_deref()
+            .map_or("no organ".to_owned(), printable);
+        let what = match self.what {
+            "tools" => format!("tools and force differ, and then {organ}"),
+            _ => format!("{organ} differs"),
+        };
+        format!("tick {} ({:.3} s): {what}", self.tick, self.at_s)
     }
 }
 
@@ -208,30 +308,95 @@ fn organ(difference: Difference, organs: &[String]) -> Option<String> {
 
 fn in_words(outcome: &Outcome) -> String {
     let ticks = outcome.ticks;
-    let mut words = match (&outcome.first_difference, outcome.gap_at_tick) {
-        (Some(first), _) => {
-            let organ = first.organ.as_deref().unwrap_or("no organ");
-            let what = match first.what {
-                "tools" => format!("tools and force differ, and then {organ}"),
-                _ => format!("{organ} differs"),
-            };
+    let words = match &outcome.first_difference {
+        Some(first) => format!(
+            "{}. {ticks} ticks were compared; what was recorded is not what this program computes",
+            first.in_words()
+        ),
+        None if ticks == 0 => {
+            "no tick was compared: the session holds none that can be run".to_owned()
+        }
+        None if outcome.left_out.is_known() => {
             format!(
-                "tick {} ({:.3} s): {what}. {ticks} ticks were compared; what was recorded is not \
-                 what this program computes",
-                first.tick, first.at_s
+                "{ticks} ticks were compared and came out the same, but they are not the whole session"
             )
         }
-        (None, Some(tick)) => format!(
-            "{ticks} ticks came out the same; tick {tick} and others are missing in the session, and \
-             nothing is said of what comes after"
-        ),
-        (None, None) => format!(
+        None => format!(
             "all {ticks} ticks came out the same, {:.1} times as fast as they were",
             outcome.session_s / outcome.took_s.max(1e-9)
         ),
     };
-    if let Some(why) = &outcome.broken_off {
-        words += &format!(" (the session breaks off: {why})");
+    let all = [words].into_iter().chain(outcome.left_out.in_words());
+    all.collect::<Vec<_>>().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outcome(left_out: LeftOut) -> Outcome {
+        Outcome {
+            session: "x.mcap".into(),
+            scene: String::new(),
+            scene_id: String::new(),
+            recorded_by: String::new(),
+            replayed_by: String::new(),
+            ticks: 5,
+            session_s: 1.0,
+            took_s: 1.0,
+            same: false,
+            first_difference: None,
+            left_out,
+        }
     }
-    words
+
+    #[test]
+    fn what_is_left_out_is_said() {
+        let whole = LeftOut {
+            controller_ended: Some(true),
+            ..LeftOut::default()
+        };
+        let words = in_words(&outcome(whole));
+        assert!(
+            words.starts_with("all 5 ticks") && !words.contains(';'),
+            "{words}"
+        );
+        let damaged = LeftOut {
+            damaged: Some("at byte 7: x".to_owned()),
+            ..LeftOut::default()
+        };
+        let missing = LeftOut {
+            missing: 3,
+            ..LeftOut::default()
+        };
+        let gap = LeftOut {
+            gap_at_tick: Some(4),
+            missing: 3,
+            ..LeftOut::default()
+        };
+        for (left_out, said) in [(damaged, "byte 7"), (missing, "3 ticks"), (gap, "tick 4 ")] {
+            assert!(left_out.is_known());
+            let words = in_words(&outcome(left_out));
+            assert!(
+                words.starts_with("5 ticks") && words.contains(said),
+                "{words}"
+            );
+        }
+        let cut = LeftOut {
+            broken_off: Some("byte 9".to_owned()),
+            ..LeftOut::default()
+        };
+        let killed = LeftOut {
+            controller_ended: Some(false),
+            ..LeftOut::default()
+        };
+        for (left_out, said) in [(cut, "byte 9"), (killed, "killed")] {
+            assert!(!left_out.is_known());
+            let words = in_words(&outcome(left_out));
+            assert!(
+                words.starts_with("all 5 ticks") && words.contains(said),
+                "{words}"
+            );
+        }
+    }
 }

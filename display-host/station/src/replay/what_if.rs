@@ -1,6 +1,10 @@
 //! `calot replay --what-if`: the same hands on other tissue, or solved otherwise.
 
 use core::fmt::Write as _;
+use std::cell::Cell;
+use std::fs::{File, Permissions};
+use std::io::Write as _;
+use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -8,11 +12,12 @@ use display_host::report::chart;
 use display_host::report::page::{STYLE, escape};
 use rt_process::replay::Replay;
 use serde::Serialize;
-use session::Session;
+use session::{Session, printable};
 use shared_mem::inputs::RunSetup;
 use shared_mem::scene::SceneFile;
 
 use super::show::STACK_BYTES;
+use super::{Different, Judge, LeftOut, without_gap};
 use crate::cli::{ReplayArgs, SceneArgs};
 use crate::say;
 use crate::scene::{self, Problem};
@@ -43,6 +48,33 @@ struct Compared {
     /// Distance between the two tips, mm.
     tip_apart_max_mm: f64,
     tip_apart_rms_mm: f64,
+    /// Where the recorded run, computed again, is not the recorded one.
+    first_difference: Option<Different>,
+    #[serde(flatten)]
+    left_out: LeftOut,
+}
+
+/// One of the two runs.
+struct Run {
+    points: Vec<Point>,
+    first_difference: Option<Different>,
+    left_out: LeftOut,
+}
+
+impl Compared {
+    /// What the reader should know before believing it.
+    fn warnings(&self) -> Vec<String> {
+        let different = self.first_difference.as_ref().map(|first| {
+            format!(
+                "{}: what was recorded is not what this program computes",
+                first.in_words()
+            )
+        });
+        different
+            .into_iter()
+            .chain(self.left_out.in_words())
+            .collect()
+    }
 }
 
 /// Runs both, writes the page and the table, and says where.
@@ -69,14 +101,21 @@ pub(super) fn run(
         let second = std::thread::Builder::new()
             .stack_size(STACK_BYTES)
             .spawn_scoped(scope, || {
-                points(path, other, &setup).map_err(|it| it.to_string())
+                play(path, other, &setup).map_err(|it| it.to_string())
             });
-        let first = points(path, recorded, &session.setup);
+        let first = play(path, recorded, &session.setup);
         (first, second.map(std::thread::ScopedJoinHandle::join))
     });
     let second = second?.map_err(|_| "the second run panicked; please report this")??;
-    let runs = [first?, second];
-    let compared = compare(&runs, names);
+    let first = first?;
+    let runs = [first.points, second.points];
+    if runs.iter().any(Vec::is_empty) {
+        return Err("the session holds no tick that can be run".into());
+    }
+    let compared = compare(&runs, names, first.first_difference, first.left_out);
+    for warning in compared.warnings() {
+        say::note(format_args!("warning: {warning}"));
+    }
     write(&args.out, &compared, &runs)?;
     if args.json {
         say::answer(serde_json::to_string_pretty(&compared)?);
@@ -112,25 +151,37 @@ fn name(scene: &SceneFile, setup: &RunSetup, role: &str) -> String {
         iterations => format!(", the paper's solver in {iterations} iterations"),
     };
     let spheres = scene.spheres().len();
-    format!("{role}: {}, {spheres} spheres{solver}", scene.name())
+    format!(
+        "{role}: {}, {spheres} spheres{solver}",
+        printable(scene.name())
+    )
 }
 
-fn points(path: &Path, scene: &SceneFile, setup: &RunSetup) -> Result<Vec<Point>, Problem> {
-    let session = Session::open(path)?;
+fn play(path: &Path, scene: &SceneFile, setup: &RunSetup) -> Result<Run, Problem> {
+    let mut session = Session::open(path)?;
     let mut first_ns = None;
     let mut points = Vec::new();
-    Replay::new(scene, setup)?.run(session, |replayed| {
+    let mut judge = Judge::default();
+    let (gap, done) = (Cell::new(None), Cell::new(0.0));
+    let replay = Replay::new(scene, setup)?;
+    replay.run(without_gap(&mut session, &gap, &done), |replayed| {
         let now_ns = replayed.record.now_ns;
         let tool = replayed.view.tool;
         let first_ns = *first_ns.get_or_insert(now_ns);
+        let at_s = now_ns.saturating_sub(first_ns) as f64 / 1e9;
         points.push(Point {
-            at_s: now_ns.saturating_sub(first_ns) as f64 / 1e9,
+            at_s,
             force_n: f64::from(tool.force_n.norm()),
             tip_m: tool.tip_m.map(f64::from).into(),
         });
+        judge.look(replayed, at_s, replay.organs());
         true
     })?;
-    Ok(points)
+    Ok(Run {
+        points,
+        first_difference: judge.first,
+        left_out: LeftOut::of(&session, gap.get()),
+    })
 }
 
 fn apart_m(a: &Point, b: &Point) -> f64 {
@@ -138,7 +189,12 @@ fn apart_m(a: &Point, b: &Point) -> f64 {
     squares.sum::<f64>().sqrt()
 }
 
-fn compare(runs: &[Vec<Point>; 2], [recorded, what_if]: [String; 2]) -> Compared {
+fn compare(
+    runs: &[Vec<Point>; 2],
+    [recorded, what_if]: [String; 2],
+    first_difference: Option<Different>,
+    left_out: LeftOut,
+) -> Compared {
     let [a, b] = runs;
     let pairs = || a.iter().zip(b);
     let max = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0, f64::max);
@@ -159,6 +215,8 @@ fn compare(runs: &[Vec<Point>; 2], [recorded, what_if]: [String; 2]) -> Compared
         force_difference_rms_n: rms(&mut force()),
         tip_apart_max_mm: max(&mut apart()),
         tip_apart_rms_mm: rms(&mut apart()),
+        first_difference,
+        left_out,
     }
 }
 
@@ -170,9 +228,21 @@ fn write(out: &Path, compared: &Compared, runs: &[Vec<Point>; 2]) -> Result<(), 
         ("what_if.csv", table(runs)),
     ] {
         let path = out.join(name);
-        std::fs::write(&path, text).map_err(|error| failed(&path, error))?;
+        write_private(&path, &text).map_err(|error| failed(&path, error))?;
     }
     Ok(())
+}
+
+/// Nobody else's, as the session: how somebody operates is theirs.
+fn write_private(path: &Path, text: &str) -> std::io::Result<()> {
+    let mut file = File::options()
+        .write(true)
+        .create(true)
+        .truncate(true)
+        .mode(0o600)
+        .open(path)?;
+    file.set_permissions(Permissions::from_mode(0o600))?;
+    file.write_all(text.as_bytes())
 }
 
 fn table([a, b]: &[Vec<Point>; 2]) -> String {
@@ -221,6 +291,9 @@ fn page(compared: &Compared, runs: &[Vec<Point>; 2]) -> String {
         compared.tip_apart_max_mm,
         compared.tip_apart_rms_mm,
     );
+    for warning in compared.warnings() {
+        let _ = write!(page, "<p><b>Warning</b>: {}</p>", escape(&warning));
+    }
     let charts = [
         (
             "Force on the hand",
@@ -247,4 +320,47 @@ fn page(compared: &Compared, runs: &[Vec<Point>; 2]) -> String {
         );
     }
     page + "</html>\n"
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_gap_and_a_difference_stand_in_the_page() {
+        let point = Point {
+            at_s: 0.0,
+            force_n: 0.0,
+            tip_m: [0.0; 3],
+        };
+        let runs = [vec![point], vec![point]];
+        let difference = Different {
+            tick: 7,
+            at_s: 0.007,
+            what: "organ",
+            organ: Some("liver".to_owned()),
+        };
+        let gap = LeftOut {
+            gap_at_tick: Some(9),
+            ..LeftOut::default()
+        };
+        let names = ["recorded", "what if"].map(str::to_owned);
+        let page = page(&compare(&runs, names, Some(difference), gap), &runs);
+        assert!(
+            page.contains("tick 7 ") && page.contains("tick 9 "),
+            "{page}"
+        );
+    }
+
+    #[test]
+    fn what_is_written_is_nobody_elses_even_where_a_file_was() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("what_if.csv");
+        std::fs::write(&path, "old and longer").unwrap();
+        std::fs::set_permissions(&path, Permissions::from_mode(0o644)).unwrap();
+        write_private(&path, "new").unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "new");
+        let mode = std::fs::metadata(&path).unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o600);
+    }
 }
