@@ -49,6 +49,45 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     assert_eq!(answer["same"], true, "{answer:#}");
     assert_eq!(answer["ticks"], ticks);
     assert_eq!(answer["broken_off"], serde_json::Value::Null);
+    assert_eq!(answer["controller_ended"], true, "{answer:#}");
+    assert_eq!(answer["missing"], 0, "{answer:#}");
+
+    // Damaged in its middle, it is not said to be the same, and a what-if of it says so too.
+    let damaged = folder.path().join("damaged.mcap");
+    let mut bytes = std::fs::read(&session).expect("a session");
+    let middle = bytes.len() - 100_000;
+    bytes[middle] ^= 1;
+    std::fs::write(&damaged, bytes).expect("written");
+    let (code, answer, said) = replay(&damaged, &[]);
+    assert_eq!(code, Some(1), "{said}");
+    assert_eq!(answer["same"], false, "{answer:#}");
+    assert!(answer["damaged"].is_string(), "{answer:#}");
+    let compared = answer["ticks"].as_u64().expect("ticks");
+    assert!(0 < compared && compared < ticks, "{answer:#}");
+    assert!(said.contains("damaged at byte"), "{said}");
+    let out = folder.path().join("damaged").display().to_string();
+    let (code, answer, said) = replay(&damaged, &["--what-if-iterations", "10", "--out", &out]);
+    assert_eq!(code, Some(0), "{said}");
+    assert!(answer["damaged"].is_string(), "{answer:#}");
+    assert!(said.contains("warning: the session is damaged"), "{said}");
+
+    // There is nothing to show after its end.
+    let name = station_name("late");
+    let (code, _, said) = replay(
+        &session,
+        &[
+            "--frames",
+            "1",
+            "--from",
+            "1000",
+            "--station",
+            &name,
+            "--out",
+            &out,
+        ],
+    );
+    assert_eq!(code, Some(1), "{said}");
+    assert!(said.contains("s long"), "{said}");
 
     let altered = folder.path().join("altered.mcap");
     let tick = alter(&session, &altered);

@@ -35,7 +35,7 @@ pub use file::{Error, FILE_VERSION};
 pub use info::{Finish, Info, hex, printable};
 pub use read::{End, ReadError, Session};
 pub use record::{Config, Listening, Recorded, Recording};
-pub use storage::Storage;
+pub use storage::{Storage, create_private};
 
 #[cfg(test)]
 mod tests;

@@ -1,9 +1,7 @@
 //! The recorder: a thread that listens, a bounded queue, a thread that writes. Neither can hold up the
 //! simulation, whose end is a publisher that overwrites what nobody fetched.
 
-use std::fs::{File, Permissions};
 use std::io::Write as _;
-use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
@@ -19,7 +17,7 @@ use shared_mem::service::{ServiceError, Station, Tap};
 
 use crate::file::{Error, SessionFile};
 use crate::info::{Info, hex};
-use crate::storage::Storage;
+use crate::storage::{Storage, create_private};
 
 /// What may wait for the writing thread: about 40 s of a session.
 const QUEUE: usize = 2048;
@@ -148,18 +146,7 @@ impl Listening {
     /// # Errors
     /// When the file cannot be made.
     pub fn record(self, config: Config) -> Result<Recording, Error> {
-        // Nobody else's: how somebody operates is theirs.
-        let created = File::options()
-            .write(true)
-            .create(true)
-            .truncate(true)
-            .mode(0o600)
-            .open(&config.path)
-            // The mode above is for a file that is new; one that is replaced has its own.
-            .and_then(|file| {
-                file.set_permissions(Permissions::from_mode(0o600))?;
-                Ok(file)
-            });
+        let created = create_private(&config.path);
         let storage = created.map_err(|source| Error::Create {
             path: config.path.clone(),
             source,

@@ -1,4 +1,6 @@
+use std::fs::Permissions;
 use std::io::{self, Cursor};
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
 use std::sync::{Arc, Mutex};
 
@@ -397,6 +399,20 @@ fn ticks_that_are_missing_at_the_end_are_known() {
     assert_eq!(finish(ticks as u32 + 7, 5), ended(Some(ticks + 7), 7));
     assert_eq!(finish(0, 5), ended(None, 5));
     assert_eq!(finish(0, 0), ended(None, 0));
+}
+
+#[test]
+fn a_file_is_nobody_elses_even_where_one_was() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("x.mcap");
+    std::fs::write(&path, "old").unwrap();
+    std::fs::set_permissions(&path, Permissions::from_mode(0o644)).unwrap();
+    let file = crate::create_private(&path).unwrap();
+    let found = file.metadata().unwrap();
+    assert_eq!(
+        (found.len(), found.permissions().mode() & 0o777),
+        (0, 0o600)
+    );
 }
 
 fn recorded() -> Vec<u8> {

@@ -56,6 +56,17 @@ pub enum RtError {
         /// The system's words.
         source: std::io::Error,
     },
+    /// A session is to be shown from a time on that it does not have.
+    #[error(
+        "the session is {length_s:.3} s long, so nothing of it comes after {from_s} s; allowed are 0 to \
+         less than its length (--from)"
+    )]
+    NothingToShow {
+        /// From when on.
+        from_s: f64,
+        /// How long it is, up to its end or first gap.
+        length_s: f64,
+    },
     /// A thread panicked: a bug. The force was set to zero on the way out.
     #[error("the {thread} thread panicked: {message}; the force is zero; please report this")]
     Panicked {

@@ -234,15 +234,25 @@ fn without_gap<'a>(
 ) -> impl Iterator<Item = InputRecord> + 'a {
     let mut expected = 0;
     core::iter::from_fn(move || {
-        let record = session.next()?;
+        let next = next_in_order(session, &mut expected);
         done.set(session.done());
-        if record.tick != expected {
-            gap.set(Some(expected));
-            return None;
-        }
-        expected += 1;
-        Some(record)
+        next.unwrap_or_else(|missing| {
+            gap.set(Some(missing));
+            None
+        })
     })
+}
+
+/// The next tick, none at the session's end; `Err`: the one that is missing.
+fn next_in_order(session: &mut Session, expected: &mut u64) -> Result<Option<InputRecord>, u64> {
+    let Some(record) = session.next() else {
+        return Ok(None);
+    };
+    if record.tick != *expected {
+        return Err(*expected);
+    }
+    *expected += 1;
+    Ok(Some(record))
 }
 
 /// Finds the first tick that differs.

@@ -5,11 +5,13 @@ use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use display_host::headless::{self, HeadlessConfig, Observed};
 use display_host::window::{self, WindowConfig};
-use rt_process::replay::{Pace, Replay, show};
+use rt_process::replay::{Pace, Replay, Replayed, show};
 use session::Session;
+use shared_mem::inputs::InputRecord;
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
+use super::{Judge, LeftOut, next_in_order};
 use crate::cli::ReplayArgs;
 use crate::run::Folder;
 use crate::say;
@@ -44,8 +46,22 @@ pub(super) fn run(
     let (shown, watched) = std::thread::scope(|scope| {
         let player = std::thread::Builder::new().stack_size(STACK_BYTES);
         let player = player.spawn_scoped(scope, || {
-            let open = || Session::open(played).ok();
-            let shown = show(&replay, &station, pace, &begun, &stop, open);
+            let open = || Session::open(played).ok().map(warned);
+            let mut judge = Judge::default();
+            let mut first_ns = None;
+            let each = |tick: &Replayed<'_>| {
+                let now_ns = tick.record.now_ns;
+                let passed_ns = now_ns.saturating_sub(*first_ns.get_or_insert(now_ns));
+                let was_done = judge.is_done;
+                judge.look(tick, passed_ns as f64 / 1e9, replay.organs());
+                if let (false, true, Some(first)) = (was_done, judge.is_done, &judge.first) {
+                    say::note(format_args!(
+                        "warning: {}; what is shown from there on is not what was recorded",
+                        first.in_words()
+                    ));
+                }
+            };
+            let shown = show(&replay, &station, pace, &begun, &stop, open, each);
             if shown.is_err() {
                 stop.store(true, Relaxed);
             }
@@ -100,4 +116,18 @@ pub(super) fn run(
         ));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// The session's ticks up to the first that is missing; says at their end what is left out.
+fn warned(mut session: Session) -> impl Iterator<Item = InputRecord> {
+    let mut expected = 0;
+    core::iter::from_fn(move || {
+        let next = next_in_order(&mut session, &mut expected);
+        if let Ok(None) | Err(_) = next {
+            for warning in LeftOut::of(&session, next.err()).in_words() {
+                say::note(format_args!("warning: {warning}"));
+            }
+        }
+        next.ok().flatten()
+    })
 }

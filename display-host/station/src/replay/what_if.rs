@@ -2,9 +2,7 @@
 
 use core::fmt::Write as _;
 use std::cell::Cell;
-use std::fs::{File, Permissions};
 use std::io::Write as _;
-use std::os::unix::fs::{OpenOptionsExt as _, PermissionsExt as _};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -228,21 +226,11 @@ fn write(out: &Path, compared: &Compared, runs: &[Vec<Point>; 2]) -> Result<(), 
         ("what_if.csv", table(runs)),
     ] {
         let path = out.join(name);
-        write_private(&path, &text).map_err(|error| failed(&path, error))?;
+        let file = session::create_private(&path);
+        file.and_then(|mut file| file.write_all(text.as_bytes()))
+            .map_err(|error| failed(&path, error))?;
     }
     Ok(())
-}
-
-/// Nobody else's, as the session: how somebody operates is theirs.
-fn write_private(path: &Path, text: &str) -> std::io::Result<()> {
-    let mut file = File::options()
-        .write(true)
-        .create(true)
-        .truncate(true)
-        .mode(0o600)
-        .open(path)?;
-    file.set_permissions(Permissions::from_mode(0o600))?;
-    file.write_all(text.as_bytes())
 }
 
 fn table([a, b]: &[Vec<Point>; 2]) -> String {
@@ -350,17 +338,5 @@ mod tests {
             page.contains("tick 7 ") && page.contains("tick 9 "),
             "{page}"
         );
-    }
-
-    #[test]
-    fn what_is_written_is_nobody_elses_even_where_a_file_was() {
-        let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("what_if.csv");
-        std::fs::write(&path, "old and longer").unwrap();
-        std::fs::set_permissions(&path, Permissions::from_mode(0o644)).unwrap();
-        write_private(&path, "new").unwrap();
-        assert_eq!(std::fs::read_to_string(&path).unwrap(), "new");
-        let mode = std::fs::metadata(&path).unwrap().permissions().mode();
-        assert_eq!(mode & 0o777, 0o600);
     }
 }

@@ -19,6 +19,8 @@ const FRAME_EVERY: u64 = 4;
 const PAUSED: u32 = 8;
 /// A display that sees nothing for longer takes its controller for gone.
 const STILL_ALIVE_NS: u64 = 100_000_000;
+/// Longest time between two ticks: what a damaged session says may be hundreds of years.
+const STEP_MAX_NS: u64 = 1_000_000_000;
 /// How often commands are looked for while nothing else is to be done.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
@@ -33,9 +35,11 @@ pub struct Pace {
 
 /// Shows the ticks that `open` gives on `station`, from when `begun` is set (until then the first stands
 /// still) until `stop` is set; the last one stands. A display's commands pause it, or begin anew (reset).
+/// `each` sees all that are run, as soon as they are.
 ///
 /// # Errors
-/// When somebody controls the station, or the core refuses the scene.
+/// When somebody controls the station, the core refuses the scene, or no tick is as late as
+/// [`Pace::from_s`].
 pub fn show<I: Iterator<Item = InputRecord>>(
     replay: &Replay,
     station: &Station,
@@ -43,6 +47,7 @@ pub fn show<I: Iterator<Item = InputRecord>>(
     begun: &AtomicBool,
     stop: &AtomicBool,
     mut open: impl FnMut() -> Option<I>,
+    mut each: impl FnMut(&Replayed<'_>),
 ) -> Result<(), RtError> {
     let mut stage = Stage {
         controller: Controller::open(station)?,
@@ -53,15 +58,25 @@ pub fn show<I: Iterator<Item = InputRecord>>(
         next_event: 0,
         paused: false,
         again: true,
-        first_ns: None,
-        start_ns: 0,
+        time: SessionTime::default(),
+        start_ns: None,
         sent_ns: 0,
     };
     while stage.again && !stop.load(Relaxed) {
         let Some(ticks) = open() else { break };
         stage.again = false;
-        stage.first_ns = None;
-        replay.run(ticks, |tick| stage.play(tick, begun, stop))?;
+        stage.time = SessionTime::default();
+        stage.start_ns = None;
+        replay.run(ticks, |tick| {
+            each(tick);
+            stage.play(tick, begun, stop)
+        })?;
+        if stage.start_ns.is_none() && !stage.again && !stop.load(Relaxed) {
+            return Err(RtError::NothingToShow {
+                from_s: pace.from_s,
+                length_s: stage.time.passed_ns as f64 / 1e9,
+            });
+        }
         while !stage.again && !stop.load(Relaxed) {
             stage.serve(stop);
             stage.send_again_if_due();
@@ -69,6 +84,23 @@ pub fn show<I: Iterator<Item = InputRecord>>(
         }
     }
     Ok(())
+}
+
+/// Time that has passed in a session.
+#[derive(Debug, Default)]
+struct SessionTime {
+    newest_ns: Option<u64>,
+    passed_ns: u64,
+}
+
+impl SessionTime {
+    /// Goes on to a tick's time.
+    fn pass(&mut self, now_ns: u64) -> u64 {
+        let before_ns = self.newest_ns.replace(now_ns).unwrap_or(now_ns);
+        let step_ns = now_ns.saturating_sub(before_ns).min(STEP_MAX_NS);
+        self.passed_ns = self.passed_ns.saturating_add(step_ns);
+        self.passed_ns
+    }
 }
 
 struct Stage {
@@ -81,42 +113,43 @@ struct Stage {
     paused: bool,
     /// From the beginning, as a display asked.
     again: bool,
-    /// Time of the session's first tick.
-    first_ns: Option<u64>,
+    time: SessionTime,
     /// When the first tick that is shown was, or would have been without pauses.
-    start_ns: u64,
+    start_ns: Option<u64>,
     sent_ns: u64,
 }
 
 impl Stage {
     /// Shows a tick when its time has come; whether to go on.
     fn play(&mut self, tick: &Replayed<'_>, begun: &AtomicBool, stop: &AtomicBool) -> bool {
-        let now_ns = tick.record.now_ns;
-        let first_ns = *self.first_ns.get_or_insert(now_ns);
+        let passed_ns = self.time.pass(tick.record.now_ns);
         let from_ns = (self.pace.from_s * 1e9) as u64;
-        let Some(shown_ns) = now_ns.saturating_sub(first_ns).checked_sub(from_ns) else {
+        let Some(shown_ns) = passed_ns.checked_sub(from_ns) else {
             return !stop.load(Relaxed);
         };
         let due_ns = (shown_ns as f64 / self.pace.speed) as u64;
-        if self.start_ns == 0 {
+        if self.start_ns.is_none() {
             self.show(tick);
-            self.start_ns = monotonic_ns().saturating_sub(due_ns);
         }
+        let mut start_ns = *self
+            .start_ns
+            .get_or_insert_with(|| monotonic_ns().saturating_sub(due_ns));
         loop {
             self.serve(stop);
             if self.again || stop.load(Relaxed) {
-                self.start_ns = 0;
                 return false;
             }
             let now = monotonic_ns();
+            let at_ns = start_ns.saturating_add(due_ns);
             if self.paused || !begun.load(Relaxed) {
                 // As much later as it stands.
-                self.start_ns = now.saturating_sub(due_ns);
+                start_ns = now.saturating_sub(due_ns);
+                self.start_ns = Some(start_ns);
                 self.send_again_if_due();
-            } else if now >= self.start_ns + due_ns {
+            } else if now >= at_ns {
                 break;
             }
-            let left = (self.start_ns + due_ns).saturating_sub(now);
+            let left = at_ns.saturating_sub(now);
             std::thread::sleep(LOOK_EVERY.min(Duration::from_nanos(left.max(100_000))));
         }
         for event in tick.view.events {
@@ -173,5 +206,18 @@ impl Stage {
                 tick: self.state.tick,
             });
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_goes_on_by_a_second_at_most_and_never_back() {
+        let mut time = SessionTime::default();
+        let at = [u64::MAX - 5, 7, 9, u64::MAX, 3, 4].map(|now_ns| time.pass(now_ns));
+        let second = STEP_MAX_NS;
+        assert_eq!(at, [0, 0, 2, second + 2, second + 2, second + 3]);
     }
 }
