@@ -88,6 +88,9 @@ fn supply(kind: u32) -> Option<Supply> {
     }
 }
 
+/// Vertices of a skin on which trees are grown: the time goes with their square, seconds at 20 000.
+const SIZES: std::ops::RangeInclusive<usize> = 16..=8000;
+
 /// Grows the trees of every organ that has some, and tells its vertices their slot.
 pub(super) fn grow(mesh: &mut SkinMesh, scene: &SceneFile) -> Trees {
     let mut grids = Vec::new();
@@ -96,7 +99,7 @@ pub(super) fn grow(mesh: &mut SkinMesh, scene: &SceneFile) -> Trees {
             continue;
         };
         let own = organ.vertices[0] as usize..(organ.vertices[0] + organ.vertices[1]) as usize;
-        if own.len() < 16 {
+        if !SIZES.contains(&own.len()) {
             continue;
         }
         let skin = Skin {
