@@ -33,6 +33,7 @@ static FORCE: Mutex<[f64; 3]> = Mutex::new([0.0; 3]);
 static FORCE_ENABLED: AtomicBool = AtomicBool::new(false);
 static JOB: Mutex<Option<Job>> = Mutex::new(None);
 static SCHEDULING: AtomicBool = AtomicBool::new(false);
+static STARTS: AtomicU32 = AtomicU32::new(0);
 static TICKS: AtomicU64 = AtomicU64::new(0);
 static FRAME: AtomicBool = AtomicBool::new(false);
 
@@ -138,8 +139,10 @@ pub extern "C" fn hdStartScheduler() {
     if SCHEDULING.swap(true, SeqCst) {
         return;
     }
-    std::thread::spawn(|| {
-        while SCHEDULING.load(SeqCst) {
+    // Stopped and started while it slept a thread would go on beside the next.
+    let own = STARTS.fetch_add(1, SeqCst) + 1;
+    std::thread::spawn(move || {
+        while SCHEDULING.load(SeqCst) && STARTS.load(SeqCst) == own {
             TICKS.fetch_add(1, SeqCst);
             let mut job = JOB.lock().unwrap();
             if let Some(now) = *job {
