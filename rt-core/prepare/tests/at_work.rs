@@ -187,18 +187,18 @@ fn on_the_built_in_organs_no_tick_has_a_step() {
     assert_smooth(&recipe, &legs);
 }
 
-/// What a tool has thrown about comes to rest when it has gone: organs that lie on each other, and in
-/// folds, do not go on bouncing.
+/// A fast press is felt, and when the tool has gone nothing is.
 #[test]
-fn after_a_fast_press_everything_falls_asleep() {
+fn after_a_fast_press_nothing_is_felt() {
     let recipe = Recipe::triangle(false).expect("a built-in recipe");
     let legs = [
         Leg(100, [-20.0, 0.0], OPEN),
         Leg(500, [-20.0, 0.0], OPEN),
         Leg(100, [40.0, 0.0], OPEN),
-        Leg(4000, [40.0, 0.0], OPEN),
+        Leg(500, [40.0, 0.0], OPEN),
+        Leg(500, [40.0, 0.0], OPEN),
     ];
     let felt = work(&recipe, &legs);
     assert!(felt[1].largest_n > 0.1 && felt[1].awake > 0, "{felt:?}");
-    assert_eq!(felt[3].awake, 0, "{felt:?}");
+    assert!(felt[4].largest_n < 1.0e-6, "{felt:?}");
 }

@@ -181,8 +181,10 @@ impl Pairs {
             if wa + wb <= 0.0 {
                 continue;
             }
-            // Folds of one organ part at once: its own springs could hold them in each other.
-            let apart_m = if organs[0] == organs[1] {
+            // Folds of one organ part at once, with an impulse: its own springs could hold them in each
+            // other.
+            let is_fold = organs[0] == organs[1];
+            let apart_m = if is_fold {
                 pair.apart_m
             } else {
                 let part_m = PART_M_S * (way_a + way_b) / (wa + wb);
@@ -191,9 +193,13 @@ impl Pairs {
             if difference.norm_squared() >= apart_m * apart_m {
                 continue;
             }
-            // They come no nearer than they were, which is an impulse; what they lay in each other already
+            // Organs come no nearer than they were, which is an impulse; what they lay in each other already
             // they come out of without speed: else what cannot part bounces for ever.
-            let still_m = were_m.min(apart_m);
+            let still_m = if is_fold {
+                apart_m
+            } else {
+                were_m.min(apart_m)
+            };
             let near_m = math::norm(&difference);
             let direction = math::unit(&difference).unwrap_or_else(|| Vec3::new(1.0, 0.0, 0.0));
             let [a, b] = [pair.a, pair.b].map(u32::from);
