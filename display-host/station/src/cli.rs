@@ -7,7 +7,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use scene_prepare::recipe::Unit;
 
 use crate::check::CheckArgs;
+use crate::devices::args::DevicesArgs;
+use crate::gallery::GalleryArgs;
 use crate::jitter::args::{JitterArgs, LoadArgs, LoopArgs};
+use crate::replay::args::ReplayArgs;
 
 /// Calot: a hard-realtime haptic trainer for transvaginal cholecystectomy.
 ///
@@ -234,13 +237,13 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "attach")]
     pub(crate) record: Option<PathBuf>,
     /// The window's endoscope, by the angle that it looks off its shaft; S takes the next one
-    #[arg(long, value_enum, default_value_t = ScopeName::Straight)]
+    #[arg(long, value_enum, default_value_t = ScopeName::Straight, conflicts_with = "headless")]
     pub(crate) scope: ScopeName,
     /// No sound
     #[arg(long)]
     pub(crate) mute: bool,
     /// The endoscope comes cold: its lens fogs until it is wiped (W) or warm
-    #[arg(long)]
+    #[arg(long, conflicts_with = "headless")]
     pub(crate) cold_lens: bool,
     /// Seed of the scripted hand
     #[arg(long, value_name = "N", default_value_t = 1)]
@@ -270,61 +273,6 @@ impl Default for RunArgs {
 }
 
 #[derive(Debug, Clone, Args)]
-#[command(after_help = "\
-Exits with 0 if every tick in it came out the same, also if it is cut at its end (its recorder was
-killed); with 1 if one did not, ticks are missing, it is damaged, or it has none. A difference shows
-within 80 ticks of where it began.
-
-Examples:
-  calot run --headless --seconds 10 --out out    leaves out/session.mcap
-  calot replay out/session.mcap
-  calot replay out/session.mcap --show --speed 0.25 --from 4
-  calot replay out/session.mcap --what-if triangle-variant --out what-if
-  calot replay out/session.mcap --what-if-iterations 10 --out what-if   the paper's solver")]
-pub(crate) struct ReplayArgs {
-    /// The session
-    #[arg(value_name = "SESSION")]
-    pub(crate) session: PathBuf,
-    /// Run it on this compiled scene (.calot) instead of the one it holds; it must be the same
-    #[arg(long, value_name = "FILE")]
-    pub(crate) scene: Option<PathBuf>,
-    /// The same hands on another scene, named as for `run` (a recipe with other tissue, a coarser
-    /// level `FILE.calot#1`): charts force and tip of both, and what differs
-    #[arg(long, value_name = "NAME|FILE")]
-    pub(crate) what_if: Option<String>,
-    /// The same hands on the paper's solver, in so many iterations
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
-    pub(crate) what_if_iterations: Option<u32>,
-    /// Folder that holds the meshes which the recipe of --what-if names [default: the recipe's own]
-    #[arg(long, value_name = "DIR", requires = "what_if")]
-    pub(crate) meshes: Option<PathBuf>,
-    /// Show it in a window: its panel pauses, and begins anew
-    #[arg(long, conflicts_with_all = ["what_if", "what_if_iterations"])]
-    pub(crate) show: bool,
-    /// Show it without a window: so many pictures, spread over --seconds, in --out
-    #[arg(long, value_name = "N", conflicts_with_all = ["show", "what_if", "what_if_iterations"])]
-    pub(crate) frames: Option<u32>,
-    /// How long --frames shows it
-    #[arg(long, value_name = "N", default_value = "10", value_parser = parse_seconds)]
-    pub(crate) seconds: f64,
-    /// Show it so many times as fast as it was
-    #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_speed)]
-    pub(crate) speed: f64,
-    /// Show it from this time on, s
-    #[arg(long, value_name = "S", default_value = "0", value_parser = parse_from)]
-    pub(crate) from: f64,
-    /// Name that other displays (`calot run --attach`) join the show by
-    #[arg(long, value_name = "NAME", default_value = "replay", value_parser = parse_station)]
-    pub(crate) station: String,
-    /// Where pictures, what_if.html and what_if.csv go
-    #[arg(long, value_name = "DIR", default_value = "out")]
-    pub(crate) out: PathBuf,
-    /// One JSON object on standard output
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, Clone, Args)]
 pub(crate) struct RtArgs {
     /// The compiled scene (`calot prepare` makes one)
     #[arg(long, value_name = "FILE")]
@@ -343,91 +291,6 @@ pub(crate) struct RtArgs {
     pub(crate) json: bool,
     #[command(flatten)]
     pub(crate) controller: ControllerArgs,
-}
-
-#[derive(Debug, Clone, Args)]
-#[command(
-    args_conflicts_with_subcommands = true,
-    after_long_help = "\
-A station file, for --station-file of run, rt and watch; every part may be left out:
-  [haptic]
-  driver = \"rig\"                      # rig, woody, hapi, inverse3 or touch
-  path = \"/dev/serial/by-id/my-rig\"   # a name that stays; for a Touch the vendor's libHD.so
-  force_max_n = 2.5                   # never more than this, whatever the device can
-  motion_scale = 1.5                  # the simulation's handle goes 1.5 times as far
-
-  [tracker]
-  driver = \"bird\"                     # or trakstar, with path = \"usb\"
-  path = \"/dev/serial/by-id/my-tracker\"
-  hemisphere = \"upper\"               # where the endoscope is, seen from the transmitter
-
-  [pedal]
-  driver = \"evdev\"                    # rig, evdev or modem
-  path = \"/dev/input/by-id/my-pedal-event-kbd\"
-  cut_key = 256                       # a [second_pedal] may have the other switches
-
-  [handle_buttons]                    # buttons of the haptic device that are a pedal's, by number
-  coagulate = 2
-
-  [ports]                             # the trocars, where the scene's are not the station's
-  instrument_m = [0.0, 0.03, 0.18]
-
-  [frames.world_from_device]          # `calot devices calibrate` finds these
-  position_m = [0.1, 0.0, 0.2]
-  rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
-
-  [[landmarks]]                       # three or more places to touch, for that
-  name = \"left rim\"
-  position_m = [0.1, 0.0, 0.0]
-
-Examples:
-  calot devices
-  calot devices watch /dev/ttyACM0
-  calot devices watch --station-file station.toml
-  calot devices conformance /dev/ttyACM0 --unplug
-  calot run --station-file station.toml"
-)]
-pub(crate) struct DevicesArgs {
-    #[command(subcommand)]
-    pub(crate) command: Option<DevicesCommand>,
-    #[command(flatten)]
-    pub(crate) list: DevicesListArgs,
-}
-
-#[derive(Debug, Clone, Subcommand)]
-pub(crate) enum DevicesCommand {
-    /// What is plugged in, under the name that stays, and which driver fits
-    List(DevicesListArgs),
-    /// What a device says, live
-    Watch(WatchArgs),
-    /// Test a device with the suite that the emulated ones pass; exits with 1 if a check fails
-    Conformance(ConformanceArgs),
-    /// Where haptic device and tracker stand: touch the station file's landmarks with each
-    Calibrate(CalibrateArgs),
-}
-
-#[derive(Debug, Clone, Args)]
-#[command(after_help = "\
-Three landmarks or more, not on one line, that the devices reach, in the scene's frame:
-  [[landmarks]]
-  name = \"left rim of the phantom\"
-  position_m = [0.1, 0.0, 0.0]
-
-Example:
-  calot devices calibrate --station-file station.toml --out station.toml")]
-pub(crate) struct CalibrateArgs {
-    /// File that names the devices and the landmarks
-    #[arg(long, value_name = "FILE")]
-    pub(crate) station_file: PathBuf,
-    /// Write the station file with the frames that were found [default: print them]
-    #[arg(long, value_name = "FILE")]
-    pub(crate) out: Option<PathBuf>,
-    /// Refuse a fit that leaves more than this at the landmarks, root mean square
-    #[arg(long, value_name = "MM", default_value_t = 2.0)]
-    pub(crate) residual_mm: f32,
-    /// A JSON object for each frame
-    #[arg(long)]
-    pub(crate) json: bool,
 }
 
 #[derive(Debug, Clone, Args)]
@@ -450,78 +313,6 @@ pub(crate) struct IgtlinkArgs {
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
     /// Print one JSON object when it listens, one when it ends
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, Clone, Args)]
-pub(crate) struct DevicesListArgs {
-    /// One JSON object instead of a list
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-/// What speaks on a serial line.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum LineDriver {
-    /// Our rig protocol: a haptic device or a pedal, as it says of itself
-    Rig,
-    /// WoodenHaptics and Polhem
-    Woody,
-    /// Haply hAPI board, flat device of the second generation; the handle at home
-    HapiGen2,
-    /// Of the third
-    HapiGen3,
-    /// Of the third, revised
-    HapiGen31,
-    /// 3D Systems Touch, the default one; PATH is the vendor's libHD.so
-    Touch,
-    /// USB foot pedal with the keys of a VEC Infinity (others: by a station file)
-    Evdev,
-    /// Foot switches on a serial line's CTS and DSR
-    Modem,
-    /// Haply Inverse3 behind its service; PATH is the service's address, `localhost`
-    Inverse3,
-    /// Ascension Flock of Birds, serial
-    Bird,
-    /// Ascension trakSTAR on the USB; PATH is `usb`, or a unit's serial number
-    Trakstar,
-}
-
-#[derive(Debug, Clone, Args)]
-pub(crate) struct WatchArgs {
-    /// Serial device, e.g. /dev/ttyACM0
-    #[arg(value_name = "PATH", required_unless_present = "station_file")]
-    pub(crate) path: Option<PathBuf>,
-    /// What speaks there
-    #[arg(long, value_enum, default_value_t = LineDriver::Rig)]
-    pub(crate) driver: LineDriver,
-    /// Watch the devices that this file names
-    #[arg(long, value_name = "FILE", conflicts_with = "path")]
-    pub(crate) station_file: Option<PathBuf>,
-    /// End after this time [default: on Ctrl-C]
-    #[arg(long, value_name = "N", value_parser = parse_seconds)]
-    pub(crate) seconds: Option<f64>,
-    /// A JSON object for each device each second
-    #[arg(long)]
-    pub(crate) json: bool,
-}
-
-#[derive(Debug, Clone, Args)]
-pub(crate) struct ConformanceArgs {
-    /// Serial device, e.g. /dev/ttyACM0
-    #[arg(value_name = "PATH")]
-    pub(crate) path: PathBuf,
-    /// What speaks there
-    #[arg(long, value_enum, default_value_t = LineDriver::Rig)]
-    pub(crate) driver: LineDriver,
-    /// How long its samples are watched, s
-    #[arg(long, value_name = "N", default_value_t = 2.0, value_parser = parse_seconds)]
-    pub(crate) seconds: f64,
-    /// Ask for the plug to be pulled, and see that this is noticed
-    #[arg(long)]
-    pub(crate) unplug: bool,
-    /// One JSON object instead of a list
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -621,25 +412,6 @@ pub(crate) struct PrepareArgs {
     pub(crate) json: Option<PathBuf>,
 }
 
-#[derive(Debug, Clone, Args)]
-#[command(after_help = "\
-Example:
-  calot gallery --out gallery      then open gallery/index.html")]
-pub(crate) struct GalleryArgs {
-    /// The scene, named as for `calot run`
-    #[arg(long, value_name = "NAME|FILE", default_value = "triangle")]
-    pub(crate) scene: String,
-    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
-    #[arg(long, value_name = "DIR")]
-    pub(crate) meshes: Option<PathBuf>,
-    /// Where the pictures and their page go
-    #[arg(long, value_name = "DIR")]
-    pub(crate) out: PathBuf,
-    /// Size of a picture [default: 1280x720 on a graphics card, 640x480 on a software driver]
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    pub(crate) size: Option<[u32; 2]>,
-}
-
 fn parse_budget_mm(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(mm) if (0.05..=50.0).contains(&mm) => Ok(mm),
@@ -680,20 +452,6 @@ pub(crate) fn parse_seconds(text: &str) -> Result<f64, String> {
     }
 }
 
-fn parse_from(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(seconds) if (0.0..=86_400.0).contains(&seconds) => Ok(seconds),
-        _ => Err("a time is 0 to 86400 seconds".into()),
-    }
-}
-
-fn parse_speed(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(speed) if (0.01..=100.0).contains(&speed) => Ok(speed),
-        _ => Err("a speed is 0.01 to 100 times".into()),
-    }
-}
-
 pub(crate) fn parse_station(text: &str) -> Result<String, String> {
     match shared_mem::service::Station::new(text) {
         Ok(_) => Ok(text.to_owned()),
@@ -725,7 +483,8 @@ fn parse_png(text: &str) -> Result<PathBuf, String> {
     }
 }
 
-fn parse_size(text: &str) -> Result<[u32; 2], String> {
+/// Pixels, typed as `1280x720`.
+pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let sides = text
         .split_once('x')
         .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));

@@ -1,10 +1,33 @@
 //! `calot gallery`.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
-use crate::cli::{GalleryArgs, SceneArgs};
+use clap::Args;
+
+use crate::cli::{SceneArgs, parse_size};
 use crate::say;
 use crate::scene::{self, Problem};
+
+/// What `calot gallery` takes.
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Example:
+  calot gallery --out gallery      then open gallery/index.html")]
+pub(crate) struct GalleryArgs {
+    /// The scene, named as for `calot run`
+    #[arg(long, value_name = "NAME|FILE", default_value = "triangle")]
+    pub(crate) scene: String,
+    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) meshes: Option<PathBuf>,
+    /// Where the pictures and their page go
+    #[arg(long, value_name = "DIR")]
+    pub(crate) out: PathBuf,
+    /// Size of a picture [default: 1280x720 on a graphics card, 640x480 on a software driver]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<[u32; 2]>,
+}
 
 /// Draws every organ, instrument and view of a scene, and says where to look.
 pub(crate) fn run(args: &GalleryArgs) -> Result<ExitCode, Problem> {

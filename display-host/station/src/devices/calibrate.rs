@@ -15,7 +15,7 @@ use rt_core::port::{Buttons, ForceCommand, HapticDevice, Polled, Tracker};
 use rt_process::time_driver::now_ns;
 use serde_json::json;
 
-use crate::cli::CalibrateArgs;
+use super::args::CalibrateArgs;
 use crate::say;
 use crate::scene::Problem;
 use crate::stop;

@@ -9,7 +9,7 @@ use hardware::hapi::pantograph::Pantograph;
 use hardware::pedal::{EvdevPedal, ModemPedal, Roles};
 use serde_json::json;
 
-use crate::cli::{ConformanceArgs, LineDriver};
+use super::args::{ConformanceArgs, LineDriver};
 use crate::say;
 use crate::scene::Problem;
 

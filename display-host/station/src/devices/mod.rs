@@ -1,5 +1,6 @@
 //! `calot devices`: what is plugged in, what it says, and whether it does what the station needs.
 
+pub(crate) mod args;
 mod calibrate;
 mod conformance;
 mod watch;
@@ -9,9 +10,9 @@ use std::process::ExitCode;
 use hardware::list::{Found, devices};
 use serde_json::json;
 
-use crate::cli::{DevicesArgs, DevicesCommand, DevicesListArgs};
 use crate::say;
 use crate::scene::Problem;
+use args::{DevicesArgs, DevicesCommand, DevicesListArgs};
 
 pub(crate) fn run(args: &DevicesArgs) -> Result<ExitCode, Problem> {
     match &args.command {

@@ -20,7 +20,7 @@ use rt_core::port::{ForceCommand, HapticDevice, LineCounters, Pedal, Polled, Tra
 use rt_process::time_driver::now_ns;
 use serde_json::{Value, json};
 
-use crate::cli::{LineDriver, WatchArgs};
+use super::args::{LineDriver, WatchArgs};
 use crate::say;
 use crate::scene::Problem;
 use crate::stop;

@@ -1,5 +1,6 @@
 //! `calot replay`: runs a recorded session again and compares every tick.
 
+pub(crate) mod args;
 mod show;
 mod what_if;
 
@@ -14,9 +15,9 @@ use shared_mem::inputs::InputRecord;
 use shared_mem::scene::SceneFile;
 
 use crate::build::build;
-use crate::cli::ReplayArgs;
 use crate::say;
 use crate::scene::Problem;
+use args::ReplayArgs;
 
 /// After tools have differed, the organ that is behind it shows within as many ticks: by then each
 /// sphere had its turn (`rt_core::sim::Digest`).

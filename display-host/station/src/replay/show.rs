@@ -11,8 +11,8 @@ use shared_mem::inputs::InputRecord;
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
+use super::args::ReplayArgs;
 use super::{Judge, LeftOut, next_in_order};
-use crate::cli::ReplayArgs;
 use crate::run::Folder;
 use crate::say;
 use crate::scene::Problem;

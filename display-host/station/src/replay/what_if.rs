@@ -14,9 +14,10 @@ use session::{Session, printable};
 use shared_mem::inputs::RunSetup;
 use shared_mem::scene::SceneFile;
 
+use super::args::ReplayArgs;
 use super::show::STACK_BYTES;
 use super::{Different, Judge, LeftOut, without_gap};
-use crate::cli::{ReplayArgs, SceneArgs};
+use crate::cli::SceneArgs;
 use crate::say;
 use crate::scene::{self, Problem};
 
