@@ -31,6 +31,19 @@ pub enum EventKind {
     Fault,
     /// Electrosurgery: value 1 cut, 2 coagulate, 0 off.
     Electro,
+    /// A clip has closed, on this organ or, if none is named, on nothing; value: the clip's number,
+    /// from 0. One that closes on two organs raises two.
+    Clip,
+    /// An electrode has burnt an organ; value: the energy since that was last told, J.
+    Burn,
+    /// A vessel or duct leaks here; value: its flow as a share of what runs in it whole, 0: stopped.
+    Leak,
+    /// A cell of layered tissue is gone; value: its index in the scene.
+    Removed,
+    /// Jaws have crushed what they hold; value: their force, N.
+    Crush,
+    /// A wall is burnt through or torn open; value: the energy it took, J.
+    Perforation,
 }
 
 /// An event of one tick. The tick's number and time stand in [`crate::sim::TickView`].

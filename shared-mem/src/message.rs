@@ -265,6 +265,20 @@ impl EventMsg {
     /// Scissors have cut a band, a suture, or a link of a tube; value: the energy of a tear of it, J.
     pub const CUT: u32 = 9;
 
+    /// A clip has closed, on this organ or, if none is named, on nothing; value: the clip's number,
+    /// from 0. One that closes on two organs raises two.
+    pub const CLIP: u32 = 10;
+    /// An electrode has burnt an organ; value: the energy since that was last told, J.
+    pub const BURN: u32 = 11;
+    /// A vessel or duct leaks here; value: its flow as a share of what runs in it whole, 0: stopped.
+    pub const LEAK: u32 = 12;
+    /// A cell of layered tissue is gone; value: its index in the scene.
+    pub const REMOVED: u32 = 13;
+    /// Jaws have crushed what they hold; value: their force, N.
+    pub const CRUSH: u32 = 14;
+    /// A wall is burnt through or torn open; value: the energy it took, J.
+    pub const PERFORATION: u32 = 15;
+
     /// Its kind's name, for reports.
     #[must_use]
     pub fn name(&self) -> &'static str {
@@ -278,6 +292,12 @@ impl EventMsg {
             Self::SLIP => "slip",
             Self::TEAR => "tear",
             Self::CUT => "cut",
+            Self::CLIP => "clip",
+            Self::BURN => "burn",
+            Self::LEAK => "leak",
+            Self::REMOVED => "removed",
+            Self::CRUSH => "crush",
+            Self::PERFORATION => "perforation",
             _ => "unknown",
         }
     }
