@@ -25,7 +25,7 @@ pub enum EventKind {
     Slip,
     /// A band between organs, or a link of a tube, has torn; value: the energy it took, J.
     Tear,
-    /// Scissors have cut a band, a suture, or a link of a tube; value: the energy of a tear of it, J.
+    /// Scissors or current have cut a band, a suture, or a link of a tube; value: the energy of a tear of it, J.
     Cut,
     /// A fault was raised; value: [`crate::fault::Fault::code`].
     Fault,

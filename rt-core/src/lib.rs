@@ -14,6 +14,7 @@
 #![deny(unsafe_code)]
 
 pub mod capacity;
+mod cautery;
 pub mod collision;
 mod cut;
 pub mod event;

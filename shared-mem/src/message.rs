@@ -262,7 +262,7 @@ impl EventMsg {
     pub const SLIP: u32 = 7;
     /// A band between organs, or a link of a tube, has torn; value: the energy it took, J.
     pub const TEAR: u32 = 8;
-    /// Scissors have cut a band, a suture, or a link of a tube; value: the energy of a tear of it, J.
+    /// Scissors or current have cut a band, a suture, or a link of a tube; value: the energy of a tear of it, J.
     pub const CUT: u32 = 9;
 
     /// A clip has closed, on this organ or, if none is named, on nothing; value: the clip's number,

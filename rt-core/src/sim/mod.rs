@@ -12,6 +12,7 @@ pub use view::{Health, SphereView, Status, TickView};
 use heapless::Vec;
 
 use crate::capacity::{MAX_CAPSULES, MAX_ORGANS};
+use crate::cautery::Cautery;
 use crate::collision::tool_contact::ToolContacts;
 use crate::event::Journal;
 use crate::fault::{Fault, FaultCounters, FaultSet};
@@ -70,6 +71,7 @@ pub struct Sim<'a> {
     bounds: [Bounds; MAX_ORGANS],
     contacts: ToolContacts,
     grasp: Grasp,
+    cautery: Cautery,
     limit: OutputLimit,
     renders_torque: bool,
     journal: Journal,
@@ -104,6 +106,7 @@ impl<'a> Sim<'a> {
             bounds: [Bounds::EMPTY; MAX_ORGANS],
             contacts: ToolContacts::default(),
             grasp: Grasp::default(),
+            cautery: Cautery::default(),
             limit,
             renders_torque: device.renders_torque(),
             journal: Journal::default(),
@@ -147,8 +150,9 @@ impl<'a> Sim<'a> {
         ports.stamp(Stage::Force);
 
         self.work_instrument(&mut faults);
-        // Alarms before what tears: a tick tells of so many events only.
+        // Alarms before what burns and tears: a tick tells of so many events only.
         self.note_events(&mut faults);
+        self.burn();
         self.tear();
         ports.stamp(Stage::Procedure);
 
@@ -168,6 +172,7 @@ impl<'a> Sim<'a> {
                 self.contacts.clear();
                 self.sleep = Sleep::AWAKE;
                 self.proxy = Proxy::AT_HAND;
+                self.cautery = Cautery::default();
                 self.state.bodies.rest(&self.scene);
                 self.state.pairs.load(&self.scene);
                 self.measure_bounds();

@@ -1,5 +1,6 @@
 //! Stage `procedure`: what the buttons do to the instrument, and what is told of the tick.
 
+use crate::cautery::Electrode;
 use crate::cut::cut_all;
 use crate::event::{Event, EventKind};
 use crate::fault::{Fault, FaultSet};
@@ -38,6 +39,19 @@ impl Sim<'_> {
         }
         self.hold(closing);
         self.tool.grasped_count = self.grasp.count();
+    }
+
+    /// What the hook's current does where its bare tip touches.
+    pub(super) fn burn(&mut self) {
+        let (bodies, journal) = (&mut self.state.bodies, &mut self.journal);
+        let (scene, list) = (&self.scene, &self.contacts.list);
+        let electrode = Electrode::of(&self.tool);
+        if let Some(electrode) = &electrode {
+            self.cautery.burn(electrode, list, scene, bodies, |apart| {
+                journal.raise(told(EventKind::Cut, &apart));
+            });
+        }
+        self.cautery.tell(electrode.is_none(), journal);
     }
 
     /// What the tick has stretched too far tears.

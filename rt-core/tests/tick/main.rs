@@ -1,5 +1,6 @@
 //! The tick as the process sees it: ports in, ports out.
 
+mod cautery;
 mod cut;
 mod devices;
 mod endoscope;

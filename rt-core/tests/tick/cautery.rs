@@ -1,0 +1,139 @@
+//! What the hook's current burns and parts, and what it does not.
+
+use super::grip::count;
+use super::tear::tube;
+use super::*;
+use rt_core::port::{PedalSample, Polled};
+use rt_core::tool::Instrument;
+
+/// The hook's bent end lies across the tube's top.
+const ACROSS: Vec3 = Vec3::new(0.0005, 0.002, 0.003_5);
+const CUT: (bool, bool) = (true, false);
+const COAGULATE: (bool, bool) = (false, true);
+const OFF: (bool, bool) = (false, false);
+
+/// A tight tube of 200 kPa with a cross-section of 3.1 mm², that does not tear.
+fn thin_tube() -> Anatomy {
+    let mut tube = tube(0.0);
+    let young_pa = 2.0e5;
+    tube.organs[0].material.young_pa = young_pa;
+    for link in &mut tube.links {
+        link.compliance_m_n = link.rest_length_m / (young_pa * 3.1e-6);
+        link.rest_length_m *= 0.95;
+    }
+    tube
+}
+
+/// What happens while the hook goes to `at` and stays there for `ticks` under this current, off
+/// at the end.
+fn burnt(
+    anatomy: &Anatomy,
+    instrument: Instrument,
+    at: &Vec3,
+    (cut, coagulate): (bool, bool),
+    ticks: u32,
+) -> Bench {
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(instrument));
+    sim.tick(&mut bench);
+    go(&mut sim, &mut bench, &AWAY, at, 1000, NONE);
+    stay(&mut sim, &mut bench, at, 300, NONE);
+    for tick in 0..=ticks {
+        let samples = bench.next_at(at, NONE);
+        samples.pedal = Polled::Fresh(PedalSample {
+            cut: cut && tick < ticks,
+            coagulate: coagulate && tick < ticks,
+            camera_lock: false,
+            at_ns: samples.now_ns,
+        });
+        sim.tick(&mut bench);
+    }
+    bench
+}
+
+fn told(bench: &Bench, kind: EventKind) -> impl Iterator<Item = &Event> {
+    bench.events.iter().filter(move |event| event.kind == kind)
+}
+
+#[test]
+fn current_parts_a_tube_under_the_tip_and_tells_of_its_energy() {
+    let bench = burnt(&thin_tube(), Instrument::Hook, &ACROSS, CUT, 4000);
+    assert!(count(&bench, EventKind::Cut) >= 1);
+    for cut in told(&bench, EventKind::Cut) {
+        assert!(norm(&(cut.at_m - ACROSS)) < 0.008, "{}", cut.at_m);
+    }
+    let energy_j: f32 = told(&bench, EventKind::Burn).map(|burn| burn.value).sum();
+    let burns = count(&bench, EventKind::Burn);
+    assert!(told(&bench, EventKind::Burn).all(|burn| burn.organ == Some(0) && burn.value > 0.0));
+    // 15 W at most, told twenty times a second.
+    assert!((5.0..=60.01).contains(&energy_j), "{energy_j} J");
+    assert!((5..=82).contains(&burns), "{burns}");
+}
+
+#[test]
+fn no_current_no_hook_and_no_touch_burn_nothing() {
+    let tube = thin_tube();
+    let whole =
+        |bench: &Bench| count(bench, EventKind::Burn) == 0 && count(bench, EventKind::Cut) == 0;
+    assert!(whole(&burnt(&tube, Instrument::Hook, &ACROSS, OFF, 500)));
+    assert!(whole(&burnt(
+        &tube,
+        Instrument::Hook,
+        &ACROSS,
+        (true, true),
+        500
+    )));
+    assert!(whole(&burnt(&tube, Instrument::Grasper, &ACROSS, CUT, 500)));
+    let air = burnt(
+        &tube,
+        Instrument::Hook,
+        &(ACROSS + Vec3::z() * 0.002),
+        CUT,
+        500,
+    );
+    assert!(whole(&air) && count(&air, EventKind::Electro) == 2);
+    // It leans on the tube with its insulated shaft.
+    let beside = Vec3::new(0.0, -0.0035, -0.02);
+    let shaft = burnt(&tube, Instrument::Hook, &beside, CUT, 500);
+    assert!(whole(&shaft) && count(&shaft, EventKind::Contact) > 0);
+}
+
+#[test]
+fn coagulation_parts_slowly_and_burns_as_much() {
+    let tube = thin_tube();
+    let first_cut = |current| {
+        let bench = burnt(&tube, Instrument::Hook, &ACROSS, current, 4000);
+        let before = bench
+            .events
+            .iter()
+            .take_while(|event| event.kind != EventKind::Cut);
+        let burnt = before.filter(|event| event.kind == EventKind::Burn);
+        (burnt.count(), count(&bench, EventKind::Cut))
+    };
+    let (cutting, cuts) = first_cut(CUT);
+    let (coagulating, _) = first_cut(COAGULATE);
+    assert!(
+        cuts >= 1 && coagulating > 3 * cutting,
+        "{cutting} {coagulating}"
+    );
+}
+
+#[test]
+fn an_organ_s_surface_is_burnt() {
+    let liver = Anatomy::liver().with_skins();
+    let bench = burnt(
+        &liver,
+        Instrument::Hook,
+        &Vec3::new(0.0, 0.0, 0.034),
+        COAGULATE,
+        1000,
+    );
+    let energy_j: f32 = told(&bench, EventKind::Burn).map(|burn| burn.value).sum();
+    assert!(
+        (14.0..=15.01).contains(&energy_j),
+        "{energy_j} J in a second"
+    );
+    assert!(told(&bench, EventKind::Burn).all(|burn| burn.organ == Some(0)));
+}
