@@ -1,6 +1,6 @@
 //! What the fuzz target does with any bytes at all: it may refuse them, and never panics.
 
-use shared_mem::scene::SceneFile;
+use shared_mem::scene::{NO_CELL, SceneFile};
 
 /// Opens the bytes as they are, then with the identity set right, as a forger would: the content
 /// checks must hold by themselves. What is accepted can be walked without looking out of range.
@@ -31,6 +31,17 @@ pub(crate) fn scene_file(bytes: &[u8]) {
     }
     for band in scene.attachments() {
         assert!((band.a as usize) < spheres);
+    }
+    for cell in scene.cells() {
+        let corners = scene.cell_corners().len();
+        assert!(cell.corners.iter().all(|&c| usize::from(c) < corners));
+        assert!(cell.spheres.iter().all(|&i| usize::from(i) < spheres));
+        let exists = |&n: &u16| n == NO_CELL || usize::from(n) < scene.cells().len();
+        assert!(cell.neighbours.iter().all(exists));
+    }
+    for column in scene.cell_columns() {
+        let exists = |&n: &u16| n == NO_CELL || usize::from(n) < scene.cells().len();
+        assert!(column.cells.iter().all(exists));
     }
     let contact = scene.contact_vertices().len();
     for v in scene.contact_vertices() {

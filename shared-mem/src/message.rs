@@ -6,6 +6,8 @@ use iceoryx2::prelude::ZeroCopySend;
 /// Spheres that a [`StateFrame`] holds. Equals `rt_core::capacity::MAX_SPHERES` (asserted there
 /// where both are seen, in `rt-process`).
 pub const MAX_SPHERES: usize = 4096;
+/// Cells of layered tissue that a [`StateFrame`] holds. Equals `rt_core::capacity::MAX_CELLS`.
+pub const MAX_CELLS: usize = 8192;
 /// Records that one [`TimingBatch`] holds.
 pub const TIMING_BATCH: usize = 64;
 /// Stages of a tick, in order: sample, tool, contact, solve, force, procedure, publish.

@@ -4,9 +4,9 @@ use bytemuck::Zeroable;
 use proptest::prelude::*;
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
-    AttachmentRecord, ContactVertexRecord, LinkRecord, MaterialRecord, NO_CONTACT_VERTEX,
-    OrganKind, OrganRecord, RoomRecord, SceneData, SceneError, SceneFile, SphereRecord,
-    TetraRecord, VertexRecord, WORLD, name_from_str,
+    AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LinkRecord,
+    MaterialRecord, NO_CELL, NO_CONTACT_VERTEX, OrganKind, OrganRecord, RoomRecord, SceneData,
+    SceneError, SceneFile, SphereRecord, TetraRecord, VertexRecord, WORLD, name_from_str,
 };
 
 #[path = "../fuzz/body.rs"]
@@ -18,6 +18,25 @@ fn contact_vertex(i: u16) -> ContactVertexRecord {
         weights: [1.5, -0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         fan: [u32::from(i), 1],
         patch_m: 0.01,
+    }
+}
+
+/// One of two cells that lie on each other.
+fn cell(i: u16) -> CellRecord {
+    let mut neighbours = [NO_CELL; 6];
+    neighbours[usize::from(5 - i)] = 1 - i;
+    CellRecord {
+        corners: [0, 1, 2, 3, 4, 5, 6, 7],
+        neighbours,
+        spheres: [i; 12],
+        weights: [0.5, 0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        center_m: [0.0, 0.0, 0.001 * f32::from(i)],
+        extent_m: [0.001; 3],
+        volume_m3: 1e-9,
+        energy_j: 1.0,
+        layer: i as u8,
+        region: CellRecord::TRIANGLE,
+        reserved: [0; 2],
     }
 }
 
@@ -97,6 +116,16 @@ fn tiny() -> SceneData {
             is_thread: 1,
             tear_j: 0.01,
         }],
+        cells: vec![cell(0), cell(1)],
+        cell_corners: vec![vertex(0.0); 8],
+        cell_columns: vec![
+            CellColumnRecord {
+                cells: [1, 0, NO_CELL, NO_CELL, NO_CELL, NO_CELL],
+                inwards: [4; 6],
+                reserved: [0; 2],
+            };
+            3
+        ],
     }
 }
 
@@ -119,6 +148,9 @@ fn a_scene_survives_the_file() {
     assert_eq!(scene.contact_vertices(), data.contact_vertices);
     assert_eq!(scene.contact_fans(), data.contact_fans);
     assert_eq!(scene.contact_nearest(), data.contact_nearest);
+    assert_eq!(scene.cells(), data.cells);
+    assert_eq!(scene.cell_corners(), data.cell_corners);
+    assert_eq!(scene.cell_columns(), data.cell_columns);
     assert_eq!(
         data.to_bytes().unwrap(),
         std::fs::read(&path).unwrap(),
@@ -147,7 +179,7 @@ type Fault = (&'static str, fn(&mut SceneData));
 
 #[test]
 fn every_fault_is_refused_and_named() {
-    let faults: [Fault; 31] = [
+    let faults: [Fault; 39] = [
         ("kind", |s| s.organs[0].kind = 99),
         ("name", |s| s.organs[0].name = [0; 32]),
         ("poisson", |s| s.organs[0].material.poisson = 0.5),
@@ -184,6 +216,14 @@ fn every_fault_is_refused_and_named() {
         }),
         ("contact triangle 0", |s| s.contact_fans[0][0] = 3),
         ("nearest contact vertex 3", |s| s.contact_nearest[3] = 3),
+        ("cell 1", |s| s.cells[1].corners[7] = 8),
+        ("cell 0", |s| s.cells[0].spheres[3] = 4),
+        ("cell 0", |s| s.cells[0].neighbours[5] = 2),
+        ("cell 0", |s| s.cells[1].neighbours[4] = NO_CELL),
+        ("cell 1", |s| s.cells[1].energy_j = f32::NAN),
+        ("cell 1", |s| s.cells[1].region = 9),
+        ("cell corner 2", |s| s.cell_corners[2].weights[0] = 1),
+        ("cell column 1", |s| s.cell_columns[1].inwards[5] = 6),
         ("instrument length", |s| {
             if let Some(room) = &mut s.room {
                 room.instrument_length_m = 0.0;

@@ -7,6 +7,7 @@
 //!   → spheres   packed inside the skin                         pack::
 //!   → links     one component, ordered for the solver          links
 //!   → binding   which spheres move which skin vertex           bind
+//!   → cells     fat and connective tissue in layers             cells
 //!   → room      ports, frames, the scripted hand's target      room
 //!   → SceneData and a quality report
 //! ```
@@ -27,6 +28,7 @@ pub mod shape;
 mod attach;
 pub mod bind;
 mod budget;
+mod cells;
 pub mod held;
 pub mod links;
 pub mod order;
@@ -37,6 +39,7 @@ pub mod skin;
 mod surface_nets;
 pub mod tetra;
 
+pub use cells::Filling;
 pub use error::{MeshError, PrepareError, RecipeError};
 pub use prepare::{Prepared, Progress, prepare};
 pub use recipe::Recipe;

@@ -8,6 +8,7 @@ use shared_mem::scene::{
 };
 
 use crate::budget::{self, Count};
+use crate::cells::{self, Cells, Regions};
 use crate::elastic::{self, Elastic};
 use crate::error::{MeshError, MeshProblem, PrepareError};
 use crate::held::Plane;
@@ -77,6 +78,13 @@ pub fn prepare(
         times.push(begun.elapsed());
     }
     let skins: Vec<Mesh> = surfaces.iter().map(|s| s.mended.mesh.clone()).collect();
+    let mut layered = Vec::new();
+    for (i, plan) in recipe.organs.iter().enumerate() {
+        if plan.layers.is_some() {
+            tell(i, 0.35, 0.35, format!("{}: cells", plan.name));
+        }
+        layered.push(cells_of(plan, &skins[i], &recipe.organs, &skins)?);
+    }
     let mut counts = Vec::new();
     for (i, plan) in recipe.organs.iter().enumerate() {
         tell(i, 0.35, 0.5, format!("{}: how many spheres", plan.name));
@@ -98,7 +106,7 @@ pub fn prepare(
             );
             tell(i, 0.5, 0.95, doing);
         };
-        assemble(recipe, counts, &surfaces, &skins, &mut doing)
+        assemble(recipe, counts, &surfaces, (&skins, &layered), &mut doing)
     };
     let mut prepared = match recipe.tick_us {
         Some(tick_us) => budget::by_time(recipe, tick_us, &counts, &mut assemble)?,
@@ -126,7 +134,7 @@ fn assemble(
     recipe: &Recipe,
     counts: &[Count],
     surfaces: &[Skin],
-    skins: &[Mesh],
+    (skins, layered): (&[Mesh], &[Cells]),
     doing: &mut dyn FnMut(usize, &OrganPlan),
 ) -> Result<Prepared, PrepareError> {
     let gravity = gravity(recipe);
@@ -162,6 +170,14 @@ fn assemble(
     for (organ, tied) in report.organs.iter_mut().zip(tied) {
         organ.attached = tied;
     }
+    let regions = Regions::new(&recipe.organs, skins);
+    for (i, plan) in recipe.organs.iter().enumerate() {
+        if let Some(layers) = &plan.layers {
+            let own = (&layered[i], &skins[i]);
+            cells::append(&mut scene, i, plan, own, &regions);
+            report.organs[i].cells = Some(layered[i].filling(&skins[i], layers.cell_m));
+        }
+    }
     scene.room = Some(room::place(recipe, skins)?);
     // What the processes would refuse is refused here.
     scene.to_bytes()?;
@@ -172,6 +188,30 @@ fn assemble(
         report,
         tetrahedra,
     })
+}
+
+/// The cells of an organ that has layers.
+fn cells_of(
+    plan: &OrganPlan,
+    own: &Mesh,
+    organs: &[OrganPlan],
+    skins: &[Mesh],
+) -> Result<Cells, PrepareError> {
+    let Some(layers) = &plan.layers else {
+        return Ok(Cells::default());
+    };
+    let around = organs.iter().position(|organ| organ.name == layers.around);
+    let cells = around.map(|i| Cells::new(own, &skins[i], layers));
+    cells
+        .filter(|cells| !cells.is_empty())
+        .ok_or_else(|| PrepareError::Organ {
+            organ: plan.name.clone(),
+            problem: format!(
+                "no cells of {:.1} mm fit between it and '{}'; give a smaller layers.cell_m",
+                1e3 * layers.cell_m,
+                layers.around
+            ),
+        })
 }
 
 /// An organ's skin.
@@ -413,6 +453,7 @@ fn figures(plan: &OrganPlan, skin: &Skin, organ: &Organ, held: &[bool]) -> Organ
         spheres_because: organ.because.clone(),
         held: held.iter().filter(|held| **held).count(),
         attached: 0,
+        cells: None,
         springs: organ.links.len(),
         tetrahedra: organ.tets.len(),
         tetra_shape_min: worst_shape(organ),

@@ -4,6 +4,7 @@ use std::fmt;
 
 use serde::Serialize;
 
+use crate::cells::Filling;
 use crate::elastic;
 
 /// What [`crate::prepare()`] built, in figures. The top level sums or takes the worst of all organs.
@@ -68,6 +69,8 @@ pub struct OrganReport {
     pub held: usize,
     /// Of those, tied to spheres of other organs.
     pub attached: usize,
+    /// Its cells, if it is layered tissue.
+    pub cells: Option<Filling>,
     /// Links.
     pub springs: usize,
     /// Tetrahedra between sphere centres; together they carry the organ's whole volume.
@@ -216,6 +219,18 @@ impl fmt::Display for Report {
                 "{}: {} vertices, {} triangles; {}; {} spheres: {}",
                 o.name, o.vertices, o.triangles, o.mesh, o.spheres, o.spheres_because
             )?;
+            if let Some(cells) = &o.cells {
+                writeln!(
+                    f,
+                    "{}: {} cells with {:.1} % of its volume, in which {:.1} % of it lies; worst shape {:.3} \
+                     (a box 1, flat 0)",
+                    o.name,
+                    cells.cells,
+                    100.0 * cells.volume_share,
+                    100.0 * cells.covered,
+                    cells.shape_min
+                )?;
+            }
             if o.stiffness_number > elastic::STIFFNESS_NUMBER_MAX {
                 writeln!(
                     f,

@@ -22,6 +22,25 @@ held = [{ base = 0.2 }, { ball = { center_m = [0, 0, 0], radius_m = 0.02 } }]
 "#;
 
 #[test]
+fn layers_name_what_they_lie_around() {
+    let layers = |text: &str| parse(&format!("{GOOD}layers = {text}\n"));
+    for (text, words) in [
+        (
+            "{ around = \"liver\", count = 3, cell_m = 0.001 }",
+            "'liver' is not another organ",
+        ),
+        (
+            "{ around = \"lever\", count = 3, cell_m = 0.001 }",
+            "'lever' is not another organ",
+        ),
+        ("{ around = \"liver\", count = 3 }", "cell_m"),
+    ] {
+        let error = layers(text).expect_err(text);
+        assert!(error.problem.contains(words), "{error}");
+    }
+}
+
+#[test]
 fn sutures_and_bands_name_their_places() {
     let tie = |ends: &str| parse(&format!("{GOOD}\n[[suture]]\n{ends}"));
     let near = "{ organ = \"liver\", near_m = [0, 0, 0] }";

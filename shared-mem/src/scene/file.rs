@@ -7,11 +7,11 @@ use bytemuck::Pod;
 use super::levels;
 use super::write::{HEADER_BYTES, Header, SECTIONS, Section, TABLE_ENTRY_BYTES};
 use super::{
-    AttachmentRecord, BINDINGS, ContactVertexRecord, LAYOUT_VERSION, LinkRecord, MAGIC,
-    NO_CONTACT_VERTEX, OrganKind, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord,
-    VertexRecord, WEIGHT_SUM, WORLD, str_from_name,
+    AttachmentRecord, BINDINGS, CellColumnRecord, CellRecord, ContactVertexRecord, LAYOUT_VERSION,
+    LinkRecord, MAGIC, NO_CELL, NO_CONTACT_VERTEX, OrganKind, OrganRecord, RoomRecord, SceneId,
+    SphereRecord, TetraRecord, VertexRecord, WEIGHT_SUM, WORLD, str_from_name,
 };
-use crate::message::MAX_SPHERES;
+use crate::message::{MAX_CELLS, MAX_SPHERES};
 
 /// Why a compiled scene is refused.
 #[derive(Debug, thiserror::Error)]
@@ -289,6 +289,24 @@ impl SceneFile {
         self.section(10)
     }
 
+    /// Cells of layered tissue, organ by organ.
+    #[must_use]
+    pub fn cells(&self) -> &[CellRecord] {
+        self.section(11)
+    }
+
+    /// Corners of the cells.
+    #[must_use]
+    pub fn cell_corners(&self) -> &[VertexRecord] {
+        self.section(12)
+    }
+
+    /// The cells under every contact vertex; empty if there are no cells.
+    #[must_use]
+    pub fn cell_columns(&self) -> &[CellColumnRecord] {
+        self.section(13)
+    }
+
     fn check_content(&self) -> Result<(), SceneError> {
         count("room", self.sections[0].count as usize, 1, 1)?;
         count("organs", self.organs().len(), 1, 16)?;
@@ -315,6 +333,19 @@ impl SceneFile {
                 self.spheres().len(),
             ),
         ];
+        count("cells", self.cells().len(), 0, MAX_CELLS)?;
+        count(
+            "cell corners",
+            self.cell_corners().len(),
+            0,
+            MAX_CELL_CORNERS,
+        )?;
+        count(
+            "cell columns",
+            self.cell_columns().len(),
+            0,
+            self.contact_vertices().len(),
+        )?;
         for (what, found, max) in contact {
             count(what, found, 0, max)?;
         }
@@ -476,7 +507,77 @@ impl SceneFile {
             }
         }
         self.check_attachments()?;
-        self.check_contact_skin()
+        self.check_contact_skin()?;
+        self.check_cells()
+    }
+
+    /// Each of one organ's spheres, neighbours that name each other, and numbers that make sense.
+    fn check_cells(&self) -> Result<(), SceneError> {
+        let (cells, corners) = (self.cells(), self.cell_corners());
+        let organ_of = |sphere: u16| {
+            let own = |o: &OrganRecord| u32::from(sphere) < o.spheres[0] + o.spheres[1];
+            self.organs().iter().position(own)
+        };
+        let mut last = None;
+        for (i, cell) in cells.iter().enumerate() {
+            let bad = |problem: String| record("cell", i, problem);
+            let organ = organ_of(cell.spheres[0]);
+            if organ.is_none() || cell.spheres.iter().any(|&s| organ_of(s) != organ) {
+                let problem = format!("follows {:?}, not all of one organ", cell.spheres);
+                return Err(bad(problem));
+            }
+            if last > organ {
+                return Err(bad("is of an organ before that of the last cell".into()));
+            }
+            last = organ;
+            let sum: f32 = cell.weights.iter().sum();
+            let good = cell.corners.iter().all(|&c| usize::from(c) < corners.len())
+                && cell.weights.iter().all(|w| w.abs() <= 8.0)
+                && (sum - 1.0).abs() <= 1e-3
+                && cell.center_m.iter().all(|x| x.abs() < 1e3)
+                && cell.extent_m.iter().all(|x| (1e-6..1.0).contains(x))
+                && (1e-15..1.0).contains(&cell.volume_m3)
+                && (1e-9..1e6).contains(&cell.energy_j)
+                && cell.region <= CellRecord::UPPER_BED;
+            if !good {
+                return Err(bad(format!("out of range: {cell:?}")));
+            }
+            for (face, &other) in cell.neighbours.iter().enumerate() {
+                let back = cells
+                    .get(usize::from(other))
+                    .map(|it| it.neighbours[face ^ 1]);
+                let same = |other: u16| {
+                    let spheres = cells.get(usize::from(other)).map(|it| it.spheres[0]);
+                    spheres.is_some_and(|sphere| organ_of(sphere) == organ)
+                };
+                if other != NO_CELL && (back != Some(i as u16) || !same(other)) {
+                    let problem = format!("neighbour {other} is none, or does not name it");
+                    return Err(bad(problem));
+                }
+            }
+        }
+        for (i, v) in corners.iter().enumerate() {
+            let sum: u32 = v.weights.iter().map(|&w| u32::from(w)).sum();
+            let finite = v.position_m.iter().chain(&v.normal).all(|x| x.abs() < 1e3);
+            let bound = v
+                .spheres
+                .iter()
+                .all(|&s| usize::from(s) < self.spheres().len());
+            if sum != WEIGHT_SUM || !finite || !bound {
+                return Err(record("cell corner", i, format!("out of range: {v:?}")));
+            }
+        }
+        for (i, column) in self.cell_columns().iter().enumerate() {
+            let exists = |&c: &u16| usize::from(c) < cells.len() || c == NO_CELL;
+            if !column.cells.iter().all(exists) || column.inwards.iter().any(|&f| f >= 6) {
+                return Err(record(
+                    "cell column",
+                    i,
+                    format!("out of range: {column:?}"),
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// That all exists. Whether it is of one organ, the realtime process checks.
@@ -542,12 +643,17 @@ const ELEMENT_BYTES: [usize; SECTIONS] = [
     size_of::<ContactVertexRecord>(),
     size_of::<[u16; 2]>(),
     size_of::<u16>(),
+    size_of::<CellRecord>(),
+    size_of::<VertexRecord>(),
+    size_of::<CellColumnRecord>(),
 ];
 
 /// Attachments in a scene; equals the realtime process's limit.
 const MAX_ATTACHMENTS: usize = 1024;
 /// Contact vertices in a scene; equals the realtime process's limit.
 const MAX_CONTACT_VERTICES: usize = 32_768;
+/// Corners of cells in a scene: each has eight, most of them shared.
+const MAX_CELL_CORNERS: usize = 4 * MAX_CELLS;
 /// A micronewton for a metre: whatever is softer holds nothing.
 const COMPLIANCE_MAX_M_N: f32 = 1e6;
 /// A kilojoule: no hand brings that up.

@@ -20,17 +20,19 @@ mod write;
 pub use file::{SceneError, SceneFile};
 pub use levels::LEVELS_MAX;
 pub use record::{
-    AttachmentRecord, BINDINGS, CONTACT_BINDINGS, ContactVertexRecord, LinkRecord, MaterialRecord,
-    OrganKind, OrganRecord, RoomRecord, SphereRecord, TetraRecord, VertexRecord, WEIGHT_SUM, WORLD,
-    name_from_str, str_from_name,
+    AttachmentRecord, BINDINGS, COLUMNS, CONTACT_BINDINGS, CellColumnRecord, CellRecord,
+    ContactVertexRecord, LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord,
+    SphereRecord, TetraRecord, VertexRecord, WEIGHT_SUM, WORLD, name_from_str, str_from_name,
 };
 pub use write::SceneData;
 
 /// First eight bytes of a compiled scene.
 pub const MAGIC: [u8; 8] = *b"CALOTSCN";
 /// Changes with any record.
-pub const LAYOUT_VERSION: u32 = 4;
+pub const LAYOUT_VERSION: u32 = 5;
 /// Stands for no contact vertex.
 pub const NO_CONTACT_VERTEX: u16 = u16::MAX;
+/// Stands for no cell.
+pub const NO_CELL: u16 = u16::MAX;
 /// BLAKE3 of table and sections: two processes run the same scene iff it is equal.
 pub type SceneId = [u8; 32];

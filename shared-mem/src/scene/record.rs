@@ -232,6 +232,67 @@ pub struct ContactVertexRecord {
     pub patch_m: f32,
 }
 
+/// Cells under one contact vertex, at most.
+pub const COLUMNS: usize = 6;
+
+/// A cell of layered tissue (fat, connective tissue): a hexahedron that is taken away whole. It is of
+/// the organ of its spheres; cells of an organ follow each other.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
+pub struct CellRecord {
+    /// Its corners, indices into the scene's cell corners. Bit 0 of a corner's place is along the
+    /// course, bit 1 around it, bit 2 outwards; the three ways are right-handed.
+    pub corners: [u16; 8],
+    /// The cells across its faces: back and on along the course, back and on around it, inwards,
+    /// outwards; [`super::NO_CELL`] where there is none. Each names the other.
+    pub neighbours: [u16; 6],
+    /// Spheres of one organ that its middle follows, the nearest first: that is the one for which it
+    /// stands. Unused ones have weight 0.
+    pub spheres: [u16; CONTACT_BINDINGS],
+    /// Their weights; the sum is 1. Some may be negative.
+    pub weights: [f32; CONTACT_BINDINGS],
+    /// Middle at rest, world frame, m.
+    pub center_m: [f32; 3],
+    /// Mean length along the course, around it, and outwards, m.
+    pub extent_m: [f32; 3],
+    /// Volume at rest, m³.
+    pub volume_m3: f32,
+    /// Energy that it takes to remove it, J.
+    pub energy_j: f32,
+    /// Layer, 0 the innermost.
+    pub layer: u8,
+    /// Where it lies: [`CellRecord::NOWHERE`], `TRIANGLE`, `LOWER_BED`, `UPPER_BED`. The share of a
+    /// region that is cleared is the volume of its cells that are told as removed (event `REMOVED`,
+    /// whose value is the index of the cell in the scene) over that of all its cells.
+    pub region: u8,
+    /// Zero.
+    pub reserved: [u8; 2],
+}
+
+impl CellRecord {
+    /// In no named region.
+    pub const NOWHERE: u8 = 0;
+    /// In Calot's triangle: between cystic duct, bile duct and liver.
+    pub const TRIANGLE: u8 = 1;
+    /// In the lower third of the gallbladder's bed, at its neck.
+    pub const LOWER_BED: u8 = 2;
+    /// In the rest of the bed.
+    pub const UPPER_BED: u8 = 3;
+}
+
+/// What of layered tissue lies under a contact vertex: how far the surface has gone there is how many
+/// cells have, from each of these on.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct CellColumnRecord {
+    /// The cells under it, the nearest first; [`super::NO_CELL`] where there are fewer.
+    pub cells: [u16; COLUMNS],
+    /// The face of each, and of those behind it, that leads away from the surface.
+    pub inwards: [u8; COLUMNS],
+    /// Zero.
+    pub reserved: [u8; 2],
+}
+
 /// A fixed name field from a string, cut at a character border.
 #[must_use]
 pub fn name_from_str<const N: usize>(name: &str) -> [u8; N] {

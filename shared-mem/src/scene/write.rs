@@ -7,8 +7,8 @@ use bytemuck::Pod;
 
 use super::file::SceneError;
 use super::{
-    AttachmentRecord, ContactVertexRecord, LAYOUT_VERSION, LinkRecord, MAGIC, OrganRecord,
-    RoomRecord, SceneId, SphereRecord, TetraRecord, VertexRecord,
+    AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LAYOUT_VERSION,
+    LinkRecord, MAGIC, OrganRecord, RoomRecord, SceneId, SphereRecord, TetraRecord, VertexRecord,
 };
 
 /// A scene in memory, as preparation builds it.
@@ -37,12 +37,18 @@ pub struct SceneData {
     /// For every sphere the contact vertex nearest to it, or [`super::NO_CONTACT_VERTEX`]; empty if
     /// no organ has a contact skin.
     pub contact_nearest: Vec<u16>,
+    /// Cells of layered tissue, organ by organ.
+    pub cells: Vec<CellRecord>,
+    /// Their corners.
+    pub cell_corners: Vec<VertexRecord>,
+    /// The cells under every contact vertex; empty if there are no cells.
+    pub cell_columns: Vec<CellColumnRecord>,
 }
 
 pub(super) const HEADER_BYTES: usize = 64;
 pub(super) const TABLE_ENTRY_BYTES: usize = 32;
 pub(super) const ALIGN: usize = 64;
-pub(super) const SECTIONS: usize = 11;
+pub(super) const SECTIONS: usize = 14;
 
 /// Header of the file.
 #[repr(C)]
@@ -89,6 +95,9 @@ impl SceneData {
         body.push(9, &self.contact_vertices);
         body.push(10, &self.contact_fans);
         body.push(11, &self.contact_nearest);
+        body.push(12, &self.cells);
+        body.push(13, &self.cell_corners);
+        body.push(14, &self.cell_columns);
 
         let table: &[u8] = bytemuck::cast_slice(&body.table);
         let mut hash = blake3::Hasher::new();

@@ -273,6 +273,14 @@ fn check_organ(
         }
         place.number(&path, attached.within_m, 0.0..=0.1)?;
     }
+    if let Some(layers) = &raw.layers {
+        if layers.around == raw.name || !names.contains(&layers.around) {
+            let problem = format!("'{}' is not another organ of this recipe", layers.around);
+            return Err(place.error(&at("layers"), problem));
+        }
+        place.number(&at("layers"), layers.count as f64, 1.0..=32.0)?;
+        place.number(&at("layers"), layers.cell_m, 0.000_3..=0.02)?;
+    }
     Ok(OrganPlan {
         material: check_material(place, index, kind, &raw.material)?,
         name: raw.name,
@@ -288,6 +296,7 @@ fn check_organ(
         packing: raw.packing.unwrap_or_else(|| default_packing(kind)),
         held: raw.held,
         attached: raw.attached,
+        layers: raw.layers,
     })
 }
 
@@ -534,6 +543,7 @@ pub(super) fn from_mesh(path: &Path, unit: Option<Unit>) -> Result<Recipe, Recip
             material: Material::typical(kind),
             held: vec![Region::Base(0.15)],
             attached: Vec::new(),
+            layers: None,
         }],
         ties: Vec::new(),
     })

@@ -115,6 +115,20 @@ pub struct OrganPlan {
     pub held: Vec<Region>,
     /// What it is grown to.
     pub attached: Vec<Attached>,
+    /// Tissue that is taken away bit by bit: its cells.
+    pub layers: Option<Layers>,
+}
+
+/// Layered tissue: hexahedra between what the organ lies around and its own surface.
+#[derive(Debug, Clone, PartialEq, serde::Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Layers {
+    /// Name of the organ that it lies around: the course along which the cross-sections stand.
+    pub around: String,
+    /// How many layers.
+    pub count: usize,
+    /// Edge of a cell along the course and around it, about, m.
+    pub cell_m: f64,
 }
 
 /// Another organ that this one is grown to.

@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use super::{Attached, Closing, Packing, Pieces, Place, Region, Unit};
+use super::{Attached, Closing, Layers, Packing, Pieces, Place, Region, Unit};
 use crate::shape::Anatomy;
 
 #[derive(Debug, Deserialize)]
@@ -87,6 +87,7 @@ pub(super) struct OrganRaw {
     pub(super) held: Vec<Region>,
     #[serde(default)]
     pub(super) attached: Vec<Attached>,
+    pub(super) layers: Option<Layers>,
 }
 
 #[derive(Debug, Default, Deserialize)]

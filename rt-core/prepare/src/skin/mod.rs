@@ -150,7 +150,7 @@ fn fans(mesh: &Mesh, places: &[Vec3]) -> Vec<Vec<[u32; 2]>> {
 
 /// The spheres nearest to a place and their weights ω: the least `Σ ω²/φ`, φ a Gaussian of the
 /// distance, with `Σ ω = 1` and `Σ ω X` the place itself.
-fn carriers(
+pub(crate) fn carriers(
     place: &Vec3,
     balls: &[Ball],
     spacing_m: f64,

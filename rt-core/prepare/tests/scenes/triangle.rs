@@ -1,7 +1,7 @@
 //! Calot's triangle: tubes, and the ties between organs.
 
 use scene_prepare::{Recipe, Vec3, prepare};
-use shared_mem::scene::OrganKind;
+use shared_mem::scene::{CellRecord, OrganKind};
 
 use crate::built_in::deepest_overlap;
 use crate::sound::check;
@@ -36,8 +36,46 @@ fn triangle_of_calot_is_sound_in_both_courses() {
             assert!(held + report.attached >= 2, "{}", report.name);
         }
         check_ties(scene);
+        check_cells(&prepared);
         let overlap = deepest_overlap(&prepared);
         assert!(overlap < 0.0005, "organs overlap by {overlap} m");
+    }
+}
+
+/// Fat and connective tissue are thousands of cells, which fill them; every region has its share.
+fn check_cells(prepared: &scene_prepare::Prepared) {
+    let scene = &prepared.scene;
+    assert!(
+        (3000..6000).contains(&scene.cells.len()),
+        "{}",
+        scene.cells.len()
+    );
+    for organ in &prepared.report.organs {
+        let layered = ["fat", "connective tissue"].contains(&organ.name.as_str());
+        assert_eq!(organ.cells.is_some(), layered, "{}", organ.name);
+        let Some(cells) = organ.cells else { continue };
+        assert!((cells.volume_share - 1.0).abs() < 0.04, "{cells:?}");
+        assert!(cells.covered > 0.94, "{cells:?}");
+        assert!(cells.shape_min > 0.0, "{cells:?}");
+    }
+    for region in [
+        CellRecord::TRIANGLE,
+        CellRecord::LOWER_BED,
+        CellRecord::UPPER_BED,
+    ] {
+        let own = scene.cells.iter().filter(|cell| cell.region == region);
+        assert!(own.count() > 200, "region {region}");
+    }
+    for cell in &scene.cells {
+        let mut at = Vec3::zeros();
+        for (&sphere, weight) in cell.spheres.iter().zip(cell.weights) {
+            let center_m = scene.spheres[usize::from(sphere)].center_m;
+            at += Vec3::from(center_m.map(f64::from)) * f64::from(weight);
+        }
+        // Where spheres fill a solid its middle follows every affine motion; a sheet has none across.
+        let off = (at - Vec3::from(cell.center_m.map(f64::from))).norm();
+        let fat = cell.region <= CellRecord::TRIANGLE;
+        assert!(off < if fat { 0.000_1 } else { 0.002 }, "{off} {cell:?}");
     }
 }
 

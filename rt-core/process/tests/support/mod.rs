@@ -268,5 +268,6 @@ fn block(n: usize) -> SceneData {
         contact_vertices: Vec::new(),
         contact_fans: Vec::new(),
         contact_nearest: Vec::new(),
+        ..SceneData::default()
     }
 }

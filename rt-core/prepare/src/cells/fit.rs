@@ -1,0 +1,56 @@
+//! Corners on the outside of the cells are drawn onto the organ's surface.
+
+use super::{Cells, hexa};
+use crate::Vec3;
+use crate::field::Nearest;
+
+/// Corners farther from the surface than this stay, cells.
+const REACH_CELLS: f64 = 0.75;
+/// What of the product of edges at a corner has to be left.
+const LEFT: f64 = 0.2;
+/// Shares of the way that are tried.
+const TRIES: [f64; 4] = [1.0, 0.7, 0.4, 0.2];
+/// Rounds over all corners.
+const ROUNDS: usize = 2;
+
+/// Draws what lies on the outside onto the surface, as far as every cell keeps its shape.
+pub(super) fn onto_surface(cells: &mut Cells, surface: &Nearest<'_>, cell_m: f64) {
+    let mut is_outside = vec![false; cells.corners.len()];
+    let mut of_corner = vec![Vec::new(); cells.corners.len()];
+    for (i, (cell, neighbours)) in cells.cells.iter().zip(&cells.neighbours).enumerate() {
+        for corner in cell {
+            of_corner[*corner as usize].push(i);
+        }
+        for (face, _) in neighbours.iter().enumerate().filter(|(_, n)| n.is_none()) {
+            for k in hexa::FACES[face] {
+                is_outside[cell[k] as usize] = true;
+            }
+        }
+    }
+    let first: Vec<_> = (0..cells.cells.len())
+        .map(|i| hexa::corners(&cells.places(i)))
+        .collect();
+    for _ in 0..ROUNDS {
+        for corner in (0..cells.corners.len()).filter(|&i| is_outside[i]) {
+            let from = cells.corners[corner];
+            let way: Vec3 = surface.point(&from) - from;
+            if way.norm() > REACH_CELLS * cell_m {
+                continue;
+            }
+            for share in TRIES {
+                cells.corners[corner] = from + way * share;
+                let keeps = |&i: &usize| {
+                    let now = hexa::corners(&cells.places(i));
+                    let mut pairs = now.iter().zip(&first[i]);
+                    pairs.all(|((now, lengths), (before, _))| {
+                        *now > LEFT * before && *now > 0.02 * lengths
+                    })
+                };
+                if of_corner[corner].iter().all(keeps) {
+                    break;
+                }
+                cells.corners[corner] = from;
+            }
+        }
+    }
+}

@@ -1,0 +1,349 @@
+//! Layered tissue: an organ of fat or connective tissue as hexahedra in layers between what it lies
+//! around and its own surface (the paper's multi-layer hexahedral model).
+//!
+//! 1. Cross-sections stand across the course of what it lies around ([`course`]).
+//! 2. In each, rays from the course find the outlines: where tissue begins and where it ends
+//!    ([`lattice`]).
+//! 3. Between the two outlines lie layers, evenly; each is sampled at the rays.
+//! 4. Neighbouring points of neighbouring layers, rays and sections are joined to hexahedra. Those
+//!    that are hardly tissue are left out, and what borders on that is drawn onto the organ's
+//!    surface ([`fit`]).
+//!
+//! Each cell is carried by the organ's spheres, and stands for the nearest of them.
+
+mod course;
+mod fit;
+mod hexa;
+mod lattice;
+mod region;
+#[cfg(test)]
+mod tests;
+
+use rayon::prelude::*;
+use shared_mem::scene::{
+    COLUMNS, CellColumnRecord, CellRecord, NO_CELL, OrganKind, SceneData, VertexRecord,
+};
+
+use crate::Vec3;
+use crate::bind;
+use crate::field::{Field, Grid, Nearest, Sign};
+use crate::mesh::Mesh;
+use crate::pack::Ball;
+use crate::recipe::{Layers, OrganPlan};
+use crate::skin;
+
+pub(crate) use region::Regions;
+
+/// Groups of fewer cells than this hang on nothing: they are left out.
+const GROUP_MIN: usize = 8;
+/// A contact vertex looks at cells no farther from it than this, cells.
+const OVER_CELLS: f64 = 2.5;
+
+/// Layered tissue at rest. Indices are its own.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Cells {
+    /// Corners, world frame, m.
+    pub(crate) corners: Vec<Vec3>,
+    /// Cells: bit 0 of a corner's place is along the course, bit 1 around it, bit 2 outwards.
+    pub(crate) cells: Vec<[u32; 8]>,
+    /// Across the faces: back and on along the course, back and on around it, inwards, outwards.
+    pub(crate) neighbours: Vec<[Option<u32>; 6]>,
+    /// Layer of each, 0 the innermost.
+    pub(crate) layers: Vec<u8>,
+}
+
+/// How well cells fill their organ.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct Filling {
+    /// Cells.
+    pub cells: usize,
+    /// Volume of all over the organ's.
+    pub volume_share: f64,
+    /// Share of the organ's volume that lies in some cell.
+    pub covered: f64,
+    /// Worst cell: the smallest product of three edges at a corner over the product of their lengths,
+    /// 1 in a box, 0 where it is flat.
+    pub shape_min: f64,
+}
+
+impl Cells {
+    /// Fills `own` with cells around `around`. Empty where no ray meets tissue.
+    pub(crate) fn new(own: &Mesh, around: &Mesh, plan: &Layers) -> Self {
+        let grid = Grid::around(own.bounds(), plan.cell_m / 4.0, 2);
+        let field = Field::new(own, grid, Sign::Closed);
+        let Some(nearest) = Nearest::new(own) else {
+            return Self::default();
+        };
+        let course = course::course(around, own, plan.cell_m);
+        let lattice = lattice::Lattice::new(&course, &field, plan);
+        let mut cells = lattice.cells(own.volume());
+        cells.leave_out_small_groups();
+        fit::onto_surface(&mut cells, &nearest, plan.cell_m);
+        cells
+    }
+
+    /// Whether there is none.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.cells.is_empty()
+    }
+
+    /// The corners of a cell, m.
+    pub(crate) fn places(&self, cell: usize) -> [Vec3; 8] {
+        self.cells[cell].map(|i| self.corners[i as usize])
+    }
+
+    fn leave_out_small_groups(&mut self) {
+        let mut group = vec![usize::MAX; self.cells.len()];
+        let mut sizes = Vec::new();
+        for start in 0..self.cells.len() {
+            if group[start] != usize::MAX {
+                continue;
+            }
+            let (mut open, mut size) = (vec![start], 0);
+            group[start] = sizes.len();
+            while let Some(cell) = open.pop() {
+                size += 1;
+                for next in self.neighbours[cell].iter().flatten() {
+                    let next = *next as usize;
+                    if group[next] == usize::MAX {
+                        group[next] = sizes.len();
+                        open.push(next);
+                    }
+                }
+            }
+            sizes.push(size);
+        }
+        self.keep(|cell| sizes[group[cell]] >= GROUP_MIN);
+    }
+
+    /// Keeps these cells, and the corners that they have.
+    fn keep(&mut self, stays: impl Fn(usize) -> bool) {
+        let kept: Vec<usize> = (0..self.cells.len()).filter(|&i| stays(i)).collect();
+        let mut number = vec![None; self.cells.len()];
+        for (new, &old) in (0u32..).zip(&kept) {
+            number[old] = Some(new);
+        }
+        let mut corner_number = vec![u32::MAX; self.corners.len()];
+        let mut corners = Vec::new();
+        let mut cells = Vec::with_capacity(kept.len());
+        for &old in &kept {
+            cells.push(self.cells[old].map(|i| {
+                let new = &mut corner_number[i as usize];
+                if *new == u32::MAX {
+                    *new = corners.len() as u32;
+                    corners.push(self.corners[i as usize]);
+                }
+                *new
+            }));
+        }
+        let renumbered =
+            |i: &usize| self.neighbours[*i].map(|n| n.and_then(|n| number[n as usize]));
+        self.neighbours = kept.iter().map(renumbered).collect();
+        self.layers = kept.iter().map(|&i| self.layers[i]).collect();
+        (self.corners, self.cells) = (corners, cells);
+    }
+
+    /// How well they fill `own`.
+    pub(crate) fn filling(&self, own: &Mesh, cell_m: f64) -> Filling {
+        let all = || (0..self.cells.len()).map(|i| self.places(i));
+        let volume_m3: f64 = all().map(|places| hexa::volume_m3(&places)).sum();
+        let field = Field::new(
+            own,
+            Grid::around(own.bounds(), cell_m / 3.0, 1),
+            Sign::Closed,
+        );
+        let points: Vec<usize> = (0..field.grid.len())
+            .filter(|&i| field.is_inside(i))
+            .collect();
+        let boxes: Vec<_> = all()
+            .map(|places| (hexa::bounds(&places), places))
+            .collect();
+        let is_covered = |i: &&usize| {
+            let p = field.grid.position(field.grid.coordinates(**i));
+            boxes.iter().any(|([low, high], places)| {
+                (0..3).all(|k| low[k] <= p[k] && p[k] <= high[k]) && hexa::holds(places, &p)
+            })
+        };
+        let covered = points.par_iter().filter(is_covered).count();
+        Filling {
+            cells: self.cells.len(),
+            volume_share: volume_m3 / own.volume(),
+            covered: covered as f64 / points.len().max(1) as f64,
+            shape_min: all().map(|p| hexa::shape(&p)).fold(1.0, f64::min),
+        }
+    }
+}
+
+/// Puts the cells of organ `organ` into the scene, which has its spheres and its contact skin.
+pub(crate) fn append(
+    scene: &mut SceneData,
+    organ: usize,
+    plan: &OrganPlan,
+    (cells, own): (&Cells, &Mesh),
+    regions: &Regions,
+) {
+    let Some(layers) = &plan.layers else {
+        return;
+    };
+    let [first, count] = scene.organs[organ].spheres;
+    let balls: Vec<Ball> = scene.spheres[first as usize..][..count as usize]
+        .iter()
+        .map(|s| Ball {
+            center: Vec3::from(s.center_m.map(f64::from)),
+            radius_m: f64::from(s.radius_m),
+        })
+        .collect();
+    let spacing_m = (own.volume() / balls.len() as f64).cbrt();
+    let first_cell = scene.cells.len();
+    let first_corner = scene.cell_corners.len();
+    let outside = Mesh {
+        vertices: cells.corners.clone(),
+        triangles: surface(cells),
+    };
+    let bound: Vec<VertexRecord> = bind::bind(&outside, &balls, first);
+    scene.cell_corners.extend(bound);
+    // What does not fit is said by the scene's own check.
+    let number = |cell: Option<u32>| cell.map_or(NO_CELL, |i| (first_cell + i as usize) as u16);
+    let records: Vec<CellRecord> = (0..cells.cells.len())
+        .into_par_iter()
+        .map(|i| {
+            let places = cells.places(i);
+            let center = places.iter().sum::<Vec3>() / 8.0;
+            let (spheres, weights) = skin::carriers(&center, &balls, spacing_m);
+            let volume_m3 = hexa::volume_m3(&places);
+            let energy_j = volume_m3 * plan.material.density_kg_m3 * vaporised_j_kg(plan.kind);
+            CellRecord {
+                corners: cells.cells[i].map(|c| (first_corner + c as usize) as u16),
+                neighbours: cells.neighbours[i].map(number),
+                spheres: spheres.map(|s| (u32::from(s) + first) as u16),
+                weights,
+                center_m: center.map(|x| x as f32).into(),
+                extent_m: hexa::extents_m(&places).map(|x| x as f32),
+                volume_m3: volume_m3 as f32,
+                energy_j: energy_j as f32,
+                layer: cells.layers[i],
+                region: regions.of(plan.kind, &center),
+                reserved: [0; 2],
+            }
+        })
+        .collect();
+    scene.cells.extend(records);
+    append_columns(scene, [first, count], cells, first_cell, layers.cell_m);
+}
+
+/// Heating of tissue to its boiling and the latent heat of the water in it: fat holds a fifth of
+/// water, connective tissue seven tenths (Duck, *Physical Properties of Tissue*, 1990), J/kg.
+fn vaporised_j_kg(kind: OrganKind) -> f64 {
+    const LATENT_J_KG: f64 = 2.26e6;
+    /// From 37 °C.
+    const RISE_K: f64 = 63.0;
+    let (water, heat_j_kg_k) = match kind {
+        OrganKind::Fat => (0.2, 2300.0),
+        _ => (0.7, 3400.0),
+    };
+    water * LATENT_J_KG + RISE_K * heat_j_kg_k
+}
+
+/// Triangles of all faces that nothing lies on, their corners anticlockwise from outside.
+fn surface(cells: &Cells) -> Vec<[u32; 3]> {
+    let mut triangles = Vec::new();
+    for (cell, neighbours) in cells.cells.iter().zip(&cells.neighbours) {
+        for (face, _) in neighbours.iter().enumerate().filter(|(_, n)| n.is_none()) {
+            let [a, b, c, d] = hexa::FACES[face].map(|i| cell[i]);
+            triangles.extend([[a, b, c], [a, c, d]]);
+        }
+    }
+    triangles
+}
+
+/// For every contact vertex of the scene so far the cells under it.
+fn append_columns(
+    scene: &mut SceneData,
+    [first, count]: [u32; 2],
+    cells: &Cells,
+    first_cell: usize,
+    cell_m: f64,
+) {
+    const NONE: CellColumnRecord = CellColumnRecord {
+        cells: [NO_CELL; COLUMNS],
+        inwards: [0; COLUMNS],
+        reserved: [0; 2],
+    };
+    struct Face {
+        cell: usize,
+        face: usize,
+        center: Vec3,
+        outward: Vec3,
+    }
+    let mut faces = Vec::new();
+    for (i, neighbours) in cells.neighbours.iter().enumerate() {
+        for (face, _) in neighbours.iter().enumerate().filter(|(_, n)| n.is_none()) {
+            let [a, b, c, d] = hexa::FACES[face].map(|k| cells.places(i)[k]);
+            faces.push(Face {
+                cell: i,
+                face,
+                center: (a + b + c + d) / 4.0,
+                outward: (c - a).cross(&(d - b)).normalize(),
+            });
+        }
+    }
+    let place = |v: &shared_mem::scene::ContactVertexRecord| -> Vec3 {
+        let parts = v.spheres.iter().zip(v.weights);
+        parts
+            .map(|(&s, w)| {
+                Vec3::from(scene.spheres[usize::from(s)].center_m.map(f64::from)) * f64::from(w)
+            })
+            .sum()
+    };
+    let places: Vec<Vec3> = scene.contact_vertices.iter().map(place).collect();
+    let own = |v: &shared_mem::scene::ContactVertexRecord| {
+        let sphere = u32::from(v.spheres[0]);
+        sphere >= first && sphere < first + count
+    };
+    let columns: Vec<CellColumnRecord> = scene
+        .contact_vertices
+        .par_iter()
+        .zip(&places)
+        .map(|(vertex, at)| {
+            let mut record = NONE;
+            if !own(vertex) {
+                return record;
+            }
+            let [start, n] = vertex.fan.map(|x| x as usize);
+            let outward: Vec3 = scene.contact_fans[start..start + n]
+                .iter()
+                .map(|[b, c]| {
+                    let corner = |i: u16| places[usize::from(i)] - at;
+                    corner(*b).cross(&corner(*c))
+                })
+                .sum();
+            let outward = outward.try_normalize(0.0).unwrap_or_else(Vec3::zeros);
+            let mut near: Vec<(f64, usize)> = faces
+                .iter()
+                .enumerate()
+                .map(|(i, f)| {
+                    // Of two that are as near the one that faces as the skin does.
+                    let turned = 1.0 - f.outward.dot(&outward);
+                    ((f.center - at).norm() + cell_m * turned, i)
+                })
+                .collect();
+            near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+            let reach = near.first().map_or(0.0, |n| n.0.max(OVER_CELLS * cell_m));
+            let chosen = near.iter().take_while(|n| n.0 <= reach);
+            for (slot, (_, i)) in chosen.take(COLUMNS).enumerate() {
+                record.cells[slot] = (first_cell + faces[*i].cell) as u16;
+                record.inwards[slot] = hexa::opposite(faces[*i].face) as u8;
+            }
+            record
+        })
+        .collect();
+    if scene.cell_columns.is_empty() {
+        scene.cell_columns = columns;
+        return;
+    }
+    for (to, from) in scene.cell_columns.iter_mut().zip(columns) {
+        if from != NONE {
+            *to = from;
+        }
+    }
+}

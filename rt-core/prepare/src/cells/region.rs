@@ -1,0 +1,105 @@
+//! Which part of the operation's field a cell lies in.
+
+use shared_mem::scene::{CellRecord, OrganKind};
+
+use crate::Vec3;
+use crate::mesh::Mesh;
+use crate::recipe::OrganPlan;
+
+/// How far beyond the triangle's sides its tissue reaches, m.
+const MARGIN_M: f64 = 0.003;
+/// Share of the bed that is its lower part, from the neck.
+const LOWER: f64 = 1.0 / 3.0;
+
+/// Calot's triangle and the gallbladder's bed, as far as the scene has them.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(crate) struct Regions {
+    /// Where cystic duct and bile duct meet, the gallbladder's neck, and where the bile duct leaves
+    /// the liver.
+    triangle: Option<[Vec3; 3]>,
+    /// The bed's end at the neck, and its other end.
+    bed: Option<[Vec3; 2]>,
+}
+
+impl Regions {
+    /// Of these organs.
+    pub(crate) fn new(organs: &[OrganPlan], skins: &[Mesh]) -> Self {
+        let find = |kind: OrganKind| {
+            let at = organs.iter().position(|o| o.kind == kind);
+            at.map(|i| &skins[i])
+                .filter(|skin| !skin.vertices.is_empty())
+        };
+        let duct = find(OrganKind::CysticDuct);
+        let bile = find(OrganKind::BileDuct);
+        let (gallbladder, liver) = (find(OrganKind::Gallbladder), find(OrganKind::Liver));
+        let neck = duct
+            .zip(gallbladder)
+            .map(|(duct, bladder)| nearest_of(duct, bladder));
+        let triangle = duct
+            .zip(bile)
+            .zip(neck)
+            .zip(liver)
+            .map(|(((duct, bile), neck), liver)| {
+                [nearest_of(duct, bile), neck, nearest_of(bile, liver)]
+            });
+        let bed = find(OrganKind::ConnectiveTissue)
+            .zip(neck)
+            .map(|(bed, neck)| {
+                let by = |a: &&Vec3, b: &&Vec3| {
+                    let off = |p: &Vec3| (p - neck).norm_squared();
+                    off(a).total_cmp(&off(b))
+                };
+                let near = bed.vertices.iter().min_by(by).copied().unwrap_or(neck);
+                let far = bed.vertices.iter().max_by(by).copied().unwrap_or(neck);
+                [near, far]
+            });
+        Self { triangle, bed }
+    }
+
+    /// The region of a place in tissue of this kind.
+    pub(crate) fn of(&self, kind: OrganKind, p: &Vec3) -> u8 {
+        match kind {
+            OrganKind::Fat => match self.triangle {
+                Some(corners) if is_over(&corners, p) => CellRecord::TRIANGLE,
+                _ => CellRecord::NOWHERE,
+            },
+            OrganKind::ConnectiveTissue => match self.bed {
+                Some([near, far]) => {
+                    let way = far - near;
+                    let share = (p - near).dot(&way) / way.norm_squared().max(1e-12);
+                    if share < LOWER {
+                        CellRecord::LOWER_BED
+                    } else {
+                        CellRecord::UPPER_BED
+                    }
+                }
+                None => CellRecord::NOWHERE,
+            },
+            _ => CellRecord::NOWHERE,
+        }
+    }
+}
+
+/// The point of `mesh` that is nearest to a vertex of `other`.
+fn nearest_of(mesh: &Mesh, other: &Mesh) -> Vec3 {
+    let off = |p: &Vec3| {
+        let all = other.vertices.iter().map(|q| (p - q).norm_squared());
+        all.fold(f64::INFINITY, f64::min)
+    };
+    let near = mesh.vertices.iter().map(|p| (off(p), p));
+    let nearest = near.min_by(|a, b| a.0.total_cmp(&b.0));
+    nearest.map_or_else(Vec3::zeros, |(_, p)| *p)
+}
+
+/// Whether a place lies over or under a triangle, or not farther than [`MARGIN_M`] beside it.
+fn is_over(corners: &[Vec3; 3], p: &Vec3) -> bool {
+    let [a, b, c] = *corners;
+    let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-12) else {
+        return false;
+    };
+    let sides = [[a, b], [b, c], [c, a]];
+    sides.iter().all(|[from, to]| {
+        let inward = normal.cross(&(to - from).normalize());
+        (p - from).dot(&inward) > -MARGIN_M
+    })
+}
