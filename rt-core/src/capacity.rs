@@ -31,6 +31,14 @@ pub const MAX_TOUCHES: usize = 64;
 pub const MAX_SPHERE_PAIRS: usize = 2048;
 /// Events that one tick can raise; more are counted, not kept.
 pub const MAX_EVENTS_PER_TICK: usize = 32;
+/// Clips in the applier.
+pub const CLIPS: u32 = 12;
+/// Tubes that all clips together can be on.
+pub const MAX_CLIPPED: usize = 24;
+/// Places where vessels, ducts and bags leak.
+pub const MAX_HOLES: usize = 64;
+/// Places of walls that current has burnt and that are told apart.
+pub const MAX_SCORCHED: usize = 64;
 /// Spheres that a grasper can hold at once.
 pub const MAX_GRASPED: usize = 64;
 

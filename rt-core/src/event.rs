@@ -36,7 +36,8 @@ pub enum EventKind {
     Clip,
     /// An electrode has burnt an organ; value: the energy since that was last told, J.
     Burn,
-    /// A vessel or duct leaks here; value: its flow as a share of what runs in it whole, 0: stopped.
+    /// A vessel, duct or bag leaks; value: its flow as a share of what runs in it whole, 0: stopped. Every
+    /// event of one leak has the place where it began.
     Leak,
     /// A cell of layered tissue is gone; value: its index in the scene.
     Removed,
@@ -170,7 +171,7 @@ impl Journal {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Material;
+    use crate::scene::{Inside, Material};
 
     const ORGAN: Organ = Organ {
         sphere_start: 0,
@@ -183,6 +184,7 @@ mod tests {
         substeps: 1,
         gravity_share: 1.0,
         breath_m: Vec3::new(0.0, 0.0, 0.0),
+        inside: Inside::Solid,
         material: Material {
             young_pa: 0.0,
             poisson: 0.0,

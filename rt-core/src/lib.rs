@@ -15,6 +15,7 @@
 
 pub mod capacity;
 mod cautery;
+pub mod clip;
 pub mod collision;
 mod cut;
 pub mod event;
@@ -33,3 +34,4 @@ pub mod sim;
 pub mod soft_body;
 pub mod state;
 pub mod tool;
+mod vessel;

@@ -2,6 +2,7 @@
 
 use crate::collision::pairs::Pairs;
 use crate::soft_body::Bodies;
+use crate::vessel::Vessels;
 
 /// Everything per sphere. About half a megabyte, all zeros at first: build it in a `static`
 /// ([`State::new`] is `const`) or on the heap.
@@ -9,6 +10,7 @@ use crate::soft_body::Bodies;
 pub struct State {
     pub(crate) bodies: Bodies,
     pub(crate) pairs: Pairs,
+    pub(crate) vessels: Vessels,
 }
 
 impl State {
@@ -18,6 +20,7 @@ impl State {
         Self {
             bodies: Bodies::new(),
             pairs: Pairs::new(),
+            vessels: Vessels::new(),
         }
     }
 }

@@ -83,10 +83,41 @@ impl SphereState {
     pub const GRASPED: u32 = 4;
 }
 
+/// Clips on tubes that a [`StateFrame`] holds. Equals `rt_core::capacity::MAX_CLIPPED` (asserted in
+/// `rt-process`).
+pub const MAX_CLIPPED: usize = 24;
+
+/// A clip on a vessel or duct. It lies across it, between two of its spheres.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+pub struct ClipMsg {
+    /// The two spheres, in the scene's order.
+    pub spheres: [u32; 2],
+    /// How far it lies from the first to the second, 0 to 1.
+    pub share: f32,
+    /// Share of the inside that it closes, 0 to 1.
+    pub closed: f32,
+    /// Along its legs, from the bend to the open ends: a unit vector, world frame.
+    pub legs: [f32; 3],
+    /// The clip's number, from 0; one that is on two tubes has two records.
+    pub number: u32,
+}
+
+impl ClipMsg {
+    /// Whether it lies between spheres that there are, and is finite.
+    fn is_sane(&self, sphere_count: u32) -> bool {
+        let share = |x: f32| (0.0..=1.0).contains(&x);
+        self.spheres.iter().all(|it| *it < sphere_count)
+            && share(self.share)
+            && share(self.closed)
+            && self.legs.iter().all(|x| x.abs() < 2.0)
+    }
+}
+
 /// Service `state`: the newest wins.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.StateFrame.v1")]
+#[type_name("calot.StateFrame.v2")]
 pub struct StateFrame {
     /// Tick that wrote it.
     pub tick: u64,
@@ -98,10 +129,12 @@ pub struct StateFrame {
     pub scene_id: [u8; 16],
     /// How many of `spheres` are used.
     pub sphere_count: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// How many of `clips` are used.
+    pub clip_count: u32,
     /// The spheres, in the scene's order.
     pub spheres: [SphereState; MAX_SPHERES],
+    /// The clips, in the order in which they were closed.
+    pub clips: [ClipMsg; MAX_CLIPPED],
 }
 
 impl StateFrame {
@@ -112,6 +145,15 @@ impl StateFrame {
         let spheres = self.spheres.get(..self.sphere_count as usize)?;
         let sane = |s: &SphereState| s.center_m.iter().all(|x| x.abs() < 1e3);
         spheres.iter().all(sane).then_some(spheres)
+    }
+
+    /// The used clips, or `None` if the frame is malformed: too many, one between spheres that there
+    /// are not, or one that is not finite.
+    #[must_use]
+    pub fn clips(&self) -> Option<&[ClipMsg]> {
+        let clips = self.clips.get(..self.clip_count as usize)?;
+        let sane = |clip: &ClipMsg| clip.is_sane(self.sphere_count.min(MAX_SPHERES as u32));
+        clips.iter().all(sane).then_some(clips)
     }
 }
 
@@ -187,7 +229,7 @@ pub struct CapsuleMsg {
 /// Service `tools`: the newest wins.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.ToolFrame.v1")]
+#[type_name("calot.ToolFrame.v2")]
 pub struct ToolFrame {
     /// Tick that wrote it.
     pub tick: u64,
@@ -218,8 +260,10 @@ pub struct ToolFrame {
     pub buttons: u32,
     /// How many of `capsules` are used.
     pub capsule_count: u32,
+    /// Clips left in the applier.
+    pub clips_left: u32,
     /// Zero.
-    pub reserved: [u32; 2],
+    pub reserved: u32,
     /// Capsules of the instrument.
     pub capsules: [CapsuleMsg; MAX_CAPSULES],
     /// Haptic device, tracker, pedal.
@@ -272,7 +316,8 @@ impl EventMsg {
     pub const CLIP: u32 = 10;
     /// An electrode has burnt an organ; value: the energy since that was last told, J.
     pub const BURN: u32 = 11;
-    /// A vessel or duct leaks here; value: its flow as a share of what runs in it whole, 0: stopped.
+    /// A vessel, duct or bag leaks; value: its flow as a share of what runs in it whole, 0: stopped. Every
+    /// event of one leak has the place where it began.
     pub const LEAK: u32 = 12;
     /// A cell of layered tissue is gone; value: its index in the scene.
     pub const REMOVED: u32 = 13;
@@ -460,7 +505,8 @@ impl ReplyMsg {
 // The layout is the contract: a change of size is a change of version.
 const _: () = {
     assert!(size_of::<SphereState>() == 16);
-    assert!(size_of::<StateFrame>() == 48 + 16 * MAX_SPHERES);
+    assert!(size_of::<ClipMsg>() == 32);
+    assert!(size_of::<StateFrame>() == 48 + 16 * MAX_SPHERES + 32 * MAX_CLIPPED);
     assert!(size_of::<CapsuleMsg>() == 32);
     assert!(size_of::<DeviceHealth>() == 32);
     assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 3 * 32);

@@ -177,6 +177,18 @@ fn malformed_frames_are_seen_as_such() {
     state.sphere_count = u32::MAX;
     assert!(state.spheres().is_none());
 
+    let mut state = zeroed::<StateFrame>();
+    (state.sphere_count, state.clip_count) = (2, 1);
+    state.clips[0].spheres = [0, 1];
+    assert!(state.clips().is_some_and(|clips| clips.len() == 1));
+    state.clips[0].legs[2] = f32::INFINITY;
+    assert!(state.clips().is_none());
+    state.clips[0].legs[2] = 0.0;
+    state.clips[0].spheres = [1, 2];
+    assert!(state.clips().is_none(), "there is no third sphere");
+    state.clip_count = u32::MAX;
+    assert!(state.clips().is_none());
+
     let mut tools = zeroed::<ToolFrame>();
     assert!(
         tools.capsules().is_none(),

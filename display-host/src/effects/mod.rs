@@ -26,6 +26,10 @@ const STEP_S: f32 = 1.0 / 120.0;
 const TIP_M: f32 = 0.003;
 /// Coagulation dries what bleeds within this, m.
 const DRIED_M: f32 = 0.004;
+/// A leak goes on until it is told that it has changed, s: longer than a session.
+const LEAK_S: f32 = 36_000.0;
+/// Leaks nearer than this to each other are the same, m: one leak is always told of at one place.
+const SAME_LEAK_M: f32 = 0.000_1;
 /// A frame that took longer than this is not made up for, s.
 const CATCH_UP_S: f32 = 0.25;
 
@@ -71,12 +75,23 @@ impl Effect {
             Organ::CysticDuct | Organ::BileDuct => (Kind::Bile, 1.0),
             Organ::CysticArtery | Organ::Vessel => (Kind::Blood, 1.0),
             Organ::Fat | Organ::ConnectiveTissue => return None,
+            Organ::Gallbladder if matches!(event.kind, EventMsg::LEAK | EventMsg::PERFORATION) => {
+                (Kind::Bile, 1.0)
+            }
             // Only tubes and bands part: of the gallbladder it is its bed, which bleeds a little.
             _ => (Kind::Blood, 0.5),
         };
+        let is_tube = matches!(
+            organ?,
+            Organ::CysticDuct | Organ::BileDuct | Organ::CysticArtery | Organ::Vessel
+        );
         let (strength, lasts_s) = match event.kind {
+            // What was in a tube; whether it goes on leaking is told apart.
+            EventMsg::TEAR | EventMsg::CUT if is_tube => (0.5 * much, 1.5),
             EventMsg::TEAR => (0.5 * much, 6.0),
             EventMsg::CUT => (much, 10.0),
+            EventMsg::PERFORATION => (0.5 * much, 1.5),
+            EventMsg::LEAK => (event.value * much, LEAK_S),
             _ => return None,
         };
         Some(Self {
@@ -169,9 +184,16 @@ impl Effects {
         }
     }
 
-    /// Begins an effect. What is not finite, or no effect at all, is left out.
+    /// Begins an effect. What is not finite, or no effect at all, is left out. A leak takes the place of
+    /// what was told of it before; one without strength is stopped.
     pub fn begin(&mut self, effect: &Effect, skin: &Skin<'_>) {
         let sane = effect.at_m.is_finite() && effect.along.is_finite();
+        if sane && effect.lasts_s >= LEAK_S {
+            self.sources.retain(|source| {
+                let leaks = source.effect.lasts_s >= LEAK_S && source.effect.kind == effect.kind;
+                !(leaks && source.effect.at_m.distance(effect.at_m) < SAME_LEAK_M)
+            });
+        }
         let flows = effect.strength > 0.0 && effect.lasts_s > 0.0;
         if !(sane && flows) {
             return;
@@ -193,9 +215,12 @@ impl Effects {
         if effect.along == Vec3::ZERO {
             effect.along = vertex.map_or(self.up, |v| skin.normal(v));
         }
-        // A current is one source, however often it is told of.
+        // A current is one source, however often it is told of; two ends of a tube are two.
         let same = |s: &&mut Source| {
-            s.effect.kind == effect.kind && s.effect.at_m.distance(effect.at_m) < 0.002
+            s.effect.kind == effect.kind
+                && s.effect.lasts_s < LEAK_S
+                && effect.lasts_s < LEAK_S
+                && s.effect.at_m.distance(effect.at_m) < 0.002
         };
         if let Some(source) = self.sources.iter_mut().find(same) {
             source.go_on(&effect);
@@ -250,10 +275,13 @@ impl Effects {
         &self.stains
     }
 
-    /// Stops what bleeds near a place; a hole in a duct goes on leaking.
+    /// Stops what oozes near a place; what leaks goes on until the controller says that it is closed.
     fn dry(&mut self, at_m: Vec3) {
-        self.sources
-            .retain(|s| s.effect.kind != Kind::Blood || s.effect.at_m.distance(at_m) > DRIED_M);
+        self.sources.retain(|s| {
+            s.effect.kind != Kind::Blood
+                || s.effect.lasts_s >= LEAK_S
+                || s.effect.at_m.distance(at_m) > DRIED_M
+        });
     }
 
     /// Everything as it was before.
@@ -376,6 +404,32 @@ mod tests {
     }
 
     #[test]
+    fn a_leak_goes_on_until_it_is_told_to_be_closed() {
+        let mesh = SkinMesh::default();
+        let skin = Skin::new(&mesh, &[], &[], &[]);
+        let mut effects = Effects::new(Vec3::Y);
+        let leak = |value, x| {
+            let event = EventMsg {
+                kind: EventMsg::LEAK,
+                at_m: [x, 0.0, 0.0],
+                value,
+                ..bytemuck::Zeroable::zeroed()
+            };
+            Effect::of_event(&event, Some(OrganKind::CysticDuct)).expect("bile")
+        };
+        for (value, x) in [(1.0, 0.0), (0.5, 0.0), (1.0, 0.001)] {
+            effects.begin(&leak(value, x), &skin);
+        }
+        for _ in 0..600 {
+            effects.advance(0.1, &skin);
+        }
+        let strengths: Vec<f32> = effects.sources.iter().map(|s| s.effect.strength).collect();
+        assert_eq!(strengths, [0.5, 1.0], "a minute later");
+        effects.begin(&leak(0.0, 0.0), &skin);
+        assert_eq!(effects.sources.len(), 1);
+    }
+
+    #[test]
     fn events_and_currents_show_what_they_do() {
         let event = |kind| EventMsg {
             kind,
@@ -393,6 +447,13 @@ mod tests {
             assert_eq!(shown(EventMsg::CONTACT, Some(organ)), None);
         }
         assert_eq!(shown(EventMsg::CUT, None), None);
+        for (organ, kind) in [
+            (Organ::CysticArtery, Kind::Blood),
+            (Organ::CysticDuct, Kind::Bile),
+            (Organ::Gallbladder, Kind::Bile),
+        ] {
+            assert_eq!(shown(EventMsg::LEAK, Some(organ)), Some(kind));
+        }
         let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
         tools.world_from_handle.orientation[3] = 1.0;
         tools.world_from_instrument = tools.world_from_handle;

@@ -6,8 +6,8 @@ use rt_core::port::LineCounters;
 use rt_core::sim::{Status, TickView};
 use rt_core::tool::{Capsule, Switches};
 use shared_mem::message::{
-    CapsuleMsg, EventMsg, MAX_CAPSULES, MAX_SPHERES, PoseMsg, SphereState, StateFrame, TickRecord,
-    ToolFrame,
+    CapsuleMsg, ClipMsg, EventMsg, MAX_CAPSULES, MAX_CLIPPED, MAX_SPHERES, PoseMsg, SphereState,
+    StateFrame, TickRecord, ToolFrame,
 };
 
 use crate::devices;
@@ -15,6 +15,7 @@ use crate::devices;
 // The two sides agree on what fits and on the bits.
 const _: () = {
     assert!(MAX_SPHERES == rt_core::capacity::MAX_SPHERES);
+    assert!(MAX_CLIPPED == rt_core::capacity::MAX_CLIPPED);
     assert!(MAX_CAPSULES == rt_core::capacity::MAX_CAPSULES);
     assert!(crate::shared::FAULTS == rt_core::fault::FAULT_COUNT);
     assert!(shared_mem::message::STAGES == rt_core::sim::Stage::ALL.len());
@@ -34,7 +35,18 @@ pub(crate) fn fill_state(
     frame.sample_ns = view.sample_ns;
     frame.at_ns = now_ns;
     frame.scene_id = scene_id;
-    frame.reserved = 0;
+    let mut clip_count = 0;
+    for (to, from) in frame.clips.iter_mut().zip(view.clips) {
+        *to = ClipMsg {
+            spheres: from.spheres,
+            share: from.share,
+            closed: from.closed,
+            legs: from.legs.into(),
+            number: from.number,
+        };
+        clip_count += 1;
+    }
+    frame.clip_count = clip_count;
     let mut count = 0;
     for (to, from) in frame.spheres.iter_mut().zip(view.spheres()) {
         *to = SphereState {
@@ -68,7 +80,8 @@ pub(crate) fn fill_tools(
     frame.contact_count = tool.contact_count;
     frame.switches = switches(&tool.switches);
     frame.buttons = tool.buttons.0.into();
-    frame.reserved = [0; 2];
+    frame.clips_left = view.clips_left;
+    frame.reserved = 0;
     let mut count = 0;
     for (to, from) in frame.capsules.iter_mut().zip(&tool.capsules) {
         *to = capsule(from);

@@ -6,14 +6,14 @@ use hardware::station::StationFile;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
-    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Skin, SkinVertex, Tetra,
-    TetraBatch, batches,
+    Anchor, Attachment, Inside, Link, Material, Organ, RestSphere, Room, Scene, Skin, SkinVertex,
+    Tetra, TetraBatch, batches,
 };
 use shared_mem::inputs::RunSetup;
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
-    AttachmentRecord, ContactVertexRecord, LinkRecord, OrganRecord, RoomRecord, SceneFile,
-    SphereRecord, TetraRecord, WORLD,
+    AttachmentRecord, ContactVertexRecord, LinkRecord, OrganKind, OrganRecord, RoomRecord,
+    SceneFile, SphereRecord, TetraRecord, WORLD,
 };
 
 use crate::error::RtError;
@@ -176,6 +176,7 @@ fn organ(record: &OrganRecord) -> Organ {
         substeps: record.substeps,
         gravity_share: record.gravity_share,
         breath_m: Vec3::from(record.breath_m),
+        inside: inside(OrganKind::from_u32(record.kind)),
         material: Material {
             young_pa: material.young_pa,
             poisson: material.poisson,
@@ -187,6 +188,18 @@ fn organ(record: &OrganRecord) -> Organ {
             friction: material.friction,
             toughness_j_m2: material.toughness_j_m2,
         },
+    }
+}
+
+fn inside(kind: Option<OrganKind>) -> Inside {
+    match kind {
+        Some(OrganKind::Liver) => Inside::Liver,
+        Some(OrganKind::Gallbladder | OrganKind::CysticDuct | OrganKind::BileDuct) => Inside::Bile,
+        Some(OrganKind::CysticArtery | OrganKind::Vessel) => Inside::Blood,
+        Some(OrganKind::Stomach | OrganKind::Intestine) => Inside::Food,
+        Some(OrganKind::Fat | OrganKind::ConnectiveTissue | OrganKind::AbdominalWall) | None => {
+            Inside::Solid
+        }
     }
 }
 

@@ -18,7 +18,7 @@ const BRIDGED_M: f32 = 0.000_3;
 
 /// To heat a volume of tissue from 37 to 100 °C and boil its water (three quarters of it), J/m³:
 /// `1060 kg/m³ (3600 J/kg K · 63 K + 0.75 · 2.26 MJ/kg)`.
-const BOIL_J_M3: f32 = 2.0e9;
+pub(super) const BOIL_J_M3: f32 = 2.0e9;
 
 /// Which current the pedal lets through.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,46 +3,55 @@
 //!
 //! Everything touched (links of tubes, bands and sutures, the surfaces of organs) first says by how
 //! much; then each gets its part of the tick's energy ([`electrode`]). A bar is parted by the energy
-//! over what it takes to boil it through, across the electrode's width. Current that touches nothing
-//! does nothing. O(attachments and elastic links of organs that move, contacts) while it flows.
+//! over what it takes to boil it through, across the electrode's width; a vessel is dried, a wall burnt
+//! through ([`wall`]). Current that touches nothing does nothing. O(attachments and elastic links of organs that move, contacts) while it flows.
 
 mod electrode;
+mod wall;
 
-pub(crate) use electrode::{Dose, Electrode};
+pub(crate) use electrode::Electrode;
+
+use heapless::Vec;
 
 use crate::capacity::MAX_ORGANS;
 use crate::collision::tool_contact::Contact;
 use crate::event::{Event, EventKind, Journal};
 use crate::math::Vec3;
-use crate::scene::{Organ, Scene};
+use crate::scene::Scene;
 use crate::soft_body::Bodies;
 use crate::soft_body::part::{Apart, part_all};
 use crate::tool::Tool;
+use crate::vessel::Vessels;
+use wall::{HOLE_M2, Walls};
 
 /// Ticks between two events of one organ's burn.
 const TOLD_TICKS: u32 = 50;
 
-/// What current has done and nobody was told of yet.
+/// Stretches of tubes that a tick can dry; more are as many as lie under a tip.
+const DRIED: usize = 32;
+
+/// What current has done.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Cautery {
-    /// By organ, J.
+    /// What nobody was told of yet, by organ, J.
     burnt_j: [f32; MAX_ORGANS],
     /// Ticks until it may be told.
     quiet: u32,
     /// Where that was last, m.
     at_m: Vec3,
+    walls: Walls,
 }
 
 impl Cautery {
-    /// A tick of current at `electrode`, whose tool meets tissue as `contacts` say. `apart` hears of
-    /// what it has parted.
+    /// A tick of current at `electrode`, whose tool meets tissue as `contacts` say.
     pub(crate) fn burn(
         &mut self,
         electrode: &Electrode,
         contacts: &[Contact],
         scene: &Scene<'_>,
         bodies: &mut Bodies,
-        apart: impl FnMut(Apart),
+        vessels: &mut Vessels,
+        journal: &mut Journal,
     ) {
         let surfaces = touched_surfaces(electrode, contacts, scene);
         let touched_m2 = touched_bars_m2(electrode, scene, bodies) + surfaces.iter().sum::<f32>();
@@ -50,30 +59,47 @@ impl Cautery {
             return;
         };
         self.at_m = electrode.middle_m();
-        for (burnt_j, area_m2) in self.burnt_j.iter_mut().zip(surfaces) {
-            *burnt_j += dose.whole_j_m2() * area_m2;
-        }
-        self.burn_bars(electrode, &dose, scene, bodies, apart);
-    }
-
-    fn burn_bars(
-        &mut self,
-        electrode: &Electrode,
-        dose: &Dose,
-        scene: &Scene<'_>,
-        bodies: &mut Bodies,
-        apart: impl FnMut(Apart),
-    ) {
+        let mut areas_m2 = surfaces;
+        let mut dried: Vec<(u32, f32), DRIED> = Vec::new();
+        let apart = |apart: Apart| {
+            vessels.note_change();
+            journal.raise(apart.told(EventKind::Cut));
+        };
         part_all(scene, bodies, apart, |bar, parted| {
             let touched = electrode.touches_bar(&bar.ends_m, bar.radius_m);
             if touched <= 0.0 || parted >= 1.0 {
                 return parted;
             }
-            if let Some(burnt_j) = self.burnt_j.get_mut(usize::from(bar.organ)) {
-                *burnt_j += dose.whole_j_m2() * bar.area_m2 * touched;
+            if let Some(area_m2) = areas_m2.get_mut(usize::from(bar.organ)) {
+                *area_m2 += bar.area_m2 * touched;
+            }
+            if let Some(link) = bar.link {
+                let _ = dried.push((link, dose.drying_j_m2 * bar.area_m2 * touched));
             }
             bar.parted_by(parted, dose.parts() * touched)
         });
+        for (link, energy_j) in dried {
+            if let Some(link) = scene.links.get(link as usize) {
+                vessels.dry(link.a, 0.5 * energy_j, scene, bodies);
+                vessels.dry(link.b, 0.5 * energy_j, scene, bodies);
+            }
+        }
+        for ((organ, area_m2), burnt_j) in (0u8..).zip(areas_m2).zip(&mut self.burnt_j) {
+            if area_m2 <= 0.0 {
+                continue;
+            }
+            *burnt_j += dose.whole_j_m2() * area_m2;
+            let boils_j = dose.parting_j_m2 * area_m2;
+            if let Some(hole) = self.walls.burn(organ, &self.at_m, boils_j, scene, bodies) {
+                vessels.burst(hole.sphere, HOLE_M2);
+                journal.raise(Event {
+                    kind: EventKind::Perforation,
+                    organ: Some(u32::from(organ)),
+                    at_m: self.at_m,
+                    value: hole.energy_j,
+                });
+            }
+        }
     }
 
     /// Tells of what was burnt: when it is time to, and when the current `is_off`.
@@ -124,7 +150,7 @@ fn touched_surfaces(
     let point_m2 = electrode.diameter_m() * electrode.diameter_m();
     for contact in contacts.iter().filter(|it| it.tool == Tool::Instrument) {
         let organ = usize::from(contact.organ.unwrap_or(u8::MAX));
-        let is_surface = scene.organs.get(organ).is_some_and(|it| !is_tube(it));
+        let is_surface = scene.organs.get(organ).is_some_and(|it| !it.is_tube());
         // A contact lies on the tool's own surface.
         let touched = electrode.touches_ball(&contact.at_m, 0.0);
         if let (true, Some(area_m2)) = (is_surface, areas_m2.get_mut(organ)) {
@@ -132,8 +158,4 @@ fn touched_surfaces(
         }
     }
     areas_m2
-}
-
-fn is_tube(organ: &Organ) -> bool {
-    organ.batch_count == 0 && organ.elastic_links > 0
 }

@@ -2,7 +2,7 @@
 //! stiffly the tissue behind it holds it.
 
 use crate::math::{self, Vec3};
-use crate::scene::Scene;
+use crate::scene::{Inside, Scene};
 use crate::soft_body::Bodies;
 
 /// Force with which the jaws close, N: enough for a profiled jaw to hold bowel against a pull of 5 N
@@ -18,6 +18,18 @@ const JAW_WIDTH_M: f32 = 0.003;
 pub(super) const GRIP_N_M: f32 = 500.0;
 /// Thinner than this share of itself nothing is squeezed.
 const THINNEST: f32 = 0.05;
+
+/// Pressure of jaws that crushes, Pa: harm to liver, bowel and ureter grows with it from 100 to 300 kPa
+/// (porcine; De et al. 2007, 10.1177/0278364907082847). Liver is the first to be harmed; where in that
+/// range each other lies is assumed.
+pub(super) fn crushed_by_pa(inside: Inside) -> f32 {
+    match inside {
+        Inside::Liver => 1.5e5,
+        Inside::Food => 1.8e5,
+        Inside::Bile | Inside::Blood => 2.0e5,
+        Inside::Solid => 3.0e5,
+    }
+}
 
 /// Tissue between the jaws.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -80,6 +92,11 @@ impl Bite {
     /// Pull at which it slips between jaws that hold it with `grip_n`, N: friction on both.
     pub(super) fn slip_n(&self, grip_n: f32) -> f32 {
         2.0 * PROFILE * self.friction * grip_n
+    }
+
+    /// Pressure of jaws that hold it with `grip_n`, Pa.
+    pub(super) fn pressure_pa(&self, grip_n: f32) -> f32 {
+        grip_n / self.area_m2.max(f32::MIN_POSITIVE)
     }
 
     /// Stiffness of a pull, as a slow hand meets it: the grip, of which `share` is left, and the

@@ -9,7 +9,7 @@ mod bite;
 
 use heapless::Vec;
 
-use crate::capacity::MAX_GRASPED;
+use crate::capacity::{MAX_GRASPED, MAX_ORGANS};
 use crate::collision::cylinder::meets;
 use crate::fault::{Fault, FaultSet};
 use crate::force::Pull;
@@ -19,7 +19,7 @@ use crate::sim::TICK_S;
 use crate::soft_body::Bodies;
 use crate::state::SphereBits;
 use crate::tool::Instrument;
-use bite::{Bite, GRIP_MAX_N, GRIP_N_M};
+use bite::{Bite, GRIP_MAX_N, GRIP_N_M, crushed_by_pa};
 
 /// Spheres that come this near to the middle of the jaws are between them, m. Inner spheres lie
 /// up to some mm under the skin that the trainee sees.
@@ -50,7 +50,7 @@ struct Held {
 pub(crate) struct Grasp {
     held: Vec<Held, MAX_GRASPED>,
     bite: Bite,
-    /// Edges dig in: nothing slips, nothing stops them.
+    /// Edges dig in, a clip holds: nothing slips, nothing stops them.
     is_sharp: bool,
     /// One over the spheres that were bitten.
     part: f32,
@@ -60,6 +60,8 @@ pub(crate) struct Grasp {
     pull_n: Vec3,
     /// The same of the tick that is being solved.
     so_far_n: Vec3,
+    /// Which organs this grip has crushed.
+    crushed: [bool; MAX_ORGANS],
     /// How far it has slid since that was last told, mean over the spheres, m.
     slid_m: f32,
 }
@@ -73,10 +75,45 @@ pub(crate) struct Jaws<'a> {
     pub(crate) jaw: f32,
 }
 
+/// Jaws meet what is between them while their middles are farther apart than it is thick by this, m:
+/// they are thick themselves.
+const MEET_M: f32 = 0.001;
+
+/// Where a bar crosses between jaws.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Crossing {
+    /// From the joint, 0, to their tips, 1.
+    pub(crate) along: f32,
+    /// From the bar's first end to its second.
+    pub(crate) share: f32,
+}
+
 impl Jaws<'_> {
     /// Between the middles of the jaws, m.
     fn gap_m(&self) -> f32 {
         self.instrument.jaw_opening_m() * self.jaw
+    }
+
+    /// Where a bar with these ends (world frame, m) crosses between the jaws. A bar this thick counts as
+    /// between them as long as some of it is.
+    pub(crate) fn crossing(&self, ends_m: &[Vec3; 2], radius_m: f32) -> Option<Crossing> {
+        let instrument_from_world = self.world_from_instrument.inverse();
+        let local = |end: &Vec3| (instrument_from_world * nalgebra::Point3::from(*end)).coords;
+        let (a, b) = (local(&ends_m[0]), local(&ends_m[1]));
+        if (a.x < 0.0) == (b.x < 0.0) {
+            return None;
+        }
+        let share = a.x / (a.x - b.x);
+        let at_m = a + (b - a) * share;
+        let along = -at_m.z / self.instrument.jaw_length_m();
+        let half_gap_m = self.gap_m() * along;
+        let is_between = (0.0..=1.0).contains(&along) && at_m.y.abs() <= half_gap_m + radius_m;
+        is_between.then_some(Crossing { along, share })
+    }
+
+    /// Whether the jaws have closed so far that they meet a bar this thick that crosses here.
+    pub(crate) fn meets(&self, crossing: &Crossing, radius_m: f32) -> bool {
+        2.0 * self.gap_m() * crossing.along < 2.0 * radius_m + MEET_M
     }
 
     fn tip_in_instrument_m(&self) -> Vec3 {
@@ -131,7 +168,7 @@ impl Grasp {
             let bits = bodies.bits.at_mut(i);
             *bits = bits.with(SphereBits::GRASPED);
         }
-        self.is_sharp = jaws.instrument == Instrument::Scissors;
+        self.is_sharp = jaws.instrument != Instrument::Grasper;
         self.part = (self.held.len().max(1) as f32).recip();
         let spheres = self.held.iter().map(|held| held.sphere);
         let across = instrument.rotation * Vec3::y();
@@ -195,6 +232,24 @@ impl Grasp {
             self.slid_m = 0.0;
         }
         slipped
+    }
+
+    /// A sphere of an organ that the jaws crush and had not crushed yet in this grip, and their force, N. An
+    /// edge cuts and a clip closes: neither counts.
+    pub(crate) fn crush(&mut self, scene: &Scene<'_>, bodies: &Bodies) -> Option<(u32, f32)> {
+        let pressure_pa = self.bite.pressure_pa(self.grip_n);
+        for held in self.held.iter().filter(|_| !self.is_sharp) {
+            let organ = usize::from(*bodies.organ.at(held.sphere));
+            let (Some(it), Some(crushed)) = (scene.organs.get(organ), self.crushed.get_mut(organ))
+            else {
+                continue;
+            };
+            if !*crushed && pressure_pa > crushed_by_pa(it.inside) {
+                *crushed = true;
+                return Some((held.sphere, self.grip_n));
+            }
+        }
+        None
     }
 
     /// What the tissue pulled with in the last tick, world frame, N.

@@ -75,8 +75,33 @@ pub struct Organ {
     pub gravity_share: f32,
     /// How far its held spheres go with a breath, world frame, m.
     pub breath_m: Vec3,
+    /// What is inside.
+    pub inside: Inside,
     /// Material.
     pub material: Material,
+}
+
+impl Organ {
+    /// Whether it is beads along a line: links carry it, no tetrahedra.
+    pub(crate) const fn is_tube(&self) -> bool {
+        self.batch_count == 0 && self.elastic_links > 0
+    }
+}
+
+/// What is inside an organ, and comes out of a hole in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Inside {
+    /// Tissue.
+    #[default]
+    Solid,
+    /// Liver: tissue, whose bile runs into the ducts that are tied to it.
+    Liver,
+    /// Blood, that comes from where a vessel is held or tied to another.
+    Blood,
+    /// Bile, of which a bag (an organ with tetrahedra) is full, and which ducts lead.
+    Bile,
+    /// What was eaten.
+    Food,
 }
 
 /// Steps in a tick, at most.
@@ -277,6 +302,7 @@ pub(crate) mod tests {
             substeps: 1,
             gravity_share: 1.0,
             breath_m: Vec3::zeros(),
+            inside: Inside::Solid,
             material,
         }
     }

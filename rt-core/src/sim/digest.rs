@@ -58,6 +58,12 @@ impl TickView<'_> {
         hash.word(u32::from(tool.instrument as u8));
         hash.word(tool.contact_count);
         hash.word(tool.grasped_count);
+        hash.word(self.clips_left);
+        for clip in self.clips {
+            hash.float(clip.share);
+            hash.float(clip.closed);
+            hash.vector(&clip.legs);
+        }
         hash.word(u32::from(tool.switches.paused));
         hash.word(u32::from(tool.switches.force_enabled));
         hash

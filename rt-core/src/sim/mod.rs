@@ -13,6 +13,7 @@ use heapless::Vec;
 
 use crate::capacity::{MAX_CAPSULES, MAX_ORGANS};
 use crate::cautery::Cautery;
+use crate::clip::Clips;
 use crate::collision::tool_contact::ToolContacts;
 use crate::event::Journal;
 use crate::fault::{Fault, FaultCounters, FaultSet};
@@ -72,6 +73,7 @@ pub struct Sim<'a> {
     contacts: ToolContacts,
     grasp: Grasp,
     cautery: Cautery,
+    clips: Clips,
     limit: OutputLimit,
     renders_torque: bool,
     journal: Journal,
@@ -90,6 +92,7 @@ impl<'a> Sim<'a> {
     ) -> Self {
         state.bodies.load(&scene);
         state.pairs.load(&scene);
+        state.vessels.rest();
         let mut limit = OutputLimit::new(&device, parameters.force_ramp_s);
         limit.enable(parameters.force_enabled);
         let room = scene.room();
@@ -107,6 +110,7 @@ impl<'a> Sim<'a> {
             contacts: ToolContacts::default(),
             grasp: Grasp::default(),
             cautery: Cautery::default(),
+            clips: Clips::default(),
             limit,
             renders_torque: device.renders_torque(),
             journal: Journal::default(),
@@ -154,6 +158,7 @@ impl<'a> Sim<'a> {
         self.note_events(&mut faults);
         self.burn();
         self.tear();
+        self.leak();
         ports.stamp(Stage::Procedure);
 
         self.fault_counters.count(faults);
@@ -173,6 +178,8 @@ impl<'a> Sim<'a> {
                 self.sleep = Sleep::AWAKE;
                 self.proxy = Proxy::AT_HAND;
                 self.cautery = Cautery::default();
+                self.clips = Clips::default();
+                self.state.vessels.rest();
                 self.state.bodies.rest(&self.scene);
                 self.state.pairs.load(&self.scene);
                 self.measure_bounds();
@@ -268,6 +275,7 @@ impl<'a> Sim<'a> {
             self.state.pairs.project(scene, bodies);
         }
         attachment::project_all(scene, bodies);
+        self.clips.carry(scene, bodies);
         self.grasp.carry(None, 1.0, jaws, scene, bodies);
         self.contacts.push_out(scene, bodies);
         for ((i, organ), moves) in (0u8..).zip(scene.organs).zip(moves) {
@@ -387,6 +395,8 @@ impl<'a> Sim<'a> {
             device: self.inputs.device_health(),
             tracker: self.inputs.tracker_health(),
             pedal: self.inputs.pedal_health(),
+            clips: self.clips.on_tubes(),
+            clips_left: self.clips.left(),
             scene: &self.scene,
             bodies: &self.state.bodies,
         }

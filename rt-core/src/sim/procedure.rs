@@ -1,6 +1,7 @@
 //! Stage `procedure`: what the buttons do to the instrument, and what is told of the tick.
 
 use crate::cautery::Electrode;
+use crate::clip::Clips;
 use crate::cut::cut_all;
 use crate::event::{Event, EventKind};
 use crate::fault::{Fault, FaultSet};
@@ -8,7 +9,7 @@ use crate::grasp::Jaws;
 use crate::math;
 use crate::port::Buttons;
 use crate::sim::{Sim, TICK_S};
-use crate::soft_body::part::{Apart, tear_all};
+use crate::soft_body::part::tear_all;
 use crate::tool::{Instrument, Tool, ToolState};
 
 /// Time in which the jaws close or open, s.
@@ -27,15 +28,16 @@ impl Sim<'_> {
         let step = TICK_S / JAW_TIME_S * if closing { -1.0 } else { 1.0 };
         let jaw = (self.tool.jaw + step).clamp(0.0, 1.0);
         let jaw = self.grasp.stop(&jaws(&self.tool), jaw);
-        let bites = self.tool.jaw > JAW_HOLDS && jaw <= JAW_HOLDS && self.grasp.count() == 0;
+        let bites = self.tool.jaw > JAW_HOLDS && jaw <= JAW_HOLDS;
         let closed = self.tool.jaw - jaw;
         self.tool.jaw = jaw;
-        let cuts = self.tool.instrument == Instrument::Scissors && closed > 0.0;
-        if cuts && !self.tool.switches.paused {
-            self.cut(closed, faults);
-        }
-        if bites && self.tool.instrument == Instrument::Grasper && !self.tool.switches.paused {
-            self.close_jaws(faults);
+        if !self.tool.switches.paused {
+            match self.tool.instrument {
+                Instrument::Scissors if closed > 0.0 => self.cut(closed, faults),
+                Instrument::Grasper if bites && self.grasp.count() == 0 => self.close_jaws(faults),
+                Instrument::ClipApplier if closed > 0.0 => self.clip(bites, faults),
+                _ => {}
+            }
         }
         self.hold(closing);
         self.tool.grasped_count = self.grasp.count();
@@ -43,13 +45,12 @@ impl Sim<'_> {
 
     /// What the hook's current does where its bare tip touches.
     pub(super) fn burn(&mut self) {
-        let (bodies, journal) = (&mut self.state.bodies, &mut self.journal);
-        let (scene, list) = (&self.scene, &self.contacts.list);
+        let (state, journal) = (&mut *self.state, &mut self.journal);
         let electrode = Electrode::of(&self.tool);
         if let Some(electrode) = &electrode {
-            self.cautery.burn(electrode, list, scene, bodies, |apart| {
-                journal.raise(told(EventKind::Cut, &apart));
-            });
+            let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
+            let list = &self.contacts.list;
+            (self.cautery).burn(electrode, list, &self.scene, bodies, vessels, journal);
         }
         self.cautery.tell(electrode.is_none(), journal);
     }
@@ -60,8 +61,10 @@ impl Sim<'_> {
             return;
         }
         let (bodies, journal) = (&mut self.state.bodies, &mut self.journal);
+        let vessels = &mut self.state.vessels;
         tear_all(&self.scene, bodies, |apart| {
-            journal.raise(told(EventKind::Tear, &apart));
+            vessels.note_change();
+            journal.raise(apart.told(EventKind::Tear));
         });
     }
 
@@ -69,14 +72,45 @@ impl Sim<'_> {
     fn cut(&mut self, closed: f32, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let blades = jaws(&self.tool);
-        let is_cutting = cut_all(&blades, closed, scene, bodies, |apart| {
-            journal.raise(told(EventKind::Cut, &apart));
+        let (clips, vessels) = (self.clips.places(bodies), &mut self.state.vessels);
+        let is_cutting = cut_all(&blades, closed, &clips, scene, bodies, |apart| {
+            vessels.note_change();
+            journal.raise(apart.told(EventKind::Cut));
         });
         match (is_cutting, self.grasp.count()) {
             (true, 0) => self.grasp.close(&blades, scene, bodies, faults),
             (false, 1..) => self.grasp.open(bodies),
             _ => {}
         }
+    }
+
+    /// An applier that closes holds the tubes that it meets, and closes its clip when it `bites`.
+    fn clip(&mut self, bites: bool, faults: &mut FaultSet) {
+        let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
+        let (jaws, at_m) = (jaws(&self.tool), self.tool.tip_m);
+        if self.grasp.count() == 0 && Clips::meet(&jaws, scene, bodies) {
+            self.grasp.close(&jaws, scene, bodies, faults);
+        }
+        if bites {
+            self.state.vessels.note_change();
+            self.clips.close(&jaws, scene, bodies, |organ, number| {
+                journal.raise(Event {
+                    kind: EventKind::Clip,
+                    organ: organ.map(u32::from),
+                    at_m,
+                    value: number as f32,
+                });
+            });
+        }
+    }
+
+    /// What comes out of vessels and ducts.
+    pub(super) fn leak(&mut self) {
+        if self.tool.switches.paused {
+            return;
+        }
+        let (state, journal) = (&mut *self.state, &mut self.journal);
+        (state.vessels).flow(&self.scene, &self.clips, &mut state.bodies, journal);
     }
 
     fn close_jaws(&mut self, faults: &mut FaultSet) {
@@ -94,6 +128,9 @@ impl Sim<'_> {
         // What opening jaws let slide is let go, and told as that.
         if self.grasp.hold(&jaws(&self.tool), &mut self.state.bodies) && closing {
             self.tell_of_grasp(EventKind::Slip, force_n);
+        }
+        if let Some((sphere, grip_n)) = self.grasp.crush(&self.scene, &self.state.bodies) {
+            self.tell(EventKind::Crush, sphere, grip_n);
         }
         if !closing && self.grasp.is_loose() {
             self.let_go();
@@ -151,14 +188,5 @@ fn jaws(tool: &ToolState) -> Jaws<'_> {
         instrument: tool.instrument,
         world_from_instrument: &tool.world_from_instrument,
         jaw: tool.jaw,
-    }
-}
-
-fn told(kind: EventKind, apart: &Apart) -> Event {
-    Event {
-        kind,
-        organ: Some(u32::from(apart.organ)),
-        at_m: apart.at_m,
-        value: apart.energy_j,
     }
 }

@@ -1,5 +1,6 @@
 //! What a tick shows.
 
+use crate::clip::Clip;
 use crate::event::Event;
 use crate::fault::{FaultCounters, FaultSet};
 use crate::math::Vec3;
@@ -67,6 +68,10 @@ pub struct TickView<'a> {
     pub tracker: Health,
     /// Pedal.
     pub pedal: Health,
+    /// Clips on tubes, in the order in which they were closed.
+    pub clips: &'a [Clip],
+    /// Clips left in the applier.
+    pub clips_left: u32,
     pub(super) scene: &'a Scene<'a>,
     pub(super) bodies: &'a Bodies,
 }

@@ -208,7 +208,6 @@ impl Bodies {
         }
         for (i, rest) in (0u32..).zip(scene.spheres) {
             self.nodes.at_mut(i).rest_m = Lanes::new(&rest.center_m, 0.0);
-            *self.radius_m.at_mut(i) = rest.radius_m;
         }
         self.rest(scene);
     }
@@ -261,6 +260,7 @@ impl Bodies {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());
             node.set_inverse_mass_per_kg(inverse_mass_per_kg(rest));
+            *self.radius_m.at_mut(i) = rest.radius_m;
             *self.bits.at_mut(i) = SphereBits(0);
         }
     }

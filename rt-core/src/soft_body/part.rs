@@ -6,7 +6,8 @@
 //! tear, toughness times area, and nothing else. Let go half torn it comes back on a straight line
 //! to nothing, without what was spent: no cycle gives energy.
 
-use crate::capacity::{MAX_ATTACHMENTS, MAX_LINKS};
+use crate::capacity::{MAX_ATTACHMENTS, MAX_LINKS, MAX_ORGANS};
+use crate::event::{Event, EventKind};
 use crate::math::{self, Vec3};
 use crate::scene::{Anchor, Attachment, Material, Organ, Scene};
 use crate::soft_body::Bodies;
@@ -35,6 +36,8 @@ fn torn_on(parted: f32, stretch_m: f32, whole_m: f32) -> f32 {
 pub(crate) struct Parted {
     links: [f32; MAX_LINKS],
     ties: [f32; MAX_ATTACHMENTS],
+    /// How long the links of each organ want to be, beside their length at rest.
+    shrunk: [f32; MAX_ORGANS],
 }
 
 impl Parted {
@@ -42,6 +45,7 @@ impl Parted {
     pub(crate) const NONE: Self = Self {
         links: [0.0; MAX_LINKS],
         ties: [0.0; MAX_ATTACHMENTS],
+        shrunk: [1.0; MAX_ORGANS],
     };
 
     /// Everything is whole again.
@@ -52,6 +56,7 @@ impl Parted {
         for (parted, _) in self.ties.iter_mut().zip(scene.attachments) {
             *parted = 0.0;
         }
+        self.shrunk = [1.0; MAX_ORGANS];
     }
 
     /// Share of the stiffness that is left of each link of `organ`, in their order.
@@ -65,6 +70,19 @@ impl Parted {
         self.links.get(link as usize).map_or(1.0, |it| left(*it))
     }
 
+    /// How long the links of the organ with this index want to be, beside their length at rest.
+    pub(crate) fn shrunk(&self, organ: u8) -> f32 {
+        let own = self.shrunk.get(usize::from(organ));
+        own.copied().unwrap_or(1.0)
+    }
+
+    /// Shortens the links of the organ with this index a little, down to the share `least`.
+    pub(crate) fn shrink(&mut self, organ: u8, least: f32, step: f32) {
+        if let Some(own) = self.shrunk.get_mut(usize::from(organ)) {
+            *own = (*own - step).max(least).min(*own);
+        }
+    }
+
     /// Share of the stiffness that is left of the attachment with this index.
     pub(crate) fn left_of_tie(&self, tie: usize) -> f32 {
         self.ties.get(tie).map_or(1.0, |it| left(*it))
@@ -76,6 +94,8 @@ impl Parted {
 pub(crate) struct BarView {
     /// The organ of its first end.
     pub(crate) organ: u8,
+    /// Its index in the scene, if it is a link.
+    pub(crate) link: Option<u32>,
     /// World frame, m.
     pub(crate) ends_m: [Vec3; 2],
     /// m.
@@ -105,6 +125,18 @@ pub(crate) struct Apart {
     pub(crate) at_m: Vec3,
     /// What it takes to part it, J; 0 of what does not tear.
     pub(crate) energy_j: f32,
+}
+
+impl Apart {
+    /// As an event of this kind.
+    pub(crate) fn told(&self, kind: EventKind) -> Event {
+        Event {
+            kind,
+            organ: Some(u32::from(self.organ)),
+            at_m: self.at_m,
+            value: self.energy_j,
+        }
+    }
 }
 
 /// After a tick: what is stretched too far parts. `torn` hears of what has parted in this tick.
@@ -158,6 +190,7 @@ pub(crate) fn part_all(
         if moves(tie.sphere) || other_moves {
             let bar = BarView {
                 organ: *organs.at(tie.sphere),
+                link: None,
                 ends_m: [nodes.at(tie.sphere).center_m(), other_m],
                 radius_m: *radius_m.at(tie.sphere),
                 area_m2: tie_area_m2(scene, organs, tie),
@@ -174,16 +207,20 @@ pub(crate) fn part_all(
         }
         let tear_m = tear_length_m(&organ.material);
         let young_pa = organ.material.young_pa.max(f32::MIN_POSITIVE);
-        let own = parted.links.iter_mut().skip(organ.link_start as usize);
-        for (link, parted) in scene.elastic_links_of(organ).iter().zip(own) {
+        let (lefts, shrunk) = (&mut parted.links, &parted.shrunk);
+        let own = lefts.iter_mut().skip(organ.link_start as usize);
+        let shrunk = shrunk.get(usize::from(index)).copied().unwrap_or(1.0);
+        let links = (organ.link_start..).zip(scene.elastic_links_of(organ));
+        for ((number, link), parted) in links.zip(own) {
             let squared_m2 = tear_m * link.rest_length_m;
             let bar = BarView {
                 organ: index,
+                link: Some(number),
                 ends_m: [link.a, link.b].map(|sphere| nodes.at(sphere).center_m()),
                 radius_m: radius_m.at(link.a).min(*radius_m.at(link.b)),
                 area_m2: link.rest_length_m
                     / (young_pa * link.compliance_m_n).max(f32::MIN_POSITIVE),
-                rest_length_m: link.rest_length_m,
+                rest_length_m: link.rest_length_m * shrunk,
                 tear_j: squared_m2 / link.compliance_m_n.max(f32::MIN_POSITIVE),
                 compliance_m_n: link.compliance_m_n,
             };

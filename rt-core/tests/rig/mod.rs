@@ -3,6 +3,7 @@
 
 #![allow(dead_code)] // every user takes what it needs
 
+use rt_core::clip::Clip;
 use rt_core::event::Event;
 use rt_core::fault::FaultCounters;
 use rt_core::math::{Pose, Quat, Vec3, norm};
@@ -10,8 +11,8 @@ use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample,
 };
 use rt_core::scene::{
-    Anchor, Attachment, Link, Material, NO_VERTEX, Organ, RestSphere, Room, SKIN_BINDINGS, Scene,
-    Skin, SkinVertex, Tetra, TetraBatch, batches,
+    Anchor, Attachment, Inside, Link, Material, NO_VERTEX, Organ, RestSphere, Room, SKIN_BINDINGS,
+    Scene, Skin, SkinVertex, Tetra, TetraBatch, batches,
 };
 use rt_core::sim::{Digest, Ports, Samples, Stage, TickView};
 use rt_core::soft_body::Method;
@@ -61,6 +62,7 @@ pub(crate) fn organ(spheres: [u32; 2], links: [u32; 2], material: Material) -> O
         substeps: 1,
         gravity_share: 1.0,
         breath_m: Vec3::zeros(),
+        inside: Inside::Solid,
         material,
     }
 }
@@ -387,6 +389,8 @@ pub(crate) struct Bench {
     pub(crate) contact_count: u32,
     pub(crate) grasped_count: u32,
     pub(crate) jaw: f32,
+    pub(crate) clips: Vec<Clip>,
+    pub(crate) clips_left: u32,
     pub(crate) camera: Pose,
     pub(crate) tip_m: Vec3,
     pub(crate) instrument: Instrument,
@@ -415,6 +419,8 @@ impl Bench {
             contact_count: 0,
             grasped_count: 0,
             jaw: 1.0,
+            clips: Vec::new(),
+            clips_left: 0,
             camera: Pose::identity(),
             tip_m: Vec3::zeros(),
             instrument: Instrument::Grasper,
@@ -463,6 +469,8 @@ impl Ports for Bench {
         self.contact_count = view.tool.contact_count;
         self.grasped_count = view.tool.grasped_count;
         self.jaw = view.tool.jaw;
+        self.clips = view.clips.to_vec();
+        self.clips_left = view.clips_left;
         self.camera = view.tool.world_from_camera;
         self.tip_m = view.tool.tip_m;
         self.instrument = view.tool.instrument;

@@ -8,8 +8,8 @@ use rt_core::tool::Instrument;
 
 /// The hook's bent end lies across the tube's top.
 const ACROSS: Vec3 = Vec3::new(0.0005, 0.002, 0.003_5);
-const CUT: (bool, bool) = (true, false);
-const COAGULATE: (bool, bool) = (false, true);
+pub(super) const CUT: (bool, bool) = (true, false);
+pub(super) const COAGULATE: (bool, bool) = (false, true);
 const OFF: (bool, bool) = (false, false);
 
 /// A tight tube of 200 kPa with a cross-section of 3.1 mm², that does not tear.
@@ -40,6 +40,18 @@ fn burnt(
     sim.tick(&mut bench);
     go(&mut sim, &mut bench, &AWAY, at, 1000, NONE);
     stay(&mut sim, &mut bench, at, 300, NONE);
+    under_current(&mut sim, &mut bench, at, (cut, coagulate), ticks);
+    bench
+}
+
+/// Stays at `at` for `ticks` under this current, off at the end.
+pub(super) fn under_current(
+    sim: &mut Sim<'_>,
+    bench: &mut Bench,
+    at: &Vec3,
+    (cut, coagulate): (bool, bool),
+    ticks: u32,
+) {
     for tick in 0..=ticks {
         let samples = bench.next_at(at, NONE);
         samples.pedal = Polled::Fresh(PedalSample {
@@ -48,9 +60,8 @@ fn burnt(
             camera_lock: false,
             at_ns: samples.now_ns,
         });
-        sim.tick(&mut bench);
+        sim.tick(bench);
     }
-    bench
 }
 
 fn told(bench: &Bench, kind: EventKind) -> impl Iterator<Item = &Event> {

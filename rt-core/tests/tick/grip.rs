@@ -186,3 +186,24 @@ fn jaws_stay_open_by_what_they_hold_and_close_on_nothing() {
     }
     assert!(jaw(&elsewhere) < f32::EPSILON);
 }
+
+#[test]
+fn jaws_crush_a_thin_duct_once_a_grip_and_a_broad_bite_of_liver_not_at_all() {
+    let crushes = |anatomy: &Anatomy, at: &Vec3| {
+        let mut state = store();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut bench = Bench::new();
+        go(&mut sim, &mut bench, &AWAY, at, 800, NONE);
+        stay(&mut sim, &mut bench, at, 800, Buttons::GRASP);
+        assert!(bench.grasped_count > 0);
+        stay(&mut sim, &mut bench, at, 800, NONE);
+        let forces = bench.events.iter().filter(|it| it.kind == EventKind::Crush);
+        forces.map(|it| it.value).collect::<Vec<f32>>()
+    };
+    let duct = crushes(&super::vessel::artery(), &super::vessel::over(0.0));
+    assert!(
+        duct.len() == 1 && (1.0..=4.0).contains(&duct[0]),
+        "{duct:?}"
+    );
+    assert!(crushes(&Anatomy::liver(), &BITTEN).is_empty());
+}

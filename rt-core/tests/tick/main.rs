@@ -1,6 +1,7 @@
 //! The tick as the process sees it: ports in, ports out.
 
 mod cautery;
+mod clip;
 mod cut;
 mod devices;
 mod endoscope;
@@ -12,6 +13,7 @@ mod proxy;
 mod rig;
 mod tear;
 mod touch;
+mod vessel;
 
 use rig::{Anatomy, Bench, SOFT, TOUCH, organ};
 use rt_core::event::{Event, EventKind};

@@ -2,7 +2,7 @@
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
-    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, Scene, Skin, SkinVertex, Tetra,
+    Anchor, Attachment, Inside, Link, Material, Organ, RestSphere, Room, Scene, Skin, SkinVertex, Tetra,
     TetraBatch, batches,
 };
 use shared_mem::scene::{SceneData, WORLD};
@@ -56,6 +56,7 @@ impl Prepared {
                 substeps: o.substeps,
                 gravity_share: o.gravity_share,
                 breath_m: Vec3::from(o.breath_m),
+                inside: Inside::Solid,
                 material: Material {
                     young_pa: material.young_pa,
                     poisson: material.poisson,

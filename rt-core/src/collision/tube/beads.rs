@@ -41,6 +41,15 @@ impl Bead {
     }
 }
 
+/// A link between spheres that follow each other along a tube.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Step {
+    pub(crate) a: u16,
+    pub(crate) b: u16,
+    /// Its index in the scene.
+    pub(crate) link: u32,
+}
+
 /// A bead at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ball {
@@ -127,6 +136,19 @@ impl Beads {
         let (start, end) = self.of.get(usize::from(organ)).copied().unwrap_or((0, 0));
         let own = self.all.get(usize::from(start)..usize::from(end));
         (start..end).zip(own.unwrap_or(&[]))
+    }
+
+    /// The steps along the tubes of the organ with this index.
+    pub(crate) fn steps_of(&self, organ: u8) -> impl Iterator<Item = Step> {
+        self.of(organ).filter_map(|(_, bead)| {
+            // The first of the beads on each link.
+            let link = bead.link.filter(|_| bead.share < bead.stiffness_share)?;
+            Some(Step {
+                a: bead.a,
+                b: bead.b,
+                link,
+            })
+        })
     }
 
     /// The bead with this number.

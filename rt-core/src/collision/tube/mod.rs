@@ -10,7 +10,7 @@ mod sweep;
 mod tests;
 
 use beads::Ball;
-pub(crate) use beads::{Bead, Beads};
+pub(crate) use beads::{Bead, Beads, Step};
 
 use heapless::Vec;
 

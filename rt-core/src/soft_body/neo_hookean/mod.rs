@@ -9,7 +9,7 @@ mod wide;
 
 use kernel::Moduli;
 
-use crate::scene::{Material, Organ, Scene};
+use crate::scene::{Link, Material, Organ, Scene};
 use crate::soft_body::{Bodies, Solver, bar};
 
 /// Linear tetrahedra lock beyond this Poisson's ratio: at 0.49 they sag a fifth too little. A
@@ -33,10 +33,15 @@ impl Solver for NeoHookean {
             kernel::project(&mut bodies.nodes, batches, &moduli);
         }
         let rate = organ.material.retardation_s / step_s;
+        let shrunk = bodies.parted.shrunk(*bodies.organ.at(organ.sphere_start));
         let (nodes, lefts) = (&mut bodies.nodes, bodies.parted.left_of_links(organ));
         for (link, left) in scene.elastic_links_of(organ).iter().zip(lefts) {
             if left > 0.0 {
-                bar::project(nodes, link, left, rate, step_s);
+                let link = Link {
+                    rest_length_m: link.rest_length_m * shrunk,
+                    ..*link
+                };
+                bar::project(nodes, &link, left, rate, step_s);
             }
         }
     }

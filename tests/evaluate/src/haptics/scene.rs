@@ -1,7 +1,7 @@
 //! What is pressed: a wall, and tissue.
 
 use rt_core::math::{Pose, Vec3};
-use rt_core::scene::{Material, Organ, RestSphere, Room, Scene};
+use rt_core::scene::{Inside, Material, Organ, RestSphere, Room, Scene};
 use scene_prepare::held::Plane;
 
 use crate::body::{Body, Tissue};
@@ -39,6 +39,7 @@ impl Wall {
                 substeps: 1,
                 gravity_share: 0.0,
                 breath_m: Vec3::zeros(),
+                inside: Inside::Solid,
                 material,
             }],
             spheres: [RestSphere {

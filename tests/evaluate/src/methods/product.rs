@@ -2,7 +2,7 @@
 
 use rt_core::math::Pose;
 use rt_core::scene::{
-    Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, SceneError, Skin, Tetra,
+    Inside, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, SceneError, Skin, Tetra,
     TetraBatch, batches,
 };
 use rt_core::soft_body::pbd::PaperPbd;
@@ -120,6 +120,7 @@ impl Parts {
             },
             gravity_share: 1.0,
             breath_m: V3::zeros(),
+            inside: Inside::Solid,
             material: Material {
                 young_pa: body.tissue.young_pa as f32,
                 poisson: body.tissue.poisson as f32,

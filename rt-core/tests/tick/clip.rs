@@ -1,0 +1,105 @@
+//! What clips close, and what they do not.
+
+use super::grip::count;
+use super::vessel::{artery, leaks, over, work};
+use super::*;
+use rt_core::tool::Instrument;
+
+/// Events of clips: organ and number.
+fn told(bench: &Bench) -> Vec<(Option<u32>, f32)> {
+    let clips = bench.events.iter().filter(|it| it.kind == EventKind::Clip);
+    clips.map(|it| (it.organ, it.value)).collect()
+}
+
+#[test]
+fn a_clip_before_the_cut_keeps_the_blood_in_and_scissors_do_not_cut_it() {
+    let anatomy = artery();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    work(
+        &mut sim,
+        &mut bench,
+        Instrument::ClipApplier,
+        &over(-0.0075),
+    );
+    assert_eq!(told(&bench), [(Some(0), 0.0)]);
+    assert_eq!((bench.clips.len(), bench.clips_left), (1, 11));
+    let clip = bench.clips[0];
+    assert!(
+        clip.closed > 0.999 && (norm(&clip.legs) - 1.0).abs() < 1.0e-4,
+        "{clip:?}"
+    );
+    assert_eq!(clip.spheres, [7, 8]);
+    // On the clip itself: steel.
+    let at_m = (bench.centers_m[7] + bench.centers_m[8]) * 0.5;
+    work(&mut sim, &mut bench, Instrument::Scissors, &over(at_m.x));
+    assert_eq!(count(&bench, EventKind::Cut), 0);
+    // Beside it.
+    work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
+    assert_eq!(count(&bench, EventKind::Cut), 1);
+    assert!(leaks(&bench).is_empty(), "{:?}", leaks(&bench));
+    // It has gone with the tissue, and still lies across.
+    let clip = bench.clips[0];
+    let along = bench.centers_m[8] - bench.centers_m[7];
+    assert!(clip.legs.dot(&along).abs() < 1.0e-3 * norm(&along));
+}
+
+#[test]
+fn a_clip_on_the_bleeding_stump_stops_it_and_a_reset_takes_it_off() {
+    let anatomy = artery();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0105));
+    work(
+        &mut sim,
+        &mut bench,
+        Instrument::ClipApplier,
+        &over(-0.0105),
+    );
+    let values: Vec<f32> = leaks(&bench).iter().map(|leak| leak.0).collect();
+    assert_eq!(values.len(), 2, "{values:?} {:?}", bench.clips);
+    assert!(values[0] > 0.99 && values[1] < 0.01, "{values:?}");
+    bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
+    sim.tick(&mut bench);
+    assert_eq!((bench.clips.len(), bench.clips_left), (0, 12));
+}
+
+#[test]
+fn a_clip_over_part_of_a_vessel_closes_part_of_it() {
+    let anatomy = artery();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    let at = Vec3::new(-0.0075, 0.0, -0.0005);
+    work(&mut sim, &mut bench, Instrument::ClipApplier, &at);
+    assert_eq!(bench.clips.len(), 1);
+    let closed = bench.clips[0].closed;
+    assert!((0.2..0.95).contains(&closed), "{closed}");
+    work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
+    let leaks = leaks(&bench);
+    assert!(
+        leaks.len() == 1 && (leaks[0].0 - (1.0 - closed)).abs() < 0.01,
+        "{leaks:?}"
+    );
+}
+
+#[test]
+fn a_clip_on_nothing_is_lost_and_the_thirteenth_is_none() {
+    let anatomy = artery();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    let aside = over(0.0) + Vec3::y() * 0.02;
+    bench.next_at(&aside, NONE).command = Some(Command::Instrument(Instrument::ClipApplier));
+    sim.tick(&mut bench);
+    for _ in 0..14 {
+        stay(&mut sim, &mut bench, &aside, 200, Buttons::GRASP);
+        stay(&mut sim, &mut bench, &aside, 200, NONE);
+    }
+    let numbers: Vec<f32> = told(&bench).iter().map(|clip| clip.1).collect();
+    assert_eq!(numbers, (0..12).map(|i| i as f32).collect::<Vec<_>>());
+    assert!(told(&bench).iter().all(|clip| clip.0.is_none()));
+    assert_eq!((bench.clips.len(), bench.clips_left), (0, 0));
+}

@@ -1,0 +1,169 @@
+//! What vessels and ducts lose, and what stops them.
+
+use super::cautery::{COAGULATE, CUT, under_current};
+use super::grip::count;
+use super::tear::tube;
+use super::*;
+use rt_core::scene::{Anchor, Attachment, Inside};
+use rt_core::tool::Instrument;
+
+/// How far the vessel's ends are apart, m.
+pub(super) const LENGTH_M: f32 = 0.06;
+
+/// An artery of 2.4 mm across along x, that comes from the left: there it is held; at the right it is
+/// only tied.
+pub(super) fn artery() -> Anatomy {
+    let (young_pa, area_m2) = (2.0e5, 4.5e-6);
+    let mut artery = tube(0.0);
+    artery.organs[0].inside = Inside::Blood;
+    artery.organs[0].material.young_pa = young_pa;
+    // A chain without bending: it lies in fluid, or its stumps would swing about.
+    artery.organs[0].material.damping_per_s = 60.0;
+    for sphere in &mut artery.spheres {
+        sphere.radius_m = 0.001_2;
+    }
+    artery.spheres[20].held = false;
+    artery.attachments.push(Attachment {
+        sphere: 20,
+        to: Anchor::World(artery.spheres[20].center_m),
+        rest_length_m: 0.0,
+        compliance_m_n: 1.0e-4,
+        is_thread: false,
+        tear_j: 0.0,
+    });
+    for link in &mut artery.links {
+        link.compliance_m_n = link.rest_length_m / (young_pa * area_m2);
+        link.rest_length_m *= 0.99;
+    }
+    artery
+}
+
+/// Goes to `at` with this instrument, closes and opens it there, and goes away.
+pub(super) fn work(sim: &mut Sim<'_>, bench: &mut Bench, instrument: Instrument, at: &Vec3) {
+    bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(instrument));
+    sim.tick(bench);
+    go(sim, bench, &AWAY, at, 800, NONE);
+    stay(sim, bench, at, 100, NONE);
+    stay(sim, bench, at, 300, Buttons::GRASP);
+    stay(sim, bench, at, 300, NONE);
+    go(sim, bench, at, &AWAY, 500, NONE);
+    stay(sim, bench, &AWAY, 300, NONE);
+}
+
+/// The jaws reach 6 mm beyond the vessel, here along it.
+pub(super) fn over(x_m: f32) -> Vec3 {
+    Vec3::new(x_m, 0.0, -0.006)
+}
+
+/// Value and place of every leak.
+pub(super) fn leaks(bench: &Bench) -> Vec<(f32, Vec3)> {
+    let leaks = bench.events.iter().filter(|it| it.kind == EventKind::Leak);
+    leaks.map(|it| (it.value, it.at_m)).collect()
+}
+
+#[test]
+fn the_end_that_has_pressure_bleeds_and_the_other_does_not() {
+    let anatomy = artery();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
+    assert_eq!(count(&bench, EventKind::Cut), 1);
+    let leaks = leaks(&bench);
+    assert_eq!(leaks.len(), 1, "{leaks:?}");
+    let (flow, at_m) = leaks[0];
+    assert!(
+        flow > 0.99 && at_m.x < 0.0015 && at_m.x > -0.01,
+        "{flow} {at_m}"
+    );
+}
+
+#[test]
+fn a_second_cut_before_the_first_moves_the_leak_there() {
+    let anatomy = artery();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0105));
+    work(&mut sim, &mut bench, Instrument::Scissors, &over(-0.0105));
+    let values: Vec<f32> = leaks(&bench).iter().map(|leak| leak.0).collect();
+    assert_eq!(count(&bench, EventKind::Cut), 2);
+    assert_eq!(values.len(), 3, "{values:?}");
+    assert!(values[0] > 0.99 && values[1..].contains(&0.0), "{values:?}");
+}
+
+#[test]
+fn cut_ends_retract() {
+    let anatomy = artery();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
+    stay(&mut sim, &mut bench, &AWAY, 2000, NONE);
+    let long = |spheres: std::ops::Range<usize>| {
+        let links = bench.centers_m[spheres].windows(2);
+        let lengths = links.map(|pair| norm(&(pair[1] - pair[0])) / 0.003);
+        let (count, sum) = (lengths.len(), lengths.sum::<f32>());
+        sum / count as f32
+    };
+    for stump in [0..11, 11..21] {
+        let length = long(stump);
+        assert!(
+            (0.87..0.91).contains(&length),
+            "a tenth, and its tension: {length}"
+        );
+    }
+    assert!(norm(&(bench.centers_m[11] - bench.centers_m[10])) > 0.003 + 0.05 * LENGTH_M);
+}
+
+#[test]
+fn coagulation_stops_a_small_artery() {
+    let anatomy = artery();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
+    bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Hook));
+    sim.tick(&mut bench);
+    // The hook's bent end runs 4 mm towards −y: its middle goes to the stump, and follows it.
+    let on_end = |bench: &Bench| bench.centers_m[10] + Vec3::new(0.0, 0.002, 0.002);
+    let first = on_end(&bench);
+    go(&mut sim, &mut bench, &AWAY, &first, 1000, NONE);
+    for _ in 0..40 {
+        let at = on_end(&bench);
+        under_current(&mut sim, &mut bench, &at, COAGULATE, 100);
+    }
+    let at = bench.tip_m;
+    stay(&mut sim, &mut bench, &at, 100, NONE);
+    let leaks = leaks(&bench);
+    assert!(leaks.len() >= 2, "{leaks:?}");
+    assert!(leaks.last().is_some_and(|leak| leak.0 < 0.01), "{leaks:?}");
+}
+
+#[test]
+fn a_bag_that_is_burnt_through_leaks_once() {
+    let mut bag = Anatomy::liver().with_skins();
+    bag.organs[0].inside = Inside::Bile;
+    let mut state = store();
+    let mut sim = Sim::new(bag.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    bench.next_at(&AWAY, NONE).command = Some(Command::Instrument(Instrument::Hook));
+    sim.tick(&mut bench);
+    let at = Vec3::new(0.0, 0.0, 0.034);
+    go(&mut sim, &mut bench, &AWAY, &at, 1000, NONE);
+    under_current(&mut sim, &mut bench, &at, CUT, 1000);
+    assert_eq!(count(&bench, EventKind::Perforation), 0, "28 J at 13.5 W");
+    under_current(&mut sim, &mut bench, &at, CUT, 4000);
+    stay(&mut sim, &mut bench, &at, 100, NONE);
+    assert_eq!(count(&bench, EventKind::Perforation), 1);
+    let leaks = leaks(&bench);
+    assert!(
+        leaks.len() == 1 && (0.1..1.0).contains(&leaks[0].0),
+        "{leaks:?}"
+    );
+    // A reset closes it.
+    bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
+    sim.tick(&mut bench);
+    stay(&mut sim, &mut bench, &AWAY, 100, NONE);
+    assert_eq!(self::leaks(&bench).len(), 1);
+}
