@@ -115,12 +115,27 @@ impl Clips {
             }
         }
         for clip in self.on.iter().skip(before) {
-            let [a, b] = clip.spheres;
-            let radius_m = bodies.radius_m.at_mut(if clip.share > 0.5 { b } else { a });
-            *radius_m *= 1.0 - (1.0 - SQUEEZED) * clip.closed;
+            squeeze(clip, bodies);
         }
         if self.on.len() == before {
             closed(None, number);
+        }
+    }
+
+    /// Closes the next clip on this step of a tube altogether, whatever the applier does.
+    pub(crate) fn put_on(&mut self, step: &Step, bodies: &mut Bodies) {
+        let (ends_m, _) = lies(step, bodies);
+        let clip = Clip {
+            number: self.used,
+            spheres: [u32::from(step.a), u32::from(step.b)],
+            share: 0.5,
+            closed: 1.0,
+            legs: math::across(&(ends_m[1] - ends_m[0])),
+            link: step.link,
+        };
+        if self.left() > 0 && self.on.push(clip).is_ok() {
+            self.used += 1;
+            squeeze(&clip, bodies);
         }
     }
 
@@ -170,6 +185,12 @@ pub(crate) fn guards(places: &[(u32, Vec3)], link: Option<u32>, at_m: &Vec3) -> 
     let is_there =
         |place: &(u32, Vec3)| Some(place.0) == link || math::norm(&(place.1 - at_m)) < HALF_WIDTH_M;
     places.iter().any(is_there)
+}
+
+fn squeeze(clip: &Clip, bodies: &mut Bodies) {
+    let [a, b] = clip.spheres;
+    let radius_m = bodies.radius_m.at_mut(if clip.share > 0.5 { b } else { a });
+    *radius_m *= 1.0 - (1.0 - SQUEEZED) * clip.closed;
 }
 
 /// Where a step along a tube lies, world frame, m, and how thick it is.

@@ -460,7 +460,7 @@ pub struct HandMsg {
 pub struct CommandMsg {
     /// One of the `CommandMsg` constants.
     pub kind: u32,
-    /// Instrument for [`CommandMsg::INSTRUMENT`], 1/0 for [`CommandMsg::PAUSE`] and
+    /// Instrument for [`CommandMsg::INSTRUMENT`], task for [`CommandMsg::START`], 1/0 for [`CommandMsg::PAUSE`] and
     /// [`CommandMsg::ENABLE_FORCE`].
     pub argument: u32,
 }
@@ -476,6 +476,9 @@ impl CommandMsg {
     pub const INSTRUMENT: u32 = 4;
     /// End the controller cleanly.
     pub const STOP: u32 = 5;
+    /// Put every organ to where a task begins: 1 identify, 2 clamp (the triangle is cleared), 3 cut (duct and
+    /// artery are clipped), 4 disconnect (both are divided).
+    pub const START: u32 = 6;
 }
 
 /// Service `command` (response): what became of it.

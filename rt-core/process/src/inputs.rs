@@ -6,7 +6,7 @@ use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, PedalSample, Polled, TrackerSample,
 };
 use rt_core::scene::Room;
-use rt_core::sim::{Command, Digest, Parameters, Samples};
+use rt_core::sim::{Command, Digest, Parameters, Samples, Task};
 use rt_core::soft_body::Method;
 use rt_core::soft_body::pbd::PaperPbd;
 use rt_core::tool::Instrument;
@@ -59,6 +59,7 @@ pub(crate) fn record(samples: &Samples) -> InputRecord {
         Some(Command::Reset) => (CommandMsg::RESET, 0),
         Some(Command::EnableForce(on)) => (CommandMsg::ENABLE_FORCE, u8::from(on)),
         Some(Command::Instrument(instrument)) => (CommandMsg::INSTRUMENT, instrument as u8),
+        Some(Command::Start(task)) => (CommandMsg::START, task as u8),
     };
     record.command = kind as u8 | argument << 4;
     record
@@ -126,6 +127,7 @@ fn command(code: u8) -> Option<Command> {
         CommandMsg::RESET => Command::Reset,
         CommandMsg::ENABLE_FORCE => Command::EnableForce(argument != 0),
         CommandMsg::INSTRUMENT => Command::Instrument(instrument(argument.into())?),
+        CommandMsg::START => Command::Start(Task::from_number(argument.into())?),
         _ => return None,
     })
 }
@@ -263,6 +265,7 @@ mod tests {
             2 => Some(Command::Reset),
             3 => Some(Command::EnableForce(on)),
             4 => instrument(number).map(Command::Instrument),
+            5 => Task::from_number(number).map(Command::Start),
             _ => None,
         })
     }

@@ -11,7 +11,7 @@ use heapless::spsc::{Consumer, Producer};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{ZeroCopySend, ipc};
 use iceoryx2::sample_mut_uninit::SampleMutUninit;
-use rt_core::sim::Command;
+use rt_core::sim::{Command, Task};
 use shared_mem::inputs::{INPUT_BATCH, InputBatch, InputRecord};
 use shared_mem::message::{
     CommandMsg, EventMsg, ReplyMsg, StateFrame, TIMING_BATCH, TickRecord, TimingBatch, ToolFrame,
@@ -281,6 +281,9 @@ fn parse(message: CommandMsg) -> Result<Asked, u32> {
         CommandMsg::INSTRUMENT => Asked::Tick(Command::Instrument(
             instrument(message.argument).ok_or(ReplyMsg::OUT_OF_RANGE)?,
         )),
+        CommandMsg::START => Asked::Tick(Command::Start(
+            Task::from_number(message.argument).ok_or(ReplyMsg::OUT_OF_RANGE)?,
+        )),
         CommandMsg::STOP => Asked::Stop,
         _ => return Err(ReplyMsg::UNKNOWN),
     })
@@ -295,12 +298,13 @@ mod tests {
         #[test]
         fn any_message_is_understood_or_refused(kind in 0u32..9, argument in 0u32..6) {
             let outcome = parse(CommandMsg { kind, argument });
-            let known = (1..=5).contains(&kind);
+            let known = (1..=6).contains(&kind);
             let flag_ok = argument < 2;
             match kind {
                 CommandMsg::PAUSE | CommandMsg::ENABLE_FORCE =>
                     prop_assert_eq!(outcome.is_ok(), flag_ok),
                 CommandMsg::INSTRUMENT => prop_assert_eq!(outcome.is_ok(), argument < 4),
+                CommandMsg::START => prop_assert_eq!(outcome.is_ok(), (1..=4).contains(&argument)),
                 _ => prop_assert_eq!(outcome.is_ok(), known),
             }
             if let Err(refusal) = outcome {

@@ -11,10 +11,40 @@ pub enum Command {
     Pause(bool),
     /// Put every organ back to rest and let go.
     Reset,
+    /// Put every organ to where this task begins, and let go.
+    Start(Task),
     /// Let force through (true; also after a trip) or cut it.
     EnableForce(bool),
     /// Put another instrument on the shaft.
     Instrument(Instrument),
+}
+
+/// A task of the operation, by what is done before it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Task {
+    /// Nothing.
+    Identify = 1,
+    /// The triangle is cleared.
+    Clamp = 2,
+    /// Duct and artery are clipped.
+    Cut = 3,
+    /// Both are divided.
+    Disconnect = 4,
+}
+
+impl Task {
+    /// The task with this number.
+    #[must_use]
+    pub const fn from_number(number: u32) -> Option<Self> {
+        Some(match number {
+            1 => Self::Identify,
+            2 => Self::Clamp,
+            3 => Self::Cut,
+            4 => Self::Disconnect,
+            _ => return None,
+        })
+    }
 }
 
 /// What stage `sample` brings in.

@@ -3,10 +3,11 @@
 mod digest;
 mod exchange;
 mod procedure;
+mod start;
 mod view;
 
 pub use digest::Digest;
-pub use exchange::{Command, Optional, Ports, Samples, Stage};
+pub use exchange::{Command, Optional, Ports, Samples, Stage, Task};
 pub use view::{Health, SphereView, Status, TickView};
 
 use heapless::Vec;
@@ -172,20 +173,24 @@ impl<'a> Sim<'a> {
             Some(Command::Pause(paused)) => self.tool.switches.paused = paused,
             Some(Command::EnableForce(enabled)) => self.limit.enable(enabled),
             Some(Command::Instrument(instrument)) => self.change_instrument(instrument),
-            Some(Command::Reset) => {
-                self.let_go();
-                self.contacts.clear();
-                self.sleep = Sleep::AWAKE;
-                self.proxy = Proxy::AT_HAND;
-                self.cautery = Cautery::default();
-                self.clips = Clips::default();
-                self.state.vessels.rest();
-                self.state.bodies.rest(&self.scene);
-                self.state.pairs.load(&self.scene);
-                self.measure_bounds();
-            }
+            Some(Command::Reset) => self.reset(),
+            Some(Command::Start(task)) => self.start(task),
             None => {}
         }
+    }
+
+    /// Everything as it was at the start.
+    fn reset(&mut self) {
+        self.let_go();
+        self.contacts.clear();
+        self.sleep = Sleep::AWAKE;
+        self.proxy = Proxy::AT_HAND;
+        self.cautery = Cautery::default();
+        self.clips = Clips::default();
+        self.state.vessels.rest();
+        self.state.bodies.rest(&self.scene);
+        self.state.pairs.load(&self.scene);
+        self.measure_bounds();
     }
 
     /// Device pose → instrument pose through the port, and its shapes; tracker → camera.

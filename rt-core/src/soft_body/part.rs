@@ -70,6 +70,13 @@ impl Parted {
         self.links.get(link as usize).map_or(1.0, |it| left(*it))
     }
 
+    /// Parts the link with this index altogether.
+    pub(crate) fn part_link(&mut self, link: u32) {
+        if let Some(parted) = self.links.get_mut(link as usize) {
+            *parted = 1.0;
+        }
+    }
+
     /// How long the links of the organ with this index want to be, beside their length at rest.
     pub(crate) fn shrunk(&self, organ: u8) -> f32 {
         let own = self.shrunk.get(usize::from(organ));

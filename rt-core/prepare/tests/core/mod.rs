@@ -2,8 +2,8 @@
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
-    Anchor, Attachment, Inside, Link, Material, Organ, RestSphere, Room, Scene, Skin, SkinVertex, Tetra,
-    TetraBatch, batches,
+    Anchor, Attachment, Inside, Link, Material, Organ, RestSphere, Room, Scene, Skin, SkinVertex,
+    Tetra, TetraBatch, batches,
 };
 use shared_mem::scene::{SceneData, WORLD};
 

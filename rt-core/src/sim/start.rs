@@ -1,0 +1,81 @@
+//! Prepared states: the operation as far as it is done when a task begins.
+
+use crate::collision::tube::Step;
+use crate::scene::{Anchor, Inside, Organ};
+use crate::sim::{Sim, Task};
+
+/// Where a prepared tube has its clips, from the body's end to the gallbladder's: two stay with the
+/// body, one goes with the gallbladder.
+const CLIPS_AT: [f32; 3] = [0.35, 0.5, 0.8];
+/// Where it is divided.
+const DIVIDED_AT: f32 = 0.65;
+
+impl Sim<'_> {
+    /// Puts everything back to rest, and then to where `task` begins. Nothing of it is told: it is not
+    /// the trainee's.
+    pub(super) fn start(&mut self, task: Task) {
+        self.reset();
+        // What covers the triangle is removed here too, where the scene has it as cells.
+        if task == Task::Identify || task == Task::Clamp {
+            return;
+        }
+        for (organ, it) in (0u8..).zip(self.scene.organs) {
+            let Some(is_from_low) = self.leaves_bag(organ, it) else {
+                continue;
+            };
+            for share in CLIPS_AT {
+                if let Some(step) = self.step_at(organ, it, share, is_from_low) {
+                    self.clips.put_on(&step, &mut self.state.bodies);
+                }
+            }
+            if let (Task::Disconnect, Some(step)) =
+                (task, self.step_at(organ, it, DIVIDED_AT, is_from_low))
+            {
+                let (a, b) = (u32::from(step.a), u32::from(step.b));
+                let links = (it.link_start..).zip(self.scene.elastic_links_of(it));
+                for (link, ends) in links {
+                    // With it the longer ones, that keep it from bending.
+                    let (low, high) = (ends.a.min(ends.b), ends.a.max(ends.b));
+                    if low <= a.min(b) && high >= a.max(b) {
+                        self.state.bodies.parted.part_link(link);
+                    }
+                }
+            }
+        }
+        self.state.vessels.note_change();
+    }
+
+    /// Whether an organ is a duct or vessel that is grown to the gallbladder: then whether its first
+    /// sphere is at the other end.
+    fn leaves_bag(&self, organ: u8, it: &Organ) -> Option<bool> {
+        if !it.is_tube() || !matches!(it.inside, Inside::Blood | Inside::Bile) {
+            return None;
+        }
+        let bodies = &self.state.bodies;
+        let is_bag = |sphere: u32| {
+            let other = self.scene.organs.get(usize::from(*bodies.organ.at(sphere)));
+            other.is_some_and(|it| it.inside == Inside::Bile && !it.is_tube())
+        };
+        let ends = self
+            .scene
+            .attachments
+            .iter()
+            .filter_map(|tie| match tie.to {
+                Anchor::Sphere(other) => Some([(tie.sphere, other), (other, tie.sphere)]),
+                Anchor::World(_) => None,
+            });
+        let mut own = ends.flatten();
+        let (sphere, _) =
+            own.find(|(own, other)| *bodies.organ.at(*own) == organ && is_bag(*other))?;
+        Some(sphere.saturating_sub(it.sphere_start) * 2 > it.sphere_count)
+    }
+
+    /// The step at this share of a tube whose spheres stand in line.
+    fn step_at(&self, organ: u8, it: &Organ, share: f32, is_from_low: bool) -> Option<Step> {
+        let share = if is_from_low { share } else { 1.0 - share };
+        let sphere = it.sphere_start + (share * it.sphere_count as f32) as u32;
+        let away = |step: &Step| u32::from(step.a.min(step.b)).abs_diff(sphere);
+        let steps = self.state.bodies.beads.steps_of(organ);
+        steps.min_by_key(away)
+    }
+}
