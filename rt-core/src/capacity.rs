@@ -39,6 +39,8 @@ pub const MAX_CLIPPED: usize = 24;
 pub const MAX_HOLES: usize = 64;
 /// Places of walls that current has burnt and that are told apart.
 pub const MAX_SCORCHED: usize = 64;
+/// Cells of layered tissue in a scene.
+pub const MAX_CELLS: usize = 8192;
 /// Spheres that a grasper can hold at once.
 pub const MAX_GRASPED: usize = 64;
 

@@ -15,6 +15,7 @@
 
 pub mod capacity;
 mod cautery;
+pub mod cells;
 pub mod clip;
 pub mod collision;
 mod cut;

@@ -4,7 +4,7 @@ use crate::collision::pairs::Pairs;
 use crate::soft_body::Bodies;
 use crate::vessel::Vessels;
 
-/// Everything per sphere. About half a megabyte, all zeros at first: build it in a `static`
+/// Everything per sphere. More than a megabyte, all zeros at first: build it in a `static`
 /// ([`State::new`] is `const`) or on the heap.
 #[derive(Debug)]
 pub struct State {
@@ -42,6 +42,8 @@ impl SphereBits {
     pub const CONTACT: Self = Self(2);
     /// Between closed jaws.
     pub const GRASPED: Self = Self(4);
+    /// Layered tissue of which nothing is left: nobody meets it.
+    pub const GONE: Self = Self(8);
 
     /// Whether every bit of `other` is set.
     #[must_use]

@@ -81,6 +81,8 @@ impl SphereState {
     pub const CONTACT: u32 = 2;
     /// Between closed jaws.
     pub const GRASPED: u32 = 4;
+    /// Layered tissue of which nothing is left.
+    pub const GONE: u32 = 8;
 }
 
 /// Clips on tubes that a [`StateFrame`] holds. Equals `rt_core::capacity::MAX_CLIPPED` (asserted in
@@ -117,7 +119,7 @@ impl ClipMsg {
 /// Service `state`: the newest wins.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.StateFrame.v2")]
+#[type_name("calot.StateFrame.v3")]
 pub struct StateFrame {
     /// Tick that wrote it.
     pub tick: u64,
@@ -131,13 +133,29 @@ pub struct StateFrame {
     pub sphere_count: u32,
     /// How many of `clips` are used.
     pub clip_count: u32,
+    /// How many of `cells` are used.
+    pub cell_count: u32,
+    /// Zero.
+    pub reserved: u32,
     /// The spheres, in the scene's order.
     pub spheres: [SphereState; MAX_SPHERES],
     /// The clips, in the order in which they were closed.
     pub clips: [ClipMsg; MAX_CLIPPED],
+    /// Cells of layered tissue, in the scene's order: the share of the heat that removes each, 0 to 254,
+    /// or [`StateFrame::GONE`].
+    pub cells: [u8; MAX_CELLS],
 }
 
 impl StateFrame {
+    /// A cell that is gone.
+    pub const GONE: u8 = u8::MAX;
+
+    /// The used cells, or `None` if the frame is malformed.
+    #[must_use]
+    pub fn cells(&self) -> Option<&[u8]> {
+        self.cells.get(..self.cell_count as usize)
+    }
+
     /// The used spheres, or `None` if the frame is malformed: too many, or a centre that is not
     /// finite or lies beyond 1000 m.
     #[must_use]
@@ -509,7 +527,7 @@ impl ReplyMsg {
 const _: () = {
     assert!(size_of::<SphereState>() == 16);
     assert!(size_of::<ClipMsg>() == 32);
-    assert!(size_of::<StateFrame>() == 48 + 16 * MAX_SPHERES + 32 * MAX_CLIPPED);
+    assert!(size_of::<StateFrame>() == 56 + 16 * MAX_SPHERES + 32 * MAX_CLIPPED + MAX_CELLS);
     assert!(size_of::<CapsuleMsg>() == 32);
     assert!(size_of::<DeviceHealth>() == 32);
     assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 3 * 32);

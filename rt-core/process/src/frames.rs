@@ -6,8 +6,8 @@ use rt_core::port::LineCounters;
 use rt_core::sim::{Status, TickView};
 use rt_core::tool::{Capsule, Switches};
 use shared_mem::message::{
-    CapsuleMsg, ClipMsg, EventMsg, MAX_CAPSULES, MAX_CLIPPED, MAX_SPHERES, PoseMsg, SphereState,
-    StateFrame, TickRecord, ToolFrame,
+    CapsuleMsg, ClipMsg, EventMsg, MAX_CAPSULES, MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, PoseMsg,
+    SphereState, StateFrame, TickRecord, ToolFrame,
 };
 
 use crate::devices;
@@ -16,6 +16,9 @@ use crate::devices;
 const _: () = {
     assert!(MAX_SPHERES == rt_core::capacity::MAX_SPHERES);
     assert!(MAX_CLIPPED == rt_core::capacity::MAX_CLIPPED);
+    assert!(MAX_CELLS == rt_core::capacity::MAX_CELLS);
+    assert!(StateFrame::GONE == rt_core::cells::GONE);
+    assert!(SphereState::GONE == rt_core::state::SphereBits::GONE.0 as u32);
     assert!(MAX_CAPSULES == rt_core::capacity::MAX_CAPSULES);
     assert!(crate::shared::FAULTS == rt_core::fault::FAULT_COUNT);
     assert!(shared_mem::message::STAGES == rt_core::sim::Stage::ALL.len());
@@ -47,6 +50,12 @@ pub(crate) fn fill_state(
         clip_count += 1;
     }
     frame.clip_count = clip_count;
+    let cells = view.cells();
+    for (to, from) in frame.cells.iter_mut().zip(cells) {
+        *to = *from;
+    }
+    frame.cell_count = cells.len() as u32;
+    frame.reserved = 0;
     let mut count = 0;
     for (to, from) in frame.spheres.iter_mut().zip(view.spheres()) {
         *to = SphereState {

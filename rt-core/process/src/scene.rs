@@ -6,14 +6,14 @@ use hardware::station::StationFile;
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
-    Anchor, Attachment, Inside, Link, Material, Organ, RestSphere, Room, Scene, Skin, SkinVertex,
-    Tetra, TetraBatch, batches,
+    Anchor, Attachment, Cell, Column, Inside, Layers, Link, Material, Organ, RestSphere, Room,
+    Scene, Skin, SkinVertex, Tetra, TetraBatch, batches,
 };
 use shared_mem::inputs::RunSetup;
 use shared_mem::message::PoseMsg;
 use shared_mem::scene::{
-    AttachmentRecord, ContactVertexRecord, LinkRecord, OrganKind, OrganRecord, RoomRecord,
-    SceneFile, SphereRecord, TetraRecord, WORLD,
+    AttachmentRecord, CellColumnRecord, CellRecord, ContactVertexRecord, LinkRecord, OrganKind,
+    OrganRecord, RoomRecord, SceneFile, SphereRecord, TetraRecord, WORLD,
 };
 
 use crate::error::RtError;
@@ -35,6 +35,8 @@ pub(crate) struct LoadedScene {
     skin_vertices: Vec<SkinVertex>,
     skin_fans: Vec<[u16; 2]>,
     skin_nearest: Vec<u16>,
+    cells: Vec<Cell>,
+    columns: Vec<Column>,
     room: Room,
 }
 
@@ -85,6 +87,8 @@ impl LoadedScene {
             skin_vertices: file.contact_vertices().iter().map(skin_vertex).collect(),
             skin_fans: file.contact_fans().to_vec(),
             skin_nearest: file.contact_nearest().to_vec(),
+            cells: file.cells().iter().map(cell).collect(),
+            columns: file.cell_columns().iter().map(column).collect(),
             room: room(file.room(), station),
         };
         loaded.scene()?;
@@ -101,6 +105,12 @@ impl LoadedScene {
                     vertices: &self.skin_vertices,
                     fans: &self.skin_fans,
                     nearest: &self.skin_nearest,
+                })
+            })
+            .and_then(|scene| {
+                scene.with_cells(Layers {
+                    cells: &self.cells,
+                    columns: &self.columns,
                 })
             })
             .map_err(RtError::Core)
@@ -159,6 +169,25 @@ fn skin_vertex(record: &ContactVertexRecord) -> SkinVertex {
         fan_start: record.fan[0],
         fan_count: record.fan[1],
         patch_m: record.patch_m,
+    }
+}
+
+fn cell(record: &CellRecord) -> Cell {
+    Cell {
+        spheres: record.spheres,
+        weights: record.weights,
+        neighbours: record.neighbours,
+        center_m: Vec3::from(record.center_m),
+        extent_m: record.extent_m,
+        volume_m3: record.volume_m3,
+        energy_j: record.energy_j,
+    }
+}
+
+fn column(record: &CellColumnRecord) -> Column {
+    Column {
+        cells: record.cells,
+        inwards: record.inwards,
     }
 }
 

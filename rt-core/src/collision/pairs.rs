@@ -20,6 +20,7 @@ use crate::math::{self, Vec3};
 use crate::scene::Scene;
 use crate::soft_body::Bodies;
 use crate::soft_body::per_sphere::PerSphere;
+use crate::state::SphereBits;
 
 /// Ticks in which every sphere is searched once.
 const CYCLE: u32 = 16;
@@ -190,7 +191,7 @@ impl Pairs {
                 let part_m = PART_M_S * (way_a + way_b) / (wa + wb);
                 pair.apart_m.min(were_m + part_m)
             };
-            if difference.norm_squared() >= apart_m * apart_m {
+            if difference.norm_squared() >= apart_m * apart_m || is_gone(bodies, pair) {
                 continue;
             }
             // Organs come no nearer than they were, which is an impulse; what they lay in each other already
@@ -212,6 +213,14 @@ impl Pairs {
             bodies.nodes.at_mut(b).shift_by(&(part * -wb));
         }
     }
+}
+
+/// Whether one of the two is layered tissue of which nothing is left.
+fn is_gone(bodies: &Bodies, pair: &Pair) -> bool {
+    [pair.a, pair.b].iter().any(|&i| {
+        let bits = bodies.bits.at(u32::from(i));
+        bits.contains(SphereBits::GONE)
+    })
 }
 
 /// The pair, if it is near and must be kept apart.

@@ -152,7 +152,8 @@ impl Grasp {
             let node = bodies.nodes.at(i);
             let center = node.center_m();
             let is_between = meets(&center, radius_m, &joint_m, &tip_m, REACH_M);
-            if !is_between || node.inverse_mass_per_kg() <= 0.0 {
+            let is_gone = bodies.bits.at(i).contains(SphereBits::GONE);
+            if !is_between || is_gone || node.inverse_mass_per_kg() <= 0.0 {
                 continue;
             }
             let held = Held {

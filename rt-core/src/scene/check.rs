@@ -5,7 +5,7 @@ use core::fmt;
 use crate::capacity::{MAX_ATTACHMENTS, MAX_BATCHES, MAX_LINKS, MAX_ORGANS, MAX_SPHERES};
 use crate::math::{self, Pose, Vec3};
 use crate::scene::{
-    Anchor, Attachment, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, Skin,
+    Anchor, Attachment, Layers, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, Skin,
     TetraBatch,
 };
 
@@ -172,6 +172,7 @@ impl<'a> Scene<'a> {
             batches: &[],
             attachments: &[],
             skin: Skin::default(),
+            layers: Layers::default(),
             room,
         })
     }

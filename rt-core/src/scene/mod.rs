@@ -1,9 +1,11 @@
 //! The immutable scene: validated slices, no file format.
 
+mod cell;
 mod check;
 mod skin;
 mod tetra;
 
+pub use cell::{COLUMNS, Cell, Column, Layers, NO_CELL};
 pub use check::SceneError;
 pub use skin::{NO_VERTEX, SKIN_BINDINGS, Skin, SkinVertex};
 pub use tetra::{LANES, Tetra, TetraBatch, batches};
@@ -189,6 +191,7 @@ pub struct Scene<'a> {
     pub(crate) batches: &'a [TetraBatch],
     pub(crate) attachments: &'a [Attachment],
     pub(crate) skin: Skin<'a>,
+    pub(crate) layers: Layers<'a>,
     pub(crate) room: Room,
 }
 

@@ -17,7 +17,8 @@ const _: () = assert!(MAX_SPHERES / WINDOW as usize + MAX_ORGANS - 1 == 79);
 /// Hashes of what a tick computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Digest {
-    /// Of the tools: poses, jaw, force and torque on the hand, counts, switches.
+    /// Of the tools: poses, jaw, force and torque on the hand, counts, switches; and of what was done to
+    /// cells of layered tissue.
     pub tools: u32,
     /// Of the spheres whose turn it was: where they are, how fast, and their bits.
     pub spheres: u32,
@@ -66,6 +67,9 @@ impl TickView<'_> {
         }
         hash.word(u32::from(tool.switches.paused));
         hash.word(u32::from(tool.switches.force_enabled));
+        if !self.scene.layers.cells.is_empty() {
+            hash.word(self.bodies.cells.history());
+        }
         hash
     }
 }

@@ -447,6 +447,9 @@ impl<'a> Sim<'a> {
         hash.vector(&self.tool.torque_n_m);
         hash.float(self.tool.jaw);
         hash.word(self.tick as u32);
+        if !self.scene.layers.cells.is_empty() {
+            hash.word(bodies.cells.history());
+        }
         hash.finish()
     }
 }

@@ -51,6 +51,10 @@ impl Sim<'_> {
             let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
             let list = &self.contacts.list;
             (self.cautery).burn(electrode, list, &self.scene, bodies, vessels, journal);
+            let bounds = &self.bounds;
+            bodies.burn_cells(electrode, &self.scene, bounds, |gone| {
+                journal.raise(gone.told());
+            });
         }
         self.cautery.tell(electrode.is_none(), journal);
     }
@@ -66,6 +70,7 @@ impl Sim<'_> {
             vessels.note_change();
             journal.raise(apart.told(EventKind::Tear));
         });
+        bodies.tear_cells(&self.scene, |gone| journal.raise(gone.told()));
     }
 
     /// Scissors that have closed by `closed` of their opening cut, and hold what they are cutting.

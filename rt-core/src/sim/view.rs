@@ -77,6 +77,13 @@ pub struct TickView<'a> {
 }
 
 impl<'a> TickView<'a> {
+    /// Cells of layered tissue, in the scene's order: the share of heat that removes each, 0 to 254, or
+    /// [`crate::cells::GONE`].
+    #[must_use]
+    pub fn cells(&self) -> &'a [u8] {
+        self.bodies.cells.shown(self.scene.layers.cells.len())
+    }
+
     /// The spheres, in the scene's order.
     pub fn spheres(&self) -> impl ExactSizeIterator<Item = SphereView> + use<'a> {
         let count = self.scene.spheres.len() as u32;

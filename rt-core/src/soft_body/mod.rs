@@ -26,6 +26,7 @@ mod tissue;
 pub(crate) use integrate::Bounds;
 pub use tissue::{Correction, Pressed, Tissue};
 
+use crate::cells::Cells;
 use crate::collision::tube::Beads;
 use crate::math::Vec3;
 use crate::scene::{Organ, RestSphere, Scene};
@@ -177,6 +178,8 @@ pub struct Bodies {
     pub(crate) organ: PerSphere<u8>,
     pub(crate) adjacency: Adjacency,
     pub(crate) parted: Parted,
+    /// Layered tissue.
+    pub(crate) cells: Cells,
     /// Where tools meet organs without a contact skin.
     pub(crate) beads: Beads,
 }
@@ -193,6 +196,7 @@ impl Bodies {
             organ: PerSphere::new(0),
             adjacency: Adjacency::new(),
             parted: Parted::NONE,
+            cells: Cells::new(),
             beads: Beads::new(),
         }
     }
@@ -220,7 +224,8 @@ impl Bodies {
             } else {
                 SphereBits(0)
             };
-            *bits = SphereBits(bits.0 & SphereBits::GRASPED.0).with(awake);
+            let kept = SphereBits::GRASPED.with(SphereBits::GONE);
+            *bits = SphereBits(bits.0 & kept.0).with(awake);
         }
     }
 
@@ -256,6 +261,7 @@ impl Bodies {
     /// Puts every sphere back to rest, and joins what has torn.
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
         self.parted.heal(scene);
+        self.cells.rest(scene);
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());

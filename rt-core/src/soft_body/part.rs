@@ -90,6 +90,21 @@ impl Parted {
         }
     }
 
+    /// Leaves at most this share of the stiffness of the link with this index.
+    pub(crate) fn leave_of_link(&mut self, link: u32, share: f32) {
+        if let Some(parted) = self.links.get_mut(link as usize) {
+            *parted = parted.max(left(share));
+        }
+    }
+
+    /// Leaves at most this share of the stiffness of the attachment with this index.
+    pub(crate) fn leave_of_tie(&mut self, tie: usize, share: f32) {
+        if let Some(parted) = self.ties.get_mut(tie) {
+            // The law is its own inverse.
+            *parted = parted.max(left(share));
+        }
+    }
+
     /// Share of the stiffness that is left of the attachment with this index.
     pub(crate) fn left_of_tie(&self, tie: usize) -> f32 {
         self.ties.get(tie).map_or(1.0, |it| left(*it))

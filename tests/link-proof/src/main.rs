@@ -12,7 +12,9 @@ use core::hint::black_box;
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{DeviceCapabilities, ForceCommand};
-use rt_core::scene::{Attachment, Link, Organ, RestSphere, Room, Scene, TetraBatch};
+use rt_core::scene::{
+    Attachment, Cell, Column, Layers, Link, Organ, RestSphere, Room, Scene, Skin, TetraBatch,
+};
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
 
@@ -75,6 +77,14 @@ extern "C" fn _start() -> ! {
     let links: &[Link] = black_box(&[]);
     let tetrahedra: &[TetraBatch] = black_box(&[]);
     let attachments: &[Attachment] = black_box(&[]);
+    let skin = Skin {
+        vertices: black_box(&[]),
+        fans: black_box(&[]),
+        nearest: black_box(&[]),
+    };
+    let cells: &[Cell] = black_box(&[]);
+    let columns: &[Column] = black_box(&[]);
+    let layers = Layers { cells, columns };
     let zero = Vec3::new(0.0, 0.0, 0.0);
     let room = anything(Room {
         gravity_m_s2: zero,
@@ -102,6 +112,8 @@ extern "C" fn _start() -> ! {
     if let Ok(scene) = Scene::new(organs, spheres, links, room)
         .and_then(|scene| scene.with_tetrahedra(tetrahedra))
         .and_then(|scene| scene.with_attachments(attachments))
+        .and_then(|scene| scene.with_skin(skin))
+        .and_then(|scene| scene.with_cells(layers))
     {
         let mut sim = Sim::new(scene, state, device, anything(Parameters::default()));
         let mut world = World {

@@ -2,8 +2,8 @@
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{
-    Anchor, Attachment, Inside, Link, Material, Organ, RestSphere, Room, Scene, Skin, SkinVertex,
-    Tetra, TetraBatch, batches,
+    Anchor, Attachment, Cell, Column, Inside, Layers, Link, Material, Organ, RestSphere, Room,
+    Scene, Skin, SkinVertex, Tetra, TetraBatch, batches,
 };
 use shared_mem::scene::{SceneData, WORLD};
 
@@ -16,6 +16,8 @@ pub(crate) struct Prepared {
     skin_vertices: Vec<SkinVertex>,
     skin_fans: Vec<[u16; 2]>,
     skin_nearest: Vec<u16>,
+    cells: Vec<Cell>,
+    columns: Vec<Column>,
     room: Room,
 }
 
@@ -113,6 +115,27 @@ impl Prepared {
                 .collect(),
             skin_fans: data.contact_fans.clone(),
             skin_nearest: data.contact_nearest.clone(),
+            cells: data
+                .cells
+                .iter()
+                .map(|cell| Cell {
+                    spheres: cell.spheres,
+                    weights: cell.weights,
+                    neighbours: cell.neighbours,
+                    center_m: Vec3::from(cell.center_m),
+                    extent_m: cell.extent_m,
+                    volume_m3: cell.volume_m3,
+                    energy_j: cell.energy_j,
+                })
+                .collect(),
+            columns: data
+                .cell_columns
+                .iter()
+                .map(|column| Column {
+                    cells: column.cells,
+                    inwards: column.inwards,
+                })
+                .collect(),
             room: Room {
                 gravity_m_s2: Vec3::from(room.gravity_m_s2),
                 world_from_device: Pose::identity(),
@@ -135,6 +158,12 @@ impl Prepared {
                     vertices: &self.skin_vertices,
                     fans: &self.skin_fans,
                     nearest: &self.skin_nearest,
+                })
+            })
+            .and_then(|scene| {
+                scene.with_cells(Layers {
+                    cells: &self.cells,
+                    columns: &self.columns,
                 })
             })
             .expect("the core takes what preparation makes")

@@ -5,7 +5,7 @@ use heapless::Vec;
 use crate::collision::patch::{Builder, Patch};
 use crate::collision::skin::corners::Corners;
 use crate::math::{self, Vec3};
-use crate::scene::Skin;
+use crate::scene::{Scene, Skin};
 use crate::soft_body::Bodies;
 
 /// Places around a wide patch's middle.
@@ -41,6 +41,15 @@ pub(crate) struct Closest {
 }
 
 impl Closest {
+    /// How far it has sunk, for what lay under it is gone, m.
+    pub(crate) fn sunk_m(&self, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
+        let mut sum_m = 0.0;
+        for (corner, share) in self.corners.iter().zip(self.shares) {
+            sum_m += bodies.cells.sunk_m(*corner, scene) * share;
+        }
+        sum_m
+    }
+
     /// Spreads the patch over a Gaussian `exp(−r²/B²)` more, B of this width, m: a tip that is wider
     /// than its spheres are apart presses on all that lie under it.
     pub(crate) fn spread(

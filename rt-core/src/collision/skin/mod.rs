@@ -275,7 +275,10 @@ fn look(
     known: &mut Corners,
 ) -> Option<(Closest, f32)> {
     let (center_m, skin) = (&station.center_m, &scene.skin);
-    let gap_m = |found: &Closest| found.normal.dot(&(center_m - found.at_m)) - station.radius_m;
+    let gap_m = |found: &Closest| {
+        let over_m = found.normal.dot(&(center_m - found.at_m)) - station.radius_m;
+        over_m + found.sunk_m(scene, bodies)
+    };
     // From under the skin the nearest point of it jumps. A tool that touches is lifted onto the skin
     // along the last normal and followed there, as a god-object is (Zilles and Salisbury 1995).
     let lifted_m = if track.is_near {

@@ -110,6 +110,8 @@ impl TubeContacts {
                     let left = bead
                         .link
                         .map_or(1.0, |link| bodies.parted.left_of_link(link));
+                    let [a, b] = [bead.a, bead.b].map(|i| bodies.cells.left_of(i.into()));
+                    let left = left * a.min(b);
                     let weight = left
                         * track.loose
                         * track.side.weight(
