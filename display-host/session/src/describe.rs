@@ -51,6 +51,20 @@ pub(crate) const INPUTS: Topic = Topic {
              m, 4 f32 x y z w], [pedal: u32 age ns]; times are u64 with long times. Little-endian.",
 };
 
+pub(crate) const COURSE: Topic = Topic {
+    name: "/course",
+    encoding: OWN,
+    schema_name: "calot.Course.v1",
+    schema_encoding: "x-text",
+    schema: "u8 kind, u64 tick, u64 host time ns. Kind 1, where the hands are: handle, instrument, camera \
+             (each 3 f32 m, 4 f32 quaternion x y z w, world frame), 3 f32 tip m, 3 f32 force on the hand \
+             N, f32 jaw (0 closed), u8 instrument (0 grasper, 1 hook, 2 scissors, 3 clip applier), u8 \
+             switches (1 cut, 2 coagulate, 4 camera lock, 8 paused, 16 force enabled), u8 devices live \
+             (1 haptic, 2 tracker, 4 pedal), u16 contacts. Kind 2, an event: u64 sequence, u32 kind, u32 \
+             organ, 3 f32 place m, f32 value. Kind 3: f32 greatest force of the haptic device, N. Kind \
+             4: the organs were put back to rest. Little-endian.",
+};
+
 pub(crate) const POSES: Topic = json_topic(
     "/tf",
     "foxglove.FrameTransforms",

@@ -1,16 +1,18 @@
 //! The MCAP file that is being written.
 
 use std::collections::BTreeMap;
+use std::sync::mpsc::Sender;
 
 use mcap::records::MessageHeader;
 use mcap::write::{NoSeek, Writer};
 use serde_json::Value;
-use shared_mem::inputs::InputBatch;
-use shared_mem::message::{EventMsg, TimingBatch, ToolFrame};
+use shared_mem::inputs::{InputBatch, InputRecord};
+use shared_mem::message::{CommandMsg, EventMsg, TimingBatch, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
 
+use crate::course::{Entry, What};
 use crate::describe::{self, Topic};
-use crate::info::{self, Finish, Info};
+use crate::info::{self, Assignment, Finish, Info};
 use crate::pack::pack;
 use crate::storage::{Outbox, Storage, Waiting};
 
@@ -67,6 +69,7 @@ pub(crate) struct SessionFile {
     has_setup: bool,
     pub(crate) ticks: Ticks,
     second: describe::Second,
+    told: Option<Sender<Entry>>,
     sequence: u32,
     packed: Vec<u8>,
     /// When the newest inputs were taken, host time.
@@ -76,6 +79,7 @@ pub(crate) struct SessionFile {
 struct Channels {
     setup: u16,
     inputs: u16,
+    course: u16,
     poses: u16,
     tool: u16,
     events: u16,
@@ -117,6 +121,7 @@ impl SessionFile {
         let channels = Channels {
             setup: channel(&describe::SETUP)?,
             inputs: channel(&describe::INPUTS)?,
+            course: channel(&describe::COURSE)?,
             poses: channel(&describe::POSES)?,
             tool: channel(&describe::TOOL)?,
             events: channel(&describe::EVENTS)?,
@@ -133,12 +138,40 @@ impl SessionFile {
             has_setup: false,
             ticks: Ticks::default(),
             second: describe::Second::default(),
+            told: None,
             sequence: 0,
             packed: Vec::new(),
             newest_ns: 0,
         };
         file.flush()?;
         Ok(file)
+    }
+
+    /// Says what the session is for.
+    pub(crate) fn assignment(&mut self, assignment: &Assignment) -> Result<(), Error> {
+        Ok(self.writer.write_metadata(&mcap::records::Metadata {
+            name: info::ASSIGNMENT.to_owned(),
+            metadata: assignment.to_map(),
+        })?)
+    }
+
+    /// Whoever assesses the operation while it runs is told its course, entry by entry as the file is.
+    pub(crate) fn tell(&mut self, course: Sender<Entry>) {
+        self.told = Some(course);
+    }
+
+    fn course(&mut self, entry: &Entry) -> Result<(), Error> {
+        // Nobody listens any more: the file goes on.
+        let gone = |course: &Sender<Entry>| course.send(*entry).is_err();
+        if self.told.as_ref().is_some_and(gone) {
+            self.told = None;
+        }
+        let mut packed = core::mem::take(&mut self.packed);
+        packed.clear();
+        entry.pack(&mut packed);
+        self.put(self.channels.course, entry.at_ns, &packed)?;
+        self.packed = packed;
+        Ok(())
     }
 
     /// Adds what ticks took in.
@@ -150,6 +183,20 @@ impl SessionFile {
             let setup = bytemuck::bytes_of(&batch.setup);
             self.put(self.channels.setup, first.now_ns, setup)?;
             self.has_setup = true;
+            let [force_max_n, ..] = batch.setup.device;
+            if (0.0..1e3).contains(&force_max_n) {
+                let what = What::Device { force_max_n };
+                let (tick, at_ns) = (first.tick, first.now_ns);
+                self.course(&Entry { tick, at_ns, what })?;
+            }
+        }
+        let resets = |record: &&InputRecord| u32::from(record.command & 15) == CommandMsg::RESET;
+        for record in records.iter().filter(resets) {
+            self.course(&Entry {
+                tick: record.tick,
+                at_ns: record.now_ns,
+                what: What::Reset,
+            })?;
         }
         while let Some(first) = records.first() {
             if first.tick != self.ticks.expected {
@@ -180,7 +227,12 @@ impl SessionFile {
         self.json(self.channels.gaps, at_ns, &gap)
     }
 
-    /// Adds where the tools are.
+    /// Adds where the hands are.
+    pub(crate) fn moved(&mut self, tools: &ToolFrame) -> Result<(), Error> {
+        Entry::of_tools(tools).map_or(Ok(()), |entry| self.course(&entry))
+    }
+
+    /// Adds where the tools are, for viewers.
     pub(crate) fn tools(&mut self, tools: &ToolFrame) -> Result<(), Error> {
         let poses = describe::poses(tools, self.wall_ns(tools.at_ns));
         self.json(self.channels.poses, tools.at_ns, &poses)?;
@@ -189,6 +241,9 @@ impl SessionFile {
 
     /// Adds an event.
     pub(crate) fn event(&mut self, event: &EventMsg) -> Result<(), Error> {
+        if let Some(entry) = Entry::of_event(event) {
+            self.course(&entry)?;
+        }
         let value = describe::event(event, &self.organs);
         self.json(self.channels.events, event.at_ns, &value)
     }

@@ -8,6 +8,48 @@ pub(crate) const NAME: &str = "calot";
 /// Name of the record at the end.
 pub(crate) const FINISH: &str = "calot.end";
 
+/// Name of the record of what a session is for.
+pub(crate) const ASSIGNMENT: &str = "calot.task";
+
+/// What a session is for, if it is for a task: enough to assess it again. Nothing of a person.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Assignment {
+    /// The task's name.
+    pub task: String,
+    /// How much help is given.
+    pub difficulty: String,
+    /// The pass rules as they were, TOML; empty: the built-in ones.
+    pub rules: String,
+    /// The session's own name, by which a store knows it; empty: it has none.
+    pub id: String,
+}
+
+impl Assignment {
+    pub(crate) fn to_map(&self) -> BTreeMap<String, String> {
+        let texts = [
+            ("task", &self.task),
+            ("difficulty", &self.difficulty),
+            ("rules", &self.rules),
+            ("id", &self.id),
+        ];
+        let texts = texts.into_iter();
+        texts
+            .map(|(key, value)| (key.to_owned(), value.clone()))
+            .collect()
+    }
+
+    pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Self {
+        let text = |key: &str| map.get(key).cloned().unwrap_or_default();
+        Self {
+            task: printable(&text("task")),
+            difficulty: printable(&text("difficulty")),
+            // Whoever reads it checks it as he would a file.
+            rules: text("rules"),
+            id: printable(&text("id")),
+        }
+    }
+}
+
 /// What a session says of itself.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Info {

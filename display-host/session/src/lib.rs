@@ -9,6 +9,7 @@
 //! |---|---|---|---|
 //! | `/setup` | `x-calot` | [`shared_mem::inputs::RunSetup`] as it lies in memory | once |
 //! | `/inputs` | `x-calot` | what each tick took in, and its hashes, packed ([`pack`]) | every tick |
+//! | `/course` | `x-calot` | where both hands are, and raw events ([`Entry`]): what assessment reads | 100 Hz |
 //! | `/tf` | JSON | poses, `foxglove.FrameTransforms` | 20 Hz |
 //! | `/tool` | JSON | force, jaw, contacts, switches | 20 Hz |
 //! | `/events` | JSON | contact, grasp, tear, fault, … | as they come |
@@ -22,17 +23,21 @@
 //! scene is attached: prepared again, by another version, it would be another. The file holds
 //! nothing of a person.
 
+mod course;
 mod describe;
 mod file;
 mod info;
+mod operation;
 pub mod pack;
 mod read;
 mod record;
 mod records;
 mod storage;
 
+pub use course::{Entry, Movement, What};
 pub use file::{Error, FILE_VERSION};
-pub use info::{Finish, Info, hex, printable};
+pub use info::{Assignment, Finish, Info, hex, printable};
+pub use operation::Operation;
 pub use read::{End, ReadError, Session};
 pub use record::{Config, Listening, Recorded, Recording};
 pub use storage::{Storage, create_private};

@@ -136,10 +136,10 @@ fn unpack_one(tick: u64, before_ns: u64, rest: &mut Rest<'_>) -> Option<InputRec
 }
 
 /// What is still to be read.
-struct Rest<'a>(&'a [u8]);
+pub(crate) struct Rest<'a>(pub(crate) &'a [u8]);
 
 impl Rest<'_> {
-    fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
+    pub(crate) fn take<const N: usize>(&mut self) -> Option<[u8; N]> {
         let (taken, rest) = self.0.split_first_chunk()?;
         self.0 = rest;
         Some(*taken)
@@ -152,7 +152,7 @@ impl Rest<'_> {
         })
     }
 
-    fn pose(&mut self) -> Option<PoseMsg> {
+    pub(crate) fn pose(&mut self) -> Option<PoseMsg> {
         Some(bytemuck::cast(self.take::<28>()?))
     }
 }

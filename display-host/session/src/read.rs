@@ -21,7 +21,7 @@ pub enum ReadError {
         /// The system's words.
         source: std::io::Error,
     },
-    /// It is something else, or damaged before its first tick.
+    /// It is something else, or damaged before its first tick or entry.
     #[error(
         "{path} is no session of Calot: {problem}; a session is what `calot run --record FILE` leaves"
     )]
@@ -117,7 +117,7 @@ impl Session {
                 Some(Part::Setup(found)) => setup = Some(found),
                 Some(Part::Scene(found)) => scene = Some(found),
                 Some(Part::Inputs(found)) => break found,
-                Some(Part::Finish(_)) => {}
+                Some(Part::Finish(_) | Part::Course(_) | Part::Assignment(_)) => {}
                 None => {
                     let end = match &records.end {
                         Some(End::BrokenOff(why) | End::Damaged(why)) => why.as_str(),
@@ -176,7 +176,11 @@ impl Iterator for Session {
             match self.records.next()? {
                 Part::Inputs(inputs) => self.inputs = inputs.into_iter(),
                 Part::Finish(finish) => self.finish = Some(finish),
-                Part::Info(_) | Part::Setup(_) | Part::Scene(_) => {}
+                Part::Info(_)
+                | Part::Setup(_)
+                | Part::Scene(_)
+                | Part::Course(_)
+                | Part::Assignment(_) => {}
             }
         }
     }

@@ -5,7 +5,7 @@ use std::io::Write as _;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
-use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender, TrySendError};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, SyncSender, TrySendError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -15,22 +15,25 @@ use shared_mem::message::{EventMsg, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{ServiceError, Station, Tap};
 
+use crate::course::Entry;
 use crate::file::{Error, SessionFile};
-use crate::info::{Info, hex};
+use crate::info::{Assignment, Info, hex};
 use crate::storage::{Storage, create_private};
 
 /// What may wait for the writing thread: about 40 s of a session.
-const QUEUE: usize = 2048;
+const QUEUE: usize = 6144;
 /// How often the services are looked at. They keep 8 s.
-const LOOK_EVERY: Duration = Duration::from_millis(20);
-/// Poses and force for viewers.
+const LOOK_EVERY: Duration = Duration::from_millis(10);
+/// Poses and force for viewers; the course of the operation has them as often as the services are
+/// looked at.
 const TOOLS_EVERY: Duration = Duration::from_millis(50);
 /// A kill loses no more than this.
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
 
 enum Item {
     Inputs(Box<InputBatch>),
-    Tools(Box<ToolFrame>),
+    /// With whether viewers are to see it.
+    Tools(Box<ToolFrame>, bool),
     Event(EventMsg),
     Timing(Box<TimingBatch>),
 }
@@ -43,6 +46,10 @@ pub struct Config {
     pub build: String,
     /// The compiled scene that runs.
     pub scene: SceneFile,
+    /// What it is for, if it is for a task.
+    pub assignment: Option<Assignment>,
+    /// Who is told the course of the operation as it is written: entry by entry what the file has.
+    pub course: Option<Sender<Entry>>,
 }
 
 /// What a recording came to; part of `summary.json`.
@@ -171,7 +178,7 @@ impl Listening {
             .name("calot-record".to_owned())
             .spawn(move || {
                 prepare(tick_cpu);
-                write(&items, storage, &config, &overflowed)
+                write(&items, storage, config, &overflowed)
             })
             .map_err(Error::Thread)?;
         Ok(Recording {
@@ -202,7 +209,8 @@ impl Recording {
 }
 
 fn listen(tap: &Tap, items: &SyncSender<Item>, overflowed: &AtomicU64, stop: &AtomicBool) {
-    let mut tools_at: Option<Instant> = None;
+    let mut shown_at: Option<Instant> = None;
+    let mut newest_ns = 0;
     let mut tools = ToolFrame::zeroed();
     let send = |item: Item| {
         // With no writer yet, or one that is slow, items wait; when too many do they are lost.
@@ -216,12 +224,13 @@ fn listen(tap: &Tap, items: &SyncSender<Item>, overflowed: &AtomicU64, stop: &At
         tap.drain_inputs(|batch| send(Item::Inputs(Box::new(*batch))));
         tap.drain_events(|event| send(Item::Event(*event)));
         tap.drain_timing(|batch| send(Item::Timing(Box::new(*batch))));
-        if tools_at.is_none_or(|at| at.elapsed() >= TOOLS_EVERY)
-            && tap.newest_tools(&mut tools)
-            && tools.capsules().is_some()
-        {
-            send(Item::Tools(Box::new(tools)));
-            tools_at = Some(Instant::now());
+        if tap.newest_tools(&mut tools) && tools.capsules().is_some() && tools.at_ns != newest_ns {
+            let shown = shown_at.is_none_or(|at| at.elapsed() >= TOOLS_EVERY);
+            if shown {
+                shown_at = Some(Instant::now());
+            }
+            newest_ns = tools.at_ns;
+            send(Item::Tools(Box::new(tools), shown));
         }
         if last {
             return;
@@ -233,7 +242,7 @@ fn listen(tap: &Tap, items: &SyncSender<Item>, overflowed: &AtomicU64, stop: &At
 fn write(
     items: &Receiver<Item>,
     storage: Box<dyn Storage>,
-    config: &Config,
+    mut config: Config,
     overflowed: &AtomicU64,
 ) -> Recorded {
     let mut recorded = Recorded {
@@ -260,7 +269,16 @@ fn write(
             return recorded;
         }
     };
-    let outcome = take_all(items, &mut file).and_then(|()| file.finish());
+    if let Some(course) = config.course.take() {
+        file.tell(course);
+    }
+    let assigned = match &config.assignment {
+        Some(assignment) => file.assignment(assignment),
+        None => Ok(()),
+    };
+    let outcome = assigned
+        .and_then(|()| take_all(items, &mut file))
+        .and_then(|()| file.finish());
     recorded.bytes = file.outbox.written;
     recorded.ticks = file.ticks.on_disk;
     recorded.missing = file.ticks.missing;
@@ -280,7 +298,12 @@ fn take_all(items: &Receiver<Item>, file: &mut SessionFile) -> Result<(), Error>
     loop {
         match items.recv_timeout(Duration::from_millis(100)) {
             Ok(Item::Inputs(batch)) => file.inputs(&batch)?,
-            Ok(Item::Tools(tools)) => file.tools(&tools)?,
+            Ok(Item::Tools(tools, shown)) => {
+                file.moved(&tools)?;
+                if shown {
+                    file.tools(&tools)?;
+                }
+            }
             Ok(Item::Event(event)) => file.event(&event)?,
             Ok(Item::Timing(batch)) => file.timing(&batch),
             Err(RecvTimeoutError::Timeout) => {}

@@ -9,9 +9,10 @@ use mcap::read::ChunkReader;
 use mcap::records::{Record, op};
 use shared_mem::inputs::{InputRecord, RunSetup};
 
-use crate::describe::{INPUTS, OWN, SETUP};
+use crate::course::Entry;
+use crate::describe::{COURSE, INPUTS, OWN, SETUP};
 use crate::file::SCENE;
-use crate::info::{self, Finish, printable};
+use crate::info::{self, Assignment, Finish, printable};
 use crate::pack::unpack;
 use crate::read::End;
 
@@ -22,12 +23,14 @@ const HEAD_BYTES: usize = 9;
 /// What is in a chunk before its records, without a name of a compression.
 const CHUNK_HEAD_BYTES: u64 = 40;
 
-/// What replay needs of a file.
+/// What replay and assessment need of a file.
 pub(crate) enum Part {
     Info(BTreeMap<String, String>),
     Setup(RunSetup),
     Scene(Vec<u8>),
     Inputs(Vec<InputRecord>),
+    Course(Entry),
+    Assignment(Assignment),
     Finish(Finish),
 }
 
@@ -36,6 +39,7 @@ pub(crate) struct Records {
     source: Box<dyn Read>,
     setup: Option<u16>,
     inputs: Option<u16>,
+    course: Option<u16>,
     parts: VecDeque<Part>,
     /// Bytes that are read.
     pub(crate) at: u64,
@@ -48,6 +52,7 @@ impl Records {
             source,
             setup: None,
             inputs: None,
+            course: None,
             parts: VecDeque::new(),
             at: 0,
             end: None,
@@ -184,6 +189,9 @@ impl Records {
             Record::Metadata(metadata) if metadata.name == info::NAME => {
                 Some(Part::Info(metadata.metadata))
             }
+            Record::Metadata(metadata) if metadata.name == info::ASSIGNMENT => {
+                Some(Part::Assignment(Assignment::from_map(&metadata.metadata)))
+            }
             Record::Metadata(metadata) if metadata.name == info::FINISH => {
                 let finish = Finish::from_map(&metadata.metadata);
                 Some(Part::Finish(finish.ok_or_else(|| damaged("its end"))?))
@@ -196,6 +204,8 @@ impl Records {
                     self.setup = Some(channel.id);
                 } else if channel.topic == INPUTS.name {
                     self.inputs = Some(channel.id);
+                } else if channel.topic == COURSE.name {
+                    self.course = Some(channel.id);
                 }
                 None
             }
@@ -209,6 +219,12 @@ impl Records {
                 let mut records = Vec::new();
                 unpack(&data, &mut records).ok_or_else(|| damaged("inputs of another form"))?;
                 Some(Part::Inputs(records))
+            }
+            Record::Message { header, data } if Some(header.channel_id) == self.course => {
+                let entry = Entry::unpack(&data);
+                Some(Part::Course(entry.ok_or_else(|| {
+                    damaged("an entry of the course of another form")
+                })?))
             }
             _ => None,
         })

@@ -14,7 +14,7 @@ use shared_mem::scene::{
 };
 
 use crate::file::SessionFile;
-use crate::{End, Finish, Info, ReadError, Session, Storage};
+use crate::{Assignment, End, Entry, Finish, Info, Operation, ReadError, Session, Storage, What};
 
 /// A disk in memory, with so much room.
 #[derive(Clone, Default)]
@@ -149,6 +149,7 @@ fn record(disk: &Disk, batches: u64) -> SessionFile {
     let mut file = SessionFile::begin(Box::new(disk.clone()), &info(), &scene()).unwrap();
     for i in 0..batches {
         file.inputs(&batch(i * INPUT_BATCH as u64)).unwrap();
+        file.moved(&tools(5_000_000_000 + i)).unwrap();
         file.flush().unwrap();
     }
     file
@@ -160,6 +161,14 @@ fn read(bytes: Vec<u8>) -> Result<(Vec<InputRecord>, Session), ReadError> {
     let mut session = Session::read(Path::new("test.mcap"), length, source)?;
     let ticks = session.by_ref().collect();
     Ok((ticks, session))
+}
+
+/// Whatever it is, its course is read or refused.
+fn read_course(bytes: &[u8]) {
+    let source = Box::new(Cursor::new(bytes.to_vec()));
+    if let Ok(operation) = Operation::read(Path::new("test.mcap"), bytes.len() as u64, source) {
+        let _ = operation.count();
+    }
 }
 
 fn given(batches: u64) -> Vec<InputRecord> {
@@ -224,7 +233,7 @@ fn other_programs_can_open_a_session() {
     assert_eq!(
         topics,
         [
-            "/events", "/gaps", "/inputs", "/setup", "/tf", "/timing", "/tool"
+            "/course", "/events", "/gaps", "/inputs", "/setup", "/tf", "/timing", "/tool"
         ]
     );
     for channel in summary.channels.values() {
@@ -244,6 +253,91 @@ fn other_programs_can_open_a_session() {
         }
     }
     assert_eq!(seen, 2 + 2 + 1, "timing, /tf and /tool, the event");
+}
+
+/// Where the hands are, at this time.
+fn tools(at_ns: u64) -> ToolFrame {
+    ToolFrame {
+        tick: at_ns / 1_000_000,
+        at_ns,
+        world_from_handle: PoseMsg::IDENTITY,
+        world_from_instrument: PoseMsg::IDENTITY,
+        world_from_camera: PoseMsg::IDENTITY,
+        jaw: 0.25,
+        force_n: [0.0, 0.5, at_ns as f32 * 1e-9],
+        ..ToolFrame::zeroed()
+    }
+}
+
+#[test]
+fn the_course_is_read_as_it_was_told() {
+    let disk = Disk::with_room(usize::MAX);
+    let (told, entries) = std::sync::mpsc::channel();
+    let mut file = SessionFile::begin(Box::new(disk.clone()), &info(), &scene()).unwrap();
+    file.tell(told);
+    let assignment = Assignment {
+        task: "cut".into(),
+        difficulty: "exam".into(),
+        rules: "a = 1\n".into(),
+        id: "x".into(),
+    };
+    file.assignment(&assignment).unwrap();
+    for i in 0..3 {
+        let mut batch = batch(i * INPUT_BATCH as u64);
+        batch.setup.device[0] = 3.3;
+        batch.records[7].command = if i == 1 { 2 } else { 1 };
+        file.inputs(&batch).unwrap();
+        file.moved(&tools(5_000_000_000 + i * 10_000_000)).unwrap();
+        let event = EventMsg {
+            kind: EventMsg::CLIP,
+            organ: 3,
+            value: i as f32,
+            ..EventMsg::zeroed()
+        };
+        file.event(&event).unwrap();
+        file.flush().unwrap();
+    }
+    // A frame that lies, and an event that is none, leave nothing.
+    let mut bad = tools(1);
+    bad.force_n[0] = f32::NAN;
+    file.moved(&bad).unwrap();
+    let event = EventMsg {
+        value: f32::NAN,
+        ..EventMsg::zeroed()
+    };
+    file.event(&event).unwrap();
+    file.finish().unwrap();
+    drop(file);
+    let told: Vec<Entry> = entries.iter().collect();
+    let bytes = disk.bytes();
+    let length = bytes.len() as u64;
+    let source = Box::new(Cursor::new(bytes));
+    let mut operation = Operation::read(Path::new("test.mcap"), length, source).unwrap();
+    let read: Vec<Entry> = operation.by_ref().collect();
+    assert_eq!(read, told);
+    assert_eq!(operation.end(), Some(&End::Whole));
+    assert_eq!(operation.assignment, Some(assignment));
+    assert_eq!(operation.scene.name(), "nothing");
+    let count = |wanted: fn(&What) -> bool| read.iter().filter(|it| wanted(&it.what)).count();
+    assert_eq!(count(|what| matches!(what, What::Moved(_))), 3);
+    assert_eq!(count(|what| matches!(what, What::Event(_))), 3);
+    assert_eq!(count(|what| matches!(what, What::Reset)), 1);
+    assert_eq!(count(|what| *what == What::Device { force_max_n: 3.3 }), 1);
+    // Replay does not mind.
+    assert_eq!(self::read(disk.bytes()).unwrap().0.len(), 3 * INPUT_BATCH);
+}
+
+#[test]
+fn a_session_without_a_course_is_refused_with_a_reason() {
+    let mut batch = batch(0);
+    batch.setup.device[0] = f32::NAN;
+    let disk = Disk::with_room(usize::MAX);
+    let mut file = SessionFile::begin(Box::new(disk.clone()), &info(), &scene()).unwrap();
+    file.inputs(&batch).unwrap();
+    file.finish().unwrap();
+    let source = Box::new(Cursor::new(disk.bytes()));
+    let error = Operation::read(Path::new("old.mcap"), 1, source).unwrap_err();
+    assert!(error.to_string().contains("no course"), "{error}");
 }
 
 #[test]
@@ -481,6 +575,7 @@ proptest! {
             let at = from + (share * share * (to - from) as f64) as usize;
             bytes[at] = value;
         }
+        read_course(&bytes);
         let _ = read(bytes);
     }
 
@@ -492,6 +587,7 @@ proptest! {
         let mut bytes = recorded();
         bytes.truncate(kept);
         bytes.extend(noise);
+        read_course(&bytes);
         let _ = read(bytes);
     }
 }

@@ -59,6 +59,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
             path,
             build: build(),
             scene: SceneFile::open(&scene)?,
+            assignment: None,
+            course: None,
         })?),
         None => None,
     };

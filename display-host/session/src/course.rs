@@ -1,0 +1,345 @@
+//! The course of an operation: where both hands were, a hundred times a second, and what happened. It is
+//! all that an assessment is made from, so that one made later comes to the same numbers.
+//!
+//! ```text
+//! u8 kind, u64 tick, u64 host time ns, then
+//! 1 movement: 3 × (3 f32 m, 4 f32 x y z w) handle, instrument, camera; 3 f32 tip m; 3 f32 force N;
+//!             f32 jaw; u8 instrument; u8 switches; u8 live; u16 contacts
+//! 2 event:    u64 sequence; u32 kind; u32 organ; 3 f32 place m; f32 value
+//! 3 device:   f32 greatest force N
+//! 4 reset
+//! ```
+//!
+//! All little-endian.
+
+use shared_mem::message::{DeviceHealth, EventMsg, PoseMsg, ToolFrame};
+
+use crate::pack::Rest;
+
+const MOVEMENT: u8 = 1;
+const EVENT: u8 = 2;
+const DEVICE: u8 = 3;
+const RESET: u8 = 4;
+/// Longest entry.
+#[cfg(test)]
+const LONGEST_BYTES: usize = 17 + 3 * 28 + 2 * 12 + 4 + 5;
+
+/// Where both hands are at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Movement {
+    /// Handle, world frame.
+    pub world_from_handle: PoseMsg,
+    /// Instrument: origin at the jaw joint, −z along the shaft towards the tip.
+    pub world_from_instrument: PoseMsg,
+    /// Endoscope's shaft: −z along it, y up.
+    pub world_from_camera: PoseMsg,
+    /// Middle of the instrument's tips, world frame, m.
+    pub tip_m: [f32; 3],
+    /// Force on the hand, world frame, N.
+    pub force_n: [f32; 3],
+    /// Opening of the jaws: 0 closed, 1 open.
+    pub jaw: f32,
+    /// Instrument: 0 grasper, 1 cautery hook, 2 scissors, 3 clip applier.
+    pub instrument: u8,
+    /// Bits: 1 cut, 2 coagulate, 4 camera lock, 8 paused, 16 force enabled.
+    pub switches: u8,
+    /// Devices whose samples arrive in time: 1 haptic device, 2 tracker, 4 pedal.
+    pub live: u8,
+    /// Contacts of the instrument.
+    pub contacts: u16,
+}
+
+impl Movement {
+    /// What a frame of the tools says; `None` when the frame is malformed.
+    #[must_use]
+    pub fn of(tools: &ToolFrame) -> Option<Self> {
+        let capsules = tools.capsules()?;
+        let tips = capsules.iter().filter(|capsule| capsule.role != 0);
+        let (sum, count) = tips.fold(([0.0f32; 3], 0.0f32), |(sum, count), capsule| {
+            let add = |i: usize| sum[i] + capsule.b_m[i];
+            ([add(0), add(1), add(2)], count + 1.0)
+        });
+        let tip_m = match count > 0.0 {
+            true => sum.map(|x| x / count),
+            false => tools.world_from_instrument.position_m,
+        };
+        let live = tools.health.iter().zip([1u8, 2, 4]);
+        Some(Self {
+            world_from_handle: tools.world_from_handle,
+            world_from_instrument: tools.world_from_instrument,
+            world_from_camera: tools.world_from_camera,
+            tip_m,
+            force_n: tools.force_n,
+            jaw: tools.jaw,
+            instrument: u8::try_from(tools.instrument).unwrap_or(u8::MAX),
+            switches: tools.switches as u8,
+            live: live
+                .filter(|(health, _)| health.status == DeviceHealth::LIVE)
+                .map(|(_, bit)| bit)
+                .sum(),
+            contacts: u16::try_from(tools.contact_count).unwrap_or(u16::MAX),
+        })
+    }
+
+    fn is_sane(&self) -> bool {
+        let poses = [
+            self.world_from_handle,
+            self.world_from_instrument,
+            self.world_from_camera,
+        ];
+        let numbers = self.tip_m.iter().chain(&self.force_n).chain([&self.jaw]);
+        poses.iter().all(PoseMsg::is_sane) && numbers.into_iter().all(|x| x.abs() < 1e3)
+    }
+}
+
+/// Something of the course.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum What {
+    /// Where the hands were.
+    Moved(Movement),
+    /// What happened.
+    Event(EventMsg),
+    /// What the haptic device can do at most, N.
+    Device {
+        /// Greatest force, N.
+        force_max_n: f32,
+    },
+    /// The organs were put back to rest.
+    Reset,
+}
+
+/// Something of the course, and when.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Entry {
+    /// Tick that made it.
+    pub tick: u64,
+    /// When (`CLOCK_MONOTONIC` of the computer that recorded it), ns.
+    pub at_ns: u64,
+    /// What.
+    pub what: What,
+}
+
+impl Entry {
+    pub(crate) fn pack(&self, into: &mut Vec<u8>) {
+        let kind = match self.what {
+            What::Moved(_) => MOVEMENT,
+            What::Event(_) => EVENT,
+            What::Device { .. } => DEVICE,
+            What::Reset => RESET,
+        };
+        into.push(kind);
+        into.extend(self.tick.to_le_bytes());
+        into.extend(self.at_ns.to_le_bytes());
+        match &self.what {
+            What::Moved(moved) => {
+                for pose in [
+                    &moved.world_from_handle,
+                    &moved.world_from_instrument,
+                    &moved.world_from_camera,
+                ] {
+                    into.extend(bytemuck::bytes_of(pose));
+                }
+                into.extend(bytemuck::bytes_of(&moved.tip_m));
+                into.extend(bytemuck::bytes_of(&moved.force_n));
+                into.extend(moved.jaw.to_le_bytes());
+                into.extend([moved.instrument, moved.switches, moved.live]);
+                into.extend(moved.contacts.to_le_bytes());
+            }
+            What::Event(event) => {
+                into.extend(event.sequence.to_le_bytes());
+                into.extend(event.kind.to_le_bytes());
+                into.extend(event.organ.to_le_bytes());
+                into.extend(bytemuck::bytes_of(&event.at_m));
+                into.extend(event.value.to_le_bytes());
+            }
+            What::Device { force_max_n } => into.extend(force_max_n.to_le_bytes()),
+            What::Reset => {}
+        }
+    }
+
+    /// What a message says; `None` when it is no such message, or says what cannot be.
+    pub(crate) fn unpack(message: &[u8]) -> Option<Self> {
+        let mut rest = Rest(message);
+        let [kind] = rest.take()?;
+        let tick = u64::from_le_bytes(rest.take()?);
+        let at_ns = u64::from_le_bytes(rest.take()?);
+        let what = match kind {
+            MOVEMENT => {
+                let moved = Movement {
+                    world_from_handle: rest.pose()?,
+                    world_from_instrument: rest.pose()?,
+                    world_from_camera: rest.pose()?,
+                    tip_m: bytemuck::cast(rest.take::<12>()?),
+                    force_n: bytemuck::cast(rest.take::<12>()?),
+                    jaw: f32::from_le_bytes(rest.take()?),
+                    instrument: u8::from_le_bytes(rest.take()?),
+                    switches: u8::from_le_bytes(rest.take()?),
+                    live: u8::from_le_bytes(rest.take()?),
+                    contacts: u16::from_le_bytes(rest.take()?),
+                };
+                What::Moved(Some(moved).filter(Movement::is_sane)?)
+            }
+            EVENT => {
+                let event = EventMsg {
+                    sequence: u64::from_le_bytes(rest.take()?),
+                    tick,
+                    at_ns,
+                    kind: u32::from_le_bytes(rest.take()?),
+                    organ: u32::from_le_bytes(rest.take()?),
+                    at_m: bytemuck::cast(rest.take::<12>()?),
+                    value: f32::from_le_bytes(rest.take()?),
+                };
+                What::Event(Some(event).filter(is_sane)?)
+            }
+            DEVICE => {
+                let force_max_n = f32::from_le_bytes(rest.take()?);
+                let sane = (0.0..1e3).contains(&force_max_n);
+                What::Device {
+                    force_max_n: sane.then_some(force_max_n)?,
+                }
+            }
+            RESET => What::Reset,
+            _ => return None,
+        };
+        rest.0.is_empty().then_some(Self { tick, at_ns, what })
+    }
+
+    /// An event as an entry; `None` when its numbers are none.
+    pub(crate) fn of_event(event: &EventMsg) -> Option<Self> {
+        is_sane(event).then_some(Self {
+            tick: event.tick,
+            at_ns: event.at_ns,
+            what: What::Event(*event),
+        })
+    }
+
+    /// The tools' newest frame as an entry; `None` when it is malformed.
+    pub(crate) fn of_tools(tools: &ToolFrame) -> Option<Self> {
+        Some(Self {
+            tick: tools.tick,
+            at_ns: tools.at_ns,
+            what: What::Moved(Movement::of(tools)?),
+        })
+    }
+}
+
+fn is_sane(event: &EventMsg) -> bool {
+    event.value.is_finite() && event.at_m.iter().all(|x| x.abs() < 1e3)
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable as _;
+
+    use super::*;
+    use proptest::prelude::*;
+
+    fn poses() -> impl Strategy<Value = PoseMsg> {
+        prop::array::uniform3(-1.0f32..1.0).prop_map(|position_m| PoseMsg {
+            position_m,
+            ..PoseMsg::IDENTITY
+        })
+    }
+
+    fn whats() -> impl Strategy<Value = What> {
+        let vector = || prop::array::uniform3(-5.0f32..5.0);
+        let moved = (
+            prop::array::uniform3(poses()),
+            vector(),
+            vector(),
+            0.0f32..1.0,
+            any::<[u8; 3]>(),
+            any::<u16>(),
+        )
+            .prop_map(|(poses, tip_m, force_n, jaw, bytes, contacts)| {
+                What::Moved(Movement {
+                    world_from_handle: poses[0],
+                    world_from_instrument: poses[1],
+                    world_from_camera: poses[2],
+                    tip_m,
+                    force_n,
+                    jaw,
+                    instrument: bytes[0],
+                    switches: bytes[1],
+                    live: bytes[2],
+                    contacts,
+                })
+            });
+        let event = (any::<[u32; 2]>(), any::<u64>(), vector(), -9.0f32..9.0).prop_map(
+            |([kind, organ], sequence, at_m, value)| {
+                What::Event(EventMsg {
+                    sequence,
+                    kind,
+                    organ,
+                    at_m,
+                    value,
+                    ..EventMsg::zeroed()
+                })
+            },
+        );
+        let device = (0.0f32..100.0).prop_map(|force_max_n| What::Device { force_max_n });
+        prop_oneof![moved, event, device, Just(What::Reset)]
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_packed_comes_back(tick in any::<u64>(), at_ns in any::<u64>(), mut what in whats()) {
+            if let What::Event(event) = &mut what {
+                (event.tick, event.at_ns) = (tick, at_ns);
+            }
+            let entry = Entry { tick, at_ns, what };
+            let mut bytes = Vec::new();
+            entry.pack(&mut bytes);
+            prop_assert!(bytes.len() <= LONGEST_BYTES);
+            prop_assert_eq!(Entry::unpack(&bytes), Some(entry));
+            bytes.push(0);
+            prop_assert_eq!(Entry::unpack(&bytes), None);
+        }
+
+        #[test]
+        fn any_bytes_are_sane_or_refused(
+            kind in 0u8..6,
+            bytes in prop::collection::vec(any::<u8>(), 0..160),
+        ) {
+            let message: Vec<u8> = [kind].into_iter().chain(bytes).collect();
+            match Entry::unpack(&message).map(|entry| entry.what) {
+                Some(What::Moved(moved)) => prop_assert!(moved.is_sane()),
+                Some(What::Event(event)) => prop_assert!(is_sane(&event)),
+                _ => {}
+            }
+        }
+    }
+
+    #[test]
+    fn an_hour_of_it_leaves_room_for_the_inputs() {
+        // A message, its head in a chunk, its place in the index.
+        let bytes = LONGEST_BYTES + 9 + 22 + 16;
+        assert!(bytes * 100 * 3600 < 80_000_000, "{bytes}");
+    }
+
+    #[test]
+    fn the_tip_lies_between_the_jaws() {
+        let mut tools = ToolFrame::zeroed();
+        for pose in [
+            &mut tools.world_from_handle,
+            &mut tools.world_from_instrument,
+            &mut tools.world_from_camera,
+        ] {
+            *pose = PoseMsg::IDENTITY;
+        }
+        assert_eq!(Movement::of(&tools).map(|it| it.tip_m), Some([0.0; 3]));
+        tools.capsule_count = 3;
+        for (capsule, (role, x)) in tools
+            .capsules
+            .iter_mut()
+            .zip([(0, 9.0), (1, 1.0), (2, 2.0)])
+        {
+            (capsule.role, capsule.b_m) = (role, [x, 0.0, 0.5]);
+        }
+        tools.health[1].status = DeviceHealth::LIVE;
+        let moved = Movement::of(&tools).unwrap();
+        assert_eq!((moved.tip_m, moved.live), ([1.5, 0.0, 0.5], 2));
+        tools.force_n[1] = f32::NAN;
+        assert_eq!(Movement::of(&tools), None);
+    }
+}
