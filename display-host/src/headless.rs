@@ -45,6 +45,8 @@ pub struct HeadlessConfig {
     pub patience: Duration,
     /// Core of the realtime thread, to stay off.
     pub tick_cpu: Option<usize>,
+    /// Set once the run's task is decided: the run then ends.
+    pub task_over: Option<Arc<AtomicBool>>,
     /// A missing graphics driver is an error; otherwise a warning, and the run goes on without
     /// pictures.
     pub need_pictures: bool,
@@ -77,6 +79,8 @@ pub enum Observed<'a> {
 pub enum Ended {
     /// Its time was over.
     TimeOver,
+    /// Its task was decided.
+    TaskOver,
     /// It was asked to stop, or the window was closed.
     Stopped,
     /// The controller fell silent for longer than allowed.
@@ -233,6 +237,10 @@ impl Run<'_> {
             self.check_painter(observer)?;
             if self.stop.load(Ordering::Relaxed) {
                 return Ok(Ended::Stopped);
+            }
+            let task_over = self.config.task_over.as_ref();
+            if task_over.is_some_and(|over| over.load(Ordering::Relaxed)) {
+                return Ok(Ended::TaskOver);
             }
             if elapsed.as_secs_f64() >= self.config.seconds {
                 return Ok(Ended::TimeOver);

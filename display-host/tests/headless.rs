@@ -38,6 +38,7 @@ fn config(name: &str, seconds: f64, frames: u32) -> (HeadlessConfig, tempfile::T
         frames,
         patience: Duration::from_secs(20),
         tick_cpu: None,
+        task_over: None,
         need_pictures: frames > 0,
     };
     (config, out)

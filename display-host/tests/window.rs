@@ -148,6 +148,7 @@ fn in_the_window_s_process() {
         muted: false,
         seconds: Some(12.0),
         tick_cpu: None,
+        task: None,
     };
     let outcome = run(&config, &AtomicBool::new(false), &mut |_| {});
     over.store(true, Ordering::Relaxed);
@@ -198,6 +199,7 @@ fn in_a_process_without_a_screen() {
         muted: false,
         seconds: Some(1.0),
         tick_cpu: None,
+        task: None,
     };
     let error = run(&config, &AtomicBool::new(false), &mut |_| {}).unwrap_err();
     assert!(matches!(error, DisplayError::NoWindow { .. }), "{error}");

@@ -74,12 +74,49 @@ pub struct Summary {
     pub ended: Ended,
     /// The session that `calot replay` runs again; none: not recorded.
     pub recording: Option<session::Recorded>,
+    /// What the task came to; its keys are not there when the run had none.
+    #[serde(flatten)]
+    pub task: Option<TaskSummary>,
     /// Graphics adapter.
     pub adapter: Option<String>,
     /// What the user was warned of.
     pub warnings: Vec<String>,
     /// The machine.
     pub machine: Machine,
+}
+
+/// What a task came to, in `summary.json`.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct TaskSummary {
+    /// The task's name.
+    pub task: String,
+    /// How much help was given.
+    pub difficulty: String,
+    /// `passed`, `failed`, `aborted`, or `practised` (free practice).
+    pub outcome: String,
+    /// Why.
+    pub reasons: Vec<String>,
+    /// 0 to 100.
+    pub score: f64,
+    /// What was wrong.
+    pub alarms: Vec<TaskAlarm>,
+    /// All metrics by name; `null` where there is none.
+    pub metrics: serde_json::Value,
+    /// Version of the metrics' definitions.
+    pub metrics_version: u32,
+    /// The session's name in the store, if it is there.
+    pub session: String,
+}
+
+/// An alarm, in `summary.json`.
+#[derive(Debug, Clone, serde::Serialize)]
+pub struct TaskAlarm {
+    /// When, s since the task began.
+    pub at_s: f64,
+    /// What.
+    pub kind: String,
+    /// On what.
+    pub organ: Option<String>,
 }
 
 /// Least and greatest.

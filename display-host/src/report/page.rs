@@ -55,6 +55,7 @@ impl Page {
 fn ended(how: Ended) -> &'static str {
     match how {
         Ended::TimeOver => "It ran for its full time.",
+        Ended::TaskOver => "It ended when its task was decided.",
         Ended::Stopped => "It was stopped by the user.",
         Ended::ControllerGone => "<b>The controller fell silent before the end.</b>",
         Ended::ProcessDied => "<b>A process of the station died: see the warnings.</b>",

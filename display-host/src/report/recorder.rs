@@ -223,6 +223,7 @@ impl Recorder {
                 .collect(),
             ended: outcome.ended,
             recording: None,
+            task: None,
             adapter: outcome.adapter.clone(),
             warnings: outcome.warnings.clone(),
             machine,

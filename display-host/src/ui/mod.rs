@@ -3,10 +3,12 @@
 mod health;
 mod overlay;
 mod panel;
+mod task;
 
 pub use health::TickHealth;
 pub use overlay::{Circle, Line, Mark, Overlay};
 pub use panel::{Asked, ui};
+pub use task::{TaskEnd, TaskView};
 
 use crate::render::timing::PassTimes;
 use shared_mem::message::{DeviceHealth, ToolFrame};
@@ -34,6 +36,8 @@ pub struct UiState {
     pub scene: String,
     /// What the trainee is to do.
     pub task: String,
+    /// How a task stands, if there is one.
+    pub task_view: Option<TaskView>,
     /// How the controller does.
     pub link: Link,
     /// Newest tools.

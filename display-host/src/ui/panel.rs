@@ -43,7 +43,7 @@ const BAD: Color32 = Color32::from_rgb(245, 115, 105);
 
 /// How well something does; also the shape of its mark.
 #[derive(Clone, Copy, PartialEq)]
-enum Mark {
+pub(super) enum Mark {
     Good,
     Care,
     Bad,
@@ -168,7 +168,12 @@ fn waiting(state: &UiState) -> String {
 
 fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     ui.heading(&state.scene);
-    ui.label(&state.task);
+    match &state.task_view {
+        Some(task) => super::task::show(ui, task),
+        None => {
+            ui.label(&state.task);
+        }
+    }
     alarm(ui, state, asked);
     ui.separator();
     controller(ui, state);
@@ -422,7 +427,7 @@ fn passes(ui: &mut Ui, state: &UiState) {
 }
 
 /// A mark of its own shape and colour, and words.
-fn line(ui: &mut Ui, mark: Mark, text: &str) {
+pub(super) fn line(ui: &mut Ui, mark: Mark, text: &str) {
     ui.horizontal_wrapped(|ui| {
         let (space, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
         let (at, painter) = (space.center(), ui.painter());

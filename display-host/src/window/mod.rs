@@ -7,6 +7,7 @@ mod session;
 
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use shared_mem::scene::SceneFile;
@@ -21,6 +22,7 @@ use self::session::Session;
 use crate::DisplayError;
 use crate::headless::{Ended, Observed, Outcome};
 use crate::sound::Sound;
+use crate::ui::TaskView;
 
 /// How long the window rests when it cannot be seen.
 const UNSEEN: Duration = Duration::from_millis(50);
@@ -44,6 +46,8 @@ pub struct WindowConfig {
     pub seconds: Option<f64>,
     /// Core of the realtime thread, to stay off.
     pub tick_cpu: Option<usize>,
+    /// How the task stands, kept up to date by whoever assesses it.
+    pub task: Option<Arc<Mutex<TaskView>>>,
 }
 
 /// Opens the window and runs it until it is closed, `stop` is set, or the time is over. Once a
@@ -74,6 +78,7 @@ pub fn run(
             host,
             &config.station,
             (!config.muted).then(|| Sound::start(config.tick_cpu)),
+            config.task.clone(),
         ),
         scene,
         stop,

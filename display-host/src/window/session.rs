@@ -1,6 +1,7 @@
 //! What a window knows: the feed, what the panel shows, and what the user asked for.
 
 use std::collections::VecDeque;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use shared_mem::message::{CommandMsg, EventMsg, SphereState, StateFrame, ToolFrame};
@@ -16,7 +17,7 @@ use crate::latency::FrameRecord;
 use crate::render::camera::Scope;
 use crate::sound::Sound;
 use crate::sound::synth::{Current, Heard};
-use crate::ui::{Asked, Link, Overlay, UiState, instrument_name};
+use crate::ui::{Asked, Link, Overlay, TaskView, UiState, instrument_name};
 
 /// As [`ToolFrame::instrument`] counts.
 const CLIP_APPLIER: u32 = 3;
@@ -26,6 +27,8 @@ const FRAMES_KEPT: usize = 400_000;
 const SILENCE: Duration = Duration::from_millis(500);
 /// How long a command may hold the picture up.
 const COMMAND_PATIENCE: Duration = Duration::from_millis(60);
+/// How long an alarm of the task sounds.
+const TASK_ALARM: Duration = Duration::from_millis(1500);
 /// The force's plot looks back this far, s.
 const FORCE_S: f64 = 6.0;
 
@@ -51,6 +54,9 @@ pub(super) struct Session {
     /// `None`: muted, or there is no sound card.
     sound: Option<Sound>,
     heard: Heard,
+    task: Option<Arc<Mutex<TaskView>>>,
+    /// When the task last gave an alarm.
+    alarmed: Option<Instant>,
     /// The clip applier's jaws have been open.
     jaws_were_open: bool,
     /// Mouse and keyboard as the hand.
@@ -65,6 +71,7 @@ impl Session {
         host: Host,
         station: &Station,
         sound: Option<Sound>,
+        task: Option<Arc<Mutex<TaskView>>>,
     ) -> Self {
         Self {
             host,
@@ -87,6 +94,8 @@ impl Session {
             radii_m: scene.spheres().iter().map(|s| s.radius_m).collect(),
             was_reset: false,
             sound,
+            task,
+            alarmed: None,
             heard: Heard::default(),
             jaws_were_open: false,
             operate: Operate::new(station),
@@ -176,6 +185,15 @@ impl Session {
             }
         });
         self.ui.tools = self.feed.tools().copied();
+        if let Some(task) = &self.task {
+            let task = task.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            let before = self.ui.task_view.as_ref().map_or(0, |task| task.alarms);
+            // In an exam nothing sounds.
+            if task.alarms > before && task.alarm.is_some() {
+                self.alarmed = Some(Instant::now());
+            }
+            self.ui.task_view = Some(task);
+        }
         self.sound(observer);
         self.ui.in_hand = self.operate.is_on();
         self.ui.force = self.force.iter().copied().collect();
@@ -195,7 +213,8 @@ impl Session {
             2 => Current::Coagulate,
             _ => Current::Off,
         };
-        self.heard.alarm = self.ui.alarm.is_some();
+        let task_alarm = self.alarmed.is_some_and(|at| at.elapsed() < TASK_ALARM);
+        self.heard.alarm = self.ui.alarm.is_some() || task_alarm;
         self.heard.heart = tools.is_some() && !self.ui.is_paused();
         if let Some(tools) = tools.filter(|t| t.instrument == CLIP_APPLIER) {
             self.jaws_were_open |= tools.jaw > 0.5;

@@ -11,6 +11,8 @@ use crate::devices::args::DevicesArgs;
 use crate::gallery::GalleryArgs;
 use crate::jitter::args::{JitterArgs, LoadArgs, LoopArgs};
 use crate::replay::args::ReplayArgs;
+use crate::report::args::ReportArgs;
+use crate::task::args::TaskArgs;
 
 /// Calot: a hard-realtime haptic trainer for transvaginal cholecystectomy.
 ///
@@ -33,6 +35,8 @@ pub(crate) enum Command {
     Emulate(EmulateArgs),
     /// Runs a recorded session again: is every bit the same, and if not, about where
     Replay(ReplayArgs),
+    /// What a trainee did in recorded sessions, as one page: score, errors, paths, force
+    Report(ReportArgs),
     /// Meshes and a recipe to a compiled scene, with a report of its quality
     Prepare(PrepareArgs),
     /// Every organ, instrument and view as pictures, and a page to look through them
@@ -211,6 +215,7 @@ Examples:
   calot run                                      the station in a window
   calot run --headless --seconds 10 --out out    pictures, summary.json, report.html
   calot run --scene tests/assets/hra-female.toml --meshes DIR
+  calot run --task clamp --difficulty beginner   a task, assessed while it runs
   calot run --attach                             only the display of a station that runs")]
 pub(crate) struct RunArgs {
     #[command(flatten)]
@@ -248,6 +253,8 @@ pub(crate) struct RunArgs {
     /// Seed of the scripted hand
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
+    #[command(flatten)]
+    pub(crate) task: TaskArgs,
     #[command(flatten)]
     pub(crate) gamepad: GamepadArgs,
     /// Start no processes: show the station that runs under this name

@@ -12,11 +12,13 @@ mod jitter;
 mod prepare;
 mod prepare_targets;
 mod replay;
+mod report;
 mod rt;
 mod run;
 mod say;
 mod scene;
 mod stop;
+mod task;
 
 use std::process::ExitCode;
 
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         cli::Command::Rt(args) => rt::run(&args),
         cli::Command::Emulate(args) => emulate::run(&args),
         cli::Command::Replay(args) => replay::run(&args),
+        cli::Command::Report(args) => report::run(&args),
         cli::Command::Prepare(args) => prepare::run(&args),
         cli::Command::Gallery(args) => gallery::run(&args),
         cli::Command::Check(args) => check::run(&args),

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use display_host::headless::{self, Ended, HeadlessConfig, Observed, Outcome};
-use display_host::report::{self, Machine, Recorder};
+use display_host::report::{Machine, Recorder, write};
 use display_host::window::{self, WindowConfig};
 use hardware::station::StationFile;
 use session::{Listening, Recorded, Recording};
@@ -17,10 +17,12 @@ use shared_mem::service::Station;
 use crate::build::build;
 use crate::children::{EndedEarly, Process, args as words, option};
 use crate::cli::{DeviceArgs, RunArgs};
+use crate::report;
 use crate::rt::DOES_NOT_FIT;
 use crate::say;
 use crate::scene::{self, Problem};
 use crate::stop;
+use crate::task::{Assigned, Live};
 
 /// A headless run's length when none is given, s.
 const HEADLESS_SECONDS: f64 = 10.0;
@@ -35,10 +37,11 @@ const PATIENCE_FOR_STATE: Duration = Duration::from_secs(30);
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
     let station = Station::new(&args.station)?;
+    let assigned = Assigned::read(&args.task)?;
     let out = args
         .out
         .clone()
-        .or_else(|| args.headless.then(|| PathBuf::from("out")));
+        .or_else(|| (args.headless || assigned.is_some()).then(|| PathBuf::from("out")));
     if let Some(out) = &out {
         // Before anything starts: a run whose results cannot be written is a run lost.
         std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
@@ -54,23 +57,34 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
         true => (Vec::new(), scene), // its user tells it the scene
         false => start(args, &scene, &folder.path, &stop)?,
     };
+    let assignment = assigned.as_ref().map(Assigned::assignment);
+    let live = assigned.map(|it| it.begin(&SceneFile::open(&scene)?));
+    let (live, course) = live.transpose()?.unzip();
     let recording = match listening {
         Some((path, listening)) => Some(listening.record(session::Config {
             path,
             build: build(),
             scene: SceneFile::open(&scene)?,
-            assignment: None,
-            course: None,
+            assignment,
+            course,
         })?),
         None => None,
     };
     let watch = Watch::begin(children, stop.clone());
 
     let mut recorder = Recorder::new();
-    let outcome = show(args, &station, &scene, &stop, &watch.over, &mut recorder);
+    let shown = Shown {
+        station: &station,
+        scene: &scene,
+        out: out.as_deref(),
+        task: live.as_ref(),
+    };
+    let outcome = show(args, &shown, &stop, &watch.over, &mut recorder);
     let dead = watch.end();
 
     let recorded = recording.map(Recording::end);
+    // With the recording its course has ended.
+    let assessed = live.map(Live::end);
 
     let mut outcome = outcome?;
     let recorded = match recorded {
@@ -91,13 +105,18 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     outcome.warnings.extend(dead.iter().cloned());
     let mut summary = recorder.summary(&SceneFile::open(&scene)?, &outcome, Machine::read());
     summary.recording = recorded;
+    summary.task = assessed.flatten().map(|(_, summary)| summary);
     if let Some(out) = out {
-        let written = report::write(&out, &summary, &recorder, &outcome)?;
+        let written = write(&out, &summary, &recorder, &outcome)?;
         say::note(format_args!(
             "wrote {} and {}",
             written.summary.display(),
             written.report.display()
         ));
+        if summary.task.is_some() {
+            let session = summary.recording.as_ref().map(|it| it.file.clone());
+            debrief(session, &out);
+        }
     }
     if args.json {
         say::answer(format_args!("{}", serde_json::to_string_pretty(&summary)?));
@@ -111,6 +130,25 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// The page of the task, from the recording, as `calot report` makes it.
+fn debrief(session: Option<PathBuf>, out: &Path) {
+    let is_there = session
+        .as_ref()
+        .is_some_and(|it| *it == out.join("session.mcap"));
+    let session = if is_there {
+        Some(out.to_owned())
+    } else {
+        session
+    };
+    let made = session
+        .ok_or_else(|| Problem::from("nothing was recorded"))
+        .and_then(|session| report::chapter(&session, None, None))
+        .and_then(|chapter| report::write(&[chapter], &out.join("debrief.html")));
+    if let Err(problem) = made {
+        say::note(format_args!("calot: no debrief.html: {problem}"));
+    }
 }
 
 /// Where the session goes, if it is recorded. One that is joined cannot be replayed: its beginning
@@ -130,11 +168,23 @@ fn listen(args: &RunArgs, station: &Station) -> Result<Listening, Problem> {
     )?)
 }
 
+/// What the display is told.
+struct Shown<'a> {
+    station: &'a Station,
+    scene: &'a Path,
+    out: Option<&'a Path>,
+    task: Option<&'a Live>,
+}
+
 /// The display, in this process.
 fn show(
     args: &RunArgs,
-    station: &Station,
-    scene: &Path,
+    &Shown {
+        station,
+        scene,
+        out,
+        task,
+    }: &Shown<'_>,
     stop: &AtomicBool,
     over: &AtomicBool,
     recorder: &mut Recorder,
@@ -158,11 +208,12 @@ fn show(
             station: station.clone(),
             scene: scene.to_owned(),
             seconds: args.seconds.unwrap_or(HEADLESS_SECONDS),
-            out_dir: args.out.clone().unwrap_or_else(|| PathBuf::from("out")),
+            out_dir: out.unwrap_or(Path::new("out")).to_owned(),
             size: args.size,
             frames: args.frames,
             patience: PATIENCE_FOR_STATE,
             tick_cpu: args.controller.realtime.core,
+            task_over: task.map(|task| task.over.clone()),
             need_pictures: false,
         };
         return Ok(headless::run(&config, stop, &mut observe)?);
@@ -176,6 +227,7 @@ fn show(
         muted: args.mute,
         seconds: args.seconds,
         tick_cpu: args.controller.realtime.core,
+        task: task.map(|task| task.view.clone()),
     };
     Ok(window::run(&config, stop, &mut observe)?)
 }

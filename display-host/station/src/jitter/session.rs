@@ -273,6 +273,7 @@ impl Bench<'_> {
             frames: 0,
             patience: Duration::from_secs(30),
             tick_cpu: Some(self.core),
+            task_over: None,
             need_pictures: true,
         };
         while !flags.done.load(Ordering::Relaxed) && !self.stop.load(Ordering::Relaxed) {

@@ -1,0 +1,156 @@
+//! What an assessment needs to know of a scene.
+
+use shared_mem::scene::{OrganKind, SceneFile, str_from_name};
+
+use crate::vector::{Vec3, sub, wide};
+
+/// Where a cell of layered tissue lies, as the procedure counts it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Region {
+    /// Elsewhere.
+    Elsewhere,
+    /// In Calot's triangle, over duct and artery.
+    Triangle,
+    /// Lower third of the gallbladder's bed: what the critical view of safety wants freed.
+    LowerBed,
+    /// The rest of the bed.
+    UpperBed,
+}
+
+impl Region {
+    /// How many there are.
+    pub(crate) const COUNT: usize = 4;
+    /// The regions whose share of removed cells is told.
+    pub const COUNTED: [Self; 3] = [Self::Triangle, Self::LowerBed, Self::UpperBed];
+
+    /// As a compiled scene counts them: 1 triangle, 2 lower third of the bed, 3 the rest of it.
+    #[must_use]
+    pub fn from_number(number: u8) -> Self {
+        match number {
+            1 => Self::Triangle,
+            2 => Self::LowerBed,
+            3 => Self::UpperBed,
+            _ => Self::Elsewhere,
+        }
+    }
+}
+
+/// An organ of the scene.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Organ {
+    pub(crate) name: String,
+    pub(crate) kind: Option<OrganKind>,
+    /// Middle of its spheres at rest, m.
+    pub(crate) middle_m: Vec3,
+    /// Direction in which its spheres at rest reach farthest; of unit length, or zero.
+    pub(crate) along: Vec3,
+}
+
+/// A scene's organs and its layered tissue.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Anatomy {
+    pub(crate) organs: Vec<Organ>,
+    /// Region of each cell of layered tissue.
+    pub(crate) cells: Vec<Region>,
+    /// How many of each region.
+    pub(crate) cells_in: [usize; Region::COUNT],
+    /// Against gravity, of unit length, or zero.
+    pub(crate) up: Vec3,
+}
+
+impl Anatomy {
+    /// Of a compiled scene.
+    #[must_use]
+    pub fn of(scene: &SceneFile) -> Self {
+        let gravity = wide(scene.room().gravity_m_s2);
+        let organs = scene.organs().iter().map(|record| {
+            let [from, to] = record.spheres.map(|index| index as usize);
+            let spheres = scene.spheres().get(from..to).unwrap_or_default();
+            let centers: Vec<Vec3> = spheres.iter().map(|it| wide(it.center_m)).collect();
+            Organ {
+                name: str_from_name(&record.name).unwrap_or_default().to_owned(),
+                kind: OrganKind::from_u32(record.kind),
+                middle_m: middle(&centers),
+                along: longest(&centers),
+            }
+        });
+        Self {
+            organs: organs.collect(),
+            cells: Vec::new(),
+            cells_in: [0; Region::COUNT],
+            up: unit(gravity.map(|x| -x)),
+        }
+    }
+
+    /// Of organs and cells that are named; for tests and scenes of other programs.
+    #[must_use]
+    pub fn new(organs: &[(&str, OrganKind)], cells: &[Region]) -> Self {
+        let organs = organs.iter().map(|&(name, kind)| Organ {
+            name: name.to_owned(),
+            kind: Some(kind),
+            middle_m: [0.0; 3],
+            along: [1.0, 0.0, 0.0],
+        });
+        Self {
+            organs: organs.collect(),
+            cells: cells.to_vec(),
+            cells_in: count(cells),
+            up: [0.0, 0.0, 1.0],
+        }
+    }
+
+    pub(crate) fn organ(&self, index: u32) -> Option<&Organ> {
+        self.organs.get(index as usize)
+    }
+
+    pub(crate) fn kind(&self, index: u32) -> Option<OrganKind> {
+        self.organ(index)?.kind
+    }
+
+    /// Whether it has an organ of this kind.
+    #[must_use]
+    pub fn has(&self, kind: OrganKind) -> bool {
+        self.organs.iter().any(|organ| organ.kind == Some(kind))
+    }
+
+    /// Cells of a region.
+    #[must_use]
+    pub fn cells_in(&self, region: Region) -> usize {
+        self.cells_in.get(region as usize).copied().unwrap_or(0)
+    }
+}
+
+fn count(cells: &[Region]) -> [usize; Region::COUNT] {
+    let mut counts = [0; Region::COUNT];
+    for region in cells {
+        if let Some(count) = counts.get_mut(*region as usize) {
+            *count += 1;
+        }
+    }
+    counts
+}
+
+fn unit(v: Vec3) -> Vec3 {
+    let length = crate::vector::norm(v);
+    match length > 1e-12 && length.is_finite() {
+        true => v.map(|x| x / length),
+        false => [0.0; 3],
+    }
+}
+
+fn middle(points: &[Vec3]) -> Vec3 {
+    let count = points.len().max(1) as f64;
+    [0, 1, 2].map(|i| points.iter().map(|point| point[i]).sum::<f64>() / count)
+}
+
+/// From the point farthest from the first to the one farthest from that.
+fn longest(points: &[Vec3]) -> Vec3 {
+    let farthest = |from: Vec3| {
+        let far = |p: &&Vec3| crate::vector::distance(**p, from);
+        points.iter().max_by(|a, b| far(a).total_cmp(&far(b)))
+    };
+    let one = points.first().and_then(|first| farthest(*first));
+    let ends = one.and_then(|one| Some((*one, *farthest(*one)?)));
+    ends.map_or([0.0; 3], |(a, b)| unit(sub(b, a)))
+}

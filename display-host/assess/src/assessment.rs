@@ -1,0 +1,298 @@
+//! An operation's assessment: the course goes in, entry by entry; status and result come out.
+
+use session::{Entry, Movement, What};
+use shared_mem::message::EventMsg;
+
+use crate::alarm::Alarm;
+use crate::anatomy::Anatomy;
+use crate::metrics::{Metric, Tally, Values};
+use crate::procedure::Procedure;
+use crate::rules::{Lost, Rules};
+use crate::task::{Difficulty, Outcome, Task};
+use crate::vector::{Vec3, distance, wide};
+
+/// Version of the metrics' definitions and of what tasks ask beside their rules.
+pub const VERSION: u32 = 1;
+/// Alarms and moments that are kept.
+const KEPT_MAX: usize = 5000;
+/// Steps of the paths that are kept for pictures, m.
+const PATH_STEP_M: f64 = 2e-3;
+/// Points of such a path.
+const PATH_MAX: usize = 20_000;
+
+/// A moment for a time line.
+#[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Moment {
+    /// When, s since the task began.
+    pub at_s: f64,
+    /// The event's name.
+    pub what: String,
+    /// On what.
+    pub organ: Option<String>,
+    /// The event's value.
+    pub value: f32,
+}
+
+/// A path for pictures: x, y, z in m, world frame; time in s.
+pub type Path = Vec<[f32; 4]>;
+
+/// How a task stands.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Status {
+    /// Time that counts, s.
+    pub time_s: f64,
+    /// How it stands.
+    pub outcome: Outcome,
+    /// Score so far.
+    pub score: f64,
+    /// What is to be done, and whether it is.
+    pub steps: Vec<(String, bool)>,
+    /// The newest alarm, and how many there were.
+    pub alarm: Option<Alarm>,
+    /// See [`Status::alarm`].
+    pub alarms: usize,
+    /// What to do next, for beginners.
+    pub hint: Option<String>,
+    /// Why it is over.
+    pub reasons: Vec<String>,
+}
+
+/// What an operation came to.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Assessed {
+    /// [`VERSION`].
+    pub version: u32,
+    /// The task.
+    pub task: Task,
+    /// How much help was given.
+    pub difficulty: Difficulty,
+    /// How it ended.
+    pub outcome: Outcome,
+    /// Why.
+    pub reasons: Vec<String>,
+    /// 0 to 100.
+    pub score: f64,
+    /// What points were lost for.
+    pub lost: Vec<Lost>,
+    /// What was to be done, and whether it was.
+    pub steps: Vec<(String, bool)>,
+    /// What was wrong.
+    pub alarms: Vec<Alarm>,
+    /// All metrics; `null` where there is none.
+    pub metrics: Values,
+    /// Time at each force while the instrument touched, in bins of [`crate::metrics::BIN_N`], s.
+    pub force_histogram_s: Vec<f64>,
+    /// What happened, for a time line.
+    pub moments: Vec<Moment>,
+    /// Paths of instrument and endoscope.
+    #[serde(skip)]
+    pub paths: [Path; 2],
+}
+
+/// An operation that is being assessed.
+#[derive(Debug, Clone)]
+pub struct Assessment {
+    task: Task,
+    difficulty: Difficulty,
+    rules: Rules,
+    anatomy: Anatomy,
+    tally: Tally,
+    procedure: Procedure,
+    alarms: Vec<Alarm>,
+    moments: Vec<Moment>,
+    paths: [Path; 2],
+    began_ns: Option<u64>,
+    newest: Option<Movement>,
+    restarts: u32,
+    over: Option<(Outcome, Vec<String>)>,
+}
+
+impl Assessment {
+    /// Of a task that begins with the first movement.
+    #[must_use]
+    pub fn new(task: Task, difficulty: Difficulty, rules: Rules, anatomy: Anatomy) -> Self {
+        Self {
+            task,
+            difficulty,
+            rules,
+            tally: Tally::default(),
+            procedure: Procedure::new(task, &anatomy),
+            anatomy,
+            alarms: Vec::new(),
+            moments: Vec::new(),
+            paths: [Vec::new(), Vec::new()],
+            began_ns: None,
+            newest: None,
+            restarts: 0,
+            over: None,
+        }
+    }
+
+    /// Takes in what comes next. Once the task is over nothing changes any more.
+    pub fn take(&mut self, entry: &Entry) {
+        if self.over.is_some() {
+            return;
+        }
+        match &entry.what {
+            What::Device { force_max_n } => self.tally.device(f64::from(*force_max_n)),
+            What::Reset => self.restart(),
+            What::Moved(moved) => self.moved(entry.at_ns, moved),
+            What::Event(event) => self.event(entry.at_ns, event),
+        }
+        self.judge();
+    }
+
+    fn restart(&mut self) {
+        // Before the first movement it is no attempt.
+        self.restarts += u32::from(self.began_ns.is_some());
+        self.tally = self.tally.again();
+        self.procedure = Procedure::new(self.task, &self.anatomy);
+        self.alarms.clear();
+        self.moments.clear();
+        self.paths = [Vec::new(), Vec::new()];
+        self.began_ns = None;
+    }
+
+    fn seconds(&self, at_ns: u64) -> f64 {
+        let began_ns = self.began_ns.unwrap_or(at_ns);
+        at_ns.saturating_sub(began_ns) as f64 * 1e-9
+    }
+
+    fn moved(&mut self, at_ns: u64, moved: &Movement) {
+        self.began_ns.get_or_insert(at_ns);
+        let (rules, anatomy) = (&self.rules, &self.anatomy);
+        let seconds = self.tally.moved(at_ns, moved, anatomy, rules);
+        self.procedure.moved(moved, seconds, anatomy, rules);
+        let at_s = self.seconds(at_ns) as f32;
+        let places = [moved.tip_m, moved.world_from_camera.position_m];
+        for (path, place) in self.paths.iter_mut().zip(places) {
+            let far = |last: &[f32; 4]| distance(first_three(last), wide(place)) >= PATH_STEP_M;
+            if path.len() < PATH_MAX && path.last().is_none_or(far) {
+                let [x, y, z] = place;
+                path.push([x, y, z, at_s]);
+            }
+        }
+        self.newest = Some(*moved);
+    }
+
+    fn event(&mut self, at_ns: u64, event: &EventMsg) {
+        self.tally.event(event, &self.anatomy);
+        let at_s = self.seconds(at_ns);
+        let wrong = self
+            .procedure
+            .event(at_s, event, &self.anatomy, &self.rules, &self.tally);
+        let room = KEPT_MAX.saturating_sub(self.alarms.len());
+        self.alarms.extend(wrong.0.into_iter().take(room));
+        let shown = [
+            EventMsg::GRASP,
+            EventMsg::ELECTRO,
+            EventMsg::TEAR,
+            EventMsg::CUT,
+            EventMsg::CLIP,
+            EventMsg::LEAK,
+            EventMsg::CRUSH,
+            EventMsg::PERFORATION,
+        ];
+        if shown.contains(&event.kind) && self.moments.len() < KEPT_MAX {
+            let organ = self.anatomy.organ(event.organ);
+            self.moments.push(Moment {
+                at_s,
+                what: event.name().to_owned(),
+                organ: organ.map(|organ| organ.name.clone()),
+                value: event.value,
+            });
+        }
+    }
+
+    fn judge(&mut self) {
+        let time_s = self.tally.time_s();
+        if let Some(why) = self.procedure.failure(time_s, &self.rules) {
+            self.over = Some((Outcome::Failed, vec![why]));
+            return;
+        }
+        let steps = self.steps();
+        if !steps.is_empty() && steps.iter().all(|(_, done)| *done) {
+            let values = self.values();
+            let (score, _) = self.rules.score(&values);
+            let unmet = self.rules.unmet(self.task, score, &values);
+            self.over = Some(match unmet.is_empty() {
+                true => (Outcome::Passed, Vec::new()),
+                false => (Outcome::Failed, unmet),
+            });
+        }
+    }
+
+    fn steps(&self) -> Vec<(String, bool)> {
+        let at_s = self.tally.time_s();
+        self.procedure
+            .steps(at_s, &self.anatomy, &self.rules, &self.tally)
+    }
+
+    fn values(&self) -> Values {
+        let mut values = self.tally.values(&self.anatomy);
+        self.procedure.values(&mut values);
+        values.set(Metric::Alarms, self.alarms.len() as f64);
+        values.set(Metric::Restarts, self.restarts.into());
+        values
+    }
+
+    /// Whether it is decided.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.over.is_some()
+    }
+
+    /// How it stands.
+    #[must_use]
+    pub fn status(&self) -> Status {
+        let steps = self.steps();
+        let is_beginner = self.difficulty == Difficulty::Beginner && self.over.is_none();
+        let hint = is_beginner.then(|| self.procedure.hint(&steps, self.newest.as_ref()));
+        let (outcome, reasons) = self.over.clone().unwrap_or((Outcome::Running, Vec::new()));
+        Status {
+            time_s: self.tally.time_s(),
+            outcome,
+            score: self.rules.score(&self.values()).0,
+            steps,
+            alarm: self.alarms.last().cloned(),
+            alarms: self.alarms.len(),
+            hint: hint.flatten(),
+            reasons,
+        }
+    }
+
+    /// What it came to: what is not over now is aborted.
+    #[must_use]
+    pub fn end(self) -> Assessed {
+        let metrics = self.values();
+        let (score, lost) = self.rules.score(&metrics);
+        let steps = self.steps();
+        let (outcome, reasons) = self.over.unwrap_or_else(|| match self.task {
+            Task::Free => (Outcome::Practised, Vec::new()),
+            _ => {
+                let open = steps.iter().filter(|(_, done)| !done);
+                let open = open.map(|(text, _)| format!("not done: {text}"));
+                (Outcome::Aborted, open.collect())
+            }
+        });
+        Assessed {
+            version: VERSION,
+            task: self.task,
+            difficulty: self.difficulty,
+            outcome,
+            reasons,
+            score,
+            lost,
+            steps,
+            alarms: self.alarms,
+            metrics,
+            force_histogram_s: self.tally.force_histogram(),
+            moments: self.moments,
+            paths: self.paths,
+        }
+    }
+}
+
+fn first_three([x, y, z, _]: &[f32; 4]) -> Vec3 {
+    wide([*x, *y, *z])
+}

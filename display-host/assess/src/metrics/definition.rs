@@ -1,0 +1,161 @@
+//! What each metric is: name, unit, definition, source. A definition that changes takes a new
+//! [`crate::VERSION`]; what a report shows says which it is of.
+
+macro_rules! metrics {
+    ($($variant:ident $name:literal $unit:literal $definition:literal $source:literal)*) => {
+        /// A metric.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Metric {
+            $(#[doc = $definition] $variant,)*
+        }
+
+        impl Metric {
+            /// All of them, in the order in which they are shown.
+            pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
+
+            /// As JSON, CSV and rules have it: unit last.
+            #[must_use]
+            pub fn name(self) -> &'static str {
+                match self { $(Self::$variant => $name,)* }
+            }
+
+            /// Its unit; `1` for a share, `n` for a count.
+            #[must_use]
+            pub fn unit(self) -> &'static str {
+                match self { $(Self::$variant => $unit,)* }
+            }
+
+            /// What it is.
+            #[must_use]
+            pub fn definition(self) -> &'static str {
+                match self { $(Self::$variant => $definition,)* }
+            }
+
+            /// Who measures so.
+            #[must_use]
+            pub fn source(self) -> &'static str {
+                match self { $(Self::$variant => $source,)* }
+            }
+        }
+    };
+}
+
+metrics! {
+    Time "time_s" "s"
+        "Time of the task without pauses and without gaps in the recording."
+        "LAP Mentor, LapSim: time"
+    Gaps "gaps_s" "s"
+        "Time of which nothing is known: no movement was recorded for more than 0.25 s."
+        "own"
+    Restarts "restarts" "n"
+        "Times that the organs were put back to rest; all else counts from the last."
+        "own"
+    Path "path_m" "m"
+        "Path of the instrument's tip, measured with a ruler of 1 mm: tremor below it does not count."
+        "LAP Mentor: path length; ruler own"
+    ScopePath "scope_path_m" "m"
+        "Path of the endoscope's lens, measured with a ruler of 1 mm."
+        "LapSim camera navigation: path length; ruler own"
+    Movements "movements" "n"
+        "Movements of the instrument: faster than 20 mm/s after slower than 5 mm/s, over 50 ms."
+        "LAP Mentor: number of movements; limits own"
+    ScopeMovements "scope_movements" "n"
+        "Movements of the endoscope, counted alike."
+        "LAP Mentor: number of movements; limits own"
+    Economy "economy" "1"
+        "Straight distance from beginning to end of each movement, summed, over their paths: 1 is straight."
+        "LapSim: economy of movement"
+    Idle "idle_s" "s"
+        "Time in which both hands were slower than 5 mm/s for 1 s or longer."
+        "LAP Mentor: idle time; limits own"
+    ForceMax "force_max_n" "N"
+        "Greatest force on the hand."
+        "NeuroVR tier 3: force"
+    ForceMean "force_mean_n" "N"
+        "Mean force on the hand while the instrument touched."
+        "NeuroVR tier 2: sum of force, over time"
+    Force95 "force_p95_n" "N"
+        "Force that was not exceeded in 95 % of the time that the instrument touched, to 0.05 N."
+        "NeuroVR tier 3: force histogram"
+    ForceSaturated "force_saturated_s" "s"
+        "Time at 97 % or more of what the haptic device can give: the tissue's force was greater than felt."
+        "own"
+    CauteryOn "cautery_on_s" "s"
+        "Time with current on the hook."
+        "LAP Mentor: safe cautery"
+    CauteryAir "cautery_air_s" "s"
+        "Of that, time in which the hook touched nothing."
+        "LAP Mentor: cautery without contact"
+    BurnWrong "burn_wrong_j" "J"
+        "Energy into what the rules say must not be burnt."
+        "own"
+    BurnLiver "burn_liver_j" "J" "Energy into the liver." "own"
+    BurnGallbladder "burn_gallbladder_j" "J" "Energy into the gallbladder." "own"
+    BurnDuct "burn_duct_j" "J" "Energy into cystic and bile duct." "own"
+    BurnVessel "burn_vessel_j" "J" "Energy into arteries." "own"
+    BurnTarget "burn_target_j" "J" "Energy into fat and connective tissue." "own"
+    TouchesWrong "touches_wrong" "n"
+        "Times that a structure was touched which the rules say must not be."
+        "paper, evaluation"
+    BurnsWrong "burns_wrong" "n"
+        "Times that a structure was burnt which the rules say must not be."
+        "paper, evaluation"
+    CutsWrong "cuts_wrong" "n"
+        "Times that something was cut other than cystic duct and artery, fat, connective tissue and sutures."
+        "own"
+    ClipsUsed "clips_used" "n" "Clips that closed." "LAP Mentor: clips"
+    ClipsLost "clips_lost" "n" "Clips that closed on nothing." "LAP Mentor: lost clips"
+    ClipsMisplaced "clips_misplaced" "n"
+        "Clips on other structures than cystic duct and artery."
+        "LAP Mentor: clips"
+    ClipsDuct "clips_duct" "n" "Clips on the cystic duct." "paper, task 2"
+    ClipsArtery "clips_artery" "n" "Clips on the cystic artery." "paper, task 2"
+    ClipSpacing "clip_spacing_mm" "mm"
+        "Least distance between two clips of one vessel, where each closed."
+        "own"
+    CutsOneSided "cuts_one_sided" "n"
+        "Vessels divided with all clips on one side, by the places along the vessel at rest."
+        "paper, task 3: between the clips"
+    Unclamped "unclamped" "n"
+        "Vessels divided with too few clips, or that leaked after it."
+        "paper, evaluation"
+    Blood "blood_ml" "ml" "Blood lost: flow of each leak over time." "LAP Mentor: blood loss"
+    Bile "bile_ml" "ml" "Bile lost: flow of each leak over time." "own"
+    Perforations "perforations" "n" "Walls burnt through or torn open." "LAP Mentor: perforations"
+    Crushes "crushes" "n" "Times that jaws crushed what they held." "GOALS: tissue handling"
+    Tears "tears" "n"
+        "Ducts, vessels and other organs torn; fat and connective tissue do not count."
+        "GOALS: tissue handling"
+    Slips "slips" "n" "Times that what the jaws held slipped." "GOALS: tissue handling"
+    OutOfView "out_of_view_s" "s"
+        "Time in which the instrument's tip was not in the picture of a 0° endoscope (35° to each side)."
+        "LAP Mentor: tool out of view"
+    ScopeTurn "scope_turn_deg" "deg"
+        "Angle through which the endoscope looked about, measured with a ruler of 1°."
+        "LapSim camera navigation: angular path"
+    ScopeTilt "scope_tilt_deg" "deg"
+        "Mean angle between the picture's horizon and the level."
+        "LapSim camera navigation: horizon"
+    Exchanges "exchanges" "n" "Times that the instrument was exchanged." "own"
+    CvsTriangle "cvs_triangle" "1"
+        "Share of the layered tissue in Calot's triangle that is removed."
+        "critical view of safety, criterion 1 (Strasberg)"
+    CvsBed "cvs_bed" "1"
+        "Share of the layered tissue of the lower third of the gallbladder's bed that is removed."
+        "critical view of safety, criterion 2 (Strasberg)"
+    CvsTwo "cvs_two" "1"
+        "Two structures enter the gallbladder: 1 while cystic duct and artery are whole, else the share."
+        "critical view of safety, criterion 3 (Strasberg)"
+    Bed "bed" "1"
+        "Share of the layered tissue of the whole bed that is removed."
+        "paper, task 4"
+    Alarms "alarms" "n" "Alarms of any kind." "paper, evaluation"
+}
+
+impl Metric {
+    /// The metric of this name.
+    #[must_use]
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|metric| metric.name() == name)
+    }
+}

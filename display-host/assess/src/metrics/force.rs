@@ -1,0 +1,87 @@
+//! The force on the hand: how much for how long.
+
+/// Width of a bin, N.
+pub const BIN_N: f64 = 0.05;
+/// Bins; the last takes what is greater.
+const BINS: usize = 240;
+/// At this share of its greatest force a device counts as saturated.
+const SATURATED: f64 = 0.97;
+
+/// Time at each force while the instrument touched.
+#[derive(Debug, Clone)]
+pub(crate) struct Force {
+    seconds: [f64; BINS],
+    pub(crate) max_n: f64,
+    impulse_ns: f64,
+    pub(crate) saturated_s: f64,
+    /// What the device can give; 0: not known.
+    device_n: f64,
+}
+
+impl Default for Force {
+    fn default() -> Self {
+        Self {
+            seconds: [0.0; BINS],
+            max_n: 0.0,
+            impulse_ns: 0.0,
+            saturated_s: 0.0,
+            device_n: 0.0,
+        }
+    }
+}
+
+impl Force {
+    pub(crate) fn device(&mut self, force_max_n: f64) {
+        self.device_n = force_max_n;
+    }
+
+    pub(crate) fn step(&mut self, force_n: f64, touches: bool, seconds: f64) {
+        self.max_n = self.max_n.max(force_n);
+        if self.device_n > 0.0 && force_n >= SATURATED * self.device_n {
+            self.saturated_s += seconds;
+        }
+        if touches {
+            let bin = ((force_n / BIN_N) as usize).min(BINS - 1);
+            if let Some(bin) = self.seconds.get_mut(bin) {
+                *bin += seconds;
+            }
+            self.impulse_ns += force_n * seconds;
+        }
+    }
+
+    fn touched_s(&self) -> f64 {
+        self.seconds.iter().sum()
+    }
+
+    pub(crate) fn mean_n(&self) -> f64 {
+        self.impulse_ns / self.touched_s()
+    }
+
+    /// The upper end of the bin in which this share of the time is reached.
+    pub(crate) fn quantile_n(&self, share: f64) -> f64 {
+        let wanted_s = share * self.touched_s();
+        let mut sum_s = 0.0;
+        let bin = self.seconds.iter().position(|seconds| {
+            sum_s += seconds;
+            sum_s >= wanted_s && sum_s > 0.0
+        });
+        bin.map_or(f64::NAN, |bin| (bin + 1) as f64 * BIN_N)
+    }
+
+    /// Seconds in each bin, without the empty ones at the end.
+    pub(crate) fn histogram(&self) -> Vec<f64> {
+        let used = self.seconds.iter().rposition(|s| *s > 0.0);
+        self.seconds
+            .get(..used.map_or(0, |last| last + 1))
+            .unwrap_or_default()
+            .to_vec()
+    }
+
+    /// A new attempt on the same device.
+    pub(crate) fn again(&self) -> Self {
+        Self {
+            device_n: self.device_n,
+            ..Self::default()
+        }
+    }
+}

@@ -1,0 +1,357 @@
+//! What is measured. [`Metric`] says what each number is.
+
+mod definition;
+mod force;
+mod hands;
+
+use serde::ser::SerializeMap as _;
+use session::Movement;
+use shared_mem::message::EventMsg;
+use shared_mem::scene::OrganKind;
+
+pub use self::definition::Metric;
+pub use self::force::BIN_N;
+use self::force::Force;
+use self::hands::Hands;
+use crate::anatomy::{Anatomy, Region};
+use crate::rules::Rules;
+use crate::vector::{Vec3, axis, distance, dot, norm, off_sight, wide};
+
+/// Between two movements a longer time is a gap, s.
+const GAP_S: f64 = 0.25;
+/// Half of the angle that a 0° endoscope shows, rad (`display-host`, `Scope`).
+pub(crate) const VIEW_HALF_RAD: f64 = 0.61;
+/// Shorter turns do not count, rad.
+const TURN_RULER_RAD: f64 = std::f64::consts::PI / 180.0;
+/// A leak that changes within this of where it was is the same, m: ends move with the tissue.
+const SAME_LEAK_M: f64 = 0.02;
+/// [`Movement::instrument`]: the hook.
+const HOOK: u8 = 1;
+
+/// A number for each metric; not a number where there is none.
+#[derive(Debug, Clone, Copy)]
+pub struct Values([f64; Metric::ALL.len()]);
+
+impl Values {
+    pub(crate) fn none() -> Self {
+        Self([f64::NAN; Metric::ALL.len()])
+    }
+
+    /// The number of a metric; not a number: there is none.
+    #[must_use]
+    pub fn get(&self, metric: Metric) -> f64 {
+        self.0.get(metric as usize).copied().unwrap_or(f64::NAN)
+    }
+
+    pub(crate) fn set(&mut self, metric: Metric, value: f64) {
+        if let Some(slot) = self.0.get_mut(metric as usize) {
+            *slot = value;
+        }
+    }
+}
+
+impl PartialEq for Values {
+    /// Bit for bit: what is none equals what is none.
+    fn eq(&self, other: &Self) -> bool {
+        self.0.map(f64::to_bits) == other.0.map(f64::to_bits)
+    }
+}
+
+impl serde::Serialize for Values {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut map = serializer.serialize_map(Some(Metric::ALL.len()))?;
+        for metric in Metric::ALL {
+            let value = Some(self.get(metric)).filter(|value| value.is_finite());
+            map.serialize_entry(metric.name(), &value)?;
+        }
+        map.end()
+    }
+}
+
+/// A place that leaks.
+#[derive(Debug, Clone, Copy)]
+struct Leak {
+    organ: u32,
+    at_m: Vec3,
+    /// Share of what runs in the whole vessel.
+    flow: f64,
+}
+
+/// What has been counted so far.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Tally {
+    hands: Hands,
+    force: Force,
+    last: Option<(u64, Movement)>,
+    time_s: f64,
+    gaps_s: f64,
+    cautery_s: f64,
+    cautery_air_s: f64,
+    out_of_view_s: f64,
+    tilt_rad_s: f64,
+    turn_rad: f64,
+    sight: Option<Vec3>,
+    exchanges: u32,
+    leaks: Vec<Leak>,
+    blood_ml: f64,
+    bile_ml: f64,
+    burns_j: [f64; 6],
+    clips: Vec<u32>,
+    clips_lost: u32,
+    clips_misplaced: u32,
+    perforations: u32,
+    crushes: u32,
+    tears: u32,
+    slips: u32,
+    removed: Vec<bool>,
+    /// How many of each region.
+    removed_in: [usize; Region::COUNT],
+}
+
+/// Leaks at most; more are one vessel that flickers.
+const LEAKS_MAX: usize = 64;
+
+impl Tally {
+    /// What the haptic device can give.
+    pub(crate) fn device(&mut self, force_max_n: f64) {
+        self.force.device(force_max_n);
+    }
+
+    /// A new attempt on the same device.
+    pub(crate) fn again(&self) -> Self {
+        Self {
+            force: self.force.again(),
+            ..Self::default()
+        }
+    }
+
+    /// Time that counts, s.
+    pub(crate) fn time_s(&self) -> f64 {
+        self.time_s
+    }
+
+    /// The hands are here: what time passed that counts, s.
+    pub(crate) fn moved(
+        &mut self,
+        at_ns: u64,
+        moved: &Movement,
+        anatomy: &Anatomy,
+        rules: &Rules,
+    ) -> f64 {
+        let Some((before_ns, before)) = self.last.replace((at_ns, *moved)) else {
+            return 0.0;
+        };
+        // A clock that stands or goes back: nothing passed.
+        let seconds = at_ns.saturating_sub(before_ns) as f64 * 1e-9;
+        if seconds <= 0.0 {
+            return 0.0;
+        }
+        let paused = (moved.switches | before.switches) & 8 != 0;
+        if paused || seconds > GAP_S {
+            if !paused {
+                self.gaps_s += seconds;
+            }
+            self.hands.gap();
+            self.sight = None;
+            return 0.0;
+        }
+        self.time_s += seconds;
+        let (tip, lens) = (wide(moved.tip_m), wide(moved.world_from_camera.position_m));
+        self.hands.step([tip, lens], seconds);
+        let touches = moved.contacts > 0;
+        self.force.step(norm(wide(moved.force_n)), touches, seconds);
+        if moved.instrument == HOOK && matches!(moved.switches & 3, 1 | 2) {
+            self.cautery_s += seconds;
+            self.cautery_air_s += if touches { 0.0 } else { seconds };
+        }
+        if moved.instrument != before.instrument {
+            self.exchanges += 1;
+        }
+        self.look(moved, tip, anatomy.up, seconds);
+        for leak in &self.leaks {
+            let ml = leak.flow * rules.flow_ml_min(anatomy.kind(leak.organ)) / 60.0 * seconds;
+            match is_duct(anatomy.kind(leak.organ)) {
+                true => self.bile_ml += ml,
+                false => self.blood_ml += ml,
+            }
+        }
+        seconds
+    }
+
+    fn look(&mut self, moved: &Movement, tip: Vec3, up: Vec3, seconds: f64) {
+        let camera = &moved.world_from_camera;
+        if off_sight(camera, tip).0 > VIEW_HALF_RAD {
+            self.out_of_view_s += seconds;
+        }
+        let right = dot(axis(camera, 0), up).clamp(-1.0, 1.0);
+        self.tilt_rad_s += right.asin().abs() * seconds;
+        let sight = axis(camera, 2);
+        let from = *self.sight.get_or_insert(sight);
+        let turn = (0.5 * distance(from, sight)).min(1.0).asin() * 2.0;
+        if turn >= TURN_RULER_RAD {
+            self.turn_rad += turn;
+            self.sight = Some(sight);
+        }
+    }
+
+    /// Something happened.
+    pub(crate) fn event(&mut self, event: &EventMsg, anatomy: &Anatomy) {
+        let kind = anatomy.kind(event.organ);
+        match event.kind {
+            EventMsg::BURN => {
+                let joule = f64::from(event.value).max(0.0);
+                if let Some(sum) = self.burns_j.get_mut(burn_class(kind)) {
+                    *sum += joule;
+                }
+            }
+            EventMsg::CLIP => self.clip(event, kind),
+            EventMsg::LEAK => self.leak(event),
+            EventMsg::REMOVED => {
+                self.removed.resize(anatomy.cells.len(), false);
+                let index = event.value.max(0.0) as usize;
+                if let Some(removed) = self.removed.get_mut(index)
+                    && !core::mem::replace(removed, true)
+                    && let Some(region) = anatomy.cells.get(index)
+                    && let Some(count) = self.removed_in.get_mut(*region as usize)
+                {
+                    *count += 1;
+                }
+            }
+            EventMsg::PERFORATION => self.perforations += 1,
+            EventMsg::CRUSH => self.crushes += 1,
+            EventMsg::TEAR if !is_target(kind) => self.tears += 1,
+            EventMsg::SLIP => self.slips += 1,
+            _ => {}
+        }
+    }
+
+    fn clip(&mut self, event: &EventMsg, kind: Option<OrganKind>) {
+        let number = event.value.max(0.0) as u32;
+        if !self.clips.contains(&number) {
+            self.clips.push(number);
+        }
+        match kind {
+            None => self.clips_lost += 1,
+            Some(OrganKind::CysticDuct | OrganKind::CysticArtery) => {}
+            // Tissue that is dissected is between the jaws with the vessel.
+            Some(OrganKind::Fat | OrganKind::ConnectiveTissue) => {}
+            Some(_) => self.clips_misplaced += 1,
+        }
+    }
+
+    fn leak(&mut self, event: &EventMsg) {
+        let (at_m, flow) = (wide(event.at_m), f64::from(event.value).clamp(0.0, 10.0));
+        let far_m = |leak: &Leak| distance(leak.at_m, at_m);
+        let same = self
+            .leaks
+            .iter()
+            .enumerate()
+            .filter(|(_, leak)| leak.organ == event.organ && far_m(leak) < SAME_LEAK_M)
+            .min_by(|a, b| far_m(a.1).total_cmp(&far_m(b.1)))
+            .map(|(index, _)| index);
+        if let Some(leak) = same.and_then(|index| self.leaks.get_mut(index)) {
+            (leak.at_m, leak.flow) = (at_m, flow);
+        } else if self.leaks.len() < LEAKS_MAX {
+            let organ = event.organ;
+            self.leaks.push(Leak { organ, at_m, flow });
+        }
+        self.leaks.retain(|leak| leak.flow > 0.0);
+    }
+
+    /// Share of a region's cells that is removed; not a number where it has none.
+    pub(crate) fn removed(&self, anatomy: &Anatomy, regions: &[Region]) -> f64 {
+        let sum = |counts: &[usize]| -> usize {
+            let of = |region: &Region| counts.get(*region as usize).copied();
+            regions.iter().filter_map(of).sum()
+        };
+        sum(&self.removed_in) as f64 / sum(&anatomy.cells_in) as f64
+    }
+
+    /// Time at each force while the instrument touched, in bins of [`BIN_N`], s.
+    pub(crate) fn force_histogram(&self) -> Vec<f64> {
+        self.force.histogram()
+    }
+
+    /// The numbers that it knows; the others are set by who knows them.
+    pub(crate) fn values(&self, anatomy: &Anatomy) -> Values {
+        let mut values = Values::none();
+        let [tip, lens] = &self.hands.tracks;
+        let [liver, gallbladder, duct, vessel, target, _] = self.burns_j;
+        for (metric, value) in [
+            (Metric::Time, self.time_s),
+            (Metric::Gaps, self.gaps_s),
+            (Metric::Path, tip.path_m),
+            (Metric::ScopePath, lens.path_m),
+            (Metric::Movements, tip.movements.into()),
+            (Metric::ScopeMovements, lens.movements.into()),
+            (Metric::Economy, tip.economy()),
+            (Metric::Idle, self.hands.idle_s()),
+            (Metric::ForceMax, self.force.max_n),
+            (Metric::ForceMean, self.force.mean_n()),
+            (Metric::Force95, self.force.quantile_n(0.95)),
+            (Metric::ForceSaturated, self.force.saturated_s),
+            (Metric::CauteryOn, self.cautery_s),
+            (Metric::CauteryAir, self.cautery_air_s),
+            (Metric::BurnLiver, liver),
+            (Metric::BurnGallbladder, gallbladder),
+            (Metric::BurnDuct, duct),
+            (Metric::BurnVessel, vessel),
+            (Metric::BurnTarget, target),
+            (Metric::ClipsUsed, self.clips.len() as f64),
+            (Metric::ClipsLost, self.clips_lost.into()),
+            (Metric::ClipsMisplaced, self.clips_misplaced.into()),
+            (Metric::Blood, self.blood_ml),
+            (Metric::Bile, self.bile_ml),
+            (Metric::Perforations, self.perforations.into()),
+            (Metric::Crushes, self.crushes.into()),
+            (Metric::Tears, self.tears.into()),
+            (Metric::Slips, self.slips.into()),
+            (Metric::OutOfView, self.out_of_view_s),
+            (Metric::ScopeTurn, self.turn_rad.to_degrees()),
+            (
+                Metric::ScopeTilt,
+                (self.tilt_rad_s / self.time_s).to_degrees(),
+            ),
+            (Metric::Exchanges, self.exchanges.into()),
+            (
+                Metric::CvsTriangle,
+                self.removed(anatomy, &[Region::Triangle]),
+            ),
+            (Metric::CvsBed, self.removed(anatomy, &[Region::LowerBed])),
+            (
+                Metric::Bed,
+                self.removed(anatomy, &[Region::LowerBed, Region::UpperBed]),
+            ),
+        ] {
+            values.set(metric, value);
+        }
+        values
+    }
+}
+
+/// Liver, gallbladder, ducts, arteries, what is dissected, all else.
+fn burn_class(kind: Option<OrganKind>) -> usize {
+    match kind {
+        Some(OrganKind::Liver) => 0,
+        Some(OrganKind::Gallbladder) => 1,
+        Some(OrganKind::CysticDuct | OrganKind::BileDuct) => 2,
+        Some(OrganKind::CysticArtery | OrganKind::Vessel) => 3,
+        kind if is_target(kind) => 4,
+        _ => 5,
+    }
+}
+
+/// Whether it is tissue that is there to be taken away.
+pub(crate) fn is_target(kind: Option<OrganKind>) -> bool {
+    matches!(kind, Some(OrganKind::Fat | OrganKind::ConnectiveTissue))
+}
+
+/// Whether bile runs in it.
+fn is_duct(kind: Option<OrganKind>) -> bool {
+    let bile = [
+        OrganKind::CysticDuct,
+        OrganKind::BileDuct,
+        OrganKind::Gallbladder,
+    ];
+    kind.is_some_and(|kind| bile.contains(&kind))
+}

@@ -1,0 +1,354 @@
+//! A task as it goes: what is done of it, what was wrong, and whether it is over.
+
+use session::Movement;
+use shared_mem::message::EventMsg;
+use shared_mem::scene::OrganKind;
+
+use crate::alarm::{Alarm, AlarmKind};
+use crate::anatomy::{Anatomy, Region};
+use crate::metrics::{Metric, Tally, Values, is_target};
+use crate::rules::Rules;
+use crate::scope_drill::ScopeDrill;
+use crate::task::Task;
+use crate::vector::wide;
+use crate::vessel::Vessel;
+
+/// The vessels that the procedure is about, in the order of [`Procedure::vessels`].
+const VESSELS: [(OrganKind, &str); 2] = [
+    (OrganKind::CysticDuct, "cystic duct"),
+    (OrganKind::CysticArtery, "cystic artery"),
+];
+
+/// A task as it goes.
+#[derive(Debug, Clone)]
+pub(crate) struct Procedure {
+    task: Task,
+    vessels: [Vessel; 2],
+    /// The critical view of safety has been there.
+    had_view: bool,
+    drill: ScopeDrill,
+    touches_wrong: u32,
+    burns_wrong: u32,
+    burn_wrong_j: f64,
+    cuts_wrong: u32,
+    unclamped: [bool; 2],
+    /// Until when an alarm of this kind on this organ is not told again, s.
+    quiet: Vec<(AlarmKind, u32, f64)>,
+}
+
+/// What came of an event.
+#[derive(Debug, Default)]
+pub(crate) struct Wrong(pub(crate) Vec<Alarm>);
+
+impl Procedure {
+    pub(crate) fn new(task: Task, anatomy: &Anatomy) -> Self {
+        Self {
+            task,
+            vessels: Default::default(),
+            had_view: false,
+            drill: ScopeDrill::new(anatomy),
+            touches_wrong: 0,
+            burns_wrong: 0,
+            burn_wrong_j: 0.0,
+            cuts_wrong: 0,
+            unclamped: [false; 2],
+            quiet: Vec::new(),
+        }
+    }
+
+    /// The hands moved, in time that counts.
+    pub(crate) fn moved(
+        &mut self,
+        moved: &Movement,
+        seconds: f64,
+        anatomy: &Anatomy,
+        rules: &Rules,
+    ) {
+        if self.task == Task::Scope {
+            self.drill.moved(moved, seconds, anatomy, rules.done.look_s);
+        }
+    }
+
+    /// Something happened, `at_s` after the task began.
+    pub(crate) fn event(
+        &mut self,
+        at_s: f64,
+        event: &EventMsg,
+        anatomy: &Anatomy,
+        rules: &Rules,
+        tally: &Tally,
+    ) -> Wrong {
+        self.had_view |= self.view(anatomy, rules, tally);
+        let mut wrong = Wrong::default();
+        let kind = anatomy.kind(event.organ);
+        let vessel = VESSELS.iter().position(|(of, _)| Some(*of) == kind);
+        let mut say = |what| {
+            wrong.0.push(Alarm {
+                at_s,
+                kind: what,
+                organ: anatomy.organ(event.organ).map(|organ| organ.name.clone()),
+                at_m: event.at_m,
+            });
+        };
+        match event.kind {
+            EventMsg::CONTACT if rules.must_not_touch(kind) => {
+                if self.is_new(AlarmKind::Touched, event.organ, at_s, rules) {
+                    self.touches_wrong += 1;
+                    say(AlarmKind::Touched);
+                }
+            }
+            EventMsg::BURN if rules.must_not_burn(kind) => {
+                self.burn_wrong_j += f64::from(event.value).max(0.0);
+                if self.is_new(AlarmKind::Burnt, event.organ, at_s, rules) {
+                    self.burns_wrong += 1;
+                    say(AlarmKind::Burnt);
+                }
+            }
+            EventMsg::CLIP => match vessel {
+                Some(which) => {
+                    if self.task == Task::Full && !self.had_view {
+                        say(AlarmKind::TooEarly);
+                    }
+                    let number = event.value.max(0.0) as u32;
+                    if let Some(vessel) = self.vessels.get_mut(which) {
+                        vessel.clip(number, wide(event.at_m));
+                    }
+                }
+                None if kind.is_none() => say(AlarmKind::ClipLost),
+                None if is_target(kind) => {}
+                None => say(AlarmKind::ClipMisplaced),
+            },
+            EventMsg::CUT => match vessel {
+                Some(which) => {
+                    self.divide(which, at_s, event, anatomy);
+                    let clips = self.vessels.get(which).map_or(0, Vessel::clips);
+                    if clips < rules.done.clips && self.is_unclamped(which) {
+                        say(AlarmKind::Unclamped);
+                    }
+                }
+                // Sutures and bands are named after an organ that they hold.
+                None if is_target(kind) || kind.is_none() => {}
+                None if matches!(kind, Some(OrganKind::Gallbladder | OrganKind::Liver)) => {}
+                None => {
+                    self.cuts_wrong += 1;
+                    say(AlarmKind::Cut);
+                }
+            },
+            EventMsg::TEAR if !is_target(kind) => {
+                say(AlarmKind::Torn);
+                if let Some(which) = vessel {
+                    self.divide(which, at_s, event, anatomy);
+                    self.injure(which);
+                    if self.is_unclamped(which) {
+                        say(AlarmKind::Unclamped);
+                    }
+                }
+            }
+            EventMsg::PERFORATION => {
+                say(AlarmKind::Perforated);
+                if let Some(which) = vessel {
+                    self.injure(which);
+                }
+            }
+            EventMsg::CRUSH if !is_target(kind) => say(AlarmKind::Crushed),
+            EventMsg::LEAK => {
+                if let Some(which) = vessel
+                    && let Some(vessel) = self.vessels.get_mut(which)
+                {
+                    vessel.leaks = f64::from(event.value) > rules.done.leak;
+                }
+            }
+            _ => {}
+        }
+        // A leak may be told before or after the cut that it comes of.
+        if let Some(which) = vessel
+            && let Some(vessel) = self.vessels.get(which)
+            && vessel.divided.is_some()
+            && vessel.leaks
+            && self.is_unclamped(which)
+        {
+            say(AlarmKind::Unclamped);
+        }
+        wrong
+    }
+
+    /// Whether it is the first time of late.
+    fn is_new(&mut self, kind: AlarmKind, organ: u32, at_s: f64, rules: &Rules) -> bool {
+        let until_s = at_s + rules.quiet_s;
+        let known = self
+            .quiet
+            .iter_mut()
+            .find(|it| (it.0, it.1) == (kind, organ));
+        match known {
+            Some((_, _, until)) => at_s >= core::mem::replace(until, until_s),
+            None => {
+                self.quiet.push((kind, organ, until_s));
+                true
+            }
+        }
+    }
+
+    fn divide(&mut self, which: usize, at_s: f64, event: &EventMsg, anatomy: &Anatomy) {
+        let along = anatomy.organ(event.organ).map(|organ| organ.along);
+        if let Some(vessel) = self.vessels.get_mut(which) {
+            vessel.divide(at_s, wide(event.at_m), along.unwrap_or_default());
+        }
+    }
+
+    fn injure(&mut self, which: usize) {
+        if let Some(vessel) = self.vessels.get_mut(which) {
+            vessel.injured = true;
+        }
+    }
+
+    /// Notes it; whether it was not known.
+    fn is_unclamped(&mut self, which: usize) -> bool {
+        let known = self.unclamped.get_mut(which);
+        known.is_some_and(|known| !core::mem::replace(known, true))
+    }
+
+    fn are_whole(&self) -> bool {
+        self.vessels.iter().all(Vessel::is_whole)
+    }
+
+    /// The critical view of safety, from what is removed.
+    fn view(&self, anatomy: &Anatomy, rules: &Rules, tally: &Tally) -> bool {
+        let [triangle, lower_bed] = self.cleared(anatomy, rules, tally);
+        triangle && lower_bed && self.are_whole()
+    }
+
+    fn cleared(&self, anatomy: &Anatomy, rules: &Rules, tally: &Tally) -> [bool; 2] {
+        [
+            tally.removed(anatomy, &[Region::Triangle]) >= rules.done.triangle,
+            tally.removed(anatomy, &[Region::LowerBed]) >= rules.done.lower_bed,
+        ]
+    }
+
+    fn is_clipped(&self, which: usize, rules: &Rules) -> bool {
+        let vessel = self.vessels.get(which);
+        vessel.is_some_and(|vessel| vessel.clips() >= rules.done.clips)
+    }
+
+    fn is_divided(&self, which: usize, at_s: f64, rules: &Rules) -> bool {
+        let Some(vessel) = self.vessels.get(which) else {
+            return false;
+        };
+        let settled = |since_s: f64| at_s - since_s >= rules.done.settle_s;
+        !vessel.leaks && vessel.divided.is_some_and(|(since_s, _)| settled(since_s))
+    }
+
+    /// What is to be done, and whether it is.
+    pub(crate) fn steps(
+        &self,
+        at_s: f64,
+        anatomy: &Anatomy,
+        rules: &Rules,
+        tally: &Tally,
+    ) -> Vec<(String, bool)> {
+        let mut steps = Vec::new();
+        let wants = |task: Task| self.task == task || self.task == Task::Full;
+        if wants(Task::Identify) {
+            let [triangle, lower_bed] = self.cleared(anatomy, rules, tally);
+            // In the whole operation the view is there once; then the vessels are divided.
+            let had = self.task == Task::Full && self.had_view;
+            steps.push(("Clear Calot's triangle".to_owned(), triangle || had));
+            let bed = "Free the lower third of the gallbladder's bed".to_owned();
+            steps.push((bed, lower_bed || had));
+            let whole = "Leave cystic duct and artery whole".to_owned();
+            if self.task == Task::Identify {
+                steps.push((whole, self.are_whole()));
+            }
+        }
+        for (which, (_, name)) in VESSELS.iter().enumerate() {
+            let clips = rules.done.clips;
+            if wants(Task::Clamp) {
+                let text = format!("Put {clips} clips on the {name}");
+                steps.push((text, self.is_clipped(which, rules)));
+            }
+        }
+        for (which, (_, name)) in VESSELS.iter().enumerate() {
+            if wants(Task::Cut) {
+                let text = format!("Divide the {name} between clips");
+                steps.push((text, self.is_divided(which, at_s, rules)));
+            }
+        }
+        if wants(Task::Disconnect) {
+            let bed = tally.removed(anatomy, &[Region::LowerBed, Region::UpperBed]);
+            let text = "Free the gallbladder from the liver".to_owned();
+            steps.push((text, bed >= rules.done.bed));
+        }
+        if self.task == Task::Scope {
+            steps = self.drill.steps(anatomy);
+        }
+        steps
+    }
+
+    /// Why it has failed, if it has.
+    pub(crate) fn failure(&self, time_s: f64, rules: &Rules) -> Option<String> {
+        if self.task == Task::Free {
+            return None;
+        }
+        if let Some((_, name)) = self
+            .unclamped
+            .iter()
+            .zip(VESSELS)
+            .find_map(|(un, vessel)| un.then_some(vessel))
+        {
+            return Some(format!("the {name} was divided unclamped"));
+        }
+        if self.task == Task::Identify && !self.are_whole() {
+            return Some("cystic duct or artery is no longer whole".to_owned());
+        }
+        let most_s = rules.time_max_s(self.task);
+        (time_s > most_s).then(|| format!("it took longer than {most_s:.0} s"))
+    }
+
+    /// Sets the numbers that it knows.
+    pub(crate) fn values(&self, values: &mut Values) {
+        let [duct, artery] = &self.vessels;
+        let one_sided = self.vessels.iter().filter(|it| it.one_sided).count();
+        let spacings = self.vessels.iter().filter_map(Vessel::spacing_m);
+        let spacing_m = spacings.min_by(f64::total_cmp).unwrap_or(f64::NAN);
+        let whole = self.vessels.iter().filter(|it| it.is_whole()).count();
+        let unclamped = self.unclamped.iter().filter(|it| **it).count();
+        for (metric, value) in [
+            (Metric::TouchesWrong, self.touches_wrong.into()),
+            (Metric::BurnsWrong, self.burns_wrong.into()),
+            (Metric::BurnWrong, self.burn_wrong_j),
+            (Metric::CutsWrong, self.cuts_wrong.into()),
+            (Metric::ClipsDuct, duct.clips() as f64),
+            (Metric::ClipsArtery, artery.clips() as f64),
+            (Metric::ClipSpacing, spacing_m * 1e3),
+            (Metric::CutsOneSided, one_sided as f64),
+            (Metric::Unclamped, unclamped as f64),
+            (Metric::CvsTwo, whole as f64 / 2.0),
+        ] {
+            values.set(metric, value);
+        }
+    }
+
+    /// What a beginner is told to do next.
+    pub(crate) fn hint(
+        &self,
+        steps: &[(String, bool)],
+        moved: Option<&Movement>,
+    ) -> Option<String> {
+        let (step, _) = steps.iter().find(|(_, done)| !done)?;
+        let wanted = match step {
+            step if step.starts_with("Clear") || step.starts_with("Free") => (1, "cautery hook"),
+            step if step.starts_with("Put") => (3, "clip applier"),
+            step if step.starts_with("Divide") => (2, "scissors"),
+            _ => return Some(format!("{step}: hold it in the middle of the picture.")),
+        };
+        let (number, name) = wanted;
+        let held = moved.map(|moved| moved.instrument);
+        Some(match held == Some(number) {
+            false => format!("{step}: take the {name} ({}).", number + 1),
+            true => match number {
+                1 => format!("{step}: hook a strand, lift it clear, then a short current."),
+                3 => format!("{step}: both jaws around it, tips in sight, then close."),
+                _ => format!("{step}: see both clips before the blades close."),
+            },
+        })
+    }
+}

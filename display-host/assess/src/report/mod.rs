@@ -1,0 +1,121 @@
+//! The debrief: one page that needs no network and no other file.
+
+mod drawing;
+mod page;
+
+pub use drawing::learning_curve;
+pub use page::html;
+
+use crate::assessment::Assessed;
+use crate::rules::Rules;
+
+/// A session of a report.
+#[derive(Debug)]
+pub struct Chapter {
+    /// What it is called: where it lies.
+    pub name: String,
+    /// The scene's name.
+    pub scene: String,
+    /// Program that recorded it.
+    pub build: String,
+    /// When it began, UTC, as text.
+    pub when: String,
+    /// What it came to.
+    pub assessed: Assessed,
+    /// The rules that it was assessed by.
+    pub rules: Rules,
+    /// Pictures, with what each shows; PNG.
+    pub pictures: Vec<(String, Vec<u8>)>,
+    /// Why the recording ends early, if it does.
+    pub cut_short: Option<String>,
+    /// The trainee's earlier sessions of the same task, oldest first.
+    pub past: Vec<Past>,
+    /// What an instructor wrote: item, 1 to 5.
+    pub sheet: Vec<(String, u8)>,
+}
+
+/// An earlier session.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Past {
+    /// When, UTC, as text.
+    pub when: String,
+    /// How it ended.
+    pub outcome: String,
+    /// Score.
+    pub score: f64,
+    /// Its metrics by name; what was none is not there.
+    pub metrics: std::collections::BTreeMap<String, f64>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Anatomy, Assessment, Difficulty, Task};
+
+    fn chapter(name: &str) -> Chapter {
+        let rules = Rules::default();
+        let assessment = Assessment::new(
+            Task::Cut,
+            Difficulty::Exam,
+            rules.clone(),
+            Anatomy::default(),
+        );
+        let mut assessed = assessment.end();
+        assessed.force_histogram_s = vec![0.0, 1.5, 0.25];
+        assessed.paths[0] = vec![[0.0; 4], [0.1, 0.2, 0.3, 1.0]];
+        Chapter {
+            name: name.to_owned(),
+            scene: "triangle".to_owned(),
+            build: "a test".to_owned(),
+            when: "2026-11-22 01:00".to_owned(),
+            assessed,
+            rules,
+            pictures: vec![("frame".to_owned(), vec![1, 2, 3])],
+            cut_short: None,
+            past: vec![Past {
+                when: String::new(),
+                outcome: "failed".to_owned(),
+                score: 40.0,
+                metrics: [("time_s".to_owned(), 12.0)].into(),
+            }],
+            sheet: vec![("Depth perception".to_owned(), 4)],
+        }
+    }
+
+    #[test]
+    fn a_page_stands_alone_and_takes_no_markup_from_a_file() {
+        let evil = "<script src=\"http://x\">";
+        let page = html(&[chapter(evil), chapter("b")]);
+        assert!(!page.contains("<script") && page.contains("&lt;script"));
+        assert!(!page.contains("href=") && !page.contains("src=\"http"));
+        assert!(page.contains("data:image/png;base64,AQID"));
+        for expected in [
+            "Pass rule",
+            "Paths",
+            "Force",
+            "earlier sessions",
+            "sum<td>4 of 5",
+            "aborted",
+        ] {
+            assert!(page.contains(expected), "{expected}");
+        }
+        for metric in crate::Metric::ALL {
+            assert!(page.contains(&page::escape(metric.definition())), "{}", metric.name());
+        }
+    }
+
+    #[test]
+    fn steps_of_an_axis_are_round() {
+        for (length, expected) in [(10.0, 2.0), (0.037, 0.005), (1000.0, 200.0)] {
+            let step = drawing::step(length, 8.0);
+            assert!((step - expected).abs() < 1e-9, "{length}: {step}");
+        }
+    }
+
+    #[test]
+    fn a_curve_needs_two_sessions() {
+        assert!(learning_curve(&[1.0], None, "score").is_none());
+        let curve = learning_curve(&[1.0, 2.0], Some(70.0), "score");
+        assert!(curve.is_some_and(|curve| curve.contains("pass rule")));
+    }
+}

@@ -1,0 +1,351 @@
+//! The page's text.
+
+use core::fmt::Write as _;
+
+use base64::Engine as _;
+
+use super::{Chapter, drawing};
+use crate::metrics::{Metric, Values};
+use crate::task::Outcome;
+
+const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;padding:0 \
+1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2.4rem;font-size:1.25rem}\
+h3{margin-top:1.6rem;font-size:1.05rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem \
+.8rem;text-align:right;border-bottom:1px solid #ddd;vertical-align:top}th:first-child,td:first-child,td.l{\
+text-align:left}.lead{color:#555;margin-top:.2rem}.bad{background:#fbe9e7;border-left:4px solid #9e2a2b;\
+padding:.5rem 1rem}.good{background:#e8f3ec;border-left:4px solid #2e7d4f;padding:.5rem 1rem}.open{\
+background:#fdf4dc;border-left:4px solid #b7791f;padding:.5rem 1rem}figure{margin:1rem 0}figcaption{color:#555;\
+font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:repeat(auto-fill,\
+minmax(15rem,1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}.score{font-size:2.2rem;font-weight:600}";
+
+/// Text that is no markup.
+#[must_use]
+pub(super) fn escape(text: &str) -> String {
+    let mut safe = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '&' => safe.push_str("&amp;"),
+            '<' => safe.push_str("&lt;"),
+            '>' => safe.push_str("&gt;"),
+            '"' => safe.push_str("&quot;"),
+            '\'' => safe.push_str("&#39;"),
+            _ => safe.push(letter),
+        }
+    }
+    safe
+}
+
+struct Page(String);
+
+impl Page {
+    fn add(&mut self, text: core::fmt::Arguments<'_>) {
+        // Writing to a string cannot fail.
+        let _ = self.0.write_fmt(text);
+    }
+}
+
+/// A report of sessions, in the order given.
+#[must_use]
+pub fn html(chapters: &[Chapter]) -> String {
+    let mut page = Page(String::new());
+    page.add(format_args!(
+        "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><meta name=\"viewport\" \
+         content=\"width=device-width\"><title>Calot: debrief</title><style>{STYLE}</style><h1>Debrief</h1>"
+    ));
+    if chapters.len() > 1 {
+        together(&mut page, chapters);
+    }
+    for chapter in chapters {
+        one(&mut page, chapter);
+    }
+    definitions(&mut page);
+    page.0 + "</html>\n"
+}
+
+fn together(page: &mut Page, chapters: &[Chapter]) {
+    page.add(format_args!(
+        "<h2>Sessions</h2><table><tr><th>when<th>task<th>outcome<th>score<th>time, s<th>path, m<th>alarms</tr>"
+    ));
+    for chapter in chapters {
+        let it = &chapter.assessed;
+        page.add(format_args!(
+            "<tr><td>{}<td>{}<td>{}<td>{:.0}<td>{}<td>{}<td>{}</tr>",
+            escape(&chapter.when),
+            it.task.name(),
+            it.outcome.name(),
+            it.score,
+            shown(&it.metrics, Metric::Time),
+            shown(&it.metrics, Metric::Path),
+            it.alarms.len()
+        ));
+    }
+    page.add(format_args!("</table>"));
+    let scores: Vec<f64> = chapters.iter().map(|it| it.assessed.score).collect();
+    if let Some(curve) = drawing::curve(&scores, None, "score") {
+        page.add(format_args!("<figure>{curve}</figure>"));
+    }
+}
+
+fn one(page: &mut Page, chapter: &Chapter) {
+    let it = &chapter.assessed;
+    page.add(format_args!(
+        "<h2>{}</h2><p class=\"lead\">{}, {}, scene {}. {}</p>",
+        escape(it.task.title()),
+        escape(&chapter.when),
+        it.difficulty.name(),
+        escape(&chapter.scene),
+        escape(&chapter.name),
+    ));
+    if let Some(why) = &chapter.cut_short {
+        page.add(format_args!(
+            "<p class=\"bad\">The recording ends early ({}): what came later is not in these figures.</p>",
+            escape(why)
+        ));
+    }
+    verdict(page, chapter);
+    page.add(format_args!("<h3>What happened when</h3><figure>"));
+    let seconds = it.moments.iter().map(|moment| moment.at_s);
+    let alarms = it.alarms.iter().map(|alarm| alarm.at_s);
+    let end_s = seconds
+        .chain(alarms)
+        .fold(it.metrics.get(Metric::Time), f64::max);
+    page.add(format_args!(
+        "{}<figcaption>Triangles are alarms; point at a mark to read what it is.</figcaption></figure>",
+        drawing::time_line(it, end_s)
+    ));
+    if !it.alarms.is_empty() {
+        page.add(format_args!(
+            "<table><tr><th>time<th class=\"l\">alarm</tr>"
+        ));
+        for alarm in it.alarms.iter().take(50) {
+            page.add(format_args!(
+                "<tr><td>{:.1} s<td class=\"l\">{}</tr>",
+                alarm.at_s,
+                escape(&alarm.text())
+            ));
+        }
+        page.add(format_args!("</table>"));
+        if it.alarms.len() > 50 {
+            page.add(format_args!("<p>and {} more</p>", it.alarms.len() - 50));
+        }
+    }
+    pictures(page, chapter);
+    page.add(format_args!(
+        "<h3>Paths</h3><figure>{}</figure>",
+        drawing::projections(&it.paths)
+    ));
+    if let Some(histogram) = drawing::force_histogram(&it.force_histogram_s) {
+        page.add(format_args!(
+            "<h3>Force</h3><figure>{histogram}<figcaption>How long the hand felt which force while the \
+             instrument touched.</figcaption></figure>"
+        ));
+    }
+    past(page, chapter);
+    sheet(page, chapter);
+    metrics(page, chapter);
+}
+
+fn verdict(page: &mut Page, chapter: &Chapter) {
+    let it = &chapter.assessed;
+    let class = match it.outcome {
+        Outcome::Passed => "good",
+        Outcome::Failed => "bad",
+        Outcome::Running | Outcome::Aborted | Outcome::Practised => "open",
+    };
+    page.add(format_args!(
+        "<p class=\"{class}\"><span class=\"score\">{:.0}</span> of 100 &nbsp; <b>{}</b>",
+        it.score,
+        it.outcome.name()
+    ));
+    for reason in &it.reasons {
+        page.add(format_args!("<br>{}", escape(reason)));
+    }
+    page.add(format_args!("</p>"));
+    if !it.steps.is_empty() {
+        page.add(format_args!("<table><tr><th>step<th>done</tr>"));
+        for (step, done) in &it.steps {
+            let mark = if *done { "✓ yes" } else { "✗ no" };
+            page.add(format_args!("<tr><td>{}<td>{mark}</tr>", escape(step)));
+        }
+        page.add(format_args!("</table>"));
+    }
+    let pass = chapter.rules.pass(it.task);
+    if !pass.is_empty() {
+        page.add(format_args!(
+            "<h3>Pass rule</h3><table><tr><th>what<th>was<th>asked<th>met</tr>"
+        ));
+        let time = (
+            "time_s",
+            f64::NEG_INFINITY,
+            chapter.rules.time_max_s(it.task),
+        );
+        for (name, least, most) in pass.into_iter().chain([time]) {
+            let value = match Metric::from_name(name) {
+                Some(metric) => it.metrics.get(metric),
+                None => it.score,
+            };
+            let asked = match (least.is_finite(), most.is_finite()) {
+                (true, true) => format!("{least} to {most}"),
+                (true, false) => format!("at least {least}"),
+                (false, true) => format!("at most {most}"),
+                (false, false) => "–".to_owned(),
+            };
+            let met = if value < least || value > most {
+                "✗ no"
+            } else {
+                "✓ yes"
+            };
+            page.add(format_args!(
+                "<tr><td>{name}<td>{value:.1}<td>{asked}<td>{met}</tr>"
+            ));
+        }
+        page.add(format_args!("</table>"));
+    }
+    if !it.lost.is_empty() {
+        page.add(format_args!(
+            "<h3>Points lost</h3><table><tr><th>for<th>value<th>points</tr>"
+        ));
+        for lost in &it.lost {
+            page.add(format_args!(
+                "<tr><td>{}<td>{:.1}<td>{:.1}</tr>",
+                lost.metric, lost.value, lost.points
+            ));
+        }
+        page.add(format_args!("</table>"));
+    }
+}
+
+fn pictures(page: &mut Page, chapter: &Chapter) {
+    if chapter.pictures.is_empty() {
+        return;
+    }
+    page.add(format_args!("<h3>Pictures</h3><div class=\"frames\">"));
+    for (caption, bytes) in &chapter.pictures {
+        let data = base64::engine::general_purpose::STANDARD.encode(bytes);
+        let caption = escape(caption);
+        page.add(format_args!(
+            "<figure><img alt=\"{caption}\" src=\"data:image/png;base64,{data}\"><figcaption>{caption}\
+             </figcaption></figure>"
+        ));
+    }
+    page.add(format_args!("</div>"));
+}
+
+fn past(page: &mut Page, chapter: &Chapter) {
+    if chapter.past.is_empty() {
+        return;
+    }
+    let it = &chapter.assessed;
+    page.add(format_args!(
+        "<h3>Beside earlier sessions of this task</h3>"
+    ));
+    let scores = chapter.past.iter().map(|past| past.score);
+    let scores: Vec<f64> = scores.chain([it.score]).collect();
+    let pass = chapter.rules.pass(it.task);
+    let rule = pass
+        .iter()
+        .find(|(name, ..)| *name == "score")
+        .map(|(_, least, _)| *least);
+    if let Some(curve) = drawing::curve(&scores, rule, "score") {
+        page.add(format_args!("<figure>{curve}</figure>"));
+    }
+    let compared = [
+        Metric::Time,
+        Metric::Path,
+        Metric::Movements,
+        Metric::Economy,
+        Metric::ForceMean,
+        Metric::Alarms,
+    ];
+    page.add(format_args!(
+        "<table><tr><th>metric<th>now<th>last time<th>best of before</tr>"
+    ));
+    for metric in compared {
+        let before = || {
+            chapter
+                .past
+                .iter()
+                .filter_map(|it| it.metrics.get(metric.name()))
+        };
+        let text =
+            |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.2}"));
+        // Of all but economy less is better.
+        let best = match metric {
+            Metric::Economy => before().copied().max_by(f64::total_cmp),
+            _ => before().copied().min_by(f64::total_cmp),
+        };
+        page.add(format_args!(
+            "<tr><td>{}<td>{}<td>{}<td>{}</tr>",
+            metric.name(),
+            shown(&it.metrics, metric),
+            text(before().last().copied()),
+            text(best)
+        ));
+    }
+    page.add(format_args!("</table>"));
+}
+
+fn sheet(page: &mut Page, chapter: &Chapter) {
+    if chapter.sheet.is_empty() {
+        return;
+    }
+    page.add(format_args!(
+        "<h3>The instructor's sheet</h3><table><tr><th>item<th>of 5</tr>"
+    ));
+    for (item, points) in &chapter.sheet {
+        page.add(format_args!("<tr><td>{}<td>{points}</tr>", escape(item)));
+    }
+    let sum: u32 = chapter
+        .sheet
+        .iter()
+        .map(|(_, points)| u32::from(*points))
+        .sum();
+    page.add(format_args!(
+        "<tr><td>sum<td>{sum} of {}</tr></table>",
+        5 * chapter.sheet.len()
+    ));
+}
+
+fn shown(values: &Values, metric: Metric) -> String {
+    let value = values.get(metric);
+    match (value.is_finite(), metric.unit()) {
+        (false, _) => "–".to_owned(),
+        (true, "n") => format!("{value:.0}"),
+        (true, _) => format!("{value:.2}"),
+    }
+}
+
+fn metrics(page: &mut Page, chapter: &Chapter) {
+    page.add(format_args!(
+        "<h3>All metrics</h3><details><summary>Show</summary><table><tr><th>metric<th>value<th>unit</tr>"
+    ));
+    for metric in Metric::ALL {
+        page.add(format_args!(
+            "<tr><td>{}<td>{}<td>{}</tr>",
+            metric.name(),
+            shown(&chapter.assessed.metrics, metric),
+            metric.unit()
+        ));
+    }
+    page.add(format_args!(
+        "</table></details><p class=\"lead\">Recorded by {}; metrics of version {}.</p>",
+        escape(&chapter.build),
+        chapter.assessed.version
+    ));
+}
+
+fn definitions(page: &mut Page) {
+    page.add(format_args!(
+        "<h2>What the metrics are</h2><details><summary>Show</summary><table><tr><th>metric<th class=\"l\">\
+         definition<th class=\"l\">source</tr>"
+    ));
+    for metric in Metric::ALL {
+        page.add(format_args!(
+            "<tr><td>{}<td class=\"l\">{}<td class=\"l\">{}</tr>",
+            metric.name(),
+            escape(metric.definition()),
+            escape(metric.source())
+        ));
+    }
+    page.add(format_args!("</table></details>"));
+}

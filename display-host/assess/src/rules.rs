@@ -1,0 +1,608 @@
+//! Pass rules and weights, from a TOML file that may come from anywhere.
+
+use std::collections::BTreeMap;
+use std::ops::RangeInclusive;
+
+use serde::Deserialize;
+use shared_mem::scene::OrganKind;
+use toml::Spanned;
+
+use crate::metrics::{Metric, Values};
+use crate::task::Task;
+
+/// The built-in rules.
+const BUILT_IN: &str = include_str!("../rules.toml");
+/// Version of the file's form.
+const VERSION: u32 = 1;
+/// Longest file that is read.
+const MAX_BYTES: usize = 64 << 10;
+
+/// Why rules are refused.
+#[derive(Debug, thiserror::Error)]
+pub enum RulesError {
+    /// It cannot be read.
+    #[error(
+        "{path}: {source}; give a file of rules with --rules, or leave it out for the built-in ones"
+    )]
+    Io {
+        /// Which.
+        path: std::path::PathBuf,
+        /// The system's words.
+        source: std::io::Error,
+    },
+    /// It is no TOML of the expected form.
+    #[error("rules: {0}copy the built-in ones (`calot report --rules-file`) and change those")]
+    Form(String),
+    /// A value is out of its range.
+    #[error("rules, line {line}: {what} is {value}; allowed is {allowed}")]
+    Value {
+        /// Line, from 1.
+        line: usize,
+        /// Which.
+        what: String,
+        /// What it is.
+        value: String,
+        /// What it may be.
+        allowed: String,
+    },
+}
+
+/// Pass rules and weights, checked.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rules {
+    text: String,
+    touch: Vec<OrganKind>,
+    burn: Vec<OrganKind>,
+    pub(crate) quiet_s: f64,
+    pub(crate) done: Done,
+    flow_ml_min: Vec<(OrganKind, f64)>,
+    penalties: Vec<Penalty>,
+    tasks: BTreeMap<&'static str, TaskRules>,
+}
+
+/// When steps count as done.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Done {
+    pub(crate) triangle: f64,
+    pub(crate) lower_bed: f64,
+    pub(crate) bed: f64,
+    pub(crate) clips: usize,
+    pub(crate) settle_s: f64,
+    pub(crate) leak: f64,
+    pub(crate) look_s: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Penalty {
+    metric: Metric,
+    free: f64,
+    each: f64,
+    most: f64,
+}
+
+#[derive(Debug, Clone, PartialEq, Default)]
+struct TaskRules {
+    time_max_s: f64,
+    pass: Vec<Condition>,
+}
+
+/// What a score or metric must be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Condition {
+    /// `None`: the score.
+    metric: Option<Metric>,
+    at_least: f64,
+    at_most: f64,
+}
+
+/// Points lost for something.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct Lost {
+    /// For which metric.
+    pub metric: &'static str,
+    /// What it was.
+    pub value: f64,
+    /// Points.
+    pub points: f64,
+}
+
+mod written {
+    //! The file as it is written.
+    use super::{BTreeMap, Deserialize, Spanned};
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(super) struct File {
+        pub(super) version: Spanned<u32>,
+        pub(super) alarm: Alarm,
+        pub(super) done: Done,
+        #[serde(default)]
+        pub(super) flow_ml_min: BTreeMap<Spanned<String>, Spanned<f64>>,
+        #[serde(default)]
+        pub(super) penalty: Vec<Penalty>,
+        #[serde(default)]
+        pub(super) task: BTreeMap<Spanned<String>, Task>,
+    }
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(super) struct Alarm {
+        pub(super) touch: Vec<Spanned<String>>,
+        pub(super) burn: Vec<Spanned<String>>,
+        pub(super) quiet_s: Spanned<f64>,
+    }
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(super) struct Done {
+        pub(super) triangle: Spanned<f64>,
+        pub(super) lower_bed: Spanned<f64>,
+        pub(super) bed: Spanned<f64>,
+        pub(super) clips: Spanned<u32>,
+        pub(super) settle_s: Spanned<f64>,
+        pub(super) leak: Spanned<f64>,
+        pub(super) look_s: Spanned<f64>,
+    }
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(super) struct Penalty {
+        pub(super) metric: Spanned<String>,
+        pub(super) free: Option<Spanned<f64>>,
+        pub(super) each: Spanned<f64>,
+        pub(super) most: Spanned<f64>,
+    }
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(super) struct Task {
+        pub(super) time_max_s: Option<Spanned<f64>>,
+        pub(super) pass: Vec<Condition>,
+    }
+
+    #[derive(Deserialize)]
+    #[serde(deny_unknown_fields)]
+    pub(super) struct Condition {
+        pub(super) metric: Spanned<String>,
+        pub(super) at_least: Option<Spanned<f64>>,
+        pub(super) at_most: Option<Spanned<f64>>,
+    }
+}
+
+impl Default for Rules {
+    fn default() -> Self {
+        // The built-in file is tested; were it broken, nothing would be asked and nothing lost.
+        Self::parse(BUILT_IN).unwrap_or_else(|_| Self {
+            text: String::new(),
+            touch: Vec::new(),
+            burn: Vec::new(),
+            quiet_s: 1.0,
+            done: Done {
+                triangle: 1.0,
+                lower_bed: 1.0,
+                bed: 1.0,
+                clips: 2,
+                settle_s: 2.0,
+                leak: 0.0,
+                look_s: 1.0,
+            },
+            flow_ml_min: Vec::new(),
+            penalties: Vec::new(),
+            tasks: BTreeMap::new(),
+        })
+    }
+}
+
+impl Rules {
+    /// The built-in rules, as a file.
+    #[must_use]
+    pub const fn built_in() -> &'static str {
+        BUILT_IN
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// As [`RulesError`] says.
+    pub fn read(path: &std::path::Path) -> Result<Self, RulesError> {
+        let text = std::fs::read_to_string(path).map_err(|source| RulesError::Io {
+            path: path.to_owned(),
+            source,
+        })?;
+        Self::parse(&text)
+    }
+
+    /// Reads a text.
+    ///
+    /// # Errors
+    /// As [`RulesError`] says; lines count from 1.
+    pub fn parse(text: &str) -> Result<Self, RulesError> {
+        if text.len() > MAX_BYTES {
+            let why = format!(
+                "a file of {} bytes, at most {MAX_BYTES} are read; ",
+                text.len()
+            );
+            return Err(RulesError::Form(why));
+        }
+        let file: written::File = toml::from_str(text)
+            .map_err(|error| RulesError::Form(format!("{}\n", error.to_string().trim_end())))?;
+        let check = Check { text };
+        if *file.version.get_ref() != VERSION {
+            let what = "version".to_owned();
+            let value = file.version.get_ref().to_string();
+            return Err(check.refuse(&file.version, what, value, VERSION.to_string()));
+        }
+        let done = &file.done;
+        let share = |name, value| check.number(name, value, 0.0..=1.0);
+        let mut tasks = BTreeMap::new();
+        for (name, task) in &file.task {
+            let known = Task::from_name(name.get_ref()).filter(|task| *task != Task::Free);
+            let allowed = || {
+                let names = Task::ALL.into_iter().filter(|task| *task != Task::Free);
+                names.map(Task::name).collect::<Vec<_>>().join(", ")
+            };
+            let known = known.ok_or_else(|| {
+                check.refuse(name, "a task".into(), name.get_ref().clone(), allowed())
+            })?;
+            tasks.insert(known.name(), check.task(task)?);
+        }
+        let flows = file.flow_ml_min.iter().map(|(organ, flow)| {
+            Ok((
+                check.organ(organ)?,
+                check.number("a flow", flow, 0.0..=5000.0)?,
+            ))
+        });
+        Ok(Self {
+            text: text.to_owned(),
+            touch: check.organs(&file.alarm.touch)?,
+            burn: check.organs(&file.alarm.burn)?,
+            quiet_s: check.number("quiet_s", &file.alarm.quiet_s, 0.0..=60.0)?,
+            done: Done {
+                triangle: share("triangle", &done.triangle)?,
+                lower_bed: share("lower_bed", &done.lower_bed)?,
+                bed: share("bed", &done.bed)?,
+                clips: check.whole("clips", &done.clips, 1..=6)? as usize,
+                settle_s: check.number("settle_s", &done.settle_s, 0.0..=60.0)?,
+                leak: share("leak", &done.leak)?,
+                look_s: check.number("look_s", &done.look_s, 0.1..=60.0)?,
+            },
+            flow_ml_min: flows.collect::<Result<_, _>>()?,
+            penalties: file
+                .penalty
+                .iter()
+                .map(|penalty| check.penalty(penalty))
+                .collect::<Result<_, _>>()?,
+            tasks,
+        })
+    }
+
+    /// The file that it was read from.
+    #[must_use]
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    pub(crate) fn must_not_touch(&self, kind: Option<OrganKind>) -> bool {
+        kind.is_some_and(|kind| self.touch.contains(&kind))
+    }
+
+    pub(crate) fn must_not_burn(&self, kind: Option<OrganKind>) -> bool {
+        kind.is_some_and(|kind| self.burn.contains(&kind))
+    }
+
+    /// What runs from an organ of this kind that is cut right through, ml/min.
+    pub(crate) fn flow_ml_min(&self, kind: Option<OrganKind>) -> f64 {
+        let mut flows = self.flow_ml_min.iter();
+        flows
+            .find(|(organ, _)| Some(*organ) == kind)
+            .map_or(0.0, |(_, flow)| *flow)
+    }
+
+    /// How long a task may take, s; infinite: as long as it likes.
+    #[must_use]
+    pub fn time_max_s(&self, task: Task) -> f64 {
+        let rules = self.tasks.get(task.name());
+        rules.map_or(f64::INFINITY, |rules| rules.time_max_s)
+    }
+
+    /// The score, 0 to 100, and what it lost points for.
+    #[must_use]
+    pub fn score(&self, values: &Values) -> (f64, Vec<Lost>) {
+        let lost = self.penalties.iter().filter_map(|penalty| {
+            let value = values.get(penalty.metric);
+            let points = penalty.each * (value - penalty.free);
+            // What is not a number costs nothing.
+            (points > 0.0).then(|| Lost {
+                metric: penalty.metric.name(),
+                value,
+                points: points.min(penalty.most),
+            })
+        });
+        let lost: Vec<Lost> = lost.collect();
+        let sum: f64 = lost.iter().map(|lost| lost.points).sum();
+        ((100.0 - sum).max(0.0), lost)
+    }
+
+    /// What a task asks for and is not so.
+    #[must_use]
+    pub fn unmet(&self, task: Task, score: f64, values: &Values) -> Vec<String> {
+        let Some(rules) = self.tasks.get(task.name()) else {
+            return Vec::new();
+        };
+        let unmet = rules.pass.iter().filter_map(|condition| {
+            let value = condition.metric.map_or(score, |it| values.get(it));
+            let name = condition.metric.map_or("score", Metric::name);
+            if value < condition.at_least {
+                return Some(format!(
+                    "{name} is {value:.1}, at least {} is asked",
+                    condition.at_least
+                ));
+            }
+            (value > condition.at_most).then(|| {
+                format!(
+                    "{name} is {value:.1}, at most {} is allowed",
+                    condition.at_most
+                )
+            })
+        });
+        unmet.collect()
+    }
+
+    /// The pass rule of a task, for reports: name, least, most.
+    #[must_use]
+    pub fn pass(&self, task: Task) -> Vec<(&'static str, f64, f64)> {
+        let rules = self.tasks.get(task.name());
+        let pass = rules.map_or(&[][..], |rules| &rules.pass);
+        let row = |it: &Condition| {
+            (
+                it.metric.map_or("score", Metric::name),
+                it.at_least,
+                it.at_most,
+            )
+        };
+        pass.iter().map(row).collect()
+    }
+}
+
+/// Checks values of a text.
+struct Check<'a> {
+    text: &'a str,
+}
+
+impl Check<'_> {
+    fn refuse<T>(
+        &self,
+        at: &Spanned<T>,
+        what: String,
+        value: String,
+        allowed: String,
+    ) -> RulesError {
+        let before = self.text.get(..at.span().start).unwrap_or_default();
+        let value = session::printable(&value);
+        RulesError::Value {
+            line: before.matches('\n').count() + 1,
+            what,
+            value,
+            allowed,
+        }
+    }
+
+    fn number(
+        &self,
+        what: &str,
+        value: &Spanned<f64>,
+        allowed: RangeInclusive<f64>,
+    ) -> Result<f64, RulesError> {
+        let number = *value.get_ref();
+        match allowed.contains(&number) {
+            true => Ok(number),
+            false => {
+                let range = format!("{} to {}", allowed.start(), allowed.end());
+                Err(self.refuse(value, what.to_owned(), number.to_string(), range))
+            }
+        }
+    }
+
+    fn whole(
+        &self,
+        what: &str,
+        value: &Spanned<u32>,
+        allowed: RangeInclusive<u32>,
+    ) -> Result<u32, RulesError> {
+        let number = *value.get_ref();
+        match allowed.contains(&number) {
+            true => Ok(number),
+            false => {
+                let range = format!("{} to {}", allowed.start(), allowed.end());
+                Err(self.refuse(value, what.to_owned(), number.to_string(), range))
+            }
+        }
+    }
+
+    fn organ(&self, name: &Spanned<String>) -> Result<OrganKind, RulesError> {
+        let known = KINDS.iter().find(|(_, known)| known == name.get_ref());
+        known.map(|(kind, _)| *kind).ok_or_else(|| {
+            let all: Vec<&str> = KINDS.iter().map(|(_, name)| *name).collect();
+            self.refuse(
+                name,
+                "an organ".into(),
+                name.get_ref().clone(),
+                all.join(", "),
+            )
+        })
+    }
+
+    fn organs(&self, names: &[Spanned<String>]) -> Result<Vec<OrganKind>, RulesError> {
+        names.iter().map(|name| self.organ(name)).collect()
+    }
+
+    fn metric(&self, name: &Spanned<String>) -> Result<Metric, RulesError> {
+        Metric::from_name(name.get_ref()).ok_or_else(|| {
+            let all: Vec<&str> = Metric::ALL.iter().map(|metric| metric.name()).collect();
+            self.refuse(
+                name,
+                "a metric".into(),
+                name.get_ref().clone(),
+                all.join(", "),
+            )
+        })
+    }
+
+    fn penalty(&self, penalty: &written::Penalty) -> Result<Penalty, RulesError> {
+        let free = penalty.free.as_ref();
+        let free = free.map(|free| self.number("free", free, 0.0..=1e6));
+        Ok(Penalty {
+            metric: self.metric(&penalty.metric)?,
+            free: free.transpose()?.unwrap_or(0.0),
+            each: self.number("each", &penalty.each, 0.0..=1e6)?,
+            most: self.number("most", &penalty.most, 0.0..=100.0)?,
+        })
+    }
+
+    fn task(&self, task: &written::Task) -> Result<TaskRules, RulesError> {
+        let time = task.time_max_s.as_ref();
+        let time = time.map(|time| self.number("time_max_s", time, 1.0..=86_400.0));
+        let pass = task.pass.iter().map(|condition| {
+            let bound = |value: &Option<Spanned<f64>>| {
+                let value = value.as_ref();
+                value.map(|value| self.number("a bound", value, -1e9..=1e9))
+            };
+            let is_score = condition.metric.get_ref() == "score";
+            Ok(Condition {
+                metric: match is_score {
+                    true => None,
+                    false => Some(self.metric(&condition.metric)?),
+                },
+                at_least: bound(&condition.at_least)
+                    .transpose()?
+                    .unwrap_or(f64::NEG_INFINITY),
+                at_most: bound(&condition.at_most)
+                    .transpose()?
+                    .unwrap_or(f64::INFINITY),
+            })
+        });
+        Ok(TaskRules {
+            time_max_s: time.transpose()?.unwrap_or(f64::INFINITY),
+            pass: pass.collect::<Result<_, _>>()?,
+        })
+    }
+}
+
+/// Organs as recipes name them.
+const KINDS: [(OrganKind, &str); 11] = [
+    (OrganKind::Liver, "liver"),
+    (OrganKind::Gallbladder, "gallbladder"),
+    (OrganKind::CysticDuct, "cystic-duct"),
+    (OrganKind::CysticArtery, "cystic-artery"),
+    (OrganKind::BileDuct, "bile-duct"),
+    (OrganKind::Stomach, "stomach"),
+    (OrganKind::Intestine, "intestine"),
+    (OrganKind::Fat, "fat"),
+    (OrganKind::ConnectiveTissue, "connective-tissue"),
+    (OrganKind::AbdominalWall, "abdominal-wall"),
+    (OrganKind::Vessel, "vessel"),
+];
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn refused(from: &str, to: &str) -> String {
+        assert!(BUILT_IN.contains(from), "{from}");
+        Rules::parse(&BUILT_IN.replacen(from, to, 1))
+            .expect_err("refused")
+            .to_string()
+    }
+
+    #[test]
+    fn the_built_in_rules_are_sound_and_say_what_every_task_asks() {
+        let rules = Rules::parse(BUILT_IN).unwrap();
+        assert_eq!(rules, Rules::default());
+        for task in Task::ALL.into_iter().filter(|task| *task != Task::Free) {
+            assert!(rules.time_max_s(task).is_finite(), "{}", task.name());
+            assert!(!rules.pass(task).is_empty(), "{}", task.name());
+        }
+        assert!(rules.must_not_touch(Some(OrganKind::BileDuct)));
+        assert!(!rules.must_not_touch(Some(OrganKind::CysticDuct)));
+        assert!(rules.must_not_burn(Some(OrganKind::CysticDuct)));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_line_and_what_is_allowed() {
+        let line = |text: &str| {
+            let at = BUILT_IN.find(text).unwrap();
+            BUILT_IN[..at].matches('\n').count() + 1
+        };
+        let error = refused("triangle = 0.9", "triangle = 1.9");
+        let expected = format!(
+            "line {}: triangle is 1.9; allowed is 0 to 1",
+            line("triangle =")
+        );
+        assert!(error.contains(&expected), "{error}");
+        let error = refused("\"clips_lost\"", "\"clips_lots\"");
+        let place = format!("line {}: a metric is clips_lots", line("\"clips_lost\""));
+        assert!(
+            error.contains(&place) && error.contains("clips_lost,"),
+            "{error}"
+        );
+        let error = refused("\"stomach\"", "\"stomack\"");
+        assert!(
+            error.contains("an organ is stomack") && error.contains("stomach,"),
+            "{error}"
+        );
+        assert!(refused("version = 1", "version = 2").contains("version is 2; allowed is 1"));
+        assert!(refused("[task.scope]", "[task.dance]").contains("a task is dance"));
+        assert!(refused("quiet_s = 1.0", "quiet_s = nan").contains("quiet_s is NaN"));
+        assert!(refused("quiet_s = 1.0", "quit_s = 1.0").contains("quit_s"));
+        assert!(refused("clips = 2", "clips = 0").contains("clips is 0; allowed is 1 to 6"));
+        assert!(Rules::parse(&"#".repeat(MAX_BYTES + 1)).is_err());
+    }
+
+    #[test]
+    fn points_are_lost_beyond_what_is_free_and_bounded() {
+        let rules = Rules::default();
+        let mut values = Values::none();
+        assert_eq!(
+            rules.score(&values),
+            (100.0, Vec::new()),
+            "what is not known costs nothing"
+        );
+        values.set(Metric::ClipsLost, 1.0);
+        values.set(Metric::CauteryAir, 2.0);
+        assert!((rules.score(&values).0 - 95.0).abs() < 1e-9);
+        values.set(Metric::ClipsLost, 1e9);
+        assert!((rules.score(&values).0 - 80.0).abs() < 1e-9);
+        values.set(Metric::Unclamped, 5.0);
+        assert!(rules.score(&values).0 < 1e-9);
+        assert!(!rules.unmet(Task::Clamp, 0.0, &values).is_empty());
+        assert!(rules.unmet(Task::Free, 0.0, &values).is_empty());
+    }
+
+    proptest! {
+        #[test]
+        fn any_text_is_read_or_refused(text in "\\PC{0,300}") {
+            let _ = Rules::parse(&text);
+        }
+
+        #[test]
+        fn damaged_rules_are_read_or_refused_and_score_within_bounds(
+            at in 0.0f64..1.0, with in "[ -~\n]{0,6}", value in any::<f64>(),
+        ) {
+            let at = (at * BUILT_IN.len() as f64) as usize;
+            let mut text = BUILT_IN.to_owned();
+            if text.is_char_boundary(at) {
+                text.insert_str(at, &with);
+            }
+            if let Ok(rules) = Rules::parse(&text) {
+                let mut values = Values::none();
+                for metric in Metric::ALL {
+                    values.set(metric, value);
+                }
+                let (score, _) = rules.score(&values);
+                prop_assert!((0.0..=100.0).contains(&score));
+            }
+        }
+    }
+}

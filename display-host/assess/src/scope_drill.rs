@@ -1,0 +1,69 @@
+//! The endoscope drill: organs that are to be held in the middle of the picture, one after the other.
+
+use session::Movement;
+use shared_mem::scene::OrganKind;
+
+use crate::anatomy::Anatomy;
+use crate::metrics::VIEW_HALF_RAD;
+use crate::vector::off_sight;
+
+/// What is shown, in this order, as far as a scene has it.
+const SHOWN: [OrganKind; 6] = [
+    OrganKind::Gallbladder,
+    OrganKind::CysticDuct,
+    OrganKind::Liver,
+    OrganKind::Stomach,
+    OrganKind::Intestine,
+    OrganKind::CysticArtery,
+];
+/// Share of the view's half angle that is its middle.
+const MIDDLE: f64 = 0.5;
+/// From so near to so far an organ is seen well, m.
+const NEAR_M: f64 = 0.01;
+const FAR_M: f64 = 0.25;
+
+/// How far the drill is.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ScopeDrill {
+    targets: Vec<usize>,
+    shown: usize,
+    held_s: f64,
+}
+
+impl ScopeDrill {
+    pub(crate) fn new(anatomy: &Anatomy) -> Self {
+        let find = |kind: OrganKind| {
+            let mut organs = anatomy.organs.iter();
+            organs.position(|organ| organ.kind == Some(kind))
+        };
+        Self {
+            targets: SHOWN.into_iter().filter_map(find).collect(),
+            ..Self::default()
+        }
+    }
+
+    pub(crate) fn moved(&mut self, moved: &Movement, seconds: f64, anatomy: &Anatomy, look_s: f64) {
+        let target = self.targets.get(self.shown);
+        let Some(organ) = target.and_then(|index| anatomy.organs.get(*index)) else {
+            return;
+        };
+        let (angle, far_m) = off_sight(&moved.world_from_camera, organ.middle_m);
+        let seen = angle <= MIDDLE * VIEW_HALF_RAD && (NEAR_M..=FAR_M).contains(&far_m);
+        self.held_s = if seen { self.held_s + seconds } else { 0.0 };
+        if self.held_s >= look_s {
+            self.shown += 1;
+            self.held_s = 0.0;
+        }
+    }
+
+    /// The organs, and whether each has been shown.
+    pub(crate) fn steps(&self, anatomy: &Anatomy) -> Vec<(String, bool)> {
+        let targets = self.targets.iter().enumerate();
+        let step = |(number, index): (usize, &usize)| {
+            let name = anatomy.organs.get(*index).map(|organ| organ.name.as_str());
+            let name = name.unwrap_or_default();
+            (format!("Show the {name}"), number < self.shown)
+        };
+        targets.map(step).collect()
+    }
+}

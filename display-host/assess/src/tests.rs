@@ -1,0 +1,508 @@
+use bytemuck::Zeroable as _;
+use proptest::prelude::*;
+use session::{Entry, Movement, What};
+use shared_mem::message::{EventMsg, PoseMsg};
+use shared_mem::scene::OrganKind;
+
+use crate::*;
+
+const LIVER: u32 = 0;
+const DUCT: u32 = 1;
+const ARTERY: u32 = 2;
+const BILE_DUCT: u32 = 3;
+const FAT: u32 = 4;
+/// Names no organ.
+const NOTHING: u32 = u32::MAX;
+
+fn anatomy() -> Anatomy {
+    let organs = [
+        ("liver", OrganKind::Liver),
+        ("cystic duct", OrganKind::CysticDuct),
+        ("cystic artery", OrganKind::CysticArtery),
+        ("bile duct", OrganKind::BileDuct),
+        ("fat", OrganKind::Fat),
+    ];
+    let regions = [Region::Triangle, Region::LowerBed, Region::UpperBed];
+    let cells: Vec<Region> = regions.into_iter().flat_map(|it| [it; 10]).collect();
+    Anatomy::new(&organs, &cells)
+}
+
+fn begin(task: Task) -> Assessment {
+    Assessment::new(task, Difficulty::Trainee, Rules::default(), anatomy())
+}
+
+fn here(tip_m: [f32; 3]) -> Movement {
+    Movement {
+        world_from_handle: PoseMsg::IDENTITY,
+        world_from_instrument: PoseMsg::IDENTITY,
+        world_from_camera: PoseMsg::IDENTITY,
+        tip_m,
+        force_n: [0.0; 3],
+        jaw: 1.0,
+        instrument: 0,
+        switches: 16,
+        live: 7,
+        contacts: 0,
+    }
+}
+
+fn moved(at_s: f64, movement: Movement) -> Entry {
+    let at_ns = 1_000_000_000 + (at_s * 1e9) as u64;
+    Entry {
+        tick: at_ns / 1_000_000,
+        at_ns,
+        what: What::Moved(movement),
+    }
+}
+
+fn event(at_s: f64, kind: u32, organ: u32, x_m: f32, value: f32) -> Entry {
+    let at_ns = 1_000_000_000 + (at_s * 1e9) as u64;
+    let event = EventMsg {
+        at_ns,
+        kind,
+        organ,
+        at_m: [x_m, 0.0, 0.0],
+        value,
+        ..EventMsg::zeroed()
+    };
+    Entry {
+        tick: 0,
+        at_ns,
+        what: What::Event(event),
+    }
+}
+
+/// Hands at rest from one time to another, ten times a second.
+fn rest(assessment: &mut Assessment, from_s: f64, to_s: f64) {
+    let steps = ((to_s - from_s) * 10.0).round() as u32;
+    for step in 0..=steps {
+        let at_s = from_s + f64::from(step) * 0.1;
+        assessment.take(&moved(at_s, here([0.0, 0.0, -0.1])));
+    }
+}
+
+fn clip(assessment: &mut Assessment, at_s: f64, organ: u32, x_m: f32, number: f32) {
+    assessment.take(&event(at_s, EventMsg::CLIP, organ, x_m, number));
+}
+
+fn clip_both(assessment: &mut Assessment) {
+    clip(assessment, 0.1, DUCT, -0.01, 0.0);
+    clip(assessment, 0.2, DUCT, 0.01, 1.0);
+    clip(assessment, 0.3, ARTERY, -0.01, 2.0);
+    clip(assessment, 0.4, ARTERY, 0.01, 3.0);
+}
+
+fn cut(assessment: &mut Assessment, at_s: f64, organ: u32) {
+    assessment.take(&event(at_s, EventMsg::CUT, organ, 0.0, 0.001));
+}
+
+fn kinds(assessed: &Assessed) -> Vec<AlarmKind> {
+    assessed.alarms.iter().map(|alarm| alarm.kind).collect()
+}
+
+#[test]
+fn clamping_passes_with_two_clips_on_each() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 1.0);
+    clip(&mut assessment, 1.0, DUCT, 0.0, 0.0);
+    // The same clip is told once for each organ it closed on.
+    clip(&mut assessment, 1.0, FAT, 0.0, 0.0);
+    clip(&mut assessment, 1.1, DUCT, 0.004, 1.0);
+    assert!(!assessment.is_over());
+    clip(&mut assessment, 1.2, ARTERY, 0.0, 2.0);
+    clip(&mut assessment, 1.3, ARTERY, 0.003, 3.0);
+    let assessed = assessment.end();
+    assert_eq!(assessed.outcome, Outcome::Passed);
+    assert_eq!(assessed.score, 100.0);
+    let metrics = assessed.metrics;
+    assert_eq!(metrics.get(Metric::ClipsUsed), 4.0);
+    assert_eq!(metrics.get(Metric::ClipsMisplaced), 0.0);
+    assert!((metrics.get(Metric::ClipSpacing) - 3.0).abs() < 1e-6);
+}
+
+#[test]
+fn clips_that_are_lost_or_misplaced_sound_and_cost() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 0.1);
+    clip(&mut assessment, 0.1, NOTHING, 0.0, 9.0);
+    clip(&mut assessment, 0.2, BILE_DUCT, 0.0, 8.0);
+    clip_both(&mut assessment);
+    let assessed = assessment.end();
+    assert_eq!(
+        kinds(&assessed),
+        [AlarmKind::ClipLost, AlarmKind::ClipMisplaced]
+    );
+    assert!((assessed.score - 80.0).abs() < 1e-9, "{:?}", assessed.lost);
+    assert_eq!(assessed.outcome, Outcome::Failed, "none may be misplaced");
+    assert!(assessed.reasons[0].contains("clips_misplaced"));
+}
+
+#[test]
+fn cutting_unclamped_fails_at_once() {
+    for task in [
+        Task::Identify,
+        Task::Clamp,
+        Task::Cut,
+        Task::Disconnect,
+        Task::Full,
+    ] {
+        let mut assessment = begin(task);
+        rest(&mut assessment, 0.0, 0.1);
+        clip(&mut assessment, 0.1, DUCT, 0.0, 0.0);
+        cut(&mut assessment, 0.2, DUCT);
+        assert!(assessment.is_over(), "{}", task.name());
+        let status = assessment.status();
+        assert_eq!(status.outcome, Outcome::Failed);
+        assert!(status.reasons[0].contains("cystic duct"), "{status:?}");
+        // What comes later changes nothing.
+        clip_both(&mut assessment);
+        assert_eq!(assessment.status(), status);
+    }
+    let mut free = begin(Task::Free);
+    cut(&mut free, 0.2, DUCT);
+    assert!(!free.is_over());
+    let free = free.end();
+    assert_eq!(free.outcome, Outcome::Practised);
+    assert_eq!(kinds(&free), [AlarmKind::Unclamped]);
+}
+
+#[test]
+fn cutting_between_clips_passes_once_nothing_leaks() {
+    let mut assessment = begin(Task::Cut);
+    rest(&mut assessment, 0.0, 0.5);
+    clip_both(&mut assessment);
+    rest(&mut assessment, 0.6, 1.0);
+    cut(&mut assessment, 1.0, DUCT);
+    cut(&mut assessment, 1.0, ARTERY);
+    assert!(!assessment.is_over(), "a leak may still show");
+    rest(&mut assessment, 1.1, 4.0);
+    let assessed = assessment.end();
+    assert_eq!(assessed.outcome, Outcome::Passed, "{assessed:?}");
+    assert_eq!(assessed.metrics.get(Metric::CutsOneSided), 0.0);
+}
+
+#[test]
+fn clips_that_do_not_hold_are_no_clamp() {
+    // The leak is told after the cut, or before it in the same tick.
+    for before in [false, true] {
+        let mut assessment = begin(Task::Cut);
+        rest(&mut assessment, 0.0, 0.5);
+        clip_both(&mut assessment);
+        let leak = event(1.0, EventMsg::LEAK, ARTERY, 0.0, 0.4);
+        if before {
+            assessment.take(&leak);
+        }
+        cut(&mut assessment, 1.0, ARTERY);
+        if !before {
+            assert!(!assessment.is_over());
+            assessment.take(&leak);
+        }
+        let assessed = assessment.end();
+        assert_eq!(assessed.outcome, Outcome::Failed);
+        assert_eq!(kinds(&assessed), [AlarmKind::Unclamped]);
+        assert!(assessed.score < 50.0);
+    }
+}
+
+#[test]
+fn clips_on_one_side_of_the_cut_cost_points() {
+    let mut assessment = begin(Task::Cut);
+    rest(&mut assessment, 0.0, 0.1);
+    clip(&mut assessment, 0.1, DUCT, 0.01, 0.0);
+    clip(&mut assessment, 0.2, DUCT, 0.02, 1.0);
+    cut(&mut assessment, 0.3, DUCT);
+    let assessed = assessment.end();
+    assert_eq!(assessed.metrics.get(Metric::CutsOneSided), 1.0);
+    assert_eq!(assessed.outcome, Outcome::Aborted);
+    assert!(
+        assessed
+            .reasons
+            .iter()
+            .any(|it| it.contains("cystic artery"))
+    );
+}
+
+fn remove(assessment: &mut Assessment, cells: core::ops::Range<u32>) {
+    for cell in cells {
+        assessment.take(&event(1.0, EventMsg::REMOVED, FAT, 0.0, cell as f32));
+    }
+}
+
+#[test]
+fn the_critical_view_is_judged_by_what_is_removed() {
+    let mut assessment = begin(Task::Identify);
+    rest(&mut assessment, 0.0, 0.1);
+    remove(&mut assessment, 0..9);
+    assert!(!assessment.is_over());
+    remove(&mut assessment, 10..18);
+    assert!(!assessment.is_over(), "eight of ten");
+    remove(&mut assessment, 17..18);
+    assert!(!assessment.is_over(), "the same again is not more");
+    remove(&mut assessment, 18..19);
+    assert!(assessment.is_over());
+    let assessed = assessment.end();
+    assert_eq!(assessed.outcome, Outcome::Passed);
+    assert!((assessed.metrics.get(Metric::CvsTriangle) - 0.9).abs() < 1e-9);
+    assert_eq!(assessed.metrics.get(Metric::CvsTwo), 1.0);
+}
+
+#[test]
+fn the_whole_operation_in_order_passes_and_out_of_order_sounds() {
+    let all = |order: bool| {
+        let mut assessment = begin(Task::Full);
+        rest(&mut assessment, 0.0, 0.5);
+        if !order {
+            clip_both(&mut assessment);
+        }
+        remove(&mut assessment, 0..20);
+        if order {
+            clip_both(&mut assessment);
+        }
+        cut(&mut assessment, 2.0, DUCT);
+        cut(&mut assessment, 2.0, ARTERY);
+        rest(&mut assessment, 0.6, 5.0);
+        assert!(!assessment.is_over());
+        remove(&mut assessment, 20..30);
+        assessment.end()
+    };
+    let good = all(true);
+    assert_eq!((good.outcome, good.alarms.len()), (Outcome::Passed, 0));
+    let early = all(false);
+    assert_eq!(kinds(&early), [AlarmKind::TooEarly; 4]);
+}
+
+#[test]
+fn wrong_structures_sound_and_cost_but_not_without_end() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 0.1);
+    for step in 0..20 {
+        let at_s = 0.1 + f64::from(step) * 0.05;
+        assessment.take(&event(at_s, EventMsg::BURN, BILE_DUCT, 0.0, 0.5));
+        assessment.take(&event(at_s, EventMsg::BURN, LIVER, 0.0, 0.25));
+    }
+    assessment.take(&event(2.0, EventMsg::CONTACT, BILE_DUCT, 0.0, 0.1));
+    let assessed = assessment.end();
+    assert_eq!(kinds(&assessed), [AlarmKind::Burnt, AlarmKind::Touched]);
+    assert!((assessed.metrics.get(Metric::BurnWrong) - 10.0).abs() < 1e-6);
+    assert!((assessed.metrics.get(Metric::BurnLiver) - 5.0).abs() < 1e-6);
+    assert!(assessed.score < 92.0);
+}
+
+#[test]
+fn blood_is_flow_over_time_until_it_is_stopped() {
+    let mut assessment = begin(Task::Free);
+    rest(&mut assessment, 0.0, 1.0);
+    assessment.take(&event(1.0, EventMsg::LEAK, ARTERY, 0.0, 0.5));
+    rest(&mut assessment, 1.1, 7.0);
+    // The end moved with the tissue; it is the same.
+    assessment.take(&event(7.0, EventMsg::LEAK, ARTERY, 0.01, 0.0));
+    rest(&mut assessment, 7.1, 20.0);
+    let blood_ml = assessment.end().metrics.get(Metric::Blood);
+    // 30 ml/min, half of it, 6 s.
+    assert!((blood_ml - 1.5).abs() < 0.05, "{blood_ml}");
+}
+
+#[test]
+fn a_reset_begins_anew_and_is_counted() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 5.0);
+    clip(&mut assessment, 5.0, NOTHING, 0.0, 0.0);
+    let reset = Entry {
+        tick: 1,
+        at_ns: 7_000_000_000,
+        what: What::Reset,
+    };
+    assessment.take(&reset);
+    rest(&mut assessment, 6.0, 7.0);
+    let assessed = assessment.end();
+    assert_eq!(assessed.score, 100.0);
+    assert_eq!(assessed.metrics.get(Metric::Restarts), 1.0);
+    assert!((assessed.metrics.get(Metric::Time) - 1.0).abs() < 0.01);
+}
+
+#[test]
+fn pauses_and_gaps_are_no_time() {
+    let mut assessment = begin(Task::Free);
+    rest(&mut assessment, 0.0, 1.0);
+    // Nothing for four seconds, and the hand is elsewhere then.
+    assessment.take(&moved(5.0, here([0.3, 0.0, 0.0])));
+    assessment.take(&moved(5.1, here([0.3, 0.0, 0.0])));
+    let paused = Movement {
+        switches: 8,
+        ..here([0.3, 0.0, 0.0])
+    };
+    for step in 0..50 {
+        assessment.take(&moved(5.2 + f64::from(step) * 0.1, paused));
+    }
+    let metrics = assessment.end().metrics;
+    assert!((metrics.get(Metric::Time) - 1.1).abs() < 1e-6);
+    assert!((metrics.get(Metric::Gaps) - 4.0).abs() < 1e-6);
+    assert_eq!(metrics.get(Metric::Path), 0.0);
+}
+
+#[test]
+fn it_takes_too_long_at_last() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 601.0);
+    assert!(assessment.status().reasons[0].contains("600 s"));
+}
+
+#[test]
+fn the_drill_is_done_when_each_organ_was_shown() {
+    let mut organs = anatomy();
+    for (number, organ) in organs.organs.iter_mut().enumerate() {
+        organ.middle_m = [0.05 * number as f64, 0.0, -0.1];
+    }
+    let mut drill = Assessment::new(Task::Scope, Difficulty::Beginner, Rules::default(), organs);
+    let mut at_s = 0.0;
+    // In the order of the drill: cystic duct, liver, cystic artery.
+    for number in [1, 0, 2] {
+        assert!(!drill.is_over());
+        assert!(drill.status().hint.is_some());
+        for _ in 0..20 {
+            let mut look = here([0.0, 0.0, -0.1]);
+            look.world_from_camera.position_m[0] = 0.05 * number as f32;
+            drill.take(&moved(at_s, look));
+            at_s += 0.1;
+        }
+    }
+    assert_eq!(
+        drill.status().outcome,
+        Outcome::Passed,
+        "{:?}",
+        drill.status()
+    );
+}
+
+#[test]
+fn the_current_counts_with_and_without_contact() {
+    let mut assessment = begin(Task::Free);
+    for step in 0..=40 {
+        let touches = step > 20;
+        let mut hook = Movement {
+            instrument: 1,
+            switches: 17,
+            contacts: u16::from(touches),
+            ..here([0.0, 0.0, -0.1])
+        };
+        hook.force_n = [0.0, 0.0, if touches { 1.0 } else { 0.0 }];
+        assessment.take(&moved(f64::from(step) * 0.1, hook));
+    }
+    let metrics = assessment.end().metrics;
+    let near = |metric, value: f64| {
+        let found = metrics.get(metric);
+        assert!((found - value).abs() < 0.06, "{metric:?} {found}");
+    };
+    near(Metric::CauteryOn, 4.0);
+    near(Metric::CauteryAir, 2.0);
+    near(Metric::ForceMean, 1.0);
+    near(Metric::Force95, 1.05);
+}
+
+#[test]
+fn definitions_are_complete_and_their_names_differ() {
+    let mut names: Vec<&str> = Metric::ALL.iter().map(|metric| metric.name()).collect();
+    names.sort_unstable();
+    names.dedup();
+    assert_eq!(names.len(), Metric::ALL.len());
+    for metric in Metric::ALL {
+        assert!(metric.definition().ends_with('.'), "{}", metric.name());
+        assert!(!metric.source().is_empty());
+        assert_eq!(Metric::from_name(metric.name()), Some(metric));
+        let unit = metric.unit();
+        let told = unit == "n" || unit == "1" || metric.name().ends_with(&unit.to_lowercase());
+        assert!(told, "{} in {unit}", metric.name());
+    }
+}
+
+/// A hand on a circle of 5 cm, once in four seconds, looked at so often.
+fn circle(hz: f64, seconds: f64, tremor_m: f64) -> Values {
+    let mut assessment = begin(Task::Free);
+    for step in 0..=(hz * seconds) as u32 {
+        let at_s = f64::from(step) / hz;
+        let turn = at_s * std::f64::consts::TAU / 4.0;
+        let shake = tremor_m * (at_s * std::f64::consts::TAU * 9.0).sin();
+        let place = [0.05 * turn.cos(), 0.05 * turn.sin(), shake - 0.1];
+        assessment.take(&moved(at_s, here(place.map(|x| x as f32))));
+    }
+    assessment.end().metrics
+}
+
+proptest! {
+    #[test]
+    fn a_path_does_not_depend_on_how_often_it_is_looked_at(hz in 20.0f64..250.0, seconds in 2.0f64..9.0) {
+        let path_m = circle(hz, seconds, 0.0).get(Metric::Path);
+        let true_m = 0.05 * std::f64::consts::TAU / 4.0 * (hz * seconds).floor() / hz;
+        prop_assert!((path_m - true_m).abs() < 0.02 * true_m + 0.002, "{} {}", path_m, true_m);
+        prop_assert_eq!(circle(hz, seconds, 0.0).get(Metric::Movements), 1.0);
+    }
+
+    #[test]
+    fn tremor_is_no_path(amplitude in 0.0f64..0.0003) {
+        let calm = circle(100.0, 4.0, 0.0).get(Metric::Path);
+        let shaky = circle(100.0, 4.0, amplitude).get(Metric::Path);
+        prop_assert!((shaky - calm).abs() < 0.06 * calm, "{} {}", calm, shaky);
+    }
+
+    #[test]
+    fn times_of_parts_sum_to_the_whole(
+        steps in prop::collection::vec((0.001f64..0.2, any::<bool>()), 2..80),
+        split in 0.0f64..1.0,
+    ) {
+        let mut entries = Vec::new();
+        let mut at_s = 0.0;
+        for (seconds, on) in &steps {
+            at_s += seconds;
+            let switches = if *on { 17 } else { 16 };
+            entries.push(moved(at_s, Movement { instrument: 1, switches, ..here([0.0; 3]) }));
+        }
+        let middle = ((split * entries.len() as f64) as usize).min(entries.len() - 1);
+        let over = |entries: &[Entry]| {
+            let mut assessment = begin(Task::Free);
+            entries.iter().for_each(|entry| assessment.take(entry));
+            assessment.end().metrics
+        };
+        // The entry in the middle ends one part and begins the other.
+        let [one, two, whole] =
+            [&entries[..=middle], &entries[middle..], &entries[..]].map(over);
+        for metric in [Metric::Time, Metric::CauteryOn, Metric::CauteryAir] {
+            let sum = one.get(metric) + two.get(metric);
+            prop_assert!((sum - whole.get(metric)).abs() < 1e-6);
+        }
+    }
+
+    /// Whatever a file says: it ends, with a score within bounds, twice the same.
+    #[test]
+    fn hostile_entries_are_assessed(
+        raw in prop::collection::vec((0u8..5, any::<u64>(), any::<[f32; 4]>(), 0u32..18, 0u32..7), 0..200),
+        task in 0usize..7,
+    ) {
+        let entries: Vec<Entry> = raw.iter().map(|&(kind, at_ns, [x, y, z, value], event, organ)| {
+            let what = match kind {
+                0 => What::Reset,
+                1 => What::Device { force_max_n: value },
+                2 => What::Moved(Movement { force_n: [x, y, z], ..here([x, y, z]) }),
+                _ => What::Event(EventMsg {
+                    kind: event,
+                    organ,
+                    at_m: [x, y, z],
+                    value,
+                    ..EventMsg::zeroed()
+                }),
+            };
+            Entry { tick: 0, at_ns, what }
+        }).collect();
+        let run = || {
+            let mut assessment = begin(Task::ALL[task]);
+            for entry in &entries {
+                assessment.take(entry);
+                let _ = assessment.status();
+            }
+            assessment.end()
+        };
+        let assessed = run();
+        prop_assert!((0.0..=100.0).contains(&assessed.score));
+        prop_assert_ne!(assessed.outcome, Outcome::Running);
+        prop_assert_eq!(run().metrics, assessed.metrics);
+    }
+}

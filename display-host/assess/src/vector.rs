@@ -1,0 +1,79 @@
+//! The little geometry that an assessment needs, in `f64`.
+
+use shared_mem::message::PoseMsg;
+
+pub(crate) type Vec3 = [f64; 3];
+
+pub(crate) fn wide(v: [f32; 3]) -> Vec3 {
+    v.map(f64::from)
+}
+
+pub(crate) fn sub(a: Vec3, b: Vec3) -> Vec3 {
+    [a[0] - b[0], a[1] - b[1], a[2] - b[2]]
+}
+
+pub(crate) fn dot(a: Vec3, b: Vec3) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+pub(crate) fn norm(a: Vec3) -> f64 {
+    dot(a, a).sqrt()
+}
+
+pub(crate) fn distance(a: Vec3, b: Vec3) -> f64 {
+    norm(sub(a, b))
+}
+
+/// An axis of a pose's frame in the world: 0 x, 1 y, else z.
+pub(crate) fn axis(pose: &PoseMsg, which: usize) -> Vec3 {
+    let [x, y, z, w] = pose.orientation.map(f64::from);
+    match which {
+        0 => [
+            1.0 - 2.0 * (y * y + z * z),
+            2.0 * (x * y + z * w),
+            2.0 * (x * z - y * w),
+        ],
+        1 => [
+            2.0 * (x * y - z * w),
+            1.0 - 2.0 * (x * x + z * z),
+            2.0 * (y * z + x * w),
+        ],
+        _ => [
+            2.0 * (x * z + y * w),
+            2.0 * (y * z - x * w),
+            1.0 - 2.0 * (x * x + y * y),
+        ],
+    }
+}
+
+/// How far a place lies off the line of sight (−z) of a camera, rad, and how far away, m.
+pub(crate) fn off_sight(camera: &PoseMsg, place: Vec3) -> (f64, f64) {
+    let to = sub(place, wide(camera.position_m));
+    let ahead = -dot(to, axis(camera, 2));
+    let [right, up] = [0, 1].map(|which| dot(to, axis(camera, which)));
+    (right.hypot(up).atan2(ahead), norm(to))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_camera_sees_along_minus_z() {
+        let straight = PoseMsg::IDENTITY;
+        assert!(off_sight(&straight, [0.0, 0.0, -1.0]).0.abs() < 1e-12);
+        let (angle, far) = off_sight(&straight, [1.0, 0.0, -1.0]);
+        assert!((angle - 45f64.to_radians()).abs() < 1e-12 && (far - 2f64.sqrt()).abs() < 1e-12);
+        assert!(off_sight(&straight, [0.0, 0.0, 1.0]).0 > 3.0, "behind");
+        // A quarter turn about y: it looks along −x.
+        let half = 0.5f32.sqrt();
+        let turned = PoseMsg {
+            orientation: [0.0, half, 0.0, half],
+            ..straight
+        };
+        assert!(off_sight(&turned, [-1.0, 0.0, 0.0]).0 < 1e-6);
+        for which in 0..3 {
+            assert!((norm(axis(&turned, which)) - 1.0).abs() < 1e-6);
+        }
+    }
+}

@@ -1,0 +1,61 @@
+//! Cystic duct and artery: clips, and how they were divided.
+
+use crate::vector::{Vec3, distance, dot};
+
+/// A clip on a vessel.
+#[derive(Debug, Clone, Copy)]
+struct Clip {
+    number: u32,
+    at_m: Vec3,
+}
+
+/// What became of one of the two vessels.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Vessel {
+    clips: Vec<Clip>,
+    /// When it was first divided, s, and with how many clips on it.
+    pub(crate) divided: Option<(f64, usize)>,
+    /// All clips were on one side of the place where it was divided.
+    pub(crate) one_sided: bool,
+    /// When it was last seen to leak, after it was divided.
+    pub(crate) leaks: bool,
+    /// It was perforated or torn.
+    pub(crate) injured: bool,
+}
+
+impl Vessel {
+    pub(crate) fn clip(&mut self, number: u32, at_m: Vec3) {
+        if self.clips.iter().all(|clip| clip.number != number) {
+            self.clips.push(Clip { number, at_m });
+        }
+    }
+
+    pub(crate) fn clips(&self) -> usize {
+        self.clips.len()
+    }
+
+    /// It is divided here; `along` is its direction at rest.
+    pub(crate) fn divide(&mut self, at_s: f64, at_m: Vec3, along: Vec3) {
+        if self.divided.is_some() {
+            return;
+        }
+        self.divided = Some((at_s, self.clips()));
+        let cut = dot(at_m, along);
+        let before = self.clips.iter().filter(|it| dot(it.at_m, along) < cut);
+        let before = before.count();
+        self.one_sided = self.clips() > 0 && (before == 0 || before == self.clips());
+    }
+
+    /// Least distance between two of its clips, m.
+    pub(crate) fn spacing_m(&self) -> Option<f64> {
+        let pairs = self.clips.iter().enumerate().flat_map(|(i, a)| {
+            let others = self.clips.iter().skip(i + 1);
+            others.map(|b| distance(a.at_m, b.at_m))
+        });
+        pairs.min_by(f64::total_cmp)
+    }
+
+    pub(crate) fn is_whole(&self) -> bool {
+        self.divided.is_none() && !self.injured
+    }
+}

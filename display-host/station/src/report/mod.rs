@@ -1,0 +1,205 @@
+//! `calot report`: what recorded sessions came to, as a page or as JSON.
+
+pub(crate) mod args;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use assess::report::{Chapter, html};
+use assess::{Anatomy, Assessment, Difficulty, Metric, Rules, Task};
+use session::{End, Operation};
+
+use self::args::ReportArgs;
+use crate::say;
+use crate::scene::Problem;
+
+/// Pictures of a session that are put into the page.
+const PICTURES_MAX: usize = 12;
+/// A picture that is larger is left out, bytes.
+const PICTURE_MAX_BYTES: u64 = 8 << 20;
+/// How often a waiting user is told how far it is.
+const PROGRESS: Duration = Duration::from_secs(1);
+
+pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
+    if args.metrics {
+        for metric in Metric::ALL {
+            say::answer(format_args!(
+                "{:<20} {:<4} {} [{}]",
+                metric.name(),
+                metric.unit(),
+                metric.definition(),
+                metric.source()
+            ));
+        }
+        return Ok(ExitCode::SUCCESS);
+    }
+    if args.rules_file {
+        say::answer(Rules::built_in().trim_end());
+        return Ok(ExitCode::SUCCESS);
+    }
+    let rules = args.rules.as_deref().map(Rules::read).transpose()?;
+    let mut chapters = Vec::new();
+    for session in &args.sessions {
+        chapters.push(chapter(session, rules.as_ref(), args.task)?);
+    }
+    if args.json {
+        let assessed: Vec<_> = chapters.iter().map(|it| &it.assessed).collect();
+        say::answer(format_args!("{}", serde_json::to_string_pretty(&assessed)?));
+        return Ok(ExitCode::SUCCESS);
+    }
+    write(&chapters, &args.out)?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the page and says where.
+pub(crate) fn write(chapters: &[Chapter], out: &Path) -> Result<(), Problem> {
+    std::fs::write(out, html(chapters)).map_err(|error| {
+        format!(
+            "{}: {error}; choose another place with --out",
+            out.display()
+        )
+    })?;
+    say::note(format_args!("wrote {}", out.display()));
+    Ok(())
+}
+
+/// Assesses a session: a file, or a folder that holds `session.mcap`.
+pub(crate) fn chapter(
+    session: &Path,
+    rules: Option<&Rules>,
+    task: Option<Task>,
+) -> Result<Chapter, Problem> {
+    let (file, folder) = match session.is_dir() {
+        true => (session.join("session.mcap"), Some(session)),
+        false => (session.to_owned(), None),
+    };
+    let mut operation = Operation::open(&file)?;
+    let assigned = operation.assignment.clone().unwrap_or_default();
+    let task = task.or_else(|| Task::from_name(&assigned.task));
+    let rules = match rules {
+        Some(rules) => rules.clone(),
+        None if assigned.rules.is_empty() => Rules::default(),
+        None => {
+            Rules::parse(&assigned.rules).map_err(|error| format!("{}: {error}", file.display()))?
+        }
+    };
+    let mut assessment = Assessment::new(
+        task.unwrap_or(Task::Free),
+        Difficulty::from_name(&assigned.difficulty).unwrap_or_default(),
+        rules.clone(),
+        Anatomy::of(&operation.scene),
+    );
+    let mut began_ns = None;
+    let mut said = Instant::now();
+    while let Some(entry) = operation.next() {
+        began_ns.get_or_insert(entry.at_ns);
+        assessment.take(&entry);
+        if said.elapsed() >= PROGRESS {
+            let share = 100.0 * operation.done();
+            say::note(format_args!("{}: {share:.0} %", file.display()));
+            said = Instant::now();
+        }
+    }
+    let wall_ns = began_ns
+        .unwrap_or(0)
+        .saturating_add_signed(operation.info.wall_from_host_ns);
+    Ok(Chapter {
+        name: file.display().to_string(),
+        scene: operation.info.scene.clone(),
+        build: operation.info.build.clone(),
+        when: utc(wall_ns / 1_000_000_000),
+        assessed: assessment.end(),
+        rules,
+        pictures: folder.map(pictures).unwrap_or_default(),
+        cut_short: match operation.end() {
+            Some(End::Whole) | None => None,
+            Some(End::BrokenOff(why) | End::Damaged(why)) => Some(why.clone()),
+        },
+        past: Vec::new(),
+        sheet: Vec::new(),
+    })
+}
+
+/// The pictures that a run left beside its session, by name, evenly chosen where there are many.
+fn pictures(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Vec::new();
+    };
+    let is_picture = |path: &PathBuf| {
+        let small = path
+            .metadata()
+            .is_ok_and(|it| it.len() <= PICTURE_MAX_BYTES);
+        path.extension().is_some_and(|it| it == "png") && small
+    };
+    let mut paths: Vec<PathBuf> = entries
+        .flatten()
+        .map(|entry| entry.path())
+        .filter(is_picture)
+        .collect();
+    paths.sort();
+    let every = paths.len().div_ceil(PICTURES_MAX).max(1);
+    let chosen = paths.iter().step_by(every);
+    let read = chosen.filter_map(|path| {
+        let name = path.file_stem()?.to_string_lossy().replace('_', " ");
+        Some((name, std::fs::read(path).ok()?))
+    });
+    read.collect()
+}
+
+/// A time of the wall clock as text: UTC, to the minute.
+pub(crate) fn utc(unix_s: u64) -> String {
+    let (days, seconds) = (unix_s / 86_400, unix_s % 86_400);
+    // Howard Hinnant's civil_from_days, for days since 1970.
+    let shifted = days + 719_468;
+    let (era, of_era) = (shifted / 146_097, shifted % 146_097);
+    let year_of_era = (of_era - of_era / 1460 + of_era / 36_524 - of_era / 146_096) / 365;
+    let of_year = of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let shifted_month = (5 * of_year + 2) / 153;
+    let day = of_year - (153 * shifted_month + 2) / 5 + 1;
+    let month = if shifted_month < 10 {
+        shifted_month + 3
+    } else {
+        shifted_month - 9
+    };
+    let year = year_of_era + era * 400 + u64::from(month <= 2);
+    let (hour, minute) = (seconds / 3600, seconds % 3600 / 60);
+    format!("{year}-{month:02}-{day:02} {hour:02}:{minute:02} UTC")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_those_of_the_calendar() {
+        for (unix_s, text) in [
+            (0, "1970-01-01 00:00 UTC"),
+            (951_782_400, "2000-02-29 00:00 UTC"),
+            (1_795_311_059, "2026-11-22 01:30 UTC"),
+            (4_102_444_799, "2099-12-31 23:59 UTC"),
+        ] {
+            assert_eq!(utc(unix_s), text);
+        }
+    }
+
+    #[test]
+    fn what_is_no_session_is_refused_by_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let error = chapter(folder.path(), None, None).unwrap_err().to_string();
+        assert!(error.contains("session.mcap"), "{error}");
+    }
+
+    #[test]
+    fn pictures_are_chosen_evenly() {
+        let folder = tempfile::tempdir().unwrap();
+        for number in 0..30 {
+            let path = folder.path().join(format!("frame_{number:04}.png"));
+            std::fs::write(path, [number]).unwrap();
+        }
+        std::fs::write(folder.path().join("summary.json"), "{}").unwrap();
+        let found = pictures(folder.path());
+        assert_eq!(found.len(), 10);
+        assert_eq!(found[1], ("frame 0003".to_owned(), vec![3]));
+    }
+}

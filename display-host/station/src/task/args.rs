@@ -1,0 +1,36 @@
+//! What `calot run` understands about tasks.
+
+use std::path::PathBuf;
+
+use assess::{Difficulty, Task};
+use clap::Args;
+
+/// A task that is assessed while it runs.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Task")]
+pub(crate) struct TaskArgs {
+    /// Assess this task: identify, clamp, cut, disconnect, full (all four), free (practice), scope
+    /// (endoscope drill). Leaves debrief.html beside the session
+    #[arg(long, value_name = "TASK", value_parser = parse_task, conflicts_with = "attach")]
+    pub(crate) task: Option<Task>,
+    /// beginner: hints; trainee: alarms and progress; exam: time alone [default: trainee]
+    #[arg(long, value_name = "HOW", value_parser = parse_difficulty, requires = "task")]
+    pub(crate) difficulty: Option<Difficulty>,
+    /// Pass rules and weights (TOML) [default: the built-in ones, see `calot report --rules-file`]
+    #[arg(long, value_name = "FILE", requires = "task")]
+    pub(crate) rules: Option<PathBuf>,
+}
+
+pub(crate) fn parse_task(text: &str) -> Result<Task, String> {
+    Task::from_name(text).ok_or_else(|| {
+        let names: Vec<&str> = Task::ALL.into_iter().map(Task::name).collect();
+        format!("a task is one of {}", names.join(", "))
+    })
+}
+
+fn parse_difficulty(text: &str) -> Result<Difficulty, String> {
+    Difficulty::from_name(text).ok_or_else(|| {
+        let names: Vec<&str> = Difficulty::ALL.into_iter().map(Difficulty::name).collect();
+        format!("a difficulty is one of {}", names.join(", "))
+    })
+}

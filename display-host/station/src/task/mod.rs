@@ -1,0 +1,230 @@
+//! A task while it runs: a thread takes the course of the operation as the recorder writes it, so that
+//! what the trainee is told and what is made of the recording are the same.
+
+pub(crate) mod args;
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{Builder, JoinHandle};
+use std::time::{Duration, Instant};
+
+use assess::{Anatomy, Assessed, Assessment, Difficulty, Outcome, Rules, Status, Task};
+use display_host::report::{TaskAlarm, TaskSummary};
+use display_host::ui::{TaskEnd, TaskView};
+use session::{Assignment, Entry};
+use shared_mem::scene::SceneFile;
+
+use self::args::TaskArgs;
+use crate::scene::Problem;
+
+/// How often the panel's view is brought up to date.
+const VIEW_EVERY: Duration = Duration::from_millis(50);
+
+/// What is to be assessed.
+#[derive(Debug, Clone)]
+pub(crate) struct Assigned {
+    task: Task,
+    difficulty: Difficulty,
+    rules: Rules,
+    /// The session's own name.
+    id: String,
+}
+
+impl Assigned {
+    /// What was asked for, if a task was; its rules are read and checked before anything starts.
+    pub(crate) fn read(args: &TaskArgs) -> Result<Option<Self>, Problem> {
+        let Some(task) = args.task else {
+            return Ok(None);
+        };
+        let rules = args.rules.as_deref().map(Rules::read).transpose()?;
+        Ok(Some(Self {
+            task,
+            difficulty: args.difficulty.unwrap_or_default(),
+            rules: rules.unwrap_or_default(),
+            id: String::new(),
+        }))
+    }
+
+    /// As the session has it.
+    pub(crate) fn assignment(&self) -> Assignment {
+        Assignment {
+            task: self.task.name().to_owned(),
+            difficulty: self.difficulty.name().to_owned(),
+            rules: self.rules.text().to_owned(),
+            id: self.id.clone(),
+        }
+    }
+
+    /// Begins to assess what the returned sender is given.
+    pub(crate) fn begin(self, scene: &SceneFile) -> Result<(Live, Sender<Entry>), Problem> {
+        let anatomy = Anatomy::of(scene);
+        if let Some(what) = self.task.lacks(&anatomy) {
+            return Err(format!(
+                "task '{}' needs what scene '{}' lacks: {what}. Take another scene with --scene, e.g. \
+                 triangle, or --task free",
+                self.task.name(),
+                scene.name()
+            )
+            .into());
+        }
+        let (sender, course) = mpsc::channel();
+        let view = Arc::new(Mutex::new(TaskView {
+            title: self.task.title().to_owned(),
+            ..TaskView::default()
+        }));
+        let over = Arc::new(AtomicBool::new(false));
+        let (shown, decided) = (view.clone(), over.clone());
+        let (title, difficulty) = (self.task.title(), self.difficulty);
+        let assessment = Assessment::new(self.task, self.difficulty, self.rules, anatomy);
+        let thread = Builder::new()
+            .name("calot-assess".to_owned())
+            .spawn(move || {
+                follow(assessment, &course, &decided, |status| {
+                    let view = view_of(title, difficulty, status);
+                    *shown.lock().unwrap_or_else(PoisonError::into_inner) = view;
+                })
+            })
+            .map_err(|error| format!("cannot start the assessment's thread: {error}"))?;
+        let live = Live {
+            thread,
+            view,
+            over,
+            id: self.id,
+        };
+        Ok((live, sender))
+    }
+}
+
+/// A task that runs.
+#[derive(Debug)]
+pub(crate) struct Live {
+    thread: JoinHandle<Assessed>,
+    /// What the panel shows.
+    pub(crate) view: Arc<Mutex<TaskView>>,
+    /// Set once it is decided.
+    pub(crate) over: Arc<AtomicBool>,
+    id: String,
+}
+
+impl Live {
+    /// What it came to, once the recording has ended. `None`: it panicked.
+    pub(crate) fn end(self) -> Option<(Assessed, TaskSummary)> {
+        let assessed = self.thread.join().ok()?;
+        let summary = summary(&assessed, &self.id);
+        Some((assessed, summary))
+    }
+}
+
+fn follow(
+    mut assessment: Assessment,
+    course: &Receiver<Entry>,
+    over: &AtomicBool,
+    mut show: impl FnMut(Status),
+) -> Assessed {
+    let mut shown: Option<Instant> = None;
+    loop {
+        match course.recv_timeout(VIEW_EVERY) {
+            Ok(entry) => assessment.take(&entry),
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        let decided = assessment.is_over() && !over.swap(assessment.is_over(), Ordering::Relaxed);
+        if decided || shown.is_none_or(|at| at.elapsed() >= VIEW_EVERY) {
+            show(assessment.status());
+            shown = Some(Instant::now());
+        }
+    }
+    show(assessment.status());
+    assessment.end()
+}
+
+/// What the trainee sees of it.
+fn view_of(title: &str, difficulty: Difficulty, status: Status) -> TaskView {
+    let is_over = status.outcome != Outcome::Running;
+    let open = is_over || difficulty != Difficulty::Exam;
+    let end = is_over.then(|| {
+        let reasons = status.reasons.join("; ");
+        TaskEnd {
+            passed: status.outcome == Outcome::Passed,
+            text: match reasons.is_empty() {
+                true => status.outcome.name().to_owned(),
+                false => format!("{}: {reasons}", status.outcome.name()),
+            },
+        }
+    });
+    TaskView {
+        title: title.to_owned(),
+        time_s: status.time_s,
+        steps: if open { status.steps } else { Vec::new() },
+        alarm: status.alarm.filter(|_| open).map(|alarm| alarm.text()),
+        alarms: status.alarms,
+        score: open.then_some(status.score),
+        hint: status.hint,
+        end,
+    }
+}
+
+/// As `summary.json` has it.
+pub(crate) fn summary(assessed: &Assessed, id: &str) -> TaskSummary {
+    let alarm = |alarm: &assess::Alarm| TaskAlarm {
+        at_s: alarm.at_s,
+        kind: alarm.kind.name().to_owned(),
+        organ: alarm.organ.clone(),
+    };
+    TaskSummary {
+        task: assessed.task.name().to_owned(),
+        difficulty: assessed.difficulty.name().to_owned(),
+        outcome: assessed.outcome.name().to_owned(),
+        reasons: assessed.reasons.clone(),
+        score: assessed.score,
+        alarms: assessed.alarms.iter().map(alarm).collect(),
+        metrics: serde_json::to_value(assessed.metrics).unwrap_or_default(),
+        metrics_version: assessed.version,
+        session: id.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn status(outcome: Outcome) -> Status {
+        Status {
+            time_s: 65.0,
+            outcome,
+            score: 80.0,
+            steps: vec![("Clear".to_owned(), false)],
+            alarm: None,
+            alarms: 3,
+            hint: None,
+            reasons: vec!["late".to_owned()],
+        }
+    }
+
+    #[test]
+    fn an_exam_tells_only_the_time_until_it_is_over() {
+        let view = view_of("x", Difficulty::Exam, status(Outcome::Running));
+        assert_eq!((view.steps.len(), view.score, view.end), (0, None, None));
+        let view = view_of("x", Difficulty::Exam, status(Outcome::Failed));
+        assert_eq!((view.steps.len(), view.score), (1, Some(80.0)));
+        assert_eq!(view.end.unwrap().text, "failed: late");
+        assert!(
+            !view_of("x", Difficulty::Trainee, status(Outcome::Running))
+                .steps
+                .is_empty()
+        );
+    }
+
+    #[test]
+    fn no_task_is_no_assessment_and_rules_are_read_first() {
+        assert!(Assigned::read(&TaskArgs::default()).unwrap().is_none());
+        let args = TaskArgs {
+            task: Some(Task::Free),
+            rules: Some("/nowhere/rules.toml".into()),
+            ..TaskArgs::default()
+        };
+        let error = Assigned::read(&args).unwrap_err().to_string();
+        assert!(error.contains("/nowhere/rules.toml"), "{error}");
+    }
+}

@@ -1,0 +1,201 @@
+//! Opening the store: made if it is not there, refused if it is not ours, of another version, or damaged.
+
+use std::fs::{DirBuilder, OpenOptions, Permissions};
+use std::io::Read as _;
+use std::os::unix::fs::{DirBuilderExt as _, OpenOptionsExt as _, PermissionsExt as _};
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use rusqlite::{Connection, OpenFlags};
+
+use crate::error::StoreError;
+
+/// Version of the tables.
+pub const SCHEMA_VERSION: i64 = 1;
+/// "Calo": SQLite's mark of whose file it is.
+const APPLICATION: i64 = 0x4361_6c6f;
+/// How a SQLite file begins.
+const MAGIC: &[u8] = b"SQLite format 3\0";
+/// How long another program may hold it.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+const TABLES: &str = "
+CREATE TABLE trainee (
+    id INTEGER PRIMARY KEY,
+    name TEXT NOT NULL UNIQUE
+) STRICT;
+CREATE TABLE session (
+    id TEXT PRIMARY KEY,                -- UUID of version 7
+    trainee INTEGER NOT NULL REFERENCES trainee ON DELETE CASCADE,
+    began_unix_s INTEGER NOT NULL,
+    task TEXT NOT NULL,
+    difficulty TEXT NOT NULL,
+    outcome TEXT NOT NULL,
+    score REAL NOT NULL,
+    alarms INTEGER NOT NULL,
+    metrics_version INTEGER NOT NULL,
+    metrics TEXT NOT NULL,              -- JSON: number or null by name
+    scene TEXT NOT NULL,
+    program TEXT NOT NULL,
+    file TEXT                           -- the recording, where it was
+) STRICT;
+CREATE INDEX session_of ON session (trainee, began_unix_s);
+CREATE TABLE answer (
+    trainee INTEGER NOT NULL REFERENCES trainee ON DELETE CASCADE,
+    questionnaire TEXT NOT NULL,
+    item TEXT NOT NULL,
+    value INTEGER NOT NULL CHECK (value BETWEEN 1 AND 5),
+    at_unix_s INTEGER NOT NULL,
+    PRIMARY KEY (trainee, questionnaire, item)
+) STRICT;
+CREATE TABLE sheet (
+    session TEXT NOT NULL REFERENCES session ON DELETE CASCADE,
+    item TEXT NOT NULL,
+    value INTEGER NOT NULL CHECK (value BETWEEN 1 AND 5),
+    PRIMARY KEY (session, item)
+) STRICT;
+";
+
+/// The store, open.
+#[derive(Debug)]
+pub struct Store {
+    pub(crate) connection: Connection,
+    path: PathBuf,
+}
+
+impl Store {
+    /// Opens a store; makes it, and its folder, if it is not there. Only its user can read it.
+    ///
+    /// # Errors
+    /// As [`StoreError`] says; a file that is refused is not changed.
+    pub fn open(path: &Path) -> Result<Self, StoreError> {
+        let io = |source| StoreError::Io {
+            path: path.to_owned(),
+            source,
+        };
+        let sqlite = |source| StoreError::Sqlite {
+            path: path.to_owned(),
+            source,
+        };
+        if let Some(folder) = path.parent().filter(|it| !it.as_os_str().is_empty()) {
+            let made = DirBuilder::new().recursive(true).mode(0o700).create(folder);
+            made.map_err(io)?;
+        }
+        let made = OpenOptions::new()
+            .read(true)
+            .write(true)
+            .create(true)
+            .truncate(false)
+            .mode(0o600)
+            .open(path);
+        let mut file = made.map_err(io)?;
+        let mut head = Vec::new();
+        let read = (&mut file).take(MAGIC.len() as u64).read_to_end(&mut head);
+        read.map_err(io)?;
+        if !head.is_empty() && head != MAGIC {
+            return Err(StoreError::NotAStore {
+                path: path.to_owned(),
+            });
+        }
+        let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
+        let mut connection = Connection::open_with_flags(path, flags).map_err(sqlite)?;
+        connection.busy_timeout(PATIENCE).map_err(sqlite)?;
+        // What is deleted is overwritten: who is forgotten is.
+        connection
+            .execute_batch("PRAGMA foreign_keys = ON; PRAGMA secure_delete = ON;")
+            .map_err(|error| damaged(path, &error))?;
+        Self::make_or_check(&mut connection, path)?;
+        // One that was copied here may be open to others.
+        file.set_permissions(Permissions::from_mode(0o600))
+            .map_err(io)?;
+        Ok(Self {
+            connection,
+            path: path.to_owned(),
+        })
+    }
+
+    fn make_or_check(connection: &mut Connection, path: &Path) -> Result<(), StoreError> {
+        let broken = |error: rusqlite::Error| damaged(path, &error);
+        let sqlite = |source| StoreError::Sqlite {
+            path: path.to_owned(),
+            source,
+        };
+        // Two programs that make it at once: one waits for the other.
+        let making = connection
+            .transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)
+            .map_err(broken)?;
+        let number = |name: &str| {
+            making
+                .pragma_query_value(None, name, |row| row.get::<_, i64>(0))
+                .map_err(broken)
+        };
+        let (application, version) = (number("application_id")?, number("user_version")?);
+        let tables: i64 = making
+            .query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))
+            .map_err(broken)?;
+        match (application, version, tables) {
+            (0, 0, 0) => {
+                making.execute_batch(TABLES).map_err(sqlite)?;
+                making
+                    .pragma_update(None, "application_id", APPLICATION)
+                    .map_err(sqlite)?;
+                making
+                    .pragma_update(None, "user_version", SCHEMA_VERSION)
+                    .map_err(sqlite)?;
+                return making.commit().map_err(sqlite);
+            }
+            (APPLICATION, SCHEMA_VERSION, _) => {}
+            (APPLICATION, found, _) => {
+                return Err(StoreError::Version {
+                    path: path.to_owned(),
+                    found,
+                });
+            }
+            _ => {
+                return Err(StoreError::NotAStore {
+                    path: path.to_owned(),
+                });
+            }
+        }
+        let found: String = making
+            .query_row("PRAGMA quick_check(1)", [], |row| row.get(0))
+            .map_err(broken)?;
+        match found.as_str() {
+            "ok" => Ok(()),
+            problem => Err(StoreError::Damaged {
+                path: path.to_owned(),
+                problem: problem.to_owned(),
+            }),
+        }
+    }
+
+    /// Where it lies.
+    #[must_use]
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    pub(crate) fn refused(&self, error: rusqlite::Error) -> StoreError {
+        use rusqlite::ErrorCode::{DatabaseCorrupt, NotADatabase};
+        match error.sqlite_error_code() {
+            Some(DatabaseCorrupt | NotADatabase) => damaged(&self.path, &error),
+            _ => StoreError::Sqlite {
+                path: self.path.clone(),
+                source: error,
+            },
+        }
+    }
+}
+
+fn damaged(path: &Path, error: &rusqlite::Error) -> StoreError {
+    StoreError::Damaged {
+        path: path.to_owned(),
+        problem: error.to_string(),
+    }
+}
+
+/// A new session's name: a UUID of version 7, which sorts by time.
+#[must_use]
+pub fn new_id() -> String {
+    uuid::Uuid::now_v7().to_string()
+}

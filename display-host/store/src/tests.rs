@@ -1,0 +1,250 @@
+use std::os::unix::fs::PermissionsExt as _;
+use std::path::Path;
+
+use proptest::prelude::*;
+use rusqlite::Connection;
+
+use crate::*;
+
+fn folder() -> (tempfile::TempDir, std::path::PathBuf) {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("people/store.sqlite");
+    (folder, path)
+}
+
+fn session(began_unix_s: i64, task: &str, score: f64) -> SessionRecord {
+    SessionRecord {
+        id: new_id(),
+        began_unix_s,
+        task: task.to_owned(),
+        difficulty: "exam".to_owned(),
+        outcome: "passed".to_owned(),
+        score,
+        alarms: 1,
+        metrics_version: 1,
+        metrics: [("time_s".to_owned(), 12.5)].into(),
+        scene: "triangle".to_owned(),
+        program: "a test".to_owned(),
+        file: Some("monday/session.mcap".to_owned()),
+    }
+}
+
+fn mode(path: &Path) -> u32 {
+    std::fs::metadata(path).unwrap().permissions().mode() & 0o777
+}
+
+#[test]
+fn what_is_kept_comes_back_in_order_and_only_its_user_can_read_it() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let later = session(200, "cut", 60.0);
+    let earlier = session(100, "cut", 40.0);
+    let other = session(150, "clamp", 90.0);
+    for it in [&later, &earlier, &other] {
+        store.add_session("Ada", it).unwrap();
+    }
+    store.add_session("Bo", &session(1, "cut", 1.0)).unwrap();
+    drop(store);
+    assert_eq!((mode(&path), mode(path.parent().unwrap())), (0o600, 0o700));
+    // One that was copied here open to others is closed.
+    std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o644)).unwrap();
+    let store = Store::open(&path).unwrap();
+    assert_eq!(mode(&path), 0o600);
+    assert_eq!(store.sessions("Ada", Some("cut")).unwrap(), [earlier, later]);
+    assert_eq!(store.sessions("Ada", None).unwrap().len(), 3);
+    let people = store.trainees().unwrap();
+    let names: Vec<_> = people.iter().map(|it| (it.name.as_str(), it.sessions)).collect();
+    assert_eq!(names, [("Ada", 3), ("Bo", 1)]);
+    let error = store.sessions("Cy", None).unwrap_err().to_string();
+    assert!(error.contains("'Cy'") && error.contains("store list"), "{error}");
+}
+
+#[test]
+fn who_is_forgotten_leaves_no_trace_in_the_file() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let name = "Zaphod Beeblebrox";
+    let it = session(1, "cut", 1.0);
+    store.add_session(name, &it).unwrap();
+    store.add_session("Ada", &session(2, "cut", 2.0)).unwrap();
+    store.set_sheet(&it.id, [1, 2, 3, 4, 5]).unwrap();
+    let questions = Questionnaire::default();
+    store.answer(name, &questions, &[3; 14], 5).unwrap();
+    let files = store.forget(name).unwrap();
+    assert_eq!(files, ["monday/session.mcap"]);
+    assert!(store.forget(name).is_err());
+    assert!(store.sheet(&it.id).unwrap().is_empty());
+    assert_eq!(store.summarise(&questions).unwrap()[0].count, 0);
+    drop(store);
+    let bytes = std::fs::read(&path).unwrap();
+    let there = |text: &str| bytes.windows(text.len()).any(|it| it == text.as_bytes());
+    assert!(!there(name) && !there(&it.id) && there("Ada"));
+    let beside = std::fs::read_dir(path.parent().unwrap()).unwrap().count();
+    assert_eq!(beside, 1, "no journal is left");
+}
+
+#[test]
+fn export_has_all_of_somebody_and_nothing_of_others() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let it = session(1, "cut", 1.0);
+    store.add_session("=cmd, \"x\"", &it).unwrap();
+    store.add_session("Bo", &session(2, "clamp", 2.0)).unwrap();
+    store.set_sheet(&it.id, [1, 2, 3, 4, 5]).unwrap();
+    store.answer("Bo", &Questionnaire::default(), &[4; 14], 5).unwrap();
+    let all = store.export_json(None).unwrap();
+    assert_eq!(all["trainees"].as_array().unwrap().len(), 2);
+    let sheet = &all["trainees"][0]["sessions"][0]["sheet"];
+    assert_eq!(sheet["Autonomy"], 5, "{all:#}");
+    let bo = store.export_json(Some("Bo")).unwrap().to_string();
+    assert!(bo.contains("force-quality") && !bo.contains("cmd"), "{bo}");
+    let csv = store.export_csv(None).unwrap();
+    let lines: Vec<&str> = csv.lines().collect();
+    assert_eq!(lines.len(), 3);
+    assert!(lines[0].ends_with(",time_s"), "{csv}");
+    assert!(lines[1].starts_with("\"'=cmd, \"\"x\"\"\","), "{csv}");
+    assert!(!store.export_csv(Some("Bo")).unwrap().contains("cmd"));
+    assert!(store.export_csv(Some("Cy")).is_err());
+}
+
+#[test]
+fn the_sheet_takes_one_to_five_of_a_known_session() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let it = session(1, "cut", 1.0);
+    store.add_session("Ada", &it).unwrap();
+    assert!(store.sheet(&it.id).unwrap().is_empty());
+    store.set_sheet(&it.id, [5, 4, 3, 2, 1]).unwrap();
+    store.set_sheet(&it.id, [5, 4, 3, 2, 2]).unwrap();
+    let sheet = store.sheet(&it.id).unwrap();
+    assert_eq!(sheet.len(), 5);
+    assert_eq!(sheet[4], ("Autonomy".to_owned(), 2));
+    let error = store.set_sheet(&it.id, [0, 4, 3, 2, 1]).unwrap_err();
+    assert!(error.to_string().contains("Depth perception is 0; allowed is 1 to 5"));
+    assert!(store.set_sheet("nothing", [1; 5]).is_err());
+}
+
+#[test]
+fn answers_are_summarised_beside_the_papers() {
+    let questions = Questionnaire::default();
+    assert_eq!(questions.items.len(), 14);
+    assert!(questions.items.iter().all(|it| it.paper_mean.is_some() && it.paper_sd.is_some()));
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    assert_eq!(store.summarise(&questions).unwrap()[3].mean, None);
+    store.answer("Ada", &questions, &[2; 14], 1).unwrap();
+    assert_eq!(store.summarise(&questions).unwrap()[3].sd, None);
+    store.answer("Bo", &questions, &[4; 14], 2).unwrap();
+    // Asked again, the newer answer counts.
+    store.answer("Ada", &questions, &[3; 14], 3).unwrap();
+    let summary = store.summarise(&questions).unwrap();
+    assert_eq!((summary[7].count, summary[7].mean), (2, Some(3.5)));
+    assert!((summary[7].sd.unwrap() - 0.5f64.sqrt()).abs() < 1e-12);
+    assert_eq!(summary[7].paper, Some([2.3, 0.82]));
+    assert!(store.answer("Bo", &questions, &[4; 13], 2).is_err());
+    assert!(store.answer("Bo", &questions, &[6; 14], 2).is_err());
+}
+
+#[test]
+fn questionnaires_are_checked() {
+    let item = "[[item]]\nid = 'a'\ntext = 'b'\n";
+    let good = format!("name = 'x'\ntitle = 'y'\n{item}");
+    assert_eq!(Questionnaire::parse(&good).unwrap().items.len(), 1);
+    for (bad, why) in [
+        (format!("{good}{item}"), "two items"),
+        ("name = 'x'\ntitle = 'y'\nitem = []".to_owned(), "0 items"),
+        (format!("{good}paper_mean = nan"), "allowed is 0 to 5"),
+        (good.replace("'b'", "''"), "0 characters"),
+        (good.replace("title", "titel"), "titel"),
+    ] {
+        let error = Questionnaire::parse(&bad).unwrap_err().to_string();
+        assert!(error.contains(why), "{error}");
+    }
+}
+
+#[test]
+fn another_programs_file_another_version_and_damage_are_refused_and_left_alone() {
+    let (_folder, path) = folder();
+    drop(Store::open(&path).unwrap());
+    let refused = |what: &str| {
+        let before = std::fs::read(&path).unwrap();
+        let error = Store::open(&path).unwrap_err().to_string();
+        assert!(error.contains(what) && error.contains("left as it is"), "{error}");
+        assert_eq!(std::fs::read(&path).unwrap(), before);
+    };
+    for version in [0, 2] {
+        let connection = Connection::open(&path).unwrap();
+        connection.pragma_update(None, "user_version", version).unwrap();
+        drop(connection);
+        refused(&format!("version {version}"));
+    }
+    std::fs::remove_file(&path).unwrap();
+    let connection = Connection::open(&path).unwrap();
+    connection.execute_batch("CREATE TABLE theirs (x)").unwrap();
+    drop(connection);
+    refused("no store of Calot");
+    std::fs::write(&path, "a text").unwrap();
+    refused("no store of Calot");
+}
+
+#[test]
+fn names_are_short_and_printable() {
+    for good in ["Ada", "Ö", "a b", &"x".repeat(64)] {
+        check_name(good).unwrap();
+    }
+    for bad in ["", " ", "a\nb", "\u{1b}[31m", &"x".repeat(65)] {
+        assert!(check_name(bad).is_err(), "{bad:?}");
+    }
+}
+
+#[test]
+fn ids_differ_and_sort_by_time() {
+    let ids: Vec<String> = (0..100).map(|_| new_id()).collect();
+    let mut sorted = ids.clone();
+    sorted.sort();
+    sorted.dedup();
+    assert_eq!(sorted, ids);
+    assert!(ids.iter().all(|id| id.len() == 36 && id.as_bytes()[14] == b'7'));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// Whatever is damaged: it is refused or read, and never loses what is not damaged by itself.
+    #[test]
+    fn a_damaged_store_is_read_or_refused(
+        flips in prop::collection::vec((0.0f64..1.0, any::<u8>()), 1..40), cut in 0.0f64..2.0,
+    ) {
+        let (_folder, path) = folder();
+        let mut store = Store::open(&path).unwrap();
+        for number in 0..20 {
+            store.add_session("Ada", &session(number, "cut", 1.0)).unwrap();
+        }
+        drop(store);
+        let mut bytes = std::fs::read(&path).unwrap();
+        for (share, value) in flips {
+            let at = (share * bytes.len() as f64) as usize;
+            bytes[at] = value;
+        }
+        if cut < 1.0 {
+            bytes.truncate((cut * bytes.len() as f64) as usize);
+        }
+        std::fs::write(&path, &bytes).unwrap();
+        if let Ok(store) = Store::open(&path) {
+            let _ = store.trainees();
+            let _ = store.export_json(None);
+            let _ = store.export_csv(None);
+        }
+    }
+
+    #[test]
+    fn any_name_is_kept_as_it_is_or_refused(name in "\\PC{0,70}") {
+        let (_folder, path) = folder();
+        let mut store = Store::open(&path).unwrap();
+        let added = store.add_session(&name, &session(1, "cut", 1.0));
+        prop_assert_eq!(added.is_ok(), check_name(&name).is_ok());
+        if added.is_ok() {
+            prop_assert_eq!(store.sessions(&name, None).unwrap().len(), 1);
+        }
+    }
+}
