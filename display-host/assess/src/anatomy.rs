@@ -1,6 +1,6 @@
 //! What an assessment needs to know of a scene.
 
-use shared_mem::scene::{OrganKind, SceneFile, str_from_name};
+use shared_mem::scene::{CellRecord, OrganKind, SceneFile, str_from_name};
 
 use crate::vector::{Vec3, sub, wide};
 
@@ -24,13 +24,13 @@ impl Region {
     /// The regions whose share of removed cells is told.
     pub const COUNTED: [Self; 3] = [Self::Triangle, Self::LowerBed, Self::UpperBed];
 
-    /// As a compiled scene counts them: 1 triangle, 2 lower third of the bed, 3 the rest of it.
+    /// As a compiled scene counts them ([`CellRecord::region`]).
     #[must_use]
     pub fn from_number(number: u8) -> Self {
         match number {
-            1 => Self::Triangle,
-            2 => Self::LowerBed,
-            3 => Self::UpperBed,
+            CellRecord::TRIANGLE => Self::Triangle,
+            CellRecord::LOWER_BED => Self::LowerBed,
+            CellRecord::UPPER_BED => Self::UpperBed,
             _ => Self::Elsewhere,
         }
     }
@@ -51,10 +51,10 @@ pub(crate) struct Organ {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Anatomy {
     pub(crate) organs: Vec<Organ>,
-    /// Region of each cell of layered tissue.
-    pub(crate) cells: Vec<Region>,
-    /// How many of each region.
-    pub(crate) cells_in: [usize; Region::COUNT],
+    /// Region and volume (m³) of each cell of layered tissue.
+    pub(crate) cells: Vec<(Region, f64)>,
+    /// Volume of each region, m³.
+    pub(crate) volume_in: [f64; Region::COUNT],
     /// Against gravity, of unit length, or zero.
     pub(crate) up: Vec3,
 }
@@ -75,15 +75,20 @@ impl Anatomy {
                 along: longest(&centers),
             }
         });
+        let cells = scene.cells().iter().map(|cell| {
+            let volume_m3 = f64::from(cell.volume_m3).max(0.0);
+            (Region::from_number(cell.region), volume_m3)
+        });
+        let cells: Vec<_> = cells.collect();
         Self {
             organs: organs.collect(),
-            cells: Vec::new(),
-            cells_in: [0; Region::COUNT],
+            volume_in: volumes(&cells),
+            cells,
             up: unit(gravity.map(|x| -x)),
         }
     }
 
-    /// Of organs and cells that are named; for tests and scenes of other programs.
+    /// Of organs and cells of equal volume that are named; for tests and scenes of other programs.
     #[must_use]
     pub fn new(organs: &[(&str, OrganKind)], cells: &[Region]) -> Self {
         let organs = organs.iter().map(|&(name, kind)| Organ {
@@ -92,10 +97,11 @@ impl Anatomy {
             middle_m: [0.0; 3],
             along: [1.0, 0.0, 0.0],
         });
+        let cells: Vec<_> = cells.iter().map(|region| (*region, 1.0)).collect();
         Self {
             organs: organs.collect(),
-            cells: cells.to_vec(),
-            cells_in: count(cells),
+            volume_in: volumes(&cells),
+            cells,
             up: [0.0, 0.0, 1.0],
         }
     }
@@ -114,21 +120,22 @@ impl Anatomy {
         self.organs.iter().any(|organ| organ.kind == Some(kind))
     }
 
-    /// Cells of a region.
-    #[must_use]
-    pub fn cells_in(&self, region: Region) -> usize {
-        self.cells_in.get(region as usize).copied().unwrap_or(0)
+    /// Whether a region has layered tissue.
+    pub(crate) fn has_cells(&self, region: Region) -> bool {
+        self.volume_in
+            .get(region as usize)
+            .is_some_and(|it| *it > 0.0)
     }
 }
 
-fn count(cells: &[Region]) -> [usize; Region::COUNT] {
-    let mut counts = [0; Region::COUNT];
-    for region in cells {
-        if let Some(count) = counts.get_mut(*region as usize) {
-            *count += 1;
+fn volumes(cells: &[(Region, f64)]) -> [f64; Region::COUNT] {
+    let mut volumes = [0.0; Region::COUNT];
+    for (region, volume_m3) in cells {
+        if let Some(sum) = volumes.get_mut(*region as usize) {
+            *sum += volume_m3;
         }
     }
-    counts
+    volumes
 }
 
 fn unit(v: Vec3) -> Vec3 {

@@ -80,8 +80,7 @@ impl Task {
         let vessel = vessels.into_iter().find(|(kind, _)| !anatomy.has(*kind));
         let vessel = vessel.map(|(_, name)| name.to_owned());
         let layer = |regions: &[Region]| {
-            let empty = |region: &&Region| anatomy.cells_in(**region) == 0;
-            let none = regions.iter().any(|region| empty(&region));
+            let none = regions.iter().any(|region| !anatomy.has_cells(*region));
             none.then(|| "layered tissue in the triangle and the gallbladder's bed".to_owned())
         };
         match self {

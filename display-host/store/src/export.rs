@@ -55,7 +55,8 @@ impl Store {
             let sessions = self.sessions(&name, None)?;
             rows.extend(sessions.into_iter().map(|it| (name.clone(), it)));
         }
-        let metrics: BTreeSet<&String> = rows.iter().flat_map(|(_, it)| it.metrics.keys()).collect();
+        let metrics: BTreeSet<&String> =
+            rows.iter().flat_map(|(_, it)| it.metrics.keys()).collect();
         let mut text = String::from(
             "trainee,session,began_unix_s,task,difficulty,outcome,score,alarms,metrics_version,scene",
         );
@@ -96,7 +97,11 @@ impl Store {
 /// A field of CSV (RFC 4180). One that a spreadsheet would take for a formula gets a quote before it.
 fn field(text: &str) -> String {
     let formula = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
-    let text = if formula { format!("'{text}") } else { text.to_owned() };
+    let text = if formula {
+        format!("'{text}")
+    } else {
+        text.to_owned()
+    };
     match text.contains([',', '"', '\n', '\r']) {
         true => format!("\"{}\"", text.replace('"', "\"\"")),
         false => text,

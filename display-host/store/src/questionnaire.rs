@@ -93,7 +93,12 @@ impl Questionnaire {
             }
         }
         for (number, item) in read.items.iter().enumerate() {
-            if read.items.iter().skip(number + 1).any(|it| it.id == item.id) {
+            if read
+                .items
+                .iter()
+                .skip(number + 1)
+                .any(|it| it.id == item.id)
+            {
                 return wrong(format!("two items have the id '{}'", item.id));
             }
             for value in [item.paper_mean, item.paper_sd].into_iter().flatten() {
@@ -158,7 +163,10 @@ impl Store {
                 count: values.len(),
                 mean,
                 sd,
-                paper: item.paper_mean.zip(item.paper_sd).map(|(mean, sd)| [mean, sd]),
+                paper: item
+                    .paper_mean
+                    .zip(item.paper_sd)
+                    .map(|(mean, sd)| [mean, sd]),
             })
         });
         summary.collect()

@@ -80,7 +80,11 @@ impl Store {
             .map(|(name, value)| (name, *value))
             .collect();
         let metrics = serde_json::to_string(&metrics).unwrap_or_else(|_| "{}".to_owned());
-        let score = if session.score.is_finite() { session.score } else { 0.0 };
+        let score = if session.score.is_finite() {
+            session.score
+        } else {
+            0.0
+        };
         self.connection
             .execute(
                 "INSERT OR REPLACE INTO session (id, trainee, began_unix_s, task, difficulty, outcome, score, \
@@ -117,7 +121,9 @@ impl Store {
     pub(crate) fn trainee(&self, name: &str) -> Result<i64, StoreError> {
         let found = self
             .connection
-            .query_row("SELECT id FROM trainee WHERE name = ?1", [name], |row| row.get(0))
+            .query_row("SELECT id FROM trainee WHERE name = ?1", [name], |row| {
+                row.get(0)
+            })
             .optional();
         found
             .map_err(|error| self.refused(error))?
@@ -146,7 +152,11 @@ impl Store {
     ///
     /// # Errors
     /// When there is nobody of this name, or the file cannot be read.
-    pub fn sessions(&self, name: &str, task: Option<&str>) -> Result<Vec<SessionRecord>, StoreError> {
+    pub fn sessions(
+        &self,
+        name: &str,
+        task: Option<&str>,
+    ) -> Result<Vec<SessionRecord>, StoreError> {
         let trainee = self.trainee(name)?;
         self.rows(
             "SELECT id, began_unix_s, task, difficulty, outcome, score, alarms, metrics_version, metrics, scene, \

@@ -104,8 +104,8 @@ pub(crate) struct Tally {
     tears: u32,
     slips: u32,
     removed: Vec<bool>,
-    /// How many of each region.
-    removed_in: [usize; Region::COUNT],
+    /// Volume that is removed of each region, m³.
+    removed_in: [f64; Region::COUNT],
 }
 
 /// Leaks at most; more are one vessel that flickers.
@@ -211,10 +211,10 @@ impl Tally {
                 let index = event.value.max(0.0) as usize;
                 if let Some(removed) = self.removed.get_mut(index)
                     && !core::mem::replace(removed, true)
-                    && let Some(region) = anatomy.cells.get(index)
-                    && let Some(count) = self.removed_in.get_mut(*region as usize)
+                    && let Some((region, volume_m3)) = anatomy.cells.get(index)
+                    && let Some(sum) = self.removed_in.get_mut(*region as usize)
                 {
-                    *count += 1;
+                    *sum += volume_m3;
                 }
             }
             EventMsg::PERFORATION => self.perforations += 1,
@@ -258,13 +258,13 @@ impl Tally {
         self.leaks.retain(|leak| leak.flow > 0.0);
     }
 
-    /// Share of a region's cells that is removed; not a number where it has none.
+    /// Share of some regions' tissue that is removed, by volume; not a number where they have none.
     pub(crate) fn removed(&self, anatomy: &Anatomy, regions: &[Region]) -> f64 {
-        let sum = |counts: &[usize]| -> usize {
-            let of = |region: &Region| counts.get(*region as usize).copied();
+        let sum = |volumes: &[f64]| -> f64 {
+            let of = |region: &Region| volumes.get(*region as usize).copied();
             regions.iter().filter_map(of).sum()
         };
-        sum(&self.removed_in) as f64 / sum(&anatomy.cells_in) as f64
+        sum(&self.removed_in) / sum(&anatomy.volume_in)
     }
 
     /// Time at each force while the instrument touched, in bins of [`BIN_N`], s.

@@ -100,7 +100,11 @@ mod tests {
             assert!(page.contains(expected), "{expected}");
         }
         for metric in crate::Metric::ALL {
-            assert!(page.contains(&page::escape(metric.definition())), "{}", metric.name());
+            assert!(
+                page.contains(&page::escape(metric.definition())),
+                "{}",
+                metric.name()
+            );
         }
     }
 
