@@ -54,7 +54,16 @@ impl Movement {
     #[must_use]
     pub fn of(tools: &ToolFrame) -> Option<Self> {
         let capsules = tools.capsules()?;
-        let tips = capsules.iter().filter(|capsule| capsule.role != 0);
+        // The hook's bent end, or both jaws; the shaft and the endoscope have none.
+        let bent = capsules.iter().any(|capsule| capsule.role == 3);
+        let is_tip = |role: u32| {
+            if bent {
+                role == 3
+            } else {
+                matches!(role, 1 | 2)
+            }
+        };
+        let tips = capsules.iter().filter(|capsule| is_tip(capsule.role));
         let (sum, count) = tips.fold(([0.0f32; 3], 0.0f32), |(sum, count), capsule| {
             let add = |i: usize| sum[i] + capsule.b_m[i];
             ([add(0), add(1), add(2)], count + 1.0)
@@ -328,17 +337,23 @@ mod tests {
             *pose = PoseMsg::IDENTITY;
         }
         assert_eq!(Movement::of(&tools).map(|it| it.tip_m), Some([0.0; 3]));
-        tools.capsule_count = 3;
-        for (capsule, (role, x)) in tools
-            .capsules
-            .iter_mut()
-            .zip([(0, 9.0), (1, 1.0), (2, 2.0)])
+        tools.capsule_count = 4;
+        for (capsule, (role, x)) in
+            tools
+                .capsules
+                .iter_mut()
+                .zip([(0, 9.0), (1, 1.0), (2, 2.0), (4, 9.0)])
         {
             (capsule.role, capsule.b_m) = (role, [x, 0.0, 0.5]);
         }
         tools.health[1].status = DeviceHealth::LIVE;
         let moved = Movement::of(&tools).unwrap();
         assert_eq!((moved.tip_m, moved.live), ([1.5, 0.0, 0.5], 2));
+        tools.capsules[2].role = 3;
+        assert_eq!(
+            Movement::of(&tools).map(|it| it.tip_m),
+            Some([2.0, 0.0, 0.5])
+        );
         tools.force_n[1] = f32::NAN;
         assert_eq!(Movement::of(&tools), None);
     }

@@ -10,6 +10,7 @@ use crate::check::CheckArgs;
 use crate::devices::args::DevicesArgs;
 use crate::gallery::GalleryArgs;
 use crate::jitter::args::{JitterArgs, LoadArgs, LoopArgs};
+use crate::people::args::StoreArgs;
 use crate::replay::args::ReplayArgs;
 use crate::report::args::ReportArgs;
 use crate::task::args::TaskArgs;
@@ -37,6 +38,8 @@ pub(crate) enum Command {
     Replay(ReplayArgs),
     /// What a trainee did in recorded sessions, as one page: score, errors, paths, force
     Report(ReportArgs),
+    /// Trainees and their sessions: list, learning curves, questionnaire, export, forget
+    Store(StoreArgs),
     /// Meshes and a recipe to a compiled scene, with a report of its quality
     Prepare(PrepareArgs),
     /// Every organ, instrument and view as pictures, and a page to look through them

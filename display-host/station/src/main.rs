@@ -9,6 +9,7 @@ mod emulate;
 mod gallery;
 mod igtlink;
 mod jitter;
+mod people;
 mod prepare;
 mod prepare_targets;
 mod replay;
@@ -41,6 +42,7 @@ fn main() -> ExitCode {
         cli::Command::Emulate(args) => emulate::run(&args),
         cli::Command::Replay(args) => replay::run(&args),
         cli::Command::Report(args) => report::run(&args),
+        cli::Command::Store(args) => people::run(&args),
         cli::Command::Prepare(args) => prepare::run(&args),
         cli::Command::Gallery(args) => gallery::run(&args),
         cli::Command::Check(args) => check::run(&args),

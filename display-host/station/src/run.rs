@@ -22,7 +22,7 @@ use crate::rt::DOES_NOT_FIT;
 use crate::say;
 use crate::scene::{self, Problem};
 use crate::stop;
-use crate::task::{Assigned, Live};
+use crate::task::{self, Assigned, Live};
 
 /// A headless run's length when none is given, s.
 const HEADLESS_SECONDS: f64 = 10.0;
@@ -105,7 +105,15 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     outcome.warnings.extend(dead.iter().cloned());
     let mut summary = recorder.summary(&SceneFile::open(&scene)?, &outcome, Machine::read());
     summary.recording = recorded;
-    summary.task = assessed.flatten().map(|(_, summary)| summary);
+    let assessed = assessed.flatten();
+    summary.task = assessed.as_ref().map(|it| it.summary.clone());
+    let recording = summary.recording.as_ref().map(|it| it.file.clone());
+    let kept = assessed
+        .as_ref()
+        .map(|it| it.keep(&summary.scene, recording.as_deref()));
+    if let Some(Err(problem)) = kept {
+        say::note(format_args!("calot: not kept in the store: {problem}"));
+    }
     if let Some(out) = out {
         let written = write(&out, &summary, &recorder, &outcome)?;
         say::note(format_args!(
@@ -113,9 +121,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
             written.summary.display(),
             written.report.display()
         ));
-        if summary.task.is_some() {
-            let session = summary.recording.as_ref().map(|it| it.file.clone());
-            debrief(session, &out);
+        if let Some(assessed) = &assessed {
+            debrief(assessed, recording, &out);
         }
     }
     if args.json {
@@ -133,7 +140,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
 }
 
 /// The page of the task, from the recording, as `calot report` makes it.
-fn debrief(session: Option<PathBuf>, out: &Path) {
+fn debrief(assessed: &task::Ended, session: Option<PathBuf>, out: &Path) {
     let is_there = session
         .as_ref()
         .is_some_and(|it| *it == out.join("session.mcap"));
@@ -145,6 +152,7 @@ fn debrief(session: Option<PathBuf>, out: &Path) {
     let made = session
         .ok_or_else(|| Problem::from("nothing was recorded"))
         .and_then(|session| report::chapter(&session, None, None))
+        .and_then(|mut chapter| assessed.add_past(&mut chapter).map(|()| chapter))
         .and_then(|chapter| report::write(&[chapter], &out.join("debrief.html")));
     if let Err(problem) = made {
         say::note(format_args!("calot: no debrief.html: {problem}"));

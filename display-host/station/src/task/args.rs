@@ -5,6 +5,8 @@ use std::path::PathBuf;
 use assess::{Difficulty, Task};
 use clap::Args;
 
+use crate::people::args::StoreFile;
+
 /// A task that is assessed while it runs.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Task")]
@@ -19,6 +21,16 @@ pub(crate) struct TaskArgs {
     /// Pass rules and weights (TOML) [default: the built-in ones, see `calot report --rules-file`]
     #[arg(long, value_name = "FILE", requires = "task")]
     pub(crate) rules: Option<PathBuf>,
+    /// Keep what it came to in the store, under this name
+    #[arg(long, value_name = "NAME", value_parser = parse_trainee, requires = "task")]
+    pub(crate) trainee: Option<String>,
+    #[command(flatten)]
+    pub(crate) store: StoreFile,
+}
+
+fn parse_trainee(text: &str) -> Result<String, String> {
+    let checked = store::check_name(text).map(|()| text.to_owned());
+    checked.map_err(|error| error.to_string())
 }
 
 pub(crate) fn parse_task(text: &str) -> Result<Task, String> {

@@ -3,19 +3,26 @@
 
 pub(crate) mod args;
 
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-use assess::{Anatomy, Assessed, Assessment, Difficulty, Outcome, Rules, Status, Task};
+use assess::report::Chapter;
+use assess::{Anatomy, Assessed, Assessment, Difficulty, Metric, Outcome, Rules, Status, Task};
 use display_host::report::{TaskAlarm, TaskSummary};
 use display_host::ui::{TaskEnd, TaskView};
 use session::{Assignment, Entry};
 use shared_mem::scene::SceneFile;
 
+use store::Store;
+
 use self::args::TaskArgs;
+use crate::build::build;
+use crate::people::{now_unix_s, past, record};
+use crate::say;
 use crate::scene::Problem;
 
 /// How often the panel's view is brought up to date.
@@ -29,6 +36,8 @@ pub(crate) struct Assigned {
     rules: Rules,
     /// The session's own name.
     id: String,
+    /// Whose it is, and where it is kept.
+    keep: Option<(String, PathBuf)>,
 }
 
 impl Assigned {
@@ -38,11 +47,20 @@ impl Assigned {
             return Ok(None);
         };
         let rules = args.rules.as_deref().map(Rules::read).transpose()?;
+        let keep = match &args.trainee {
+            Some(name) => {
+                // Before anything starts: a store that is refused is said now.
+                let store = args.store.open()?;
+                Some((name.clone(), store.path().to_owned()))
+            }
+            None => None,
+        };
         Ok(Some(Self {
             task,
             difficulty: args.difficulty.unwrap_or_default(),
             rules: rules.unwrap_or_default(),
-            id: String::new(),
+            id: store::new_id(),
+            keep,
         }))
     }
 
@@ -91,13 +109,13 @@ impl Assigned {
             view,
             over,
             id: self.id,
+            keep: self.keep,
         };
         Ok((live, sender))
     }
 }
 
 /// A task that runs.
-#[derive(Debug)]
 pub(crate) struct Live {
     thread: JoinHandle<Assessed>,
     /// What the panel shows.
@@ -105,14 +123,51 @@ pub(crate) struct Live {
     /// Set once it is decided.
     pub(crate) over: Arc<AtomicBool>,
     id: String,
+    keep: Option<(String, PathBuf)>,
+}
+
+/// What a task came to.
+pub(crate) struct Ended {
+    pub(crate) assessed: Assessed,
+    pub(crate) summary: TaskSummary,
+    keep: Option<(String, PathBuf)>,
+}
+
+impl Ended {
+    /// Puts it into the store, if it is to be kept.
+    pub(crate) fn keep(&self, scene: &str, recording: Option<&Path>) -> Result<(), Problem> {
+        let Some((name, path)) = &self.keep else {
+            return Ok(());
+        };
+        let seconds = self.assessed.metrics.get(Metric::Time).max(0.0) as i64;
+        let began_unix_s = now_unix_s().saturating_sub(seconds);
+        let id = &self.summary.session;
+        let record = record(id, began_unix_s, &self.assessed, scene, &build(), recording);
+        Store::open(path)?.add_session(name, &record)?;
+        say::note(format_args!("kept as {name}'s session {id}"));
+        Ok(())
+    }
+
+    /// The trainee's past and the instructor's sheet go into the debrief.
+    pub(crate) fn add_past(&self, chapter: &mut Chapter) -> Result<(), Problem> {
+        if let Some((name, path)) = &self.keep {
+            let store = Store::open(path)?;
+            (chapter.past, chapter.sheet) =
+                past(&store, name, &self.assessed, &self.summary.session)?;
+        }
+        Ok(())
+    }
 }
 
 impl Live {
     /// What it came to, once the recording has ended. `None`: it panicked.
-    pub(crate) fn end(self) -> Option<(Assessed, TaskSummary)> {
+    pub(crate) fn end(self) -> Option<Ended> {
         let assessed = self.thread.join().ok()?;
-        let summary = summary(&assessed, &self.id);
-        Some((assessed, summary))
+        Some(Ended {
+            summary: summary(&assessed, &self.id),
+            assessed,
+            keep: self.keep,
+        })
     }
 }
 

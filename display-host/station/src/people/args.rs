@@ -1,0 +1,109 @@
+//! What `calot store` understands.
+
+use std::path::PathBuf;
+
+use clap::{Args, Subcommand};
+
+/// Where the store lies.
+#[derive(Debug, Clone, Default, Args)]
+pub(crate) struct StoreFile {
+    /// The store [default: calot/store.sqlite in $XDG_DATA_HOME or ~/.local/share]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) store: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+It holds a name that each trainee chooses, what sessions came to (`calot run --task T --trainee NAME`),
+answers and instructors' sheets; no recordings. Only its user can read the file.
+
+Examples:
+  calot store list                          everybody
+  calot store list Ada                      her sessions
+  calot store curve Ada --task clamp --out ada.svg
+  calot store sheet SESSION 4 3 4 5 3       an instructor's GOALS points
+  calot store ask Ada                       the questionnaire
+  calot store export Ada --csv > ada.csv
+  calot store forget Ada")]
+pub(crate) struct StoreArgs {
+    #[command(flatten)]
+    pub(crate) file: StoreFile,
+    #[command(subcommand)]
+    pub(crate) what: What,
+}
+
+#[derive(Debug, Clone, Subcommand)]
+pub(crate) enum What {
+    /// Everybody, or the sessions of one
+    List {
+        /// Whose sessions
+        name: Option<String>,
+        /// One JSON object on standard output
+        #[arg(long)]
+        json: bool,
+    },
+    /// All that is kept, of everybody or of one, on standard output: JSON
+    Export {
+        /// Of whom
+        name: Option<String>,
+        /// Sessions as CSV instead, metrics as columns
+        #[arg(long)]
+        csv: bool,
+    },
+    /// Forgets somebody: name, sessions, answers and sheets are overwritten. Recordings stay where
+    /// they are; it says where
+    Forget {
+        /// Whom
+        name: String,
+    },
+    /// A learning curve, session by session, with the pass rule: SVG
+    Curve {
+        /// Whose
+        name: String,
+        /// Of which task
+        #[arg(long, value_name = "TASK", value_parser = crate::task::args::parse_task)]
+        task: assess::Task,
+        /// `score`, or a metric (`calot report --metrics`)
+        #[arg(long, value_name = "METRIC", default_value = "score", value_parser = parse_metric)]
+        metric: String,
+        /// Where it goes
+        #[arg(long, value_name = "FILE", default_value = "curve.svg")]
+        out: PathBuf,
+    },
+    /// An instructor's points for a session, 1 to 5 each: depth perception, bimanual dexterity,
+    /// efficiency, tissue handling, autonomy (GOALS)
+    Sheet {
+        /// The session, as `list NAME` names it
+        session: String,
+        /// The five points
+        #[arg(num_args = 5, value_parser = clap::value_parser!(u8).range(1..=5))]
+        points: Vec<u8>,
+    },
+    /// Asks a questionnaire in the terminal
+    Ask {
+        /// Whom
+        name: String,
+        /// Another questionnaire (TOML) [default: the paper's fourteen items]
+        #[arg(long, value_name = "FILE")]
+        questionnaire: Option<PathBuf>,
+        /// The answers, 1 to 5 each, instead of asking: 3,4,2,…
+        #[arg(long, value_name = "N,N,…", value_delimiter = ',')]
+        answers: Vec<u8>,
+    },
+    /// What everybody answered: mean and standard deviation, beside the paper's
+    Answers {
+        /// Another questionnaire (TOML) [default: the paper's fourteen items]
+        #[arg(long, value_name = "FILE")]
+        questionnaire: Option<PathBuf>,
+        /// One JSON object on standard output
+        #[arg(long)]
+        json: bool,
+    },
+}
+
+fn parse_metric(text: &str) -> Result<String, String> {
+    match text == "score" || assess::Metric::from_name(text).is_some() {
+        true => Ok(text.to_owned()),
+        false => Err("`score`, or a metric that `calot report --metrics` names".into()),
+    }
+}

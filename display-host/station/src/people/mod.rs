@@ -1,0 +1,282 @@
+//! `calot store`: trainees, their sessions, what they answered.
+
+pub(crate) mod args;
+
+use std::collections::BTreeMap;
+use std::io::{BufRead as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use assess::report::{Past, learning_curve};
+use assess::{Assessed, Metric, Rules, Task};
+use store::{Questionnaire, SessionRecord, Store};
+
+use self::args::{StoreArgs, StoreFile, What};
+use crate::report::utc;
+use crate::say;
+use crate::scene::Problem;
+
+impl StoreFile {
+    /// Where it lies.
+    pub(crate) fn path(&self) -> Result<PathBuf, Problem> {
+        if let Some(path) = &self.store {
+            return Ok(path.clone());
+        }
+        let set = |name: &str| std::env::var_os(name).filter(|it| !it.is_empty());
+        let data = set("XDG_DATA_HOME")
+            .map(PathBuf::from)
+            .or_else(|| Some(PathBuf::from(set("HOME")?).join(".local/share")));
+        let data = data.ok_or("there is no home folder; name the store's file with --store")?;
+        Ok(data.join("calot/store.sqlite"))
+    }
+
+    pub(crate) fn open(&self) -> Result<Store, Problem> {
+        Ok(Store::open(&self.path()?)?)
+    }
+}
+
+pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
+    let mut store = args.file.open()?;
+    match &args.what {
+        What::List { name, json } => list(&store, name.as_deref(), *json)?,
+        What::Export { name, csv: true } => {
+            say::answer(store.export_csv(name.as_deref())?.trim_end());
+        }
+        What::Export { name, csv: false } => {
+            let all = store.export_json(name.as_deref())?;
+            say::answer(serde_json::to_string_pretty(&all)?);
+        }
+        What::Forget { name } => {
+            let files = store.forget(name)?;
+            say::note(format_args!("forgot {name}"));
+            if !files.is_empty() {
+                say::note("recordings are not touched; they were here:");
+                files
+                    .iter()
+                    .for_each(|file| say::note(format_args!("  {file}")));
+            }
+        }
+        What::Curve {
+            name,
+            task,
+            metric,
+            out,
+        } => curve(&store, name, *task, metric, out)?,
+        What::Sheet { session, points } => {
+            let points: [u8; 5] = points[..].try_into()?;
+            store.set_sheet(session, points)?;
+            let sum: u32 = points.iter().map(|it| u32::from(*it)).sum();
+            say::note(format_args!("{sum} of 25"));
+        }
+        What::Ask {
+            name,
+            questionnaire,
+            answers,
+        } => {
+            let questions = questions(questionnaire.as_deref())?;
+            store::check_name(name)?;
+            let answers = match answers.is_empty() {
+                true => ask(&questions)?,
+                false => answers.clone(),
+            };
+            store.answer(name, &questions, &answers, now_unix_s())?;
+            say::note("thank you; `calot store answers` shows what all answered");
+        }
+        What::Answers {
+            questionnaire,
+            json,
+        } => {
+            let questions = questions(questionnaire.as_deref())?;
+            let summary = store.summarise(&questions)?;
+            if *json {
+                say::answer(serde_json::to_string_pretty(&summary)?);
+                return Ok(ExitCode::SUCCESS);
+            }
+            say::answer(format_args!(
+                "{:>3}  {:<11}  {:<11}  {}",
+                "n", "here", "paper", questions.title
+            ));
+            let pair = |mean: Option<f64>, sd: Option<f64>| match (mean, sd) {
+                (Some(mean), Some(sd)) => format!("{mean:.1} ± {sd:.2}"),
+                (Some(mean), None) => format!("{mean:.1}"),
+                _ => "–".to_owned(),
+            };
+            for item in summary {
+                let here = pair(item.mean, item.sd);
+                let paper = item
+                    .paper
+                    .map_or("–".to_owned(), |[mean, sd]| pair(Some(mean), Some(sd)));
+                say::answer(format_args!(
+                    "{:>3}  {here:<11}  {paper:<11}  {}",
+                    item.count, item.text
+                ));
+            }
+        }
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn list(store: &Store, name: Option<&str>, json: bool) -> Result<(), Problem> {
+    let Some(name) = name else {
+        let people = store.trainees()?;
+        if json {
+            say::answer(serde_json::to_string_pretty(&people)?);
+            return Ok(());
+        }
+        if people.is_empty() {
+            say::note("nobody yet: `calot run --task clamp --trainee NAME` adds a session");
+        }
+        for person in people {
+            say::answer(format_args!("{:>5}  {}", person.sessions, person.name));
+        }
+        return Ok(());
+    };
+    let sessions = store.sessions(name, None)?;
+    if json {
+        say::answer(serde_json::to_string_pretty(&sessions)?);
+        return Ok(());
+    }
+    for it in sessions {
+        let when = utc(u64::try_from(it.began_unix_s).unwrap_or(0));
+        let goals: u32 = store
+            .sheet(&it.id)?
+            .iter()
+            .map(|(_, it)| u32::from(*it))
+            .sum();
+        let goals = if goals > 0 {
+            format!("  GOALS {goals}")
+        } else {
+            String::new()
+        };
+        say::answer(format_args!(
+            "{}  {when}  {:<10} {:<9} {:<9} {:>3.0} of 100, {} alarms{goals}",
+            it.id, it.task, it.difficulty, it.outcome, it.score, it.alarms
+        ));
+    }
+    Ok(())
+}
+
+fn curve(store: &Store, name: &str, task: Task, metric: &str, out: &Path) -> Result<(), Problem> {
+    let sessions = store.sessions(name, Some(task.name()))?;
+    let value = |it: &SessionRecord| match metric {
+        "score" => Some(it.score),
+        metric => it.metrics.get(metric).copied(),
+    };
+    let values: Vec<f64> = sessions.iter().filter_map(value).collect();
+    let rules = Rules::default();
+    let pass = rules
+        .pass(task)
+        .into_iter()
+        .find(|(name, ..)| *name == metric);
+    let rule = pass.map(|(_, least, most)| if least.is_finite() { least } else { most });
+    let unit = Metric::from_name(metric).map_or("", Metric::unit);
+    let title = format!("{metric} {unit}").trim_end().to_owned();
+    let drawn = learning_curve(&values, rule, &title).ok_or_else(|| {
+        format!(
+            "{} session of task '{}' with {metric}: a curve needs two",
+            values.len(),
+            task.name()
+        )
+    })?;
+    std::fs::write(out, drawn).map_err(|error| format!("{}: {error}", out.display()))?;
+    say::note(format_args!(
+        "wrote {}: {} sessions",
+        out.display(),
+        values.len()
+    ));
+    Ok(())
+}
+
+fn questions(path: Option<&Path>) -> Result<Questionnaire, Problem> {
+    let Some(path) = path else {
+        return Ok(Questionnaire::default());
+    };
+    let text = std::fs::read_to_string(path);
+    let text = text.map_err(|error| format!("{}: {error}", path.display()))?;
+    Ok(Questionnaire::parse(&text)?)
+}
+
+/// Asks in the terminal, until each answer is 1 to 5.
+fn ask(questions: &Questionnaire) -> Result<Vec<u8>, Problem> {
+    say::note(format_args!(
+        "{}: 1 (not at all) to 5 (very)",
+        questions.title
+    ));
+    let mut lines = std::io::stdin().lock().lines();
+    let mut answers = Vec::new();
+    for (number, item) in questions.items.iter().enumerate() {
+        let of = questions.items.len();
+        loop {
+            let mut stderr = std::io::stderr();
+            let _ = write!(stderr, "{} of {of}  {} ", number + 1, item.text)
+                .and_then(|()| stderr.flush());
+            let line = lines
+                .next()
+                .ok_or("it ended before the last answer; nothing is kept")??;
+            match line.trim().parse() {
+                Ok(answer @ 1..=5) => {
+                    answers.push(answer);
+                    break;
+                }
+                _ => say::note("a number from 1 to 5, please"),
+            }
+        }
+    }
+    Ok(answers)
+}
+
+/// Now, s since 1970.
+pub(crate) fn now_unix_s() -> i64 {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH);
+    now.map_or(0, |now| now.as_secs() as i64)
+}
+
+/// A session as the store keeps it.
+pub(crate) fn record(
+    id: &str,
+    began_unix_s: i64,
+    assessed: &Assessed,
+    scene: &str,
+    program: &str,
+    file: Option<&Path>,
+) -> SessionRecord {
+    let values = Metric::ALL.map(|metric| (metric.name().to_owned(), assessed.metrics.get(metric)));
+    let metrics = values.into_iter().filter(|(_, value)| value.is_finite());
+    SessionRecord {
+        id: id.to_owned(),
+        began_unix_s,
+        task: assessed.task.name().to_owned(),
+        difficulty: assessed.difficulty.name().to_owned(),
+        outcome: assessed.outcome.name().to_owned(),
+        score: assessed.score,
+        alarms: assessed.alarms.len() as i64,
+        metrics_version: assessed.version,
+        metrics: metrics.collect::<BTreeMap<_, _>>(),
+        scene: scene.to_owned(),
+        program: program.to_owned(),
+        file: file.map(|file| {
+            let whole = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+            whole.display().to_string()
+        }),
+    }
+}
+
+/// Somebody's earlier sessions of a task, by metrics of the same version, and the sheet of this one.
+pub(crate) fn past(
+    store: &Store,
+    name: &str,
+    assessed: &Assessed,
+    before: &str,
+) -> Result<(Vec<Past>, Vec<(String, u8)>), Problem> {
+    let sessions = store.sessions(name, Some(assessed.task.name()))?;
+    let earlier = sessions.into_iter().take_while(|it| it.id != before);
+    let comparable = earlier.filter(|it| it.metrics_version == assessed.version);
+    let past = comparable.map(|it| Past {
+        when: utc(u64::try_from(it.began_unix_s).unwrap_or(0)),
+        outcome: it.outcome,
+        score: it.score,
+        metrics: it.metrics,
+    });
+    Ok((past.collect(), store.sheet(before)?))
+}
