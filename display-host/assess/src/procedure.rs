@@ -91,11 +91,12 @@ impl Procedure {
             });
         };
         match event.kind {
-            EventMsg::CONTACT if rules.must_not_touch(kind) => {
-                if self.is_new(AlarmKind::Touched, event.organ, at_s, rules) {
-                    self.touches_wrong += 1;
-                    say(AlarmKind::Touched);
-                }
+            EventMsg::CONTACT
+                if rules.must_not_touch(kind)
+                    && self.is_new(AlarmKind::Touched, event.organ, at_s, rules) =>
+            {
+                self.touches_wrong += 1;
+                say(AlarmKind::Touched);
             }
             EventMsg::BURN if rules.must_not_burn(kind) => {
                 self.burn_wrong_j += f64::from(event.value).max(0.0);

@@ -230,7 +230,7 @@ impl Rules {
         if *file.version.get_ref() != VERSION {
             let what = "version".to_owned();
             let value = file.version.get_ref().to_string();
-            return Err(check.refuse(&file.version, what, value, VERSION.to_string()));
+            return Err(check.refuse(&file.version, what, &value, VERSION.to_string()));
         }
         let done = &file.done;
         let share = |name, value| check.number(name, value, 0.0..=1.0);
@@ -241,9 +241,8 @@ impl Rules {
                 let names = Task::ALL.into_iter().filter(|task| *task != Task::Free);
                 names.map(Task::name).collect::<Vec<_>>().join(", ")
             };
-            let known = known.ok_or_else(|| {
-                check.refuse(name, "a task".into(), name.get_ref().clone(), allowed())
-            })?;
+            let known = known
+                .ok_or_else(|| check.refuse(name, "a task".into(), name.get_ref(), allowed()))?;
             tasks.insert(known.name(), check.task(task)?);
         }
         let flows = file.flow_ml_min.iter().map(|(organ, flow)| {
@@ -370,15 +369,9 @@ struct Check<'a> {
 }
 
 impl Check<'_> {
-    fn refuse<T>(
-        &self,
-        at: &Spanned<T>,
-        what: String,
-        value: String,
-        allowed: String,
-    ) -> RulesError {
+    fn refuse<T>(&self, at: &Spanned<T>, what: String, value: &str, allowed: String) -> RulesError {
         let before = self.text.get(..at.span().start).unwrap_or_default();
-        let value = session::printable(&value);
+        let value = session::printable(value);
         RulesError::Value {
             line: before.matches('\n').count() + 1,
             what,
@@ -398,7 +391,7 @@ impl Check<'_> {
             true => Ok(number),
             false => {
                 let range = format!("{} to {}", allowed.start(), allowed.end());
-                Err(self.refuse(value, what.to_owned(), number.to_string(), range))
+                Err(self.refuse(value, what.to_owned(), &number.to_string(), range))
             }
         }
     }
@@ -414,7 +407,7 @@ impl Check<'_> {
             true => Ok(number),
             false => {
                 let range = format!("{} to {}", allowed.start(), allowed.end());
-                Err(self.refuse(value, what.to_owned(), number.to_string(), range))
+                Err(self.refuse(value, what.to_owned(), &number.to_string(), range))
             }
         }
     }
@@ -423,12 +416,7 @@ impl Check<'_> {
         let known = KINDS.iter().find(|(_, known)| known == name.get_ref());
         known.map(|(kind, _)| *kind).ok_or_else(|| {
             let all: Vec<&str> = KINDS.iter().map(|(_, name)| *name).collect();
-            self.refuse(
-                name,
-                "an organ".into(),
-                name.get_ref().clone(),
-                all.join(", "),
-            )
+            self.refuse(name, "an organ".into(), name.get_ref(), all.join(", "))
         })
     }
 
@@ -439,12 +427,7 @@ impl Check<'_> {
     fn metric(&self, name: &Spanned<String>) -> Result<Metric, RulesError> {
         Metric::from_name(name.get_ref()).ok_or_else(|| {
             let all: Vec<&str> = Metric::ALL.iter().map(|metric| metric.name()).collect();
-            self.refuse(
-                name,
-                "a metric".into(),
-                name.get_ref().clone(),
-                all.join(", "),
-            )
+            self.refuse(name, "a metric".into(), name.get_ref(), all.join(", "))
         })
     }
 

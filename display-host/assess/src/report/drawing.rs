@@ -67,7 +67,7 @@ pub(super) fn time_line(assessed: &Assessed, seconds: f64) -> String {
         "perforation",
     ];
     let happened = |lane: &&str| assessed.moments.iter().any(|moment| moment.what == **lane);
-    let lanes: Vec<&str> = shown.into_iter().filter(|lane| happened(&lane)).collect();
+    let lanes: Vec<&str> = shown.into_iter().filter(|lane| happened(lane)).collect();
     let end_s = seconds.max(1.0);
     let (left, right) = (92.0, WIDTH - 12.0);
     let x = |at_s: f64| left + (right - left) * (at_s / end_s).clamp(0.0, 1.0);

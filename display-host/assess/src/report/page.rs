@@ -278,7 +278,7 @@ fn past(page: &mut Page, chapter: &Chapter) {
             "<tr><td>{}<td>{}<td>{}<td>{}</tr>",
             metric.name(),
             shown(&it.metrics, metric),
-            text(before().last().copied()),
+            text(before().next_back().copied()),
             text(best)
         ));
     }

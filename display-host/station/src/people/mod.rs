@@ -262,13 +262,19 @@ pub(crate) fn record(
     }
 }
 
+/// What the store adds to a debrief.
+pub(crate) struct Before {
+    pub(crate) past: Vec<Past>,
+    pub(crate) sheet: Vec<(String, u8)>,
+}
+
 /// Somebody's earlier sessions of a task, by metrics of the same version, and the sheet of this one.
 pub(crate) fn past(
     store: &Store,
     name: &str,
     assessed: &Assessed,
     before: &str,
-) -> Result<(Vec<Past>, Vec<(String, u8)>), Problem> {
+) -> Result<Before, Problem> {
     let sessions = store.sessions(name, Some(assessed.task.name()))?;
     let earlier = sessions.into_iter().take_while(|it| it.id != before);
     let comparable = earlier.filter(|it| it.metrics_version == assessed.version);
@@ -278,5 +284,8 @@ pub(crate) fn past(
         score: it.score,
         metrics: it.metrics,
     });
-    Ok((past.collect(), store.sheet(before)?))
+    Ok(Before {
+        past: past.collect(),
+        sheet: store.sheet(before)?,
+    })
 }

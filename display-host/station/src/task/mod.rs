@@ -152,8 +152,8 @@ impl Ended {
     pub(crate) fn add_past(&self, chapter: &mut Chapter) -> Result<(), Problem> {
         if let Some((name, path)) = &self.keep {
             let store = Store::open(path)?;
-            (chapter.past, chapter.sheet) =
-                past(&store, name, &self.assessed, &self.summary.session)?;
+            let before = past(&store, name, &self.assessed, &self.summary.session)?;
+            (chapter.past, chapter.sheet) = (before.past, before.sheet);
         }
         Ok(())
     }

@@ -1,0 +1,105 @@
+//! Tasks through the real processes: what is said while they run is what the recording comes to.
+
+use std::path::Path;
+
+use system_tests::{calot, finish, said, station_name, summary};
+
+/// Runs a task without pictures; returns its summary.
+fn work(words: &[&str], out: &Path) -> serde_json::Value {
+    let name = station_name("task");
+    let output = finish(
+        calot()
+            .args(["run", "--headless", "--frames", "0", "--station", &name])
+            .args(words)
+            .arg("--out")
+            .arg(out),
+    );
+    assert!(output.status.success(), "{}", said(&output));
+    summary(out)
+}
+
+fn report(session: &Path) -> serde_json::Value {
+    let output = finish(calot().arg("report").arg(session).arg("--json"));
+    assert!(output.status.success(), "{}", said(&output));
+    let sessions: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    sessions[0].clone()
+}
+
+#[test]
+fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (out, store) = (
+        folder.path().join("out"),
+        folder.path().join("store.sqlite"),
+    );
+    let store_word = store.to_str().expect("a path in UTF-8");
+    let words = [
+        "--task",
+        "free",
+        "--seconds",
+        "8",
+        "--trainee",
+        "Ada",
+        "--store",
+        store_word,
+    ];
+    let summary = work(&words, &out);
+    assert_eq!(
+        (&summary["task"], &summary["outcome"]),
+        (&"free".into(), &"practised".into())
+    );
+    assert!(
+        summary["metrics"]["path_m"].as_f64() > Some(0.01),
+        "{summary:#}"
+    );
+    let again = report(&out);
+    for key in ["task", "outcome", "score", "metrics"] {
+        assert_eq!(summary[key], again[key], "{key}");
+    }
+    assert_eq!(
+        summary["alarms"].as_array().map(Vec::len),
+        again["alarms"].as_array().map(Vec::len)
+    );
+    let page = std::fs::read_to_string(out.join("debrief.html")).expect("a debrief");
+    assert!(
+        page.contains("Free practice") && page.contains("<svg"),
+        "it has drawings"
+    );
+    let ask = |words: &[&str]| {
+        let output = finish(calot().args(["store", "--store", store_word]).args(words));
+        assert!(output.status.success(), "{}", said(&output));
+        String::from_utf8(output.stdout).expect("text")
+    };
+    let session = summary["session"].as_str().expect("a name");
+    assert!(ask(&["list", "Ada"]).contains(session));
+    ask(&["sheet", session, "1", "2", "3", "4", "5"]);
+    assert!(ask(&["export", "Ada"]).contains("Bimanual dexterity"));
+    ask(&["ask", "Ada", "--answers", "1,2,3,4,5,1,2,3,4,5,1,2,3,4"]);
+    assert!(ask(&["answers"]).contains("2.3 ± 0.82"));
+    ask(&["forget", "Ada"]);
+    assert!(!ask(&["export"]).contains("Ada"));
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_before_anything_starts() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let rules = folder.path().join("rules.toml");
+    std::fs::write(&rules, "version = 7\n").expect("written");
+    let rules = rules.to_str().expect("a path in UTF-8");
+    let out = folder.path().join("out");
+    for (words, why) in [
+        (vec!["--task", "dance"], "identify, clamp"),
+        (vec!["--task", "free", "--rules", rules], "rules"),
+        (vec!["--trainee", "Ada"], "--task"),
+    ] {
+        let output = finish(
+            calot()
+                .args(["run", "--headless"])
+                .args(&words)
+                .arg("--out")
+                .arg(&out),
+        );
+        assert!(!output.status.success());
+        assert!(said(&output).contains(why), "{}", said(&output));
+    }
+}
