@@ -2,14 +2,18 @@
 //! other organ, so that neither a cap nor a seam shows. It looks like the tube at one end and like
 //! the organ at the other, and follows the spheres of both.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use shared_mem::scene::{OrganKind, OrganRecord, SceneFile, WEIGHT_SUM, WORLD};
 
 use crate::skinning::{RestVertex, SkinMesh};
 
 /// Points around a collar, and rows from the tube to the organ.
 const AROUND: usize = 28;
-const ROWS: usize = 12;
+const ROWS: usize = 16;
+/// A collar begins so many radii before the tube's end.
+const BEFORE: f32 = 2.2;
+/// Rounds of evening out where a collar stands.
+const EVENED: usize = 6;
 /// A tube that ends farther from every organ than this ends by itself, m.
 const REACH_M: f32 = 0.012;
 /// The collar's rim lies so far below the organ's skin, m.
@@ -34,6 +38,7 @@ pub(super) fn add(mesh: &mut SkinMesh, scene: &SceneFile) {
                 continue;
             };
             if let Some((vertices, triangles)) = collar(mesh, organ, &scene.organs()[other], &end) {
+                hide_cap(&mut mesh.vertices[range(organ.vertices)], &end);
                 mesh.add_skinned(&vertices, &triangles);
             }
         }
@@ -96,15 +101,20 @@ fn ends(scene: &SceneFile, organ: &OrganRecord) -> Vec<End> {
                 .filter(|&i| far[i] > 2.0 * size)
                 .min_by(|&a, &b| far[a].total_cmp(&far[b]))?;
             let along = (at(end) - at(inner)).normalize_or_zero();
-            let near = skin.iter().map(|v| Vec3::from(v.position_m) - at(end));
-            let near = near.filter(|d| d.length() < 4.0 * size && d.dot(along).abs() < size);
-            let (sum, count) = near.fold((0.0, 0.0), |(sum, count), d| {
-                (sum + d.reject_from(along).length(), count + 1.0)
+            let wall = skin.iter().filter_map(|v| {
+                let away = Vec3::from(v.position_m) - at(end);
+                let is_near = away.length() < 4.0 * size && away.dot(along).abs() < 2.0 * size;
+                // Its cap is not how thick it is.
+                let is_wall = Vec3::from(v.normal).dot(along).abs() < 0.5;
+                (is_near && is_wall).then(|| away.reject_from(along).length())
             });
-            (count > 2.0 && along != Vec3::ZERO).then(|| End {
+            let mut wall: Vec<f32> = wall.collect();
+            wall.sort_by(f32::total_cmp);
+            let radius_m = *wall.get(wall.len() / 2)?;
+            (wall.len() > 2 && along != Vec3::ZERO).then(|| End {
                 at: at(end),
                 along,
-                radius_m: sum / count,
+                radius_m,
             })
         })
         .collect()
@@ -178,43 +188,50 @@ fn collar(
     let r = end.radius_m;
     // A tube into a tube has less room than a tube into an organ.
     let wide = if is_tube(other.kind) { 1.5 } else { 2.1 } * r;
-    let from = end.at - end.along * 2.2 * r;
+    let way = Way::new(end, onto)?;
     let side = end.along.any_orthonormal_vector();
     let up = end.along.cross(side);
     let mut rays = Vec::with_capacity(AROUND);
     for k in 0..AROUND {
         let turn = k as f32 / AROUND as f32 * core::f32::consts::TAU;
         let out = side * turn.cos() + up * turn.sin();
-        let start = from + out * (1.02 * r);
-        let aim = end.at + end.along * (0.3 * r) + out * wide;
+        let aim = way.ring(1.0, out, wide);
         let v = nearest(onto, aim);
         let (at, normal) = (Vec3::from(onto[v].position), Vec3::from(onto[v].normal));
         let foot = aim - normal * ((aim - at).dot(normal) + SUNK_M);
         if foot.distance(aim) > REACH_M.max(3.0 * wide) {
             return None;
         }
-        rays.push((out, start, foot, normal, v));
+        let start = nearest(own, way.ring(0.0, out, r));
+        rays.push((out, foot, v, start));
+    }
+    // On a narrow neck neighbours may stand on different sides of it.
+    for _ in 0..EVENED {
+        let feet: Vec<Vec3> = rays.iter().map(|ray| ray.1).collect();
+        for (k, ray) in rays.iter_mut().enumerate() {
+            let beside = feet[(k + 1) % AROUND] + feet[(k + AROUND - 1) % AROUND];
+            ray.1 = feet[k] * 0.5 + beside * 0.25;
+        }
     }
     let mut vertices = Vec::with_capacity(AROUND * (ROWS + 1));
     for row in 0..=ROWS {
         let t = row as f32 / ROWS as f32;
         // The rim is the other organ's already.
-        let turned = ((t - 0.1) / 0.75).clamp(0.0, 1.0);
-        let share = turned * turned * (3.0 - 2.0 * turned);
-        for (out, start, foot, normal, v) in &rays {
-            // On along the tube no farther than the foot lies: no bulge.
-            let leave = end.along * (*foot - *start).dot(end.along).max(0.3 * r);
-            let outwards = out.reject_from(*normal).normalize_or(*out);
-            let arrive = outwards * (*foot - *start).dot(outwards).max(0.3 * r);
-            let at = hermite(t, *start, leave, *foot, arrive);
-            let near = nearest(own, *start);
+        let share = smooth((t - 0.1) / 0.75);
+        let flare = smooth((t - 0.45) / 0.55).powi(2);
+        for (out, foot, v, start) in &rays {
+            // It begins within the tube: no edge shows.
+            let own_m = r * (0.9 + 0.13 * smooth(t / 0.25));
+            let ring = way.ring(t, *out, own_m + (wide - own_m) * flare);
+            let at = ring + (*foot - ring) * smooth((t - 0.6) / 0.4);
             // It looks like the organ where it comes near to its skin.
             let skin = &onto[nearest(onto, at)];
             let above = (at - Vec3::from(skin.position)).dot(Vec3::from(skin.normal)) / r;
             let alike = share.max(1.0 - ((above - 0.1) / 1.1).clamp(0.0, 1.0));
-            let look =
-                own[near].look & 15 | (onto[*v].look & 15) << 4 | ((alike * 65535.0) as u32) << 16;
-            let (spheres, weights) = blended(&own[near], &onto[*v], share);
+            let look = own[*start].look & 15
+                | (onto[*v].look & 15) << 4
+                | ((alike * 65535.0) as u32) << 16;
+            let (spheres, weights) = blended(&own[*start], &onto[*v], share);
             vertices.push(RestVertex {
                 position: at.to_array(),
                 look,
@@ -236,6 +253,72 @@ fn collar(
     }
     face_outwards(&mut vertices, &mut triangles);
     Some((vertices, triangles))
+}
+
+/// The bent line that a tube goes on along, into another organ.
+struct Way {
+    from: Vec3,
+    leave: Vec3,
+    to: Vec3,
+    arrive: Vec3,
+}
+
+impl Way {
+    /// Over the last of the tube, and on into the skin `onto`; `None` if that is too far.
+    fn new(end: &End, onto: &[RestVertex]) -> Option<Self> {
+        let r = end.radius_m;
+        let skin = |near: Vec3| {
+            let v = &onto[nearest(onto, near)];
+            let (at, normal) = (Vec3::from(v.position), Vec3::from(v.normal));
+            (near - normal * (near - at).dot(normal), normal)
+        };
+        let (_, normal) = skin(end.at);
+        // One that runs along the organ turns into it a little further on.
+        let (at, normal) = skin(end.at + end.along.reject_from(normal) * r);
+        let from = end.at - end.along * (BEFORE * r);
+        let to = at - normal * SUNK_M;
+        let length = from.distance(to);
+        (to.distance(end.at) < REACH_M.max(4.0 * r)).then_some(Self {
+            from,
+            leave: end.along * length,
+            to,
+            arrive: -normal * length,
+        })
+    }
+
+    /// A point around the line, at the share `t` of it: in direction `out`, as seen where it begins.
+    fn ring(&self, t: f32, out: Vec3, radius_m: f32) -> Vec3 {
+        let at = |t| hermite(t, self.from, self.leave, self.to, self.arrive);
+        const AHEAD: f32 = 1e-3;
+        let ahead = match t {
+            t if t <= 0.0 => self.leave,
+            t if t >= 1.0 => self.arrive,
+            t => at(t + AHEAD) - at(t - AHEAD),
+        };
+        let first = self.leave.normalize_or(Vec3::X);
+        let turn = Quat::from_rotation_arc(first, ahead.normalize_or(first));
+        at(t) + turn * out * radius_m
+    }
+}
+
+/// From 0 to 1 without a bend at either end.
+fn smooth(x: f32) -> f32 {
+    let x = x.clamp(0.0, 1.0);
+    x * x * (3.0 - 2.0 * x)
+}
+
+/// Draws a tube's cap back into its collar, where nobody sees it.
+fn hide_cap(own: &mut [RestVertex], end: &End) {
+    let r = end.radius_m;
+    for vertex in own {
+        let away = Vec3::from(vertex.position) - end.at;
+        let along = away.dot(end.along);
+        let last = -(BEFORE - 0.8) * r;
+        if along > last && away.length() < 4.0 * r {
+            let across = away.reject_from(end.along) * 0.8;
+            vertex.position = (end.at + end.along * last + across).to_array();
+        }
+    }
 }
 
 fn hermite(t: f32, p: Vec3, leave: Vec3, q: Vec3, arrive: Vec3) -> Vec3 {

@@ -29,6 +29,16 @@ fn tone(x: vec3f) -> vec3f {
   return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), vec3f(0.0), vec3f(1.0));
 }
 
+// Noise from -1 to 1 that changes smoothly over a length of 1.
+fn drops(at: vec2f) -> vec3f {
+  let cell = vec2u(at);
+  let t = fract(at);
+  let s = t * t * (3.0 - 2.0 * t);
+  let a = mix(hash3(vec3u(cell, 7u)), hash3(vec3u(cell + vec2u(1u, 0u), 7u)), s.x);
+  let b = mix(hash3(vec3u(cell + vec2u(0u, 1u), 7u)), hash3(vec3u(cell + 1u, 7u)), s.x);
+  return mix(a, b, s.y);
+}
+
 @fragment fn fragment(in: VertexOut) -> @location(0) vec4f {
   let at = vec2f(in.ndc.x * frame.up.w, in.ndc.y);
   let r = length(at) / frame.scope.y;
@@ -45,7 +55,7 @@ fn tone(x: vec3f) -> vec3f {
   let fog = clamp(frame.film.y * (1.35 - 0.5 * r), 0.0, 1.0);
   let veil = max(fog, frame.film.z);
   if (veil > 0.002) {
-    let drop = hash3(vec3u(vec2u((at + 4.0) * 95.0), 7u));
+    let drop = drops((at + 4.0) * 95.0);
     var sum = vec3f(0.0);
     for (var i = 0u; i < 8u; i++) {
       let turn = f32(i) * 2.399963 + drop.z;

@@ -2,17 +2,21 @@
 //! as distance to the nearest vessel in a grid of the tissue at rest, so that they stick to it.
 
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, HashMap};
+use std::ops::Range;
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use shared_mem::scene::{OrganKind, OrganRecord, SceneFile};
 
 use super::noise::hash;
-use crate::skinning::SkinMesh;
+use crate::skinning::{RestVertex, SkinMesh};
 
 /// Organs that have trees, at most; slot 0 has none. Also in `tissue.wgsl`.
 pub(super) const SLOTS: usize = 16;
+/// Vertices that a tree grows over, at most: every twig may search all of them. Of more some stand for
+/// those around.
+const NODES: usize = 8000;
 /// Voxels of an organ's grid, about.
 const VOXELS: f32 = 1.1e6;
 /// Distances are kept up to so many voxels on either side of a vessel's edge.
@@ -88,8 +92,10 @@ fn supply(kind: u32) -> Option<Supply> {
     }
 }
 
-/// Vertices of a skin on which trees are grown: the time goes with their square, seconds at 20 000.
-const SIZES: std::ops::RangeInclusive<usize> = 16..=8000;
+/// A skin of fewer vertices has no trees.
+const VERTICES_MIN: usize = 16;
+/// A vessel is drawn no thinner than so many voxels: a thinner one would break into dashes.
+const DRAWN_VOXELS: f32 = 0.5;
 
 /// Grows the trees of every organ that has some, and tells its vertices their slot.
 pub(super) fn grow(mesh: &mut SkinMesh, scene: &SceneFile) -> Trees {
@@ -99,14 +105,10 @@ pub(super) fn grow(mesh: &mut SkinMesh, scene: &SceneFile) -> Trees {
             continue;
         };
         let own = organ.vertices[0] as usize..(organ.vertices[0] + organ.vertices[1]) as usize;
-        if !SIZES.contains(&own.len()) {
+        if own.len() < VERTICES_MIN {
             continue;
         }
-        let skin = Skin {
-            mesh,
-            first: own.start,
-            count: own.len(),
-        };
+        let skin = Skin::new(mesh, own.clone());
         let pieces = [0, 1].map(|which| skin.tree(&skin.roots(scene, &supply), &supply, which));
         grids.push(Grid::new(&skin, &pieces));
         let slot = grids.len() as u32;
@@ -117,28 +119,64 @@ pub(super) fn grow(mesh: &mut SkinMesh, scene: &SceneFile) -> Trees {
     stack(&grids)
 }
 
-/// An organ's skin as a graph.
-struct Skin<'a> {
-    mesh: &'a SkinMesh,
-    first: usize,
+/// An organ's skin as a graph: its vertices, or of many vertices some that stand for those around.
+struct Skin {
     count: usize,
+    points: Vec<Vec3>,
+    normals: Vec<Vec3>,
+    next: Vec<Vec<usize>>,
+    /// Of all vertices.
+    low: Vec3,
+    high: Vec3,
 }
 
-impl Skin<'_> {
+impl Skin {
+    fn new(mesh: &SkinMesh, own: Range<usize>) -> Self {
+        let vertices = &mesh.vertices[own.clone()];
+        let points = vertices.iter().map(|v| Vec3::from(v.position));
+        let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        let (low, high) = points.fold(none, |(low, high), p| (low.min(p), high.max(p)));
+        // Cells as wide as makes few enough of them.
+        let mut cell_m = (high - low).max_element() / 64.0;
+        let (mut node_of, mut stands) = ((0..own.len()).collect::<Vec<_>>(), None);
+        while stands.as_ref().map_or(own.len(), Vec::len) > NODES {
+            let merged = merge(vertices, low, cell_m);
+            (node_of, stands) = (merged.0, Some(merged.1));
+            cell_m *= 1.25;
+        }
+        let stands = stands.unwrap_or_else(|| (0..own.len()).collect());
+        let mut next = vec![Vec::new(); stands.len()];
+        for (vertex, &node) in own.clone().zip(&node_of) {
+            let [from, to] = [0, 1].map(|k| mesh.ring_first[vertex + k] as usize);
+            let corners = mesh.ring[from..to]
+                .iter()
+                .flat_map(|&t| mesh.triangles[t as usize]);
+            for corner in corners.map(|v| v as usize).filter(|v| own.contains(v)) {
+                let other = node_of[corner - own.start];
+                if other != node && !next[node].contains(&other) {
+                    next[node].push(other);
+                }
+            }
+        }
+        Self {
+            count: stands.len(),
+            points: stands
+                .iter()
+                .map(|&i| vertices[i].position.into())
+                .collect(),
+            normals: stands.iter().map(|&i| vertices[i].normal.into()).collect(),
+            next,
+            low,
+            high,
+        }
+    }
+
     fn at(&self, i: usize) -> Vec3 {
-        Vec3::from(self.mesh.vertices[self.first + i].position)
+        self.points[i]
     }
 
     fn neighbours(&self, i: usize) -> impl Iterator<Item = usize> + '_ {
-        let mesh = self.mesh;
-        let [from, to] = [0, 1].map(|k| mesh.ring_first[self.first + i + k] as usize);
-        let corners = mesh.ring[from..to]
-            .iter()
-            .flat_map(|&t| mesh.triangles[t as usize]);
-        corners.filter_map(move |v| {
-            let j = (v as usize).checked_sub(self.first)?;
-            (j != i && j < self.count).then_some(j)
-        })
+        self.next[i].iter().copied()
     }
 
     /// Where blood comes in: nearest to an artery first, then wherever none is near.
@@ -289,10 +327,9 @@ impl Skin<'_> {
                 if p == i || h == usize::MAX {
                     continue;
                 }
-                let vertex = &self.mesh.vertices[self.first + i];
-                let normal = Vec3::from(vertex.normal);
+                let normal = self.normals[i];
                 let moved = before[i] * 0.5 + (before[p] + before[h]) * 0.25;
-                at[i] = moved - normal * (moved - Vec3::from(vertex.position)).dot(normal);
+                at[i] = moved - normal * (moved - self.at(i)).dot(normal);
             }
         }
         let mut pieces = Vec::with_capacity(nodes.len() * STEPS);
@@ -317,12 +354,31 @@ impl Skin<'_> {
                 pieces.push(Piece {
                     ends: [ends[0], ends[1]],
                     radii_m: [share(k), share(k + 1)],
-                    normal: Vec3::from(self.mesh.vertices[self.first + i].normal),
+                    normal: self.normals[i],
                 });
             }
         }
         pieces
     }
+}
+
+/// By vertex which of the vertices that stand for others stands for it, and those: one for each cell
+/// of a grid and each way that skin faces there, so that two sides of a thin wall stay two.
+fn merge(vertices: &[RestVertex], low: Vec3, cell_m: f32) -> (Vec<usize>, Vec<usize>) {
+    let mut cells = HashMap::new();
+    let mut stands = Vec::new();
+    let node_of = vertices.iter().enumerate().map(|(i, vertex)| {
+        let cell = ((Vec3::from(vertex.position) - low) / cell_m).as_ivec3();
+        let normal = Vec3::from(vertex.normal);
+        let axis = normal.abs().max_position();
+        *cells
+            .entry((cell, axis, normal[axis] > 0.0))
+            .or_insert_with(|| {
+                stands.push(i);
+                stands.len() - 1
+            })
+    });
+    (node_of.collect(), stands)
 }
 
 /// An organ's grid of distances.
@@ -334,12 +390,8 @@ struct Grid {
 }
 
 impl Grid {
-    fn new(skin: &Skin<'_>, pieces: &[Vec<Piece>; 2]) -> Self {
-        let (low, high) = (0..skin.count)
-            .map(|i| skin.at(i))
-            .fold((Vec3::INFINITY, Vec3::NEG_INFINITY), |(low, high), p| {
-                (low.min(p), high.max(p))
-            });
+    fn new(skin: &Skin, pieces: &[Vec<Piece>; 2]) -> Self {
+        let (low, high) = (skin.low, skin.high);
         let extent = (high - low).max(Vec3::splat(1e-3));
         let voxel_m = (extent.element_product() / VOXELS)
             .cbrt()
@@ -364,7 +416,7 @@ impl Grid {
     /// 0 far outside, 255 far inside, the edge between.
     fn draw(&mut self, piece: &Piece, channel: usize) {
         let [a, b] = piece.ends.map(|p| (p - self.low) / self.voxel_m);
-        let [ra, rb] = piece.radii_m.map(|r| r / self.voxel_m);
+        let [ra, rb] = piece.radii_m.map(|r| (r / self.voxel_m).max(DRAWN_VOXELS));
         let reach = Vec3::splat(ra.max(rb) + BAND);
         let from = (a.min(b) - reach)
             .max(Vec3::ZERO)
@@ -419,5 +471,95 @@ fn stack(grids: &[Grid]) -> Trees {
         size: [width, height, depth].map(|n| n as u32),
         texels,
         slots,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    /// A ball of 10 cm, its skin of so many rings.
+    fn ball(rings: usize) -> SkinMesh {
+        let around = 2 * rings;
+        let vertices = (0..rings * around).map(|i| {
+            let [tilt, turn] = [
+                ((i / around) as f32 + 0.5) / rings as f32 * std::f32::consts::PI,
+                (i % around) as f32 / around as f32 * std::f32::consts::TAU,
+            ];
+            let normal = Vec3::new(tilt.sin() * turn.cos(), tilt.sin() * turn.sin(), tilt.cos());
+            RestVertex {
+                position: (normal * 0.05).to_array(),
+                normal: normal.to_array(),
+                ..Zeroable::zeroed()
+            }
+        });
+        let triangles = (0..(rings - 1) * around).flat_map(|i| {
+            let beside = i / around * around + (i + 1) % around;
+            let corners = [i, beside, i + around, beside + around].map(|v| v as u32);
+            let [a, b, c, d] = corners;
+            [[a, b, c], [b, d, c]]
+        });
+        let (vertices, triangles) = (vertices.collect::<Vec<_>>(), triangles.collect::<Vec<_>>());
+        let mut around = vec![Vec::new(); vertices.len()];
+        for (t, triangle) in triangles.iter().enumerate() {
+            for &corner in triangle {
+                around[corner as usize].push(t as u32);
+            }
+        }
+        let mut ring_first = vec![0];
+        for ring in &around {
+            ring_first.push(ring_first.last().unwrap() + ring.len() as u32);
+        }
+        SkinMesh {
+            skinned: vertices.len(),
+            vertices,
+            triangles,
+            ring_first,
+            ring: around.concat(),
+            ..SkinMesh::default()
+        }
+    }
+
+    #[test]
+    fn a_tree_grows_over_a_bounded_part_of_a_fine_skin() {
+        let supply = Supply {
+            twigs: 12,
+            reach_m: 1.0,
+            radii_m: [0.001; 2],
+        };
+        for rings in [40, 200] {
+            let mesh = ball(rings);
+            let skin = Skin::new(&mesh, 0..mesh.vertices.len());
+            assert_eq!(skin.count, skin.next.len());
+            // A search settles a node once.
+            assert!(skin.count <= NODES, "{rings}: {} nodes", skin.count);
+            assert!(skin.count >= mesh.vertices.len().min(NODES / 4));
+            let pieces = skin.tree(&[0], &supply, 0);
+            let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+            for end in pieces.iter().flat_map(|piece| piece.ends) {
+                assert!(
+                    (end.length() - 0.05).abs() < 0.002,
+                    "{end} is not on the skin"
+                );
+                (low, high) = (low.min(end), high.max(end));
+            }
+            assert!(
+                (high - low).min_element() > 0.05,
+                "{rings}: {low} to {high}"
+            );
+        }
+    }
+
+    #[test]
+    fn both_sides_of_a_thin_wall_stay_apart() {
+        let side = |z: f32| RestVertex {
+            position: [0.0, 0.0, z * 1e-4],
+            normal: [0.0, 0.0, z],
+            ..Zeroable::zeroed()
+        };
+        let (node_of, stands) = merge(&[side(1.0), side(-1.0), side(1.0)], Vec3::ZERO, 0.01);
+        assert_eq!((node_of, stands), (vec![0, 1, 0], vec![0, 1]));
     }
 }
