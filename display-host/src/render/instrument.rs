@@ -36,10 +36,18 @@ pub(super) struct Model {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// All instruments, in the order of [`ToolFrame::instrument`], and the trocar last.
+/// All instruments, in the order of [`ToolFrame::instrument`], the trocar, and the clips last.
 #[must_use]
-pub(super) fn all() -> [Model; 5] {
-    [grasper(), hook(), scissors(), clip_applier(), trocar()].map(|solid| {
+pub(super) fn all() -> [Model; 6] {
+    [
+        grasper(),
+        hook(),
+        scissors(),
+        clip_applier(),
+        trocar(),
+        super::clips::all(),
+    ]
+    .map(|solid| {
         let (vertices, triangles) = solid.finish(CREASE_RAD);
         Model {
             vertices,

@@ -55,8 +55,10 @@ pub struct Stains {
 pub const SHADING_CAPSULES: usize = 4;
 /// Rows of the material table.
 pub const LOOKS: usize = 16;
-/// Rigid parts of an instrument.
-pub const PARTS: usize = 8;
+/// Rigid parts: of an instrument, and clips behind them.
+pub const PARTS: usize = 32;
+
+const _: () = assert!(super::clips::FIRST_PART + shared_mem::message::MAX_CLIPPED == PARTS);
 
 /// Every module as the device gets it: name and source.
 pub const SHADERS: [(&str, &str); 8] = [

@@ -9,6 +9,7 @@
 mod ambient;
 pub mod camera;
 mod cavity;
+mod clips;
 pub mod governor;
 pub mod gpu;
 pub mod inside;
@@ -30,8 +31,8 @@ mod trees;
 use std::ops::Range;
 
 use bytemuck::{Zeroable as _, bytes_of, cast_slice};
-use glam::Vec3;
-use shared_mem::message::{SphereState, ToolFrame};
+use glam::{Mat4, Vec3};
+use shared_mem::message::{ClipMsg, MAX_CLIPPED, SphereState, ToolFrame};
 use shared_mem::scene::{SceneFile, SphereRecord};
 use wgpu::util::DeviceExt;
 
@@ -78,8 +79,9 @@ pub struct Renderer {
     skinned: Vec<SkinnedVertex>,
     layouts: Layouts,
     pipelines: Pipelines,
-    /// The instruments, and the trocar.
-    instruments: [Drawable; 5],
+    /// The instruments, the trocar, and the clips.
+    instruments: [Drawable; 6],
+    clips: [Mat4; MAX_CLIPPED],
     port: Vec3,
     frame: wgpu::Buffer,
     parts: wgpu::Buffer,
@@ -106,6 +108,8 @@ pub enum Shown {
 
 /// Index of the trocar among the instruments.
 const TROCAR: usize = 4;
+/// And of the clips.
+const CLIPS: usize = 5;
 
 /// What the scene's shaders read beside the shadow map.
 struct Materials {
@@ -189,7 +193,7 @@ impl Renderer {
         let frame = buffer("frame", bytes_of(&layout::Frame::default()), changing);
         let parts = buffer(
             "parts",
-            cast_slice(&[glam::Mat4::IDENTITY; layout::PARTS]),
+            cast_slice(&[Mat4::IDENTITY; layout::PARTS]),
             changing,
         );
         let looks = buffer("looks", cast_slice(&look::table()), Usage::UNIFORM);
@@ -263,6 +267,7 @@ impl Renderer {
             layouts,
             pipelines,
             instruments,
+            clips: [Mat4::ZERO; MAX_CLIPPED],
             port: Vec3::from(scene.room().instrument_port_m),
             frame,
             parts,
@@ -392,6 +397,11 @@ impl Renderer {
         gpu.check("resizing")
     }
 
+    /// Puts clips on the tubes of the frame that is drawn next.
+    pub fn set_clips(&mut self, clips: &[ClipMsg], spheres: &[SphereState]) {
+        self.clips = clips::places(clips, spheres, &self.rest);
+    }
+
     /// Skins and draws one frame and submits it. `time_s` moves what moves by itself.
     pub fn render(&mut self, gpu: &Gpu, spheres: &[SphereState], tools: &ToolFrame, time_s: f32) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -418,6 +428,9 @@ impl Renderer {
             .write_buffer(&self.stains, 0, bytes_of(&particles::stains(&self.effects)));
         let parts = instrument::parts(tools, self.port);
         gpu.queue.write_buffer(&self.parts, 0, cast_slice(&parts));
+        let behind = (clips::FIRST_PART * size_of::<Mat4>()) as u64;
+        gpu.queue
+            .write_buffer(&self.parts, behind, cast_slice(&self.clips));
         let instrument = (tools.instrument as usize).min(3);
 
         if self.quality.shadow_side.is_some() {
@@ -472,6 +485,7 @@ impl Renderer {
         self.instruments[instrument].draw(&mut pass);
         if self.shown == Shown::Everything {
             self.instruments[TROCAR].draw(&mut pass);
+            self.instruments[CLIPS].draw(&mut pass);
         }
     }
 
@@ -500,6 +514,7 @@ impl Renderer {
         self.instruments[instrument].draw(&mut pass);
         if self.shown == Shown::Everything {
             self.instruments[TROCAR].draw(&mut pass);
+            self.instruments[CLIPS].draw(&mut pass);
         }
         let all = self.skinning.corner_count;
         let Some((inside, model)) = self.inside.as_ref().zip(self.inside_model.as_ref()) else {

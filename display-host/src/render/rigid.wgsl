@@ -1,6 +1,6 @@
 // Instruments: rigid parts of steel, plastic and ceramic.
 
-@group(1) @binding(0) var<uniform> world_from_part: array<mat4x4f, 8>;
+@group(1) @binding(0) var<uniform> world_from_part: array<mat4x4f, 32>;
 
 struct VertexIn {
   @location(0) position: vec3f,
@@ -17,7 +17,7 @@ struct VertexOut {
 }
 
 @vertex fn vertex(v: VertexIn) -> VertexOut {
-  let m = world_from_part[v.part & 7u];
+  let m = world_from_part[v.part & 31u];
   let world = m * vec4f(v.position, 1.0);
   var out: VertexOut;
   out.clip = frame.clip_from_world * world;
@@ -29,7 +29,7 @@ struct VertexOut {
 }
 
 @vertex fn cast_shadow(v: VertexIn) -> @builtin(position) vec4f {
-  return frame.shadow_from_world * world_from_part[v.part & 7u] * vec4f(v.position, 1.0);
+  return frame.shadow_from_world * world_from_part[v.part & 31u] * vec4f(v.position, 1.0);
 }
 
 @fragment fn fragment(in: VertexOut) -> @location(0) vec4f {

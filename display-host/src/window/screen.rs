@@ -269,6 +269,7 @@ impl Screen {
         self.renderer.play(spheres, &effects, played_s);
         let inside = session.ui.inside.then_some(Inside::VIEW);
         self.renderer.set_inside(&self.gpu, inside);
+        (self.renderer).set_clips(state.clips().unwrap_or(&[]), spheres);
         self.renderer
             .render(&self.gpu, spheres, tools, session.time_s());
         // What is drawn again has no motion to be late with.

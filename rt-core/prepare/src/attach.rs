@@ -155,7 +155,7 @@ pub(crate) fn sew(
             return Err(PrepareError::Organ { organ, problem });
         }
         let apart_m = (at - center).norm();
-        let length_m = tie.length_m.unwrap_or(apart_m);
+        let length_m = (tie.length_m.unwrap_or(apart_m) - tie.drawn_m).max(0.0);
         let (material, area_m2) = (organs[own].material, PI * radius_m * radius_m);
         let (tension_n, tear_j) = if tie.is_thread {
             (THREAD_N, 0.0)

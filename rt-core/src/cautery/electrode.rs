@@ -48,6 +48,16 @@ pub(crate) struct Dose {
 }
 
 impl Electrode {
+    /// One that cuts, from end to end.
+    #[cfg(test)]
+    pub(super) const fn cutting(ends_m: [Vec3; 2]) -> Self {
+        Self {
+            ends_m,
+            radius_m: 0.000_8,
+            current: Current::Cut,
+        }
+    }
+
     /// The electrode in this tick; `None` without current, or with another instrument. Both pedals at
     /// once give no current.
     pub(crate) fn of(tool: &ToolState) -> Option<Self> {

@@ -159,3 +159,76 @@ fn touched_surfaces(
     }
     areas_m2
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::scene::tests::{organ, room, sphere};
+    use crate::scene::{Inside, Link};
+    use proptest::prelude::*;
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    const LINKS: u32 = 12;
+
+    proptest! {
+        /// Wherever the tip goes: what a link has lost it does not get back, it loses no more than all,
+        /// and only under the tip; energy is told of as much as was given.
+        #[test]
+        fn fire_takes_only_under_the_tip_and_gives_nothing_back(
+            tips in prop::collection::vec((-0.002f32..0.03, -0.004f32..0.004, 1u32..120), 1..12),
+        ) {
+            let spheres: Vec<_> = (0..=LINKS)
+                .map(|i| sphere(Vec3::new(0.002 * i as f32, 0.0, 0.0), 0.001))
+                .collect();
+            let links: Vec<_> = (0..LINKS)
+                .map(|a| Link { a, b: a + 1, rest_length_m: 0.002, compliance_m_n: 0.2 })
+                .collect();
+            let organs = [crate::scene::Organ {
+                inside: Inside::Blood,
+                ..organ(0, LINKS + 1, 0, LINKS)
+            }];
+            let scene = Scene::new(&organs, &spheres, &links, room()).expect("sound");
+            let mut state = Box::new(crate::state::State::new());
+            state.bodies.load(&scene);
+            state.bodies.begin(&scene, true);
+            let (mut cautery, mut journal) = (Cautery::default(), Journal::default());
+            let mut left = [1.0; LINKS as usize];
+            let (mut given_j, mut told_j) = (0.0, 0.0);
+            for (x, z, ticks) in tips {
+                let ends_m = [Vec3::new(x, -0.002, z), Vec3::new(x, 0.002, z)];
+                let electrode = Electrode::cutting(ends_m);
+                for _ in 0..ticks {
+                    journal.begin();
+                    let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
+                    let touches = touched_bars_m2(&electrode, &scene, bodies) > 0.0;
+                    given_j += if touches { 0.015 } else { 0.0 };
+                    cautery.burn(&electrode, &[], &scene, bodies, vessels, &mut journal);
+                    cautery.tell(false, &mut journal);
+                    told_j += told(&journal);
+                    for (i, before) in (0..LINKS).zip(&mut left) {
+                        let now = bodies.parted.left_of_link(i);
+                        prop_assert!((0.0..=*before).contains(&now));
+                        let near = (x - 0.002 * i as f32).min(0.002 * (i + 1) as f32 - x);
+                        let is_under = near > -0.0022 && z.abs() < 0.0022;
+                        prop_assert!(is_under || now >= *before, "{} at {}, {}", i, x, z);
+                        *before = now;
+                    }
+                }
+            }
+            journal.begin();
+            cautery.tell(true, &mut journal);
+            told_j += told(&journal);
+            prop_assert!((told_j - given_j).abs() < 1.0e-3 * given_j.max(0.1), "{} {}", told_j, given_j);
+        }
+    }
+
+    fn told(journal: &Journal) -> f32 {
+        let burns = journal
+            .events()
+            .iter()
+            .filter(|it| it.kind == EventKind::Burn);
+        burns.map(|it| it.value).sum()
+    }
+}

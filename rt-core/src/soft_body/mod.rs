@@ -182,6 +182,8 @@ pub struct Bodies {
     pub(crate) cells: Cells,
     /// Where tools meet organs without a contact skin.
     pub(crate) beads: Beads,
+    /// How far sutures to the world are drawn in, 0 to 1.
+    drawn: f32,
 }
 
 impl Bodies {
@@ -198,6 +200,7 @@ impl Bodies {
             parted: Parted::NONE,
             cells: Cells::new(),
             beads: Beads::new(),
+            drawn: 0.0,
         }
     }
 
@@ -218,6 +221,9 @@ impl Bodies {
 
     /// Starts a tick: every organ is simulated, or none, and nothing is touched yet.
     pub(crate) fn begin(&mut self, scene: &Scene<'_>, is_awake: bool) {
+        if is_awake {
+            self.drawn = (self.drawn + attachment::DRAWN_STEP).min(1.0);
+        }
         for bits in self.bits.range_mut(0, scene.spheres.len() as u32) {
             let awake = if is_awake {
                 SphereBits::AWAKE
@@ -262,6 +268,7 @@ impl Bodies {
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
         self.parted.heal(scene);
         self.cells.rest(scene);
+        self.drawn = 0.0;
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());

@@ -185,6 +185,7 @@ fn check_ties(
             from: raw.from.clone(),
             to: raw.to.clone(),
             length_m: number("length_mm", raw.length_mm, 0.0, 1000.0)?.map(|mm| 1e-3 * mm),
+            drawn_m: number("drawn_mm", raw.drawn_mm, 0.0, 50.0)?.map_or(0.0, |mm| 1e-3 * mm),
             stiffness_n_m: number("stiffness_n_m", raw.stiffness_n_m, 0.1, 1e6)?,
             is_thread: key == "suture",
         });

@@ -150,6 +150,9 @@ pub struct Tie {
     pub to: Place,
     /// Length when slack, m. Default: as far as the ends lie apart.
     pub length_m: Option<f64>,
+    /// By how much shorter it is than that, m: a suture to the world is drawn in by it within two
+    /// seconds.
+    pub drawn_m: f64,
     /// Force per stretch, N/m. Default: a 3-0 suture, or a band of the organ's tissue as thick as
     /// the sphere that it ends at.
     pub stiffness_n_m: Option<f64>,

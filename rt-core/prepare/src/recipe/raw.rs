@@ -28,6 +28,7 @@ pub(super) struct TieRaw {
     pub(super) from: Place,
     pub(super) to: Place,
     pub(super) length_mm: Option<f64>,
+    pub(super) drawn_mm: Option<f64>,
     pub(super) stiffness_n_m: Option<f64>,
 }
 

@@ -1,7 +1,7 @@
 //! Calot's triangle: tubes, and the ties between organs.
 
 use scene_prepare::{Recipe, Vec3, prepare};
-use shared_mem::scene::{CellRecord, OrganKind};
+use shared_mem::scene::{CellRecord, OrganKind, WORLD};
 
 use crate::built_in::deepest_overlap;
 use crate::sound::check;
@@ -89,7 +89,9 @@ fn check_ties(scene: &shared_mem::scene::SceneData) {
             .iter()
             .position(|o| i < o.spheres[0] + o.spheres[1])
     };
-    for tie in &scene.attachments {
+    let hung = scene.attachments.iter().filter(|tie| tie.b == WORLD);
+    assert!(hung.clone().count() == 2 && hung.into_iter().all(|tie| tie.is_thread == 1));
+    for tie in scene.attachments.iter().filter(|tie| tie.b != WORLD) {
         assert_ne!(organ_of(tie.a), organ_of(tie.b));
         let at = |i: u32| Vec3::from(scene.spheres[i as usize].center_m.map(f64::from));
         let length = (at(tie.a) - at(tie.b)).norm();
