@@ -1,8 +1,8 @@
 //! What each picture of the gallery shows, and from where.
 
 use glam::{Quat, Vec3};
-use shared_mem::message::{CapsuleMsg, PoseMsg, SphereState, ToolFrame};
-use shared_mem::scene::{OrganRecord, SceneFile, str_from_name};
+use shared_mem::message::{CapsuleMsg, ClipMsg, PoseMsg, SphereState, ToolFrame};
+use shared_mem::scene::{OrganKind, OrganRecord, SceneFile, str_from_name};
 
 use crate::effects::{Effect, Kind};
 use crate::render::camera::{Scope, looking, matrix};
@@ -82,6 +82,7 @@ pub(super) struct Shot {
     lens: Lens,
     /// What begins, and how long it has gone on when the picture is taken, s.
     effects: (Vec<Effect>, f32),
+    clips: Vec<ClipMsg>,
 }
 
 impl Shot {
@@ -95,6 +96,7 @@ impl Shot {
             scope: Scope::default(),
             lens: Lens::warm(),
             effects: (Vec::new(), 0.0),
+            clips: Vec::new(),
         }
     }
 
@@ -117,9 +119,27 @@ impl Shot {
         }
         *renderer.scope_mut() = self.scope;
         *renderer.lens_mut() = self.lens;
+        renderer.set_clips(&self.clips, spheres);
         renderer.show(self.shown);
         renderer.set_inside(gpu, self.inside);
     }
+}
+
+/// Three clips along a duct or artery that is clipped in the operation; none on other organs.
+fn clips_on(organ: &OrganRecord) -> Vec<ClipMsg> {
+    let clipped = [OrganKind::CysticDuct, OrganKind::CysticArtery];
+    let is_clipped = OrganKind::from_u32(organ.kind).is_some_and(|kind| clipped.contains(&kind));
+    let [first, count] = organ.spheres;
+    let places = [count * 2 / 5, count / 2, count * 7 / 10].map(|place| first + place);
+    let on = (0u32..).zip(places).filter(|_| is_clipped);
+    let clip = |(number, sphere): (u32, u32)| ClipMsg {
+        spheres: [sphere, sphere + 1],
+        share: 0.5,
+        closed: 1.0,
+        legs: [0.0, -0.6, -0.8],
+        number,
+    };
+    on.map(clip).collect()
 }
 
 /// Every picture of a scene.
@@ -133,6 +153,18 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
             organ_name(organ, number),
             facing(scene, organ, from, size, IN_PLACE_MAX_M),
         ));
+    }
+    for (number, organ) in organs.clone() {
+        let clips = clips_on(organ);
+        if !clips.is_empty() {
+            let from = best_side(scene, organ, true);
+            let title = format!("{} with clips", organ_name(organ, number));
+            let tools = facing(scene, organ, from, size, 0.06);
+            shots.push(Shot {
+                clips,
+                ..Shot::new(Chapter::Effects, title, tools)
+            });
+        }
     }
     for (number, organ) in organs {
         let from = best_side(scene, organ, false);

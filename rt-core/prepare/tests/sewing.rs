@@ -5,6 +5,7 @@ mod core;
 use rt_core::math::Vec3;
 use rt_core::soft_body::{Bodies, Method, Tissue};
 use scene_prepare::{Recipe, prepare};
+use shared_mem::scene::WORLD;
 
 const TICKS: usize = 2400;
 
@@ -78,7 +79,7 @@ fn settled(recipe: &str) -> (Vec<[f32; 2]>, f32) {
     let now = |i: u32| rest(i) + tissue.displacement_m(i);
     let lengths = built.scene.attachments.iter().map(|tie| {
         let end = match tie.b {
-            shared_mem::scene::WORLD => Vec3::from(tie.anchor_m),
+            WORLD => Vec3::from(tie.anchor_m),
             b => now(b),
         };
         [(now(tie.a) - end).norm(), tie.rest_length_m]
@@ -132,4 +133,40 @@ fn a_place_far_from_its_organ_is_a_slip_that_is_named() {
         error.contains("left") && error.contains("near_m") && error.contains("mm off"),
         "{error}"
     );
+}
+
+/// Both sutures draw the gallbladder by some millimetres, then it hangs still; what joins the organs
+/// is stretched by less than it bears.
+#[test]
+fn the_triangle_s_gallbladder_is_hung_and_nothing_tears() {
+    let recipe = Recipe::triangle(false).expect("a built-in recipe");
+    let built = prepare(&recipe, &mut |_| {}).expect("sound");
+    let loaded = core::Prepared::new(&built.scene);
+    let mut bodies = Box::new(Bodies::new());
+    let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
+    let ties = &built.scene.attachments;
+    let mut places = Vec::new();
+    for ticks in [4000, 500] {
+        for _ in 0..ticks {
+            assert_eq!(tissue.step(), 0, "a sphere was put back");
+        }
+        let hung = ties.iter().filter(|tie| tie.b == WORLD);
+        places.push(
+            hung.map(|tie| tissue.displacement_m(tie.a))
+                .collect::<Vec<Vec3>>(),
+        );
+    }
+    for (before_m, now_m) in places[0].iter().zip(&places[1]) {
+        let (moved_m, still_m) = (now_m.norm(), (now_m - before_m).norm());
+        println!("hung by {:.2} mm", 1.0e3 * moved_m);
+        assert!((0.001..0.006).contains(&moved_m), "{now_m}");
+        assert!(still_m < 1.0e-4, "{still_m} m in half a second");
+    }
+    let at =
+        |i: u32| Vec3::from(built.scene.spheres[i as usize].center_m) + tissue.displacement_m(i);
+    for tie in ties.iter().filter(|tie| tie.b != WORLD) {
+        let stretch_m = (at(tie.a) - at(tie.b)).norm() - tie.rest_length_m;
+        let bears_m = (tie.tear_j * tie.compliance_m_n).sqrt();
+        assert!(stretch_m < bears_m, "{stretch_m} of {bears_m} m: {tie:?}");
+    }
 }
