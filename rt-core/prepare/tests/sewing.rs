@@ -146,7 +146,7 @@ fn the_triangle_s_gallbladder_is_hung_and_nothing_tears() {
     let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);
     let ties = &built.scene.attachments;
     let mut places = Vec::new();
-    for ticks in [4000, 500] {
+    for ticks in [2600, 300] {
         for _ in 0..ticks {
             assert_eq!(tissue.step(), 0, "a sphere was put back");
         }
@@ -160,7 +160,7 @@ fn the_triangle_s_gallbladder_is_hung_and_nothing_tears() {
         let (moved_m, still_m) = (now_m.norm(), (now_m - before_m).norm());
         println!("hung by {:.2} mm", 1.0e3 * moved_m);
         assert!((0.001..0.006).contains(&moved_m), "{now_m}");
-        assert!(still_m < 1.0e-4, "{still_m} m in half a second");
+        assert!(still_m < 1.0e-4, "{still_m} m in 0.3 s");
     }
     let at =
         |i: u32| Vec3::from(built.scene.spheres[i as usize].center_m) + tissue.displacement_m(i);

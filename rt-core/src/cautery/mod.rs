@@ -1,7 +1,7 @@
 //! Electrosurgery: what the hook's bare tip touches is parted or dried by the energy that its current
 //! brings there.
 //!
-//! Everything touched (links of tubes, bands and sutures, the surfaces of organs) first says by how
+//! Everything touched (links of tubes, bands and sutures, cells, the surfaces of organs) first says by how
 //! much; then each gets its part of the tick's energy ([`electrode`]). A bar is parted by the energy
 //! over what it takes to boil it through, across the electrode's width; a vessel is dried, a wall burnt
 //! through ([`wall`]). Current that touches nothing does nothing. O(attachments and elastic links of organs that move, contacts) while it flows.
@@ -9,11 +9,12 @@
 mod electrode;
 mod wall;
 
-pub(crate) use electrode::Electrode;
+pub(crate) use electrode::{Dose, Electrode};
 
 use heapless::Vec;
 
 use crate::capacity::MAX_ORGANS;
+use crate::cells::TouchedCell;
 use crate::collision::tool_contact::Contact;
 use crate::event::{Event, EventKind, Journal};
 use crate::math::Vec3;
@@ -43,18 +44,26 @@ pub(crate) struct Cautery {
 }
 
 impl Cautery {
-    /// A tick of current at `electrode`, whose tool meets tissue as `contacts` say.
+    /// A tick of current at `electrode`, whose tool meets tissue and cells as `contacts` and `cells` say.
     pub(crate) fn burn(
         &mut self,
         electrode: &Electrode,
-        contacts: &[Contact],
+        (contacts, cells): (&[Contact], &[TouchedCell]),
         scene: &Scene<'_>,
         bodies: &mut Bodies,
         vessels: &mut Vessels,
         journal: &mut Journal,
     ) {
-        let surfaces = touched_surfaces(electrode, contacts, scene);
-        let touched_m2 = touched_bars_m2(electrode, scene, bodies) + surfaces.iter().sum::<f32>();
+        let mut surfaces = touched_surfaces(electrode, contacts, scene);
+        for cell in cells {
+            // What has cells is burnt cell by cell.
+            if let Some(area_m2) = surfaces.get_mut(usize::from(cell.organ)) {
+                *area_m2 = 0.0;
+            }
+        }
+        let cells_m2: f32 = cells.iter().map(|it| it.area_m2).sum();
+        let surfaces_m2: f32 = surfaces.iter().sum();
+        let touched_m2 = touched_bars_m2(electrode, scene, bodies) + surfaces_m2 + cells_m2;
         let Some(dose) = electrode.dose(touched_m2) else {
             return;
         };
@@ -84,6 +93,15 @@ impl Cautery {
                 vessels.dry(link.b, 0.5 * energy_j, scene, bodies);
             }
         }
+        let burnt_j = &mut self.burnt_j;
+        let burnt = |organ: u8, energy_j| {
+            if let Some(burnt_j) = burnt_j.get_mut(usize::from(organ)) {
+                *burnt_j += energy_j;
+            }
+        };
+        bodies.burn_cells(cells, &dose, scene, burnt, |gone| {
+            journal.raise(gone.told());
+        });
         for ((organ, area_m2), burnt_j) in (0u8..).zip(areas_m2).zip(&mut self.burnt_j) {
             if area_m2 <= 0.0 {
                 continue;
@@ -204,7 +222,7 @@ mod tests {
                     let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
                     let touches = touched_bars_m2(&electrode, &scene, bodies) > 0.0;
                     given_j += if touches { 0.015 } else { 0.0 };
-                    cautery.burn(&electrode, &[], &scene, bodies, vessels, &mut journal);
+                    cautery.burn(&electrode, (&[], &[]), &scene, bodies, vessels, &mut journal);
                     cautery.tell(false, &mut journal);
                     told_j += told(&journal);
                     for (i, before) in (0..LINKS).zip(&mut left) {

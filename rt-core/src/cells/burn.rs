@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use super::Removed;
 use crate::capacity::MAX_ORGANS;
-use crate::cautery::Electrode;
+use crate::cautery::{Dose, Electrode};
 use crate::scene::{Cell, Scene};
 use crate::soft_body::{Bodies, Bounds};
 
@@ -18,45 +18,45 @@ const MAYBE_M: f32 = 0.010;
 const RADIUS: f32 = 0.5;
 
 /// What of a cell an electrode touches, m².
-struct Touched {
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TouchedCell {
     cell: u16,
-    area_m2: f32,
+    pub(crate) organ: u8,
+    pub(crate) area_m2: f32,
 }
 
 impl Bodies {
-    /// A tick of current: the exposed cells that the electrode touches share its heat. `removed` hears of
-    /// what has boiled away. O(cells of organs near) while current flows.
+    /// A tick of current: exposed cells that an electrode touches take their dose. `burnt` hears of each
+    /// cell's organ and heat, J, `removed` of what has boiled away.
     pub(crate) fn burn_cells(
         &mut self,
-        electrode: &Electrode,
+        touched: &[TouchedCell],
+        dose: &Dose,
         scene: &Scene<'_>,
-        bounds: &[Bounds; MAX_ORGANS],
+        mut burnt: impl FnMut(u8, f32),
         mut removed: impl FnMut(Removed),
     ) {
-        let touched = self.touched_cells(electrode, scene, bounds);
-        let sum_m2 = touched.iter().map(|touched| touched.area_m2).sum();
-        let Some(dose) = electrode.dose(sum_m2) else {
-            return;
-        };
-        for Touched { cell, area_m2 } in touched {
-            let energy_j = dose.whole_j_m2() * area_m2;
-            let Some(record) = scene.layers.cell(cell) else {
+        for touched in touched {
+            let energy_j = dose.whole_j_m2() * touched.area_m2;
+            let Some(record) = scene.layers.cell(touched.cell) else {
                 continue;
             };
-            if self.cells.give(cell, record, energy_j)
-                && let Some(gone) = self.remove_cell(cell, scene)
+            burnt(touched.organ, energy_j);
+            if self.cells.give(touched.cell, record, energy_j)
+                && let Some(gone) = self.remove_cell(touched.cell, scene)
             {
                 removed(gone);
             }
         }
     }
 
-    fn touched_cells(
+    /// The exposed cells that an electrode touches. O(cells of organs near).
+    pub(crate) fn touched_cells(
         &self,
         electrode: &Electrode,
         scene: &Scene<'_>,
         bounds: &[Bounds; MAX_ORGANS],
-    ) -> Vec<Touched, UNDER> {
+    ) -> Vec<TouchedCell, UNDER> {
         let mut touched = Vec::new();
         let middle_m = electrode.middle_m();
         let mut around = Bounds::EMPTY;
@@ -67,8 +67,8 @@ impl Bodies {
         }
         for (index, cell) in (0u16..).zip(scene.layers.cells) {
             let may = self.cells.is_exposed(index) && self.cells.is_there(index);
-            let organ = usize::from(*self.organ.at(cell.sphere()));
-            if !may || !near.get(organ).is_some_and(|near| *near) {
+            let organ = *self.organ.at(cell.sphere());
+            if !may || !near.get(usize::from(organ)).is_some_and(|near| *near) {
                 continue;
             }
             let about_m = cell.center_m + self.nodes.at(cell.sphere()).moved_m();
@@ -79,8 +79,9 @@ impl Bodies {
             if share > 0.0 {
                 let area_m2 = face_m2(cell) * share;
                 if touched
-                    .push(Touched {
+                    .push(TouchedCell {
                         cell: index,
+                        organ,
                         area_m2,
                     })
                     .is_err()

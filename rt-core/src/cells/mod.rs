@@ -12,6 +12,8 @@ mod strand;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use burn::TouchedCell;
+
 use crate::capacity::MAX_CELLS;
 use crate::event::{Event, EventKind};
 use crate::hash::Hash;
@@ -223,6 +225,21 @@ impl Bodies {
             at_m += self.nodes.at(u32::from(*sphere)).moved_m() * weight;
         }
         at_m + cell.center_m
+    }
+
+    /// Removes every cell whose middle `is_cleared`, without a word. O(cells · attachments): for the
+    /// beginning of a task.
+    pub(crate) fn clear_cells(
+        &mut self,
+        scene: &Scene<'_>,
+        mut is_cleared: impl FnMut(&Self, &Vec3) -> bool,
+    ) {
+        for (index, cell) in (0u16..).zip(scene.layers.cells) {
+            let at_m = self.cell_at_m(cell);
+            if is_cleared(self, &at_m) {
+                let _ = self.remove_cell(index, scene); // none if it is gone already
+            }
+        }
     }
 
     /// Removes a cell that is there; with it goes its share of the bars at its sphere.

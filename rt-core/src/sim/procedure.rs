@@ -49,12 +49,9 @@ impl Sim<'_> {
         let electrode = Electrode::of(&self.tool);
         if let Some(electrode) = &electrode {
             let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
-            let list = &self.contacts.list;
-            (self.cautery).burn(electrode, list, &self.scene, bodies, vessels, journal);
-            let bounds = &self.bounds;
-            bodies.burn_cells(electrode, &self.scene, bounds, |gone| {
-                journal.raise(gone.told());
-            });
+            let cells = bodies.touched_cells(electrode, &self.scene, &self.bounds);
+            let touched = (self.contacts.list.as_slice(), cells.as_slice());
+            (self.cautery).burn(electrode, touched, &self.scene, bodies, vessels, journal);
         }
         self.cautery.tell(electrode.is_none(), journal);
     }

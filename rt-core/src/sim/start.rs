@@ -1,12 +1,17 @@
 //! Prepared states: the operation as far as it is done when a task begins.
 
+use crate::capacity::MAX_ORGANS;
 use crate::collision::tube::Step;
+use crate::math;
 use crate::scene::{Anchor, Inside, Organ};
 use crate::sim::{Sim, Task};
+use crate::soft_body::Node;
 
 /// Where a prepared tube has its clips, from the body's end to the gallbladder's: two stay with the
 /// body, one goes with the gallbladder.
 const CLIPS_AT: [f32; 3] = [0.35, 0.5, 0.8];
+/// What is nearer than this to the middle of duct or artery is dissected before they are clipped, m.
+const CLEARED_M: f32 = 0.008;
 /// Where it is divided.
 const DIVIDED_AT: f32 = 0.65;
 
@@ -15,8 +20,11 @@ impl Sim<'_> {
     /// the trainee's.
     pub(super) fn start(&mut self, task: Task) {
         self.reset();
-        // What covers the triangle is removed here too, where the scene has it as cells.
-        if task == Task::Identify || task == Task::Clamp {
+        if task == Task::Identify {
+            return;
+        }
+        self.clear_triangle();
+        if task == Task::Clamp {
             return;
         }
         for (organ, it) in (0u8..).zip(self.scene.organs) {
@@ -43,6 +51,24 @@ impl Sim<'_> {
             }
         }
         self.state.vessels.note_change();
+    }
+
+    /// Removes the cells around duct and artery.
+    fn clear_triangle(&mut self) {
+        let is_bare = |organ| {
+            let it = self.scene.organs.get(usize::from(organ));
+            it.is_some_and(|it| self.leaves_bag(organ, it).is_some())
+        };
+        let bare = core::array::from_fn::<bool, MAX_ORGANS, _>(|organ| is_bare(organ as u8));
+        let (scene, bodies) = (&self.scene, &mut self.state.bodies);
+        let tubes = || scene.organs.iter().zip(bare).filter(|(_, bare)| *bare);
+        bodies.clear_cells(scene, |bodies, at_m| {
+            tubes().any(|(tube, _)| {
+                let spheres = bodies.nodes.range(tube.sphere_start, tube.sphere_count);
+                let near = |node: &Node| math::norm(&(node.center_m() - at_m)) < CLEARED_M;
+                spheres.iter().any(near)
+            })
+        });
     }
 
     /// Whether an organ is a duct or vessel that is grown to the gallbladder: then whether its first
