@@ -65,9 +65,9 @@ impl Anatomy {
     pub fn of(scene: &SceneFile) -> Self {
         let gravity = wide(scene.room().gravity_m_s2);
         let organs = scene.organs().iter().map(|record| {
-            let [from, to] = record.spheres.map(|index| index as usize);
-            let spheres = scene.spheres().get(from..to).unwrap_or_default();
-            let centers: Vec<Vec3> = spheres.iter().map(|it| wide(it.center_m)).collect();
+            let [first, count] = record.spheres.map(|number| number as usize);
+            let spheres = scene.spheres().iter().skip(first).take(count);
+            let centers: Vec<Vec3> = spheres.map(|it| wide(it.center_m)).collect();
             Organ {
                 name: str_from_name(&record.name).unwrap_or_default().to_owned(),
                 kind: OrganKind::from_u32(record.kind),

@@ -135,7 +135,15 @@ impl Assessment {
         }
         match &entry.what {
             What::Device { force_max_n } => self.tally.device(f64::from(*force_max_n)),
-            What::Reset => self.restart(),
+            What::Reset => {
+                // Before the first movement it is no attempt.
+                self.restarts += u32::from(self.began_ns.is_some());
+                self.restart();
+            }
+            What::Start { task } => {
+                self.restart();
+                self.procedure.prepare(*task);
+            }
             What::Moved(moved) => self.moved(entry.at_ns, moved),
             What::Event(event) => self.event(entry.at_ns, event),
         }
@@ -143,8 +151,6 @@ impl Assessment {
     }
 
     fn restart(&mut self) {
-        // Before the first movement it is no attempt.
-        self.restarts += u32::from(self.began_ns.is_some());
         self.tally = self.tally.again();
         self.procedure = Procedure::new(self.task, &self.anatomy);
         self.alarms.clear();

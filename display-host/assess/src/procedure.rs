@@ -19,6 +19,12 @@ const VESSELS: [(OrganKind, &str); 2] = [
     (OrganKind::CysticArtery, "cystic artery"),
 ];
 
+/// As `CommandMsg::START` counts tasks: from here on the vessels are clipped, from here on divided.
+const START_CUT: u8 = 3;
+const START_DISCONNECT: u8 = 4;
+/// Clips on each vessel then (`rt_core::sim`, `CLIPS_AT`).
+const GIVEN_CLIPS: usize = 3;
+
 /// A task as it goes.
 #[derive(Debug, Clone)]
 pub(crate) struct Procedure {
@@ -53,6 +59,18 @@ impl Procedure {
             cuts_wrong: 0,
             unclamped: [false; 2],
             quiet: Vec::new(),
+        }
+    }
+
+    /// The controller has prepared what comes before a task (`CommandMsg::START`).
+    pub(crate) fn prepare(&mut self, task: u8) {
+        for vessel in &mut self.vessels {
+            if task >= START_CUT {
+                vessel.given = GIVEN_CLIPS;
+            }
+            if task >= START_DISCONNECT {
+                vessel.divided = Some((0.0, GIVEN_CLIPS));
+            }
         }
     }
 

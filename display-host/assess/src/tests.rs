@@ -187,6 +187,37 @@ fn cutting_between_clips_passes_once_nothing_leaks() {
 }
 
 #[test]
+fn a_prepared_task_has_the_clips_that_come_before_it() {
+    let start = |task| Entry {
+        tick: 0,
+        at_ns: 1_000_000_000,
+        what: What::Start { task },
+    };
+    let mut prepared = begin(Task::Cut);
+    rest(&mut prepared, 0.0, 0.5);
+    prepared.take(&start(3));
+    cut(&mut prepared, 1.0, DUCT);
+    cut(&mut prepared, 1.0, ARTERY);
+    rest(&mut prepared, 1.0, 5.0);
+    let prepared = prepared.end();
+    assert_eq!(prepared.outcome, Outcome::Passed);
+    is(prepared.score, 100.0);
+    is(prepared.metrics.get(Metric::ClipsUsed), 0.0);
+    is(prepared.metrics.get(Metric::Restarts), 0.0);
+    // Beside the clips it leaks.
+    let mut beside = begin(Task::Cut);
+    beside.take(&start(3));
+    cut(&mut beside, 1.0, DUCT);
+    beside.take(&event(1.1, EventMsg::LEAK, DUCT, 0.0, 0.5));
+    assert_eq!(beside.end().outcome, Outcome::Failed);
+    let mut divided = begin(Task::Disconnect);
+    divided.take(&start(4));
+    rest(&mut divided, 0.0, 1.0);
+    remove(&mut divided, 10..30);
+    assert_eq!(divided.end().outcome, Outcome::Passed);
+}
+
+#[test]
 fn clips_that_do_not_hold_are_no_clamp() {
     // The leak is told after the cut, or before it in the same tick.
     for before in [false, true] {
@@ -484,7 +515,8 @@ proptest! {
     ) {
         let entries: Vec<Entry> = raw.iter().map(|&(kind, at_ns, [x, y, z, value], event, organ)| {
             let what = match kind {
-                0 => What::Reset,
+                0 if event == 0 => What::Start { task: organ as u8 },
+            0 => What::Reset,
                 1 => What::Device { force_max_n: value },
                 2 => What::Moved(Movement { force_n: [x, y, z], ..here([x, y, z]) }),
                 _ => What::Event(EventMsg {

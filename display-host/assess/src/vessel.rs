@@ -13,6 +13,8 @@ struct Clip {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Vessel {
     clips: Vec<Clip>,
+    /// Clips that were there when the task began.
+    pub(crate) given: usize,
     /// When it was first divided, s, and with how many clips on it.
     pub(crate) divided: Option<(f64, usize)>,
     /// All clips were on one side of the place where it was divided.
@@ -31,7 +33,7 @@ impl Vessel {
     }
 
     pub(crate) fn clips(&self) -> usize {
-        self.clips.len()
+        self.given + self.clips.len()
     }
 
     /// It is divided here; `along` is its direction at rest.
@@ -42,8 +44,9 @@ impl Vessel {
         self.divided = Some((at_s, self.clips()));
         let cut = dot(at_m, along);
         let before = self.clips.iter().filter(|it| dot(it.at_m, along) < cut);
-        let before = before.count();
-        self.one_sided = self.clips() > 0 && (before == 0 || before == self.clips());
+        let (before, all) = (before.count(), self.clips.len());
+        // Where clips are that were there is not told.
+        self.one_sided = self.given == 0 && all > 0 && (before == 0 || before == all);
     }
 
     /// Least distance between two of its clips, m.

@@ -8,6 +8,7 @@
 //! 2 event:    u64 sequence; u32 kind; u32 organ; 3 f32 place m; f32 value
 //! 3 device:   f32 greatest force N
 //! 4 reset
+//! 5 start:    u8 task, as `CommandMsg::START` counts
 //! ```
 //!
 //! All little-endian.
@@ -20,6 +21,7 @@ const MOVEMENT: u8 = 1;
 const EVENT: u8 = 2;
 const DEVICE: u8 = 3;
 const RESET: u8 = 4;
+const START: u8 = 5;
 /// Longest entry.
 #[cfg(test)]
 const LONGEST_BYTES: usize = 17 + 3 * 28 + 2 * 12 + 4 + 5;
@@ -115,6 +117,11 @@ pub enum What {
     },
     /// The organs were put back to rest.
     Reset,
+    /// The organs were put to where a task begins: 1 identify, 2 clamp, 3 cut, 4 disconnect.
+    Start {
+        /// Which.
+        task: u8,
+    },
 }
 
 /// Something of the course, and when.
@@ -135,6 +142,7 @@ impl Entry {
             What::Event(_) => EVENT,
             What::Device { .. } => DEVICE,
             What::Reset => RESET,
+            What::Start { .. } => START,
         };
         into.push(kind);
         into.extend(self.tick.to_le_bytes());
@@ -163,6 +171,7 @@ impl Entry {
             }
             What::Device { force_max_n } => into.extend(force_max_n.to_le_bytes()),
             What::Reset => {}
+            What::Start { task } => into.push(*task),
         }
     }
 
@@ -208,6 +217,10 @@ impl Entry {
                 }
             }
             RESET => What::Reset,
+            START => {
+                let [task] = rest.take()?;
+                What::Start { task }
+            }
             _ => return None,
         };
         rest.0.is_empty().then_some(Self { tick, at_ns, what })
@@ -287,7 +300,8 @@ mod tests {
             },
         );
         let device = (0.0f32..100.0).prop_map(|force_max_n| What::Device { force_max_n });
-        prop_oneof![moved, event, device, Just(What::Reset)]
+        let start = any::<u8>().prop_map(|task| What::Start { task });
+        prop_oneof![moved, event, device, start, Just(What::Reset)]
     }
 
     proptest! {
@@ -307,7 +321,7 @@ mod tests {
 
         #[test]
         fn any_bytes_are_sane_or_refused(
-            kind in 0u8..6,
+            kind in 0u8..7,
             bytes in prop::collection::vec(any::<u8>(), 0..160),
         ) {
             let message: Vec<u8> = [kind].into_iter().chain(bytes).collect();

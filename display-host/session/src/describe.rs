@@ -62,7 +62,8 @@ pub(crate) const COURSE: Topic = Topic {
              switches (1 cut, 2 coagulate, 4 camera lock, 8 paused, 16 force enabled), u8 devices live \
              (1 haptic, 2 tracker, 4 pedal), u16 contacts. Kind 2, an event: u64 sequence, u32 kind, u32 \
              organ, 3 f32 place m, f32 value. Kind 3: f32 greatest force of the haptic device, N. Kind \
-             4: the organs were put back to rest. Little-endian.",
+             4: the organs were put back to rest. Kind 5: they were put to where a task begins, u8 task (1 \
+             identify, 2 clamp, 3 cut, 4 disconnect). Little-endian.",
 };
 
 pub(crate) const POSES: Topic = json_topic(

@@ -6,7 +6,7 @@ use std::sync::mpsc::Sender;
 use mcap::records::MessageHeader;
 use mcap::write::{NoSeek, Writer};
 use serde_json::Value;
-use shared_mem::inputs::{InputBatch, InputRecord};
+use shared_mem::inputs::InputBatch;
 use shared_mem::message::{CommandMsg, EventMsg, TimingBatch, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
 
@@ -190,12 +190,18 @@ impl SessionFile {
                 self.course(&Entry { tick, at_ns, what })?;
             }
         }
-        let resets = |record: &&InputRecord| u32::from(record.command & 15) == CommandMsg::RESET;
-        for record in records.iter().filter(resets) {
+        for record in records {
+            let what = match u32::from(record.command & 15) {
+                CommandMsg::RESET => What::Reset,
+                CommandMsg::START => What::Start {
+                    task: record.command >> 4,
+                },
+                _ => continue,
+            };
             self.course(&Entry {
                 tick: record.tick,
                 at_ns: record.now_ns,
-                what: What::Reset,
+                what,
             })?;
         }
         while let Some(first) = records.first() {

@@ -285,7 +285,7 @@ fn the_course_is_read_as_it_was_told() {
     for i in 0..3 {
         let mut batch = batch(i * INPUT_BATCH as u64);
         batch.setup.device[0] = 3.3;
-        batch.records[7].command = if i == 1 { 2 } else { 1 };
+        batch.records[7].command = [0x36, 2, 1][i as usize];
         file.inputs(&batch).unwrap();
         file.moved(&tools(5_000_000_000 + i * 10_000_000)).unwrap();
         let event = EventMsg {
@@ -322,6 +322,7 @@ fn the_course_is_read_as_it_was_told() {
     assert_eq!(count(|what| matches!(what, What::Moved(_))), 3);
     assert_eq!(count(|what| matches!(what, What::Event(_))), 3);
     assert_eq!(count(|what| matches!(what, What::Reset)), 1);
+    assert_eq!(count(|what| *what == What::Start { task: 3 }), 1);
     assert_eq!(count(|what| *what == What::Device { force_max_n: 3.3 }), 1);
     // Replay does not mind.
     assert_eq!(self::read(disk.bytes()).unwrap().0.len(), 3 * INPUT_BATCH);

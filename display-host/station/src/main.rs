@@ -19,6 +19,7 @@ mod run;
 mod say;
 mod scene;
 mod stop;
+mod surgeon;
 mod task;
 
 use std::process::ExitCode;

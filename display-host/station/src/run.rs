@@ -22,6 +22,7 @@ use crate::rt::DOES_NOT_FIT;
 use crate::say;
 use crate::scene::{self, Problem};
 use crate::stop;
+use crate::surgeon::AtWork;
 use crate::task::{self, Assigned, Live};
 
 /// A headless run's length when none is given, s.
@@ -58,6 +59,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
         false => start(args, &scene, &folder.path, &stop)?,
     };
     let assignment = assigned.as_ref().map(Assigned::assignment);
+    let task = assigned.as_ref().map(Assigned::task);
     let live = assigned.map(|it| it.begin(&SceneFile::open(&scene)?));
     let (live, course) = live.transpose()?.unzip();
     let recording = match listening {
@@ -71,6 +73,19 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
         None => None,
     };
     let watch = Watch::begin(children, stop.clone());
+    if let Some(task) = task
+        && let Err(problem) = task::start(task, &station)
+    {
+        watch.end();
+        return Err(problem);
+    }
+    let surgeon = match (task, args.task.hand) {
+        (Some(task), Some(hand)) => {
+            let scene = SceneFile::open(&scene)?;
+            Some(AtWork::begin(hand, task, &station, scene)?)
+        }
+        _ => None,
+    };
 
     let mut recorder = Recorder::new();
     let shown = Shown {
@@ -81,6 +96,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     };
     let outcome = show(args, &shown, &stop, &watch.over, &mut recorder);
     let dead = watch.end();
+    if let Some(why) = surgeon.and_then(AtWork::end) {
+        say::note(format_args!("calot: the surgeon gave up: {why}"));
+    }
 
     let recorded = recording.map(Recording::end);
     // With the recording its course has ended.

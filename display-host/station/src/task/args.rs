@@ -6,6 +6,7 @@ use assess::{Difficulty, Task};
 use clap::Args;
 
 use crate::people::args::StoreFile;
+use crate::surgeon::Surgeon;
 
 /// A task that is assessed while it runs.
 #[derive(Debug, Clone, Default, Args)]
@@ -21,6 +22,9 @@ pub(crate) struct TaskArgs {
     /// Pass rules and weights (TOML) [default: the built-in ones, see `calot report --rules-file`]
     #[arg(long, value_name = "FILE", requires = "task")]
     pub(crate) rules: Option<PathBuf>,
+    /// A scripted surgeon works the task, with the emulated devices
+    #[arg(long, value_name = "WHO", value_enum, requires_all = ["task", "headless"])]
+    pub(crate) hand: Option<Surgeon>,
     /// Keep what it came to in the store, under this name
     #[arg(long, value_name = "NAME", value_parser = parse_trainee, requires = "task")]
     pub(crate) trainee: Option<String>,

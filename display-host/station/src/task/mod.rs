@@ -15,7 +15,9 @@ use assess::{Anatomy, Assessed, Assessment, Difficulty, Metric, Outcome, Rules, 
 use display_host::report::{TaskAlarm, TaskSummary};
 use display_host::ui::{TaskEnd, TaskView};
 use session::{Assignment, Entry};
+use shared_mem::message::{CommandMsg, ReplyMsg};
 use shared_mem::scene::SceneFile;
+use shared_mem::service::{Host, Station};
 
 use store::Store;
 
@@ -27,6 +29,8 @@ use crate::scene::Problem;
 
 /// How often the panel's view is brought up to date.
 const VIEW_EVERY: Duration = Duration::from_millis(50);
+/// How long the controller may take to prepare a task.
+const START_PATIENCE: Duration = Duration::from_secs(20);
 
 /// What is to be assessed.
 #[derive(Debug, Clone)]
@@ -62,6 +66,11 @@ impl Assigned {
             id: store::new_id(),
             keep,
         }))
+    }
+
+    /// The task.
+    pub(crate) fn task(&self) -> Task {
+        self.task
     }
 
     /// As the session has it.
@@ -192,6 +201,25 @@ fn follow(
     }
     show(assessment.status());
     assessment.end()
+}
+
+/// Has the controller put the organs to where a task begins.
+pub(crate) fn start(task: Task, station: &Station) -> Result<(), Problem> {
+    let argument = match task {
+        Task::Identify => 1,
+        Task::Clamp => 2,
+        Task::Cut => 3,
+        Task::Disconnect => 4,
+        // From the beginning.
+        Task::Full | Task::Free | Task::Scope => return Ok(()),
+    };
+    let kind = CommandMsg::START;
+    let command = CommandMsg { kind, argument };
+    let reply = Host::open(station)?.command(command, START_PATIENCE)?;
+    match reply.outcome {
+        ReplyMsg::DONE => Ok(()),
+        other => Err(format!("the controller did not prepare the task (answer {other})").into()),
+    }
 }
 
 /// What the trainee sees of it.
