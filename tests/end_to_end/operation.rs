@@ -81,6 +81,29 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
 }
 
 #[test]
+fn clips_that_a_surgeon_drops_sound_and_cost_and_are_in_the_recording() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let words = [
+        "--scene",
+        "triangle",
+        "--task",
+        "clamp",
+        "--hand",
+        "dropper",
+        "--seconds",
+        "25",
+    ];
+    let summary = work(&words, folder.path());
+    assert_eq!(summary["outcome"], "aborted", "{summary:#}");
+    assert_eq!(summary["alarms"][0]["kind"], "clip_lost", "{summary:#}");
+    assert!(summary["score"].as_f64() < Some(96.0));
+    let again = report(folder.path());
+    for key in ["task", "outcome", "score", "metrics", "reasons"] {
+        assert_eq!(summary[key], again[key], "{key}");
+    }
+}
+
+#[test]
 fn what_cannot_be_done_is_refused_before_anything_starts() {
     let folder = tempfile::tempdir().expect("a folder");
     let rules = folder.path().join("rules.toml");

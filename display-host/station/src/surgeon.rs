@@ -11,7 +11,7 @@ use bytemuck::Zeroable as _;
 use clap::ValueEnum;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use rt_process::time_driver::monotonic_ns;
-use shared_mem::message::{CommandMsg, HandMsg, PoseMsg, StateFrame, ToolFrame};
+use shared_mem::message::{CommandMsg, EventMsg, HandMsg, PoseMsg, StateFrame, ToolFrame};
 use shared_mem::scene::{OrganKind, SceneFile};
 use shared_mem::service::{HandSender, Host, Station};
 
@@ -19,6 +19,8 @@ use crate::say;
 use crate::scene::Problem;
 
 type Vec3 = Vector3<f64>;
+/// A place, m, and which way what lies there runs, if it does.
+type Place = (Vec3, Option<Vec3>);
 
 /// Instruments, as `ToolFrame::instrument` counts.
 const HOOK: u32 = 1;
@@ -37,6 +39,8 @@ const THERE_M: f64 = 0.0015;
 const ALIGNED_RAD: f64 = 0.12;
 const GIVE_UP: Duration = Duration::from_secs(8);
 /// The jaws take so long to close or open.
+/// How often a vessel that was missed is tried.
+const ATTEMPTS: u32 = 4;
 const JAWS: Duration = Duration::from_millis(900);
 const TURN_RAD_S: f64 = 1.5;
 
@@ -61,6 +65,8 @@ enum Act {
     Take(u32),
     /// To this share of the way along an organ.
     Reach(OrganKind, f64),
+    /// There, closes the jaws, and goes back; again until a clip or a cut came of it.
+    Work(OrganKind, f64),
     /// Closes the jaws, and opens them.
     Close,
     /// The foot on the pedal.
@@ -73,7 +79,6 @@ impl Surgeon {
     /// What it does in a task.
     fn plan(self, task: Task) -> Vec<Act> {
         let vessels = [OrganKind::CysticDuct, OrganKind::CysticArtery];
-        let work = |kind, share| [Act::Reach(kind, share), Act::Close, Act::Retreat];
         let mut plan = Vec::new();
         match self {
             Self::Careful | Self::Hurried => {
@@ -81,19 +86,19 @@ impl Surgeon {
                 if task != Task::Cut {
                     plan.push(Act::Take(CLIPS));
                     for kind in vessels {
-                        plan.extend([0.45, 0.8].into_iter().flat_map(|share| work(kind, share)));
+                        plan.extend([0.45, 0.8].map(|share| Act::Work(kind, share)));
                     }
                 }
                 if task != Task::Clamp {
                     plan.push(Act::Take(SCISSORS));
-                    plan.extend(vessels.into_iter().flat_map(|kind| work(kind, 0.65)));
+                    plan.extend(vessels.map(|kind| Act::Work(kind, 0.65)));
                 }
             }
             Self::Unclamped => {
                 // Beside the clips that task `cut` begins with.
                 let share = if task == Task::Cut { 0.92 } else { 0.65 };
                 plan.push(Act::Take(SCISSORS));
-                plan.extend(vessels.into_iter().flat_map(|kind| work(kind, share)));
+                plan.extend(vessels.map(|kind| Act::Work(kind, share)));
             }
             Self::Burner => plan.extend([
                 Act::Take(HOOK),
@@ -158,6 +163,8 @@ struct Work {
     message: HandMsg,
     state: Box<StateFrame>,
     tools: ToolFrame,
+    /// Organs that were clipped or cut, event by event.
+    worked: Vec<u32>,
     stop: Arc<AtomicBool>,
 }
 
@@ -183,6 +190,7 @@ impl Work {
             },
             state: bytemuck::zeroed_box(),
             tools: ToolFrame::zeroed(),
+            worked: Vec::new(),
             stop,
         })
     }
@@ -215,6 +223,24 @@ impl Work {
                 self.reach(&place, BACK_M, true)?;
                 self.reach(&place, 0.0, false)
             }
+            Act::Work(kind, share) => {
+                let before = self.worked(kind);
+                // Tissue gives way: what was missed is tried again, a little deeper and beside it.
+                for attempt in 0..ATTEMPTS {
+                    let side = if attempt % 2 == 0 { 0.02 } else { -0.02 };
+                    let missed = self.act(Act::Reach(kind, share + side * f64::from(attempt)));
+                    self.is_stopped()?;
+                    self.act(Act::Close)?;
+                    let done = self.worked(kind) > before;
+                    self.act(Act::Retreat)?;
+                    match (done, missed) {
+                        (true, _) => return Ok(()),
+                        (false, Err(why)) => say::note(format_args!("calot: the surgeon: {why}")),
+                        (false, Ok(())) => {}
+                    }
+                }
+                Err(format!("nothing came of {ATTEMPTS} attempts"))
+            }
             Act::Close => {
                 self.message.buttons = 1;
                 self.wait(JAWS)?;
@@ -240,6 +266,12 @@ impl Work {
         while start.elapsed() < time && !self.stop.load(Ordering::Relaxed) {
             self.host.newest_state(&mut self.state);
             self.host.newest_tools(&mut self.tools);
+            let worked = &mut self.worked;
+            self.host.drain_events(|event| {
+                if matches!(event.kind, EventMsg::CLIP | EventMsg::CUT) {
+                    worked.push(event.organ);
+                }
+            });
             if done(self) {
                 return true;
             }
@@ -277,8 +309,16 @@ impl Work {
         }
     }
 
+    /// How often an organ was clipped or cut.
+    fn worked(&self, kind: OrganKind) -> usize {
+        let mut organs = self.scene.organs().iter();
+        let organ = organs.position(|organ| organ.kind == kind as u32);
+        let of = |index: &&u32| Some(**index as usize) == organ;
+        self.worked.iter().filter(of).count()
+    }
+
     /// A place along an organ now, and which way the organ runs there.
-    fn place(&self, kind: OrganKind, share: f64) -> Option<(Vec3, Option<Vec3>)> {
+    fn place(&self, kind: OrganKind, share: f64) -> Option<Place> {
         let mut organs = self.scene.organs().iter();
         let organ = organs.find(|organ| organ.kind == kind as u32)?;
         let [first, count] = organ.spheres.map(|number| number as usize);
@@ -313,7 +353,7 @@ impl Work {
     /// Brings what the jaws bite with to a place, or so far before it; lines them up with it if it is to.
     fn reach(
         &mut self,
-        place: &dyn Fn(&Self) -> Option<(Vec3, Option<Vec3>)>,
+        place: &dyn Fn(&Self) -> Option<Place>,
         before_m: f64,
         line_up: bool,
     ) -> Result<(), String> {
@@ -402,7 +442,7 @@ mod tests {
             let closes = plan.iter().enumerate().filter(|(number, act)| {
                 let with_clips = applier.is_some_and(|it| it < *number)
                     && scissors.is_none_or(|it| it > *number);
-                **act == Act::Close && with_clips
+                matches!(act, Act::Close | Act::Work(..)) && with_clips
             });
             closes.count()
         };
