@@ -95,7 +95,11 @@ fn clips_that_a_surgeon_drops_sound_and_cost_and_are_in_the_recording() {
     ];
     let summary = work(&words, folder.path());
     assert_eq!(summary["outcome"], "aborted", "{summary:#}");
-    assert_eq!(summary["alarms"][0]["kind"], "clip_lost", "{summary:#}");
+    let alarms = summary["alarms"].as_array().expect("alarms");
+    assert!(
+        alarms.iter().any(|it| it["kind"] == "clip_lost"),
+        "{summary:#}"
+    );
     assert!(summary["score"].as_f64() < Some(96.0));
     let again = report(folder.path());
     for key in ["task", "outcome", "score", "metrics", "reasons"] {
