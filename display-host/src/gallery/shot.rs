@@ -1,7 +1,7 @@
 //! What each picture of the gallery shows, and from where.
 
 use glam::{Quat, Vec3};
-use shared_mem::message::{CapsuleMsg, ClipMsg, PoseMsg, SphereState, ToolFrame};
+use shared_mem::message::{CapsuleMsg, ClipMsg, PoseMsg, SphereState, StateFrame, ToolFrame};
 use shared_mem::scene::{OrganKind, OrganRecord, SceneFile, str_from_name};
 
 use crate::effects::{Effect, Kind};
@@ -83,6 +83,8 @@ pub(super) struct Shot {
     /// What begins, and how long it has gone on when the picture is taken, s.
     effects: (Vec<Effect>, f32),
     clips: Vec<ClipMsg>,
+    /// What has become of the cells of layered tissue.
+    cells: Vec<u8>,
 }
 
 impl Shot {
@@ -97,6 +99,7 @@ impl Shot {
             lens: Lens::warm(),
             effects: (Vec::new(), 0.0),
             clips: Vec::new(),
+            cells: Vec::new(),
         }
     }
 
@@ -117,6 +120,13 @@ impl Shot {
             let begin = if frame == 0 { begin.as_slice() } else { &[] };
             renderer.play(spheres, begin, FRAME_S);
         }
+        let whole = vec![0; renderer.cell_count()];
+        let cells = if self.cells.is_empty() {
+            &whole
+        } else {
+            &self.cells
+        };
+        renderer.set_cells(gpu, cells);
         *renderer.scope_mut() = self.scope;
         *renderer.lens_mut() = self.lens;
         renderer.set_clips(&self.clips, spheres);
@@ -165,6 +175,7 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
                 ..Shot::new(Chapter::Effects, title, tools)
             });
         }
+        shots.extend(dissected(scene, (number, organ), size));
     }
     for (number, organ) in organs {
         let from = best_side(scene, organ, false);
@@ -199,6 +210,48 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
     ));
     shots.extend(effects(scene));
     shots
+}
+
+/// Layered tissue of which a third is gone, from the side that is seen, and with nothing left.
+fn dissected(
+    scene: &SceneFile,
+    (number, organ): (usize, &OrganRecord),
+    size: [u32; 2],
+) -> Vec<Shot> {
+    let spheres = organ.spheres[0]..organ.spheres[0] + organ.spheres[1];
+    let cells = scene.cells().iter().enumerate();
+    let own = cells.filter(|(_, cell)| spheres.contains(&u32::from(cell.spheres[0])));
+    let from = best_side(scene, organ, true);
+    let tools = facing(scene, organ, from, size, IN_PLACE_MAX_M);
+    let height = |at: [f32; 3]| Vec3::from(at).dot(from);
+    let mut own: Vec<(usize, f32)> = own.map(|(i, cell)| (i, height(cell.center_m))).collect();
+    own.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let with = |states: &dyn Fn(f32) -> u8| {
+        let mut all = vec![0; scene.cells().len()];
+        for (k, (cell, _)) in own.iter().enumerate() {
+            all[*cell] = states(k as f32 / own.len() as f32);
+        }
+        all
+    };
+    let name = organ_name(organ, number);
+    let third = with(&|share| match share {
+        ..0.33 => StateFrame::GONE,
+        ..0.45 => ((0.45 - share) / 0.12 * 250.0) as u8,
+        _ => 0,
+    });
+    let shots = [
+        (format!("{name}, a third gone"), third),
+        (format!("{name}, gone"), with(&|_| StateFrame::GONE)),
+    ];
+    let all = shots.into_iter().map(|(title, cells)| Shot {
+        cells,
+        ..Shot::new(Chapter::Organs, title, tools)
+    });
+    if own.is_empty() {
+        Vec::new()
+    } else {
+        all.collect()
+    }
 }
 
 /// Each kind of effect at the target, a few seconds on.

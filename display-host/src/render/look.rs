@@ -7,6 +7,8 @@ use shared_mem::scene::OrganKind;
 
 use super::layout::{LOOKS, Look};
 
+/// Row of tissue that heat has cooked; of no organ.
+pub(super) const COOKED: u32 = 0;
 /// Rows for materials that are no organ's.
 pub(super) const STEEL: u32 = 12;
 /// Black insulation of a shaft.
@@ -148,6 +150,21 @@ const FAT: Tissue = Tissue {
     veil: ([0.560, 0.390, 0.150], 0.4),
 };
 
+const DONE: Tissue = Tissue {
+    low: [0.070, 0.030, 0.010],
+    high: [0.230, 0.110, 0.036],
+    streak: ([0.030, 0.016, 0.009], 0.55),
+    frequencies: [0.8, 2.4, 6.0, 15.0],
+    slopes: [0.100, 0.090, 0.040, 0.020],
+    roughness: 0.66,
+    film: [0.25, 0.30],
+    scatter: [0.25, 0.15, 0.08],
+    contrast: 0.30,
+    veins: 0.0,
+    cells: [5.0, 0.10, 0.50, 0.10],
+    veil: ([0.150, 0.090, 0.045], 0.2),
+};
+
 const MEMBRANE: Tissue = Tissue {
     low: [0.270, 0.150, 0.104],
     high: [0.400, 0.265, 0.190],
@@ -211,6 +228,7 @@ pub(super) fn table() -> [Look; LOOKS] {
         }
         .row();
     }
+    rows[COOKED as usize] = DONE.row();
     let steel = [1.0, 0.97, 0.93];
     let grey = [1.0, 1.0, 1.0];
     rows[STEEL as usize] = solid(0.52, steel, 1.15, [0.27, 0.0, 0.3, 0.5], [1.0, 1.0]);

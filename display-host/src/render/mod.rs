@@ -9,6 +9,7 @@
 mod ambient;
 pub mod camera;
 mod cavity;
+mod cells;
 mod clips;
 pub mod governor;
 pub mod gpu;
@@ -69,6 +70,7 @@ pub struct Renderer {
     inside_model: Option<inside::Model>,
     mesh: SkinMesh,
     skinning: GpuSkinning,
+    cells: cells::Cells,
     motions: Motions,
     effects: Effects,
     discs: particles::Discs,
@@ -180,6 +182,8 @@ impl Renderer {
         ambient::bake(&mut mesh, scene.spheres());
         let skinning = GpuSkinning::new(gpu, &mesh, scene.spheres().len())?;
 
+        let cells = cells::Cells::new(gpu, scene, &mesh.triangles);
+
         let device = &gpu.device;
         use wgpu::BufferUsages as Usage;
         let buffer = |label, contents: &[u8], usage| {
@@ -257,6 +261,7 @@ impl Renderer {
             skinned: mesh.at_rest(),
             mesh,
             skinning,
+            cells,
             motions: Motions::new(scene, Follow::Deform),
             effects: Effects::new(-Vec3::from(scene.room().gravity_m_s2)),
             discs: particles::Discs::new(gpu, &layouts),
@@ -318,6 +323,17 @@ impl Renderer {
     /// Which tissue is drawn from the next frame on.
     pub fn show(&mut self, shown: Shown) {
         self.shown = shown;
+    }
+
+    /// What has become of the cells of layered tissue (`StateFrame::cells`), from the next frame on.
+    pub fn set_cells(&mut self, gpu: &Gpu, states: &[u8]) {
+        self.cells.set(gpu, states, &self.skinning.corners);
+    }
+
+    /// How many cells the scene has.
+    #[must_use]
+    pub fn cell_count(&self) -> usize {
+        self.cells.len()
     }
 
     /// Indices of the tissue that is drawn.
@@ -408,6 +424,7 @@ impl Renderer {
         self.motions.update(spheres);
         let presses = presses(&self.mesh, &self.rest, self.motions.now(), spheres, tools);
         self.skin(gpu, &mut encoder, &presses);
+        self.cells.follow(gpu, self.motions.now());
         if let (Some(inside), Some(model)) = (&self.inside, &self.inside_model) {
             model.upload(gpu, spheres, inside);
         }
@@ -480,6 +497,7 @@ impl Renderer {
         pass.set_bind_group(0, &self.frame_group, &[]);
         pass.set_pipeline(&self.pipelines.tissue_shadow);
         self.draw_tissue(&mut pass, false, self.shown_corners());
+        self.draw_cells(&mut pass, false);
         pass.set_pipeline(&self.pipelines.rigid_shadow);
         pass.set_bind_group(1, &self.parts_group, &[]);
         self.instruments[instrument].draw(&mut pass);
@@ -520,6 +538,7 @@ impl Renderer {
         let Some((inside, model)) = self.inside.as_ref().zip(self.inside_model.as_ref()) else {
             pass.set_pipeline(&self.pipelines.tissue);
             self.draw_tissue(&mut pass, true, self.shown_corners());
+            self.draw_cells(&mut pass, true);
             self.discs.draw(&mut pass, &self.pipelines.effects);
             return;
         };
@@ -540,6 +559,21 @@ impl Renderer {
         }
         pass.set_index_buffer(self.skinning.corners.slice(..), wgpu::IndexFormat::Uint32);
         pass.draw_indexed(corners, 0, 0..1);
+    }
+
+    fn draw_cells(&self, pass: &mut wgpu::RenderPass<'_>, with_rest: bool) {
+        let Some(cells) = self.cells.buffers.as_ref().filter(|it| it.count > 0) else {
+            return;
+        };
+        if self.shown != Shown::Everything {
+            return;
+        }
+        pass.set_vertex_buffer(0, cells.now.slice(..));
+        if with_rest {
+            pass.set_vertex_buffer(1, cells.rest.slice(..));
+        }
+        pass.set_index_buffer(cells.indices.slice(..), wgpu::IndexFormat::Uint32);
+        pass.draw_indexed(0..cells.count, 0, 0..1);
     }
 
     /// Exposure, glare, lens.

@@ -79,7 +79,7 @@ impl GpuSkinning {
         let corners = buffer(
             "skin triangles",
             cast_slice(mesh.triangles.as_flattened()),
-            Usage::STORAGE | Usage::INDEX,
+            Usage::STORAGE | Usage::INDEX | Usage::COPY_DST,
         );
         let ring_first = buffer("ring first", cast_slice(&mesh.ring_first), Usage::STORAGE);
         let ring = buffer("ring", cast_slice(&mesh.ring), Usage::STORAGE);

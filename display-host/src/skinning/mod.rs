@@ -257,7 +257,8 @@ impl SkinMesh {
     }
 }
 
-fn pairs(numbers: [u16; 8]) -> [u32; 4] {
+/// Eight numbers in four, as shaders read them.
+pub(crate) fn pairs(numbers: [u16; 8]) -> [u32; 4] {
     core::array::from_fn(|i| u32::from(numbers[2 * i]) | u32::from(numbers[2 * i + 1]) << 16)
 }
 

@@ -267,6 +267,8 @@ impl Screen {
         let (state, tools) = session.moment()?;
         let spheres = state.spheres().unwrap_or(&[]);
         self.renderer.play(spheres, &effects, played_s);
+        let cells = state.cells().unwrap_or(&[]);
+        self.renderer.set_cells(&self.gpu, cells);
         let inside = session.ui.inside.then_some(Inside::VIEW);
         self.renderer.set_inside(&self.gpu, inside);
         (self.renderer).set_clips(state.clips().unwrap_or(&[]), spheres);

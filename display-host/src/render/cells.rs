@@ -1,0 +1,336 @@
+//! Layered tissue as it is taken away: faces of its cells where the organ's own skin is no more.
+//!
+//! As long as nothing was done to it an organ shows its fine skin. Over cells that are gone or warm
+//! the skin's triangles go, and the faces of the cells around appear: those towards nothing or towards
+//! cells that are gone. One more ring of cells shows its faces too, so that no seam opens at the
+//! skin's edge; tissue is coloured by its place at rest, so that both look the same. Corners lie where
+//! the spheres take them, evened out over the faces that show, or they would look like bricks.
+
+use bytemuck::{Zeroable, cast_slice};
+use glam::Vec3;
+use shared_mem::message::StateFrame;
+use shared_mem::scene::{CellRecord, NO_CELL, SceneFile, VertexRecord};
+
+use super::gpu::Gpu;
+use super::look::COOKED;
+use crate::skinning::motion::{Motion, moved};
+use crate::skinning::{RestVertex, SkinnedVertex, pairs};
+
+/// Corners of a cell's faces, anticlockwise seen from outside.
+const FACES: [[usize; 4]; 6] = [
+    [0, 4, 6, 2],
+    [1, 3, 7, 5],
+    [0, 1, 5, 4],
+    [2, 6, 7, 3],
+    [0, 2, 3, 1],
+    [4, 5, 7, 6],
+];
+/// Heat from which a cell shows itself, of 254.
+const WARM: u8 = 12;
+/// Rounds of evening out, and how far a corner goes in each to the middle of those beside it.
+const ROUNDS: usize = 2;
+const EVENED: f32 = 0.5;
+/// How cooked tissue is beside cells that are gone.
+const BESIDE_GONE: f32 = 0.35;
+
+/// Cells of a scene, as they show.
+pub(super) struct Cells {
+    cells: Vec<CellRecord>,
+    /// How dark it is in there: ambient light at each corner.
+    corners: Vec<RestVertex>,
+    /// What was shown last.
+    states: Vec<u8>,
+    /// By triangle of the skins that lie over cells: its number, and the cell.
+    over: Vec<(u32, u16)>,
+    /// Triangles of the skin, as they are at first.
+    triangles: Vec<[u32; 3]>,
+    /// Corners of the faces that show.
+    faces: Vec<[u32; 4]>,
+    /// Corners that move when all is evened out: those that no skin's edge lies on.
+    is_loose: Vec<bool>,
+    now: Vec<SkinnedVertex>,
+    pub(super) buffers: Option<Buffers>,
+}
+
+/// What is drawn of them.
+pub(super) struct Buffers {
+    pub(super) now: wgpu::Buffer,
+    pub(super) rest: wgpu::Buffer,
+    pub(super) indices: wgpu::Buffer,
+    pub(super) count: u32,
+}
+
+impl Cells {
+    /// The cells of a scene whose skin has these triangles.
+    pub(super) fn new(gpu: &Gpu, scene: &SceneFile, triangles: &[[u32; 3]]) -> Self {
+        let cells = scene.cells().to_vec();
+        let kind_of = |sphere: u16| {
+            let own = |o: &&shared_mem::scene::OrganRecord| {
+                u32::from(sphere) < o.spheres[0] + o.spheres[1]
+            };
+            scene.organs().iter().find(own).map_or(0, |o| o.kind)
+        };
+        let corner = |v: &VertexRecord| RestVertex {
+            position: v.position_m,
+            look: kind_of(v.spheres[0]) | COOKED << 4,
+            normal: v.normal,
+            ambient: 0.6,
+            spheres: pairs(v.spheres),
+            weights: pairs(v.weights),
+        };
+        let corners: Vec<RestVertex> = scene.cell_corners().iter().map(corner).collect();
+        let count = corners.len();
+        let mut made = Self {
+            states: vec![0; cells.len()],
+            over: over(scene, &cells, triangles),
+            triangles: triangles.to_vec(),
+            faces: Vec::new(),
+            is_loose: vec![false; count],
+            now: vec![SkinnedVertex::zeroed(); count],
+            buffers: None,
+            corners,
+            cells,
+        };
+        if !made.cells.is_empty() {
+            made.buffers = Some(made.buffers(gpu));
+        }
+        made
+    }
+
+    pub(super) fn len(&self) -> usize {
+        self.cells.len()
+    }
+
+    fn buffers(&self, gpu: &Gpu) -> Buffers {
+        use wgpu::BufferUsages as Usage;
+        let buffer = |label, size: usize, usage| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: size as u64,
+                usage: usage | Usage::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        Buffers {
+            now: buffer("cells now", self.now.len() * 32, Usage::VERTEX),
+            rest: buffer("cells at rest", self.corners.len() * 64, Usage::VERTEX),
+            // Two triangles a face, six faces a cell.
+            indices: buffer("cell faces", self.cells.len() * 6 * 24, Usage::INDEX),
+            count: 0,
+        }
+    }
+
+    /// Takes what has become of them ([`StateFrame::cells`]); `skin` is the index buffer of the skin.
+    pub(super) fn set(&mut self, gpu: &Gpu, states: &[u8], skin: &wgpu::Buffer) {
+        if states.len() != self.cells.len() || states == self.states {
+            return;
+        }
+        self.states.copy_from_slice(states);
+        let shows = self.showing();
+        self.collect_faces(&shows);
+        self.colour();
+        self.hide_skin(gpu, skin);
+        let mut indices: Vec<u32> = Vec::with_capacity(self.faces.len() * 6);
+        for [a, b, c, d] in &self.faces {
+            indices.extend([a, b, c, a, c, d]);
+        }
+        if let Some(buffers) = &mut self.buffers {
+            buffers.count = indices.len() as u32;
+            let rest = cast_slice(&self.corners);
+            gpu.queue.write_buffer(&buffers.rest, 0, rest);
+            gpu.queue
+                .write_buffer(&buffers.indices, 0, cast_slice(&indices));
+        }
+    }
+
+    fn is_gone(&self, cell: u16) -> bool {
+        self.states.get(usize::from(cell)) == Some(&StateFrame::GONE)
+    }
+
+    /// Whether something was done to a cell or to one beside it, so that no skin lies over it.
+    fn is_worked(&self, cell: usize) -> bool {
+        let gone = |n: &u16| self.is_gone(*n);
+        self.states[cell] >= WARM || self.cells[cell].neighbours.iter().any(gone)
+    }
+
+    /// Cells whose faces show.
+    fn showing(&self) -> Vec<bool> {
+        let worked: Vec<bool> = (0..self.cells.len()).map(|i| self.is_worked(i)).collect();
+        let beside = |cell: &CellRecord| {
+            let is_worked = |n: &u16| worked.get(usize::from(*n)) == Some(&true);
+            cell.neighbours.iter().any(is_worked)
+        };
+        let cells = self.cells.iter().zip(&worked).zip(&self.states);
+        cells
+            .map(|((cell, worked), state)| *state != StateFrame::GONE && (*worked || beside(cell)))
+            .collect()
+    }
+
+    fn collect_faces(&mut self, shows: &[bool]) {
+        self.faces.clear();
+        self.is_loose.fill(true);
+        for (i, cell) in self.cells.iter().enumerate() {
+            for (face, next) in FACES.iter().zip(cell.neighbours) {
+                let corners = face.map(|k| u32::from(cell.corners[k]));
+                if next == NO_CELL && !self.is_worked(i) {
+                    // The skin lies on it.
+                    for c in corners {
+                        self.is_loose[c as usize] = false;
+                    }
+                }
+                if shows[i] && (next == NO_CELL || self.is_gone(next)) {
+                    self.faces.push(corners);
+                }
+            }
+        }
+    }
+
+    /// Cooked by the heat of the cells around each corner.
+    fn colour(&mut self) {
+        let mut cooked = vec![0.0f32; self.corners.len()];
+        for (cell, state) in self.cells.iter().zip(&self.states) {
+            let heat = match *state {
+                StateFrame::GONE => BESIDE_GONE,
+                state => f32::from(state) / f32::from(StateFrame::GONE),
+            };
+            for corner in cell.corners {
+                let at = &mut cooked[usize::from(corner)];
+                *at = at.max(heat);
+            }
+        }
+        for (corner, cooked) in self.corners.iter_mut().zip(cooked) {
+            let share = (cooked.sqrt() * 65_535.0) as u32;
+            corner.look = corner.look & 0xffff | share << 16;
+        }
+    }
+
+    /// Takes the skin off where it lies over cells that something was done to.
+    fn hide_skin(&self, gpu: &Gpu, skin: &wgpu::Buffer) {
+        let Some(&(first, _)) = self.over.first() else {
+            return;
+        };
+        let last = self.over.last().map_or(first, |(triangle, _)| *triangle);
+        let range = first as usize..=last as usize;
+        let mut shown = self.triangles[range].to_vec();
+        for (triangle, cell) in &self.over {
+            if self.is_worked(usize::from(*cell)) {
+                // No area: it is not drawn.
+                let corners = &mut shown[(triangle - first) as usize];
+                *corners = [corners[0]; 3];
+            }
+        }
+        let offset = u64::from(first) * 12;
+        gpu.queue
+            .write_buffer(skin, offset, cast_slice(shown.as_flattened()));
+    }
+
+    /// Moves the corners with the spheres.
+    pub(super) fn follow(&mut self, gpu: &Gpu, motions: &[Motion]) {
+        let Some(buffers) = self.buffers.as_ref().filter(|it| it.count > 0) else {
+            return;
+        };
+        let mut shows = vec![false; self.corners.len()];
+        for corner in self.faces.as_flattened() {
+            shows[*corner as usize] = true;
+        }
+        let mut places = vec![Vec3::ZERO; self.corners.len()];
+        for ((place, corner), _) in places
+            .iter_mut()
+            .zip(&self.corners)
+            .zip(&shows)
+            .filter(|it| *it.1)
+        {
+            *place = carried(corner, motions);
+        }
+        self.even_out(&mut places);
+        let mut normals = vec![Vec3::ZERO; self.corners.len()];
+        for face in &self.faces {
+            let [a, b, c, d] = face.map(|i| places[i as usize]);
+            let normal = (c - a).cross(d - b);
+            for i in face {
+                normals[*i as usize] += normal;
+            }
+        }
+        for ((now, place), normal) in self.now.iter_mut().zip(&places).zip(&normals) {
+            now.position = place.extend(0.0).to_array();
+            now.normal = normal.normalize_or(Vec3::Y).extend(0.0).to_array();
+        }
+        gpu.queue
+            .write_buffer(&buffers.now, 0, cast_slice(&self.now));
+    }
+
+    /// Towards the middle of those beside it, each corner that is not at the skin's edge.
+    fn even_out(&self, places: &mut [Vec3]) {
+        for _ in 0..ROUNDS {
+            let mut sums = vec![(Vec3::ZERO, 0.0f32); places.len()];
+            for face in &self.faces {
+                for k in 0..4 {
+                    let [own, next] = [face[k], face[(k + 1) % 4]].map(|i| i as usize);
+                    for (a, b) in [(own, next), (next, own)] {
+                        sums[a].0 += places[b];
+                        sums[a].1 += 1.0;
+                    }
+                }
+            }
+            for ((place, (sum, count)), loose) in places.iter_mut().zip(sums).zip(&self.is_loose) {
+                if *loose && count > 0.0 {
+                    *place = place.lerp(sum / count, EVENED);
+                }
+            }
+        }
+    }
+}
+
+/// Where its spheres carry a corner.
+fn carried(corner: &RestVertex, motions: &[Motion]) -> Vec3 {
+    let home = Vec3::from(corner.position);
+    let mut at = home;
+    for (pair, weights) in corner.spheres.iter().zip(&corner.weights) {
+        for shift in [0, 16] {
+            let weight = (weights >> shift & 0xffff) as f32 / 65_535.0;
+            if let Some(motion) = motions.get((pair >> shift & 0xffff) as usize) {
+                at += (moved(motion, home) - home) * weight;
+            }
+        }
+    }
+    at
+}
+
+/// For each triangle of skins over cells the nearest of these at the surface.
+fn over(scene: &SceneFile, cells: &[CellRecord], triangles: &[[u32; 3]]) -> Vec<(u32, u16)> {
+    let corners = scene.cell_corners();
+    let mut all = Vec::new();
+    for organ in scene.organs() {
+        let own = |sphere: u16| {
+            let first = organ.spheres[0];
+            (first..first + organ.spheres[1]).contains(&u32::from(sphere))
+        };
+        let mut faces = Vec::new();
+        for (i, cell) in (0u16..).zip(cells).filter(|(_, cell)| own(cell.spheres[0])) {
+            for (face, next) in FACES.iter().zip(cell.neighbours) {
+                if next == NO_CELL {
+                    let at =
+                        |k: usize| Vec3::from(corners[usize::from(cell.corners[k])].position_m);
+                    faces.push((face.iter().map(|k| at(*k)).sum::<Vec3>() / 4.0, i));
+                }
+            }
+        }
+        let [first, count] = organ.triangles;
+        for number in first..first + count {
+            let Some(triangle) = triangles.get(number as usize) else {
+                break;
+            };
+            let place = |v: u32| {
+                let vertex = scene.vertices().get(v as usize);
+                vertex.map_or(Vec3::ZERO, |it| Vec3::from(it.position_m))
+            };
+            let middle = triangle.map(place).into_iter().sum::<Vec3>() / 3.0;
+            let off = |face: &&(Vec3, u16)| face.0.distance_squared(middle);
+            let nearest = faces.iter().min_by(|a, b| off(a).total_cmp(&off(b)));
+            if let Some((_, cell)) = nearest {
+                all.push((number, *cell));
+            }
+        }
+    }
+    all
+}
