@@ -25,5 +25,6 @@ pub mod skinning;
 pub mod sound;
 pub mod ui;
 pub mod window;
+pub mod words;
 
 pub use error::DisplayError;

@@ -1,6 +1,9 @@
 //! The panel by accessible name, without a picture or a controller.
 
-use display_host::ui::{Asked, Link, TickHealth, UiState, ui};
+use display_host::ui::{
+    Asked, Link, Settings, TaskEnd, TaskNote, TaskView, TickHealth, UiState, ui,
+};
+use display_host::words::{Language, Words};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 use shared_mem::message::{DeviceHealth, TimingBatch, ToolFrame};
@@ -182,4 +185,193 @@ fn the_safety_chain_tells_what_each_gate_did() {
     panel.run();
     panel.get_by_label("2 × cut: the handle was too fast");
     panel.get_by_label("40 × slowed: the force changed too fast");
+}
+
+/// With a picture, as the task's cards lie on it.
+fn at_work(task: TaskView) -> UiState {
+    UiState {
+        picture: Some((egui::TextureId::default(), 4.0 / 3.0)),
+        task_view: Some(task),
+        ..live()
+    }
+}
+
+fn clamp() -> TaskView {
+    TaskView {
+        task: "clamp".into(),
+        time_s: 75.0,
+        alarms: 2,
+        ..TaskView::default()
+    }
+}
+
+#[test]
+fn a_task_shows_time_instrument_clips_pedal_and_what_was_wrong() {
+    let mut state = at_work(TaskView {
+        alarm: Some(TaskNote {
+            kind: "burnt".into(),
+            organ: Some("bile duct".into()),
+        }),
+        hint: Some("take the clip applier".into()),
+        ..clamp()
+    });
+    let tools = state.tools.as_mut().unwrap();
+    (tools.instrument, tools.clips_left, tools.switches) = (3, 7, 16 | 2 | 4);
+    let mut panel = harness(state);
+    panel.run();
+    assert_eq!(
+        panel.get_all_by_label("Time: 1:15").count(),
+        2,
+        "panel, picture"
+    );
+    panel.get_by_label("Clip applier");
+    panel.get_by_label("7 clips left");
+    panel.get_by_label("Pedal: coagulate");
+    panel.get_by_label("Camera held");
+    panel.get_by_label("Alarm: burnt: bile duct");
+    panel.get_by_label("Next: take the clip applier");
+}
+
+#[test]
+fn a_task_that_is_over_says_how_and_leads_on() {
+    let mut panel = harness(at_work(TaskView {
+        score: Some(64.0),
+        end: Some(TaskEnd {
+            passed: false,
+            outcome: "failed".into(),
+            reasons: vec!["divided the cystic duct unclamped".into()],
+        }),
+        ..clamp()
+    }));
+    panel.run();
+    panel.get_by_label("Failed");
+    panel.get_by_label("divided the cystic duct unclamped");
+    panel.get_by_label("End: to the report (Esc)").click();
+    panel.run();
+    assert_eq!(panel.state().asked, [Asked::Quit]);
+}
+
+#[test]
+fn a_pause_leads_on_back_and_out_by_pointer_and_key() {
+    let paused = || {
+        let mut state = at_work(clamp());
+        state.tools.as_mut().unwrap().switches |= 8;
+        state
+    };
+    for (name, asked) in [
+        ("Start again (R)", Asked::Again),
+        ("End (Esc)", Asked::Quit),
+    ] {
+        let mut panel = harness(paused());
+        panel.run();
+        panel.get_by_label("Paused");
+        panel.get_by_label(name).click();
+        panel.run();
+        assert_eq!(panel.state().asked, [asked]);
+    }
+    for (key, asked) in [
+        (egui::Key::P, Asked::Pause(false)),
+        (egui::Key::R, Asked::Again),
+        (egui::Key::O, Asked::ShowSettings(true)),
+    ] {
+        let mut panel = harness(paused());
+        panel.key_press(key);
+        panel.run();
+        assert_eq!(panel.state().asked, [asked]);
+    }
+}
+
+#[test]
+fn settings_are_chosen_and_left_by_pointer_and_key() {
+    let open = || UiState {
+        settings_open: true,
+        ..live()
+    };
+    let usual = Settings::default();
+    for (name, settings) in [
+        (
+            "Deutsch",
+            Settings {
+                language: Language::German,
+                ..usual
+            },
+        ),
+        (
+            "125 %",
+            Settings {
+                text_percent: 125,
+                ..usual
+            },
+        ),
+        (
+            "off",
+            Settings {
+                sound: false,
+                ..usual
+            },
+        ),
+    ] {
+        let mut panel = harness(open());
+        panel.get_by_label(name).click();
+        panel.step();
+        assert!(
+            panel.state().asked.contains(&Asked::Set(settings)),
+            "{name}"
+        );
+    }
+    let mut panel = harness(open());
+    // What leads the operation is not for now.
+    panel.key_press(egui::Key::R);
+    panel.run();
+    assert!(panel.state().asked.is_empty());
+    panel.key_press(egui::Key::Escape);
+    panel.run();
+    assert_eq!(panel.state().asked, [Asked::ShowSettings(false)]);
+}
+
+#[test]
+fn everything_is_said_in_every_language() {
+    for language in Language::ALL {
+        let mut state = at_work(TaskView {
+            alarm: Some(TaskNote {
+                kind: "too_early".into(),
+                organ: Some("cystic duct".into()),
+            }),
+            hint: Some("…".into()),
+            steps: vec![("…".into(), true), ("…".into(), false)],
+            score: Some(1.0),
+            ..clamp()
+        });
+        state.tools.as_mut().unwrap().switches |= 8;
+        state.set(Settings {
+            language,
+            ..Settings::default()
+        });
+        let words = Words::new(language);
+        for settings_open in [false, true] {
+            state.settings_open = settings_open;
+            let mut panel = harness(state.clone());
+            panel.run();
+            if !settings_open {
+                panel.get_by_label(&words.say("pause-title"));
+                panel.get_by_label(&words.say("switch-reset"));
+            } else {
+                panel.get_by_label(&words.say("settings-title"));
+            }
+            // A message that is missing shows as its id.
+            let ids = [
+                "task-",
+                "hud-",
+                "pause-",
+                "alarm-",
+                "settings-",
+                "switch-",
+                "device-",
+            ];
+            for id in ids {
+                let shown = panel.query_all_by_label_contains(id).count();
+                assert_eq!(shown, 0, "{language:?}: {id}");
+            }
+        }
+    }
 }

@@ -13,6 +13,7 @@ use display_host::DisplayError;
 use display_host::headless::Ended;
 use display_host::latency::now_ns;
 use display_host::window::{WindowConfig, run};
+use display_host::words::Language;
 use shared_mem::service::{Controller, Station};
 
 /// How fine the skins are, in both processes.
@@ -148,6 +149,7 @@ fn in_the_window_s_process() {
         muted: false,
         seconds: Some(12.0),
         tick_cpu: None,
+        language: Language::English,
         task: None,
     };
     let outcome = run(&config, &AtomicBool::new(false), &mut |_| {});
@@ -199,6 +201,7 @@ fn in_a_process_without_a_screen() {
         muted: false,
         seconds: Some(1.0),
         tick_cpu: None,
+        language: Language::English,
         task: None,
     };
     let error = run(&config, &AtomicBool::new(false), &mut |_| {}).unwrap_err();

@@ -10,7 +10,8 @@ use crate::render::gpu::Gpu;
 use crate::render::inside::Inside;
 use crate::render::lens::Lens;
 use crate::render::{Renderer, Shown};
-use crate::ui::instrument_name;
+use crate::ui::instrument_id;
+use crate::words::Words;
 
 /// From how many sides an organ is looked at before the best one is taken.
 const SIDES: usize = 48;
@@ -194,7 +195,7 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
             if instrument == 1 && jaw < 0.5 {
                 continue;
             }
-            let title = format!("{}, {how}", instrument_name(instrument));
+            let title = format!("{}, {how}", Words::default().say(instrument_id(instrument)));
             let title = title.trim_end_matches(", open").to_owned();
             shots.push(Shot::new(
                 Chapter::Instruments,

@@ -9,27 +9,20 @@ const WINDOW: usize = 4096;
 /// Bars of a histogram; each is twice as wide as the one before, the first ends at 1 µs.
 pub(super) const BARS: usize = 16;
 
-/// Gates that a force passes, in the safety chain's order: the controller's name of its counter, and
-/// what it did, in words.
-const GATES: [(&str, &str); 12] = [
-    (
-        "bad_sample",
-        "poses ignored: not a number, or outside the room",
-    ),
-    ("speed_trip", "cut: the handle was too fast"),
-    ("bad_force", "none given: the force was no number"),
-    ("not_enabled", "none given: a person has not enabled it"),
-    ("lost_device", "cut: the device's line was gone"),
-    ("stale_device", "faded: the device was late"),
-    ("ramped", "ramped: after it was enabled, or in a pause"),
-    (
-        "stiffness_capped",
-        "softened to what the device renders stably",
-    ),
-    ("damped", "damped: contact gave the hand energy"),
-    ("clamped", "shortened to the device's peak"),
-    ("thermal_limited", "lowered: the motors are warm"),
-    ("slewed", "slowed: the force changed too fast"),
+/// Gates that a force passes, in the safety chain's order: the controller's names of their counters.
+const GATES: [&str; 12] = [
+    "bad_sample",
+    "speed_trip",
+    "bad_force",
+    "not_enabled",
+    "lost_device",
+    "stale_device",
+    "ramped",
+    "stiffness_capped",
+    "damped",
+    "clamped",
+    "thermal_limited",
+    "slewed",
 ];
 
 /// Rolling view of the timing records.
@@ -112,9 +105,7 @@ impl TickHealth {
                 .map(|(_, count)| *count)
                 .sum()
         };
-        GATES
-            .into_iter()
-            .map(move |(name, words)| (words, count(name)))
+        GATES.into_iter().map(move |name| (name, count(name)))
     }
 
     /// Share of wake-up latencies (0) or tick times (1) in each bar.
@@ -128,16 +119,16 @@ impl TickHealth {
         bars
     }
 
-    /// What the thread lacks to be realtime, if anything.
+    /// What the thread lacks to be realtime, if anything: messages of [`crate::words`].
     #[must_use]
     pub fn lacks(&self) -> Vec<&'static str> {
         let Some(bits) = self.realtime else {
             return Vec::new();
         };
         let wanted = [
-            (TimingBatch::FIFO, "SCHED_FIFO"),
-            (TimingBatch::LOCKED, "locked memory"),
-            (TimingBatch::PINNED, "its own core"),
+            (TimingBatch::FIFO, "lacks-fifo"),
+            (TimingBatch::LOCKED, "lacks-locked"),
+            (TimingBatch::PINNED, "lacks-core"),
         ];
         let missing = wanted.into_iter().filter(|(bit, _)| bits & bit == 0);
         missing.map(|(_, name)| name).collect()

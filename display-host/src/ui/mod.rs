@@ -3,14 +3,17 @@
 mod health;
 mod overlay;
 mod panel;
+mod screens;
 mod task;
 
 pub use health::TickHealth;
 pub use overlay::{Circle, Line, Mark, Overlay};
 pub use panel::{Asked, ui};
-pub use task::{TaskEnd, TaskView};
+pub use screens::Settings;
+pub use task::{TaskEnd, TaskNote, TaskView};
 
 use crate::render::timing::PassTimes;
+use crate::words::Words;
 use shared_mem::message::{DeviceHealth, ToolFrame};
 
 /// How the controller does.
@@ -72,17 +75,31 @@ pub struct UiState {
     pub in_hand: bool,
     /// The panel is hidden.
     pub panel_hidden: bool,
+    /// What is said, in the user's language.
+    pub words: Words,
+    /// The settings cover the picture.
+    pub settings_open: bool,
+    /// The user's choices.
+    pub settings: Settings,
 }
 
 impl UiState {
-    /// Health of haptic device, tracker, pedal, with their names.
+    /// Health of haptic device, tracker, pedal, with the messages that name them.
     fn devices(&self) -> [(&'static str, Option<DeviceHealth>); 3] {
         let health = |i: usize| self.tools.as_ref().map(|tools| tools.health[i]);
         [
-            ("Haptic device", health(0)),
-            ("Endoscope tracker", health(1)),
-            ("Foot pedal", health(2)),
+            ("device-haptic", health(0)),
+            ("device-tracker", health(1)),
+            ("device-pedal", health(2)),
         ]
+    }
+
+    /// Takes these settings.
+    pub fn set(&mut self, settings: Settings) {
+        if settings.language != self.words.language() {
+            self.words = Words::new(settings.language);
+        }
+        self.settings = settings;
     }
 
     /// The next of the engineering view's states: off, marks on the picture, inside the organs.
@@ -113,11 +130,15 @@ impl UiState {
     }
 }
 
-/// An instrument's name, as [`ToolFrame::instrument`] counts them.
-#[must_use]
-pub fn instrument_name(number: u32) -> &'static str {
-    ["Grasper", "Cautery hook", "Scissors", "Clip applier"]
-        .get(number as usize)
+/// The message that names an instrument, as [`ToolFrame::instrument`] counts them.
+pub(crate) fn instrument_id(number: u32) -> &'static str {
+    let ids = [
+        "instrument-0",
+        "instrument-1",
+        "instrument-2",
+        "instrument-3",
+    ];
+    ids.get(number as usize)
         .copied()
-        .unwrap_or("Unknown instrument")
+        .unwrap_or("instrument-unknown")
 }

@@ -4,7 +4,9 @@ use egui::{Color32, Key, RichText, Sense, Stroke, Ui, vec2};
 use egui_plot::{Bar, BarChart, Line, Plot, PlotPoints};
 use shared_mem::message::DeviceHealth;
 
-use super::{Link, TickHealth, UiState, instrument_name};
+use super::screens::{self, Settings};
+use super::{Link, UiState, instrument_id, task};
+use crate::words::Words;
 
 /// What the user asks for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +35,12 @@ pub enum Asked {
     TurnScope(i8),
     /// Wipe its lens.
     WipeLens,
+    /// From the start again.
+    Again,
+    /// Open or close the settings.
+    ShowSettings(bool),
+    /// Take these settings.
+    Set(Settings),
     /// End.
     Quit,
 }
@@ -52,8 +60,10 @@ pub(super) enum Mark {
 
 /// Shows the state; returns what was asked, and the pixels that the picture covers.
 pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
-    let mut asked = keys(ui, state);
-    if !state.panel_hidden {
+    let zoom = f32::from(state.settings.text_percent) * 0.01;
+    ui.ctx().set_zoom_factor(zoom);
+    let mut asked = screens::keys(ui, state).unwrap_or_else(|| keys(ui, state));
+    if !state.panel_hidden && !state.settings_open {
         egui::Panel::right("panel")
             .default_size(300.0)
             .show(ui, |ui| {
@@ -63,9 +73,12 @@ pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
     let mut covered = None;
     egui::CentralPanel::no_frame().show(ui, |ui| {
         ui.painter().rect_filled(ui.max_rect(), 0.0, Color32::BLACK);
+        if screens::cover(ui, state, &mut asked) {
+            return;
+        }
         match (state.picture, state.link) {
             (Some((id, aspect)), Link::Live | Link::Silent(_)) => {
-                covered = Some(picture(ui, state, id, aspect));
+                covered = Some(picture(ui, state, (id, aspect), &mut asked));
             }
             _ => {
                 ui.centered_and_justified(|ui| ui.label(RichText::new(waiting(state)).size(22.0)));
@@ -93,7 +106,15 @@ fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             ),
             (Key::M, Asked::ToggleHand),
             (Key::P, Asked::Pause(!state.is_paused())),
-            (Key::R, Asked::Reset),
+            (
+                Key::R,
+                if state.is_paused() {
+                    Asked::Again
+                } else {
+                    Asked::Reset
+                },
+            ),
+            (Key::O, Asked::ShowSettings(true)),
             (Key::F, Asked::EnableForce(!state.is_force_enabled())),
             (Key::A, Asked::Acknowledge),
             (Key::E, Asked::ToggleEngineering),
@@ -112,35 +133,35 @@ fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
     })
 }
 
-fn picture(ui: &mut Ui, state: &UiState, id: egui::TextureId, aspect: f32) -> [u32; 2] {
+fn picture(
+    ui: &mut Ui,
+    state: &UiState,
+    (id, aspect): (egui::TextureId, f32),
+    asked: &mut Vec<Asked>,
+) -> [u32; 2] {
     let space = ui.available_size();
     let width = space.x.min(space.y * aspect);
     let size = vec2(width, width / aspect);
     ui.centered_and_justified(|ui| {
-        let picture = ui.add(egui::Image::new((id, size)).alt_text("Endoscope picture"));
+        let picture = ui.add(egui::Image::new((id, size)).alt_text(state.words.say("picture-alt")));
+        let place = egui::Rect::from_center_size(picture.rect.center(), size);
         if let Some(overlay) = &state.overlay {
-            let place = egui::Rect::from_center_size(picture.rect.center(), size);
             overlay.paint(ui.painter(), place);
         }
         if state.in_hand {
-            help(
-                ui,
-                egui::Rect::from_center_size(picture.rect.center(), size),
-            );
+            help(ui, place, &state.words);
         }
+        screens::over(ui, place, state, asked);
     });
     let pixels = ui.ctx().pixels_per_point();
     [space.x, space.y].map(|side| (side * pixels).round().max(1.0) as u32)
 }
 
 /// What leads the instrument, along the picture's lower edge.
-fn help(ui: &Ui, place: egui::Rect) {
-    let text = "Mouse or arrows: move   Wheel or Page keys: deeper, out   Left or Space: jaws   \
-                Right or V: coagulate   C: cut   , and .: roll\n\
-                Middle button or Ctrl: endoscope   L: hold the camera   Shift: slow   M or Esc: let go";
+fn help(ui: &Ui, place: egui::Rect, words: &Words) {
     let painter = ui.painter();
     let galley = painter.layout(
-        text.to_owned(),
+        words.say("help"),
         egui::FontId::proportional(14.0),
         Color32::WHITE,
         place.width() - 24.0,
@@ -152,24 +173,25 @@ fn help(ui: &Ui, place: egui::Rect) {
 }
 
 fn waiting(state: &UiState) -> String {
+    let words = &state.words;
     match state.link {
-        Link::OtherScene => format!(
-            "The controller runs another scene.\nThis display has '{}': start both with the same \
-             one.",
-            state.scene
-        ),
-        Link::Live => "Preparing the picture".into(),
-        _ => format!(
-            "Waiting for the controller on station '{}'.\nStart one with: calot rt",
-            state.station
-        ),
+        Link::OtherScene => {
+            let scene = state.scene.as_str().into();
+            words.say_with("waiting-other-scene", &[("scene", scene)])
+        }
+        Link::Live => words.say("waiting-picture"),
+        _ => {
+            let station = state.station.as_str().into();
+            words.say_with("waiting-controller", &[("station", station)])
+        }
     }
 }
 
 fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
+    let words = &state.words;
     ui.heading(&state.scene);
     match &state.task_view {
-        Some(task) => super::task::show(ui, task),
+        Some(view) => task::show(ui, words, view),
         None => {
             ui.label(&state.task);
         }
@@ -178,8 +200,8 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     ui.separator();
     controller(ui, state);
     for (name, health) in state.devices() {
-        let (mark, text) = device(health);
-        line(ui, mark, &format!("{name}: {text}"));
+        let (mark, text) = device(words, &words.say(name), health);
+        line(ui, mark, &text);
     }
     ui.separator();
     instruments(ui, state, asked);
@@ -193,65 +215,92 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     ui.separator();
     ticks(ui, state);
     ui.separator();
-    ui.label(format!(
-        "Picture: {:.0} a second, {:.1} ms after the hand",
-        state.frames_per_second, state.motion_to_photon_ms
-    ));
+    let values = [
+        ("rate", format!("{:.0}", state.frames_per_second).into()),
+        ("age", format!("{:.1}", state.motion_to_photon_ms).into()),
+    ];
+    ui.label(words.say_with("picture", &values));
     passes(ui, state);
     ui.label(RichText::new(&state.adapter).weak());
-    if ui.button("Quit (Esc)").clicked() {
-        asked.push(Asked::Quit);
+    for (text, what) in [
+        ("settings", Asked::ShowSettings(true)),
+        ("quit", Asked::Quit),
+    ] {
+        if ui.button(words.say(text)).clicked() {
+            asked.push(what);
+        }
     }
 }
 
 fn alarm(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let Some(text) = &state.alarm else { return };
+    let words = &state.words;
     egui::Frame::new()
         .fill(Color32::from_rgb(120, 20, 20))
         .inner_margin(8)
         .show(ui, |ui| {
-            ui.colored_label(Color32::WHITE, format!("Alarm: {text}"));
-            if ui.button("Acknowledge (A)").clicked() {
+            let text = words.say_with("alarm", &[("text", text.as_str().into())]);
+            ui.colored_label(Color32::WHITE, text);
+            if ui.button(words.say("alarm-acknowledge")).clicked() {
                 asked.push(Asked::Acknowledge);
             }
         });
 }
 
 fn controller(ui: &mut Ui, state: &UiState) {
+    let words = &state.words;
     let (mark, text) = match state.link {
-        Link::Live if state.is_paused() => (Mark::Care, "paused".to_owned()),
-        Link::Live => (Mark::Good, "live".to_owned()),
-        Link::Waiting => (Mark::Off, "waiting for it".to_owned()),
-        Link::Silent(seconds) => (Mark::Bad, format!("silent for {seconds:.1} s")),
-        Link::OtherScene => (Mark::Bad, "runs another scene".to_owned()),
+        Link::Live if state.is_paused() => (Mark::Care, words.say("controller-paused")),
+        Link::Live => (Mark::Good, words.say("controller-live")),
+        Link::Waiting => (Mark::Off, words.say("controller-waiting")),
+        Link::Silent(seconds) => {
+            let seconds = format!("{seconds:.1}").into();
+            let text = words.say_with("controller-silent", &[("seconds", seconds)]);
+            (Mark::Bad, text)
+        }
+        Link::OtherScene => (Mark::Bad, words.say("controller-other-scene")),
     };
-    line(ui, mark, &format!("Controller: {text}"));
+    line(ui, mark, &text);
 }
 
-fn device(health: Option<DeviceHealth>) -> (Mark, String) {
+/// How a device is, by words and by mark.
+fn device(words: &Words, name: &str, health: Option<DeviceHealth>) -> (Mark, String) {
+    let say = |id: &str, more: &[(&'static str, String)]| {
+        let name = [("device", name.into())];
+        let more = more
+            .iter()
+            .map(|(key, value)| (*key, value.as_str().into()));
+        words.say_with(id, &name.into_iter().chain(more).collect::<Vec<_>>())
+    };
     let Some(health) = health else {
-        return (Mark::Off, "unknown".into());
+        return (Mark::Off, say("device-unknown", &[]));
     };
     let age_ms = health.age_us as f32 * 1e-3;
-    let (mark, text) = match health.status {
-        DeviceHealth::ABSENT => (Mark::Off, "not connected".to_owned()),
-        DeviceHealth::LIVE => (Mark::Good, format!("live, {age_ms:.1} ms old")),
-        DeviceHealth::STALE => (Mark::Care, format!("stale, {age_ms:.0} ms old")),
-        DeviceHealth::LOST => (Mark::Bad, "line lost: plug it in again".to_owned()),
-        other => (Mark::Bad, format!("unknown status {other}")),
+    let age = |digits: usize| [("age", format!("{age_ms:.digits$}"))];
+    let (mark, state) = match health.status {
+        DeviceHealth::ABSENT => (Mark::Off, say("device-absent", &[])),
+        DeviceHealth::LIVE => (Mark::Good, say("device-live", &age(1))),
+        DeviceHealth::STALE => (Mark::Care, say("device-stale", &age(0))),
+        DeviceHealth::LOST => (Mark::Bad, say("device-lost", &[])),
+        other => (
+            Mark::Bad,
+            say("device-odd", &[("status", other.to_string())]),
+        ),
     };
     let bad = health.bad_frames + health.lost_frames;
     if bad > 0 {
-        return (mark, format!("{text}, {bad} frames bad or lost"));
+        let values = [("state", state.into()), ("count", bad.to_string().into())];
+        return (mark, words.say_with("device-bad", &values));
     }
-    (mark, text)
+    (mark, state)
 }
 
 fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
+    let words = &state.words;
     let held = state.tools.as_ref().map(|tools| tools.instrument);
-    ui.label("Instrument");
+    ui.label(words.say("instrument"));
     for number in 0..4 {
-        let text = format!("{} ({})", instrument_name(number), number + 1);
+        let text = format!("{} ({})", words.say(instrument_id(number)), number + 1);
         if ui.selectable_label(held == Some(number), text).clicked() {
             asked.push(Asked::Instrument(number));
         }
@@ -260,16 +309,17 @@ fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
 
 /// The endoscope: which one, how it is turned, how well it sees.
 fn scope(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
-    let [angle, turned] = state.scope_degrees;
-    ui.label(format!("Endoscope: {angle:.0}°, cable turned {turned:.0}°"));
+    let words = &state.words;
+    let [angle, turned] = state.scope_degrees.map(|it| format!("{it:.0}").into());
+    ui.label(words.say_with("scope", &[("angle", angle), ("turned", turned)]));
     ui.horizontal_wrapped(|ui| {
         for (text, what) in [
-            ("Next endoscope (S)", Asked::NextScope),
-            ("Turn left ([)", Asked::TurnScope(-1)),
-            ("Turn right (])", Asked::TurnScope(1)),
-            ("Wipe lens (W)", Asked::WipeLens),
+            ("scope-next", Asked::NextScope),
+            ("scope-left", Asked::TurnScope(-1)),
+            ("scope-right", Asked::TurnScope(1)),
+            ("scope-wipe", Asked::WipeLens),
         ] {
-            if ui.button(text).clicked() {
+            if ui.button(words.say(text)).clicked() {
                 asked.push(what);
             }
         }
@@ -277,44 +327,38 @@ fn scope(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let dirty = state.lens_veil > 0.15;
     let held = state.tools.as_ref().is_some_and(|t| t.switches & 4 != 0);
     if dirty {
-        line(ui, Mark::Care, "Lens: fogged or sooty, wipe it");
+        line(ui, Mark::Care, &words.say("scope-dirty"));
     }
     if held {
-        line(ui, Mark::Good, "Camera: held still by the pedal");
+        line(ui, Mark::Good, &words.say("scope-held"));
     }
 }
 
 fn switches(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
+    let words = &state.words;
     let (paused, forced) = (state.is_paused(), state.is_force_enabled());
+    let either = |on: bool, yes: &str, no: &str| words.say(if on { yes } else { no });
     ui.horizontal_wrapped(|ui| {
-        if ui
-            .button(if paused { "Go on (P)" } else { "Pause (P)" })
-            .clicked()
-        {
+        let pause = either(paused, "switch-go-on", "switch-pause");
+        if ui.button(pause).clicked() {
             asked.push(Asked::Pause(!paused));
         }
-        if ui.button("Reset organs (R)").clicked() {
+        if ui.button(words.say("switch-reset")).clicked() {
             asked.push(Asked::Reset);
         }
-        let engineering = state.overlay.is_some();
-        let toggle = ui.selectable_label(engineering, "Engineering view (E)");
-        if toggle.clicked() {
+        let engineering = words.say("switch-engineering");
+        if ui
+            .selectable_label(state.overlay.is_some(), engineering)
+            .clicked()
+        {
             asked.push(Asked::ToggleEngineering);
         }
-        let text = if state.in_hand {
-            "Let go of the instrument (M)"
-        } else {
-            "Take the instrument: mouse and keyboard (M)"
-        };
-        if ui.selectable_label(state.in_hand, text).clicked() {
+        let hand = either(state.in_hand, "switch-hand-off", "switch-hand");
+        if ui.selectable_label(state.in_hand, hand).clicked() {
             asked.push(Asked::ToggleHand);
         }
-        let text = if forced {
-            "Cut force (F)"
-        } else {
-            "Enable force (F)"
-        };
-        if ui.button(text).clicked() {
+        let force = either(forced, "switch-force-off", "switch-force");
+        if ui.button(force).clicked() {
             asked.push(Asked::EnableForce(!forced));
         }
     });
@@ -322,13 +366,13 @@ fn switches(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
 
 fn force(ui: &mut Ui, state: &UiState) {
     let [x, y, z] = state.tools.as_ref().map_or([0.0; 3], |tools| tools.force_n);
-    let size = (x * x + y * y + z * z).sqrt();
-    let note = if state.is_force_enabled() {
-        ""
+    let size = format!("{:.2}", (x * x + y * y + z * z).sqrt());
+    let id = if state.is_force_enabled() {
+        "force"
     } else {
-        ", cut"
+        "force-cut"
     };
-    ui.label(format!("Force on the hand: {size:.2} N{note}"));
+    ui.label(state.words.say_with(id, &[("force", size.into())]));
     Plot::new("force")
         .height(70.0)
         .include_y(0.0)
@@ -345,51 +389,56 @@ fn force(ui: &mut Ui, state: &UiState) {
 
 /// What the safety chain did to the force, gate by gate.
 fn gates(ui: &mut Ui, state: &UiState) {
+    let words = &state.words;
     let total: u64 = state.health.gates().map(|(_, count)| count).sum();
-    egui::CollapsingHeader::new(format!("Safety chain: acted {total} times"))
+    let title = words.say_with("gates", &[("count", total.to_string().into())]);
+    egui::CollapsingHeader::new(title)
         .id_salt("gates")
         .show(ui, |ui| {
-            for (words, count) in state.health.gates() {
-                ui.label(format!("{count} × {words}"));
+            for (name, count) in state.health.gates() {
+                let what = words.say(&format!("gate-{}", name.replace('_', "-")));
+                let values = [("count", count.to_string().into()), ("what", what.into())];
+                ui.label(words.say_with("gate", &values));
             }
         });
 }
 
 fn ticks(ui: &mut Ui, state: &UiState) {
-    let health = &state.health;
+    let (words, health) = (&state.words, &state.health);
     let Some([wake, tick]) = health.quantiles_us() else {
-        line(ui, Mark::Off, "Ticks: no record yet");
+        line(ui, Mark::Off, &words.say("ticks-none"));
         return;
     };
-    let lacks = health.lacks();
+    let lacks: Vec<String> = health.lacks().iter().map(|id| words.say(id)).collect();
     if lacks.is_empty() {
-        line(ui, Mark::Good, "Realtime: yes");
+        line(ui, Mark::Good, &words.say("ticks-realtime"));
     } else {
-        let text = format!("Not realtime: lacks {}", lacks.join(", "));
+        let what = lacks.join(", ").into();
+        let text = words.say_with("ticks-lacks", &[("what", what)]);
         line(ui, Mark::Care, &text);
     }
     let steady = health.missed == 0 && health.overruns == 0;
     let mark = if steady { Mark::Good } else { Mark::Care };
-    line(ui, mark, &format!("Ticks: {:.0} a second", health.rate_hz));
-    ui.label(format!(
-        "Missed {}, late {}, allocations {}, page faults {}",
-        health.missed, health.overruns, health.allocations, health.page_faults
-    ));
-    ui.label(format!(
-        "Wake-up: 99 % within {:.0} µs, worst {:.0} µs",
-        wake[0], wake[1]
-    ));
-    ui.label(format!(
-        "Tick: 99 % within {:.0} µs, worst {:.0} µs",
-        tick[0], tick[1]
-    ));
-    histogram(ui, health, 0, "Wake-up latency");
-    histogram(ui, health, 1, "Time of a tick");
+    let rate = format!("{:.0}", health.rate_hz).into();
+    line(ui, mark, &words.say_with("ticks-rate", &[("rate", rate)]));
+    let values = [
+        ("missed", health.missed.to_string().into()),
+        ("late", health.overruns.to_string().into()),
+        ("allocations", health.allocations.to_string().into()),
+        ("faults", health.page_faults.to_string().into()),
+    ];
+    ui.label(words.say_with("ticks-counts", &values));
+    for (id, [most, worst]) in [("ticks-wake", wake), ("ticks-tick", tick)] {
+        let [most, worst] = [most, worst].map(|us| format!("{us:.0}").into());
+        ui.label(words.say_with(id, &[("most", most), ("worst", worst)]));
+    }
+    histogram(ui, state, 0, &words.say("ticks-wake-name"));
+    histogram(ui, state, 1, &words.say("ticks-tick-name"));
 }
 
 /// A live histogram of the last four seconds.
-fn histogram(ui: &mut Ui, health: &TickHealth, which: usize, name: &str) {
-    let bars = health.bars(which);
+fn histogram(ui: &mut Ui, state: &UiState, which: usize, name: &str) {
+    let bars = state.health.bars(which);
     let bars = bars
         .iter()
         .enumerate()
@@ -404,20 +453,26 @@ fn histogram(ui: &mut Ui, health: &TickHealth, which: usize, name: &str) {
         .show(ui, |plot| {
             plot.bar_chart(BarChart::new(name, bars.collect()).color(GOOD));
         });
-    ui.label(RichText::new(format!("{name}, 1 µs to 33 ms, each bar twice the last")).weak());
+    let text = state.words.say_with("ticks-bars", &[("name", name.into())]);
+    ui.label(RichText::new(text).weak());
 }
 
 /// What a picture costs, pass by pass, and the quality that was chosen by it.
 fn passes(ui: &mut Ui, state: &UiState) {
     let [tier, tiers] = state.quality;
     if tiers > 1 {
-        ui.label(format!("Quality: {} of {tiers}, 1 the best", tier + 1));
+        let values = [
+            ("tier", (tier + 1).to_string().into()),
+            ("tiers", tiers.to_string().into()),
+        ];
+        ui.label(state.words.say_with("quality", &values));
     }
     let Some(times) = state.pass_times else {
         return;
     };
     let total: f32 = times.iter().sum();
-    egui::CollapsingHeader::new(format!("Graphics: {total:.1} ms a picture"))
+    let total = format!("{total:.1}").into();
+    egui::CollapsingHeader::new(state.words.say_with("graphics", &[("ms", total)]))
         .id_salt("passes")
         .show(ui, |ui| {
             for (name, ms) in crate::render::timing::PASSES.iter().zip(times) {

@@ -3,18 +3,19 @@
 use egui::{Color32, RichText, Ui};
 
 use super::panel::{Mark, line};
+use crate::words::Words;
 
 /// How a task stands, as far as the trainee is to see it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TaskView {
-    /// What is to be done.
-    pub title: String,
+    /// What is to be done: a task's name, as it is typed.
+    pub task: String,
     /// Time of the task, s.
     pub time_s: f64,
     /// Steps, and whether each is done; none in an exam.
     pub steps: Vec<(String, bool)>,
     /// The newest alarm; none in an exam.
-    pub alarm: Option<String>,
+    pub alarm: Option<TaskNote>,
     /// Alarms so far; what is new sounds.
     pub alarms: usize,
     /// Score so far; none in an exam.
@@ -25,47 +26,88 @@ pub struct TaskView {
     pub end: Option<TaskEnd>,
 }
 
+/// Something that was wrong.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TaskNote {
+    /// Its kind's name, as in `summary.json`.
+    pub kind: String,
+    /// On what, if on something.
+    pub organ: Option<String>,
+}
+
 /// How a task ended.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TaskEnd {
     /// Passed.
     pub passed: bool,
-    /// In a word, and why.
-    pub text: String,
+    /// In a word, as in `summary.json`.
+    pub outcome: String,
+    /// Why.
+    pub reasons: Vec<String>,
 }
 
-pub(super) fn show(ui: &mut Ui, task: &TaskView) {
-    ui.label(RichText::new(&task.title).strong());
+/// What is to be done.
+pub(super) fn title(words: &Words, task: &TaskView) -> String {
+    words.say(&format!("task-{}", task.task))
+}
+
+/// Minutes and seconds, with the word.
+pub(super) fn time(words: &Words, task: &TaskView) -> String {
     let seconds = task.time_s.max(0.0) as u64;
-    let time = format!("Time: {}:{:02}", seconds / 60, seconds % 60);
+    let time = format!("{}:{:02}", seconds / 60, seconds % 60);
+    words.say_with("task-time", &[("time", time.into())])
+}
+
+/// What was wrong.
+pub(super) fn alarm(words: &Words, alarm: &TaskNote) -> String {
+    let organ = alarm.organ.as_deref().unwrap_or("?").into();
+    let id = format!("alarm-{}", alarm.kind.replace('_', "-"));
+    words.say_with(&id, &[("organ", organ)])
+}
+
+pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView) {
+    ui.label(RichText::new(title(words, task)).strong());
     ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(time).monospace());
+        ui.label(RichText::new(time(words, task)).monospace());
         if let Some(score) = task.score {
-            ui.label(format!("Score: {score:.0} of 100"));
+            let score = format!("{score:.0}").into();
+            ui.label(words.say_with("task-score", &[("score", score)]));
         }
     });
     if let Some(end) = &task.end {
         let mark = if end.passed { Mark::Good } else { Mark::Bad };
-        line(ui, mark, &end.text);
+        let outcome = words.say(&format!("outcome-{}", end.outcome));
+        let text = match end.reasons.is_empty() {
+            true => outcome,
+            false => {
+                let reasons = end.reasons.join("; ").into();
+                let values = [("outcome", outcome.into()), ("reasons", reasons)];
+                words.say_with("task-end", &values)
+            }
+        };
+        line(ui, mark, &text);
     }
     for (step, done) in &task.steps {
-        let (mark, word) = if *done {
-            (Mark::Good, "done")
-        } else {
-            (Mark::Off, "to do")
+        let (mark, id) = match done {
+            true => (Mark::Good, "task-done"),
+            false => (Mark::Off, "task-to-do"),
         };
-        line(ui, mark, &format!("{step} ({word})"));
+        let step = step.as_str().into();
+        line(ui, mark, &words.say_with(id, &[("step", step)]));
     }
     if let Some(hint) = &task.hint {
-        ui.label(RichText::new(format!("Hint: {hint}")).italics());
+        let hint = words.say_with("task-hint", &[("text", hint.as_str().into())]);
+        ui.label(RichText::new(hint).italics());
     }
-    if let Some(alarm) = &task.alarm {
-        let text = format!("Alarm {}: {alarm}", task.alarms);
+    if let Some(note) = &task.alarm {
+        let values = [
+            ("number", task.alarms.to_string().into()),
+            ("text", alarm(words, note).into()),
+        ];
+        let text = words.say_with("task-alarm", &values);
         egui::Frame::new()
             .fill(Color32::from_rgb(120, 20, 20))
             .inner_margin(6)
-            .show(ui, |ui| {
-                ui.colored_label(Color32::WHITE, format!("⚠ {text}"))
-            });
+            .show(ui, |ui| line(ui, Mark::Bad, &text));
     }
 }

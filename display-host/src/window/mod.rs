@@ -23,6 +23,7 @@ use crate::DisplayError;
 use crate::headless::{Ended, Observed, Outcome};
 use crate::sound::Sound;
 use crate::ui::TaskView;
+use crate::words::Language;
 
 /// How long the window rests when it cannot be seen.
 const UNSEEN: Duration = Duration::from_millis(50);
@@ -46,6 +47,8 @@ pub struct WindowConfig {
     pub seconds: Option<f64>,
     /// Core of the realtime thread, to stay off.
     pub tick_cpu: Option<usize>,
+    /// The interface's language.
+    pub language: Language,
     /// How the task stands, kept up to date by whoever assesses it.
     pub task: Option<Arc<Mutex<TaskView>>>,
 }
@@ -79,6 +82,7 @@ pub fn run(
             &config.station,
             (!config.muted).then(|| Sound::start(config.tick_cpu)),
             config.task.clone(),
+            config.language,
         ),
         scene,
         stop,

@@ -17,7 +17,8 @@ use crate::latency::FrameRecord;
 use crate::render::camera::Scope;
 use crate::sound::Sound;
 use crate::sound::synth::{Current, Heard};
-use crate::ui::{Asked, Link, Overlay, TaskView, UiState, instrument_name};
+use crate::ui::{Asked, Link, Overlay, Settings, TaskView, UiState};
+use crate::words::Language;
 
 /// As [`ToolFrame::instrument`] counts.
 const CLIP_APPLIER: u32 = 3;
@@ -72,7 +73,18 @@ impl Session {
         station: &Station,
         sound: Option<Sound>,
         task: Option<Arc<Mutex<TaskView>>>,
+        language: Language,
     ) -> Self {
+        let mut ui = UiState {
+            station: station.name().to_owned(),
+            scene: scene.name().to_owned(),
+            ..UiState::default()
+        };
+        ui.set(Settings {
+            language,
+            ..Settings::default()
+        });
+        ui.task = ui.words.say("task-none");
         Self {
             host,
             feed: Feed::new(scene),
@@ -99,12 +111,7 @@ impl Session {
             heard: Heard::default(),
             jaws_were_open: false,
             operate: Operate::new(station),
-            ui: UiState {
-                station: station.name().to_owned(),
-                scene: scene.name().to_owned(),
-                task: "Press, grasp and pull: feel the organs".into(),
-                ..UiState::default()
-            },
+            ui,
         }
     }
 
@@ -220,10 +227,21 @@ impl Session {
             self.jaws_were_open |= tools.jaw > 0.5;
             if self.jaws_were_open && tools.jaw < 0.05 {
                 self.jaws_were_open = false;
-                self.heard.clips = self.heard.clips.wrapping_add(1);
+                // While nothing is heard no click is due.
+                self.heard.clips = self
+                    .heard
+                    .clips
+                    .wrapping_add(u8::from(self.ui.settings.sound));
             }
         }
-        sound.hear(self.heard);
+        let clips = self.heard.clips;
+        sound.hear(match self.ui.settings.sound {
+            true => self.heard,
+            false => Heard {
+                clips,
+                ..Heard::default()
+            },
+        });
     }
 
     fn judge_link(&mut self) {
@@ -281,8 +299,8 @@ impl Session {
                     (CommandMsg::ENABLE_FORCE, u32::from(on), "force".to_owned())
                 }
                 Asked::Instrument(number) => {
-                    let name = instrument_name(number);
-                    (CommandMsg::INSTRUMENT, number, format!("instrument {name}"))
+                    let what = format!("instrument {}", number + 1);
+                    (CommandMsg::INSTRUMENT, number, what)
                 }
                 Asked::Acknowledge => {
                     self.ui.alarm = None;
@@ -301,6 +319,18 @@ impl Session {
                         observer(Observed::Warning(&problem));
                         self.ui.alarm = Some(problem);
                     }
+                    continue;
+                }
+                Asked::ShowSettings(open) => {
+                    self.ui.settings_open = open;
+                    continue;
+                }
+                Asked::Set(settings) => {
+                    self.ui.set(settings);
+                    continue;
+                }
+                Asked::Again => {
+                    self.carry_out(&[Asked::Reset, Asked::Pause(false)], observer);
                     continue;
                 }
                 // The window's own.

@@ -4,6 +4,7 @@ use std::ffi::OsString;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use display_host::words::Language;
 use scene_prepare::recipe::Unit;
 
 use crate::check::CheckArgs;
@@ -136,6 +137,30 @@ pub(crate) enum SchedulerName {
     Deadline,
 }
 
+/// A language, as it is typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LanguageName {
+    /// English
+    En,
+    /// Deutsch
+    De,
+}
+
+impl LanguageName {
+    /// The language asked for, or else the user's.
+    pub(crate) fn or_users(asked: Option<Self>) -> Language {
+        match asked {
+            Some(Self::En) => Language::English,
+            Some(Self::De) => Language::German,
+            None => {
+                let set = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
+                let locale = set("LC_ALL").or_else(|| set("LC_MESSAGES"));
+                Language::of_locale(&locale.or_else(|| set("LANG")).unwrap_or_default())
+            }
+        }
+    }
+}
+
 /// An endoscope, as it is typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(crate) enum ScopeName {
@@ -247,6 +272,9 @@ pub(crate) struct RunArgs {
     /// The window's endoscope, by the angle that it looks off its shaft; S takes the next one
     #[arg(long, value_enum, default_value_t = ScopeName::Straight, conflicts_with = "headless")]
     pub(crate) scope: ScopeName,
+    /// The interface's language [default: the one of LANG]
+    #[arg(long, value_enum, conflicts_with = "headless")]
+    pub(crate) language: Option<LanguageName>,
     /// No sound
     #[arg(long)]
     pub(crate) mute: bool,

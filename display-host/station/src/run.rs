@@ -16,7 +16,7 @@ use shared_mem::service::Station;
 
 use crate::build::build;
 use crate::children::{EndedEarly, Process, args as words, option};
-use crate::cli::{DeviceArgs, RunArgs};
+use crate::cli::{DeviceArgs, LanguageName, RunArgs};
 use crate::report;
 use crate::rt::DOES_NOT_FIT;
 use crate::say;
@@ -253,6 +253,7 @@ fn show(
         muted: args.mute,
         seconds: args.seconds,
         tick_cpu: args.controller.realtime.core,
+        language: LanguageName::or_users(args.language),
         task: task.map(|task| task.view.clone()),
     };
     Ok(window::run(&config, stop, &mut observe)?)

@@ -99,6 +99,7 @@ pub(super) fn run(
                     cold_lens: false,
                     seconds: None,
                     tick_cpu: None,
+                    language: crate::cli::LanguageName::or_users(None),
                     task: None,
                 },
                 &stop,

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use assess::report::Chapter;
 use assess::{Anatomy, Assessed, Assessment, Difficulty, Metric, Outcome, Rules, Status, Task};
 use display_host::report::{TaskAlarm, TaskSummary};
-use display_host::ui::{TaskEnd, TaskView};
+use display_host::ui::{TaskEnd, TaskNote, TaskView};
 use session::{Assignment, Entry};
 use shared_mem::message::{CommandMsg, ReplyMsg};
 use shared_mem::scene::SceneFile;
@@ -97,18 +97,18 @@ impl Assigned {
         }
         let (sender, course) = mpsc::channel();
         let view = Arc::new(Mutex::new(TaskView {
-            title: self.task.title().to_owned(),
+            task: self.task.name().to_owned(),
             ..TaskView::default()
         }));
         let over = Arc::new(AtomicBool::new(false));
         let (shown, decided) = (view.clone(), over.clone());
-        let (title, difficulty) = (self.task.title(), self.difficulty);
+        let (task, difficulty) = (self.task, self.difficulty);
         let assessment = Assessment::new(self.task, self.difficulty, self.rules, anatomy);
         let thread = Builder::new()
             .name("calot-assess".to_owned())
             .spawn(move || {
                 follow(assessment, &course, &decided, |status| {
-                    let view = view_of(title, difficulty, status);
+                    let view = view_of(task, difficulty, status);
                     *shown.lock().unwrap_or_else(PoisonError::into_inner) = view;
                 })
             })
@@ -223,24 +223,23 @@ pub(crate) fn start(task: Task, station: &Station) -> Result<(), Problem> {
 }
 
 /// What the trainee sees of it.
-fn view_of(title: &str, difficulty: Difficulty, status: Status) -> TaskView {
+fn view_of(task: Task, difficulty: Difficulty, status: Status) -> TaskView {
     let is_over = status.outcome != Outcome::Running;
     let open = is_over || difficulty != Difficulty::Exam;
-    let end = is_over.then(|| {
-        let reasons = status.reasons.join("; ");
-        TaskEnd {
-            passed: status.outcome == Outcome::Passed,
-            text: match reasons.is_empty() {
-                true => status.outcome.name().to_owned(),
-                false => format!("{}: {reasons}", status.outcome.name()),
-            },
-        }
+    let end = is_over.then(|| TaskEnd {
+        passed: status.outcome == Outcome::Passed,
+        outcome: status.outcome.name().to_owned(),
+        reasons: status.reasons,
     });
+    let note = |alarm: assess::Alarm| TaskNote {
+        kind: alarm.kind.name().to_owned(),
+        organ: alarm.organ,
+    };
     TaskView {
-        title: title.to_owned(),
+        task: task.name().to_owned(),
         time_s: status.time_s,
         steps: if open { status.steps } else { Vec::new() },
-        alarm: status.alarm.filter(|_| open).map(|alarm| alarm.text()),
+        alarm: status.alarm.filter(|_| open).map(note),
         alarms: status.alarms,
         score: open.then_some(status.score),
         hint: status.hint,
@@ -287,13 +286,13 @@ mod tests {
 
     #[test]
     fn an_exam_tells_only_the_time_until_it_is_over() {
-        let view = view_of("x", Difficulty::Exam, status(Outcome::Running));
+        let view = view_of(Task::Cut, Difficulty::Exam, status(Outcome::Running));
         assert_eq!((view.steps.len(), view.score, view.end), (0, None, None));
-        let view = view_of("x", Difficulty::Exam, status(Outcome::Failed));
+        let view = view_of(Task::Cut, Difficulty::Exam, status(Outcome::Failed));
         assert_eq!((view.steps.len(), view.score), (1, Some(80.0)));
-        assert_eq!(view.end.unwrap().text, "failed: late");
+        assert_eq!(view.end.unwrap().reasons, ["late"]);
         assert!(
-            !view_of("x", Difficulty::Trainee, status(Outcome::Running))
+            !view_of(Task::Cut, Difficulty::Trainee, status(Outcome::Running))
                 .steps
                 .is_empty()
         );

@@ -1,0 +1,95 @@
+//! Over the picture during a task: time, instrument, clips, pedal, alarm, what is next.
+
+use egui::{Align2, Color32, Frame, Rect, RichText, Ui, vec2};
+
+use super::super::panel::{Mark, line};
+use super::super::task;
+use super::super::{Asked, UiState, instrument_id};
+
+/// Size of the text, points.
+const TEXT: f32 = 22.0;
+
+pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {
+    let Some(task) = &state.task_view else { return };
+    let words = &state.words;
+    card(ui, "hud", place, Align2::LEFT_TOP, |ui| {
+        big(ui, &task::time(words, task));
+        ui.label(task::title(words, task));
+        let Some(tools) = &state.tools else { return };
+        big(ui, &words.say(instrument_id(tools.instrument)));
+        let clips = tools.clips_left.to_string().into();
+        ui.label(words.say_with("hud-clips", &[("count", clips)]));
+        let pedal = match tools.switches & 3 {
+            0 => "hud-pedal-none",
+            1 => "hud-pedal-cut",
+            2 => "hud-pedal-coagulate",
+            _ => "hud-pedal-both",
+        };
+        ui.label(words.say(pedal));
+        if tools.switches & 4 != 0 {
+            ui.label(words.say("hud-camera-held"));
+        }
+    });
+    if let Some(alarm) = &task.alarm {
+        card(ui, "hud alarm", place, Align2::CENTER_TOP, |ui| {
+            ui.style_mut().override_font_id = Some(egui::FontId::proportional(TEXT));
+            let text = task::alarm(words, alarm).into();
+            line(
+                ui,
+                Mark::Bad,
+                &words.say_with("hud-alarm", &[("text", text)]),
+            );
+        });
+    }
+    if let Some(end) = &task.end {
+        card(ui, "hud over", place, Align2::CENTER_CENTER, |ui| {
+            let outcome = words.say(&format!("outcome-{}", end.outcome));
+            ui.label(RichText::new(outcome).size(1.8 * TEXT).strong());
+            if let Some(score) = task.score {
+                let score = format!("{score:.0}").into();
+                big(ui, &words.say_with("task-score", &[("score", score)]));
+            }
+            for reason in &end.reasons {
+                ui.label(RichText::new(reason).size(TEXT));
+            }
+            if ui.button(words.say("hud-end")).clicked() {
+                asked.push(Asked::Quit);
+            }
+        });
+    } else if let Some(hint) = &task.hint {
+        card(ui, "hud hint", place, Align2::CENTER_BOTTOM, |ui| {
+            let hint = hint.as_str().into();
+            big(ui, &words.say_with("hud-hint", &[("text", hint)]));
+        });
+    }
+}
+
+fn big(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).size(TEXT));
+}
+
+/// Text on a dark ground at one side of the picture.
+pub(super) fn card(
+    ui: &Ui,
+    name: &'static str,
+    place: Rect,
+    side: Align2,
+    add: impl FnOnce(&mut Ui),
+) {
+    let margin = vec2(14.0, 14.0);
+    let at = side.pos_in_rect(&place.shrink2(margin));
+    egui::Area::new(egui::Id::unique(name))
+        .pivot(side)
+        .fixed_pos(at)
+        .constrain_to(place)
+        .show(ui.ctx(), |ui| {
+            Frame::new()
+                .fill(Color32::from_black_alpha(190))
+                .corner_radius(6)
+                .inner_margin(10)
+                .show(ui, |ui| {
+                    ui.visuals_mut().override_text_color = Some(Color32::WHITE);
+                    add(ui);
+                });
+        });
+}

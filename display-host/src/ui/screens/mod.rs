@@ -1,0 +1,75 @@
+//! What stands over the picture: the task as it goes, the pause, the settings. Each is a pure function
+//! from the state to widgets and to what is asked.
+
+mod hud;
+mod pause;
+mod settings;
+
+pub use settings::Settings;
+
+use egui::{FontId, Frame, Key, RichText, TextStyle, Ui};
+
+use super::{Asked, Link, UiState};
+
+/// Size of what is read from afar, points.
+const BODY: f32 = 20.0;
+/// Width of a screen's column, points.
+const COLUMN: f32 = 820.0;
+
+/// What covers the picture, if anything does.
+pub(super) fn cover(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) -> bool {
+    if !state.settings_open {
+        return false;
+    }
+    egui::ScrollArea::vertical().show(ui, |ui| {
+        let margin = ((ui.available_width() - COLUMN) * 0.5).clamp(12.0, 120.0) as i8;
+        Frame::new()
+            .inner_margin(egui::Margin::symmetric(margin, 24))
+            .show(ui, |ui| {
+                legible(ui);
+                settings::show(ui, state, asked);
+            });
+    });
+    true
+}
+
+/// What lies over the picture.
+pub(super) fn over(ui: &Ui, place: egui::Rect, state: &UiState, asked: &mut Vec<Asked>) {
+    hud::show(ui, place, state, asked);
+    if state.link == Link::Live && state.is_paused() {
+        pause::show(ui, place, state, asked);
+    }
+}
+
+/// What keys ask for while the settings are up; `None`: the picture's keys hold.
+pub(super) fn keys(ui: &Ui, state: &UiState) -> Option<Vec<Asked>> {
+    let table = [
+        (Key::Escape, Asked::ShowSettings(false)),
+        (Key::O, Asked::ShowSettings(false)),
+        (Key::F11, Asked::ToggleFullScreen),
+    ];
+    let pressed = |key: Key| ui.input(|input| input.key_pressed(key));
+    let chosen = table.into_iter().filter(|(key, _)| pressed(*key));
+    state
+        .settings_open
+        .then(|| chosen.map(|(_, asked)| asked).collect())
+}
+
+/// Text that is read from two metres away.
+fn legible(ui: &mut Ui) {
+    let style = ui.style_mut();
+    for name in [TextStyle::Body, TextStyle::Button] {
+        style.text_styles.insert(name, FontId::proportional(BODY));
+    }
+    style.spacing.item_spacing.y = 8.0;
+    style.spacing.button_padding = egui::vec2(10.0, 5.0);
+}
+
+fn title(ui: &mut Ui, text: &str) {
+    ui.label(RichText::new(text).size(1.6 * BODY).strong());
+}
+
+fn part(ui: &mut Ui, text: &str) {
+    ui.add_space(10.0);
+    ui.label(RichText::new(text).strong());
+}

@@ -1,0 +1,27 @@
+//! While the simulation stands still.
+
+use egui::{Align2, Rect, Ui};
+
+use super::super::{Asked, UiState};
+use super::hud::card;
+use super::{legible, title};
+
+pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {
+    let words = &state.words;
+    card(ui, "pause", place, Align2::CENTER_CENTER, |ui| {
+        legible(ui);
+        title(ui, &words.say("pause-title"));
+        ui.label(words.say("pause-note"));
+        let choices = [
+            ("pause-go-on", Asked::Pause(false)),
+            ("pause-again", Asked::Again),
+            ("settings", Asked::ShowSettings(true)),
+            ("pause-end", Asked::Quit),
+        ];
+        for (text, what) in choices {
+            if ui.button(words.say(text)).clicked() {
+                asked.push(what);
+            }
+        }
+    });
+}
