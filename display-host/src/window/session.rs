@@ -176,7 +176,7 @@ impl Session {
         self.host.drain_events(|event| {
             feed.note_event(event);
             if let Some(alarm) = alarm(event) {
-                ui.alarm = Some(alarm);
+                ui.alarm = Some(ui.words.say(alarm));
             }
             let organ = organ_kinds.get(event.organ as usize).copied().flatten();
             let effect = Effect::of_event(event, organ);
@@ -398,16 +398,15 @@ impl Session {
     }
 }
 
-/// What a trainee must be told of at once.
-fn alarm(event: &EventMsg) -> Option<String> {
+/// What a trainee must be told of at once: a message.
+fn alarm(event: &EventMsg) -> Option<&'static str> {
     // Codes of `rt_core::fault::Fault` that take the force away, or the current.
-    let text = match (event.kind, event.value as u32) {
-        (EventMsg::FAULT, 1) => "the force was not a number: it is off",
-        (EventMsg::FAULT, 3) => "the haptic device is late: force falls to zero",
-        (EventMsg::FAULT, 4) => "the haptic device is gone: force is off",
-        (EventMsg::FAULT, 17) => "both electrodes are asked at once: neither works",
-        (EventMsg::FAULT, 5) => "the handle was too fast: force is off until enabled (F)",
-        _ => return None,
-    };
-    Some(text.to_owned())
+    match (event.kind, event.value as u32) {
+        (EventMsg::FAULT, 1) => Some("fault-no-number"),
+        (EventMsg::FAULT, 3) => Some("fault-late"),
+        (EventMsg::FAULT, 4) => Some("fault-gone"),
+        (EventMsg::FAULT, 5) => Some("fault-fast"),
+        (EventMsg::FAULT, 17) => Some("fault-both"),
+        _ => None,
+    }
 }

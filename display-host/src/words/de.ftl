@@ -150,3 +150,10 @@ gate-damped = gedämpft: der Kontakt gab der Hand Energie
 gate-clamped = gekürzt auf das Höchste des Geräts
 gate-thermal-limited = gesenkt: die Motoren sind warm
 gate-slewed = verlangsamt: die Kraft änderte sich zu schnell
+
+## Was Kraft oder Strom nimmt
+fault-no-number = die Kraft war keine Zahl: sie ist aus
+fault-late = das haptische Gerät ist verspätet: die Kraft fällt auf null
+fault-gone = das haptische Gerät ist fort: die Kraft ist aus
+fault-fast = der Griff war zu schnell: die Kraft ist aus, bis sie eingeschaltet wird (F)
+fault-both = beide Elektroden zugleich verlangt: keine wirkt

@@ -150,3 +150,10 @@ gate-damped = damped: contact gave the hand energy
 gate-clamped = shortened to the device's peak
 gate-thermal-limited = lowered: the motors are warm
 gate-slewed = slowed: the force changed too fast
+
+## What takes the force or the current away
+fault-no-number = the force was not a number: it is off
+fault-late = the haptic device is late: force falls to zero
+fault-gone = the haptic device is gone: force is off
+fault-fast = the handle was too fast: force is off until enabled (F)
+fault-both = both electrodes are asked at once: neither works
