@@ -69,6 +69,7 @@ impl Cautery {
         };
         self.at_m = electrode.middle_m();
         let mut areas_m2 = surfaces;
+        let layered = layered(scene, bodies);
         let mut dried: Vec<(u32, f32), DRIED> = Vec::new();
         let apart = |apart: Apart| {
             vessels.note_change();
@@ -76,7 +77,8 @@ impl Cautery {
         };
         part_all(scene, bodies, apart, |bar, parted| {
             let touched = electrode.touches_bar(&bar.ends_m, bar.radius_m);
-            if touched <= 0.0 || parted >= 1.0 {
+            let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
+            if touched <= 0.0 || parted >= 1.0 || is_layered {
                 return parted;
             }
             if let Some(area_m2) = areas_m2.get_mut(usize::from(bar.organ)) {
@@ -141,14 +143,28 @@ impl Cautery {
     }
 }
 
+/// Organs whose bars go with their cells, not by themselves. O(cells).
+fn layered(scene: &Scene<'_>, bodies: &Bodies) -> [bool; MAX_ORGANS] {
+    let mut layered = [false; MAX_ORGANS];
+    for cell in scene.layers.cells {
+        let organ = usize::from(*bodies.organ.at(cell.sphere()));
+        if let Some(layered) = layered.get_mut(organ) {
+            *layered = true;
+        }
+    }
+    layered
+}
+
 fn touched_bars_m2(electrode: &Electrode, scene: &Scene<'_>, bodies: &mut Bodies) -> f32 {
+    let layered = layered(scene, bodies);
     let mut sum_m2 = 0.0;
     part_all(
         scene,
         bodies,
         |_| (),
         |bar, parted| {
-            if parted < 1.0 {
+            let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
+            if parted < 1.0 && !is_layered {
                 let touched = electrode.touches_bar(&bar.ends_m, bar.radius_m);
                 sum_m2 += bar.area_m2 * touched;
             }
