@@ -2,7 +2,7 @@
 //!
 //! A clip stays on its link of the tube and goes with it; the link is stiff and thin there. A tube that
 //! is squeezed flat is half its girth wide: what of that lies beyond the clip stays open. Steel is not
-//! cut ([`crate::cut`]), and what is not on a tube is lost.
+//! cut (`cut.rs`), and what is not on a tube is lost.
 
 use heapless::Vec;
 

@@ -20,8 +20,6 @@ use crate::sound::synth::{Current, Heard};
 use crate::ui::{Asked, Link, Overlay, Settings, TaskView, UiState};
 use crate::words::Language;
 
-/// As [`ToolFrame::instrument`] counts.
-const CLIP_APPLIER: u32 = 3;
 /// Frames whose records are kept: an hour and a half at 60 Hz; then the older half goes.
 const FRAMES_KEPT: usize = 400_000;
 /// Silence that is worth a word.
@@ -58,8 +56,8 @@ pub(super) struct Session {
     task: Option<Arc<Mutex<TaskView>>>,
     /// When the task last gave an alarm.
     alarmed: Option<Instant>,
-    /// The clip applier's jaws have been open.
-    jaws_were_open: bool,
+    /// The newest clip that has closed: it clicks once, on however many organs it is.
+    newest_clip: Option<u32>,
     /// Mouse and keyboard as the hand.
     pub(super) operate: Operate,
     /// What the panel shows.
@@ -109,7 +107,7 @@ impl Session {
             task,
             alarmed: None,
             heard: Heard::default(),
-            jaws_were_open: false,
+            newest_clip: None,
             operate: Operate::new(station),
             ui,
         }
@@ -172,9 +170,17 @@ impl Session {
         self.judge_link();
         let now = self.start.elapsed().as_secs_f64();
         let (feed, ui, pending) = (&mut self.feed, &mut self.ui, &mut self.pending);
-        let organ_kinds = &self.organ_kinds;
+        let (organ_kinds, newest_clip) = (&self.organ_kinds, &mut self.newest_clip);
+        let heard = &mut self.heard;
         self.host.drain_events(|event| {
             feed.note_event(event);
+            // While nothing is heard no click is due.
+            if event.kind == EventMsg::CLIP
+                && newest_clip.replace(event.value as u32) != Some(event.value as u32)
+                && ui.settings.sound
+            {
+                heard.clips = heard.clips.wrapping_add(1);
+            }
             if let Some(alarm) = alarm(event) {
                 ui.alarm = Some(ui.words.say(alarm));
             }
@@ -223,17 +229,6 @@ impl Session {
         let task_alarm = self.alarmed.is_some_and(|at| at.elapsed() < TASK_ALARM);
         self.heard.alarm = self.ui.alarm.is_some() || task_alarm;
         self.heard.heart = tools.is_some() && !self.ui.is_paused();
-        if let Some(tools) = tools.filter(|t| t.instrument == CLIP_APPLIER) {
-            self.jaws_were_open |= tools.jaw > 0.5;
-            if self.jaws_were_open && tools.jaw < 0.05 {
-                self.jaws_were_open = false;
-                // While nothing is heard no click is due.
-                self.heard.clips = self
-                    .heard
-                    .clips
-                    .wrapping_add(u8::from(self.ui.settings.sound));
-            }
-        }
         let clips = self.heard.clips;
         sound.hear(match self.ui.settings.sound {
             true => self.heard,
@@ -281,6 +276,7 @@ impl Session {
     /// The organs went back to rest: nothing bleeds, and nothing lies on them.
     fn forget_effects(&mut self) {
         self.pending.clear();
+        self.newest_clip = None;
         self.was_reset = true;
     }
 
@@ -322,6 +318,10 @@ impl Session {
                     continue;
                 }
                 Asked::ShowSettings(open) => {
+                    // Settings are chosen with the mouse, too.
+                    if open && self.operate.is_on() {
+                        self.carry_out(&[Asked::ToggleHand], observer);
+                    }
                     self.ui.settings_open = open;
                     continue;
                 }

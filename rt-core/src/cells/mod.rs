@@ -1,9 +1,9 @@
 //! Layered tissue (fat, connective tissue) that is taken away bit by bit: how much heat each cell has
 //! taken, and which are gone.
 //!
-//! A cell is gone when it has taken the energy that boils it away ([`burn`]), or when the strand for
-//! which it stands has torn ([`strand`]). What is gone is not met: the contact skin over it has sunk by
-//! what is missing under it ([`Cells::sunk_m`]), a sphere without any cells is there for nobody. What
+//! A cell is gone when it has taken the energy that boils it away (`burn`), or when the strand for
+//! which it stands has torn (`strand`). What is gone is not met: the contact skin over it has sunk by
+//! what is missing under it (`Cells::sunk_m`), a sphere without any cells is there for nobody. What
 //! remains of a sphere's cells is what remains of the bars at it. All of this is a function of the set
 //! of cells that are gone, not of the order in which they went.
 
@@ -23,7 +23,7 @@ use crate::soft_body::Bodies;
 use crate::soft_body::per_sphere::PerSphere;
 use crate::state::SphereBits;
 
-/// [`Cells::shown`] of a cell that is gone.
+/// `Cells::shown` of a cell that is gone.
 pub const GONE: u8 = u8::MAX;
 
 /// A contact skin under which nothing is left lies so much deeper, m: farther than a tool is followed.
