@@ -42,6 +42,25 @@ pub enum StoreError {
         /// What SQLite found.
         problem: String,
     },
+    /// Another program writes, and did not finish in time.
+    #[error(
+        "{path} is in use: another Calot, or another program, has it open and writes. Try again when that is done"
+    )]
+    Busy {
+        /// Which.
+        path: PathBuf,
+    },
+    /// What is deleted could stay readable in a file beside it.
+    #[error(
+        "{path} keeps a log beside it ({mode}), in which what is deleted could be read on, and another program \
+         holds it open. Nobody was forgotten: end the programs that have it open, and try again"
+    )]
+    Log {
+        /// Which.
+        path: PathBuf,
+        /// SQLite's journal mode.
+        mode: String,
+    },
     /// SQLite refuses.
     #[error("{path}: {source}")]
     Sqlite {

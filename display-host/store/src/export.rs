@@ -9,6 +9,20 @@ use crate::error::StoreError;
 use crate::open::Store;
 use crate::sessions::SessionRecord;
 
+/// Columns of a session; its metrics come after.
+const COLUMNS: [&str; 10] = [
+    "trainee",
+    "session",
+    "began_unix_s",
+    "task",
+    "difficulty",
+    "outcome",
+    "score",
+    "alarms",
+    "metrics_version",
+    "scene",
+];
+
 impl Store {
     /// All that is kept of somebody, or of everybody: names, sessions with their sheets, answers.
     ///
@@ -57,11 +71,12 @@ impl Store {
         }
         let metrics: BTreeSet<&String> =
             rows.iter().flat_map(|(_, it)| it.metrics.keys()).collect();
-        let mut text = String::from(
-            "trainee,session,began_unix_s,task,difficulty,outcome,score,alarms,metrics_version,scene",
-        );
+        let mut text = COLUMNS.join(",");
         for metric in &metrics {
-            let _ = write!(text, ",{}", field(metric));
+            // Each column has a name of its own.
+            let taken = COLUMNS.contains(&metric.as_str());
+            let before = if taken { "metric_" } else { "" };
+            let _ = write!(text, ",{}", field(&format!("{before}{metric}")));
         }
         for (name, it) in &rows {
             let _ = write!(

@@ -69,6 +69,11 @@ impl Store {
     /// # Errors
     /// As [`StoreError`] says; a file that is refused is not changed.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
+        Self::open_within(path, PATIENCE)
+    }
+
+    /// As [`Store::open`], waiting so long for another program.
+    pub(crate) fn open_within(path: &Path, patience: Duration) -> Result<Self, StoreError> {
         let io = |source| StoreError::Io {
             path: path.to_owned(),
             source,
@@ -99,12 +104,14 @@ impl Store {
         }
         let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let mut connection = Connection::open_with_flags(path, flags).map_err(sqlite)?;
-        connection.busy_timeout(PATIENCE).map_err(sqlite)?;
+        connection.busy_timeout(patience).map_err(sqlite)?;
         // What is deleted is overwritten: who is forgotten is.
         connection
             .execute_batch("PRAGMA foreign_keys = ON; PRAGMA secure_delete = ON;")
-            .map_err(|error| damaged(path, &error))?;
+            .map_err(|error| opening(path, error))?;
         Self::make_or_check(&mut connection, path)?;
+        // Somebody's tool may have left it with a log beside it; whoever needs it gone asks again.
+        let _ = one_file(&connection);
         // One that was copied here may be open to others.
         file.set_permissions(Permissions::from_mode(0o600))
             .map_err(io)?;
@@ -115,11 +122,8 @@ impl Store {
     }
 
     fn make_or_check(connection: &mut Connection, path: &Path) -> Result<(), StoreError> {
-        let broken = |error: rusqlite::Error| damaged(path, &error);
-        let sqlite = |source| StoreError::Sqlite {
-            path: path.to_owned(),
-            source,
-        };
+        let broken = |error: rusqlite::Error| opening(path, error);
+        let sqlite = |source| refused(path, source);
         // Two programs that make it at once: one waits for the other.
         let making = connection
             .transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)
@@ -176,14 +180,38 @@ impl Store {
     }
 
     pub(crate) fn refused(&self, error: rusqlite::Error) -> StoreError {
-        use rusqlite::ErrorCode::{DatabaseCorrupt, NotADatabase};
-        match error.sqlite_error_code() {
-            Some(DatabaseCorrupt | NotADatabase) => damaged(&self.path, &error),
-            _ => StoreError::Sqlite {
-                path: self.path.clone(),
-                source: error,
-            },
-        }
+        refused(&self.path, error)
+    }
+}
+
+/// Keeps all in the one file, and gives the journal mode that it has then: "delete", unless another
+/// program holds it open with a log beside it.
+pub(crate) fn one_file(connection: &Connection) -> rusqlite::Result<String> {
+    connection.query_row("PRAGMA journal_mode = DELETE", [], |row| row.get(0))
+}
+
+/// What SQLite refused.
+fn refused(path: &Path, error: rusqlite::Error) -> StoreError {
+    use rusqlite::ErrorCode::{DatabaseBusy, DatabaseCorrupt, DatabaseLocked, NotADatabase};
+    match error.sqlite_error_code() {
+        Some(DatabaseBusy | DatabaseLocked) => StoreError::Busy {
+            path: path.to_owned(),
+        },
+        Some(DatabaseCorrupt | NotADatabase) => damaged(path, &error),
+        _ => StoreError::Sqlite {
+            path: path.to_owned(),
+            source: error,
+        },
+    }
+}
+
+/// What SQLite refused of the first questions to a file: they can be answered of any whole one, so that
+/// what it cannot make sense of is damage, but not what the machine or another program keeps from it.
+fn opening(path: &Path, error: rusqlite::Error) -> StoreError {
+    use rusqlite::ErrorCode::{ApiMisuse, TypeMismatch, Unknown};
+    match error.sqlite_error_code() {
+        None | Some(Unknown | TypeMismatch | ApiMisuse) => damaged(path, &error),
+        Some(_) => refused(path, error),
     }
 }
 

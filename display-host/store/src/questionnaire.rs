@@ -1,5 +1,9 @@
 //! Questionnaires: the paper's fourteen items, or a file's; answers; mean and standard deviation.
 
+use std::fmt::Display;
+use std::io::Read as _;
+use std::path::Path;
+
 use rusqlite::params;
 
 use crate::error::StoreError;
@@ -8,6 +12,8 @@ use crate::sheet::check_points;
 
 /// The paper's, in our words.
 const BUILT_IN: &str = include_str!("questionnaire.toml");
+/// Longest file that is read.
+const MAX_BYTES: u64 = 64 << 10;
 /// Items that a questionnaire may have.
 const ITEMS_MAX: usize = 100;
 /// Longest text, characters.
@@ -67,6 +73,22 @@ impl Default for Questionnaire {
 }
 
 impl Questionnaire {
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// [`StoreError::Questionnaire`], with the file and what is wrong.
+    pub fn read(path: &Path) -> Result<Self, StoreError> {
+        let wrong =
+            |why: &dyn Display| StoreError::Questionnaire(format!("{}: {why}", path.display()));
+        let mut text = String::new();
+        let file = std::fs::File::open(path).map_err(|error| wrong(&error))?;
+        let read = file.take(MAX_BYTES + 1).read_to_string(&mut text);
+        if read.map_err(|error| wrong(&error))? as u64 > MAX_BYTES {
+            return Err(wrong(&format_args!("at most {MAX_BYTES} bytes are read")));
+        }
+        Self::parse(&text)
+    }
+
     /// Reads a file's text.
     ///
     /// # Errors

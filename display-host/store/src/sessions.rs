@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use rusqlite::{OptionalExtension as _, Row, params};
 
 use crate::error::StoreError;
-use crate::open::Store;
+use crate::open::{Store, one_file};
 
 /// A name's length, characters.
 const NAME_MAX: usize = 64;
@@ -48,21 +48,43 @@ pub struct Trainee {
     pub sessions: i64,
 }
 
-/// Whether a name may be: 1 to 64 characters without control characters, not blank.
+/// The name as it is kept, if it may be: without spaces around it, 1 to 64 characters, each of which is seen.
 ///
 /// # Errors
-/// [`StoreError::Value`].
-pub fn check_name(name: &str) -> Result<(), StoreError> {
-    let length = name.chars().count();
-    let sane = (1..=NAME_MAX).contains(&length) && !name.chars().any(char::is_control);
-    match sane && !name.trim().is_empty() {
-        true => Ok(()),
-        false => Err(StoreError::Value {
-            what: "a trainee's name".to_owned(),
-            value: format!("'{}'", name.escape_debug().take(80).collect::<String>()),
-            allowed: "1 to 64 characters, none of them a control character, not only spaces",
-        }),
+/// [`StoreError::Value`], with the character that is not allowed.
+pub fn check_name(name: &str) -> Result<&str, StoreError> {
+    let name = name.trim();
+    let unseen = name.chars().find(|it| is_unseen(*it));
+    if unseen.is_none() && (1..=NAME_MAX).contains(&name.chars().count()) {
+        return Ok(name);
     }
+    let shown: String = name.escape_debug().take(80).collect();
+    Err(StoreError::Value {
+        what: "a trainee's name".to_owned(),
+        value: match unseen {
+            Some(it) => format!(
+                "'{shown}', with the unseen character U+{:04X}",
+                u32::from(it)
+            ),
+            None => format!("'{shown}'"),
+        },
+        allowed: "1 to 64 characters between the spaces around it, none of them a control character, of no width, \
+                  or turning the text around: two names that look alike would be two people",
+    })
+}
+
+/// Control characters, and those that Unicode calls formats, separators of lines, and fillers: they are not
+/// seen, or change how what follows is seen.
+fn is_unseen(it: char) -> bool {
+    it.is_control()
+        || matches!(
+            u32::from(it),
+            0xad | 0x34f | 0x600..=0x605 | 0x61c | 0x6dd | 0x70f | 0x890..=0x891 | 0x8e2
+                | 0x115f..=0x1160 | 0x17b4..=0x17b5 | 0x180b..=0x180f | 0x200b..=0x200f
+                | 0x2028..=0x202e | 0x2060..=0x206f | 0x2800 | 0x3164 | 0xfe00..=0xfe0f | 0xfeff
+                | 0xffa0 | 0xfff0..=0xfffb | 0x110bd | 0x110cd | 0x13430..=0x1343f
+                | 0x1bca0..=0x1bca3 | 0x1d173..=0x1d17a | 0xe0000..=0xe0fff
+        )
 }
 
 impl Store {
@@ -111,7 +133,7 @@ impl Store {
     }
 
     pub(crate) fn trainee_or_new(&self, name: &str) -> Result<i64, StoreError> {
-        check_name(name)?;
+        let name = check_name(name)?;
         self.connection
             .execute("INSERT OR IGNORE INTO trainee (name) VALUES (?1)", [name])
             .map_err(|error| self.refused(error))?;
@@ -119,11 +141,14 @@ impl Store {
     }
 
     pub(crate) fn trainee(&self, name: &str) -> Result<i64, StoreError> {
+        // A name with spaces around it may have been kept by an earlier program.
         let found = self
             .connection
-            .query_row("SELECT id FROM trainee WHERE name = ?1", [name], |row| {
-                row.get(0)
-            })
+            .query_row(
+                "SELECT id FROM trainee WHERE name IN (?1, ?2) ORDER BY name = ?1 DESC",
+                [name, name.trim()],
+                |row| row.get(0),
+            )
             .optional();
         found
             .map_err(|error| self.refused(error))?
@@ -186,11 +211,24 @@ impl Store {
     /// recordings that were named, which lie where they lay.
     ///
     /// # Errors
-    /// When there is nobody of this name, or the file cannot be written.
+    /// When there is nobody of this name, the file cannot be written, or what is deleted would stay in a log
+    /// beside it.
     pub fn forget(&mut self, name: &str) -> Result<Vec<String>, StoreError> {
         let files = self.sessions(name, None)?;
+        let trainee = self.trainee(name)?;
+        let mode = one_file(&self.connection).map_err(|error| self.refused(error));
+        match mode {
+            Ok(mode) if mode == "delete" => {}
+            Err(error) if !matches!(error, StoreError::Busy { .. }) => return Err(error),
+            held => {
+                return Err(StoreError::Log {
+                    path: self.path().to_owned(),
+                    mode: held.unwrap_or_else(|_| "wal".to_owned()),
+                });
+            }
+        }
         self.connection
-            .execute("DELETE FROM trainee WHERE name = ?1", [name])
+            .execute("DELETE FROM trainee WHERE id = ?1", [trainee])
             .map_err(|error| self.refused(error))?;
         self.connection
             .execute_batch("VACUUM")

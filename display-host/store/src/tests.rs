@@ -1,5 +1,6 @@
 use std::os::unix::fs::PermissionsExt as _;
 use std::path::Path;
+use std::time::Duration;
 
 use proptest::prelude::*;
 use rusqlite::Connection;
@@ -220,6 +221,99 @@ fn names_are_short_and_printable() {
     for bad in ["", " ", "a\nb", "\u{1b}[31m", &"x".repeat(65)] {
         assert!(check_name(bad).is_err(), "{bad:?}");
     }
+}
+
+#[test]
+fn names_that_look_alike_are_one_or_refused_with_the_reason() {
+    assert_eq!(check_name("  Ada\t").unwrap(), "Ada");
+    for (bad, which) in [
+        ("Ada\u{202e}", "U+202E"),
+        ("A\u{200b}da", "U+200B"),
+        ("\u{feff}Ada", "U+FEFF"),
+    ] {
+        let error = check_name(bad).unwrap_err().to_string();
+        assert!(
+            error.contains(which) && error.contains("look alike"),
+            "{error}"
+        );
+    }
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    store.add_session("Ada ", &session(1, "cut", 1.0)).unwrap();
+    store.add_session(" Ada", &session(2, "cut", 1.0)).unwrap();
+    assert_eq!(store.trainees().unwrap().len(), 1);
+    assert_eq!(store.sessions("Ada", None).unwrap().len(), 2);
+    store.forget(" Ada ").unwrap();
+    assert!(store.trainees().unwrap().is_empty());
+}
+
+#[test]
+fn a_store_that_another_program_writes_is_busy_and_not_damaged() {
+    let (_folder, path) = folder();
+    drop(Store::open(&path).unwrap());
+    let other = Connection::open(&path).unwrap();
+    other.execute_batch("BEGIN EXCLUSIVE").unwrap();
+    let error = Store::open_within(&path, Duration::from_millis(10)).unwrap_err();
+    assert!(matches!(error, StoreError::Busy { .. }), "{error}");
+    let error = error.to_string();
+    assert!(
+        error.contains("try again") || error.contains("Try again"),
+        "{error}"
+    );
+    assert!(!error.contains("move"), "{error}");
+    other.execute_batch("COMMIT").unwrap();
+    Store::open(&path).unwrap();
+}
+
+#[test]
+fn who_is_forgotten_is_in_no_log_beside_the_store() {
+    let (_folder, path) = folder();
+    drop(Store::open(&path).unwrap());
+    let other = Connection::open(&path).unwrap();
+    other
+        .execute_batch("PRAGMA journal_mode = WAL; PRAGMA user_version = 1")
+        .unwrap();
+    let mut store = Store::open_within(&path, Duration::from_millis(10)).unwrap();
+    let name = "Zaphod Beeblebrox";
+    store.add_session(name, &session(1, "cut", 1.0)).unwrap();
+    let error = store.forget(name).unwrap_err();
+    assert!(matches!(error, StoreError::Log { .. }), "{error}");
+    assert!(
+        error.to_string().contains("Nobody was forgotten"),
+        "{error}"
+    );
+    assert_eq!(store.sessions(name, None).unwrap().len(), 1);
+    drop(other);
+    store.forget(name).unwrap();
+    let beside = std::fs::read_dir(path.parent().unwrap()).unwrap();
+    for file in beside {
+        let file = file.unwrap().path();
+        let bytes = std::fs::read(&file).unwrap();
+        let there = bytes.windows(name.len()).any(|it| it == name.as_bytes());
+        assert!(!there, "{}", file.display());
+    }
+}
+
+#[test]
+fn columns_have_names_of_their_own() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let mut it = session(1, "cut", 1.0);
+    it.metrics.insert("alarms".to_owned(), 1.0);
+    store.add_session("Ada", &it).unwrap();
+    let csv = store.export_csv(None).unwrap();
+    let header: Vec<&str> = csv.lines().next().unwrap().split(',').collect();
+    let names: std::collections::BTreeSet<_> = header.iter().collect();
+    assert_eq!(names.len(), header.len(), "{csv}");
+    assert!(header.contains(&"metric_alarms"), "{csv}");
+}
+
+#[test]
+fn a_questionnaire_without_end_is_refused() {
+    let error = Questionnaire::read(Path::new("/dev/zero")).unwrap_err();
+    assert!(error.to_string().contains("65536 bytes"), "{error}");
+    let error = Questionnaire::read(Path::new("/nowhere/a.toml")).unwrap_err();
+    assert!(error.to_string().contains("/nowhere/a.toml"), "{error}");
 }
 
 #[test]

@@ -192,9 +192,7 @@ fn questions(path: Option<&Path>) -> Result<Questionnaire, Problem> {
     let Some(path) = path else {
         return Ok(Questionnaire::default());
     };
-    let text = std::fs::read_to_string(path);
-    let text = text.map_err(|error| format!("{}: {error}", path.display()))?;
-    Ok(Questionnaire::parse(&text)?)
+    Ok(Questionnaire::read(path)?)
 }
 
 /// Asks in the terminal, until each answer is 1 to 5.

@@ -33,7 +33,7 @@ pub(crate) struct TaskArgs {
 }
 
 fn parse_trainee(text: &str) -> Result<String, String> {
-    let checked = store::check_name(text).map(|()| text.to_owned());
+    let checked = store::check_name(text).map(str::to_owned);
     checked.map_err(|error| error.to_string())
 }
 
