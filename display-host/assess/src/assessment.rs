@@ -104,6 +104,7 @@ pub struct Assessment {
     began_ns: Option<u64>,
     newest: Option<Movement>,
     restarts: u32,
+    is_prepared: bool,
     over: Option<(Outcome, Vec<String>)>,
 }
 
@@ -124,6 +125,7 @@ impl Assessment {
             began_ns: None,
             newest: None,
             restarts: 0,
+            is_prepared: false,
             over: None,
         }
     }
@@ -141,11 +143,14 @@ impl Assessment {
                 self.restart();
             }
             What::Start { task } => {
+                // The first prepares; whoever asks again begins again.
+                self.restarts += u32::from(self.is_prepared && self.began_ns.is_some());
+                self.is_prepared = true;
                 self.restart();
                 self.procedure.prepare(*task);
             }
             What::Moved(moved) => self.moved(entry.at_ns, moved),
-            What::Event(event) => self.event(entry.at_ns, event),
+            What::Event(event) => self.event(event),
         }
         self.judge();
     }
@@ -181,9 +186,10 @@ impl Assessment {
         self.newest = Some(*moved);
     }
 
-    fn event(&mut self, at_ns: u64, event: &EventMsg) {
+    fn event(&mut self, event: &EventMsg) {
         self.tally.event(event, &self.anatomy);
-        let at_s = self.seconds(at_ns);
+        // As everything that is judged: in time that counts, without pauses and gaps.
+        let at_s = self.tally.time_s();
         let wrong = self
             .procedure
             .event(at_s, event, &self.anatomy, &self.rules, &self.tally);
@@ -267,7 +273,7 @@ impl Assessment {
         }
     }
 
-    /// What it came to: what is not over now is aborted.
+    /// What it came to: what is not over now is aborted, and scores nothing.
     #[must_use]
     pub fn end(self) -> Assessed {
         let metrics = self.values();
@@ -281,6 +287,10 @@ impl Assessment {
                 (Outcome::Aborted, open.collect())
             }
         });
+        let score = match outcome {
+            Outcome::Aborted => 0.0,
+            _ => score,
+        };
         Assessed {
             version: VERSION,
             task: self.task,

@@ -330,12 +330,16 @@ fn blood_is_flow_over_time_until_it_is_stopped() {
     rest(&mut assessment, 0.0, 1.0);
     assessment.take(&event(1.0, EventMsg::LEAK, ARTERY, 0.0, 0.5));
     rest(&mut assessment, 1.1, 7.0);
-    // The end moved with the tissue; it is the same.
-    assessment.take(&event(7.0, EventMsg::LEAK, ARTERY, 0.01, 0.0));
+    assessment.take(&event(7.0, EventMsg::LEAK, ARTERY, 0.0, 0.0));
     rest(&mut assessment, 7.1, 20.0);
+    // Two ends lie near each other; one of them is stopped.
+    assessment.take(&event(20.0, EventMsg::LEAK, ARTERY, 0.0, 1.0));
+    assessment.take(&event(20.0, EventMsg::LEAK, ARTERY, 0.002, 1.0));
+    assessment.take(&event(20.0, EventMsg::LEAK, ARTERY, 0.002, 0.0));
+    rest(&mut assessment, 20.0, 21.0);
     let blood_ml = assessment.end().metrics.get(Metric::Blood);
-    // 30 ml/min, half of it, 6 s.
-    assert!((blood_ml - 1.5).abs() < 0.05, "{blood_ml}");
+    // 30 ml/min, half of it for 6 s and all of it for 1 s.
+    assert!((blood_ml - 2.0).abs() < 0.05, "{blood_ml}");
 }
 
 #[test]
@@ -350,9 +354,12 @@ fn a_reset_begins_anew_and_is_counted() {
     };
     assessment.take(&reset);
     rest(&mut assessment, 6.0, 7.0);
+    is(assessment.status().score, 100.0);
     let assessed = assessment.end();
-    is(assessed.score, 100.0);
     is(assessed.metrics.get(Metric::Restarts), 1.0);
+    // Who does nothing has done nothing wrong, and nothing.
+    assert_eq!(assessed.outcome, Outcome::Aborted);
+    is(assessed.score, 0.0);
     assert!((assessed.metrics.get(Metric::Time) - 1.0).abs() < 0.01);
 }
 
@@ -374,6 +381,48 @@ fn pauses_and_gaps_are_no_time() {
     assert!((metrics.get(Metric::Time) - 1.1).abs() < 1e-6);
     assert!((metrics.get(Metric::Gaps) - 4.0).abs() < 1e-6);
     is(metrics.get(Metric::Path), 0.0);
+}
+
+#[test]
+fn a_pause_before_a_cut_does_not_hold_the_end_up() {
+    let mut assessment = begin(Task::Cut);
+    rest(&mut assessment, 0.0, 0.5);
+    clip_both(&mut assessment);
+    let paused = Movement {
+        switches: 8,
+        ..here([0.0, 0.0, -0.1])
+    };
+    for step in 0..6000 {
+        assessment.take(&moved(0.6 + f64::from(step) * 0.1, paused));
+    }
+    for organ in [DUCT, ARTERY] {
+        cut(&mut assessment, 600.6, organ);
+    }
+    rest(&mut assessment, 600.7, 610.0);
+    assert_eq!(assessment.end().outcome, Outcome::Passed);
+}
+
+#[test]
+fn whoever_has_a_task_prepared_again_begins_again_with_its_clips() {
+    let mut assessment = begin(Task::Cut);
+    let start = |at_ns| Entry {
+        tick: 0,
+        at_ns,
+        what: What::Start { task: 3 },
+    };
+    rest(&mut assessment, 0.0, 0.3);
+    assessment.take(&start(300_000_000));
+    rest(&mut assessment, 0.4, 3.0);
+    assessment.take(&start(3_000_000_000));
+    rest(&mut assessment, 3.1, 4.0);
+    for organ in [DUCT, ARTERY] {
+        cut(&mut assessment, 4.0, organ);
+    }
+    rest(&mut assessment, 4.1, 12.0);
+    let assessed = assessment.end();
+    is(assessed.metrics.get(Metric::Restarts), 1.0);
+    assert!(assessed.metrics.get(Metric::Time) < 9.0);
+    assert!(assessed.alarms.is_empty(), "{:?}", assessed.alarms);
 }
 
 #[test]

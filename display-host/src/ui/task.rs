@@ -24,6 +24,8 @@ pub struct TaskView {
     pub hint: Option<String>,
     /// Set once it is over.
     pub end: Option<TaskEnd>,
+    /// The task as `CommandMsg::START` counts; none of one that begins with the organs at rest.
+    pub start: Option<u32>,
 }
 
 /// Something that was wrong.

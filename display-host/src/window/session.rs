@@ -26,6 +26,8 @@ const FRAMES_KEPT: usize = 400_000;
 const SILENCE: Duration = Duration::from_millis(500);
 /// How long a command may hold the picture up.
 const COMMAND_PATIENCE: Duration = Duration::from_millis(60);
+/// The same of one that prepares a task, which takes the controller a while.
+const START_PATIENCE: Duration = Duration::from_secs(2);
 /// How long an alarm of the task sounds.
 const TASK_ALARM: Duration = Duration::from_millis(1500);
 /// The force's plot looks back this far, s.
@@ -290,7 +292,11 @@ impl Session {
         for asked in asked {
             let (kind, argument, what) = match *asked {
                 Asked::Pause(on) => (CommandMsg::PAUSE, u32::from(on), "pause".to_owned()),
-                Asked::Reset => (CommandMsg::RESET, 0, "reset".to_owned()),
+                // A task begins again where it began.
+                Asked::Reset => match self.ui.task_view.as_ref().and_then(|it| it.start) {
+                    Some(task) => (CommandMsg::START, task, "start again".to_owned()),
+                    None => (CommandMsg::RESET, 0, "reset".to_owned()),
+                },
                 Asked::EnableForce(on) => {
                     (CommandMsg::ENABLE_FORCE, u32::from(on), "force".to_owned())
                 }
@@ -341,9 +347,13 @@ impl Session {
                 | Asked::Quit => continue,
             };
             let command = CommandMsg { kind, argument };
-            let problem = match self.host.command(command, COMMAND_PATIENCE) {
+            let patience = match kind {
+                CommandMsg::START => START_PATIENCE,
+                _ => COMMAND_PATIENCE,
+            };
+            let problem = match self.host.command(command, patience) {
                 Ok(reply) if reply.outcome == 0 => {
-                    if kind == CommandMsg::RESET {
+                    if [CommandMsg::RESET, CommandMsg::START].contains(&kind) {
                         self.forget_effects();
                     }
                     continue;

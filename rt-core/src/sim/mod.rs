@@ -160,6 +160,7 @@ impl<'a> Sim<'a> {
         self.burn();
         self.tear();
         self.leak();
+        faults.raise_if(self.journal.is_full(), Fault::EventOverflow);
         ports.stamp(Stage::Procedure);
 
         self.fault_counters.count(faults);

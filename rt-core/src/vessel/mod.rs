@@ -119,9 +119,11 @@ impl Vessels {
             }
             Progress::Spreading => {
                 if !self.spread(scene, clips, bodies) {
-                    self.progress = Progress::Known;
                     self.find_holes(scene, bodies);
-                    self.tell(scene, clips, bodies, journal);
+                    // What this tick has no room for the next one tells.
+                    if self.tell(scene, clips, bodies, journal) {
+                        self.progress = Progress::Known;
+                    }
                 }
             }
         }
@@ -145,7 +147,15 @@ impl Vessels {
         1.0 - f32::from(quarters as u8) * 0.25
     }
 
-    fn tell(&mut self, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies, journal: &mut Journal) {
+    /// Tells of what has changed; whether there was room for all of it.
+    fn tell(
+        &mut self,
+        scene: &Scene<'_>,
+        clips: &Clips,
+        bodies: &Bodies,
+        journal: &mut Journal,
+    ) -> bool {
+        let mut is_told = true;
         let mut holes = core::mem::take(&mut self.holes);
         for hole in &mut holes {
             let sphere = hole.opening.sphere();
@@ -154,7 +164,11 @@ impl Vessels {
                 .at(sphere)
                 .min(self.open(sphere, scene, bodies));
             let flow = reaches * hole.opening.share(scene, clips);
-            if (flow - hole.told).abs() > TOLD {
+            if (flow - hole.told).abs() <= TOLD {
+                continue;
+            }
+            is_told &= journal.has_room();
+            if journal.has_room() {
                 hole.told = flow;
                 let at_m = *hole.at_m.get_or_insert(bodies.nodes.at(sphere).center_m());
                 journal.raise(Event {
@@ -166,5 +180,6 @@ impl Vessels {
             }
         }
         self.holes = holes;
+        is_told
     }
 }

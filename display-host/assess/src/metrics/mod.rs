@@ -23,8 +23,8 @@ const GAP_S: f64 = 0.25;
 pub(crate) const VIEW_HALF_RAD: f64 = 0.61;
 /// Shorter turns do not count, rad.
 const TURN_RULER_RAD: f64 = std::f64::consts::PI / 180.0;
-/// A leak that changes within this of where it was is the same, m: ends move with the tissue.
-const SAME_LEAK_M: f64 = 0.02;
+/// Leaks as near as this to each other are one, m: every event of one leak has one place.
+const SAME_LEAK_M: f64 = 0.000_1;
 /// [`Movement::instrument`]: the hook.
 const HOOK: u8 = 1;
 

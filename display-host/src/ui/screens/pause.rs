@@ -19,6 +19,11 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
             ("pause-end", Asked::Quit),
         ];
         for (text, what) in choices {
+            // What is decided is not begun again.
+            let is_over = state.task_view.as_ref().is_some_and(|it| it.end.is_some());
+            if what == Asked::Again && is_over {
+                continue;
+            }
             if ui.button(words.say(text)).clicked() {
                 asked.push(what);
             }

@@ -77,6 +77,7 @@ impl Assigned {
     pub(crate) fn assignment(&self) -> Assignment {
         Assignment {
             task: self.task.name().to_owned(),
+            start: number(self.task),
             difficulty: self.difficulty.name().to_owned(),
             rules: self.rules.text().to_owned(),
             id: self.id.clone(),
@@ -203,15 +204,21 @@ fn follow(
     assessment.end()
 }
 
+/// A task as [`CommandMsg::START`] counts; none of one that begins with the organs at rest.
+fn number(task: Task) -> Option<u32> {
+    match task {
+        Task::Identify => Some(1),
+        Task::Clamp => Some(2),
+        Task::Cut => Some(3),
+        Task::Disconnect => Some(4),
+        Task::Full | Task::Free | Task::Scope => None,
+    }
+}
+
 /// Has the controller put the organs to where a task begins.
 pub(crate) fn start(task: Task, station: &Station) -> Result<(), Problem> {
-    let argument = match task {
-        Task::Identify => 1,
-        Task::Clamp => 2,
-        Task::Cut => 3,
-        Task::Disconnect => 4,
-        // From the beginning.
-        Task::Full | Task::Free | Task::Scope => return Ok(()),
+    let Some(argument) = number(task) else {
+        return Ok(());
     };
     let kind = CommandMsg::START;
     let command = CommandMsg { kind, argument };
@@ -244,6 +251,7 @@ fn view_of(task: Task, difficulty: Difficulty, status: Status) -> TaskView {
         score: open.then_some(status.score),
         hint: status.hint,
         end,
+        start: number(task),
     }
 }
 
