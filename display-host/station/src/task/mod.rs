@@ -77,7 +77,6 @@ impl Assigned {
     pub(crate) fn assignment(&self) -> Assignment {
         Assignment {
             task: self.task.name().to_owned(),
-            start: number(self.task),
             difficulty: self.difficulty.name().to_owned(),
             rules: self.rules.text().to_owned(),
             id: self.id.clone(),
@@ -99,6 +98,7 @@ impl Assigned {
         let (sender, course) = mpsc::channel();
         let view = Arc::new(Mutex::new(TaskView {
             task: self.task.name().to_owned(),
+            start: number(self.task),
             ..TaskView::default()
         }));
         let over = Arc::new(AtomicBool::new(false));
