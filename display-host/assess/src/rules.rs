@@ -1,6 +1,7 @@
 //! Pass rules and weights, from a TOML file that may come from anywhere.
 
 use std::collections::BTreeMap;
+use std::io::Read as _;
 use std::ops::RangeInclusive;
 
 use serde::Deserialize;
@@ -205,10 +206,15 @@ impl Rules {
     /// # Errors
     /// As [`RulesError`] says.
     pub fn read(path: &std::path::Path) -> Result<Self, RulesError> {
-        let text = std::fs::read_to_string(path).map_err(|source| RulesError::Io {
+        let io = |source| RulesError::Io {
             path: path.to_owned(),
             source,
-        })?;
+        };
+        let mut text = String::new();
+        // One byte more than is allowed, by which `parse` knows; some files never end.
+        let file = std::fs::File::open(path).map_err(io)?;
+        let mut file = file.take(MAX_BYTES as u64 + 1);
+        file.read_to_string(&mut text).map_err(io)?;
         Self::parse(&text)
     }
 
@@ -219,7 +225,7 @@ impl Rules {
     pub fn parse(text: &str) -> Result<Self, RulesError> {
         if text.len() > MAX_BYTES {
             let why = format!(
-                "a file of {} bytes, at most {MAX_BYTES} are read; ",
+                "a file of {} bytes or more, at most {MAX_BYTES} are read; ",
                 text.len()
             );
             return Err(RulesError::Form(why));
@@ -260,7 +266,7 @@ impl Rules {
                 triangle: share("triangle", &done.triangle)?,
                 lower_bed: share("lower_bed", &done.lower_bed)?,
                 bed: share("bed", &done.bed)?,
-                clips: check.whole("clips", &done.clips, 1..=6)? as usize,
+                clips: check.whole("clips", &done.clips, 1..=3)? as usize,
                 settle_s: check.number("settle_s", &done.settle_s, 0.0..=60.0)?,
                 leak: share("leak", &done.leak)?,
                 look_s: check.number("look_s", &done.look_s, 0.1..=60.0)?,
@@ -450,19 +456,36 @@ impl Check<'_> {
                 let value = value.as_ref();
                 value.map(|value| self.number("a bound", value, -1e9..=1e9))
             };
-            let is_score = condition.metric.get_ref() == "score";
-            Ok(Condition {
-                metric: match is_score {
-                    true => None,
-                    false => Some(self.metric(&condition.metric)?),
-                },
-                at_least: bound(&condition.at_least)
-                    .transpose()?
-                    .unwrap_or(f64::NEG_INFINITY),
-                at_most: bound(&condition.at_most)
-                    .transpose()?
-                    .unwrap_or(f64::INFINITY),
-            })
+            let name = &condition.metric;
+            let metric = match name.get_ref().as_str() {
+                "score" => None,
+                _ => Some(self.metric(name)?),
+            };
+            let least = bound(&condition.at_least).transpose()?;
+            let most = bound(&condition.at_most).transpose()?;
+            let asks = |value: String, allowed: String| {
+                self.refuse(
+                    name,
+                    format!("what is asked of {}", name.get_ref()),
+                    &value,
+                    allowed,
+                )
+            };
+            match (least, most) {
+                (None, None) => {
+                    let allowed = "at_least, at_most, or both: this would pass anybody";
+                    Err(asks("nothing".into(), allowed.into()))
+                }
+                (Some(least), Some(most)) if least > most => Err(asks(
+                    format!("at least {least} and at most {most}"),
+                    "at_least no more than at_most: this could not be passed".into(),
+                )),
+                _ => Ok(Condition {
+                    metric,
+                    at_least: least.unwrap_or(f64::NEG_INFINITY),
+                    at_most: most.unwrap_or(f64::INFINITY),
+                }),
+            }
         });
         Ok(TaskRules {
             time_max_s: time.transpose()?.unwrap_or(f64::INFINITY),
@@ -539,8 +562,32 @@ mod tests {
         assert!(refused("[task.scope]", "[task.dance]").contains("a task is dance"));
         assert!(refused("quiet_s = 1.0", "quiet_s = nan").contains("quiet_s is NaN"));
         assert!(refused("quiet_s = 1.0", "quit_s = 1.0").contains("quit_s"));
-        assert!(refused("clips = 2", "clips = 0").contains("clips is 0; allowed is 1 to 6"));
+        assert!(refused("clips = 2", "clips = 0").contains("clips is 0; allowed is 1 to 3"));
+        assert!(refused("clips = 2", "clips = 4").contains("allowed is 1 to 3"));
         assert!(Rules::parse(&"#".repeat(MAX_BYTES + 1)).is_err());
+    }
+
+    #[test]
+    fn a_rule_that_anybody_or_nobody_passes_is_refused() {
+        let task = |pass: &str| {
+            let from = BUILT_IN.find("[task.").unwrap();
+            let text = format!("{}[task.cut]\npass = [{pass}]\n", &BUILT_IN[..from]);
+            Rules::parse(&text).map_err(|error| error.to_string())
+        };
+        task("{ metric = \"score\", at_least = 5, at_most = 5 }").unwrap();
+        let error = task("{ metric = \"score\" }").unwrap_err();
+        assert!(
+            error.contains("asked of score is nothing; allowed is at_least"),
+            "{error}"
+        );
+        let error = task("{ metric = \"time_s\", at_least = 6, at_most = 5 }").unwrap_err();
+        assert!(error.contains("at least 6 and at most 5"), "{error}");
+    }
+
+    #[test]
+    fn a_file_without_end_is_refused() {
+        let error = Rules::read(std::path::Path::new("/dev/zero")).unwrap_err();
+        assert!(error.to_string().contains("at most 65536"), "{error}");
     }
 
     #[test]
