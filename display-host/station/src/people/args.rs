@@ -56,13 +56,17 @@ pub(crate) enum What {
         /// Whom
         name: String,
     },
-    /// A learning curve, session by session, with the pass rule: SVG
+    /// A learning curve, session by session, with the pass rule: SVG. Sessions that were aborted or were
+    /// practice do not count
     Curve {
         /// Whose
         name: String,
         /// Of which task
         #[arg(long, value_name = "TASK", value_parser = crate::task::args::parse_task)]
         task: assess::Task,
+        /// At which difficulty [default: that of the newest session]
+        #[arg(long, value_name = "HOW", value_parser = crate::task::args::parse_difficulty)]
+        difficulty: Option<assess::Difficulty>,
         /// `score`, or a metric (`calot report --metrics`)
         #[arg(long, value_name = "METRIC", default_value = "score", value_parser = parse_metric)]
         metric: String,

@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use assess::report::{Past, learning_curve};
-use assess::{Assessed, Metric, Rules, Task};
+use assess::{Assessed, Difficulty, Metric, Outcome, Rules, Task};
 use store::{Questionnaire, SessionRecord, Store};
 
 use self::args::{StoreArgs, StoreFile, What};
@@ -60,9 +60,10 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
         What::Curve {
             name,
             task,
+            difficulty,
             metric,
             out,
-        } => curve(&store, name, *task, metric, out)?,
+        } => curve(&store, name, (*task, *difficulty), metric, out)?,
         What::Sheet { session, points } => {
             let points: [u8; 5] = points[..].try_into()?;
             store.set_sheet(session, points)?;
@@ -157,8 +158,21 @@ fn list(store: &Store, name: Option<&str>, json: bool) -> Result<(), Problem> {
     Ok(())
 }
 
-fn curve(store: &Store, name: &str, task: Task, metric: &str, out: &Path) -> Result<(), Problem> {
-    let sessions = store.sessions(name, Some(task.name()))?;
+/// Draws sessions that compare: worked to their end, of one difficulty, by one version of the metrics.
+fn curve(
+    store: &Store,
+    name: &str,
+    (task, difficulty): (Task, Option<Difficulty>),
+    metric: &str,
+    out: &Path,
+) -> Result<(), Problem> {
+    let (sessions, left_out) = comparable(store.sessions(name, Some(task.name()))?, difficulty);
+    if left_out > 0 {
+        say::note(format_args!(
+            "{left_out} sessions are left out: aborted or practice, or of another difficulty (--difficulty) or \
+             version of the metrics than the newest"
+        ));
+    }
     let value = |it: &SessionRecord| match metric {
         "score" => Some(it.score),
         metric => it.metrics.get(metric).copied(),
@@ -186,6 +200,25 @@ fn curve(store: &Store, name: &str, task: Task, metric: &str, out: &Path) -> Res
         values.len()
     ));
     Ok(())
+}
+
+/// The sessions that compare with the newest of a difficulty, or of any, and how many do not.
+fn comparable(
+    sessions: Vec<SessionRecord>,
+    difficulty: Option<Difficulty>,
+) -> (Vec<SessionRecord>, usize) {
+    let of_all = sessions.len();
+    let asked = |it: &SessionRecord| difficulty.is_none_or(|of| of.name() == it.difficulty);
+    let mut kept: Vec<_> = sessions
+        .into_iter()
+        .filter(|it| counts(it) && asked(it))
+        .collect();
+    if let Some(newest) = kept.last() {
+        let (difficulty, version) = (newest.difficulty.clone(), newest.metrics_version);
+        kept.retain(|it| it.difficulty == difficulty && it.metrics_version == version);
+    }
+    let left_out = of_all - kept.len();
+    (kept, left_out)
 }
 
 fn questions(path: Option<&Path>) -> Result<Questionnaire, Problem> {
@@ -266,7 +299,16 @@ pub(crate) struct Before {
     pub(crate) sheet: Vec<(String, u8)>,
 }
 
-/// Somebody's earlier sessions of a task, by metrics of the same version, and the sheet of this one.
+/// Whether a session was worked to its end: one that was left early, or was practice, took less time and
+/// cost less than any that was not.
+fn counts(session: &SessionRecord) -> bool {
+    [Outcome::Passed, Outcome::Failed]
+        .iter()
+        .any(|it| it.name() == session.outcome)
+}
+
+/// Somebody's earlier sessions of a task at its difficulty that were worked to their end, by metrics of the
+/// same version; and the sheet of this one.
 pub(crate) fn past(
     store: &Store,
     name: &str,
@@ -275,7 +317,11 @@ pub(crate) fn past(
 ) -> Result<Before, Problem> {
     let sessions = store.sessions(name, Some(assessed.task.name()))?;
     let earlier = sessions.into_iter().take_while(|it| it.id != before);
-    let comparable = earlier.filter(|it| it.metrics_version == assessed.version);
+    let comparable = earlier.filter(|it| {
+        counts(it)
+            && it.metrics_version == assessed.version
+            && it.difficulty == assessed.difficulty.name()
+    });
     let past = comparable.map(|it| Past {
         when: utc(u64::try_from(it.began_unix_s).unwrap_or(0)),
         outcome: it.outcome,
@@ -286,4 +332,56 @@ pub(crate) fn past(
         past: past.collect(),
         sheet: store.sheet(before)?,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use assess::{Anatomy, Assessment};
+
+    use super::*;
+
+    fn session(number: i64, difficulty: Difficulty, outcome: Outcome) -> SessionRecord {
+        let rules = Rules::default();
+        let assessed = Assessment::new(Task::Cut, difficulty, rules, Anatomy::default()).end();
+        let id = number.to_string();
+        let mut record = record(&id, number, &assessed, "triangle", "a test", None);
+        record.outcome = outcome.name().to_owned();
+        record
+    }
+
+    fn sessions() -> Vec<SessionRecord> {
+        vec![
+            session(1, Difficulty::Exam, Outcome::Passed),
+            session(2, Difficulty::Exam, Outcome::Aborted),
+            session(3, Difficulty::Beginner, Outcome::Passed),
+            session(4, Difficulty::Exam, Outcome::Practised),
+            session(5, Difficulty::Exam, Outcome::Failed),
+        ]
+    }
+
+    #[test]
+    fn a_curve_has_sessions_that_compare() {
+        let ids = |difficulty| {
+            let (kept, left_out) = comparable(sessions(), difficulty);
+            let ids: Vec<_> = kept.into_iter().map(|it| it.id).collect();
+            (ids.join(" "), left_out)
+        };
+        assert_eq!(ids(None), ("1 5".to_owned(), 3));
+        assert_eq!(ids(Some(Difficulty::Beginner)), ("3".to_owned(), 4));
+        assert_eq!(ids(Some(Difficulty::Trainee)), (String::new(), 5));
+    }
+
+    #[test]
+    fn a_debrief_compares_with_sessions_that_were_worked_to_their_end_as_this_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut store = Store::open(&folder.path().join("store.sqlite")).unwrap();
+        for it in sessions() {
+            store.add_session("Ada", &it).unwrap();
+        }
+        let rules = Rules::default();
+        let exam = Assessment::new(Task::Cut, Difficulty::Exam, rules, Anatomy::default()).end();
+        let before = past(&store, "Ada", &exam, "5").unwrap();
+        let outcomes: Vec<_> = before.past.iter().map(|it| it.outcome.as_str()).collect();
+        assert_eq!(outcomes, ["passed"]);
+    }
 }

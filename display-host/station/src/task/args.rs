@@ -44,7 +44,7 @@ pub(crate) fn parse_task(text: &str) -> Result<Task, String> {
     })
 }
 
-fn parse_difficulty(text: &str) -> Result<Difficulty, String> {
+pub(crate) fn parse_difficulty(text: &str) -> Result<Difficulty, String> {
     Difficulty::from_name(text).ok_or_else(|| {
         let names: Vec<&str> = Difficulty::ALL.into_iter().map(Difficulty::name).collect();
         format!("a difficulty is one of {}", names.join(", "))
