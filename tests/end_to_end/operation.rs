@@ -1,8 +1,9 @@
 //! Tasks through the real processes: what is said while they run is what the recording comes to.
 
 use std::path::Path;
+use std::process::Stdio;
 
-use system_tests::{calot, finish, said, station_name, summary};
+use system_tests::{calot, finish, finish_child, said, station_name, summary, wait_until};
 
 /// Runs a task without pictures; returns its summary.
 fn work(words: &[&str], out: &Path) -> serde_json::Value {
@@ -105,6 +106,64 @@ fn clips_that_a_surgeon_drops_sound_and_cost_and_are_in_the_recording() {
     for key in ["task", "outcome", "score", "metrics", "reasons"] {
         assert_eq!(summary[key], again[key], "{key}");
     }
+}
+
+/// The store breaks while a task is worked: nothing else is lost, and it is said. Without `--out` the session
+/// has a folder of its own.
+#[test]
+fn what_the_store_does_not_take_is_said_and_is_in_the_debrief() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let store = folder.path().join("store.sqlite");
+    let sessions = folder.path().join("out");
+    let words = [
+        "--headless",
+        "--frames",
+        "0",
+        "--task",
+        "free",
+        "--seconds",
+        "4",
+    ];
+    let child = calot()
+        .args(["run", "--station", &station_name("store")])
+        .args(words)
+        .args(["--trainee", "Ada", "--store"])
+        .arg(&store)
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let out = || Some(std::fs::read_dir(&sessions).ok()?.next()?.ok()?.path());
+    let recording = || out().map(|out| out.join("session.mcap"));
+    wait_until("a recording", || recording().is_some_and(|it| it.exists()));
+    std::fs::write(&store, "no store any more").expect("written");
+    let output = finish_child(child);
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(
+        said(&output).contains("not kept in the store"),
+        "{}",
+        said(&output)
+    );
+    let out = out().expect("the session's folder");
+    assert_eq!(
+        out.file_name().and_then(|it| it.to_str()),
+        summary(&out)["session"].as_str()
+    );
+    let page = std::fs::read_to_string(out.join("debrief.html")).expect("a debrief");
+    assert!(page.contains("Free practice"));
+
+    assert_eq!(report(&out)["cut_short"], serde_json::Value::Null);
+    let recording = recording().expect("a recording");
+    let mut bytes = std::fs::read(&recording).expect("read");
+    let at = bytes.len() * 3 / 4;
+    bytes[at] ^= 0xff;
+    std::fs::write(&recording, bytes).expect("written");
+    let output = finish(calot().arg("report").arg(&out).arg("--json"));
+    assert_eq!(output.status.code(), Some(1), "{}", said(&output));
+    assert!(said(&output).contains("damaged at"), "{}", said(&output));
+    let sessions: serde_json::Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    assert!(sessions[0]["cut_short"].is_string(), "{sessions:#}");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use shared_mem::scene::SceneFile;
 
 use crate::course::Entry;
-use crate::info::{Assignment, Info};
+use crate::info::{Assignment, Finish, Info};
 use crate::read::{End, ReadError};
 use crate::records::{Part, Records};
 
@@ -23,6 +23,7 @@ pub struct Operation {
     /// What it was for.
     pub assignment: Option<Assignment>,
     first: Option<Entry>,
+    finish: Option<Finish>,
 }
 
 impl core::fmt::Debug for Operation {
@@ -93,6 +94,7 @@ impl Operation {
             scene,
             assignment,
             first: Some(first),
+            finish: None,
         })
     }
 
@@ -106,6 +108,13 @@ impl Operation {
     #[must_use]
     pub fn done(&self) -> f64 {
         self.records.at as f64 / self.bytes.max(1) as f64
+    }
+
+    /// What its recorder said at its end; there once there is no more of it, unless it is cut, damaged, or
+    /// of a program that did not say.
+    #[must_use]
+    pub fn finish(&self) -> Option<Finish> {
+        self.finish
     }
 
     /// How it ended; there once there is no more of it.
@@ -123,8 +132,10 @@ impl Iterator for Operation {
             return Some(entry);
         }
         loop {
-            if let Part::Course(entry) = self.records.next()? {
-                return Some(entry);
+            match self.records.next()? {
+                Part::Course(entry) => return Some(entry),
+                Part::Finish(finish) => self.finish = Some(finish),
+                _ => {}
             }
         }
     }

@@ -42,7 +42,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     let out = args
         .out
         .clone()
-        .or_else(|| (args.headless || assigned.is_some()).then(|| PathBuf::from("out")));
+        // A folder for each session of a task: the next one may be somebody else's.
+        .or_else(|| assigned.as_ref().map(|it| Path::new("out").join(it.id())))
+        .or_else(|| args.headless.then(|| PathBuf::from("out")));
     if let Some(out) = &out {
         // Before anything starts: a run whose results cannot be written is a run lost.
         std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
@@ -126,11 +128,16 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     let assessed = assessed.flatten();
     summary.task = assessed.as_ref().map(|it| it.summary.clone());
     let recording = summary.recording.as_ref().map(|it| it.file.clone());
-    let kept = assessed
-        .as_ref()
-        .map(|it| it.keep(&summary.scene, recording.as_deref()));
-    if let Some(Err(problem)) = kept {
-        say::note(format_args!("calot: not kept in the store: {problem}"));
+    let mut whole = dead.is_empty() && outcome.ended != Ended::ControllerGone;
+    if let Some(assessed) = &assessed
+        && let Err(problem) = assessed.keep(&summary.scene, recording.as_deref())
+    {
+        let warning = format!(
+            "not kept in the store: {problem}. What it came to is in summary.json and debrief.html"
+        );
+        summary.warnings.push(warning.clone());
+        outcome.warnings.push(warning);
+        whole = false;
     }
     if let Some(out) = out {
         let written = write(&out, &summary, &recorder, &outcome)?;
@@ -140,7 +147,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
             written.report.display()
         ));
         if let Some(assessed) = &assessed {
-            debrief(assessed, recording, &out);
+            whole &= debrief(assessed, recording, &out, &outcome);
         }
     }
     if args.json {
@@ -149,7 +156,6 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     for warning in &outcome.warnings {
         say::note(format_args!("calot: {warning}"));
     }
-    let whole = dead.is_empty() && outcome.ended != Ended::ControllerGone;
     Ok(if whole {
         ExitCode::SUCCESS
     } else {
@@ -157,24 +163,31 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     })
 }
 
-/// The page of the task, from the recording, as `calot report` makes it.
-fn debrief(assessed: &task::Ended, session: Option<PathBuf>, out: &Path) {
-    let is_there = session
-        .as_ref()
-        .is_some_and(|it| *it == out.join("session.mcap"));
-    let session = if is_there {
-        Some(out.to_owned())
-    } else {
-        session
-    };
+/// The page of the task, from the recording, as `calot report` makes it, with this run's pictures. Whether
+/// it was made.
+fn debrief(
+    assessed: &task::Ended,
+    session: Option<PathBuf>,
+    out: &Path,
+    outcome: &Outcome,
+) -> bool {
     let made = session
         .ok_or_else(|| Problem::from("nothing was recorded"))
         .and_then(|session| report::chapter(&session, None, None))
-        .and_then(|mut chapter| assessed.add_past(&mut chapter).map(|()| chapter))
-        .and_then(|chapter| report::write(&[chapter], &out.join("debrief.html")));
-    if let Err(problem) = made {
+        .and_then(|(mut chapter, _)| {
+            let drawn = outcome.frames.iter().filter_map(|it| it.path.clone());
+            chapter.pictures = report::chosen(drawn);
+            if let Err(problem) = assessed.add_past(&mut chapter) {
+                say::note(format_args!(
+                    "calot: debrief.html without earlier sessions: {problem}"
+                ));
+            }
+            report::write(&[chapter], &out.join("debrief.html"))
+        });
+    if let Err(problem) = &made {
         say::note(format_args!("calot: no debrief.html: {problem}"));
     }
+    made.is_ok()
 }
 
 /// Where the session goes, if it is recorded. One that is joined cannot be replayed: its beginning

@@ -11,7 +11,7 @@ use crate::task::args::parse_task;
 #[command(after_help = "\
 A session is a file that `calot run --record FILE` left, or a folder of `calot run --out DIR`, whose
 pictures are then in the page. Everything is computed from the recording, so that other rules can be
-asked of it.
+asked of it. What is not in a recording is said; the exit code is 1 where one is damaged.
 
 Examples:
   calot run --task clamp --out monday            leaves monday/session.mcap and monday/debrief.html
@@ -30,7 +30,8 @@ pub(crate) struct ReportArgs {
     /// Assess as this task instead of that of each session
     #[arg(long, value_name = "TASK", value_parser = parse_task)]
     pub(crate) task: Option<Task>,
-    /// One JSON object on standard output, an array of what each session came to; no page
+    /// One JSON object on standard output, an array of what each session came to, and of what is not in its
+    /// recording; no page
     #[arg(long)]
     pub(crate) json: bool,
     /// Print what each metric is

@@ -40,16 +40,86 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
     }
     let rules = args.rules.as_deref().map(Rules::read).transpose()?;
     let mut chapters = Vec::new();
+    let (mut found, mut whole) = (Vec::new(), true);
     for session in &args.sessions {
-        chapters.push(chapter(session, rules.as_ref(), args.task)?);
+        let (chapter, left_out) = chapter(session, rules.as_ref(), args.task)?;
+        for warning in left_out.in_words() {
+            say::note(format_args!("warning: {}: {warning}", chapter.name));
+        }
+        whole &= left_out.damaged.is_none();
+        if args.json {
+            found.push(with(&chapter, &left_out)?);
+        }
+        chapters.push(chapter);
     }
-    if args.json {
-        let assessed: Vec<_> = chapters.iter().map(|it| &it.assessed).collect();
-        say::answer(format_args!("{}", serde_json::to_string_pretty(&assessed)?));
-        return Ok(ExitCode::SUCCESS);
+    match args.json {
+        true => say::answer(format_args!("{}", serde_json::to_string_pretty(&found)?)),
+        false => write(&chapters, &args.out)?,
     }
-    write(&chapters, &args.out)?;
-    Ok(ExitCode::SUCCESS)
+    Ok(if whole {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+/// What is known not to be in a recording.
+#[derive(Debug, Default, serde::Serialize)]
+pub(crate) struct LeftOut {
+    /// Where it breaks off, as when its recorder is killed.
+    broken_off: Option<String>,
+    /// Where it is damaged, and how.
+    damaged: Option<String>,
+    /// Ticks that ran and were not recorded.
+    missing_ticks: u64,
+}
+
+impl LeftOut {
+    fn of(operation: &Operation) -> Self {
+        let (broken_off, damaged) = match operation.end() {
+            Some(End::BrokenOff(why)) => (Some(why.clone()), None),
+            Some(End::Damaged(why)) => (None, Some(why.clone())),
+            Some(End::Whole) | None => (None, None),
+        };
+        Self {
+            broken_off,
+            damaged,
+            missing_ticks: operation.finish().map_or(0, |it| it.missing),
+        }
+    }
+
+    /// Why the recording ends early, if it does.
+    fn cut_short(&self) -> Option<&String> {
+        self.damaged.as_ref().or(self.broken_off.as_ref())
+    }
+
+    /// A warning for each.
+    fn in_words(&self) -> Vec<String> {
+        let after = "what came after is not in the figures";
+        let damaged = self.damaged.as_ref();
+        let damaged = damaged.map(|why| format!("the session is damaged {why}; {after}"));
+        let broken_off = self.broken_off.as_ref();
+        let broken_off = broken_off.map(|why| format!("the session breaks off ({why}); {after}"));
+        let missing = (self.missing_ticks > 0)
+            .then(|| format!("{} ticks ran and were not recorded", self.missing_ticks));
+        damaged
+            .into_iter()
+            .chain(broken_off)
+            .chain(missing)
+            .collect()
+    }
+}
+
+/// What a session came to, and what of it is not known, as JSON.
+fn with(chapter: &Chapter, left_out: &LeftOut) -> Result<serde_json::Value, Problem> {
+    let mut value = serde_json::to_value(&chapter.assessed)?;
+    if let Some(object) = value.as_object_mut() {
+        object.insert("session".to_owned(), chapter.name.clone().into());
+        let cut_short = serde_json::to_value(left_out.cut_short())?;
+        object.insert("cut_short".to_owned(), cut_short);
+        object.insert("left_out".to_owned(), serde_json::to_value(left_out)?);
+    }
+    Ok(value)
 }
 
 /// Writes the page and says where.
@@ -64,12 +134,13 @@ pub(crate) fn write(chapters: &[Chapter], out: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Assesses a session: a file, or a folder that holds `session.mcap`.
+/// Assesses a session: a file, or a folder that holds `session.mcap`, and pictures then. Says what is not in
+/// it.
 pub(crate) fn chapter(
     session: &Path,
     rules: Option<&Rules>,
     task: Option<Task>,
-) -> Result<Chapter, Problem> {
+) -> Result<(Chapter, LeftOut), Problem> {
     let (file, folder) = match session.is_dir() {
         true => (session.join("session.mcap"), Some(session)),
         false => (session.to_owned(), None),
@@ -104,7 +175,8 @@ pub(crate) fn chapter(
     let wall_ns = began_ns
         .unwrap_or(0)
         .saturating_add_signed(operation.info.wall_from_host_ns);
-    Ok(Chapter {
+    let left_out = LeftOut::of(&operation);
+    let chapter = Chapter {
         name: file.display().to_string(),
         scene: operation.info.scene.clone(),
         build: operation.info.build.clone(),
@@ -112,31 +184,28 @@ pub(crate) fn chapter(
         assessed: assessment.end(),
         rules,
         pictures: folder.map(pictures).unwrap_or_default(),
-        cut_short: match operation.end() {
-            Some(End::Whole) | None => None,
-            Some(End::BrokenOff(why) | End::Damaged(why)) => Some(why.clone()),
-        },
+        cut_short: left_out.cut_short().cloned(),
         past: Vec::new(),
         sheet: Vec::new(),
-    })
+    };
+    Ok((chapter, left_out))
 }
 
-/// The pictures that a run left beside its session, by name, evenly chosen where there are many.
+/// The pictures that a run left beside its session.
 fn pictures(folder: &Path) -> Vec<(String, Vec<u8>)> {
-    let Ok(entries) = std::fs::read_dir(folder) else {
-        return Vec::new();
-    };
+    let entries = std::fs::read_dir(folder);
+    chosen(entries.into_iter().flatten().flatten().map(|it| it.path()))
+}
+
+/// Pictures among these files, by name, evenly chosen where there are many.
+pub(crate) fn chosen(files: impl Iterator<Item = PathBuf>) -> Vec<(String, Vec<u8>)> {
     let is_picture = |path: &PathBuf| {
         let small = path
             .metadata()
             .is_ok_and(|it| it.len() <= PICTURE_MAX_BYTES);
         path.extension().is_some_and(|it| it == "png") && small
     };
-    let mut paths: Vec<PathBuf> = entries
-        .flatten()
-        .map(|entry| entry.path())
-        .filter(is_picture)
-        .collect();
+    let mut paths: Vec<PathBuf> = files.filter(is_picture).collect();
     paths.sort();
     let every = paths.len().div_ceil(PICTURES_MAX).max(1);
     let chosen = paths.iter().step_by(every);
@@ -188,6 +257,23 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let error = chapter(folder.path(), None, None).unwrap_err().to_string();
         assert!(error.contains("session.mcap"), "{error}");
+    }
+
+    #[test]
+    fn what_is_not_in_a_session_is_said() {
+        let damaged = LeftOut {
+            damaged: Some("at byte 7: x".to_owned()),
+            ..LeftOut::default()
+        };
+        assert!(damaged.cut_short().is_some());
+        assert!(damaged.in_words()[0].contains("damaged at byte 7"));
+        let missing = LeftOut {
+            missing_ticks: 3,
+            ..LeftOut::default()
+        };
+        assert!(missing.cut_short().is_none());
+        assert!(missing.in_words()[0].contains("3 ticks"));
+        assert!(LeftOut::default().in_words().is_empty());
     }
 
     #[test]

@@ -73,6 +73,11 @@ impl Assigned {
         self.task
     }
 
+    /// The session's own name.
+    pub(crate) fn id(&self) -> &str {
+        &self.id
+    }
+
     /// As the session has it.
     pub(crate) fn assignment(&self) -> Assignment {
         Assignment {
