@@ -45,6 +45,9 @@ pub enum EventKind {
     Crush,
     /// A wall is burnt through or torn open; value: the energy it took, J.
     Perforation,
+    /// A tube is divided, or off what it was grown to; value: share of its inside that clips leave open on
+    /// the worse of both sides, up to where it ends or is divided already. 0: between clips that close it.
+    Divided,
 }
 
 /// An event of one tick. The tick's number and time stand in [`crate::sim::TickView`].

@@ -343,6 +343,9 @@ impl EventMsg {
     pub const CRUSH: u32 = 14;
     /// A wall is burnt through or torn open; value: the energy it took, J.
     pub const PERFORATION: u32 = 15;
+    /// A tube is divided, or off what it was grown to; value: share of its inside that clips leave open on
+    /// the worse of both sides, up to where it ends or is divided already. 0: between clips that close it.
+    pub const DIVIDED: u32 = 16;
 
     /// Its kind's name, for reports.
     #[must_use]
@@ -363,6 +366,7 @@ impl EventMsg {
             Self::REMOVED => "removed",
             Self::CRUSH => "crush",
             Self::PERFORATION => "perforation",
+            Self::DIVIDED => "divided",
             _ => "unknown",
         }
     }

@@ -137,14 +137,19 @@ impl Procedure {
                 None if is_target(kind) => {}
                 None => say(AlarmKind::ClipMisplaced),
             },
-            EventMsg::CUT => match vessel {
-                Some(which) => {
+            EventMsg::DIVIDED => {
+                if let Some(which) = vessel {
                     self.divide(which, at_s, event, anatomy);
                     let clips = self.vessels.get(which).map_or(0, Vessel::clips);
-                    if clips < rules.done.clips && self.is_unclamped(which) {
+                    let is_closed = f64::from(event.value) <= rules.done.leak;
+                    if (clips < rules.done.clips || !is_closed) && self.is_unclamped(which) {
                         say(AlarmKind::Unclamped);
                     }
                 }
+            }
+            EventMsg::CUT => match vessel {
+                // Part of it: that it is divided is told by itself.
+                Some(_) => {}
                 // Sutures and bands are named after an organ that they hold.
                 None if is_target(kind) || kind.is_none() => {}
                 None if matches!(kind, Some(OrganKind::Gallbladder | OrganKind::Liver)) => {}
@@ -174,7 +179,7 @@ impl Procedure {
                 if let Some(which) = vessel
                     && let Some(vessel) = self.vessels.get_mut(which)
                 {
-                    vessel.leaks = f64::from(event.value) > rules.done.leak;
+                    vessel.leak(wide(event.at_m), f64::from(event.value));
                 }
             }
             _ => {}
@@ -183,7 +188,7 @@ impl Procedure {
         if let Some(which) = vessel
             && let Some(vessel) = self.vessels.get(which)
             && vessel.divided.is_some()
-            && vessel.leaks
+            && vessel.leaks(rules.done.leak)
             && self.is_unclamped(which)
         {
             say(AlarmKind::Unclamped);
@@ -253,7 +258,8 @@ impl Procedure {
             return false;
         };
         let settled = |since_s: f64| at_s - since_s >= rules.done.settle_s;
-        !vessel.leaks && vessel.divided.is_some_and(|(since_s, _)| settled(since_s))
+        !vessel.leaks(rules.done.leak)
+            && vessel.divided.is_some_and(|(since_s, _)| settled(since_s))
     }
 
     /// What is to be done, and whether it is.

@@ -92,8 +92,15 @@ fn clip_both(assessment: &mut Assessment) {
     clip(assessment, 0.4, ARTERY, 0.01, 3.0);
 }
 
+/// Cut right through where clips close both sides.
 fn cut(assessment: &mut Assessment, at_s: f64, organ: u32) {
+    cut_open(assessment, at_s, organ, 0.0);
+}
+
+/// Cut right through where so much of one side is open.
+fn cut_open(assessment: &mut Assessment, at_s: f64, organ: u32, open: f32) {
     assessment.take(&event(at_s, EventMsg::CUT, organ, 0.0, 0.001));
+    assessment.take(&event(at_s, EventMsg::DIVIDED, organ, 0.0, open));
 }
 
 #[track_caller]
@@ -241,21 +248,32 @@ fn clips_that_do_not_hold_are_no_clamp() {
 }
 
 #[test]
-fn clips_on_one_side_of_the_cut_cost_points() {
+fn clips_on_one_side_of_the_cut_are_no_clamp() {
     let mut assessment = begin(Task::Cut);
     rest(&mut assessment, 0.0, 0.1);
     clip(&mut assessment, 0.1, DUCT, 0.01, 0.0);
     clip(&mut assessment, 0.2, DUCT, 0.02, 1.0);
-    cut(&mut assessment, 0.3, DUCT);
+    cut_open(&mut assessment, 0.3, DUCT, 1.0);
     let assessed = assessment.end();
     is(assessed.metrics.get(Metric::CutsOneSided), 1.0);
-    assert_eq!(assessed.outcome, Outcome::Aborted);
-    assert!(
-        assessed
-            .reasons
-            .iter()
-            .any(|it| it.contains("cystic artery"))
-    );
+    assert_eq!(assessed.outcome, Outcome::Failed);
+    assert!(assessed.reasons[0].contains("cystic duct"));
+}
+
+#[test]
+fn a_cut_that_divides_nothing_is_none_and_an_end_that_is_dry_hides_no_leak() {
+    let mut assessment = begin(Task::Cut);
+    rest(&mut assessment, 0.0, 0.1);
+    clip_both(&mut assessment);
+    for organ in [DUCT, ARTERY] {
+        assessment.take(&event(0.5, EventMsg::CUT, organ, 0.0, 0.001));
+    }
+    rest(&mut assessment, 0.6, 4.0);
+    assert!(!assessment.is_over(), "strands of them were cut, no more");
+    assessment.take(&event(4.1, EventMsg::LEAK, DUCT, 0.0, 0.5));
+    assessment.take(&event(4.1, EventMsg::LEAK, DUCT, 0.01, 0.0));
+    cut(&mut assessment, 4.2, DUCT);
+    assert_eq!(assessment.end().outcome, Outcome::Failed);
 }
 
 fn remove(assessment: &mut Assessment, cells: core::ops::Range<u32>) {

@@ -2,6 +2,10 @@
 
 use crate::vector::{Vec3, distance, dot};
 
+/// Leaks as near as this to each other are one, m; so many are remembered.
+const SAME_LEAK_M: f64 = 0.000_1;
+const LEAKS_MAX: usize = 64;
+
 /// A clip on a vessel.
 #[derive(Debug, Clone, Copy)]
 struct Clip {
@@ -19,8 +23,8 @@ pub(crate) struct Vessel {
     pub(crate) divided: Option<(f64, usize)>,
     /// All clips were on one side of the place where it was divided.
     pub(crate) one_sided: bool,
-    /// When it was last seen to leak, after it was divided.
-    pub(crate) leaks: bool,
+    /// Where it leaks, m, and how much: every event of one leak has one place.
+    leaking: Vec<(Vec3, f64)>,
     /// It was perforated or torn.
     pub(crate) injured: bool,
 }
@@ -47,6 +51,21 @@ impl Vessel {
         let (before, all) = (before.count(), self.clips.len());
         // Where clips are that were there is not told.
         self.one_sided = self.given == 0 && all > 0 && (before == 0 || before == all);
+    }
+
+    /// It leaks so much here from now on.
+    pub(crate) fn leak(&mut self, at_m: Vec3, flow: f64) {
+        let same = |it: &&mut (Vec3, f64)| distance(it.0, at_m) < SAME_LEAK_M;
+        if let Some(leak) = self.leaking.iter_mut().find(same) {
+            leak.1 = flow;
+        } else if self.leaking.len() < LEAKS_MAX {
+            self.leaking.push((at_m, flow));
+        }
+    }
+
+    /// Whether more than `least` comes out anywhere.
+    pub(crate) fn leaks(&self, least: f64) -> bool {
+        self.leaking.iter().any(|(_, flow)| *flow > least)
     }
 
     /// Least distance between two of its clips, m.

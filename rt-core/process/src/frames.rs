@@ -127,6 +127,7 @@ pub(crate) fn event(event: &Event, sequence: u64, tick: u64, at_ns: u64) -> Even
             EventKind::Removed => EventMsg::REMOVED,
             EventKind::Crush => EventMsg::CRUSH,
             EventKind::Perforation => EventMsg::PERFORATION,
+            EventKind::Divided => EventMsg::DIVIDED,
         },
         organ: event.organ.unwrap_or(u32::MAX),
         at_m: event.at_m.into(),

@@ -50,7 +50,8 @@ impl Sim<'_> {
                 }
             }
         }
-        self.state.vessels.note_change();
+        let state = &mut *self.state;
+        state.vessels.note_prepared(&self.scene, &state.bodies);
     }
 
     /// Removes the cells around duct and artery.

@@ -3,6 +3,7 @@
 
 use crate::capacity::MAX_ORGANS;
 use crate::clip::Clips;
+use crate::collision::tube::Step;
 use crate::math::Vec3;
 use crate::scene::{Anchor, Inside, Scene};
 use crate::soft_body::Bodies;
@@ -77,8 +78,13 @@ impl Hole {
 }
 
 impl Vessels {
-    /// Looks for what has been divided.
-    pub(super) fn find_holes(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
+    /// Looks for what has been divided; `divided` hears once of each place.
+    pub(super) fn find_holes(
+        &mut self,
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+        mut divided: impl FnMut(Opening),
+    ) {
         for (organ, it) in (0u8..).zip(scene.organs) {
             if !matches!(it.inside, Inside::Blood | Inside::Bile) {
                 continue;
@@ -86,21 +92,29 @@ impl Vessels {
             for step in bodies.beads.steps_of(organ) {
                 if bodies.parted.left_of_link(step.link) <= 0.0 {
                     let link = step.link;
-                    for sphere in [u32::from(step.a), u32::from(step.b)] {
-                        self.open_up(Opening::Link { link, sphere });
+                    let [a, b] = [u32::from(step.a), u32::from(step.b)]
+                        .map(|sphere| Opening::Link { link, sphere });
+                    if self.open_up(a) {
+                        divided(a);
                     }
+                    self.open_up(b);
                     if let Some(divided) = self.divided.get_mut(usize::from(organ)) {
                         *divided = true;
                     }
                 }
             }
         }
-        self.find_torn_off(scene, bodies);
+        self.find_torn_off(scene, bodies, divided);
     }
 
     /// Tubes that no tie joins any more to an organ that they were grown to. Fat and other tissue around
     /// them hold no end of theirs.
-    fn find_torn_off(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
+    fn find_torn_off(
+        &mut self,
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+        mut divided: impl FnMut(Opening),
+    ) {
         let mut joined = [[false; MAX_ORGANS]; MAX_ORGANS];
         let pair = |own: u32, other: u32| {
             let organ = |sphere| usize::from(*bodies.organ.at(sphere));
@@ -128,7 +142,10 @@ impl Vessels {
                 } else if !*joined {
                     // One of its ties stands for all.
                     *joined = true;
-                    self.open_up(Opening::Off { sphere: tie.sphere });
+                    let off = Opening::Off { sphere: tie.sphere };
+                    if self.open_up(off) {
+                        divided(off);
+                    }
                     if own == its {
                         self.open_up(Opening::Off { sphere: other });
                     }
@@ -137,9 +154,47 @@ impl Vessels {
         }
     }
 
-    fn open_up(&mut self, opening: Opening) {
-        if !self.holes.iter().any(|hole| hole.opening == opening) {
-            let _ = self.holes.push(Hole::new(opening)); // what has no room leaks unseen
-        }
+    /// Whether it was not open before.
+    fn open_up(&mut self, opening: Opening) -> bool {
+        let is_new = !self.holes.iter().any(|hole| hole.opening == opening);
+        // What has no room leaks unseen.
+        is_new && self.holes.push(Hole::new(opening)).is_ok()
     }
+}
+
+/// Share of a tube's inside that clips leave open on the worse side of where it is divided.
+pub(super) fn unclosed(opening: Opening, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies) -> f32 {
+    let Opening::Link { link, .. } = opening else {
+        // Whatever it was grown to has no stump that a clip could be on.
+        return 1.0;
+    };
+    let Some(ends) = scene.links.get(link as usize) else {
+        return 1.0;
+    };
+    let side = |sphere| unclosed_from(sphere, link, clips, bodies);
+    side(ends.a).max(side(ends.b))
+}
+
+/// Share of a tube's inside that clips leave open from this sphere of the divided link `from` to its end. What
+/// is divided already keeps in all there is. O(beads of the organ, squared).
+fn unclosed_from(mut sphere: u32, from: u32, clips: &Clips, bodies: &Bodies) -> f32 {
+    let organ = *bodies.organ.at(sphere);
+    let (mut open, mut last) = (clips.open(from), from);
+    for _ in bodies.beads.of(organ) {
+        let leads_on = |step: &Step| {
+            let is_at = u32::from(step.a) == sphere || u32::from(step.b) == sphere;
+            is_at && step.link != last
+        };
+        let Some(step) = bodies.beads.steps_of(organ).find(leads_on) else {
+            break;
+        };
+        if bodies.parted.left_of_link(step.link) <= 0.0 {
+            return 0.0;
+        }
+        open = open.min(clips.open(step.link));
+        last = step.link;
+        let (a, b) = (u32::from(step.a), u32::from(step.b));
+        sphere = if a == sphere { b } else { a };
+    }
+    open
 }

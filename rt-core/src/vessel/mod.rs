@@ -16,7 +16,7 @@ use crate::event::{Event, EventKind, Journal};
 use crate::scene::{Inside, Scene};
 use crate::soft_body::Bodies;
 use crate::soft_body::per_sphere::PerSphere;
-use hole::{Hole, Opening};
+use hole::{Hole, Opening, unclosed};
 
 /// A divided artery shortens by this: vessels lie stretched by a tenth in the body (the aorta of the old
 /// by 5 %, of the young by far more; 10.1007/s00414-011-0549-9). For ducts half of it is assumed.
@@ -73,6 +73,12 @@ impl Vessels {
         *self = Self::new();
     }
 
+    /// What is divided now was so before anything that is told.
+    pub(crate) fn note_prepared(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
+        self.find_holes(scene, bodies, |_| ());
+        self.note_change();
+    }
+
     /// Something was divided, clipped or burnt.
     pub(crate) fn note_change(&mut self) {
         self.progress = Progress::Changed;
@@ -119,7 +125,15 @@ impl Vessels {
             }
             Progress::Spreading => {
                 if !self.spread(scene, clips, bodies) {
-                    self.find_holes(scene, bodies);
+                    self.find_holes(scene, bodies, |opening| {
+                        let sphere = opening.sphere();
+                        journal.raise(Event {
+                            kind: EventKind::Divided,
+                            organ: Some(u32::from(*bodies.organ.at(sphere))),
+                            at_m: bodies.nodes.at(sphere).center_m(),
+                            value: unclosed(opening, scene, clips, bodies),
+                        });
+                    });
                     // What this tick has no room for the next one tells.
                     if self.tell(scene, clips, bodies, journal) {
                         self.progress = Progress::Known;

@@ -1,7 +1,7 @@
 //! What clips close, and what they do not.
 
 use super::grip::count;
-use super::vessel::{artery, leaks, over, work};
+use super::vessel::{artery, divided, leaks, over, work};
 use super::*;
 use rt_core::tool::Instrument;
 
@@ -39,10 +39,39 @@ fn a_clip_before_the_cut_keeps_the_blood_in_and_scissors_do_not_cut_it() {
     work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
     assert_eq!(count(&bench, EventKind::Cut), 1);
     assert!(leaks(&bench).is_empty(), "{:?}", leaks(&bench));
+    assert_eq!(divided(&bench), [1.0], "what goes away is open");
     // It has gone with the tissue, and still lies across.
     let clip = bench.clips[0];
     let along = bench.centers_m[8] - bench.centers_m[7];
     assert!(clip.legs.dot(&along).abs() < 1.0e-3 * norm(&along));
+}
+
+#[test]
+fn only_a_cut_between_clips_finds_both_sides_closed() {
+    // Cuts (m along it) and what each finds open; clips lie at -0.0105 and 0.0105.
+    for (at_m, open) in [
+        ([-0.0165, 0.0015], [1.0, 0.0]),
+        ([0.0165, 0.0015], [1.0, 0.0]),
+    ] {
+        let anatomy = artery();
+        let mut state = store();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut bench = Bench::new();
+        for clip_m in [-0.0105, 0.0105] {
+            let at = over(clip_m);
+            work(&mut sim, &mut bench, Instrument::ClipApplier, &at);
+        }
+        assert_eq!(bench.clips.len(), 2, "{:?}", bench.clips);
+        for at_m in at_m {
+            work(&mut sim, &mut bench, Instrument::Scissors, &over(at_m));
+        }
+        assert_eq!(divided(&bench), open, "{at_m:?} {:?}", bench.clips);
+        // A stump ends where it is divided, and has its clip behind.
+        let middle_m = (bench.centers_m[8] + bench.centers_m[9]) * 0.5;
+        let at = middle_m + over(0.0);
+        work(&mut sim, &mut bench, Instrument::Scissors, &at);
+        assert_eq!(divided(&bench).get(2), Some(&0.0), "{:?}", bench.clips);
+    }
 }
 
 #[test]

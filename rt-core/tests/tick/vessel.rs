@@ -61,6 +61,15 @@ pub(super) fn leaks(bench: &Bench) -> Vec<(f32, Vec3)> {
     leaks.map(|it| (it.value, it.at_m)).collect()
 }
 
+/// What clips leave open where it was divided.
+pub(super) fn divided(bench: &Bench) -> Vec<f32> {
+    let divided = bench
+        .events
+        .iter()
+        .filter(|it| it.kind == EventKind::Divided);
+    divided.map(|it| it.value).collect()
+}
+
 #[test]
 fn the_end_that_has_pressure_bleeds_and_the_other_does_not() {
     let anatomy = artery();
@@ -69,6 +78,8 @@ fn the_end_that_has_pressure_bleeds_and_the_other_does_not() {
     let mut bench = Bench::new();
     work(&mut sim, &mut bench, Instrument::Scissors, &over(0.0015));
     assert_eq!(count(&bench, EventKind::Cut), 1);
+    let divided: Vec<f32> = divided(&bench);
+    assert_eq!(divided, [1.0], "no clip on either side");
     let leaks = leaks(&bench);
     assert_eq!(leaks.len(), 1, "{leaks:?}");
     let (flow, at_m) = leaks[0];

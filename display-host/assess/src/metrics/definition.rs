@@ -117,7 +117,7 @@ metrics! {
         "Vessels divided with all clips on one side, by the places along the vessel at rest."
         "paper, task 3: between the clips"
     Unclamped "unclamped" "n"
-        "Vessels divided with too few clips, or that leaked after it."
+        "Vessels divided with too few clips or a side that they do not close, or that leaked after it."
         "paper, evaluation"
     Blood "blood_ml" "ml" "Blood lost: flow of each leak over time." "LAP Mentor: blood loss"
     Bile "bile_ml" "ml" "Bile lost: flow of each leak over time." "own"
