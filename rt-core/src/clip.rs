@@ -6,7 +6,7 @@
 
 use heapless::Vec;
 
-use crate::capacity::{CLIPS, MAX_CLIPPED};
+use crate::capacity::{CLIPS, MAX_CLIPPED, MAX_ORGANS};
 use crate::collision::tube::Step;
 use crate::grasp::Jaws;
 use crate::math::{self, Vec3};
@@ -64,16 +64,21 @@ impl Clips {
         CLIPS.saturating_sub(self.used)
     }
 
-    /// Whether closing jaws meet a tube.
-    pub(crate) fn meet(jaws: &Jaws<'_>, scene: &Scene<'_>, bodies: &Bodies) -> bool {
-        (0u8..).zip(scene.organs).any(|(organ, _)| {
-            let mut steps = bodies.beads.steps_of(organ);
-            steps.any(|step| {
+    /// Which organs have a tube between closing jaws. The applier holds these and nothing beside them, and
+    /// does so before they touch, for the ends of a clip close first: what is within its legs cannot slip out.
+    pub(crate) fn between(
+        jaws: &Jaws<'_>,
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+    ) -> [bool; MAX_ORGANS] {
+        let mut between = [false; MAX_ORGANS];
+        for ((organ, _), between) in (0u8..).zip(scene.organs).zip(&mut between) {
+            *between = bodies.beads.steps_of(organ).any(|step| {
                 let (ends_m, radius_m) = lies(&step, bodies);
-                let crossing = jaws.crossing(&ends_m, radius_m);
-                crossing.is_some_and(|it| jaws.meets(&it, radius_m))
-            })
-        })
+                jaws.crossing(&ends_m, radius_m).is_some()
+            });
+        }
+        between
     }
 
     /// Closes the next clip on every tube between `jaws`, if there is one left. `closed` hears of each

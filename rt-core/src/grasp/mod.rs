@@ -136,10 +136,12 @@ impl Grasp {
         self.held.first().map(|held| held.sphere)
     }
 
-    /// Closes on every movable sphere near the line from the jaw joint to the tip.
+    /// Closes on every movable sphere near the line from the jaw joint to the tip, of organs that it
+    /// `takes`.
     pub(crate) fn close(
         &mut self,
         jaws: &Jaws<'_>,
+        takes: impl Fn(u8) -> bool,
         scene: &Scene<'_>,
         bodies: &mut Bodies,
         faults: &mut FaultSet,
@@ -153,7 +155,11 @@ impl Grasp {
             let center = node.center_m();
             let is_between = meets(&center, radius_m, &joint_m, &tip_m, REACH_M);
             let is_gone = bodies.bits.at(i).contains(SphereBits::GONE);
-            if !is_between || is_gone || node.inverse_mass_per_kg() <= 0.0 {
+            if !is_between
+                || is_gone
+                || !takes(*bodies.organ.at(i))
+                || node.inverse_mass_per_kg() <= 0.0
+            {
                 continue;
             }
             let held = Held {

@@ -80,18 +80,22 @@ impl Sim<'_> {
             journal.raise(apart.told(EventKind::Cut));
         });
         match (is_cutting, self.grasp.count()) {
-            (true, 0) => self.grasp.close(&blades, scene, bodies, faults),
+            (true, 0) => self.grasp.close(&blades, |_| true, scene, bodies, faults),
             (false, 1..) => self.grasp.open(bodies),
             _ => {}
         }
     }
 
-    /// An applier that closes holds the tubes that it meets, and closes its clip when it `bites`.
+    /// An applier that closes holds the tubes between its jaws, and closes its clip when it `bites`.
     fn clip(&mut self, bites: bool, faults: &mut FaultSet) {
         let (scene, bodies, journal) = (&self.scene, &mut self.state.bodies, &mut self.journal);
         let (jaws, at_m) = (jaws(&self.tool), self.tool.tip_m);
-        if self.grasp.count() == 0 && Clips::meet(&jaws, scene, bodies) {
-            self.grasp.close(&jaws, scene, bodies, faults);
+        if self.grasp.count() == 0 {
+            let between = Clips::between(&jaws, scene, bodies);
+            if between.contains(&true) {
+                let takes = |organ: u8| between.get(usize::from(organ)) == Some(&true);
+                self.grasp.close(&jaws, takes, scene, bodies, faults);
+            }
         }
         if bites {
             self.state.vessels.note_change();
@@ -117,7 +121,8 @@ impl Sim<'_> {
 
     fn close_jaws(&mut self, faults: &mut FaultSet) {
         let (scene, bodies) = (&self.scene, &mut self.state.bodies);
-        self.grasp.close(&jaws(&self.tool), scene, bodies, faults);
+        let jaws = jaws(&self.tool);
+        (self.grasp).close(&jaws, |_| true, scene, bodies, faults);
         self.tell_of_grasp(EventKind::Grasp, self.grasp.count() as f32);
     }
 

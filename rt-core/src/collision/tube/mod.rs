@@ -105,8 +105,14 @@ impl TubeContacts {
                 for part in near.iter().filter(|part| is_near(part, &ball)) {
                     let last = same.clone().find(|track| track.part == part.role);
                     let (mut track, way_m) = self.meet(part, number, &ball, last);
-                    let loose = if is_held(bead, bodies) { 0.0 } else { 1.0 };
-                    track.loose += LOOSEN * (loose - track.loose);
+                    let is_held = is_held(bead, bodies);
+                    let loose = if is_held { 0.0 } else { 1.0 };
+                    // What does not touch yet has nothing to lose, and is not to be squeezed out.
+                    let step = match is_held && track.gap.gap_m > 0.0 {
+                        true => 1.0,
+                        false => LOOSEN,
+                    };
+                    track.loose += step * (loose - track.loose);
                     let left = bead
                         .link
                         .map_or(1.0, |link| bodies.parted.left_of_link(link));
