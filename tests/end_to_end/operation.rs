@@ -2,6 +2,7 @@
 
 use std::path::Path;
 use std::process::Stdio;
+use std::sync::{Mutex, OnceLock};
 
 use system_tests::{calot, finish, finish_child, said, station_name, summary, wait_until};
 
@@ -81,31 +82,102 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
     assert!(!ask(&["export"]).contains("Ada"));
 }
 
-#[test]
-fn clips_that_a_surgeon_drops_sound_and_cost_and_are_in_the_recording() {
-    let folder = tempfile::tempdir().expect("a folder");
+/// Longer than any task takes a scripted surgeon, s; a run ends when its task is over.
+const LONG_S: &str = "150";
+/// So often a surgeon may try: tissue lies otherwise each time, and the machine may be busy.
+const TRIES: usize = 4;
+
+/// A scripted surgeon works a task on Calot's triangle, for this long at most; the summary. What is
+/// recomputed from the recording is the same.
+fn operate(task: &str, hand: &str, seconds: &str) -> serde_json::Value {
+    static SCENE: OnceLock<tempfile::TempDir> = OnceLock::new();
+    // One at a time: they need the machine.
+    static TURN: Mutex<()> = Mutex::new(());
+    let _turn = TURN
+        .lock()
+        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    let folder = SCENE.get_or_init(|| {
+        let folder = tempfile::tempdir().expect("a folder");
+        let scene = folder.path().join("triangle.calot");
+        let output = finish(calot().args(["prepare", "triangle", "--out"]).arg(scene));
+        assert!(output.status.success(), "{}", said(&output));
+        folder
+    });
+    let scene = folder.path().join("triangle.calot");
+    let scene = scene.to_str().expect("a path in UTF-8");
+    let out = tempfile::tempdir().expect("a folder");
     let words = [
         "--scene",
-        "triangle",
+        scene,
         "--task",
-        "clamp",
+        task,
         "--hand",
-        "dropper",
+        hand,
         "--seconds",
-        "25",
+        seconds,
     ];
-    let summary = work(&words, folder.path());
-    assert_eq!(summary["outcome"], "aborted", "{summary:#}");
-    let alarms = summary["alarms"].as_array().expect("alarms");
-    assert!(
-        alarms.iter().any(|it| it["kind"] == "clip_lost"),
-        "{summary:#}"
-    );
-    assert!(summary["score"].as_f64() < Some(96.0));
-    let again = report(folder.path());
+    let summary = work(&words, out.path());
+    let again = report(out.path());
     for key in ["task", "outcome", "score", "metrics", "reasons"] {
         assert_eq!(summary[key], again[key], "{key}");
     }
+    summary
+}
+
+/// Tries until a run comes to this.
+fn operate_until(task: &str, hand: &str, is_so: fn(&serde_json::Value) -> bool) {
+    let mut came_to = Vec::new();
+    for _ in 0..TRIES {
+        let summary = operate(task, hand, LONG_S);
+        if is_so(&summary) {
+            return;
+        }
+        came_to.push((summary["outcome"].clone(), summary["reasons"].clone()));
+    }
+    panic!("{task} by {hand}: {came_to:?}");
+}
+
+fn has_alarm(summary: &serde_json::Value, kind: &str) -> bool {
+    let alarms = summary["alarms"].as_array().expect("alarms");
+    alarms.iter().any(|it| it["kind"] == kind)
+}
+
+fn is_passed(summary: &serde_json::Value) -> bool {
+    summary["outcome"] == "passed" && summary["score"].as_f64() >= Some(70.0)
+}
+
+#[test]
+fn clips_that_a_surgeon_drops_sound_and_cost_and_are_in_the_recording() {
+    let summary = operate("clamp", "dropper", "25");
+    assert_eq!(summary["outcome"], "aborted", "{summary:#}");
+    assert!(has_alarm(&summary, "clip_lost"), "{summary:#}");
+    assert!(summary["score"].as_f64() < Some(96.0));
+}
+
+#[test]
+fn a_careful_surgeon_clamps_duct_and_artery() {
+    operate_until("clamp", "careful", is_passed);
+}
+
+#[test]
+fn a_careful_surgeon_divides_both_between_clips_and_beside_them_it_fails_at_once() {
+    operate_until("cut", "careful", is_passed);
+    operate_until("cut", "unclamped", |summary| {
+        summary["outcome"] == "failed" && has_alarm(summary, "unclamped")
+    });
+}
+
+#[test]
+#[ignore = "minutes: run it after changes of cautery, contact or rules"]
+fn a_burner_is_alarmed_and_the_hurried_come_to_less() {
+    for task in ["identify", "disconnect"] {
+        let burnt = operate(task, "burner", "25");
+        assert!(has_alarm(&burnt, "burnt"), "{burnt:#}");
+        assert_ne!(burnt["outcome"], "passed");
+    }
+    let hurried = operate("clamp", "hurried", "60");
+    let alarms = hurried["alarms"].as_array().map_or(0, Vec::len);
+    assert!(alarms > 0 || hurried["score"].as_f64() < Some(98.0));
 }
 
 /// The store breaks while a task is worked: nothing else is lost, and it is said. Without `--out` the session

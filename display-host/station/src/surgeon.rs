@@ -38,9 +38,9 @@ const LOOK_EVERY: Duration = Duration::from_millis(5);
 const THERE_M: f64 = 0.0015;
 const ALIGNED_RAD: f64 = 0.12;
 const GIVE_UP: Duration = Duration::from_secs(8);
-/// The jaws take so long to close or open.
 /// How often a vessel that was missed is tried.
 const ATTEMPTS: u32 = 4;
+/// The jaws take so long to close or open.
 const JAWS: Duration = Duration::from_millis(900);
 const TURN_RAD_S: f64 = 1.5;
 
