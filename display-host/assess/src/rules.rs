@@ -574,13 +574,13 @@ mod tests {
             let text = format!("{}[task.cut]\npass = [{pass}]\n", &BUILT_IN[..from]);
             Rules::parse(&text).map_err(|error| error.to_string())
         };
-        task("{ metric = \"score\", at_least = 5, at_most = 5 }").unwrap();
+        task("{ metric = \"score\", at_least = 5.0, at_most = 5.0 }").unwrap();
         let error = task("{ metric = \"score\" }").unwrap_err();
         assert!(
             error.contains("asked of score is nothing; allowed is at_least"),
             "{error}"
         );
-        let error = task("{ metric = \"time_s\", at_least = 6, at_most = 5 }").unwrap_err();
+        let error = task("{ metric = \"time_s\", at_least = 6.0, at_most = 5.0 }").unwrap_err();
         assert!(error.contains("at least 6 and at most 5"), "{error}");
     }
 
