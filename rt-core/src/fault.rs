@@ -31,7 +31,7 @@ pub enum Fault {
     PairOverflow = 11,
     /// More spheres between the jaws than can be held. Answer: the first found are held.
     GraspOverflow = 12,
-    /// More events than kept. Answer: later ones are lost.
+    /// More events, or places that leak, than kept. Answer: later ones are lost.
     EventOverflow = 13,
     /// A tick ended after its deadline (told by the process).
     Overrun = 14,

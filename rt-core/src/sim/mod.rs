@@ -160,7 +160,8 @@ impl<'a> Sim<'a> {
         self.burn();
         self.tear();
         self.leak();
-        faults.raise_if(self.journal.is_full(), Fault::EventOverflow);
+        let is_overrun = self.state.vessels.is_overrun();
+        faults.raise_if(is_overrun || self.journal.is_full(), Fault::EventOverflow);
         ports.stamp(Stage::Procedure);
 
         self.fault_counters.count(faults);

@@ -78,13 +78,15 @@ impl Hole {
 }
 
 impl Vessels {
-    /// Looks for what has been divided; `divided` hears once of each place.
+    /// Looks for what has been divided; `divided` hears once of each place, or again if it says that it
+    /// could not take it now. Returns whether it took all.
     pub(super) fn find_holes(
         &mut self,
         scene: &Scene<'_>,
         bodies: &Bodies,
-        mut divided: impl FnMut(Opening),
-    ) {
+        mut divided: impl FnMut(Opening) -> bool,
+    ) -> bool {
+        let mut is_all = true;
         for (organ, it) in (0u8..).zip(scene.organs) {
             if !matches!(it.inside, Inside::Blood | Inside::Bile) {
                 continue;
@@ -94,9 +96,11 @@ impl Vessels {
                     let link = step.link;
                     let [a, b] = [u32::from(step.a), u32::from(step.b)]
                         .map(|sphere| Opening::Link { link, sphere });
-                    if self.open_up(a) {
-                        divided(a);
+                    if !self.is_open(a) && !divided(a) {
+                        is_all = false;
+                        continue;
                     }
+                    self.open_up(a);
                     self.open_up(b);
                     if let Some(divided) = self.divided.get_mut(usize::from(organ)) {
                         *divided = true;
@@ -104,7 +108,7 @@ impl Vessels {
                 }
             }
         }
-        self.find_torn_off(scene, bodies, divided);
+        self.find_torn_off(scene, bodies, divided) && is_all
     }
 
     /// Tubes that no tie joins any more to an organ that they were grown to. Fat and other tissue around
@@ -113,8 +117,9 @@ impl Vessels {
         &mut self,
         scene: &Scene<'_>,
         bodies: &Bodies,
-        mut divided: impl FnMut(Opening),
-    ) {
+        mut divided: impl FnMut(Opening) -> bool,
+    ) -> bool {
+        let mut is_all = true;
         let mut joined = [[false; MAX_ORGANS]; MAX_ORGANS];
         let pair = |own: u32, other: u32| {
             let organ = |sphere| usize::from(*bodies.organ.at(sphere));
@@ -143,22 +148,29 @@ impl Vessels {
                     // One of its ties stands for all.
                     *joined = true;
                     let off = Opening::Off { sphere: tie.sphere };
-                    if self.open_up(off) {
-                        divided(off);
+                    if !self.is_open(off) && !divided(off) {
+                        is_all = false;
+                        continue;
                     }
+                    self.open_up(off);
                     if own == its {
                         self.open_up(Opening::Off { sphere: other });
                     }
                 }
             }
         }
+        is_all
     }
 
-    /// Whether it was not open before.
-    fn open_up(&mut self, opening: Opening) -> bool {
-        let is_new = !self.holes.iter().any(|hole| hole.opening == opening);
-        // What has no room leaks unseen.
-        is_new && self.holes.push(Hole::new(opening)).is_ok()
+    fn is_open(&self, opening: Opening) -> bool {
+        self.holes.iter().any(|hole| hole.opening == opening)
+    }
+
+    /// What has no room leaks unseen, which is counted (`Vessels::is_overrun`).
+    pub(super) fn open_up(&mut self, opening: Opening) {
+        if !self.is_open(opening) {
+            self.is_overrun |= self.holes.push(Hole::new(opening)).is_err();
+        }
     }
 }
 

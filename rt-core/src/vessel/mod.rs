@@ -52,6 +52,8 @@ pub(crate) struct Vessels {
     /// What has dried each sphere's stretch of vessel, J.
     dried_j: PerSphere<f32>,
     holes: Vec<Hole, MAX_HOLES>,
+    /// Some place found no room in `holes` in this tick.
+    is_overrun: bool,
     /// Which organs are divided somewhere.
     divided: [bool; MAX_ORGANS],
     progress: Progress,
@@ -63,6 +65,7 @@ impl Vessels {
             pressure: PerSphere::new(0.0),
             dried_j: PerSphere::new(0.0),
             holes: Vec::new(),
+            is_overrun: false,
             divided: [false; MAX_ORGANS],
             progress: Progress::Known,
         }
@@ -75,7 +78,7 @@ impl Vessels {
 
     /// What is divided now was so before anything that is told.
     pub(crate) fn note_prepared(&mut self, scene: &Scene<'_>, bodies: &Bodies) {
-        self.find_holes(scene, bodies, |_| ());
+        self.find_holes(scene, bodies, |_| true);
         self.note_change();
     }
 
@@ -96,7 +99,7 @@ impl Vessels {
     /// A wall is burnt through at this sphere: a hole of `area_m2`.
     pub(crate) fn burst(&mut self, sphere: u32, area_m2: f32) {
         let wall = Opening::Wall { sphere, area_m2 };
-        let _ = self.holes.push(Hole::new(wall)); // what has no room leaks unseen
+        self.is_overrun |= self.holes.push(Hole::new(wall)).is_err();
         self.note_change();
     }
 
@@ -125,22 +128,31 @@ impl Vessels {
             }
             Progress::Spreading => {
                 if !self.spread(scene, clips, bodies) {
-                    self.find_holes(scene, bodies, |opening| {
+                    let is_all = self.find_holes(scene, bodies, |opening| {
                         let sphere = opening.sphere();
+                        if !journal.has_room() {
+                            return false;
+                        }
                         journal.raise(Event {
                             kind: EventKind::Divided,
                             organ: Some(u32::from(*bodies.organ.at(sphere))),
                             at_m: bodies.nodes.at(sphere).center_m(),
                             value: unclosed(opening, scene, clips, bodies),
                         });
+                        true
                     });
                     // What this tick has no room for the next one tells.
-                    if self.tell(scene, clips, bodies, journal) {
+                    if self.tell(scene, clips, bodies, journal) && is_all {
                         self.progress = Progress::Known;
                     }
                 }
             }
         }
+    }
+
+    /// Whether since the last call some place found no room among those that leak.
+    pub(crate) fn is_overrun(&mut self) -> bool {
+        core::mem::take(&mut self.is_overrun)
     }
 
     /// Share of the inside of the tube at this sphere that drying has left open; in quarters.
