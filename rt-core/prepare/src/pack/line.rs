@@ -9,7 +9,7 @@ use crate::Vec3;
 /// A piece of a slice smaller than this share of the mean piece is a bump, not a branch.
 const BUMP_SHARE: f64 = 0.2;
 
-/// Spheres along a tube, and which follow each other.
+/// Spheres along a tube, from one of its ends on, and which follow each other.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// Spheres as wide as the tube.
@@ -133,6 +133,13 @@ fn slice(interior: &Interior<'_>, way_m: &HashMap<u32, f64>, longest: f64, slice
             next += 1;
         }
         pieces.push(members);
+    }
+    // In the order of the line: whoever looks for a place along it counts spheres.
+    pieces.sort_by_key(|members| (slice_of(members[0]), members[0]));
+    for (number, members) in pieces.iter().enumerate() {
+        for &member in members {
+            piece_of.insert(member, number as u32);
+        }
     }
     let mean = interior.points.len() as f64 / pieces.len().max(1) as f64;
     let mut number = vec![None; pieces.len()];

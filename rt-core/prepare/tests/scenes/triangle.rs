@@ -35,10 +35,27 @@ fn triangle_of_calot_is_sound_in_both_courses() {
             let held = spheres.iter().filter(|s| s.held == 1).count();
             assert!(held + report.attached >= 2, "{}", report.name);
         }
+        check_order(scene);
         check_ties(scene);
         check_cells(&prepared);
         let overlap = deepest_overlap(&prepared);
         assert!(overlap < 0.0005, "organs overlap by {overlap} m");
+    }
+}
+
+/// Spheres of duct and artery stand in line: prepared tasks put clips at shares of their way.
+fn check_order(scene: &shared_mem::scene::SceneData) {
+    for kind in [OrganKind::CysticDuct, OrganKind::CysticArtery] {
+        let organ = scene.organs.iter().find(|organ| organ.kind == kind as u32);
+        let [first, count] = organ.unwrap().spheres.map(|x| x as usize);
+        let at =
+            |sphere: &shared_mem::scene::SphereRecord| Vec3::from(sphere.center_m.map(f64::from));
+        let steps = scene.spheres[first..first + count].windows(2);
+        let lengths: Vec<f64> = steps
+            .map(|two| (at(&two[1]) - at(&two[0])).norm())
+            .collect();
+        let mean = lengths.iter().sum::<f64>() / lengths.len() as f64;
+        assert!(lengths.iter().all(|it| *it < 1.8 * mean), "{lengths:?}");
     }
 }
 
