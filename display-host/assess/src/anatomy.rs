@@ -4,6 +4,9 @@ use shared_mem::scene::{CellRecord, OrganKind, SceneFile, str_from_name};
 
 use crate::vector::{Vec3, sub, wide};
 
+/// How far around duct and artery the controller clears the triangle (`rt_core::sim`, `CLEARED_M`), m.
+const CLEARED_M: f64 = 0.008;
+
 /// Where a cell of layered tissue lies, as the procedure counts it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
@@ -53,6 +56,8 @@ pub struct Anatomy {
     pub(crate) organs: Vec<Organ>,
     /// Region and volume (m³) of each cell of layered tissue.
     pub(crate) cells: Vec<(Region, f64)>,
+    /// Cells that are gone when a task begins with the triangle cleared.
+    pub(crate) cleared: Vec<usize>,
     /// Volume of each region, m³.
     pub(crate) volume_in: [f64; Region::COUNT],
     /// Against gravity, of unit length, or zero.
@@ -82,6 +87,7 @@ impl Anatomy {
         let cells: Vec<_> = cells.collect();
         Self {
             organs: organs.collect(),
+            cleared: cleared(scene),
             volume_in: volumes(&cells),
             cells,
             up: unit(gravity.map(|x| -x)),
@@ -100,6 +106,7 @@ impl Anatomy {
         let cells: Vec<_> = cells.iter().map(|region| (*region, 1.0)).collect();
         Self {
             organs: organs.collect(),
+            cleared: Vec::new(),
             volume_in: volumes(&cells),
             cells,
             up: [0.0, 0.0, 1.0],
@@ -126,6 +133,28 @@ impl Anatomy {
             .get(region as usize)
             .is_some_and(|it| *it > 0.0)
     }
+}
+
+/// Cells whose middle at rest is as near to cystic duct or artery as the controller clears them.
+fn cleared(scene: &SceneFile) -> Vec<usize> {
+    let is_bare = |kind| matches!(kind, Some(OrganKind::CysticDuct | OrganKind::CysticArtery));
+    let tubes = scene.organs().iter();
+    let tubes = tubes.filter(|organ| is_bare(OrganKind::from_u32(organ.kind)));
+    let spheres: Vec<Vec3> = tubes
+        .flat_map(|organ| {
+            let [first, count] = organ.spheres.map(|number| number as usize);
+            scene.spheres().iter().skip(first).take(count)
+        })
+        .map(|sphere| wide(sphere.center_m))
+        .collect();
+    let cells = scene.cells().iter().enumerate();
+    let near = cells.filter(|(_, cell)| {
+        let at = wide(cell.center_m);
+        spheres
+            .iter()
+            .any(|it| crate::vector::distance(*it, at) < CLEARED_M)
+    });
+    near.map(|(index, _)| index).collect()
 }
 
 fn volumes(cells: &[(Region, f64)]) -> [f64; Region::COUNT] {

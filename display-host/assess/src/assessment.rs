@@ -13,6 +13,8 @@ use crate::vector::{Vec3, distance, wide};
 
 /// Version of the metrics' definitions and of what tasks ask beside their rules.
 pub const VERSION: u32 = 1;
+/// As `CommandMsg::START` counts tasks: from here on the triangle is cleared.
+const START_CLAMP: u8 = 2;
 /// Alarms and moments that are kept.
 const KEPT_MAX: usize = 5000;
 /// Steps of the paths that are kept for pictures, m.
@@ -105,6 +107,9 @@ pub struct Assessment {
     newest: Option<Movement>,
     restarts: u32,
     is_prepared: bool,
+    /// Number of the next event, once there was one.
+    next_event: Option<u64>,
+    lost_events: u64,
     over: Option<(Outcome, Vec<String>)>,
 }
 
@@ -126,6 +131,8 @@ impl Assessment {
             newest: None,
             restarts: 0,
             is_prepared: false,
+            next_event: None,
+            lost_events: 0,
             over: None,
         }
     }
@@ -148,6 +155,9 @@ impl Assessment {
                 self.is_prepared = true;
                 self.restart();
                 self.procedure.prepare(*task);
+                if *task >= START_CLAMP {
+                    self.tally.clear(&self.anatomy);
+                }
             }
             What::Moved(moved) => self.moved(entry.at_ns, moved),
             What::Event(event) => self.event(event),
@@ -162,6 +172,7 @@ impl Assessment {
         self.moments.clear();
         self.paths = [Vec::new(), Vec::new()];
         self.began_ns = None;
+        self.lost_events = 0;
     }
 
     fn seconds(&self, at_ns: u64) -> f64 {
@@ -187,6 +198,11 @@ impl Assessment {
     }
 
     fn event(&mut self, event: &EventMsg) {
+        // A smaller number is another controller's.
+        let expected = self.next_event.unwrap_or(event.sequence);
+        let lost = event.sequence.saturating_sub(expected);
+        self.lost_events = self.lost_events.saturating_add(lost);
+        self.next_event = Some(event.sequence.saturating_add(1));
         self.tally.event(event, &self.anatomy);
         // As everything that is judged: in time that counts, without pauses and gaps.
         let at_s = self.tally.time_s();
@@ -245,6 +261,7 @@ impl Assessment {
         self.procedure.values(&mut values);
         values.set(Metric::Alarms, self.alarms.len() as f64);
         values.set(Metric::Restarts, self.restarts.into());
+        values.set(Metric::LostEvents, self.lost_events as f64);
         values
     }
 

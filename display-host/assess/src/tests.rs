@@ -81,6 +81,20 @@ fn rest(assessment: &mut Assessment, from_s: f64, to_s: f64) {
     }
 }
 
+#[test]
+fn a_gap_in_the_events_numbers_is_a_loss_and_another_controller_is_none() {
+    let mut assessment = begin(Task::Free);
+    rest(&mut assessment, 0.0, 0.2);
+    for sequence in [40, 41, 44, 45, 0, 1, 3] {
+        let mut entry = event(0.3, EventMsg::REMOVED, FAT, 0.0, 1.0);
+        if let What::Event(event) = &mut entry.what {
+            event.sequence = sequence;
+        }
+        assessment.take(&entry);
+    }
+    is(assessment.end().metrics.get(Metric::LostEvents), 3.0);
+}
+
 fn clip(assessment: &mut Assessment, at_s: f64, organ: u32, x_m: f32, number: f32) {
     assessment.take(&event(at_s, EventMsg::CLIP, organ, x_m, number));
 }

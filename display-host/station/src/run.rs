@@ -177,6 +177,7 @@ fn debrief(
         .and_then(|(mut chapter, _)| {
             let drawn = outcome.frames.iter().filter_map(|it| it.path.clone());
             chapter.pictures = report::chosen(drawn);
+            chapter.ticks = report::ticks(out);
             if let Err(problem) = assessed.add_past(&mut chapter) {
                 say::note(format_args!(
                     "calot: debrief.html without earlier sessions: {problem}"

@@ -206,22 +206,30 @@ impl Tally {
             }
             EventMsg::CLIP => self.clip(event, kind),
             EventMsg::LEAK => self.leak(event),
-            EventMsg::REMOVED => {
-                self.removed.resize(anatomy.cells.len(), false);
-                let index = event.value.max(0.0) as usize;
-                if let Some(removed) = self.removed.get_mut(index)
-                    && !core::mem::replace(removed, true)
-                    && let Some((region, volume_m3)) = anatomy.cells.get(index)
-                    && let Some(sum) = self.removed_in.get_mut(*region as usize)
-                {
-                    *sum += volume_m3;
-                }
-            }
+            EventMsg::REMOVED => self.remove(event.value.max(0.0) as usize, anatomy),
             EventMsg::PERFORATION => self.perforations += 1,
             EventMsg::CRUSH => self.crushes += 1,
             EventMsg::TEAR if !is_target(kind) => self.tears += 1,
             EventMsg::SLIP => self.slips += 1,
             _ => {}
+        }
+    }
+
+    /// The controller has cleared the triangle before the task.
+    pub(crate) fn clear(&mut self, anatomy: &Anatomy) {
+        for index in &anatomy.cleared {
+            self.remove(*index, anatomy);
+        }
+    }
+
+    fn remove(&mut self, index: usize, anatomy: &Anatomy) {
+        self.removed.resize(anatomy.cells.len(), false);
+        if let Some(removed) = self.removed.get_mut(index)
+            && !core::mem::replace(removed, true)
+            && let Some((region, volume_m3)) = anatomy.cells.get(index)
+            && let Some(sum) = self.removed_in.get_mut(*region as usize)
+        {
+            *sum += volume_m3;
         }
     }
 

@@ -26,12 +26,42 @@ pub struct Chapter {
     pub rules: Rules,
     /// Pictures, with what each shows; PNG.
     pub pictures: Vec<(String, Vec<u8>)>,
+    /// How long the simulation's ticks took, if that was kept beside the session.
+    pub ticks: Option<Ticks>,
     /// Why the recording ends early, if it does.
     pub cut_short: Option<String>,
     /// The trainee's earlier sessions of the same task, oldest first.
     pub past: Vec<Past>,
     /// What an instructor wrote: item, 1 to 5.
     pub sheet: Vec<(String, u8)>,
+}
+
+/// How long ticks took, as a run's `summary.json` has it.
+#[derive(Debug, Clone, PartialEq, serde::Deserialize)]
+pub struct Ticks {
+    /// The whole tick, ns.
+    pub tick_ns: Spread,
+    /// Its stages, ns.
+    pub stage_ns: std::collections::BTreeMap<String, Spread>,
+    /// Periods that were skipped.
+    pub deadline_misses: u64,
+    /// Ticks that ended after their deadline.
+    pub overruns: u64,
+    /// Whether the controller ran in real time.
+    pub realtime: bool,
+}
+
+/// Of many times, ns.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
+pub struct Spread {
+    /// How many.
+    pub count: u64,
+    /// Half are shorter.
+    pub p50: u64,
+    /// 99 of 100 are shorter.
+    pub p99: u64,
+    /// The longest.
+    pub max: u64,
 }
 
 /// An earlier session.
@@ -52,6 +82,13 @@ mod tests {
     use super::*;
     use crate::{Anatomy, Assessment, Difficulty, Task};
 
+    const SPREAD: Spread = Spread {
+        count: 1000,
+        p50: 210_000,
+        p99: 480_000,
+        max: 912_300,
+    };
+
     fn chapter(name: &str) -> Chapter {
         let rules = Rules::default();
         let assessment = Assessment::new(
@@ -71,6 +108,13 @@ mod tests {
             assessed,
             rules,
             pictures: vec![("frame".to_owned(), vec![1, 2, 3])],
+            ticks: Some(Ticks {
+                tick_ns: SPREAD,
+                stage_ns: [("solve".to_owned(), SPREAD)].into(),
+                deadline_misses: 3,
+                overruns: 5,
+                realtime: false,
+            }),
             cut_short: None,
             past: vec![Past {
                 when: String::new(),
@@ -94,6 +138,8 @@ mod tests {
             "Paths",
             "Force",
             "earlier sessions",
+            "<td>whole tick<td>210.0<td>480.0<td>912.3",
+            "3 periods were missed",
             "sum<td>4 of 5",
             "aborted",
         ] {

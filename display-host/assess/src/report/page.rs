@@ -143,6 +143,36 @@ fn one(page: &mut Page, chapter: &Chapter) {
     past(page, chapter);
     sheet(page, chapter);
     metrics(page, chapter);
+    ticks(page, chapter);
+}
+
+/// Whether the simulation kept its time while this was done.
+fn ticks(page: &mut Page, chapter: &Chapter) {
+    let Some(ticks) = &chapter.ticks else {
+        return;
+    };
+    page.add(format_args!(
+        "<h3>The simulation's time</h3><table><tr><th>µs<th>p50<th>p99<th>max</tr>"
+    ));
+    let stages = ticks.stage_ns.iter().map(|(name, it)| (name.as_str(), it));
+    for (name, spread) in [("whole tick", &ticks.tick_ns)].into_iter().chain(stages) {
+        let [p50, p99, max] = [spread.p50, spread.p99, spread.max].map(|ns| ns as f64 / 1e3);
+        page.add(format_args!(
+            "<tr><td>{}<td>{p50:.1}<td>{p99:.1}<td>{max:.1}</tr>",
+            escape(name)
+        ));
+    }
+    page.add(format_args!(
+        "</table><p class=\"lead\">Of {} ticks of 1000 µs {} ended too late and {} periods were missed; the \
+         controller ran {}.</p>",
+        ticks.tick_ns.count,
+        ticks.overruns,
+        ticks.deadline_misses,
+        match ticks.realtime {
+            true => "in real time",
+            false => "without real-time priority",
+        }
+    ));
 }
 
 fn verdict(page: &mut Page, chapter: &Chapter) {

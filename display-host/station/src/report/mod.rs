@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
-use assess::report::{Chapter, html};
+use assess::report::{Chapter, Ticks, html};
 use assess::{Anatomy, Assessment, Difficulty, Metric, Rules, Task};
 use session::{End, Operation};
 
@@ -184,11 +184,18 @@ pub(crate) fn chapter(
         assessed: assessment.end(),
         rules,
         pictures: folder.map(pictures).unwrap_or_default(),
+        ticks: folder.and_then(ticks),
         cut_short: left_out.cut_short().cloned(),
         past: Vec::new(),
         sheet: Vec::new(),
     };
     Ok((chapter, left_out))
+}
+
+/// How long ticks took, from the summary that a run left beside its session.
+pub(crate) fn ticks(folder: &Path) -> Option<Ticks> {
+    let text = std::fs::read(folder.join("summary.json")).ok()?;
+    serde_json::from_slice(&text).ok()
 }
 
 /// The pictures that a run left beside its session.
@@ -274,6 +281,19 @@ mod tests {
         assert!(missing.cut_short().is_none());
         assert!(missing.in_words()[0].contains("3 ticks"));
         assert!(LeftOut::default().in_words().is_empty());
+    }
+
+    #[test]
+    fn ticks_come_from_the_summary_if_there_is_one() {
+        let folder = tempfile::tempdir().unwrap();
+        assert_eq!(ticks(folder.path()), None);
+        let spread = r#"{"count":9,"p50":1,"p90":2,"p99":3,"p999":4,"p9999":5,"max":6}"#;
+        let text = format!(
+            r#"{{"tick_ns":{spread},"stage_ns":{{"solve":{spread}}},"deadline_misses":1,"overruns":2,"realtime":true}}"#
+        );
+        std::fs::write(folder.path().join("summary.json"), text).unwrap();
+        let ticks = ticks(folder.path()).unwrap();
+        assert_eq!((ticks.tick_ns.max, ticks.stage_ns["solve"].p99), (6, 3));
     }
 
     #[test]
