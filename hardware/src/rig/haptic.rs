@@ -86,19 +86,25 @@ impl RigHaptic {
     }
 }
 
+impl From<&Capabilities> for DeviceCapabilities {
+    fn from(said: &Capabilities) -> Self {
+        Self {
+            force_max_n: said.force_max_n,
+            force_continuous_n: said.force_continuous_n,
+            stiffness_max_n_m: said.stiffness_max_n_m,
+            damping_max_n_s_m: said.damping_max_n_s_m,
+            workspace_radius_m: said.workspace_radius_m,
+            torque_max_n_m: said.torque_max_n_m,
+            damping_n_s_m: said.damping_n_s_m,
+            delay_s: said.delay_s,
+            rate_hz: said.rate_hz.into(),
+        }
+    }
+}
+
 impl HapticDevice for RigHaptic {
     fn capabilities(&self) -> DeviceCapabilities {
-        DeviceCapabilities {
-            force_max_n: self.identity.force_max_n,
-            force_continuous_n: self.identity.force_continuous_n,
-            stiffness_max_n_m: self.identity.stiffness_max_n_m,
-            damping_max_n_s_m: self.identity.damping_max_n_s_m,
-            workspace_radius_m: self.identity.workspace_radius_m,
-            torque_max_n_m: self.identity.torque_max_n_m,
-            damping_n_s_m: self.identity.damping_n_s_m,
-            delay_s: self.identity.delay_s,
-            rate_hz: self.identity.rate_hz.into(),
-        }
+        (&self.identity).into()
     }
 
     fn poll(&mut self, _now_ns: TimeNs) -> Polled<DeviceSample> {

@@ -120,7 +120,7 @@ fn polled<T>(fresh: bool, lost: bool, sample: T) -> Polled<T> {
     }
 }
 
-fn command(code: u8) -> Option<Command> {
+pub(crate) fn command(code: u8) -> Option<Command> {
     let (kind, argument) = (u32::from(code & 15), code >> 4);
     Some(match kind {
         CommandMsg::PAUSE => Command::Pause(argument != 0),

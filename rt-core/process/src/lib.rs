@@ -37,6 +37,7 @@ pub mod probe;
 mod publisher;
 pub mod realtime;
 mod reconnect;
+pub mod rehearsal;
 pub mod replay;
 mod run;
 pub mod runaway;

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use hardware::emulate::{Gamepad, Wish};
 use hardware::rig::wire::Switches;
 use rt_core::port::Buttons;
+use rt_process::rehearsal::wish as said;
 use rt_process::time_driver::monotonic_ns;
 use shared_mem::message::HandMsg;
 use shared_mem::service::{HandReceiver, Station};
@@ -122,24 +123,6 @@ fn look_for_gamepads() -> Receiver<Gamepad> {
         }
     });
     found
-}
-
-/// What a display asks for.
-fn said(message: &HandMsg) -> Wish {
-    // What is no number is no movement.
-    let number = |part: f64| if part.is_finite() { part } else { 0.0 };
-    Wish {
-        moved_m: message.moved_m.map(number),
-        rolled_rad: number(message.rolled_rad),
-        scope_turned_rad: message.scope_turned_rad.map(number),
-        scope_advanced_m: number(message.scope_advanced_m),
-        buttons: Buttons((message.buttons & 0xff) as u8),
-        switches: Switches {
-            cut: message.switches & 1 != 0,
-            coagulate: message.switches & 2 != 0,
-            camera_lock: message.switches & 4 != 0,
-        },
-    }
 }
 
 /// What was moved stays moved; the jaws open, the foot is off.

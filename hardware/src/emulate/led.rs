@@ -1,0 +1,105 @@
+//! The emulated haptic device led by wishes, without lines or clocks: the same wishes and forces give the
+//! same movements.
+
+use nalgebra::UnitQuaternion;
+use rt_core::math::{Pose, Vec3};
+use rt_core::port::Buttons;
+
+use super::hand::{Hand, HandScript};
+use super::operated::{Operated, Wish};
+use super::touch::{Body, Grip, Touch};
+use crate::HardwareError;
+use crate::rig::wire::Switches;
+
+/// A hand at an emulated Touch.
+#[derive(Debug, Clone)]
+pub struct LedHand {
+    hand: Hand,
+    operated: Operated,
+    touch: Touch,
+    /// The handle that the hand wanted last, device frame.
+    wanted: Pose,
+}
+
+/// What its devices measure.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// The handle, device frame.
+    pub device_from_handle: Pose,
+    /// Its velocity there, m/s.
+    pub velocity_m_s: Vec3,
+    /// Buttons at the handle.
+    pub buttons: Buttons,
+    /// What the foot presses.
+    pub switches: Switches,
+    /// The endoscope's sensor in the tracker's frame.
+    pub tracker_from_sensor: Pose,
+}
+
+impl LedHand {
+    /// A hand at rest where `script` puts it, led by sums that begin with `wish`.
+    ///
+    /// # Errors
+    /// When the devices do not reach what the script asks of them.
+    pub fn new(script: HandScript, wish: &Wish) -> Result<Self, HardwareError> {
+        let hand = Hand::new(script, 0)?;
+        let operated = Operated::begin(hand.intent(0.0).tip_m, wish);
+        let wanted = operated.handle(&hand);
+        Ok(Self {
+            touch: Touch::new(Body::TOUCH, Grip::STYLUS, wanted.translation.vector),
+            hand,
+            operated,
+            wanted,
+        })
+    }
+
+    /// A millisecond in which the motors render `force_n` (device frame).
+    pub fn step(&mut self, wish: &Wish, force_n: Vec3) -> Measured {
+        self.operated.follow(Some(wish), &self.hand);
+        let before_m = self.wanted.translation.vector;
+        self.wanted = self.operated.handle(&self.hand);
+        let target_m = self.wanted.translation.vector;
+        self.touch
+            .step(target_m, (target_m - before_m) / 1e-3, force_n);
+        let position_m = self.touch.measured_m();
+        let roll: UnitQuaternion<f32> = self.operated.roll();
+        let rotation = self.hand.handle_at(position_m).rotation * roll;
+        Measured {
+            device_from_handle: Pose::from_parts(position_m.into(), rotation),
+            velocity_m_s: self.touch.measured_velocity_m_s(),
+            buttons: self.operated.buttons(),
+            switches: self.operated.switches(),
+            tracker_from_sensor: self.hand.sensor(self.operated.scope()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::emulate::hand::tests::room;
+
+    #[test]
+    fn it_goes_where_it_is_led_gives_way_to_force_and_does_the_same_again() {
+        let wish = Wish {
+            moved_m: [0.004, 0.0, 0.0],
+            ..Wish::default()
+        };
+        let work = |force_n: Vec3| {
+            let mut led = LedHand::new(room(), &Wish::default()).unwrap();
+            let mut measured = led.step(&wish, force_n);
+            for _ in 0..1000 {
+                measured = led.step(&wish, force_n);
+            }
+            measured
+        };
+        let hand = Hand::new(room(), 0).unwrap();
+        let tip_m = |it: &Measured| hand.tip_of(it.device_from_handle.translation.vector);
+        let free = work(Vec3::zeros());
+        let way_m = tip_m(&free) - hand.intent(0.0).tip_m;
+        assert!((way_m.norm() - 0.004).abs() < 0.001, "{way_m}");
+        let pushed = work(Vec3::new(0.0, 1.0, 0.0));
+        assert!((tip_m(&pushed) - tip_m(&free)).norm() > 0.001);
+        assert_eq!(pushed, work(Vec3::new(0.0, 1.0, 0.0)));
+    }
+}
