@@ -167,6 +167,14 @@ fn a_careful_surgeon_divides_both_between_clips_and_beside_them_it_fails_at_once
     });
 }
 
+/// The simulation alone does the same in CI (`surgeon/tests/operation.rs`), faster than real time.
+#[test]
+#[ignore = "a quarter of an hour: run it after changes of cautery, contact, cells or rules"]
+fn a_careful_surgeon_completes_the_whole_procedure_through_the_processes() {
+    let summary = operate("full", "careful", "1800");
+    assert!(is_passed(&summary), "{summary:#}");
+}
+
 #[test]
 #[ignore = "minutes: run it after changes of cautery, contact or rules"]
 fn a_burner_is_alarmed_and_the_hurried_come_to_less() {

@@ -6,7 +6,7 @@ use assess::{Difficulty, Task};
 use clap::Args;
 
 use crate::people::args::StoreFile;
-use crate::surgeon::Surgeon;
+use surgeon::Surgeon;
 
 /// A task that is assessed while it runs.
 #[derive(Debug, Clone, Default, Args)]

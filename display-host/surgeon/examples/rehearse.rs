@@ -1,0 +1,105 @@
+//! A scripted surgeon works a task in the simulation alone, faster than real time, in Calot's triangle or a
+//! compiled scene.
+//!
+//! ```text
+//! cargo run --release -p surgeon --example rehearse -- SCENE.calot careful identify 600
+//! ```
+#![allow(clippy::print_stdout)]
+
+#[path = "../tests/theatre/mod.rs"]
+mod theatre;
+
+use std::path::Path;
+use std::time::Instant;
+
+use assess::{Metric, Task};
+use clap::ValueEnum as _;
+use scene_prepare::{Recipe, prepare};
+use shared_mem::message::EventMsg;
+use shared_mem::scene::SceneFile;
+use surgeon::Surgeon;
+
+/// How often it says how things are, s.
+const SAY_EVERY_S: f64 = 10.0;
+
+fn main() {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let [scene, hand, task, seconds] = words.as_slice() else {
+        println!("rehearse SCENE.calot HAND TASK SECONDS");
+        return;
+    };
+    let scene = Path::new(scene);
+    if !scene.exists() {
+        let recipe = Recipe::triangle(false).expect("a built-in recipe");
+        let prepared = prepare(&recipe, &mut |_| {}).expect("it can be built");
+        let bytes = prepared.scene.to_bytes().expect("a sound scene");
+        std::fs::write(scene, bytes).expect("it can be written");
+    }
+    let scene = SceneFile::open(scene).expect("a compiled scene");
+    let hand = Surgeon::from_str(hand, true).expect("a surgeon");
+    let task = Task::from_name(task).expect("a task");
+    let seconds = seconds.parse().expect("seconds");
+    let began = Instant::now();
+    let mut said_s = 0.0;
+    let came = theatre::work(hand, task, &scene, seconds, &mut |seen, assessment| {
+        for event in &seen.events {
+            let is_told = !matches!(
+                event.kind,
+                EventMsg::REMOVED
+                    | EventMsg::BURN
+                    | EventMsg::ELECTRO
+                    | EventMsg::CONTACT
+                    | EventMsg::RELEASE
+            );
+            if is_told {
+                println!(
+                    "{:8.3} {} organ {} {}",
+                    seen.at_s,
+                    event.name(),
+                    event.organ as i32,
+                    event.value
+                );
+            }
+        }
+        if seen.at_s - said_s >= SAY_EVERY_S {
+            said_s = seen.at_s;
+            let status = assessment.status();
+            let metrics = assessment.clone().end().metrics;
+            let of = |metric| metrics.get(metric);
+            println!(
+                "{said_s:6.1} s ({:.0} s) score {:.1} alarms {} triangle {:.3} lower {:.3} bed {:.3} burns {} of {:.1} J, on {:.0} s, in air {:.1} s, force {:.2?}",
+                began.elapsed().as_secs_f64(),
+                status.score,
+                status.alarms,
+                of(Metric::CvsTriangle),
+                of(Metric::CvsBed),
+                of(Metric::Bed),
+                of(Metric::BurnsWrong),
+                of(Metric::BurnWrong),
+                of(Metric::CauteryOn),
+                of(Metric::CauteryAir),
+                seen.tools.force_n,
+            );
+        }
+    });
+    for line in &came.said {
+        println!("said: {line}");
+    }
+    let assessed = &came.assessed;
+    println!(
+        "{:?} {:.1} {:?}\n{:?}",
+        assessed.outcome, assessed.score, assessed.reasons, assessed.steps
+    );
+    for lost in &assessed.lost {
+        println!("lost {lost:?}");
+    }
+    for alarm in &assessed.alarms {
+        println!("{:8.2} {} {:?}", alarm.at_s, alarm.kind.name(), alarm.organ);
+    }
+    println!(
+        "{:.1} s simulated in {:.1} s, hash {:016x}",
+        came.ticks as f64 * 1e-3,
+        began.elapsed().as_secs_f64(),
+        came.hash
+    );
+}

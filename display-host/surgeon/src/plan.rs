@@ -1,0 +1,134 @@
+//! Who operates, and what they do in each task.
+
+use assess::Task;
+use clap::ValueEnum;
+use shared_mem::scene::{CellRecord, OrganKind};
+
+/// Instruments, as `ToolFrame::instrument` counts.
+pub(crate) const HOOK: u32 = 1;
+pub(crate) const SCISSORS: u32 = 2;
+pub(crate) const CLIPS: u32 = 3;
+
+/// A scripted surgeon.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Surgeon {
+    /// Dissects, two clips on each vessel, and cuts between clips
+    Careful,
+    /// The same at three times the speed, without lining up
+    Hurried,
+    /// Cuts where no clips are
+    Unclamped,
+    /// Coagulates the bile duct
+    Burner,
+    /// Closes clips on nothing
+    Dropper,
+}
+
+/// What it does next.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Act {
+    Take(u32),
+    /// To this share of the way along an organ.
+    Reach(OrganKind, f64),
+    /// There, closes the jaws, and goes back; again until a clip or a cut came of it.
+    Work(OrganKind, f64),
+    /// Closes the jaws, and opens them.
+    Close,
+    /// The foot on the pedal, s.
+    Burn(f64),
+    /// Back along the shaft.
+    Retreat,
+    /// With the hook, until this share of a region's tissue is gone.
+    Dissect(u8, f64),
+}
+
+impl Surgeon {
+    /// What it does in a task.
+    pub(crate) fn plan(self, task: Task) -> Vec<Act> {
+        let vessels = [OrganKind::CysticDuct, OrganKind::CysticArtery];
+        let does = |own: Task| task == own || task == Task::Full;
+        let mut plan = Vec::new();
+        match self {
+            Self::Careful | Self::Hurried => {
+                if does(Task::Identify) {
+                    plan.extend([
+                        Act::Take(HOOK),
+                        Act::Dissect(CellRecord::TRIANGLE, VIEW),
+                        Act::Dissect(CellRecord::LOWER_BED, VIEW),
+                        Act::Retreat,
+                    ]);
+                }
+                if does(Task::Clamp) {
+                    plan.push(Act::Take(CLIPS));
+                    for kind in vessels {
+                        plan.extend([0.45, 0.8].map(|share| Act::Work(kind, share)));
+                    }
+                }
+                if does(Task::Cut) {
+                    // Task `cut` begins with clips: two on the body's side of 0.65, one on the other.
+                    plan.push(Act::Take(SCISSORS));
+                    plan.extend(vessels.map(|kind| Act::Work(kind, 0.65)));
+                }
+                if does(Task::Disconnect) {
+                    plan.extend([
+                        Act::Take(HOOK),
+                        Act::Dissect(CellRecord::LOWER_BED, WHOLE),
+                        Act::Dissect(CellRecord::UPPER_BED, WHOLE),
+                        Act::Retreat,
+                    ]);
+                }
+            }
+            Self::Unclamped => {
+                // Beside the clips that task `cut` begins with.
+                let share = if task == Task::Cut { 0.92 } else { 0.65 };
+                plan.push(Act::Take(SCISSORS));
+                plan.extend(vessels.map(|kind| Act::Work(kind, share)));
+            }
+            Self::Burner => plan.extend([
+                Act::Take(HOOK),
+                Act::Reach(OrganKind::BileDuct, 0.4),
+                Act::Burn(3.0),
+                Act::Retreat,
+            ]),
+            Self::Dropper => {
+                plan.extend([Act::Take(CLIPS), Act::Retreat]);
+                plan.extend([Act::Close; 3]);
+            }
+        }
+        plan
+    }
+
+    pub(crate) fn speed_m_s(self) -> f64 {
+        if self == Self::Hurried { 0.12 } else { 0.04 }
+    }
+}
+
+/// Shares of a region that are taken away, a little more than the pass rules ask (`rules.toml`).
+const VIEW: f64 = 0.91;
+const WHOLE: f64 = 0.985;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_unclamped_takes_no_clip_and_the_careful_two_on_each() {
+        let clips = |surgeon: Surgeon, task| {
+            let plan = surgeon.plan(task);
+            let applier = plan.iter().position(|act| *act == Act::Take(CLIPS));
+            let scissors = plan.iter().position(|act| *act == Act::Take(SCISSORS));
+            let closes = plan.iter().enumerate().filter(|(number, act)| {
+                let with_clips = applier.is_some_and(|it| it < *number)
+                    && scissors.is_none_or(|it| it > *number);
+                matches!(act, Act::Close | Act::Work(..)) && with_clips
+            });
+            closes.count()
+        };
+        assert_eq!(clips(Surgeon::Careful, Task::Cut), 0, "they are there");
+        assert_eq!(clips(Surgeon::Careful, Task::Full), 4);
+        assert_eq!(clips(Surgeon::Careful, Task::Clamp), 4);
+        assert_eq!(clips(Surgeon::Careful, Task::Identify), 0);
+        assert_eq!(clips(Surgeon::Unclamped, Task::Cut), 0);
+        assert_eq!(clips(Surgeon::Dropper, Task::Clamp), 3);
+    }
+}

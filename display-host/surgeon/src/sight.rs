@@ -1,0 +1,147 @@
+//! Where organs are now: a compiled scene as the newest frame of it shows it.
+
+use shared_mem::message::StateFrame;
+use shared_mem::scene::{OrganKind, SceneFile};
+
+use crate::work::Vec3;
+
+/// A place, m, and which way what lies there runs, if it does.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place {
+    pub(crate) at: Vec3,
+    pub(crate) along: Option<Vec3>,
+}
+
+/// A stretch of something between two spheres, and its radius, m.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Bar {
+    pub(crate) ends: [Vec3; 2],
+    pub(crate) radius_m: f64,
+}
+
+/// What a surgeon knows of a scene.
+#[derive(Debug)]
+pub(crate) struct Sight {
+    scene: SceneFile,
+}
+
+impl Sight {
+    pub(crate) fn new(scene: SceneFile) -> Self {
+        Self { scene }
+    }
+
+    pub(crate) fn port(&self) -> Vec3 {
+        wide(self.scene.room().instrument_port_m)
+    }
+
+    /// The first organ of a kind.
+    pub(crate) fn organ(&self, kind: OrganKind) -> Option<usize> {
+        let mut organs = self.scene.organs().iter();
+        organs.position(|organ| organ.kind == kind as u32)
+    }
+
+    fn spheres_of(&self, organ: usize) -> std::ops::Range<usize> {
+        let organ = self.scene.organs().get(organ);
+        let [first, count] = organ.map_or([0, 0], |it| it.spheres.map(|number| number as usize));
+        first..first + count
+    }
+
+    fn rest(&self, sphere: usize) -> Vec3 {
+        let sphere = self.scene.spheres().get(sphere);
+        sphere.map_or_else(Vec3::zeros, |it| wide(it.center_m))
+    }
+
+    /// Where a sphere is now.
+    pub(crate) fn now(&self, sphere: usize, state: &StateFrame) -> Vec3 {
+        let sphere = state.spheres.get(sphere);
+        sphere.map_or_else(Vec3::zeros, |it| wide(it.center_m))
+    }
+
+    /// How far a sphere has gone from where it was at rest.
+    pub(crate) fn moved(&self, sphere: usize, state: &StateFrame) -> Vec3 {
+        self.now(sphere, state) - self.rest(sphere)
+    }
+
+    /// A place along a tube, whose spheres stand in line; shares count towards the gallbladder.
+    pub(crate) fn along(&self, kind: OrganKind, share: f64, state: &StateFrame) -> Option<Place> {
+        let own = self.spheres_of(self.organ(kind)?);
+        let bag = self
+            .organ(OrganKind::Gallbladder)
+            .map(|it| self.spheres_of(it));
+        let to_bag_m = |sphere: usize| {
+            let away = bag.iter().flat_map(Clone::clone);
+            let away = away.map(|it| (self.rest(it) - self.rest(sphere)).norm());
+            away.fold(f64::MAX, f64::min)
+        };
+        let last = own.end.checked_sub(1)?;
+        let is_back = to_bag_m(own.start) < to_bag_m(last);
+        let exact = share * own.len().saturating_sub(2) as f64;
+        let at = |place: usize| match is_back {
+            true => self.now(last.saturating_sub(place), state),
+            false => self.now(own.start + place, state),
+        };
+        let (a, b) = (at(exact as usize), at(exact as usize + 1));
+        Some(Place {
+            at: a.lerp(&b, exact.fract()),
+            along: Some((b - a).normalize()),
+        })
+    }
+
+    /// Ducts, vessels and bowels near a place: what current must not touch.
+    pub(crate) fn delicate(&self, near: Vec3, within_m: f64, state: &StateFrame) -> Vec<Bar> {
+        let mut bars = Vec::new();
+        for (index, organ) in self.scene.organs().iter().enumerate() {
+            let kind = OrganKind::from_u32(organ.kind);
+            let is_tube = matches!(
+                kind,
+                Some(
+                    OrganKind::CysticDuct
+                        | OrganKind::CysticArtery
+                        | OrganKind::BileDuct
+                        | OrganKind::Vessel
+                )
+            );
+            let is_bowel = matches!(kind, Some(OrganKind::Stomach | OrganKind::Intestine));
+            if !is_tube && !is_bowel {
+                continue;
+            }
+            let own = self.spheres_of(index);
+            for sphere in own.clone() {
+                let at = self.now(sphere, state);
+                if (at - near).norm() > within_m {
+                    continue;
+                }
+                let radius = self.scene.spheres().get(sphere);
+                let next = is_tube && sphere + 1 < own.end;
+                bars.push(Bar {
+                    ends: [at, self.now(if next { sphere + 1 } else { sphere }, state)],
+                    radius_m: radius.map_or(0.0, |it| f64::from(it.radius_m)),
+                });
+            }
+        }
+        bars
+    }
+
+    /// Solid organs that stand in the way of a shaft: liver and gallbladder, sphere by sphere.
+    pub(crate) fn solid(&self, state: &StateFrame) -> Vec<Bar> {
+        let kinds = [OrganKind::Liver, OrganKind::Gallbladder];
+        let organs = kinds.into_iter().filter_map(|kind| self.organ(kind));
+        let spheres = organs.flat_map(|organ| self.spheres_of(organ));
+        let bar = |sphere: usize| Bar {
+            ends: [self.now(sphere, state); 2],
+            radius_m: (self.scene.spheres().get(sphere)).map_or(0.0, |it| f64::from(it.radius_m)),
+        };
+        spheres.map(bar).collect()
+    }
+}
+
+/// How far a point is from a straight line from end to end, m.
+pub(crate) fn off_line(point: Vec3, [a, b]: [Vec3; 2]) -> f64 {
+    let way = b - a;
+    let share = (point - a).dot(&way) / way.norm_squared().max(1e-12);
+    (point - a - way * share.clamp(0.0, 1.0)).norm()
+}
+
+pub(crate) fn wide(v: [f32; 3]) -> Vec3 {
+    Vec3::from(v.map(f64::from))
+}

@@ -1,0 +1,313 @@
+//! The hands: reach a place, close the jaws, take an instrument.
+
+use assess::Task;
+use bytemuck::Zeroable as _;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use shared_mem::message::{CommandMsg, EventMsg, HandMsg, PoseMsg};
+use shared_mem::scene::{OrganKind, SceneFile};
+
+use crate::dissect::Field;
+use crate::plan::{Act, CLIPS, HOOK, SCISSORS, Surgeon};
+use crate::sight::{Place, Sight};
+use crate::{Seen, Theatre};
+
+pub(crate) type Vec3 = Vector3<f64>;
+
+/// Length of the jaws of scissors and clip applier, m (`rt_core::tool::Instrument`).
+const JAW_M: f64 = 0.015;
+/// Which part of the jaws takes the vessel.
+const BITE: f64 = 0.7;
+/// So far back along the shaft it moves from place to place, m.
+pub(crate) const BACK_M: f64 = 0.03;
+/// A movement is over within this, m and rad; or it is given up, s.
+const THERE_M: f64 = 0.0015;
+const ALIGNED_RAD: f64 = 0.12;
+const GIVE_UP_S: f64 = 8.0;
+/// How often a vessel that was missed is tried.
+const ATTEMPTS: u32 = 4;
+/// The jaws take so long to close or open, s.
+const JAWS_S: f64 = 0.9;
+const TURN_RAD_S: f64 = 1.5;
+/// A surgeon waits so long for a controller, s.
+const PATIENCE_S: f64 = 64.0;
+/// Between two looks no more time counts, s.
+const LOOK_MAX_S: f64 = 0.05;
+
+/// Lets `surgeon` work `task` in `theatre`, until the theatre says that it is over.
+///
+/// # Errors
+/// When there is no controller.
+pub fn operate(
+    surgeon: Surgeon,
+    task: Task,
+    scene: SceneFile,
+    theatre: &mut dyn Theatre,
+) -> Result<(), String> {
+    let mut work = Work {
+        surgeon,
+        field: Field::new(&scene),
+        sight: Sight::new(scene),
+        theatre,
+        asked: HandMsg::zeroed(),
+        seen: Seen::nothing(),
+        worked: Vec::new(),
+        is_over: false,
+    };
+    let is_there =
+        |work: &mut Work<'_>| work.seen.state.sphere_count > 0 && work.seen.tools.capsule_count > 0;
+    if !work.look_for(PATIENCE_S, is_there) {
+        return match work.is_over {
+            true => Ok(()),
+            false => Err("no controller".to_owned()),
+        };
+    }
+    for act in surgeon.plan(task) {
+        let done = work.act(act);
+        if work.is_over {
+            return Ok(());
+        }
+        if let Err(why) = done {
+            work.theatre.tell(&format!("{act:?}: {why}"));
+        }
+    }
+    // It lets go of nothing: the hand holds still until the run ends.
+    work.look_for(f64::MAX, |_| false);
+    Ok(())
+}
+
+pub(crate) struct Work<'a> {
+    surgeon: Surgeon,
+    pub(crate) sight: Sight,
+    pub(crate) field: Field,
+    pub(crate) theatre: &'a mut dyn Theatre,
+    pub(crate) asked: HandMsg,
+    pub(crate) seen: Seen,
+    /// Organs that were clipped or cut, event by event.
+    worked: Vec<u32>,
+    pub(crate) is_over: bool,
+}
+
+/// It was ended from outside.
+const OVER: &str = "it is over";
+
+impl Work<'_> {
+    fn act(&mut self, act: Act) -> Result<(), String> {
+        match act {
+            Act::Take(instrument) => self.take(instrument),
+            Act::Reach(kind, share) => {
+                let place = |work: &Self| work.sight.along(kind, share, &work.seen.state);
+                // Beside it first, so that nothing is swept along on the way.
+                self.reach(&place, BACK_M, true)?;
+                self.reach(&place, 0.0, false)
+            }
+            Act::Work(kind, share) => {
+                let before = self.worked(kind);
+                // Tissue gives way: what was missed is tried again, a little deeper and beside it.
+                for attempt in 0..ATTEMPTS {
+                    let side = if attempt % 2 == 0 { 0.02 } else { -0.02 };
+                    let missed = self.act(Act::Reach(kind, share + side * f64::from(attempt)));
+                    self.goes_on()?;
+                    self.act(Act::Close)?;
+                    let done = self.worked(kind) > before;
+                    self.retreat(BACK_M)?;
+                    match (done, missed) {
+                        (true, _) => return Ok(()),
+                        (false, Err(why)) => self.theatre.tell(&why),
+                        (false, Ok(())) => {}
+                    }
+                }
+                Err(format!("nothing came of {ATTEMPTS} attempts"))
+            }
+            Act::Close => {
+                self.asked.buttons = 1;
+                self.wait(JAWS_S)?;
+                self.asked.buttons = 0;
+                self.wait(JAWS_S)
+            }
+            Act::Burn(seconds) => {
+                self.asked.switches = COAGULATE;
+                let burnt = self.wait(seconds);
+                self.asked.switches = 0;
+                burnt
+            }
+            Act::Retreat => self.retreat(BACK_M),
+            Act::Dissect(region, share) => self.dissect(region, share),
+        }
+    }
+
+    /// Looks and moves until `done`; whether it was within the time, s.
+    pub(crate) fn look_for(
+        &mut self,
+        seconds: f64,
+        mut done: impl FnMut(&mut Self) -> bool,
+    ) -> bool {
+        let start_s = self.seen.at_s;
+        while !self.is_over && self.seen.at_s - start_s < seconds {
+            if done(self) {
+                return true;
+            }
+            self.seen.events.clear();
+            self.is_over = !self.theatre.look(&self.asked, &mut self.seen);
+            let worked = self.seen.events.iter();
+            let worked = worked.filter(|it| matches!(it.kind, EventMsg::CLIP | EventMsg::CUT));
+            self.worked.extend(worked.map(|event| event.organ));
+        }
+        false
+    }
+
+    pub(crate) fn goes_on(&self) -> Result<(), String> {
+        match self.is_over {
+            true => Err(OVER.to_owned()),
+            false => Ok(()),
+        }
+    }
+
+    pub(crate) fn wait(&mut self, seconds: f64) -> Result<(), String> {
+        self.look_for(seconds, |_| false);
+        self.goes_on()
+    }
+
+    fn take(&mut self, instrument: u32) -> Result<(), String> {
+        self.theatre.command(CommandMsg {
+            kind: CommandMsg::INSTRUMENT,
+            argument: instrument,
+        })?;
+        let taken = self.look_for(GIVE_UP_S, |work| work.seen.tools.instrument == instrument);
+        self.goes_on()?;
+        match taken {
+            true => Ok(()),
+            false => Err(format!("instrument {instrument} did not come")),
+        }
+    }
+
+    /// How often an organ was clipped or cut.
+    fn worked(&self, kind: OrganKind) -> usize {
+        let organ = self.sight.organ(kind);
+        let of = |index: &&u32| Some(**index as usize) == organ;
+        self.worked.iter().filter(of).count()
+    }
+
+    /// Back along the shaft.
+    pub(crate) fn retreat(&mut self, by_m: f64) -> Result<(), String> {
+        let to = self.tip() - self.along() * by_m;
+        let place = Place {
+            at: to,
+            along: None,
+        };
+        self.reach(&|_| Some(place), 0.0, false)
+    }
+
+    /// Brings what the jaws bite with to a place, or so far before it; lines them up with it if it is to.
+    pub(crate) fn reach(
+        &mut self,
+        place: &dyn Fn(&Self) -> Option<Place>,
+        before_m: f64,
+        line_up: bool,
+    ) -> Result<(), String> {
+        let line_up = line_up && self.surgeon != Surgeon::Hurried;
+        let mut before_s = self.seen.at_s;
+        let there = self.look_for(GIVE_UP_S, |work| {
+            let seconds = (work.seen.at_s - before_s).clamp(0.0, LOOK_MAX_S);
+            before_s = work.seen.at_s;
+            let Some(Place { at, along: runs }) = place(work) else {
+                return false;
+            };
+            // A place with a direction is to lie between the jaws; else the tip goes there.
+            let past_m = if runs.is_some() && work.has_jaws() {
+                (1.0 - BITE) * JAW_M
+            } else {
+                0.0
+            };
+            let way = at + work.along() * (past_m - before_m) - work.tip();
+            work.go(way, seconds);
+            let off = match runs.filter(|_| line_up) {
+                Some(runs) => work.off(runs),
+                None => 0.0,
+            };
+            work.turn(off, seconds);
+            way.norm() < THERE_M && off.abs() < ALIGNED_RAD
+        });
+        self.goes_on()?;
+        match there {
+            true => Ok(()),
+            false => {
+                let missed = place(self).map_or(f64::NAN, |place| (place.at - self.tip()).norm());
+                Err(format!("{:.1} mm from where it wanted to be", missed * 1e3))
+            }
+        }
+    }
+
+    /// Moves the hand for so long towards where is still so far to go.
+    pub(crate) fn go(&mut self, way: Vec3, seconds: f64) {
+        let step = way * (4.0 * seconds);
+        let step = step.cap_magnitude(self.surgeon.speed_m_s() * seconds);
+        let local = rotation(&self.seen.tools.world_from_camera).inverse() * step;
+        for (sum, part) in self.asked.moved_m.iter_mut().zip(local.iter()) {
+            *sum += part;
+        }
+    }
+
+    /// Turns the instrument about its shaft, which is off by so much.
+    pub(crate) fn turn(&mut self, off_rad: f64, seconds: f64) {
+        let most = TURN_RAD_S * seconds;
+        self.asked.rolled_rad += (4.0 * off_rad * seconds).clamp(-most, most);
+    }
+
+    /// How far the jaws' hinge is turned off a tube that runs this way, about the shaft, rad: they take it
+    /// when it runs along their hinge's axis (x).
+    pub(crate) fn off(&self, runs: Vec3) -> f64 {
+        let turned = rotation(&self.seen.tools.world_from_instrument).inverse() * runs;
+        let angle = turned.y.atan2(turned.x);
+        // Either way round.
+        let half = std::f64::consts::FRAC_PI_2;
+        match angle {
+            angle if angle > half => angle - 2.0 * half,
+            angle if angle < -half => angle + 2.0 * half,
+            angle => angle,
+        }
+    }
+
+    fn has_jaws(&self) -> bool {
+        matches!(self.seen.tools.instrument, SCISSORS | CLIPS)
+    }
+
+    /// From the port to the tip.
+    pub(crate) fn along(&self) -> Vec3 {
+        rotation(&self.seen.tools.world_from_instrument) * -Vec3::z()
+    }
+
+    /// Where the jaws end when they are closed, or the middle of the hook's bare end.
+    pub(crate) fn tip(&self) -> Vec3 {
+        if self.seen.tools.instrument == HOOK
+            && let Some([heel, end]) = self.electrode()
+        {
+            return heel.lerp(&end, 0.5);
+        }
+        let joint = Vec3::from(
+            self.seen
+                .tools
+                .world_from_instrument
+                .position_m
+                .map(f64::from),
+        );
+        joint + self.along() * JAW_M
+    }
+
+    /// The hook's bare part, from its heel to its end.
+    pub(crate) fn electrode(&self) -> Option<[Vec3; 2]> {
+        let tools = &self.seen.tools;
+        let parts = tools.capsules.iter().take(tools.capsule_count as usize);
+        let bare = parts.into_iter().find(|part| part.role == TIP)?;
+        Some([bare.a_m, bare.b_m].map(|end| Vec3::from(end.map(f64::from))))
+    }
+}
+
+/// [`HandMsg::switches`]: the pedal that coagulates.
+pub(crate) const COAGULATE: u32 = 2;
+/// `CapsuleMsg::role` of the hook's bare end.
+const TIP: u32 = 3;
+
+pub(crate) fn rotation(pose: &PoseMsg) -> UnitQuaternion<f64> {
+    let [x, y, z, w] = pose.orientation.map(f64::from);
+    UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z))
+}

@@ -1,0 +1,111 @@
+//! Scripted surgeons work every task of the operation in the simulation alone: the same bits each time.
+
+mod theatre;
+
+use std::sync::OnceLock;
+
+use assess::{AlarmKind, Assessment, Metric, Outcome, Region, Task};
+use scene_prepare::{Recipe, prepare};
+use shared_mem::message::StateFrame;
+use shared_mem::scene::SceneFile;
+use surgeon::{Seen, Surgeon};
+use theatre::{Came, work};
+
+fn triangle() -> SceneFile {
+    static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
+    let bytes = BYTES.get_or_init(|| {
+        let recipe = Recipe::triangle(false).expect("a built-in recipe");
+        let prepared = prepare(&recipe, &mut |_| {}).expect("it can be built");
+        prepared.scene.to_bytes().expect("a sound scene")
+    });
+    SceneFile::from_bytes(bytes).expect("a sound scene")
+}
+
+fn operate(surgeon: Surgeon, task: Task, seconds: u64) -> Came {
+    let came = work(surgeon, task, &triangle(), seconds, &mut |_, _| {});
+    let it = &came.assessed;
+    println!(
+        "{task:?} by {surgeon:?}: {:?} {:.1} {:?} after {:.1} s; lost {:?}; it said {:?}",
+        it.outcome,
+        it.score,
+        it.reasons,
+        came.ticks as f64 * 1e-3,
+        it.lost,
+        came.said
+    );
+    came
+}
+
+fn assert_passed(task: Task, seconds: u64) -> Came {
+    let came = operate(Surgeon::Careful, task, seconds);
+    let it = &came.assessed;
+    assert_eq!(
+        it.outcome,
+        Outcome::Passed,
+        "{task:?}: {:?} {:?}",
+        it.reasons,
+        came.said
+    );
+    assert!(it.score >= 70.0, "{}", it.score);
+    came
+}
+
+#[test]
+fn the_careful_clamps_and_divides_and_it_comes_to_the_same_bits_again() {
+    assert_passed(Task::Clamp, 150);
+    let one = assert_passed(Task::Cut, 150);
+    let again = operate(Surgeon::Careful, Task::Cut, 150);
+    assert_eq!((one.ticks, one.hash), (again.ticks, again.hash));
+    let failed = operate(Surgeon::Unclamped, Task::Cut, 150);
+    assert_eq!(failed.assessed.outcome, Outcome::Failed);
+    let mut alarms = failed.assessed.alarms.iter();
+    assert!(alarms.any(|it| it.kind == AlarmKind::Unclamped));
+}
+
+#[test]
+fn the_careful_shows_duct_and_artery() {
+    let came = assert_passed(Task::Identify, 600);
+    assert!(came.assessed.metrics.get(Metric::CvsTriangle) >= 0.9);
+}
+
+#[test]
+fn the_careful_frees_the_gallbladder() {
+    assert_passed(Task::Disconnect, 900);
+}
+
+#[test]
+fn the_burner_of_the_bile_duct_is_alarmed_and_does_not_pass() {
+    for task in [Task::Identify, Task::Disconnect] {
+        let came = operate(Surgeon::Burner, task, 25);
+        let mut alarms = came.assessed.alarms.iter();
+        assert!(alarms.any(|it| it.kind == AlarmKind::Burnt), "{task:?}");
+        assert_ne!(came.assessed.outcome, Outcome::Passed);
+    }
+}
+
+/// What the assessment takes for cleared when a task begins is what the controller has cleared.
+#[test]
+fn what_is_cleared_before_a_task_counts() {
+    let scene = triangle();
+    let triangle = Region::Triangle as u8;
+    let volume = |is_counted: &dyn Fn(usize) -> bool| {
+        let cells = scene.cells().iter().enumerate();
+        let counted = cells.filter(|(index, cell)| cell.region == triangle && is_counted(*index));
+        counted
+            .map(|(_, cell)| f64::from(cell.volume_m3))
+            .sum::<f64>()
+    };
+    let mut seen_gone = f64::NAN;
+    let mut told = f64::NAN;
+    let mut watch = |seen: &Seen, assessment: &Assessment| {
+        let cells = seen.state.cells().unwrap_or_default();
+        let gone = |index: usize| cells.get(index) == Some(&StateFrame::GONE);
+        seen_gone = volume(&gone) / volume(&|_| true);
+        told = assessment.clone().end().metrics.get(Metric::CvsTriangle);
+    };
+    // Nothing is taken away in this time.
+    work(Surgeon::Careful, Task::Clamp, &scene, 1, &mut watch);
+    println!("{seen_gone} of the triangle is gone, {told} counts");
+    assert!(seen_gone > 0.5, "{seen_gone}");
+    assert!((seen_gone - told).abs() < 0.002, "{seen_gone}, {told}");
+}

@@ -1,0 +1,110 @@
+//! A theatre without processes: the simulation alone, faster than real time, and the assessment of what is
+//! done in it.
+
+use assess::{Anatomy, Assessed, Assessment, Difficulty, Rules, Task};
+use rt_process::rehearsal::{Rehearsal, rehearse};
+use session::{Entry, Movement, What};
+use shared_mem::message::{CommandMsg, HandMsg};
+use shared_mem::scene::SceneFile;
+use surgeon::{Seen, Surgeon, Theatre, operate};
+
+/// Ticks between two looks.
+const LOOK_EVERY: u64 = 8;
+
+/// What came of it.
+pub(crate) struct Came {
+    pub(crate) assessed: Assessed,
+    /// Ticks that it took.
+    pub(crate) ticks: u64,
+    /// Of all that every tick came to.
+    pub(crate) hash: u64,
+    /// What the surgeon said.
+    pub(crate) said: Vec<String>,
+}
+
+struct Alone<'a, 'b> {
+    rehearsal: &'a mut Rehearsal<'b>,
+    assessment: Assessment,
+    command: Option<CommandMsg>,
+    ticks_max: u64,
+    watch: &'a mut dyn FnMut(&Seen, &Assessment),
+    said: Vec<String>,
+}
+
+impl Alone<'_, '_> {
+    fn note(&mut self, what: What) {
+        let (tick, at_ns) = (self.rehearsal.ticks(), self.rehearsal.ticks() * 1_000_000);
+        self.assessment.take(&Entry { tick, at_ns, what });
+    }
+}
+
+impl Theatre for Alone<'_, '_> {
+    fn look(&mut self, asked: &HandMsg, seen: &mut Seen) -> bool {
+        for _ in 0..LOOK_EVERY {
+            self.rehearsal.tick(asked, self.command.take());
+        }
+        *seen.state = *self.rehearsal.state();
+        *seen.tools = *self.rehearsal.tools();
+        seen.events = self.rehearsal.events();
+        seen.at_s = self.rehearsal.ticks() as f64 * 1e-3;
+        for event in &seen.events {
+            let (tick, at_ns, what) = (event.tick, event.at_ns, What::Event(*event));
+            self.assessment.take(&Entry { tick, at_ns, what });
+        }
+        if let Some(moved) = Movement::of(&seen.tools) {
+            self.note(What::Moved(moved));
+        }
+        (self.watch)(seen, &self.assessment);
+        !self.assessment.is_over() && self.rehearsal.ticks() < self.ticks_max
+    }
+
+    fn command(&mut self, command: CommandMsg) -> Result<(), String> {
+        self.command = Some(command);
+        Ok(())
+    }
+
+    fn tell(&mut self, what: &str) {
+        self.said.push(what.to_owned());
+    }
+}
+
+/// A surgeon works a task for so long at most; `watch` sees all that it sees.
+pub(crate) fn work(
+    surgeon: Surgeon,
+    task: Task,
+    scene: &SceneFile,
+    seconds: u64,
+    watch: &mut dyn FnMut(&Seen, &Assessment),
+) -> Came {
+    let bytes = scene.bytes().to_vec();
+    let own = SceneFile::from_bytes(&bytes).expect("a sound scene");
+    let rules = Rules::default();
+    let assessment = Assessment::new(task, Difficulty::Exam, rules, Anatomy::of(scene));
+    let came = rehearse(scene, |rehearsal| {
+        let mut alone = Alone {
+            rehearsal,
+            assessment,
+            command: None,
+            ticks_max: seconds * 1000,
+            watch,
+            said: Vec::new(),
+        };
+        let start = [Task::Identify, Task::Clamp, Task::Cut, Task::Disconnect];
+        if let Some(number) = start.iter().position(|it| *it == task) {
+            let number = number as u32 + 1;
+            alone.command = Some(CommandMsg {
+                kind: CommandMsg::START,
+                argument: number,
+            });
+            alone.note(What::Start { task: number as u8 });
+        }
+        operate(surgeon, task, own, &mut alone).expect("a controller");
+        Came {
+            assessed: alone.assessment.end(),
+            ticks: alone.rehearsal.ticks(),
+            hash: alone.rehearsal.hash(),
+            said: alone.said,
+        }
+    });
+    came.expect("the core takes it")
+}
