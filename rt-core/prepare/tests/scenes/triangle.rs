@@ -47,7 +47,7 @@ fn triangle_of_calot_is_sound_in_both_courses() {
 fn check_order(scene: &shared_mem::scene::SceneData) {
     for kind in [OrganKind::CysticDuct, OrganKind::CysticArtery] {
         let organ = scene.organs.iter().find(|organ| organ.kind == kind as u32);
-        let [first, count] = organ.unwrap().spheres.map(|x| x as usize);
+        let [first, count] = organ.expect("it is there").spheres.map(|x| x as usize);
         let at =
             |sphere: &shared_mem::scene::SphereRecord| Vec3::from(sphere.center_m.map(f64::from));
         let steps = scene.spheres[first..first + count].windows(2);
