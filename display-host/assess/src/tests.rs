@@ -516,6 +516,26 @@ fn the_current_counts_with_and_without_contact() {
     near(Metric::Force95, 1.05);
 }
 
+/// Current that bridges a gap burns what it does not touch.
+#[test]
+fn current_that_burns_is_not_in_air() {
+    let mut assessment = begin(Task::Free);
+    for step in 0..=40 {
+        let at_s = f64::from(step) * 0.05;
+        let hook = Movement {
+            instrument: 1,
+            switches: 17,
+            ..here([0.0, 0.0, -0.1])
+        };
+        assessment.take(&moved(at_s, hook));
+        if step < 20 {
+            assessment.take(&event(at_s, EventMsg::BURN, FAT, 0.0, 0.5));
+        }
+    }
+    let air_s = assessment.end().metrics.get(Metric::CauteryAir);
+    assert!((0.85..1.05).contains(&air_s), "{air_s}");
+}
+
 #[test]
 fn definitions_are_complete_and_their_names_differ() {
     let mut names: Vec<&str> = Metric::ALL.iter().map(|metric| metric.name()).collect();

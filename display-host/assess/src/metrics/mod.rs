@@ -25,6 +25,8 @@ pub(crate) const VIEW_HALF_RAD: f64 = 0.61;
 const TURN_RULER_RAD: f64 = std::f64::consts::PI / 180.0;
 /// Leaks as near as this to each other are one, m: every event of one leak has one place.
 const SAME_LEAK_M: f64 = 0.000_1;
+/// While current burns something, that is told 20 times a second; so long it counts as burning, s.
+const BURNS_S: f64 = 0.1;
 /// [`Movement::instrument`]: the hook.
 const HOOK: u8 = 1;
 
@@ -87,6 +89,8 @@ pub(crate) struct Tally {
     gaps_s: f64,
     cautery_s: f64,
     cautery_air_s: f64,
+    /// When something was last told as burnt, s.
+    burnt_s: Option<f64>,
     out_of_view_s: f64,
     tilt_rad_s: f64,
     turn_rad: f64,
@@ -162,7 +166,8 @@ impl Tally {
         self.force.step(norm(wide(moved.force_n)), touches, seconds);
         if moved.instrument == HOOK && matches!(moved.switches & 3, 1 | 2) {
             self.cautery_s += seconds;
-            self.cautery_air_s += if touches { 0.0 } else { seconds };
+            let burns = self.burnt_s.is_some_and(|at_s| self.time_s - at_s < BURNS_S);
+            self.cautery_air_s += if touches || burns { 0.0 } else { seconds };
         }
         if moved.instrument != before.instrument {
             self.exchanges += 1;
@@ -199,6 +204,7 @@ impl Tally {
         let kind = anatomy.kind(event.organ);
         match event.kind {
             EventMsg::BURN => {
+                self.burnt_s = Some(self.time_s);
                 let joule = f64::from(event.value).max(0.0);
                 if let Some(sum) = self.burns_j.get_mut(burn_class(kind)) {
                     *sum += joule;
