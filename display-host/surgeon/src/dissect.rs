@@ -1,7 +1,7 @@
 //! With the hook: cell after cell of layered tissue is taken away, the nearest that can be reached first.
 
 use shared_mem::message::StateFrame;
-use shared_mem::scene::{NO_CELL, SceneFile};
+use shared_mem::scene::{CellRecord, NO_CELL, SceneFile};
 
 use crate::sight::{Bar, Place, off_line, wide};
 use crate::work::{COAGULATE, Vec3, Work};
@@ -10,9 +10,6 @@ use crate::work::{COAGULATE, Vec3, Work};
 const ELECTRODE_M: f64 = 0.0008;
 /// Current that comes this near to what must not be burnt is cut off, m.
 const CLEAR_M: f64 = 0.0005;
-/// It is held this far from it where that can be, and this far from the middle of a cell at most, m.
-const KEPT_M: f64 = 0.001;
-const ASIDE_MAX_M: f64 = 0.0014;
 /// A cell farther from the tip than this is come to from in front, m.
 const NEAR_M: f64 = 0.008;
 /// What lies so near to the way of shaft and hook is in the way, m.
@@ -230,6 +227,7 @@ impl Work<'_> {
             return Ok(false);
         };
         let at = self.at(cell);
+        let is_bed = matches!(cell.region, CellRecord::LOWER_BED | CellRecord::UPPER_BED);
         if (at - self.tip()).norm() > NEAR_M {
             self.asked.switches = 0;
             // Out, and from in front.
@@ -244,7 +242,8 @@ impl Work<'_> {
         }
         let (mut before_s, mut better_s) = (self.seen.at_s, self.seen.at_s);
         let (mut nearest_m, mut warmest) = (f64::MAX, 0);
-        let mut pulled = Vec3::zeros();
+        // How far the hand has gone ahead.
+        let (mut pulled, mut tip) = (Vec3::zeros(), self.tip());
         let mut gone = false;
         self.look_for(f64::MAX, |work| {
             let seconds = (work.seen.at_s - before_s).clamp(0.0, 0.05);
@@ -278,29 +277,23 @@ impl Work<'_> {
             } else {
                 0
             };
-            let nearest = near.iter().min_by(|a, b| {
-                let off_m = |bar: &Bar| off_line(at, bar.ends) - bar.radius_m;
-                off_m(a).total_cmp(&off_m(b))
-            });
-            // The part near the hook's end is to lie on it, flat, and on its side away from what is delicate.
+            // The part near the hook's end is to lie on it, flat.
             let [heel, end] = electrode;
-            let aside = nearest.map_or_else(Vec3::zeros, |bar| aside(bar, at));
-            let way = at + aside - end.lerp(&heel, 0.3);
+            let way = at - end.lerp(&heel, 0.3);
             let way = if touches { way * 0.3 } else { way };
             let is_held = work.seen.tools.contact_count > 0;
-            if !is_held {
-                pulled = Vec3::zeros();
-            }
+            // In fat, between duct and artery, it goes no farther than that at a touch; in the bed it pushes.
+            pulled = match (is_held, is_bed) {
+                (true, true) => pulled - (work.tip() - tip),
+                (true, false) => pulled,
+                (false, _) => Vec3::zeros(),
+            };
+            tip = work.tip();
             if pulled.norm() < LAG_M || pulled.dot(&way) < 0.0 {
                 work.go(way, seconds);
                 pulled += (way * 4.0).cap_magnitude(0.04) * seconds;
             }
-            let tube = nearest.and_then(|bar| (bar.ends[1] - bar.ends[0]).try_normalize(1e-6));
-            let flat = match tube.filter(|_| aside != Vec3::zeros()) {
-                Some(tube) => tube.cross(&work.along()),
-                None => outwards,
-            };
-            let off = work.off(flat);
+            let off = work.off(outwards);
             work.turn(off, seconds);
             work.seen.at_s - better_s > STUCK_S
         });
@@ -310,17 +303,6 @@ impl Work<'_> {
         self.goes_on()?;
         Ok(gone)
     }
-}
-
-/// So far from a cell the electrode is held to keep off a bar, m.
-fn aside(bar: &Bar, at: Vec3) -> Vec3 {
-    let [a, b] = bar.ends;
-    let way = b - a;
-    let share = ((at - a).dot(&way) / way.norm_squared().max(1e-12)).clamp(0.0, 1.0);
-    let out = at - (a + way * share);
-    let wants_m = KEPT_M + ELECTRODE_M - (out.norm() - bar.radius_m);
-    let out = out.try_normalize(1e-6).unwrap_or_else(Vec3::zeros);
-    out * wants_m.clamp(0.0, ASIDE_MAX_M)
 }
 
 /// Between an electrode's side and a bar's, m.

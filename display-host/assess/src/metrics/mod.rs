@@ -166,7 +166,9 @@ impl Tally {
         self.force.step(norm(wide(moved.force_n)), touches, seconds);
         if moved.instrument == HOOK && matches!(moved.switches & 3, 1 | 2) {
             self.cautery_s += seconds;
-            let burns = self.burnt_s.is_some_and(|at_s| self.time_s - at_s < BURNS_S);
+            let burns = self
+                .burnt_s
+                .is_some_and(|at_s| self.time_s - at_s < BURNS_S);
             self.cautery_air_s += if touches || burns { 0.0 } else { seconds };
         }
         if moved.instrument != before.instrument {
