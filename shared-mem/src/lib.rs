@@ -8,3 +8,4 @@ pub mod inputs;
 pub mod message;
 pub mod scene;
 pub mod service;
+pub mod task;

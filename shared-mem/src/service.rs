@@ -24,6 +24,7 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
 use crate::inputs::InputBatch;
 use crate::message::{CommandMsg, EventMsg, HandMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
+use crate::task::TaskMsg;
 
 /// Hosts (displays, reports) that can watch one station at once.
 pub const MAX_HOSTS: usize = 8;
@@ -53,6 +54,9 @@ pub enum ServiceError {
     /// Somebody else leads the emulated hand.
     #[error("station '{0}': another display has the instrument in hand; let go of it there (M)")]
     SecondHand(String),
+    /// Another host tells how this station's task stands.
+    #[error("station '{0}': another `calot run` assesses its task; end it first")]
+    SecondTask(String),
     /// Somebody speaks another version, or holds the service with another layout.
     #[error("station '{station}', service '{service}': a process of another version runs; end it")]
     OtherVersion {
@@ -418,6 +422,58 @@ impl HandReceiver {
         let mut newest_msg = None;
         newest(&self.hand, |message| newest_msg = Some(*message));
         newest_msg
+    }
+}
+
+/// The sender's end of the service `task`: the host that assesses.
+#[derive(Debug)]
+pub struct TaskSender {
+    task: Publisher<ipc::Service, TaskMsg, ()>,
+    _node: Node<ipc::Service>,
+}
+
+impl TaskSender {
+    /// Begins to tell, whether anybody listens yet or not.
+    ///
+    /// # Errors
+    /// [`ServiceError::SecondTask`] if another host does; others as they say.
+    pub fn open(station: &Station) -> Result<Self, ServiceError> {
+        let node = station.node()?;
+        let task = station.publisher(&node, "task", NEWEST);
+        let task = task.map_err(|error| match error {
+            ServiceError::SecondController(name) => ServiceError::SecondTask(name),
+            other => other,
+        })?;
+        Ok(Self { task, _node: node })
+    }
+
+    /// Tells how it stands; returns whether that could be sent.
+    pub fn send(&self, message: &TaskMsg) -> bool {
+        self.task.send_copy(*message).is_ok()
+    }
+}
+
+/// The end of whoever watches a task.
+#[derive(Debug)]
+pub struct TaskReceiver {
+    task: Subscriber<ipc::Service, TaskMsg, ()>,
+    _node: Node<ipc::Service>,
+}
+
+impl TaskReceiver {
+    /// Begins to watch, whether there is a task yet or not.
+    ///
+    /// # Errors
+    /// As they say.
+    pub fn open(station: &Station) -> Result<Self, ServiceError> {
+        let node = station.node()?;
+        let task = station.subscriber(&node, "task", NEWEST)?;
+        Ok(Self { task, _node: node })
+    }
+
+    /// Copies the newest message into `into`, if a newer one came. [`TaskMsg::text`] checks it.
+    pub fn newest(&self, into: &mut TaskMsg) -> bool {
+        newest(&self.task, |message| *into = *message)
     }
 }
 

@@ -5,7 +5,8 @@ use core::time::Duration;
 use bytemuck::Zeroable;
 use shared_mem::inputs::InputBatch;
 use shared_mem::message::{CommandMsg, EventMsg, ReplyMsg, StateFrame, TimingBatch, ToolFrame};
-use shared_mem::service::{Controller, Host, ServiceError, Station, Tap};
+use shared_mem::service::{Controller, Host, ServiceError, Station, Tap, TaskReceiver, TaskSender};
+use shared_mem::task::{TASK_TEXT, TaskMsg};
 
 fn station(test: &str) -> Station {
     Station::new(&format!("t{}-{test}", std::process::id())).expect("a plain name")
@@ -265,4 +266,53 @@ fn a_recorder_that_listens_first_gets_every_batch() {
     let mut seen = Vec::new();
     tap.drain_inputs(|batch| seen.extend(batch.records().unwrap().iter().map(|it| it.tick)));
     assert_eq!(seen, (0..100).collect::<Vec<_>>());
+}
+
+#[test]
+fn those_who_watch_a_task_get_its_newest_word_whenever_they_come() {
+    let station = station("task");
+    let early = TaskReceiver::open(&station).unwrap();
+    let mut heard = zeroed::<TaskMsg>();
+    assert!(!early.newest(&mut heard), "there is no task yet");
+    let sender = TaskSender::open(&station).unwrap();
+    for text in ["one", "zwölf"] {
+        assert!(sender.send(&TaskMsg::new(5, text).unwrap()));
+    }
+    assert!(early.newest(&mut heard));
+    assert_eq!((heard.text(), heard.at_ns), (Some("zwölf"), 5));
+    let late = TaskReceiver::open(&station).unwrap();
+    let mut heard = zeroed::<TaskMsg>();
+    // The connection is made by the sender's next word or the receiver's own look.
+    let told = late.newest(&mut heard) || {
+        sender.send(&TaskMsg::new(6, "zwölf").unwrap()) && late.newest(&mut heard)
+    };
+    assert!(told && heard.text() == Some("zwölf"));
+    drop(early);
+    assert!(sender.send(&TaskMsg::new(7, "").unwrap()));
+    let error = TaskSender::open(&station).unwrap_err();
+    assert!(matches!(error, ServiceError::SecondTask(_)), "{error}");
+}
+
+#[test]
+fn a_task_s_word_is_bounded_and_garbage_is_seen_as_such() {
+    let longest = "x".repeat(TASK_TEXT);
+    assert_eq!(TaskMsg::new(0, &longest).unwrap().text(), Some(&*longest));
+    assert!(TaskMsg::new(0, &format!("{longest}x")).is_none());
+    let good = TaskMsg::new(0, "a word").unwrap();
+    for broken in [
+        TaskMsg {
+            length: 9000,
+            ..*good
+        },
+        TaskMsg {
+            version: 2,
+            ..*good
+        },
+        TaskMsg {
+            text: [0xff; TASK_TEXT],
+            ..*good
+        },
+    ] {
+        assert_eq!(broken.text(), None);
+    }
 }

@@ -271,6 +271,18 @@ impl Assessment {
         self.over.is_some()
     }
 
+    /// The metrics so far.
+    #[must_use]
+    pub fn metrics(&self) -> Values {
+        self.values()
+    }
+
+    /// What was wrong so far, oldest first.
+    #[must_use]
+    pub fn alarms(&self) -> &[Alarm] {
+        &self.alarms
+    }
+
     /// How it stands.
     #[must_use]
     pub fn status(&self) -> Status {

@@ -1,0 +1,52 @@
+//! Service `task`: how a task stands, from the host that assesses it to those that watch. What it says is
+//! JSON, which the hosts understand and the realtime process never sees.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Bytes of text that a [`TaskMsg`] holds.
+pub const TASK_TEXT: usize = 8176;
+
+/// How a task stands.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.TaskMsg.v1")]
+pub struct TaskMsg {
+    /// When it was sent (`CLOCK_MONOTONIC`).
+    pub at_ns: u64,
+    /// Version of what the text says: [`TaskMsg::VERSION`].
+    pub version: u32,
+    /// Bytes of the text that count.
+    pub length: u32,
+    /// UTF-8; zero after `length`.
+    pub text: [u8; TASK_TEXT],
+}
+
+impl TaskMsg {
+    /// The version that this program writes and reads.
+    pub const VERSION: u32 = 1;
+
+    /// A message of this text; `None`: it is longer than [`TASK_TEXT`].
+    #[must_use]
+    pub fn new(at_ns: u64, text: &str) -> Option<Box<Self>> {
+        let mut message: Box<Self> = bytemuck::allocation::zeroed_box();
+        message
+            .text
+            .get_mut(..text.len())?
+            .copy_from_slice(text.as_bytes());
+        (message.at_ns, message.version) = (at_ns, Self::VERSION);
+        message.length = u32::try_from(text.len()).ok()?;
+        Some(message)
+    }
+
+    /// Its text; `None`: another version wrote it, or it is garbage.
+    #[must_use]
+    pub fn text(&self) -> Option<&str> {
+        let text = self.text.get(..self.length as usize)?;
+        let text = core::str::from_utf8(text).ok()?;
+        (self.version == Self::VERSION).then_some(text)
+    }
+}
+
+// The layout is the contract: a change of size is a change of version.
+const _: () = assert!(size_of::<TaskMsg>() == 16 + TASK_TEXT);
