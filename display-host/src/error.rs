@@ -81,6 +81,14 @@ pub enum DisplayError {
         /// What the system said.
         detail: String,
     },
+    /// Pictures that do not become an animation.
+    #[error("{path}: no animation: {detail}")]
+    Animation {
+        /// The animation.
+        path: PathBuf,
+        /// Why not.
+        detail: String,
+    },
     /// No window system.
     #[error(
         "cannot open a window ({detail}); is DISPLAY or WAYLAND_DISPLAY set? Without a screen use \

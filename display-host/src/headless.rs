@@ -11,6 +11,7 @@ use shared_mem::scene::{SceneFile, VertexRecord};
 use shared_mem::service::{Host, Station};
 
 use crate::DisplayError;
+use crate::effects::Course;
 use crate::feed::{Feed, FeedCounters, Offer, hex};
 use crate::latency::FrameRecord;
 use crate::painter::{Painter, Still};
@@ -137,6 +138,7 @@ pub fn run(
         host,
         feed: Feed::new(&scene),
         plan: Plan::new(config, scene.clone()),
+        course: Course::new(&scene),
         scene,
         painter,
         inbox_state: zeroed_state(),
@@ -167,6 +169,7 @@ struct Run<'a> {
     feed: Feed,
     painter: Option<Painter>,
     plan: Plan,
+    course: Course,
     inbox_state: Box<StateFrame>,
     inbox_tools: ToolFrame,
     last_state: Instant,
@@ -228,9 +231,11 @@ impl Run<'_> {
             let elapsed = start.elapsed();
             if let (Some(state), Some(tools)) = (self.feed.state(), self.feed.tools()) {
                 let free = self.painter.as_ref().is_some_and(Painter::is_free);
-                if let Some(still) = self.plan.next(elapsed, state, tools, free)
+                self.course.look(state, tools);
+                if let Some(mut still) = self.plan.next(elapsed, state, tools, free)
                     && let Some(painter) = &mut self.painter
                 {
+                    still.effects = Some(self.course.take());
                     painter.paint(still);
                 }
             }
@@ -307,6 +312,7 @@ impl Run<'_> {
 
     /// Takes what the services have.
     fn receive(&mut self, observer: &mut dyn FnMut(Observed<'_>)) {
+        let restarts = self.feed.counters().restarts;
         if self.host.newest_state(&mut self.inbox_state)
             && self.feed.offer_state(&self.inbox_state) == Offer::Taken
         {
@@ -318,10 +324,14 @@ impl Run<'_> {
         {
             observer(Observed::Tools(&self.inbox_tools));
         }
-        let (feed, plan) = (&mut self.feed, &mut self.plan);
+        if self.feed.counters().restarts > restarts {
+            self.course.clear();
+        }
+        let (feed, plan, course) = (&mut self.feed, &mut self.plan, &mut self.course);
         self.host.drain_events(|event| {
             feed.note_event(event);
             plan.note_event(event);
+            course.event(event);
             observer(Observed::Event(event));
         });
         self.host.drain_timing(|batch| {

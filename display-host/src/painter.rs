@@ -10,6 +10,7 @@ use shared_mem::message::{StateFrame, ToolFrame};
 use shared_mem::scene::SceneFile;
 
 use crate::DisplayError;
+use crate::effects::Stretch;
 use crate::latency::{FrameRecord, now_ns};
 use crate::render::gpu::Gpu;
 use crate::render::{Quality, Renderer};
@@ -21,6 +22,8 @@ pub(crate) struct Still {
     pub(crate) path: PathBuf,
     /// The state is the newest, and is drawn at once.
     pub(crate) live: bool,
+    /// What went on since the picture before; none: a moment by itself, without smoke and blood.
+    pub(crate) effects: Option<Stretch>,
 }
 
 impl Still {
@@ -33,6 +36,7 @@ impl Still {
             tools: *tools,
             path,
             live: false,
+            effects: None,
         }
     }
 }
@@ -200,6 +204,10 @@ fn paint_all(
             return Ok(());
         }
         let spheres = still.state.spheres().unwrap_or(&[]);
+        match &still.effects {
+            Some(stretch) => stretch.play(&mut renderer, spheres),
+            None => renderer.effects_mut().clear(),
+        }
         renderer.set_cells(&gpu, still.state.cells().unwrap_or(&[]));
         let time_s = (still.state.at_ns % 3_600_000_000_000) as f32 * 1e-9;
         renderer.set_clips(still.state.clips().unwrap_or(&[]), spheres);

@@ -1,7 +1,7 @@
 //! The panel by accessible name, without a picture or a controller.
 
 use display_host::ui::{
-    Asked, Link, Settings, TaskEnd, TaskNote, TaskView, TickHealth, UiState, ui,
+    Asked, Bulletin, Link, Settings, TaskEnd, TaskNote, TaskView, TickHealth, UiState, ui,
 };
 use display_host::words::{Language, Words};
 use egui_kittest::Harness;
@@ -374,4 +374,71 @@ fn everything_is_said_in_every_language() {
             }
         }
     }
+}
+
+#[test]
+fn an_instructor_sees_how_an_exam_stands_and_reaches_into_nothing() {
+    let bulletin = Bulletin {
+        task: TaskView {
+            score: Some(64.0),
+            steps: vec![("Clip the duct".into(), true)],
+            ..clamp()
+        },
+        difficulty: "exam".into(),
+        alarms: vec![(
+            75.0,
+            TaskNote {
+                kind: "burnt".into(),
+                organ: Some("liver".into()),
+            },
+        )],
+        metrics: vec![("economy".into(), "1".into(), 0.43)],
+    };
+    let mut state = at_work(bulletin.task.clone());
+    (state.instructor, state.bulletin) = (true, Some(bulletin));
+    let mut panel = harness(state);
+    panel.run();
+    for told in [
+        "Instructor: station 'here'",
+        "Help: Exam",
+        "Score: 64 of 100",
+        "Clip the duct (done)",
+        "1:15  burnt: liver",
+        "Economy of movement",
+        "43 %",
+        "Haptic device: live, 0.4 ms old",
+        "Ticks: no record yet",
+    ] {
+        panel.get_by_label(told);
+    }
+    for offered in ["Pause (P)", "Reset organs (R)", "Cut force (F)"] {
+        assert_eq!(panel.query_all_by_label(offered).count(), 0, "{offered}");
+    }
+    for key in [
+        egui::Key::P,
+        egui::Key::R,
+        egui::Key::F,
+        egui::Key::M,
+        egui::Key::Num2,
+    ] {
+        panel.key_press(key);
+        panel.run();
+    }
+    assert!(panel.state().asked.is_empty());
+    panel.key_press(egui::Key::E);
+    panel.run();
+    panel.key_press(egui::Key::Escape);
+    panel.run();
+    assert_eq!(panel.state().asked, [Asked::ToggleEngineering, Asked::Quit]);
+}
+
+#[test]
+fn without_a_task_an_instructor_is_told_so_and_sees_the_station() {
+    let mut panel = harness(UiState {
+        instructor: true,
+        ..live()
+    });
+    panel.run();
+    panel.get_by_label("No task: free work, without an assessment");
+    panel.get_by_label("Controller: live");
 }

@@ -151,6 +151,7 @@ fn in_the_window_s_process() {
         tick_cpu: None,
         language: Language::English,
         task: None,
+        instructor: false,
     };
     let outcome = run(&config, &AtomicBool::new(false), &mut |_| {});
     over.store(true, Ordering::Relaxed);
@@ -203,6 +204,7 @@ fn in_a_process_without_a_screen() {
         tick_cpu: None,
         language: Language::English,
         task: None,
+        instructor: false,
     };
     let error = run(&config, &AtomicBool::new(false), &mut |_| {}).unwrap_err();
     assert!(matches!(error, DisplayError::NoWindow { .. }), "{error}");

@@ -1,5 +1,7 @@
 //! Fixtures shared by the system tests: the real program, its stations, its pictures.
 
+pub mod screen;
+
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::OnceLock;

@@ -7,8 +7,11 @@
 //! ```
 
 mod particle;
+mod played;
 mod source;
 mod stain;
+
+pub(crate) use played::{Causes, Course, Stretch};
 
 use glam::Vec3;
 use shared_mem::message::{EventMsg, ToolFrame};

@@ -1,12 +1,15 @@
 //! The panel: a pure function from what is known to widgets, and to what the user asks for.
 
 mod health;
+mod instructor;
+pub mod launcher;
 mod overlay;
 mod panel;
 mod screens;
 mod task;
 
 pub use health::TickHealth;
+pub use instructor::{BULLETIN_ALARMS, Bulletin};
 pub use overlay::{Circle, Line, Mark, Overlay};
 pub use panel::{Asked, ui};
 pub use screens::Settings;
@@ -41,6 +44,10 @@ pub struct UiState {
     pub task: String,
     /// How a task stands, if there is one.
     pub task_view: Option<TaskView>,
+    /// An instructor watches: nothing here reaches into the station.
+    pub instructor: bool,
+    /// How the task stands, for an instructor.
+    pub bulletin: Option<Bulletin>,
     /// How the controller does.
     pub link: Link,
     /// Newest tools.

@@ -5,7 +5,7 @@ use egui_plot::{Bar, BarChart, Line, Plot, PlotPoints};
 use shared_mem::message::DeviceHealth;
 
 use super::screens::{self, Settings};
-use super::{Link, UiState, instrument_id, task};
+use super::{Link, UiState, instructor, instrument_id, task};
 use crate::words::Words;
 
 /// What the user asks for.
@@ -45,6 +45,31 @@ pub enum Asked {
     Quit,
 }
 
+impl Asked {
+    /// Whether it changes what happens on the station, and not only how it is shown.
+    #[must_use]
+    pub const fn reaches_in(self) -> bool {
+        match self {
+            Self::Pause(_)
+            | Self::Reset
+            | Self::EnableForce(_)
+            | Self::Instrument(_)
+            | Self::ToggleHand
+            | Self::Again => true,
+            Self::Acknowledge
+            | Self::ToggleEngineering
+            | Self::TogglePanel
+            | Self::ToggleFullScreen
+            | Self::NextScope
+            | Self::TurnScope(_)
+            | Self::WipeLens
+            | Self::ShowSettings(_)
+            | Self::Set(_)
+            | Self::Quit => false,
+        }
+    }
+}
+
 const GOOD: Color32 = Color32::from_rgb(120, 205, 130);
 const CARE: Color32 = Color32::from_rgb(240, 190, 80);
 const BAD: Color32 = Color32::from_rgb(245, 115, 105);
@@ -67,7 +92,10 @@ pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
         egui::Panel::right("panel")
             .default_size(300.0)
             .show(ui, |ui| {
-                egui::ScrollArea::vertical().show(ui, |ui| panel(ui, state, &mut asked));
+                egui::ScrollArea::vertical().show(ui, |ui| match state.instructor {
+                    true => instructor::show(ui, state, &mut asked),
+                    false => panel(ui, state, &mut asked),
+                });
             });
     }
     let mut covered = None;
@@ -129,6 +157,7 @@ fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
         pressed
             .filter(|&(key, _)| input.key_pressed(key))
             .map(|(_, asked)| asked)
+            .filter(|asked| !(state.instructor && asked.reaches_in()))
             .collect()
     })
 }
@@ -199,10 +228,7 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     alarm(ui, state, asked);
     ui.separator();
     controller(ui, state);
-    for (name, health) in state.devices() {
-        let (mark, text) = device(words, &words.say(name), health);
-        line(ui, mark, &text);
-    }
+    devices(ui, state);
     ui.separator();
     instruments(ui, state, asked);
     ui.separator();
@@ -247,7 +273,7 @@ fn alarm(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         });
 }
 
-fn controller(ui: &mut Ui, state: &UiState) {
+pub(super) fn controller(ui: &mut Ui, state: &UiState) {
     let words = &state.words;
     let (mark, text) = match state.link {
         Link::Live if state.is_paused() => (Mark::Care, words.say("controller-paused")),
@@ -261,6 +287,14 @@ fn controller(ui: &mut Ui, state: &UiState) {
         Link::OtherScene => (Mark::Bad, words.say("controller-other-scene")),
     };
     line(ui, mark, &text);
+}
+
+pub(super) fn devices(ui: &mut Ui, state: &UiState) {
+    let words = &state.words;
+    for (name, health) in state.devices() {
+        let (mark, text) = device(words, &words.say(name), health);
+        line(ui, mark, &text);
+    }
 }
 
 /// How a device is, by words and by mark.
@@ -403,7 +437,7 @@ fn gates(ui: &mut Ui, state: &UiState) {
         });
 }
 
-fn ticks(ui: &mut Ui, state: &UiState) {
+pub(super) fn ticks(ui: &mut Ui, state: &UiState) {
     let (words, health) = (&state.words, &state.health);
     let Some([wake, tick]) = health.quantiles_us() else {
         line(ui, Mark::Off, &words.say("ticks-none"));
@@ -458,7 +492,7 @@ fn histogram(ui: &mut Ui, state: &UiState, which: usize, name: &str) {
 }
 
 /// What a picture costs, pass by pass, and the quality that was chosen by it.
-fn passes(ui: &mut Ui, state: &UiState) {
+pub(super) fn passes(ui: &mut Ui, state: &UiState) {
     let [tier, tiers] = state.quality;
     if tiers > 1 {
         let values = [

@@ -6,7 +6,7 @@ use super::panel::{Mark, line};
 use crate::words::Words;
 
 /// How a task stands, as far as the trainee is to see it.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TaskView {
     /// What is to be done: a task's name, as it is typed.
     pub task: String,
@@ -29,7 +29,7 @@ pub struct TaskView {
 }
 
 /// Something that was wrong.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TaskNote {
     /// Its kind's name, as in `summary.json`.
     pub kind: String,
@@ -38,7 +38,7 @@ pub struct TaskNote {
 }
 
 /// How a task ended.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TaskEnd {
     /// Passed.
     pub passed: bool,
@@ -55,9 +55,13 @@ pub(super) fn title(words: &Words, task: &TaskView) -> String {
 
 /// Minutes and seconds, with the word.
 pub(super) fn time(words: &Words, task: &TaskView) -> String {
-    let seconds = task.time_s.max(0.0) as u64;
-    let time = format!("{}:{:02}", seconds / 60, seconds % 60);
-    words.say_with("task-time", &[("time", time.into())])
+    words.say_with("task-time", &[("time", minutes(task.time_s).into())])
+}
+
+/// Minutes and seconds.
+pub(super) fn minutes(seconds: f64) -> String {
+    let seconds = seconds.max(0.0) as u64;
+    format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 
 /// What was wrong.

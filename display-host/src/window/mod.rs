@@ -1,6 +1,8 @@
 //! The station's window: picture and panel, one frame after the other.
 
+mod canvas;
 mod operate;
+mod page;
 mod pending;
 mod screen;
 mod session;
@@ -17,6 +19,7 @@ use winit::event::{DeviceEvent, DeviceId, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::WindowId;
 
+pub use self::page::{Page, PageConfig, show_page};
 use self::screen::{Screen, Shown};
 use self::session::Session;
 use crate::DisplayError;
@@ -51,6 +54,8 @@ pub struct WindowConfig {
     pub language: Language,
     /// How the task stands, kept up to date by whoever assesses it.
     pub task: Option<Arc<Mutex<TaskView>>>,
+    /// An instructor watches: what the task's assessor tells is shown, and nothing is asked of the station.
+    pub instructor: bool,
 }
 
 /// Opens the window and runs it until it is closed, `stop` is set, or the time is over. Once a
@@ -83,7 +88,8 @@ pub fn run(
             (!config.muted).then(|| Sound::start(config.tick_cpu)),
             config.task.clone(),
             config.language,
-        ),
+        )
+        .watched_by_instructor(config.instructor.then_some(&config.station))?,
         scene,
         stop,
         observer,

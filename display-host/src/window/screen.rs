@@ -1,19 +1,17 @@
-//! The window itself: surface, picture, panel.
+//! The display's window: picture and panel.
 
-use std::sync::Arc;
 use std::time::Instant;
 
 use shared_mem::scene::SceneFile;
-use winit::dpi::PhysicalSize;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
-use winit::window::{CursorGrabMode, Fullscreen, Window};
+use winit::window::{CursorGrabMode, Fullscreen};
 
+use super::canvas::Canvas;
 use super::session::Session;
 use crate::DisplayError;
 use crate::latency::{FrameRecord, now_ns};
 use crate::render::governor::Governor;
-use crate::render::gpu::Gpu;
 use crate::render::inside::Inside;
 use crate::render::lens::Lens;
 use crate::render::{Quality, Renderer};
@@ -38,13 +36,8 @@ pub(super) enum Shown {
 }
 
 pub(super) struct Screen {
-    window: Arc<Window>,
-    gpu: Gpu,
-    surface: wgpu::Surface<'static>,
-    surface_config: wgpu::SurfaceConfiguration,
+    canvas: Canvas,
     renderer: Renderer,
-    painter: egui_wgpu::Renderer,
-    input: egui_winit::State,
     picture: egui::TextureId,
     last_frame: Option<Instant>,
     governor: Governor,
@@ -58,64 +51,23 @@ impl Screen {
         events: &ActiveEventLoop,
         proxy: &EventLoopProxy<accesskit_winit::Event>,
         title: &str,
-        [width, height]: [u32; 2],
+        size: [u32; 2],
         (scope_angle, cold_lens): (f32, bool),
         scene: &SceneFile,
     ) -> Result<Self, DisplayError> {
-        let no_window = |detail: String| DisplayError::NoWindow { detail };
-        // Invisible until the accessibility tree is attached.
-        let attributes = Window::default_attributes()
-            .with_title(title)
-            .with_visible(false)
-            .with_inner_size(PhysicalSize::new(width, height));
-        let window = events
-            .create_window(attributes)
-            .map_err(|error| no_window(error.to_string()))?;
-        let window = Arc::new(window);
-        let display = Box::new(events.owned_display_handle());
-        let choice = wgpu::InstanceDescriptor::new_without_display_handle_from_env()
-            .with_display_handle(display);
-        let instance = wgpu::Instance::new(choice);
-        let surface = instance
-            .create_surface(window.clone())
-            .map_err(|error| no_window(error.to_string()))?;
-        let gpu = Gpu::from_instance(instance, Some(&surface))?;
-        let surface_config = configure(&surface, &gpu, window.inner_size())
-            .ok_or_else(|| no_window("the adapter cannot draw on this screen".into()))?;
-        let (tiers, may_cost_ms) = Quality::tiers(&gpu);
-        let mut renderer = Renderer::new(&gpu, scene, Quality::live(&gpu))?;
+        let mut canvas = Canvas::open(events, proxy, title, size)?;
+        let gpu = &canvas.gpu;
+        let (tiers, may_cost_ms) = Quality::tiers(gpu);
+        let mut renderer = Renderer::new(gpu, scene, Quality::live(gpu))?;
         renderer.scope_mut().angle = scope_angle;
         if cold_lens {
             *renderer.lens_mut() = Lens::cold();
         }
-        let mut painter = egui_wgpu::Renderer::new(
-            &gpu.device,
-            surface_config.format,
-            egui_wgpu::RendererOptions::default(),
-        );
-        let context = egui::Context::default();
-        context.set_theme(egui::Theme::Dark);
-        let mut input = egui_winit::State::new(
-            context,
-            egui::ViewportId::ROOT,
-            &*window,
-            Some(window.scale_factor() as f32),
-            None,
-            Some(gpu.device.limits().max_texture_dimension_2d as usize),
-        );
-        input.init_accesskit(events, &window, proxy.clone());
-        window.set_visible(true);
-        let filter = wgpu::FilterMode::Linear;
-        let picture = painter.register_native_texture(&gpu.device, renderer.picture(), filter);
-        window.request_redraw();
+        let picture = canvas.register(renderer.picture());
+        canvas.show();
         Ok(Self {
-            window,
-            gpu,
-            surface,
-            surface_config,
+            canvas,
             renderer,
-            painter,
-            input,
             picture,
             last_frame: None,
             governor: Governor::new(tiers, may_cost_ms),
@@ -125,28 +77,19 @@ impl Screen {
     }
 
     pub(super) fn adapter(&self) -> String {
-        self.gpu.describe()
+        self.canvas.gpu.describe()
     }
 
     pub(super) fn is_software(&self) -> bool {
-        self.gpu.is_software()
+        self.canvas.gpu.is_software()
     }
 
     pub(super) fn redraw(&self) {
-        self.window.request_redraw();
+        self.canvas.window.request_redraw();
     }
 
     pub(super) fn take_event(&mut self, event: &WindowEvent) {
-        let _ = self.input.on_window_event(&self.window, event);
-        if let WindowEvent::Resized(size) = event
-            && size.width > 0
-            && size.height > 0
-        {
-            self.surface_config.width = size.width;
-            self.surface_config.height = size.height;
-            self.surface
-                .configure(&self.gpu.device, &self.surface_config);
-        }
+        self.canvas.take_event(event);
     }
 
     /// Keeps the mouse in the window, unseen, or lets it out.
@@ -155,30 +98,20 @@ impl Screen {
             return;
         }
         self.mouse_held = hold;
-        self.window.set_cursor_visible(!hold);
+        let window = &self.canvas.window;
+        window.set_cursor_visible(!hold);
         // Where neither can be had the mouse leads the hand all the same, as far as the screen goes.
         let _ = if hold {
-            self.window
+            window
                 .set_cursor_grab(CursorGrabMode::Locked)
-                .or_else(|_| self.window.set_cursor_grab(CursorGrabMode::Confined))
+                .or_else(|_| window.set_cursor_grab(CursorGrabMode::Confined))
         } else {
-            self.window.set_cursor_grab(CursorGrabMode::None)
+            window.set_cursor_grab(CursorGrabMode::None)
         };
     }
 
     pub(super) fn take_accessibility(&mut self, event: accesskit_winit::Event) {
-        match event.window_event {
-            accesskit_winit::WindowEvent::InitialTreeRequested => {
-                self.input.egui_ctx().enable_accesskit();
-            }
-            accesskit_winit::WindowEvent::ActionRequested(request) => {
-                self.input.on_accesskit_action_request(request);
-            }
-            accesskit_winit::WindowEvent::AccessibilityDeactivated => {
-                self.input.egui_ctx().disable_accesskit();
-            }
-        }
-        self.redraw();
+        self.canvas.take_accessibility(event);
     }
 
     /// Draws and shows one frame.
@@ -187,22 +120,8 @@ impl Screen {
         scene: &SceneFile,
         session: &mut Session,
     ) -> Result<Shown, DisplayError> {
-        use wgpu::CurrentSurfaceTexture as Current;
-        let surface = match self.surface.get_current_texture() {
-            Current::Success(texture) | Current::Suboptimal(texture) => texture,
-            Current::Outdated | Current::Lost => {
-                let size = self.window.inner_size();
-                self.surface_config.width = size.width.max(1);
-                self.surface_config.height = size.height.max(1);
-                self.surface
-                    .configure(&self.gpu.device, &self.surface_config);
-                return Ok(Shown::Unseen);
-            }
-            Current::Timeout | Current::Occluded => return Ok(Shown::Unseen),
-            Current::Validation => {
-                self.gpu.check("taking a frame of the window")?;
-                return Ok(Shown::Unseen);
-            }
+        let Some(surface) = self.canvas.next_frame()? else {
+            return Ok(Shown::Unseen);
         };
         let drawn = self.draw_picture(session);
         let [width, height] = self.renderer.quality().size;
@@ -210,23 +129,12 @@ impl Screen {
         session.ui.picture = drawn.as_ref().map(|_| (self.picture, aspect));
 
         session.update_overlay(scene, self.renderer.scope());
-        let context = self.input.egui_ctx().clone();
-        let input = self.input.take_egui_input(&self.window);
         let (mut asked, mut covered) = (Vec::new(), None);
-        let output = context.run_ui(input, |area| (asked, covered) = ui(area, &session.ui));
-        self.input
-            .handle_platform_output(&self.window, output.platform_output);
-        let shapes = context.tessellate(output.shapes, output.pixels_per_point);
-        self.paint(
-            &surface,
-            &shapes,
-            output.pixels_per_point,
-            output.textures_delta,
-        );
+        let laid = self
+            .canvas
+            .lay_out(|area| (asked, covered) = ui(area, &session.ui));
         let submitted_ns = now_ns();
-        self.window.pre_present_notify();
-        self.gpu.queue.present(surface);
-        self.gpu.check("drawing a frame")?;
+        self.canvas.present(surface, laid)?;
         if let Some(frame) = drawn {
             session.note_frame(FrameRecord {
                 submitted_ns,
@@ -238,9 +146,9 @@ impl Screen {
         self.watch_cost(session)?;
         self.turn_scope(&asked, session);
         if asked.contains(&Asked::ToggleFullScreen) {
-            let full = self.window.fullscreen().is_none();
-            self.window
-                .set_fullscreen(full.then_some(Fullscreen::Borderless(None)));
+            let window = &self.canvas.window;
+            let full = window.fullscreen().is_none();
+            window.set_fullscreen(full.then_some(Fullscreen::Borderless(None)));
         }
         let quit = asked.contains(&Asked::Quit);
         Ok(Shown::Frame { asked, quit })
@@ -268,12 +176,12 @@ impl Screen {
         let spheres = state.spheres().unwrap_or(&[]);
         self.renderer.play(spheres, &effects, played_s);
         let cells = state.cells().unwrap_or(&[]);
-        self.renderer.set_cells(&self.gpu, cells);
+        self.renderer.set_cells(&self.canvas.gpu, cells);
         let inside = session.ui.inside.then_some(Inside::VIEW);
-        self.renderer.set_inside(&self.gpu, inside);
+        self.renderer.set_inside(&self.canvas.gpu, inside);
         (self.renderer).set_clips(state.clips().unwrap_or(&[]), spheres);
         self.renderer
-            .render(&self.gpu, spheres, tools, session.time_s());
+            .render(&self.canvas.gpu, spheres, tools, session.time_s());
         // What is drawn again has no motion to be late with.
         let is_new = self.drawn_tick.replace(state.tick) != Some(state.tick);
         Some(FrameRecord {
@@ -294,7 +202,7 @@ impl Screen {
         };
         session.ui.pass_times = Some(times);
         if let Some(quality) = self.governor.note(times.iter().sum()) {
-            self.renderer.set_quality(&self.gpu, quality)?;
+            self.renderer.set_quality(&self.canvas.gpu, quality)?;
             self.show_picture_anew();
         }
         session.ui.quality = self.governor.tier();
@@ -323,64 +231,13 @@ impl Screen {
 
     /// The picture's texture is another one.
     fn show_picture_anew(&mut self) {
-        self.painter.update_egui_texture_from_wgpu_texture(
-            &self.gpu.device,
-            self.renderer.picture(),
-            wgpu::FilterMode::Linear,
-            self.picture,
-        );
-    }
-
-    fn paint(
-        &mut self,
-        surface: &wgpu::SurfaceTexture,
-        shapes: &[egui::ClippedPrimitive],
-        pixels_per_point: f32,
-        mut textures: egui::TexturesDelta,
-    ) {
-        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
-        let screen = egui_wgpu::ScreenDescriptor {
-            size_in_pixels: [self.surface_config.width, self.surface_config.height],
-            pixels_per_point,
-        };
-        for (id, deltas) in textures.set.drain() {
-            for delta in deltas {
-                self.painter.update_texture(device, queue, id, &delta);
-            }
-        }
-        let mut encoder = device.create_command_encoder(&Default::default());
-        let before = self
-            .painter
-            .update_buffers(device, queue, &mut encoder, shapes, &screen);
-        let view = surface.texture.create_view(&Default::default());
-        {
-            let mut pass = encoder
-                .begin_render_pass(&wgpu::RenderPassDescriptor {
-                    label: Some("window"),
-                    color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                        view: &view,
-                        depth_slice: None,
-                        resolve_target: None,
-                        ops: wgpu::Operations {
-                            load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                            store: wgpu::StoreOp::Store,
-                        },
-                    })],
-                    ..Default::default()
-                })
-                .forget_lifetime();
-            self.painter.render(&mut pass, shapes, &screen);
-        }
-        queue.submit(before.into_iter().chain([encoder.finish()]));
-        for id in textures.free.drain() {
-            self.painter.free_texture(&id);
-        }
+        self.canvas.replace(self.picture, self.renderer.picture());
     }
 
     /// On a graphics device the picture is as large as its place on the screen; a software driver
     /// keeps its small one.
     fn fit_picture(&mut self, covered: Option<[u32; 2]>) -> Result<(), DisplayError> {
-        let Some(covered) = covered.filter(|_| !self.gpu.is_software()) else {
+        let Some(covered) = covered.filter(|_| !self.canvas.gpu.is_software()) else {
             return Ok(());
         };
         let wanted = [0, 1].map(|i| covered[i].clamp(64, PICTURE_MAX[i]));
@@ -390,7 +247,7 @@ impl Screen {
             share.abs() > RESIZE_SHARE
         });
         if differs {
-            self.renderer.resize(&self.gpu, wanted)?;
+            self.renderer.resize(&self.canvas.gpu, wanted)?;
             self.show_picture_anew();
         }
         Ok(())
@@ -402,21 +259,4 @@ fn next_angle(angle: f32) -> f32 {
     let angles = [0.0f32, 30.0, 45.0];
     let next = angles.into_iter().find(|a| *a > angle.to_degrees() + 1.0);
     next.unwrap_or(0.0).to_radians()
-}
-
-fn configure(
-    surface: &wgpu::Surface<'_>,
-    gpu: &Gpu,
-    size: PhysicalSize<u32>,
-) -> Option<wgpu::SurfaceConfiguration> {
-    let capabilities = surface.get_capabilities(&gpu.adapter);
-    let mut config =
-        surface.get_default_config(&gpu.adapter, size.width.max(1), size.height.max(1))?;
-    // egui mixes its colours without the screen's curve.
-    let plain = capabilities.formats.iter().find(|format| !format.is_srgb());
-    config.format = *plain.or(capabilities.formats.first())?;
-    config.present_mode = wgpu::PresentMode::AutoVsync;
-    config.desired_maximum_frame_latency = 1;
-    surface.configure(&gpu.device, &config);
-    Some(config)
 }

@@ -4,20 +4,21 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use shared_mem::message::{CommandMsg, EventMsg, SphereState, StateFrame, ToolFrame};
-use shared_mem::scene::{OrganKind, SceneFile};
-use shared_mem::service::{Host, Station};
+use shared_mem::message::{CommandMsg, EventMsg, StateFrame, ToolFrame};
+use shared_mem::scene::SceneFile;
+use shared_mem::service::{Host, ServiceError, Station, TaskReceiver};
+use shared_mem::task::TaskMsg;
 
 use super::operate::Operate;
 use super::pending::Pending;
-use crate::effects::Effect;
+use crate::effects::{Causes, Effect};
 use crate::feed::{Feed, Offer};
 use crate::headless::{Ended, Observed, Outcome, zeroed_state};
 use crate::latency::FrameRecord;
 use crate::render::camera::Scope;
 use crate::sound::Sound;
 use crate::sound::synth::{Current, Heard};
-use crate::ui::{Asked, Link, Overlay, Settings, TaskView, UiState};
+use crate::ui::{Asked, Bulletin, Link, Overlay, Settings, TaskView, UiState};
 use crate::words::Language;
 
 /// Frames whose records are kept: an hour and a half at 60 Hz; then the older half goes.
@@ -47,15 +48,15 @@ pub(super) struct Session {
     warnings: Vec<String>,
     /// Effects that events began since the last picture.
     pending: Pending,
-    /// Of the scene: what each organ is, and each sphere's radius, m.
-    organ_kinds: Vec<Option<OrganKind>>,
-    radii_m: Vec<f32>,
+    causes: Causes,
     /// The organs went back to rest since the last picture.
     was_reset: bool,
     /// `None`: muted, or there is no sound card.
     sound: Option<Sound>,
     heard: Heard,
     task: Option<Arc<Mutex<TaskView>>>,
+    /// An instructor hears of the task from its assessor.
+    bulletins: Option<(TaskReceiver, Box<TaskMsg>)>,
     /// When the task last gave an alarm.
     alarmed: Option<Instant>,
     /// The newest clip that has closed: it clicks once, on however many organs it is.
@@ -98,20 +99,42 @@ impl Session {
             frame_times: VecDeque::new(),
             warnings: Vec::new(),
             pending: Pending::default(),
-            organ_kinds: scene
-                .organs()
-                .iter()
-                .map(|organ| OrganKind::from_u32(organ.kind))
-                .collect(),
-            radii_m: scene.spheres().iter().map(|s| s.radius_m).collect(),
+            causes: Causes::of(scene),
             was_reset: false,
             sound,
             task,
+            bulletins: None,
             alarmed: None,
             heard: Heard::default(),
             newest_clip: None,
             operate: Operate::new(station),
             ui,
+        }
+    }
+
+    /// An instructor watches this station, if one is named.
+    pub(super) fn watched_by_instructor(
+        mut self,
+        station: Option<&Station>,
+    ) -> Result<Self, ServiceError> {
+        if let Some(station) = station {
+            let receiver = TaskReceiver::open(station)?;
+            self.bulletins = Some((receiver, bytemuck::allocation::zeroed_box()));
+            self.ui.instructor = true;
+        }
+        Ok(self)
+    }
+
+    /// Takes the newest that the task's assessor told.
+    fn take_bulletin(&mut self) {
+        let Some((receiver, inbox)) = &mut self.bulletins else {
+            return;
+        };
+        if receiver.newest(inbox)
+            && let Some(bulletin) = inbox.text().and_then(Bulletin::parse)
+        {
+            self.ui.task_view = Some(bulletin.task.clone());
+            self.ui.bulletin = Some(bulletin);
         }
     }
 
@@ -168,11 +191,16 @@ impl Session {
         }
         if self.feed.counters().restarts > restarts {
             self.forget_effects();
+            // Another run: its task is told anew, if it has one.
+            if self.bulletins.is_some() {
+                (self.ui.task_view, self.ui.bulletin) = (None, None);
+            }
         }
+        self.take_bulletin();
         self.judge_link();
         let now = self.start.elapsed().as_secs_f64();
         let (feed, ui, pending) = (&mut self.feed, &mut self.ui, &mut self.pending);
-        let (organ_kinds, newest_clip) = (&self.organ_kinds, &mut self.newest_clip);
+        let (causes, newest_clip) = (&self.causes, &mut self.newest_clip);
         let heard = &mut self.heard;
         self.host.drain_events(|event| {
             feed.note_event(event);
@@ -186,9 +214,7 @@ impl Session {
             if let Some(alarm) = alarm(event) {
                 ui.alarm = Some(ui.words.say(alarm));
             }
-            let organ = organ_kinds.get(event.organ as usize).copied().flatten();
-            let effect = Effect::of_event(event, organ);
-            if let Some(effect) = effect.filter(|_| ui.link == Link::Live) {
+            if let Some(effect) = causes.event(event).filter(|_| ui.link == Link::Live) {
                 pending.push(now, effect);
             }
             observer(Observed::Event(event));
@@ -261,11 +287,7 @@ impl Session {
         // A controller that is silent or paused works on nothing, whatever its last frame says.
         let works = self.is_live() && !self.ui.is_paused();
         if let Some((state, tools)) = self.moment().filter(|_| works) {
-            let touched = state.spheres().unwrap_or(&[]).iter().zip(&self.radii_m);
-            let touched = touched
-                .filter(|(sphere, _)| sphere.bits & SphereState::CONTACT != 0)
-                .map(|(sphere, radius_m)| (sphere.center_m.into(), *radius_m));
-            effects.extend(Effect::of_electrode(tools, touched, seconds.min(0.2)));
+            effects.extend(self.causes.electrode(state, tools, seconds.min(0.2)));
         }
         effects
     }
@@ -290,6 +312,9 @@ impl Session {
     /// Does what was asked, as far as it is the controller's.
     pub(super) fn carry_out(&mut self, asked: &[Asked], observer: &mut dyn FnMut(Observed<'_>)) {
         for asked in asked {
+            if self.ui.instructor && asked.reaches_in() {
+                continue;
+            }
             let (kind, argument, what) = match *asked {
                 Asked::Pause(on) => (CommandMsg::PAUSE, u32::from(on), "pause".to_owned()),
                 // A task begins again where it began.

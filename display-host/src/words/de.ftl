@@ -157,3 +157,176 @@ fault-late = das haptische Gerät ist verspätet: die Kraft fällt auf null
 fault-gone = das haptische Gerät ist fort: die Kraft ist aus
 fault-fast = der Griff war zu schnell: die Kraft ist aus, bis sie eingeschaltet wird (F)
 fault-both = beide Elektroden zugleich verlangt: keine wirkt
+
+## Der Starter
+launcher-start = Beginn
+launcher-running = Operation läuft
+launcher-debrief = Nachbesprechung
+launcher-questions = Fragebogen
+launcher-sheet = Bogen der Ausbilder
+launcher-failed = Keine Operation
+
+## Beginn
+start-title = Was soll getan werden?
+start-begin = Beginnen (Eingabe)
+start-trainee = Wer übt
+start-nobody = Niemand
+start-new-name = Neuer Name (N)
+start-not-kept = Ohne Namen wird die Sitzung nicht aufgehoben.
+start-kept = Aufgehoben in { $store }
+start-task = Aufgabe
+start-asks-identify = Calots Dreieck und das untere Drittel der Gallenblase mit dem Häkchen frei legen, bis nur Gang und Arterie in die Gallenblase führen.
+start-asks-clamp = Ductus cysticus und Arteria cystica mit Clips verschließen: genug, mit Abstand, und sonst nichts.
+start-asks-cut = Gang und Arterie mit der Schere durchtrennen, jeden zwischen seinen Clips.
+start-asks-disconnect = Die Gallenblase mit dem Häkchen aus ihrem Bett lösen, ohne sie oder die Leber zu eröffnen.
+start-asks-full = Alle vier der Reihe nach, von der ersten Berührung bis zur gelösten Gallenblase.
+start-asks-free = Nichts wird verlangt, alles gemessen.
+start-asks-scope = Mit dem Endoskop ein Organ nach dem anderen zeigen, waagrecht und ruhig.
+start-difficulty = Hilfe
+start-scope = Endoskop
+start-scene = Szene
+scene-triangle = Calots Dreieck
+scene-triangle-variant = Calots Dreieck, ungewöhnlicher Verlauf
+scene-built-in = Vier Organe
+start-devices = Geräte
+start-emulated = Nachgebildet
+start-by-file = Nach Stationsdatei
+start-station-file = Stationsdatei
+start-device-emulated = { $device }: nachgebildet
+start-device-there = { $device }: { $path } ist da
+start-device-missing = { $device }: { $path } ist nicht da. Einstecken, oder die nachgebildeten wählen
+start-device-named = { $device }: { $path }, wird zu Beginn gesucht
+start-hand = M nimmt das Instrument mit Maus und Tastatur; sonst arbeitet eine vorgegebene Hand.
+start-nothing-plugged-in = Keine serielle Leitung und kein Fußschalter eingesteckt.
+start-plugged-in = Eingesteckt: { $list }
+start-no-file = Eine Stationsdatei nennen, oder die nachgebildeten Geräte wählen.
+
+difficulty-beginner = Anfänger
+difficulty-beginner-gives = Der nächste Schritt wird gesagt; Alarme und Fortschritt sind zu sehen.
+difficulty-trainee = Übende
+difficulty-trainee-gives = Alarme und Fortschritt sind zu sehen.
+difficulty-exam = Prüfung
+difficulty-exam-gives = Nur Zeit und Aufgabe sind zu sehen; was falsch war, wird am Ende gesagt.
+
+## Während operiert wird
+running-title = Die Operation läuft
+running-ending = Die Operation endet
+running-note = Sie hat ihr eigenes Fenster: Esc beendet sie dort. Dann erscheint hier die Nachbesprechung.
+running-stop = Beenden (S)
+running-stop-at-once = Sofort beenden: ohne Bericht (S)
+
+## Nichts zu besprechen
+failed-title = Die Operation fand nicht statt
+failed-status = Die Station endete: { $status }
+failed-note = Dies hat sie zuletzt gesagt. Beheben, was sie nennt, oder anders wählen.
+failed-again = Noch einmal versuchen (Eingabe)
+failed-emulated = Mit nachgebildeten Geräten versuchen
+failed-quit = Beenden
+
+## Nachbesprechung
+debrief-again = Noch einmal (Eingabe)
+debrief-another = Andere Aufgabe (Esc)
+debrief-report = Ganzen Bericht öffnen (R)
+debrief-questions = Fragebogen (Q)
+debrief-sheet = Bogen der Ausbilder (I)
+debrief-answered = Fragebogen: beantwortet
+debrief-sheet-points = Bogen der Ausbilder: { $points } von 25
+debrief-errors = Was falsch war
+debrief-no-errors = Nichts.
+debrief-past = Zuvor
+debrief-no-past = Noch keine Sitzung zum Vergleich.
+debrief-metrics = Was zählt
+debrief-report-opened = Der Bericht ist geöffnet: { $path }
+debrief-report-lies = Der Bericht liegt in { $path }; kein Programm hat ihn geöffnet ({ $problem }).
+metric = Maß
+metric-now = Jetzt
+metric-rule = Zum Bestehen
+metric-best = Bisher bestes
+
+## Punkte von 1 bis 5
+points-about = Über { $name }
+points-number = { $number } von { $of }
+points-scale = 1: gar nicht. 5: sehr. Die Tasten 1 bis 5 antworten.
+points-all = Alle sind beantwortet:
+points-keep = Aufheben (Eingabe)
+points-previous = Die vorige (Rücktaste)
+points-back = Zurück, ohne aufzuheben (Esc)
+
+question-anatomy = Wie echt ist die Anatomie?
+question-triangle = Wie echt ist es, Calots Dreieck zu finden und zu zeigen?
+question-interface = Wie echt sieht das Bild aus?
+question-instruments = Wie echt ist der Umgang mit den Instrumenten?
+question-electric-dissection = Wie echt ist das Präparieren mit Strom?
+question-removal = Wie echt ist das Ablösen der Gallenblase?
+question-laparoscopy = Wie echt ist es neben derselben Arbeit in der üblichen Laparoskopie?
+question-force-quality = Wie gut ist die Kraft, die Sie fühlen?
+question-force-use = Wie nützlich ist die Kraft, die Sie fühlen?
+question-hand-eye = Wie nützlich ist es für das Zusammenspiel von Hand und Auge?
+question-both-hands = Wie nützlich ist es für die Arbeit mit beiden Händen?
+question-notes-skills = Wie nützlich ist es für die Grundlagen der Chirurgie durch natürliche Öffnungen?
+question-measures = Wie sehr trauen Sie seinen Maßen der Leistung?
+question-other-coordination = Wie sicher sind Sie, dass Hand und Auge anders zusammenarbeiten als mit zwei Zugängen?
+
+goals-depth = Tiefenwahrnehmung: 1 verfehlt und berichtigt langsam, 5 geht geradewegs zum Ziel
+goals-hands = Beidhändigkeit: 1 nur eine Hand, 5 beide Hände für die beste Sicht
+goals-efficiency = Wirksamkeit: 1 unsicher, viele Versuche, 5 sicher und stetig
+goals-tissue = Umgang mit Gewebe: 1 grob, reißt und verletzt, 5 schonend, ohne Verletzung
+goals-autonomy = Selbständigkeit: 1 auch unter Anleitung nicht, 5 allein
+
+## Maße
+metric-score = Punkte
+metric-time-s = Zeit
+metric-gaps-s = Lücken der Aufnahme
+metric-restarts = Neu begonnen
+metric-path-m = Weg des Instruments
+metric-scope-path-m = Weg des Endoskops
+metric-movements = Bewegungen des Instruments
+metric-scope-movements = Bewegungen des Endoskops
+metric-economy = Sparsamkeit der Bewegung
+metric-idle-s = Ruhezeit
+metric-force-max-n = Größte Kraft
+metric-force-mean-n = Mittlere Kraft
+metric-force-p95-n = Kraft, 95 % der Zeit
+metric-force-saturated-s = Zeit an der Grenze des Geräts
+metric-cautery-on-s = Strom an
+metric-cautery-air-s = Strom ins Leere
+metric-burn-wrong-j = Energie ins Falsche
+metric-burn-liver-j = Energie in die Leber
+metric-burn-gallbladder-j = Energie in die Gallenblase
+metric-burn-duct-j = Energie in Gänge
+metric-burn-vessel-j = Energie in Arterien
+metric-burn-target-j = Energie in Fett und Bindegewebe
+metric-touches-wrong = Falsches berührt
+metric-burns-wrong = Falsches verbrannt
+metric-cuts-wrong = Falsches geschnitten
+metric-clips-used = Clips gesetzt
+metric-clips-lost = Clips verloren
+metric-clips-misplaced = Clips falsch gesetzt
+metric-clips-duct = Clips auf dem Ductus cysticus
+metric-clips-artery = Clips auf der Arteria cystica
+metric-clip-spacing-mm = Kleinster Abstand der Clips
+metric-cuts-one-sided = Neben den Clips durchtrennt
+metric-unclamped = Ohne Clips durchtrennt
+metric-blood-ml = Blutverlust
+metric-bile-ml = Galleverlust
+metric-perforations = Perforationen
+metric-crushes = Gequetscht
+metric-tears = Gerissen
+metric-slips = Abgerutscht
+metric-out-of-view-s = Instrument außer Sicht
+metric-scope-turn-deg = Endoskop gedreht
+metric-scope-tilt-deg = Horizont aus der Waage
+metric-exchanges = Instrumente gewechselt
+metric-cvs-triangle = Dreieck frei gelegt
+metric-cvs-bed = Unteres Drittel vom Bett gelöst
+metric-cvs-two = Nur zwei Strukturen
+metric-bed = Bett frei gelegt
+metric-alarms = Alarme insgesamt
+
+## Ausbilder
+observe-title = Ausbilder: Station „{ $station }“
+observe-no-task = Keine Aufgabe: freies Arbeiten, ohne Bewertung
+observe-difficulty = Hilfe: { $difficulty }
+observe-metrics = Maße bisher
+observe-alarms = Alarme
+observe-no-alarms = Noch keine

@@ -157,3 +157,176 @@ fault-late = the haptic device is late: force falls to zero
 fault-gone = the haptic device is gone: force is off
 fault-fast = the handle was too fast: force is off until enabled (F)
 fault-both = both electrodes are asked at once: neither works
+
+## The launcher
+launcher-start = Start
+launcher-running = Operation
+launcher-debrief = Debrief
+launcher-questions = Questionnaire
+launcher-sheet = Instructor's sheet
+launcher-failed = No operation
+
+## Start
+start-title = What is to be done?
+start-begin = Begin (Enter)
+start-trainee = Trainee
+start-nobody = Nobody
+start-new-name = New name (N)
+start-not-kept = Without a name the session is not kept in the store.
+start-kept = Kept in { $store }
+start-task = Task
+start-asks-identify = Clear Calot's triangle and the gallbladder's lower third with the hook, until only duct and artery enter the gallbladder.
+start-asks-clamp = Close cystic duct and cystic artery with clips, enough of them and apart, on nothing else.
+start-asks-cut = Divide duct and artery with the scissors, each between its clips.
+start-asks-disconnect = Free the gallbladder from its bed on the liver with the hook, and open neither.
+start-asks-full = All four in order, from the first touch to the free gallbladder.
+start-asks-free = Nothing is asked; everything is measured.
+start-asks-scope = Show one organ after the other with the endoscope, level and still.
+start-difficulty = Help
+start-scope = Endoscope
+start-scene = Scene
+scene-triangle = Calot's triangle
+scene-triangle-variant = Calot's triangle, unusual course
+scene-built-in = Four organs
+start-devices = Devices
+start-emulated = Emulated
+start-by-file = By a station file
+start-station-file = Station file
+start-device-emulated = { $device }: emulated
+start-device-there = { $device }: { $path } is there
+start-device-missing = { $device }: { $path } is not there. Plug it in, or choose the emulated ones
+start-device-named = { $device }: { $path }, looked for at the start
+start-hand = M takes the instrument with mouse and keyboard; else a scripted hand works.
+start-nothing-plugged-in = No serial line or pedal is plugged in.
+start-plugged-in = Plugged in: { $list }
+start-no-file = Name a station file, or choose the emulated devices.
+
+difficulty-beginner = Beginner
+difficulty-beginner-gives = The next step is said; alarms and progress are shown.
+difficulty-trainee = Trainee
+difficulty-trainee-gives = Alarms and progress are shown.
+difficulty-exam = Exam
+difficulty-exam-gives = Only time and task are shown; what went wrong is said at the end.
+
+## While an operation runs
+running-title = The operation is running
+running-ending = The operation is ending
+running-note = It has a window of its own: Esc there ends it. Then its debrief is shown here.
+running-stop = Stop (S)
+running-stop-at-once = Stop at once: without a report (S)
+
+## Nothing to debrief
+failed-title = The operation did not take place
+failed-status = The station ended: { $status }
+failed-note = This is the last that it said. Mend what it names, or choose otherwise.
+failed-again = Try again (Enter)
+failed-emulated = Try with emulated devices
+failed-quit = End
+
+## Debrief
+debrief-again = Again (Enter)
+debrief-another = Another task (Esc)
+debrief-report = Open the full report (R)
+debrief-questions = Questionnaire (Q)
+debrief-sheet = Instructor's sheet (I)
+debrief-answered = Questionnaire: answered
+debrief-sheet-points = Instructor's sheet: { $points } of 25
+debrief-errors = What was wrong
+debrief-no-errors = Nothing.
+debrief-past = Before
+debrief-no-past = No session to compare with yet.
+debrief-metrics = What counts
+debrief-report-opened = The report is opened: { $path }
+debrief-report-lies = The report is in { $path }; no program here opened it ({ $problem }).
+metric = Metric
+metric-now = Now
+metric-rule = To pass
+metric-best = Best before
+
+## Points from 1 to 5
+points-about = About { $name }
+points-number = { $number } of { $of }
+points-scale = 1: not at all. 5: very. Keys 1 to 5 answer.
+points-all = All are answered:
+points-keep = Keep (Enter)
+points-previous = The one before (Backspace)
+points-back = Back without keeping (Esc)
+
+question-anatomy = How real is the anatomy?
+question-triangle = How real is it to find and show Calot's triangle?
+question-interface = How real does the picture look?
+question-instruments = How real is the handling of the instruments?
+question-electric-dissection = How real is dissecting with current?
+question-removal = How real is freeing the gallbladder?
+question-laparoscopy = How real is it beside the same work in ordinary laparoscopy?
+question-force-quality = How good is the force that you feel?
+question-force-use = How useful is the force that you feel?
+question-hand-eye = How useful is it for the coordination of hand and eye?
+question-both-hands = How useful is it for working with both hands?
+question-notes-skills = How useful is it for the basic skills of surgery through natural openings?
+question-measures = How much do you trust its measures of performance?
+question-other-coordination = How sure are you that hand and eye work together differently than with two ports?
+
+goals-depth = Depth perception: 1 overshoots and is slow to correct, 5 goes straight to the target
+goals-hands = Bimanual dexterity: 1 one hand alone, 5 both hands to the best exposure
+goals-efficiency = Efficiency: 1 uncertain, many attempts, 5 confident and safe, straight on
+goals-tissue = Tissue handling: 1 rough, tears and injures, 5 gentle, without injury
+goals-autonomy = Autonomy: 1 unable even when guided, 5 alone
+
+## Metrics
+metric-score = Score
+metric-time-s = Time
+metric-gaps-s = Gaps in the recording
+metric-restarts = Begun again
+metric-path-m = Path of the instrument
+metric-scope-path-m = Path of the endoscope
+metric-movements = Movements of the instrument
+metric-scope-movements = Movements of the endoscope
+metric-economy = Economy of movement
+metric-idle-s = Idle time
+metric-force-max-n = Greatest force
+metric-force-mean-n = Mean force
+metric-force-p95-n = Force, 95 % of the time
+metric-force-saturated-s = Time at the device's limit
+metric-cautery-on-s = Current on
+metric-cautery-air-s = Current on nothing
+metric-burn-wrong-j = Energy into the wrong
+metric-burn-liver-j = Energy into the liver
+metric-burn-gallbladder-j = Energy into the gallbladder
+metric-burn-duct-j = Energy into ducts
+metric-burn-vessel-j = Energy into arteries
+metric-burn-target-j = Energy into fat and tissue
+metric-touches-wrong = Wrong structures touched
+metric-burns-wrong = Wrong structures burnt
+metric-cuts-wrong = Wrong structures cut
+metric-clips-used = Clips used
+metric-clips-lost = Clips lost
+metric-clips-misplaced = Clips misplaced
+metric-clips-duct = Clips on the cystic duct
+metric-clips-artery = Clips on the cystic artery
+metric-clip-spacing-mm = Least distance of clips
+metric-cuts-one-sided = Divided beside the clips
+metric-unclamped = Divided unclamped
+metric-blood-ml = Blood lost
+metric-bile-ml = Bile lost
+metric-perforations = Perforations
+metric-crushes = Crushed
+metric-tears = Torn
+metric-slips = Slipped
+metric-out-of-view-s = Instrument out of view
+metric-scope-turn-deg = Endoscope turned
+metric-scope-tilt-deg = Horizon off the level
+metric-exchanges = Instruments exchanged
+metric-cvs-triangle = Triangle cleared
+metric-cvs-bed = Lower third off the bed
+metric-cvs-two = Two structures only
+metric-bed = Bed cleared
+metric-alarms = Alarms
+
+## Instructor
+observe-title = Instructor: station '{ $station }'
+observe-no-task = No task: free work, without an assessment
+observe-difficulty = Help: { $difficulty }
+observe-metrics = Metrics so far
+observe-alarms = Alarms
+observe-no-alarms = None yet

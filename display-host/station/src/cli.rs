@@ -11,6 +11,8 @@ use crate::check::CheckArgs;
 use crate::devices::args::DevicesArgs;
 use crate::gallery::GalleryArgs;
 use crate::jitter::args::{JitterArgs, LoadArgs, LoopArgs};
+use crate::launcher::{self, args::StartArgs};
+use crate::observe::ObserveArgs;
 use crate::people::args::StoreArgs;
 use crate::replay::args::ReplayArgs;
 use crate::report::args::ReportArgs;
@@ -18,8 +20,8 @@ use crate::task::args::TaskArgs;
 
 /// Calot: a hard-realtime haptic trainer for transvaginal cholecystectomy.
 ///
-/// Without a command it is `calot run`: the whole station. Devices that are not named are
-/// emulated, with a scripted hand at the handle, so that it runs on any machine.
+/// Without a command it is `calot start` where there is a screen, and else `calot run`. Devices that
+/// are not named are emulated, with a scripted hand at the handle, so that it runs on any machine.
 #[derive(Debug, Parser)]
 #[command(name = "calot", version, max_term_width = 96)]
 pub(crate) struct Cli {
@@ -29,8 +31,12 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
+    /// Choose task, help, endoscope and devices in a window, operate, and see what it came to
+    Start(StartArgs),
     /// The station: devices, controller, display, report
     Run(RunArgs),
+    /// An instructor's window on a station that runs: its picture, its task's metrics, its ticks
+    Observe(ObserveArgs),
     /// The realtime process alone
     Rt(RtArgs),
     /// The emulated devices alone: ptys under --dir, a scripted hand at the handle
@@ -59,6 +65,16 @@ pub(crate) enum Command {
     /// One of `jitter`'s bare loops
     #[command(hide = true)]
     Loop(LoopArgs),
+}
+
+impl Command {
+    /// What `calot` alone is.
+    pub(crate) fn alone() -> Self {
+        match launcher::has_screen() {
+            true => Self::Start(StartArgs::default()),
+            false => Self::Run(RunArgs::default()),
+        }
+    }
 }
 
 /// Which scene.
@@ -264,6 +280,9 @@ pub(crate) struct RunArgs {
     /// Pictures of a headless run, spread over its time; 0: none
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub(crate) frames: u32,
+    /// Also put the pictures of a headless run into an animated GIF, ten a second
+    #[arg(long, value_name = "FILE.gif", requires = "headless")]
+    pub(crate) gif: Option<PathBuf>,
     /// Size of a picture or the window, e.g. 1280x720
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<[u32; 2]>,
@@ -301,7 +320,7 @@ pub(crate) struct RunArgs {
 
 impl Default for RunArgs {
     fn default() -> Self {
-        /// `calot` alone is `calot run` alone: the same defaults, from the same place.
+        /// `calot` alone without a screen is `calot run` alone: the same defaults, from the same place.
         #[derive(Parser)]
         struct Alone {
             #[command(flatten)]
@@ -545,8 +564,9 @@ mod tests {
     }
 
     #[test]
-    fn calot_alone_is_calot_run() {
+    fn calot_alone_has_the_defaults_of_start_and_run() {
         assert!(Cli::parse_from(["calot"]).command.is_none());
+        assert_eq!(StartArgs::default().station, "main");
         let args = RunArgs::default();
         assert_eq!(
             (

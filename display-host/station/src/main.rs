@@ -9,6 +9,8 @@ mod emulate;
 mod gallery;
 mod igtlink;
 mod jitter;
+mod launcher;
+mod observe;
 mod people;
 mod prepare;
 mod prepare_targets;
@@ -34,11 +36,11 @@ static ALLOCATOR: rt_process::alloc_counter::CountingAllocator =
 fn main() -> ExitCode {
     // Bad usage exits with 2 here, `--help` with 0.
     let cli = cli::Cli::parse();
-    let command = cli
-        .command
-        .unwrap_or_else(|| cli::Command::Run(cli::RunArgs::default()));
+    let command = cli.command.unwrap_or_else(cli::Command::alone);
     let outcome = match command {
+        cli::Command::Start(args) => launcher::run(&args),
         cli::Command::Run(args) => run::run(&args),
+        cli::Command::Observe(args) => observe::run(&args),
         cli::Command::Rt(args) => rt::run(&args),
         cli::Command::Emulate(args) => emulate::run(&args),
         cli::Command::Replay(args) => replay::run(&args),

@@ -60,9 +60,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
         true => (Vec::new(), scene), // its user tells it the scene
         false => start(args, &scene, &folder.path, &stop)?,
     };
+    folder.tell(&scene)?;
     let assignment = assigned.as_ref().map(Assigned::assignment);
     let task = assigned.as_ref().map(Assigned::task);
-    let live = assigned.map(|it| it.begin(&SceneFile::open(&scene)?));
+    let live = assigned.map(|it| it.begin(&SceneFile::open(&scene)?, &station));
     let (live, course) = live.transpose()?.unzip();
     let recording = match listening {
         Some((path, listening)) => Some(listening.record(session::Config {
@@ -150,6 +151,9 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
             whole &= debrief(assessed, recording, &out, &outcome);
         }
     }
+    if let Some(gif) = &args.gif {
+        animate(&outcome, gif)?;
+    }
     if args.json {
         say::answer(format_args!("{}", serde_json::to_string_pretty(&summary)?));
     }
@@ -161,6 +165,24 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// The run's pictures, but those of single moments, as an animation.
+fn animate(outcome: &Outcome, gif: &Path) -> Result<(), Problem> {
+    let is_of_course = |path: &PathBuf| {
+        let name = path.file_name().and_then(|it| it.to_str());
+        name.is_some_and(|it| it.starts_with("frame_"))
+    };
+    let pictures = outcome.frames.iter().filter_map(|it| it.path.clone());
+    let mut pictures: Vec<PathBuf> = pictures.filter(is_of_course).collect();
+    pictures.sort();
+    display_host::animation::write_gif(&pictures, gif)?;
+    say::note(format_args!(
+        "wrote {}: {} pictures",
+        gif.display(),
+        pictures.len()
+    ));
+    Ok(())
 }
 
 /// The page of the task, from the recording, as `calot report` makes it, with this run's pictures. Whether
@@ -269,6 +291,7 @@ fn show(
         tick_cpu: args.controller.realtime.core,
         language: LanguageName::or_users(args.language),
         task: task.map(|task| task.view.clone()),
+        instructor: false,
     };
     Ok(window::run(&config, stop, &mut observe)?)
 }
@@ -481,6 +504,20 @@ impl Folder {
         &self.path
     }
 
+    /// Tells displays that join which compiled scene runs.
+    pub(crate) fn tell(&self, scene: &Path) -> Result<(), Problem> {
+        use std::os::unix::ffi::OsStrExt as _;
+        if self.attached {
+            return Ok(());
+        }
+        let path = std::path::absolute(scene)?;
+        // Renamed into its place: nobody reads half of it.
+        let half = self.path.join(format!("{RUNNING}.new"));
+        let written = std::fs::write(&half, path.as_os_str().as_bytes());
+        let written = written.and_then(|()| std::fs::rename(&half, self.path.join(RUNNING)));
+        written.map_err(|error| format!("{}: {error}", half.display()).into())
+    }
+
     /// Where the scene is compiled to. A display that joins has its own: it must not replace the
     /// running one's.
     pub(crate) fn scene(&self) -> PathBuf {
@@ -493,8 +530,27 @@ impl Folder {
     }
 }
 
+/// The file in a station's folder that says which compiled scene runs.
+const RUNNING: &str = "running";
+
+/// The compiled scene that a station runs, if its `calot run` has said so.
+pub(crate) fn running(station: &str) -> Result<Option<PathBuf>, Problem> {
+    use std::os::unix::ffi::OsStringExt as _;
+    let file = shared_mem::service::user_folder()?
+        .join(station)
+        .join(RUNNING);
+    match std::fs::read(&file) {
+        Ok(path) => Ok(Some(std::ffi::OsString::from_vec(path).into())),
+        Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(error) => Err(format!("{}: {error}", file.display()).into()),
+    }
+}
+
 impl Drop for Folder {
     fn drop(&mut self) {
+        if !self.attached {
+            let _ = std::fs::remove_file(self.path.join(RUNNING));
+        }
         let _ = std::fs::remove_file(self.scene());
     }
 }

@@ -10,7 +10,7 @@ struct Need {
     is_there: fn() -> bool,
 }
 
-const NEEDS: [Need; 3] = [
+const NEEDS: [Need; 4] = [
     Need {
         what: "a Vulkan loader",
         package: "libvulkan1",
@@ -28,6 +28,12 @@ const NEEDS: [Need; 3] = [
         package: "xvfb",
         only_for_tests: true,
         is_there: || on_path("Xvfb"),
+    },
+    Need {
+        what: "keys for windows on it",
+        package: "xdotool",
+        only_for_tests: true,
+        is_there: || on_path("xdotool"),
     },
 ];
 

@@ -52,7 +52,8 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
             for reason in &end.reasons {
                 ui.label(RichText::new(reason).size(TEXT));
             }
-            if ui.button(words.say("hud-end")).clicked() {
+            // The end is the trainee's to choose.
+            if !state.instructor && ui.button(words.say("hud-end")).clicked() {
                 asked.push(Asked::Quit);
             }
         });

@@ -12,7 +12,7 @@ use egui::{FontId, Frame, Key, RichText, TextStyle, Ui};
 use super::{Asked, Link, UiState};
 
 /// Size of what is read from afar, points.
-const BODY: f32 = 20.0;
+pub(super) const BODY: f32 = 20.0;
 /// Width of a screen's column, points.
 const COLUMN: f32 = 820.0;
 
@@ -36,7 +36,7 @@ pub(super) fn cover(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) -> boo
 /// What lies over the picture.
 pub(super) fn over(ui: &Ui, place: egui::Rect, state: &UiState, asked: &mut Vec<Asked>) {
     hud::show(ui, place, state, asked);
-    if state.link == Link::Live && state.is_paused() {
+    if state.link == Link::Live && state.is_paused() && !state.instructor {
         pause::show(ui, place, state, asked);
     }
 }
@@ -56,7 +56,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Option<Vec<Asked>> {
 }
 
 /// Text that is read from two metres away.
-fn legible(ui: &mut Ui) {
+pub(super) fn legible(ui: &mut Ui) {
     let style = ui.style_mut();
     for name in [TextStyle::Body, TextStyle::Button] {
         style.text_styles.insert(name, FontId::proportional(BODY));
@@ -65,11 +65,11 @@ fn legible(ui: &mut Ui) {
     style.spacing.button_padding = egui::vec2(10.0, 5.0);
 }
 
-fn title(ui: &mut Ui, text: &str) {
+pub(super) fn title(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).size(1.6 * BODY).strong());
 }
 
-fn part(ui: &mut Ui, text: &str) {
+pub(super) fn part(ui: &mut Ui, text: &str) -> egui::Response {
     ui.add_space(10.0);
-    ui.label(RichText::new(text).strong());
+    ui.label(RichText::new(text).strong())
 }

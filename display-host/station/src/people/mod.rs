@@ -307,21 +307,18 @@ fn counts(session: &SessionRecord) -> bool {
         .any(|it| it.name() == session.outcome)
 }
 
-/// Somebody's earlier sessions of a task at its difficulty that were worked to their end, by metrics of the
-/// same version; and the sheet of this one.
+/// Somebody's earlier sessions of a task at a difficulty that were worked to their end, by metrics of one
+/// version; and the sheet of this one.
 pub(crate) fn past(
     store: &Store,
     name: &str,
-    assessed: &Assessed,
+    (task, difficulty, version): (&str, &str, u32),
     before: &str,
 ) -> Result<Before, Problem> {
-    let sessions = store.sessions(name, Some(assessed.task.name()))?;
+    let sessions = store.sessions(name, Some(task))?;
     let earlier = sessions.into_iter().take_while(|it| it.id != before);
-    let comparable = earlier.filter(|it| {
-        counts(it)
-            && it.metrics_version == assessed.version
-            && it.difficulty == assessed.difficulty.name()
-    });
+    let comparable = earlier
+        .filter(|it| counts(it) && it.metrics_version == version && it.difficulty == difficulty);
     let past = comparable.map(|it| Past {
         when: utc(u64::try_from(it.began_unix_s).unwrap_or(0)),
         outcome: it.outcome,
@@ -378,9 +375,8 @@ mod tests {
         for it in sessions() {
             store.add_session("Ada", &it).unwrap();
         }
-        let rules = Rules::default();
-        let exam = Assessment::new(Task::Cut, Difficulty::Exam, rules, Anatomy::default()).end();
-        let before = past(&store, "Ada", &exam, "5").unwrap();
+        let exam = ("cut", "exam", assess::VERSION);
+        let before = past(&store, "Ada", exam, "5").unwrap();
         let outcomes: Vec<_> = before.past.iter().map(|it| it.outcome.as_str()).collect();
         assert_eq!(outcomes, ["passed"]);
     }

@@ -35,6 +35,7 @@ pub(super) fn run(
     let folder = Folder::open(&args.station, false)?;
     let path = folder.scene();
     std::fs::write(&path, scene.bytes()).map_err(|error| format!("{}: {error}", path.display()))?;
+    folder.tell(&path)?;
     let replay = Replay::new(scene, &session.setup)?;
     let pace = Pace {
         speed: args.speed,
@@ -101,6 +102,7 @@ pub(super) fn run(
                     tick_cpu: None,
                     language: crate::cli::LanguageName::or_users(None),
                     task: None,
+                    instructor: false,
                 },
                 &stop,
                 &mut observe,

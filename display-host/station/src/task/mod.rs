@@ -2,6 +2,7 @@
 //! what the trainee is told and what is made of the recording are the same.
 
 pub(crate) mod args;
+mod board;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,6 +23,7 @@ use shared_mem::service::{Host, Station};
 use store::Store;
 
 use self::args::TaskArgs;
+use self::board::Board;
 use crate::build::build;
 use crate::people::{now_unix_s, past, record};
 use crate::say;
@@ -89,7 +91,11 @@ impl Assigned {
     }
 
     /// Begins to assess what the returned sender is given.
-    pub(crate) fn begin(self, scene: &SceneFile) -> Result<(Live, Sender<Entry>), Problem> {
+    pub(crate) fn begin(
+        self,
+        scene: &SceneFile,
+        station: &Station,
+    ) -> Result<(Live, Sender<Entry>), Problem> {
         let anatomy = Anatomy::of(scene);
         if let Some(what) = self.task.lacks(&anatomy) {
             return Err(format!(
@@ -110,11 +116,14 @@ impl Assigned {
         let (shown, decided) = (view.clone(), over.clone());
         let (task, difficulty) = (self.task, self.difficulty);
         let assessment = Assessment::new(self.task, self.difficulty, self.rules, anatomy);
+        let station = station.clone();
         let thread = Builder::new()
             .name("calot-assess".to_owned())
             .spawn(move || {
-                follow(assessment, &course, &decided, |status| {
-                    let view = view_of(task, difficulty, status);
+                let board = Board::open(&station);
+                follow(assessment, &course, &decided, |assessment| {
+                    board.post(task, difficulty, assessment);
+                    let view = view_of(task, difficulty, assessment.status());
                     *shown.lock().unwrap_or_else(PoisonError::into_inner) = view;
                 })
             })
@@ -167,7 +176,9 @@ impl Ended {
     pub(crate) fn add_past(&self, chapter: &mut Chapter) -> Result<(), Problem> {
         if let Some((name, path)) = &self.keep {
             let store = Store::open(path)?;
-            let before = past(&store, name, &self.assessed, &self.summary.session)?;
+            let it = &self.summary;
+            let compared = (&*it.task, &*it.difficulty, it.metrics_version);
+            let before = past(&store, name, compared, &it.session)?;
             (chapter.past, chapter.sheet) = (before.past, before.sheet);
         }
         Ok(())
@@ -190,7 +201,7 @@ fn follow(
     mut assessment: Assessment,
     course: &Receiver<Entry>,
     over: &AtomicBool,
-    mut show: impl FnMut(Status),
+    mut show: impl FnMut(&Assessment),
 ) -> Assessed {
     let mut shown: Option<Instant> = None;
     loop {
@@ -201,11 +212,11 @@ fn follow(
         }
         let decided = assessment.is_over() && !over.swap(assessment.is_over(), Ordering::Relaxed);
         if decided || shown.is_none_or(|at| at.elapsed() >= VIEW_EVERY) {
-            show(assessment.status());
+            show(&assessment);
             shown = Some(Instant::now());
         }
     }
-    show(assessment.status());
+    show(&assessment);
     assessment.end()
 }
 

@@ -1,0 +1,193 @@
+//! Pictures of a run as one animated GIF, for pages that show no video.
+
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use color_quant::NeuQuant;
+use gif::{DisposalMethod, Encoder, Frame, Repeat};
+
+use crate::DisplayError;
+
+/// Pictures a second.
+const RATE: u16 = 10;
+/// Colours beside the one that stands for "as before".
+const COLOURS: usize = 128;
+/// Pixels whose channels changed by no more than this stay as they were: film grain is no news.
+const SAME: u8 = 12;
+/// Every so many pixels of a picture are looked at for the colours.
+const SAMPLE: usize = 7;
+/// Bits of each channel that a colour is looked up by.
+const BITS: u32 = 5;
+
+/// Writes the pictures, which have one size, in their order.
+///
+/// # Errors
+/// When there is none, one cannot be read or has another size, or the file cannot be written.
+pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> {
+    let refused = |detail: String| DisplayError::Animation {
+        path: path.to_owned(),
+        detail,
+    };
+    let read = |picture: &PathBuf| {
+        let read = image::open(picture).map(|it| it.to_rgb8());
+        read.map_err(|error| refused(format!("{}: {error}", picture.display())))
+    };
+    let pictures: Vec<_> = pictures.iter().map(read).collect::<Result<_, _>>()?;
+    let first = pictures
+        .first()
+        .ok_or_else(|| refused("there is no picture; ask for some with --frames".to_owned()))?;
+    let (width, height) = first.dimensions();
+    if pictures.iter().any(|it| it.dimensions() != (width, height)) {
+        return Err(refused("the pictures differ in size".to_owned()));
+    }
+    let sides = [width, height].map(u16::try_from);
+    let [Ok(wide), Ok(high)] = sides else {
+        return Err(refused(format!("{width}×{height} pixels are too many")));
+    };
+    let colours = Colours::of(pictures.iter().map(|it| it.as_raw().as_slice()));
+    let file = File::create(path).map_err(|error| refused(error.to_string()))?;
+    let written = encode(file, [wide, high], &colours, &pictures);
+    written.map_err(|error| refused(error.to_string()))
+}
+
+fn encode(
+    file: File,
+    [width, height]: [u16; 2],
+    colours: &Colours,
+    pictures: &[image::RgbImage],
+) -> Result<(), gif::EncodingError> {
+    let mut encoder = Encoder::new(
+        std::io::BufWriter::new(file),
+        width,
+        height,
+        &colours.palette,
+    )?;
+    encoder.set_repeat(Repeat::Infinite)?;
+    let as_before = COLOURS as u8;
+    let mut shown: Vec<[u8; 3]> = Vec::new();
+    for picture in pictures {
+        let pixels: Vec<[u8; 3]> = picture.pixels().map(|it| it.0).collect();
+        let mut indices = Vec::with_capacity(pixels.len());
+        for (place, pixel) in pixels.iter().enumerate() {
+            let same = shown
+                .get(place)
+                .is_some_and(|before| is_same(*before, *pixel));
+            indices.push(if same {
+                as_before
+            } else {
+                colours.nearest(*pixel)
+            });
+        }
+        match shown.is_empty() {
+            true => shown = pixels,
+            false => {
+                for ((before, now), index) in shown.iter_mut().zip(pixels).zip(&indices) {
+                    if *index != as_before {
+                        *before = now;
+                    }
+                }
+            }
+        }
+        encoder.write_frame(&Frame {
+            delay: 100 / RATE,
+            dispose: DisposalMethod::Keep,
+            transparent: Some(as_before),
+            width,
+            height,
+            buffer: indices.into(),
+            ..Frame::default()
+        })?;
+    }
+    Ok(())
+}
+
+fn is_same(a: [u8; 3], b: [u8; 3]) -> bool {
+    a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= SAME)
+}
+
+/// The colours of all pictures, and which is nearest to any.
+struct Colours {
+    /// Red, green, blue of each; the last stands for "as before".
+    palette: Vec<u8>,
+    nearest: Vec<u8>,
+}
+
+impl Colours {
+    fn of<'a>(pictures: impl Iterator<Item = &'a [u8]>) -> Self {
+        let opaque = |pixel: &[u8]| [pixel[0], pixel[1], pixel[2], 255];
+        let samples: Vec<u8> = pictures
+            .flat_map(|picture| picture.chunks_exact(3).step_by(SAMPLE))
+            .flat_map(opaque)
+            .collect();
+        let quantiser = NeuQuant::new(10, COLOURS, &samples);
+        let mut palette = quantiser.color_map_rgb();
+        palette.resize(3 * (COLOURS + 1), 0);
+        let side = 1usize << BITS;
+        let middle = |step: usize| ((step << (8 - BITS)) | (1 << (7 - BITS))) as u8;
+        let nearest = (0..side * side * side).map(|at| {
+            let [r, g, b] = [at / side / side, at / side % side, at % side].map(middle);
+            quantiser.index_of(&[r, g, b, 255]) as u8
+        });
+        Self {
+            palette,
+            nearest: nearest.collect(),
+        }
+    }
+
+    fn nearest(&self, [r, g, b]: [u8; 3]) -> u8 {
+        let [r, g, b] = [r, g, b].map(|it| usize::from(it >> (8 - BITS)));
+        let at = ((r << BITS | g) << BITS) | b;
+        self.nearest.get(at).copied().unwrap_or(0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn picture(folder: &Path, number: u8, side: u32) -> PathBuf {
+        let path = folder.join(format!("{number}.png"));
+        let paint = |x: u32, _| image::Rgb([if x < 8 { 200 } else { 20 * number }, 40, 10]);
+        image::RgbImage::from_fn(side, side, paint)
+            .save(&path)
+            .unwrap();
+        path
+    }
+
+    #[test]
+    fn pictures_become_one_animation_with_their_colours() {
+        let folder = tempfile::tempdir().unwrap();
+        let pictures: Vec<_> = (0..3).map(|it| picture(folder.path(), it, 24)).collect();
+        let path = folder.path().join("all.gif");
+        write_gif(&pictures, &path).unwrap();
+        let mut options = gif::DecodeOptions::new();
+        options.set_color_output(gif::ColorOutput::RGBA);
+        let mut read = options.read_info(File::open(&path).unwrap()).unwrap();
+        let mut frames = Vec::new();
+        while let Some(frame) = read.read_next_frame().unwrap() {
+            frames.push((frame.delay, frame.buffer.to_vec()));
+        }
+        assert_eq!(frames.len(), 3);
+        assert!(frames.iter().all(|(delay, _)| *delay == 10));
+        let pixel = |frame: usize, x: usize| &frames[frame].1[4 * x..4 * x + 4];
+        assert!(pixel(0, 2)[0].abs_diff(200) < 12 && pixel(0, 2)[3] == 255);
+        // What stays is left as it was, what changes is drawn.
+        assert_eq!(pixel(1, 2)[3], 0);
+        assert!(pixel(2, 20)[0].abs_diff(40) < 12 && pixel(2, 20)[3] == 255);
+    }
+
+    #[test]
+    fn what_cannot_be_animated_is_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("all.gif");
+        let two = [picture(folder.path(), 1, 24), picture(folder.path(), 2, 16)];
+        for (pictures, why) in [
+            (&[][..], "--frames"),
+            (&two[..], "differ in size"),
+            (&[folder.path().join("none.png")][..], "none.png"),
+        ] {
+            let error = write_gif(pictures, &path).unwrap_err().to_string();
+            assert!(error.contains(why), "{error}");
+        }
+    }
+}

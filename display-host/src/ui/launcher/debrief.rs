@@ -1,0 +1,275 @@
+//! What an operation came to: outcome, score, what was wrong, what counts beside the pass rule and the past.
+
+use egui::{Grid, Key, RichText, Ui};
+
+use super::{Asking, Wish, minutes, pressed, screen};
+use crate::ui::TaskNote;
+use crate::ui::panel::{Mark, line};
+use crate::ui::screens::{BODY, part, title};
+use crate::ui::task::alarm;
+use crate::words::Words;
+
+/// Earlier sessions that are listed.
+const EARLIER_MAX: usize = 5;
+
+/// What an operation came to.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Debrief {
+    /// Whose it is; empty: nobody's, and it was not kept.
+    pub trainee: String,
+    /// The task's name.
+    pub task: String,
+    /// How much help was given: a difficulty's name.
+    pub difficulty: String,
+    /// How it ended, as in `summary.json`.
+    pub outcome: String,
+    /// Why.
+    pub reasons: Vec<String>,
+    /// 0 to 100.
+    pub score: f64,
+    /// What was wrong, and when, s since the task began.
+    pub alarms: Vec<(f64, TaskNote)>,
+    /// What counts.
+    pub metrics: Vec<MetricRow>,
+    /// Earlier sessions that compare, oldest first.
+    pub earlier: Vec<Earlier>,
+    /// The whole report's file, if it was written.
+    pub report: Option<String>,
+    /// The questionnaire was answered since the launcher began.
+    pub answered: bool,
+    /// The instructor's points together, if they were given.
+    pub sheet: Option<u32>,
+    /// What the run warned of.
+    pub warnings: Vec<String>,
+    /// What the last wish came to.
+    pub notice: Option<String>,
+}
+
+/// A metric beside its pass rule and the past.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct MetricRow {
+    /// As in `summary.json`.
+    pub name: String,
+    /// Its unit; `1` for a share, `n` for a count.
+    pub unit: String,
+    /// Its value; none: it was not measured.
+    pub value: Option<f64>,
+    /// What passes: the least and the greatest; what is no number bounds nothing.
+    pub passes: Option<[f64; 2]>,
+    /// The best of earlier sessions.
+    pub best: Option<f64>,
+}
+
+impl MetricRow {
+    /// Whether it meets its rule; `None`: it has none, or was not measured.
+    fn is_met(&self) -> Option<bool> {
+        let [least, most] = self.passes?;
+        let value = self.value?;
+        Some(!(value < least || value > most))
+    }
+}
+
+/// An earlier session.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Earlier {
+    /// When, as text.
+    pub when: String,
+    /// How it ended.
+    pub outcome: String,
+    /// 0 to 100.
+    pub score: f64,
+}
+
+pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut Vec<Wish>) {
+    let mut buttons = vec![
+        (words.say("debrief-again"), Wish::Again),
+        (words.say("debrief-another"), Wish::Another),
+    ];
+    if debrief.report.is_some() {
+        buttons.push((words.say("debrief-report"), Wish::OpenReport));
+    }
+    // Both are kept with a name.
+    if !debrief.trainee.is_empty() {
+        let questions = Wish::Ask(Asking::Questions);
+        buttons.push((words.say("debrief-questions"), questions));
+        buttons.push((words.say("debrief-sheet"), Wish::Ask(Asking::Sheet)));
+    }
+    let keys = [
+        (Key::Escape, Wish::Another),
+        (Key::R, Wish::OpenReport),
+        (Key::Q, Wish::Ask(Asking::Questions)),
+        (Key::I, Wish::Ask(Asking::Sheet)),
+    ];
+    let offered = |wish: &Wish| buttons.iter().any(|(_, it)| it == wish);
+    let keyed = keys.into_iter().find(|(key, _)| pressed(ui, *key));
+    wishes.extend(keyed.map(|(_, wish)| wish).filter(offered));
+    screen(ui, "debrief", Some(0), &buttons, wishes, |ui, _| {
+        head(ui, words, debrief);
+        ui.columns(2, |columns| {
+            if let [left, right] = columns {
+                wrong(left, words, debrief);
+                past(left, words, debrief);
+                table(right, words, debrief);
+            }
+        });
+    });
+}
+
+fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
+    let task = words.say(&format!("task-{}", debrief.task));
+    let difficulty = words.say(&format!("difficulty-{}", debrief.difficulty));
+    let who = match debrief.trainee.is_empty() {
+        true => words.say("start-nobody"),
+        false => debrief.trainee.clone(),
+    };
+    ui.label(format!("{who} – {task} – {difficulty}"));
+    let mark = match debrief.outcome.as_str() {
+        "passed" => Mark::Good,
+        "practised" => Mark::Off,
+        _ => Mark::Bad,
+    };
+    ui.horizontal_wrapped(|ui| {
+        line(ui, mark, "");
+        title(ui, &words.say(&format!("outcome-{}", debrief.outcome)));
+        let score = format!("{:.0}", debrief.score).into();
+        let score = words.say_with("task-score", &[("score", score)]);
+        ui.label(RichText::new(score).size(1.6 * BODY));
+    });
+    for reason in &debrief.reasons {
+        ui.label(reason);
+    }
+    if let Some(notice) = &debrief.notice {
+        ui.label(RichText::new(notice).italics());
+    }
+    if debrief.answered {
+        line(ui, Mark::Good, &words.say("debrief-answered"));
+    }
+    if let Some(points) = debrief.sheet {
+        let points = points.to_string().into();
+        let text = words.say_with("debrief-sheet-points", &[("points", points)]);
+        line(ui, Mark::Good, &text);
+    }
+    for warning in &debrief.warnings {
+        line(ui, Mark::Care, warning);
+    }
+}
+
+fn wrong(ui: &mut Ui, words: &Words, debrief: &Debrief) {
+    part(ui, &words.say("debrief-errors"));
+    if debrief.alarms.is_empty() {
+        line(ui, Mark::Good, &words.say("debrief-no-errors"));
+    }
+    for (at_s, note) in &debrief.alarms {
+        let text = format!("{}  {}", minutes(*at_s), alarm(words, note));
+        line(ui, Mark::Bad, &text);
+    }
+}
+
+fn past(ui: &mut Ui, words: &Words, debrief: &Debrief) {
+    part(ui, &words.say("debrief-past"));
+    if debrief.earlier.is_empty() {
+        ui.label(words.say("debrief-no-past"));
+    }
+    for it in debrief.earlier.iter().rev().take(EARLIER_MAX) {
+        let outcome = words.say(&format!("outcome-{}", it.outcome));
+        let score = format!("{:.0}", it.score).into();
+        let score = words.say_with("task-score", &[("score", score)]);
+        ui.label(format!("{}  {outcome}, {score}", it.when));
+    }
+}
+
+fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
+    part(ui, &words.say("debrief-metrics"));
+    Grid::new("metrics")
+        .num_columns(4)
+        .striped(true)
+        .spacing([18.0, 6.0])
+        .show(ui, |ui| {
+            for id in ["metric", "metric-now", "metric-rule", "metric-best"] {
+                ui.label(RichText::new(words.say(id)).weak());
+            }
+            ui.end_row();
+            for row in &debrief.metrics {
+                ui.label(metric(words, &row.name));
+                let now = row
+                    .value
+                    .map_or_else(|| "–".to_owned(), |it| amount(it, &row.unit));
+                match row.is_met() {
+                    Some(met) => {
+                        let mark = if met { Mark::Good } else { Mark::Bad };
+                        line(ui, mark, &now);
+                    }
+                    None => {
+                        ui.label(now);
+                    }
+                }
+                ui.label(
+                    row.passes
+                        .map_or_else(String::new, |it| bounds(it, &row.unit)),
+                );
+                ui.label(
+                    row.best
+                        .map_or_else(String::new, |it| amount(it, &row.unit)),
+                );
+                ui.end_row();
+            }
+        });
+}
+
+/// A metric's name in the user's language.
+pub(in crate::ui) fn metric(words: &Words, name: &str) -> String {
+    words.say(&format!("metric-{}", name.replace('_', "-")))
+}
+
+/// A number with its unit.
+pub(in crate::ui) fn amount(value: f64, unit: &str) -> String {
+    match unit {
+        "1" => format!("{:.0} %", 100.0 * value),
+        "n" => format!("{value:.0}"),
+        "deg" => format!("{value:.0}°"),
+        _ if value.abs() >= 100.0 => format!("{value:.0} {unit}"),
+        _ => format!("{value:.1} {unit}"),
+    }
+}
+
+fn bounds([least, most]: [f64; 2], unit: &str) -> String {
+    let [low, high] = [least, most].map(|it| amount(it, unit));
+    match (least.is_finite(), most.is_finite()) {
+        (true, true) => format!("{low} – {high}"),
+        (true, false) => format!("≥ {low}"),
+        (false, true) => format!("≤ {high}"),
+        (false, false) => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_their_units_and_rules_their_bounds() {
+        for (value, unit, text) in [
+            (0.456, "1", "46 %"),
+            (3.0, "n", "3"),
+            (12.34, "s", "12.3 s"),
+            (754.2, "s", "754 s"),
+            (29.6, "deg", "30°"),
+        ] {
+            assert_eq!(amount(value, unit), text);
+        }
+        assert_eq!(bounds([f64::NEG_INFINITY, 600.0], "s"), "≤ 600 s");
+        assert_eq!(bounds([0.9, f64::INFINITY], "1"), "≥ 90 %");
+    }
+
+    #[test]
+    fn a_rule_is_met_between_its_bounds() {
+        let row = |value| MetricRow {
+            value,
+            passes: Some([f64::NEG_INFINITY, 2.0]),
+            ..MetricRow::default()
+        };
+        assert_eq!(row(Some(2.0)).is_met(), Some(true));
+        assert_eq!(row(Some(2.1)).is_met(), Some(false));
+        assert_eq!(row(None).is_met(), None);
+    }
+}

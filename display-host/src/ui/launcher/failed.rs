@@ -1,0 +1,45 @@
+//! The operation left nothing to debrief: what it said, and the ways on.
+
+use egui::{Key, RichText, Ui};
+
+use super::{Wish, pressed, screen};
+use crate::ui::panel::{Mark, line};
+use crate::ui::screens::title;
+use crate::words::Words;
+
+/// An operation that came to nothing.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Failed {
+    /// How the process ended, in its own words.
+    pub status: String,
+    /// The last it said.
+    pub said: Vec<String>,
+    /// It had real devices: emulated ones are a way on.
+    pub had_devices: bool,
+}
+
+pub(super) fn show(ui: &mut Ui, words: &Words, failed: &Failed, wishes: &mut Vec<Wish>) {
+    let mut buttons = vec![(words.say("failed-again"), Wish::Again)];
+    if failed.had_devices {
+        buttons.push((words.say("failed-emulated"), Wish::AgainEmulated));
+    }
+    buttons.push((words.say("debrief-another"), Wish::Another));
+    buttons.push((words.say("failed-quit"), Wish::Quit));
+    if pressed(ui, Key::Escape) {
+        wishes.push(Wish::Another);
+    }
+    screen(ui, "failed", Some(0), &buttons, wishes, |ui, _| {
+        title(ui, &words.say("failed-title"));
+        let status = failed.status.as_str().into();
+        line(
+            ui,
+            Mark::Bad,
+            &words.say_with("failed-status", &[("status", status)]),
+        );
+        ui.label(words.say("failed-note"));
+        ui.add_space(10.0);
+        for said in &failed.said {
+            ui.label(RichText::new(said).monospace());
+        }
+    });
+}

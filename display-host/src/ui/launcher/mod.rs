@@ -1,0 +1,160 @@
+//! The launcher's screens: start, while an operation runs, debrief, questions. Each is a pure function from
+//! what is known to widgets, and to what is wished for.
+
+mod debrief;
+mod failed;
+mod points;
+mod running;
+mod start;
+
+pub use debrief::{Debrief, Earlier, MetricRow};
+pub(super) use debrief::{amount, metric};
+pub use failed::Failed;
+pub use points::{Asking, Points};
+pub use running::Running;
+pub use start::{DeviceLine, DeviceState, Start, StartForm};
+
+use egui::{Button, Color32, Response, RichText, Ui};
+
+use super::screens::{BODY, legible};
+use super::task::minutes;
+use crate::words::Words;
+
+/// What the launcher shows.
+#[derive(Debug, Clone)]
+pub struct Launcher {
+    /// What is said, in the user's language.
+    pub words: Words,
+    /// The screen.
+    pub screen: Screen,
+}
+
+/// One screen of it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Screen {
+    /// Who does what, and how.
+    Start(Start),
+    /// The operation runs in its own window.
+    Running(Running),
+    /// What it came to.
+    Debrief(Debrief),
+    /// Points from 1 to 5: the questionnaire, or the instructor's sheet.
+    Points(Points),
+    /// There is nothing to debrief.
+    Failed(Failed),
+}
+
+/// What the user wishes for.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Wish {
+    /// These choices.
+    Form(StartForm),
+    /// The operation.
+    Begin,
+    /// The operation to end, with its report.
+    Stop,
+    /// The operation to end without one.
+    StopAtOnce,
+    /// The same once more.
+    Again,
+    /// The same with emulated devices.
+    AgainEmulated,
+    /// The start screen.
+    Another,
+    /// The whole report.
+    OpenReport,
+    /// The questionnaire, or the sheet.
+    Ask(Asking),
+    /// These points for the item that is asked.
+    Answer(u8),
+    /// The item before.
+    Previous,
+    /// The points to be kept.
+    Keep,
+    /// Back without keeping them.
+    Back,
+    /// The end.
+    Quit,
+}
+
+impl Launcher {
+    /// The window's title.
+    #[must_use]
+    pub fn title(&self) -> String {
+        let words = &self.words;
+        let page = match &self.screen {
+            Screen::Start(_) => words.say("launcher-start"),
+            Screen::Running(_) => words.say("launcher-running"),
+            Screen::Debrief(_) => words.say("launcher-debrief"),
+            Screen::Points(points) => points.title(words),
+            Screen::Failed(_) => words.say("launcher-failed"),
+        };
+        format!("Calot: {page}")
+    }
+}
+
+/// Shows the launcher; returns what is wished for.
+pub fn launcher(ui: &mut Ui, state: &Launcher) -> Vec<Wish> {
+    let mut wishes = Vec::new();
+    let words = &state.words;
+    match &state.screen {
+        Screen::Start(it) => start::show(ui, words, it, &mut wishes),
+        Screen::Running(it) => running::show(ui, words, it, &mut wishes),
+        Screen::Debrief(it) => debrief::show(ui, words, it, &mut wishes),
+        Screen::Points(it) => points::show(ui, words, it, &mut wishes),
+        Screen::Failed(it) => failed::show(ui, words, it, &mut wishes),
+    }
+    wishes
+}
+
+/// A screen: its buttons below, always in sight, one of them perhaps what Enter presses, and what it says
+/// above them.
+fn screen(
+    ui: &mut Ui,
+    name: &'static str,
+    meant: Option<usize>,
+    buttons: &[(String, Wish)],
+    wishes: &mut Vec<Wish>,
+    add: impl FnOnce(&mut Ui, &mut Vec<Wish>),
+) {
+    egui::Panel::bottom("launcher buttons")
+        .resizable(false)
+        .show(ui, |ui| {
+            legible(ui);
+            ui.add_space(10.0);
+            ui.horizontal_wrapped(|ui| {
+                for (number, (text, wish)) in buttons.iter().enumerate() {
+                    let response = match meant == Some(number) {
+                        true => first(ui, text),
+                        false => ui.button(text.as_str()),
+                    };
+                    if response.clicked() {
+                        wishes.push(wish.clone());
+                    }
+                }
+            });
+            ui.add_space(6.0);
+        });
+    egui::CentralPanel::default().show(ui, |ui| {
+        egui::ScrollArea::vertical().id_salt(name).show(ui, |ui| {
+            legible(ui);
+            ui.set_width(ui.available_width());
+            add(ui, wishes);
+        });
+    });
+}
+
+/// The button that is meant: Enter presses it unless another widget was chosen.
+fn first(ui: &mut Ui, text: &str) -> Response {
+    let text = RichText::new(text).size(1.2 * BODY).strong();
+    let response =
+        ui.add(Button::new(text.color(Color32::WHITE)).fill(Color32::from_rgb(25, 95, 60)));
+    if ui.memory(|memory| memory.focused().is_none()) {
+        response.request_focus();
+    }
+    response
+}
+
+fn pressed(ui: &Ui, key: egui::Key) -> bool {
+    ui.input(|input| input.key_pressed(key))
+}

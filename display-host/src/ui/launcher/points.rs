@@ -1,0 +1,122 @@
+//! Points from 1 to 5, one item after the other: the questionnaire, and the instructor's sheet.
+
+use egui::{Key, RichText, Ui};
+
+use super::{Wish, pressed, screen};
+use crate::ui::panel::{Mark, line};
+use crate::ui::screens::{BODY, title};
+use crate::words::Words;
+
+/// What is asked.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Asking {
+    /// The trainee, by the questionnaire.
+    Questions,
+    /// The instructor, by the sheet.
+    Sheet,
+}
+
+/// Items and the points that were given.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Points {
+    /// What is asked.
+    pub asking: Asking,
+    /// Whom it is about.
+    pub trainee: String,
+    /// Each item's name and its text where the language has none.
+    pub items: Vec<(String, String)>,
+    /// Points, as far as they were given.
+    pub given: Vec<Option<u8>>,
+    /// The item that is asked; their number: all were.
+    pub at: usize,
+    /// Why they were not kept.
+    pub problem: Option<String>,
+}
+
+impl Points {
+    /// What is asked, in a word.
+    #[must_use]
+    pub fn title(&self, words: &Words) -> String {
+        words.say(match self.asking {
+            Asking::Questions => "launcher-questions",
+            Asking::Sheet => "launcher-sheet",
+        })
+    }
+
+    /// What the item asks, in the user's language if it has it.
+    fn text(&self, words: &Words, (name, text): &(String, String)) -> String {
+        let id = match self.asking {
+            Asking::Questions => format!("question-{name}"),
+            Asking::Sheet => format!("goals-{name}"),
+        };
+        let said = words.say(&id);
+        if said == id { text.clone() } else { said }
+    }
+}
+
+pub(super) fn show(ui: &mut Ui, words: &Words, points: &Points, wishes: &mut Vec<Wish>) {
+    let item = points.items.get(points.at);
+    let mut buttons = Vec::new();
+    if item.is_none() {
+        buttons.push((words.say("points-keep"), Wish::Keep));
+    }
+    if points.at > 0 {
+        buttons.push((words.say("points-previous"), Wish::Previous));
+    }
+    buttons.push((words.say("points-back"), Wish::Back));
+    keys(ui, points, wishes);
+    let meant = item.is_none().then_some(0);
+    screen(ui, "points", meant, &buttons, wishes, |ui, wishes| {
+        title(ui, &points.title(words));
+        let who = points.trainee.as_str().into();
+        ui.label(words.say_with("points-about", &[("name", who)]));
+        if let Some(problem) = &points.problem {
+            line(ui, Mark::Bad, problem);
+        }
+        ui.add_space(16.0);
+        let Some(item) = item else {
+            ui.label(words.say("points-all"));
+            for (item, given) in points.items.iter().zip(&points.given) {
+                let given = given.map_or_else(|| "–".to_owned(), |it| it.to_string());
+                ui.label(format!("{given}   {}", points.text(words, item)));
+            }
+            return;
+        };
+        let values = [
+            ("number", (points.at + 1).to_string().into()),
+            ("of", points.items.len().to_string().into()),
+        ];
+        ui.label(words.say_with("points-number", &values));
+        ui.label(
+            RichText::new(points.text(words, item))
+                .size(1.5 * BODY)
+                .strong(),
+        );
+        ui.add_space(16.0);
+        let given = points.given.get(points.at).copied().flatten();
+        ui.horizontal_wrapped(|ui| {
+            for number in 1..=5u8 {
+                let text = RichText::new(format!("  {number}  ")).size(2.0 * BODY);
+                let button = egui::Button::selectable(given == Some(number), text);
+                if ui.add(button.frame_when_inactive(true)).clicked() {
+                    wishes.push(Wish::Answer(number));
+                }
+            }
+        });
+        ui.label(words.say("points-scale"));
+    });
+}
+
+fn keys(ui: &Ui, points: &Points, wishes: &mut Vec<Wish>) {
+    let numbers = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
+    if points.at < points.items.len() {
+        let given = (1..).zip(numbers).find(|(_, key)| pressed(ui, *key));
+        wishes.extend(given.map(|(points, _)| Wish::Answer(points)));
+    }
+    if points.at > 0 && pressed(ui, Key::Backspace) {
+        wishes.push(Wish::Previous);
+    }
+    if pressed(ui, Key::Escape) {
+        wishes.push(Wish::Back);
+    }
+}

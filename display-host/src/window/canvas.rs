@@ -1,0 +1,245 @@
+//! A window with a surface that egui paints on: what the display's and the launcher's window share.
+
+use std::sync::Arc;
+
+use winit::dpi::PhysicalSize;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
+use winit::window::Window;
+
+use crate::DisplayError;
+use crate::render::gpu::Gpu;
+
+/// A window that can be painted.
+pub(super) struct Canvas {
+    pub(super) window: Arc<Window>,
+    pub(super) gpu: Gpu,
+    surface: wgpu::Surface<'static>,
+    surface_config: wgpu::SurfaceConfiguration,
+    painter: egui_wgpu::Renderer,
+    input: egui_winit::State,
+}
+
+/// One frame of egui, laid out and not painted yet.
+pub(super) struct Laid {
+    shapes: Vec<egui::ClippedPrimitive>,
+    pixels_per_point: f32,
+    textures: egui::TexturesDelta,
+    /// It changes by itself: show the next one at once.
+    pub(super) goes_on: bool,
+}
+
+impl Canvas {
+    /// Opens a window, unseen until it is told to [`show`](Self::show).
+    pub(super) fn open(
+        events: &ActiveEventLoop,
+        proxy: &EventLoopProxy<accesskit_winit::Event>,
+        title: &str,
+        [width, height]: [u32; 2],
+    ) -> Result<Self, DisplayError> {
+        let no_window = |detail: String| DisplayError::NoWindow { detail };
+        // Invisible until the accessibility tree is attached.
+        let attributes = Window::default_attributes()
+            .with_title(title)
+            .with_visible(false)
+            .with_inner_size(PhysicalSize::new(width, height));
+        let window = events
+            .create_window(attributes)
+            .map_err(|error| no_window(error.to_string()))?;
+        let window = Arc::new(window);
+        let display = Box::new(events.owned_display_handle());
+        let choice = wgpu::InstanceDescriptor::new_without_display_handle_from_env()
+            .with_display_handle(display);
+        let instance = wgpu::Instance::new(choice);
+        let surface = instance
+            .create_surface(window.clone())
+            .map_err(|error| no_window(error.to_string()))?;
+        let gpu = Gpu::from_instance(instance, Some(&surface))?;
+        let surface_config = configure(&surface, &gpu, window.inner_size())
+            .ok_or_else(|| no_window("the adapter cannot draw on this screen".into()))?;
+        let painter = egui_wgpu::Renderer::new(
+            &gpu.device,
+            surface_config.format,
+            egui_wgpu::RendererOptions::default(),
+        );
+        let context = egui::Context::default();
+        context.set_theme(egui::Theme::Dark);
+        let mut input = egui_winit::State::new(
+            context,
+            egui::ViewportId::ROOT,
+            &*window,
+            Some(window.scale_factor() as f32),
+            None,
+            Some(gpu.device.limits().max_texture_dimension_2d as usize),
+        );
+        input.init_accesskit(events, &window, proxy.clone());
+        Ok(Self {
+            window,
+            gpu,
+            surface,
+            surface_config,
+            painter,
+            input,
+        })
+    }
+
+    /// Lets it be seen.
+    pub(super) fn show(&self) {
+        self.window.set_visible(true);
+        self.window.request_redraw();
+    }
+
+    /// A texture of ours for egui's pictures.
+    pub(super) fn register(&mut self, view: &wgpu::TextureView) -> egui::TextureId {
+        let filter = wgpu::FilterMode::Linear;
+        self.painter
+            .register_native_texture(&self.gpu.device, view, filter)
+    }
+
+    /// Another texture under the same name.
+    pub(super) fn replace(&mut self, id: egui::TextureId, view: &wgpu::TextureView) {
+        let filter = wgpu::FilterMode::Linear;
+        self.painter
+            .update_egui_texture_from_wgpu_texture(&self.gpu.device, view, filter, id);
+    }
+
+    pub(super) fn take_event(&mut self, event: &WindowEvent) {
+        let _ = self.input.on_window_event(&self.window, event);
+        if let WindowEvent::Resized(size) = event
+            && size.width > 0
+            && size.height > 0
+        {
+            self.surface_config.width = size.width;
+            self.surface_config.height = size.height;
+            self.surface
+                .configure(&self.gpu.device, &self.surface_config);
+        }
+    }
+
+    pub(super) fn take_accessibility(&mut self, event: accesskit_winit::Event) {
+        match event.window_event {
+            accesskit_winit::WindowEvent::InitialTreeRequested => {
+                self.input.egui_ctx().enable_accesskit();
+            }
+            accesskit_winit::WindowEvent::ActionRequested(request) => {
+                self.input.on_accesskit_action_request(request);
+            }
+            accesskit_winit::WindowEvent::AccessibilityDeactivated => {
+                self.input.egui_ctx().disable_accesskit();
+            }
+        }
+        self.window.request_redraw();
+    }
+
+    /// The next frame of the screen to paint on; `None`: the window cannot be seen.
+    pub(super) fn next_frame(&mut self) -> Result<Option<wgpu::SurfaceTexture>, DisplayError> {
+        use wgpu::CurrentSurfaceTexture as Current;
+        match self.surface.get_current_texture() {
+            Current::Success(texture) | Current::Suboptimal(texture) => Ok(Some(texture)),
+            Current::Outdated | Current::Lost => {
+                let size = self.window.inner_size();
+                self.surface_config.width = size.width.max(1);
+                self.surface_config.height = size.height.max(1);
+                self.surface
+                    .configure(&self.gpu.device, &self.surface_config);
+                Ok(None)
+            }
+            Current::Timeout | Current::Occluded => Ok(None),
+            Current::Validation => {
+                self.gpu.check("taking a frame of the window")?;
+                Ok(None)
+            }
+        }
+    }
+
+    /// Lays a frame out.
+    pub(super) fn lay_out(&mut self, add: impl FnMut(&mut egui::Ui)) -> Laid {
+        let context = self.input.egui_ctx().clone();
+        let input = self.input.take_egui_input(&self.window);
+        let output = context.run_ui(input, add);
+        self.input
+            .handle_platform_output(&self.window, output.platform_output);
+        let root = output.viewport_output.get(&egui::ViewportId::ROOT);
+        Laid {
+            shapes: context.tessellate(output.shapes, output.pixels_per_point),
+            pixels_per_point: output.pixels_per_point,
+            textures: output.textures_delta,
+            goes_on: root.is_some_and(|it| it.repaint_delay.is_zero()),
+        }
+    }
+
+    /// Paints it and puts it on the screen.
+    pub(super) fn present(
+        &mut self,
+        frame: wgpu::SurfaceTexture,
+        laid: Laid,
+    ) -> Result<(), DisplayError> {
+        self.paint(&frame, laid);
+        self.window.pre_present_notify();
+        self.gpu.queue.present(frame);
+        self.gpu.check("drawing a frame")
+    }
+
+    fn paint(&mut self, surface: &wgpu::SurfaceTexture, laid: Laid) {
+        let Laid {
+            shapes,
+            pixels_per_point,
+            mut textures,
+            ..
+        } = laid;
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        let screen = egui_wgpu::ScreenDescriptor {
+            size_in_pixels: [self.surface_config.width, self.surface_config.height],
+            pixels_per_point,
+        };
+        for (id, deltas) in textures.set.drain() {
+            for delta in deltas {
+                self.painter.update_texture(device, queue, id, &delta);
+            }
+        }
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let before = self
+            .painter
+            .update_buffers(device, queue, &mut encoder, &shapes, &screen);
+        let view = surface.texture.create_view(&Default::default());
+        {
+            let mut pass = encoder
+                .begin_render_pass(&wgpu::RenderPassDescriptor {
+                    label: Some("window"),
+                    color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                        view: &view,
+                        depth_slice: None,
+                        resolve_target: None,
+                        ops: wgpu::Operations {
+                            load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                            store: wgpu::StoreOp::Store,
+                        },
+                    })],
+                    ..Default::default()
+                })
+                .forget_lifetime();
+            self.painter.render(&mut pass, &shapes, &screen);
+        }
+        queue.submit(before.into_iter().chain([encoder.finish()]));
+        for id in textures.free.drain() {
+            self.painter.free_texture(&id);
+        }
+    }
+}
+
+fn configure(
+    surface: &wgpu::Surface<'_>,
+    gpu: &Gpu,
+    size: PhysicalSize<u32>,
+) -> Option<wgpu::SurfaceConfiguration> {
+    let capabilities = surface.get_capabilities(&gpu.adapter);
+    let mut config =
+        surface.get_default_config(&gpu.adapter, size.width.max(1), size.height.max(1))?;
+    // egui mixes its colours without the screen's curve.
+    let plain = capabilities.formats.iter().find(|format| !format.is_srgb());
+    config.format = *plain.or(capabilities.formats.first())?;
+    config.present_mode = wgpu::PresentMode::AutoVsync;
+    config.desired_maximum_frame_latency = 1;
+    surface.configure(&gpu.device, &config);
+    Some(config)
+}

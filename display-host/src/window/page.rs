@@ -1,0 +1,156 @@
+//! A window of widgets alone, as the launcher's: it is drawn when something happens, and rests else.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use winit::application::ApplicationHandler;
+use winit::event::WindowEvent;
+use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoopProxy};
+use winit::window::WindowId;
+
+use super::canvas::Canvas;
+use super::event_loop;
+use crate::DisplayError;
+
+/// How often a page that nobody touches looks about.
+const LOOK_ABOUT: Duration = Duration::from_millis(100);
+
+/// What such a window shows.
+pub trait Page {
+    /// The window's title now: what a screen reader says first.
+    fn title(&self) -> String;
+
+    /// Shows the widgets and does what is asked.
+    fn show(&mut self, ui: &mut egui::Ui);
+
+    /// Looks about, ten times a second; returns whether what is shown has changed.
+    fn look_about(&mut self) -> bool;
+
+    /// Whether the window is to close.
+    fn is_over(&self) -> bool;
+}
+
+/// How such a window opens.
+#[derive(Debug, Clone, Copy)]
+pub struct PageConfig {
+    /// Inner size to start with, pixels.
+    pub size: [u32; 2],
+    /// Core of a realtime thread, to stay off.
+    pub tick_cpu: Option<usize>,
+}
+
+/// Opens a window and runs it until it is closed, its page is over or `stop` is set. Once a process;
+/// on systems other than Linux, from the main thread only.
+///
+/// # Errors
+/// When there is no screen, or nothing that can draw on it.
+pub fn show_page(
+    config: PageConfig,
+    stop: &AtomicBool,
+    page: &mut dyn Page,
+) -> Result<(), DisplayError> {
+    crate::priority::step_aside(config.tick_cpu);
+    let event_loop = event_loop()?;
+    let mut app = App {
+        size: config.size,
+        stop,
+        page,
+        proxy: event_loop.create_proxy(),
+        canvas: None,
+        title: String::new(),
+        error: None,
+    };
+    event_loop
+        .run_app(&mut app)
+        .map_err(|error| DisplayError::NoWindow {
+            detail: error.to_string(),
+        })?;
+    app.error.map_or(Ok(()), Err)
+}
+
+struct App<'a> {
+    size: [u32; 2],
+    stop: &'a AtomicBool,
+    page: &'a mut dyn Page,
+    proxy: EventLoopProxy<accesskit_winit::Event>,
+    canvas: Option<Canvas>,
+    title: String,
+    error: Option<DisplayError>,
+}
+
+impl App<'_> {
+    fn draw(&mut self) -> Result<(), DisplayError> {
+        let Some(canvas) = &mut self.canvas else {
+            return Ok(());
+        };
+        let Some(frame) = canvas.next_frame()? else {
+            return Ok(());
+        };
+        let laid = canvas.lay_out(|ui| self.page.show(ui));
+        let goes_on = laid.goes_on;
+        canvas.present(frame, laid)?;
+        let title = self.page.title();
+        if title != self.title {
+            canvas.window.set_title(&title);
+            self.title = title;
+        }
+        if goes_on {
+            canvas.window.request_redraw();
+        }
+        Ok(())
+    }
+}
+
+impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
+    fn resumed(&mut self, events: &ActiveEventLoop) {
+        if self.canvas.is_some() {
+            return;
+        }
+        self.title = self.page.title();
+        match Canvas::open(events, &self.proxy, &self.title, self.size) {
+            Ok(canvas) => {
+                canvas.show();
+                self.canvas = Some(canvas);
+            }
+            Err(error) => {
+                self.error.get_or_insert(error);
+                events.exit();
+            }
+        }
+    }
+
+    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        let Some(canvas) = &mut self.canvas else {
+            return;
+        };
+        canvas.take_event(&event);
+        match event {
+            WindowEvent::CloseRequested => events.exit(),
+            WindowEvent::RedrawRequested => {
+                if let Err(error) = self.draw() {
+                    self.error.get_or_insert(error);
+                    events.exit();
+                }
+            }
+            _ => canvas.window.request_redraw(),
+        }
+    }
+
+    fn user_event(&mut self, _: &ActiveEventLoop, event: accesskit_winit::Event) {
+        if let Some(canvas) = &mut self.canvas {
+            canvas.take_accessibility(event);
+        }
+    }
+
+    fn about_to_wait(&mut self, events: &ActiveEventLoop) {
+        if self.stop.load(Ordering::Relaxed) || self.page.is_over() {
+            events.exit();
+        }
+        if self.page.look_about()
+            && let Some(canvas) = &self.canvas
+        {
+            canvas.window.request_redraw();
+        }
+        events.set_control_flow(ControlFlow::WaitUntil(Instant::now() + LOOK_ABOUT));
+    }
+}

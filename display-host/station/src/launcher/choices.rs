@@ -1,0 +1,64 @@
+//! What may be chosen, and what goes together.
+
+use assess::{Difficulty, Task};
+use display_host::ui::launcher::StartForm;
+
+/// The scene that every task can be worked in.
+pub(super) const TRIANGLE: &str = "triangle";
+/// Scenes that need no file.
+pub(super) const SCENES: [&str; 3] = [TRIANGLE, "triangle-variant", "built-in"];
+/// The endoscopes' angles, degrees.
+pub(super) const SCOPES: [u16; 3] = [0, 30, 45];
+
+/// The choices to begin with.
+pub(super) fn usual() -> StartForm {
+    StartForm {
+        task: Task::Identify.name().to_owned(),
+        difficulty: Difficulty::Beginner.name().to_owned(),
+        scene: TRIANGLE.to_owned(),
+        emulated: true,
+        ..StartForm::default()
+    }
+}
+
+/// Whether a task can be worked in the scene of four organs, which has neither duct nor artery.
+fn needs_triangle(task: &str) -> bool {
+    !matches!(Task::from_name(task), Some(Task::Free | Task::Scope))
+}
+
+/// The new choices, with what else must change to go with what was changed.
+pub(super) fn fitting(before: &StartForm, mut form: StartForm) -> StartForm {
+    if form.scene == "built-in" && needs_triangle(&form.task) {
+        match form.task == before.task {
+            true => form.task = Task::Free.name().to_owned(),
+            false => form.scene = TRIANGLE.to_owned(),
+        }
+    }
+    form
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn task_and_scene_go_together_whichever_is_chosen_last() {
+        let before = usual();
+        let organs = fitting(
+            &before,
+            StartForm {
+                scene: "built-in".to_owned(),
+                ..before.clone()
+            },
+        );
+        assert_eq!((&*organs.task, &*organs.scene), ("free", "built-in"));
+        let clamp = fitting(
+            &organs,
+            StartForm {
+                task: "clamp".to_owned(),
+                ..organs.clone()
+            },
+        );
+        assert_eq!((&*clamp.task, &*clamp.scene), ("clamp", TRIANGLE));
+    }
+}

@@ -1,0 +1,107 @@
+//! An operation: a `calot run` of its own, with its own window.
+
+use std::collections::VecDeque;
+use std::ffi::OsString;
+use std::io::{BufRead as _, BufReader};
+use std::os::unix::process::CommandExt as _;
+use std::path::PathBuf;
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::JoinHandle;
+use std::time::Instant;
+
+use display_host::ui::launcher::StartForm;
+
+use crate::say;
+
+/// Lines that are kept of what it says.
+const LINES_KEPT: usize = 12;
+
+/// An operation that runs.
+pub(super) struct Operation {
+    child: Child,
+    /// What was chosen for it.
+    pub(super) form: StartForm,
+    /// Its folder.
+    pub(super) out: PathBuf,
+    began: Instant,
+    said: Arc<Mutex<VecDeque<String>>>,
+    reader: Option<JoinHandle<()>>,
+    /// It was asked to end.
+    pub(super) is_ending: bool,
+}
+
+impl Operation {
+    /// Starts `calot ARGS`.
+    pub(super) fn begin(args: &[OsString], form: StartForm, out: PathBuf) -> std::io::Result<Self> {
+        let mut child = Command::new(std::env::current_exe()?)
+            .args(args)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            // A terminal's Ctrl-C reaches the launcher alone, which then ends the operation in order.
+            .process_group(0)
+            .spawn()?;
+        let said = Arc::new(Mutex::new(VecDeque::new()));
+        let reader = child.stderr.take().map(|stderr| {
+            let said = said.clone();
+            std::thread::spawn(move || {
+                for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                    say::note(&line);
+                    let mut said = said.lock().unwrap_or_else(PoisonError::into_inner);
+                    if said.len() == LINES_KEPT {
+                        said.pop_front();
+                    }
+                    said.push_back(session::printable(&line));
+                }
+            })
+        });
+        Ok(Self {
+            child,
+            form,
+            out,
+            began: Instant::now(),
+            said,
+            reader,
+            is_ending: false,
+        })
+    }
+
+    /// How long it has run, s.
+    pub(super) fn seconds(&self) -> f64 {
+        self.began.elapsed().as_secs_f64()
+    }
+
+    /// The last it said, oldest first.
+    pub(super) fn said(&self) -> Vec<String> {
+        let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
+        said.iter().cloned().collect()
+    }
+
+    /// How it ended, if it did; all that it said has been read then.
+    pub(super) fn ended(&mut self) -> Option<ExitStatus> {
+        let status = self.child.try_wait().ok().flatten()?;
+        if let Some(reader) = self.reader.take() {
+            let _ = reader.join();
+        }
+        Some(status)
+    }
+
+    /// Asks it to end: it writes its report first.
+    pub(super) fn stop(&mut self) {
+        self.is_ending = true;
+        if let Some(pid) = rustix::process::Pid::from_raw(self.child.id().cast_signed()) {
+            let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
+        }
+    }
+
+    /// Ends it at once. Its children end with it.
+    pub(super) fn kill(&mut self) {
+        let _ = self.child.kill();
+    }
+
+    /// Waits for its end.
+    pub(super) fn wait(&mut self) {
+        let _ = self.child.wait();
+    }
+}

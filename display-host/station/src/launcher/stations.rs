@@ -1,0 +1,95 @@
+//! The station's devices before anything starts: what the file names, what is there, what is plugged in.
+
+use std::path::Path;
+
+use display_host::ui::launcher::{DeviceLine, DeviceState, Start};
+use hardware::station::StationFile;
+
+/// Brings a start screen's devices up to date.
+pub(super) fn look(start: &mut Start, no_file: &str) {
+    let form = &start.form;
+    let file = match (form.emulated, form.station_file.trim()) {
+        (true, _) => Ok(StationFile::default()),
+        (false, "") => Err(no_file.to_owned()),
+        (false, path) => StationFile::read(Path::new(path)).map_err(|it| it.to_string()),
+    };
+    start.station_file_problem = file.as_ref().err().cloned();
+    start.devices = file.as_ref().map(lines).unwrap_or_default();
+    let found = hardware::list::devices().into_iter().map(|it| it.name);
+    start.plugged_in = found.collect();
+}
+
+fn lines(file: &StationFile) -> Vec<DeviceLine> {
+    let paths = [
+        ("device-haptic", file.haptic.as_ref().map(|it| &it.path)),
+        ("device-tracker", file.tracker.as_ref().map(|it| &it.path)),
+        ("device-pedal", file.pedal.as_ref().map(|it| &it.path)),
+    ];
+    let line = |(name, path): (&'static str, Option<&std::path::PathBuf>)| DeviceLine {
+        name,
+        state: path.map_or(DeviceState::Emulated, |path| state(path)),
+    };
+    paths.into_iter().map(line).collect()
+}
+
+fn state(path: &Path) -> DeviceState {
+    let shown = path.display().to_string();
+    // An address of a service and a unit's number on the USB are no paths.
+    match (path.is_absolute(), path.exists()) {
+        (false, _) => DeviceState::Named(shown),
+        (true, true) => DeviceState::There(shown),
+        (true, false) => DeviceState::Missing(shown),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_station_file_names_is_there_or_missing_and_the_rest_is_emulated() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("station.toml");
+        let there = folder.path().join("ttyRIG");
+        std::fs::write(&there, "").unwrap();
+        let text = format!(
+            "[haptic]\ndriver = \"rig\"\npath = \"{}\"\n\n[tracker]\ndriver = \"bird\"\npath = \"/nowhere/bird\"\n",
+            there.display()
+        );
+        std::fs::write(&path, text).unwrap();
+        let mut start = Start::default();
+        start.form.station_file = path.display().to_string();
+        look(&mut start, "name one");
+        let states: Vec<_> = start.devices.iter().map(|it| it.state.clone()).collect();
+        assert_eq!(
+            states,
+            [
+                DeviceState::There(there.display().to_string()),
+                DeviceState::Missing("/nowhere/bird".to_owned()),
+                DeviceState::Emulated
+            ]
+        );
+        assert_eq!(start.station_file_problem, None);
+
+        std::fs::write(&path, "[haptic]\ndriver = \"magic\"\n").unwrap();
+        look(&mut start, "name one");
+        assert!(
+            start
+                .station_file_problem
+                .as_ref()
+                .is_some_and(|it| it.contains("magic"))
+        );
+        start.form.station_file.clear();
+        look(&mut start, "name one");
+        assert_eq!(start.station_file_problem.as_deref(), Some("name one"));
+        start.form.emulated = true;
+        look(&mut start, "name one");
+        assert_eq!(start.station_file_problem, None);
+        assert!(
+            start
+                .devices
+                .iter()
+                .all(|it| it.state == DeviceState::Emulated)
+        );
+    }
+}

@@ -1,0 +1,115 @@
+//! `calot observe`: an instructor's window on a station that runs. It asks nothing of the station.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::time::Duration;
+
+use clap::Args;
+use display_host::headless::Observed;
+use display_host::window::{self, WindowConfig};
+use shared_mem::service::Station;
+
+use crate::cli::{LanguageName, SceneArgs, ScopeName, parse_seconds, parse_size, parse_station};
+use crate::run::{Folder, running};
+use crate::say;
+use crate::scene::{self, Problem};
+use crate::stop;
+
+/// How often a station that does not run yet is looked for.
+const LOOK_EVERY: Duration = Duration::from_millis(200);
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+The same picture as the trainee's, and the task's score, steps, alarms and metrics, an exam's too, with the
+histograms of the tick. Nothing here reaches into the station; up to six may watch.
+
+Examples:
+  calot observe                          the station 'main' of this computer, now or once it runs
+  calot observe --station left
+  calot observe --scene triangle.calot   one whose `calot rt` was started by hand")]
+pub(crate) struct ObserveArgs {
+    /// Name of the station
+    #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
+    pub(crate) station: String,
+    /// The scene that it runs [default: what its `calot run` says]
+    #[arg(long, value_name = "NAME|FILE")]
+    pub(crate) scene: Option<String>,
+    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
+    #[arg(long, value_name = "DIR", requires = "scene")]
+    pub(crate) meshes: Option<PathBuf>,
+    /// The endoscope's angle; S takes the next one. It is this window's own
+    #[arg(long, value_enum, default_value_t = ScopeName::Straight)]
+    pub(crate) scope: ScopeName,
+    /// The interface's language [default: the one of LANG]
+    #[arg(long, value_enum)]
+    pub(crate) language: Option<LanguageName>,
+    /// Size of the window, e.g. 1280x720
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub(crate) size: Option<[u32; 2]>,
+    /// End after this time [default: when the window is closed]
+    #[arg(long, value_name = "N", value_parser = parse_seconds)]
+    pub(crate) seconds: Option<f64>,
+    /// With the station's sounds
+    #[arg(long)]
+    pub(crate) sound: bool,
+}
+
+pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
+    let stop = stop::flag()?;
+    let station = Station::new(&args.station)?;
+    let folder = Folder::open(&args.station, true)?;
+    let Some(scene) = scene(args, &folder, &stop)? else {
+        return Ok(ExitCode::SUCCESS);
+    };
+    let config = WindowConfig {
+        station,
+        scene,
+        size: args.size.unwrap_or([1280, 720]),
+        scope_angle: args.scope.radians(),
+        cold_lens: false,
+        muted: !args.sound,
+        seconds: args.seconds,
+        tick_cpu: None,
+        language: LanguageName::or_users(args.language),
+        task: None,
+        instructor: true,
+    };
+    window::run(&config, &stop, &mut |observed| {
+        if let Observed::Warning(text) = observed {
+            say::note(format_args!("warning: {text}"));
+        }
+    })?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The compiled scene that the station runs, once it does; `None`: stopped before.
+fn scene(
+    args: &ObserveArgs,
+    folder: &Folder,
+    stop: &AtomicBool,
+) -> Result<Option<PathBuf>, Problem> {
+    if let Some(scene) = &args.scene {
+        let named = SceneArgs {
+            scene: scene.clone(),
+            meshes: args.meshes.clone(),
+        };
+        return scene::compile(&named, &folder.scene()).map(Some);
+    }
+    let mut said = false;
+    while !stop.load(Relaxed) {
+        if let Some(scene) = running(&args.station)? {
+            return Ok(Some(scene));
+        }
+        if !said {
+            say::note(format_args!(
+                "waiting for station '{0}': start it with `calot run --station {0}`; for a `calot rt` that \
+                 was started by hand name its --scene",
+                args.station
+            ));
+            said = true;
+        }
+        std::thread::sleep(LOOK_EVERY);
+    }
+    Ok(None)
+}

@@ -1,0 +1,81 @@
+//! Tells instructors how a task stands, while it runs.
+
+use assess::{Assessment, Difficulty, Metric, Task};
+use display_host::latency::now_ns;
+use display_host::ui::{BULLETIN_ALARMS, Bulletin, TaskNote};
+use shared_mem::service::{Station, TaskSender};
+use shared_mem::task::TaskMsg;
+
+use super::view_of;
+use crate::say;
+
+/// Where bulletins are posted; made in the thread that posts.
+pub(super) struct Board(Option<TaskSender>);
+
+impl Board {
+    /// Without one a task goes on all the same, and only instructors miss it.
+    pub(super) fn open(station: &Station) -> Self {
+        let sender = TaskSender::open(station);
+        if let Err(problem) = &sender {
+            say::note(format_args!(
+                "warning: instructors see no metrics: {problem}"
+            ));
+        }
+        Self(sender.ok())
+    }
+
+    /// Posts how it stands.
+    pub(super) fn post(&self, task: Task, difficulty: Difficulty, assessment: &Assessment) {
+        let Some(sender) = &self.0 else { return };
+        let text = bulletin(task, difficulty, assessment).text();
+        if let Some(message) = TaskMsg::new(now_ns(), &text) {
+            sender.send(&message);
+        }
+    }
+}
+
+fn bulletin(task: Task, difficulty: Difficulty, assessment: &Assessment) -> Bulletin {
+    let alarms = assessment.alarms();
+    let newest = alarms
+        .iter()
+        .skip(alarms.len().saturating_sub(BULLETIN_ALARMS));
+    let values = assessment.metrics();
+    let metrics = Metric::ALL.into_iter().filter_map(|metric| {
+        let value = values.get(metric);
+        // What did not happen is no news.
+        let is_news = value.is_finite() && value.abs() > 0.0;
+        is_news.then(|| (metric.name().to_owned(), metric.unit().to_owned(), value))
+    });
+    Bulletin {
+        // An instructor is told all, an exam's trainee is not.
+        task: view_of(task, Difficulty::Trainee, assessment.status()),
+        difficulty: difficulty.name().to_owned(),
+        alarms: newest
+            .map(|alarm| {
+                let note = TaskNote {
+                    kind: alarm.kind.name().to_owned(),
+                    organ: alarm.organ.clone(),
+                };
+                (alarm.at_s, note)
+            })
+            .collect(),
+        metrics: metrics.collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use assess::{Anatomy, Rules};
+
+    use super::*;
+
+    #[test]
+    fn an_instructor_is_told_of_an_exam_s_score() {
+        let rules = Rules::default();
+        let assessment = Assessment::new(Task::Cut, Difficulty::Exam, rules, Anatomy::default());
+        let told = bulletin(Task::Cut, Difficulty::Exam, &assessment);
+        assert_eq!((&*told.difficulty, &*told.task.task), ("exam", "cut"));
+        assert!(told.task.score.is_some());
+        assert!(TaskMsg::new(0, &told.text()).is_some());
+    }
+}

@@ -1,0 +1,444 @@
+//! The launcher's screens by accessible name, by pointer and by keyboard alone.
+
+use display_host::ui::TaskNote;
+use display_host::ui::launcher::{
+    Asking, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, MetricRow, Points,
+    Running, Screen, Start, StartForm, Wish, launcher,
+};
+use display_host::words::{Language, Words};
+use egui::Key;
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable as _;
+
+struct Seen {
+    state: Launcher,
+    wishes: Vec<Wish>,
+}
+
+fn harness_in(language: Language, screen: Screen) -> Harness<'static, Seen> {
+    let seen = Seen {
+        state: Launcher {
+            words: Words::new(language),
+            screen,
+        },
+        wishes: Vec::new(),
+    };
+    let show = |area: &mut egui::Ui, seen: &mut Seen| {
+        let wishes = launcher(area, &seen.state);
+        // As the launcher does: what is chosen is what is shown next.
+        for wish in &wishes {
+            if let (Wish::Form(form), Screen::Start(start)) = (wish, &mut seen.state.screen) {
+                start.form = form.clone();
+            }
+        }
+        seen.wishes.extend(wishes);
+    };
+    Harness::builder()
+        .with_size([1280.0, 860.0])
+        .build_ui_state(show, seen)
+}
+
+fn harness(screen: Screen) -> Harness<'static, Seen> {
+    harness_in(Language::English, screen)
+}
+
+fn texts(all: &[&str]) -> Vec<String> {
+    all.iter().map(|it| (*it).to_owned()).collect()
+}
+
+fn start() -> Start {
+    Start {
+        form: StartForm {
+            task: "identify".into(),
+            difficulty: "beginner".into(),
+            scene: "triangle".into(),
+            emulated: true,
+            ..StartForm::default()
+        },
+        trainees: texts(&["Ada", "Bo"]),
+        tasks: texts(&[
+            "identify",
+            "clamp",
+            "cut",
+            "disconnect",
+            "full",
+            "free",
+            "scope",
+        ]),
+        difficulties: texts(&["beginner", "trainee", "exam"]),
+        scopes: vec![0, 30, 45],
+        scenes: texts(&["triangle", "built-in", "/home/ada/liver.calot"]),
+        devices: vec![
+            DeviceLine {
+                name: "device-haptic",
+                state: DeviceState::There("/dev/ttyACM0".into()),
+            },
+            DeviceLine {
+                name: "device-tracker",
+                state: DeviceState::Missing("/dev/ttyUSB3".into()),
+            },
+            DeviceLine {
+                name: "device-pedal",
+                state: DeviceState::Emulated,
+            },
+        ],
+        store: "/home/ada/store.sqlite".into(),
+        ..Start::default()
+    }
+}
+
+fn debrief() -> Debrief {
+    Debrief {
+        trainee: "Ada".into(),
+        task: "clamp".into(),
+        difficulty: "exam".into(),
+        outcome: "failed".into(),
+        reasons: texts(&["too late"]),
+        score: 61.0,
+        alarms: vec![(
+            75.5,
+            TaskNote {
+                kind: "burnt".into(),
+                organ: Some("liver".into()),
+            },
+        )],
+        metrics: vec![
+            MetricRow {
+                name: "time_s".into(),
+                unit: "s".into(),
+                value: Some(700.0),
+                passes: Some([f64::NEG_INFINITY, 600.0]),
+                best: Some(512.5),
+            },
+            MetricRow {
+                name: "economy".into(),
+                unit: "1".into(),
+                ..MetricRow::default()
+            },
+        ],
+        earlier: vec![Earlier {
+            when: "yesterday".into(),
+            outcome: "passed".into(),
+            score: 88.0,
+        }],
+        report: Some("/home/ada/debrief.html".into()),
+        ..Debrief::default()
+    }
+}
+
+fn points(at: usize) -> Points {
+    Points {
+        asking: Asking::Questions,
+        trainee: "Ada".into(),
+        items: vec![
+            ("anatomy".into(), "?".into()),
+            ("own".into(), "How warm is the room?".into()),
+        ],
+        given: vec![Some(4), None],
+        at,
+        problem: None,
+    }
+}
+
+fn form(harness: &Harness<'_, Seen>) -> StartForm {
+    match &harness.state().state.screen {
+        Screen::Start(start) => start.form.clone(),
+        _ => StartForm::default(),
+    }
+}
+
+#[test]
+fn everything_at_the_start_is_chosen_by_pointer() {
+    let mut desk = harness(Screen::Start(start()));
+    desk.run();
+    for name in [
+        "Bo",
+        "Cut: divide both between the clips (3)",
+        "Exam",
+        "45°",
+        "/home/ada/liver.calot",
+        "By a station file",
+    ] {
+        desk.get_by_label(name).click();
+        desk.run();
+    }
+    let chosen = form(&desk);
+    assert_eq!(
+        (&*chosen.trainee, &*chosen.task, &*chosen.difficulty),
+        ("Bo", "cut", "exam")
+    );
+    assert_eq!(
+        (chosen.scope_degrees, &*chosen.scene, chosen.emulated),
+        (45, "/home/ada/liver.calot", false)
+    );
+    desk.get_by_label("Begin (Enter)").click();
+    desk.run();
+    assert_eq!(desk.state().wishes.last(), Some(&Wish::Begin));
+    desk.get_by_label("Deutsch").click();
+    desk.run();
+    assert_eq!(form(&desk).language, Language::German);
+}
+
+#[test]
+fn enter_begins_numbers_choose_the_task_and_n_writes_a_name() {
+    let mut desk = harness(Screen::Start(start()));
+    desk.run();
+    desk.key_press(Key::Num6);
+    desk.run();
+    assert_eq!(form(&desk).task, "free");
+    desk.key_press(Key::N);
+    desk.run();
+    desk.event(egui::Event::Text("Cy".into()));
+    // In a name a number is no task.
+    desk.key_press(Key::Num2);
+    desk.run();
+    assert_eq!((&*form(&desk).trainee, &*form(&desk).task), ("Cy", "free"));
+    desk.key_press(Key::Enter);
+    desk.run();
+    assert!(!desk.state().wishes.contains(&Wish::Begin));
+    desk.key_press(Key::Enter);
+    desk.run();
+    assert_eq!(desk.state().wishes.last(), Some(&Wish::Begin));
+    desk.key_press(Key::Escape);
+    desk.run();
+    assert_eq!(desk.state().wishes.last(), Some(&Wish::Quit));
+}
+
+#[test]
+fn every_choice_is_reached_by_tab_alone() {
+    let mut desk = harness(Screen::Start(start()));
+    desk.run();
+    let mut wanted = texts(&["Ada", "Exam", "30°", "By a station file", "Deutsch"]);
+    for _ in 0..80 {
+        desk.key_press(Key::Tab);
+        desk.run();
+        wanted.retain(|name| !desk.get_by_label(name).is_focused());
+    }
+    assert!(wanted.is_empty(), "never reached: {wanted:?}");
+}
+
+#[test]
+fn devices_are_told_with_what_happens_where_one_is_missing() {
+    let mut desk = harness(Screen::Start(Start {
+        problem: Some("the store is busy".into()),
+        station_file_problem: Some("line 3: no such driver".into()),
+        ..start()
+    }));
+    desk.run();
+    for told in [
+        "Haptic device: /dev/ttyACM0 is there",
+        "Endoscope tracker: /dev/ttyUSB3 is not there. Plug it in, or choose the emulated ones",
+        "Foot pedal: emulated",
+        "the store is busy",
+        "line 3: no such driver",
+        "No serial line or pedal is plugged in.",
+        "Without a name the session is not kept in the store.",
+    ] {
+        desk.get_by_label(told);
+    }
+}
+
+#[test]
+fn an_operation_that_runs_can_be_stopped_and_one_that_hangs_too() {
+    for (ending, title, wish) in [
+        (false, "The operation is running", Wish::Stop),
+        (true, "The operation is ending", Wish::StopAtOnce),
+    ] {
+        let mut desk = harness(Screen::Running(Running {
+            trainee: "Ada".into(),
+            task: "free".into(),
+            seconds: 65.0,
+            said: Some("preparing 40 %".into()),
+            ending,
+        }));
+        desk.run();
+        for told in [
+            title,
+            "Ada",
+            "Free practice",
+            "Time: 1:05",
+            "preparing 40 %",
+        ] {
+            desk.get_by_label(told);
+        }
+        // A second Enter at the start ends nothing.
+        desk.key_press(Key::Enter);
+        desk.run();
+        desk.key_press(Key::S);
+        desk.run();
+        assert_eq!(desk.state().wishes, [wish]);
+    }
+}
+
+#[test]
+fn a_debrief_tells_outcome_errors_and_what_counts() {
+    let mut desk = harness(Screen::Debrief(Debrief {
+        sheet: Some(19),
+        notice: Some("it is opened".into()),
+        ..debrief()
+    }));
+    desk.run();
+    for told in [
+        "Failed",
+        "Score: 61 of 100",
+        "too late",
+        "1:15  burnt: liver",
+        "yesterday  Passed, Score: 88 of 100",
+        "700 s",
+        "≤ 600 s",
+        "512 s",
+        "Economy of movement",
+        "Instructor's sheet: 19 of 25",
+        "it is opened",
+    ] {
+        assert!(desk.query_all_by_label(told).count() > 0, "{told}");
+    }
+}
+
+#[test]
+fn a_debrief_leads_on_by_pointer_and_key() {
+    for (name, key, wish) in [
+        ("Again (Enter)", Key::Enter, Wish::Again),
+        ("Another task (Esc)", Key::Escape, Wish::Another),
+        ("Open the full report (R)", Key::R, Wish::OpenReport),
+        ("Questionnaire (Q)", Key::Q, Wish::Ask(Asking::Questions)),
+        ("Instructor's sheet (I)", Key::I, Wish::Ask(Asking::Sheet)),
+    ] {
+        let mut desk = harness(Screen::Debrief(debrief()));
+        desk.run();
+        desk.get_by_label(name).click();
+        desk.run();
+        assert_eq!(desk.state().wishes, std::slice::from_ref(&wish), "{name}");
+        let mut desk = harness(Screen::Debrief(debrief()));
+        desk.run();
+        desk.key_press(key);
+        desk.run();
+        assert_eq!(desk.state().wishes, [wish], "{key:?}");
+    }
+    // What nobody's session has not is not offered, by key neither.
+    let mut desk = harness(Screen::Debrief(Debrief {
+        trainee: String::new(),
+        report: None,
+        ..debrief()
+    }));
+    desk.run();
+    for key in [Key::R, Key::Q, Key::I] {
+        desk.key_press(key);
+        desk.run();
+    }
+    assert!(desk.state().wishes.is_empty());
+}
+
+#[test]
+fn questions_are_answered_by_pointer_and_key_and_taken_back() {
+    let mut desk = harness(Screen::Points(points(0)));
+    desk.run();
+    desk.get_by_label("How real is the anatomy?");
+    desk.get_by_label("1 of 2");
+    desk.get_by_label("  3  ").click();
+    desk.run();
+    desk.key_press(Key::Num5);
+    desk.run();
+    assert_eq!(desk.state().wishes, [Wish::Answer(3), Wish::Answer(5)]);
+
+    let mut desk = harness(Screen::Points(points(1)));
+    desk.run();
+    desk.get_by_label("How warm is the room?");
+    desk.key_press(Key::Backspace);
+    desk.run();
+    desk.key_press(Key::Escape);
+    desk.run();
+    assert_eq!(desk.state().wishes, [Wish::Previous, Wish::Back]);
+
+    let mut all = points(2);
+    all.problem = Some("the store is busy".into());
+    let mut desk = harness(Screen::Points(all));
+    desk.run();
+    desk.get_by_label("4   How real is the anatomy?");
+    desk.get_by_label("the store is busy");
+    // After the last one a number answers nothing.
+    desk.key_press(Key::Num1);
+    desk.run();
+    desk.key_press(Key::Enter);
+    desk.run();
+    assert_eq!(desk.state().wishes, [Wish::Keep]);
+}
+
+#[test]
+fn an_operation_that_failed_says_why_and_leads_on() {
+    let failed = Failed {
+        status: "exit status: 1".into(),
+        said: texts(&["/dev/ttyACM0: no such file"]),
+        had_devices: true,
+    };
+    for (name, wish) in [
+        ("Try again (Enter)", Wish::Again),
+        ("Try with emulated devices", Wish::AgainEmulated),
+        ("Another task (Esc)", Wish::Another),
+        ("End", Wish::Quit),
+    ] {
+        let mut desk = harness(Screen::Failed(failed.clone()));
+        desk.run();
+        desk.get_by_label("/dev/ttyACM0: no such file");
+        desk.get_by_label("The station ended: exit status: 1");
+        desk.get_by_label(name).click();
+        desk.run();
+        assert_eq!(desk.state().wishes, [wish]);
+    }
+    let mut desk = harness(Screen::Failed(Failed {
+        had_devices: false,
+        ..failed
+    }));
+    desk.run();
+    let emulated = desk.query_all_by_label("Try with emulated devices");
+    assert_eq!(emulated.count(), 0);
+}
+
+#[test]
+fn every_screen_speaks_every_language_and_fits_a_small_one() {
+    for language in Language::ALL {
+        for screen in [
+            Screen::Start(start()),
+            Screen::Running(Running {
+                task: "scope".into(),
+                ..Running::default()
+            }),
+            Screen::Debrief(debrief()),
+            Screen::Points(points(0)),
+            Screen::Points(Points {
+                asking: Asking::Sheet,
+                items: vec![("tissue".into(), "?".into())],
+                ..points(0)
+            }),
+            Screen::Failed(Failed::default()),
+        ] {
+            let title = Launcher {
+                words: Words::new(language),
+                screen: screen.clone(),
+            }
+            .title();
+            assert!(!title.contains("launcher-"), "{title}");
+            let mut desk = harness_in(language, screen);
+            desk.set_size(egui::vec2(800.0, 600.0));
+            desk.run();
+            // A message that is missing shows as its id.
+            for id in [
+                "task-",
+                "start-",
+                "running-",
+                "debrief-",
+                "metric-",
+                "points-",
+                "question-",
+                "goals-",
+                "failed-",
+                "difficulty-",
+                "outcome-",
+                "alarm-",
+            ] {
+                let shown = desk.query_all_by_label_contains(id).count();
+                assert_eq!(shown, 0, "{language:?}: {id}");
+            }
+        }
+    }
+}

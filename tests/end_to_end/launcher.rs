@@ -1,0 +1,244 @@
+//! `calot start` on a virtual screen, led by its keyboard alone: from the choice of a task through the operation
+//! to debrief, questionnaire and sheet; and an instructor who watches.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Stdio};
+
+use system_tests::screen::VirtualScreen;
+use system_tests::{calot, finish, finish_child, said, station_name, summary, wait_until};
+
+/// What is recorded by then is an operation, bytes.
+const WORKED_BYTES: u64 = 100_000;
+
+fn screen(folder: &Path) -> Option<VirtualScreen> {
+    let screen = VirtualScreen::start(folder);
+    if screen.is_none() {
+        eprintln!(
+            "SKIPPED: Xvfb or xdotool is not installed (apt-get install xvfb xdotool); no window was tested"
+        );
+    }
+    screen
+}
+
+fn on(screen: &VirtualScreen, words: &[&str]) -> Child {
+    calot()
+        .args(words)
+        .env("DISPLAY", &screen.display)
+        .env_remove("WAYLAND_DISPLAY")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts")
+}
+
+fn only_folder(of: &Path) -> Option<PathBuf> {
+    Some(std::fs::read_dir(of).ok()?.next()?.ok()?.path())
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a path in UTF-8")
+}
+
+#[test]
+fn from_the_start_to_the_debrief_by_keyboard() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(screen) = screen(folder.path()) else {
+        return;
+    };
+    let (store, sessions) = (
+        folder.path().join("store.sqlite"),
+        folder.path().join("sessions"),
+    );
+    let station = station_name("start");
+    let launcher = on(
+        &screen,
+        &[
+            "start",
+            "--station",
+            &station,
+            "--store",
+            text(&store),
+            "--sessions",
+            text(&sessions),
+            "--language",
+            "en",
+            "--",
+            "--no-realtime",
+            "--mute",
+            "--size",
+            "640x480",
+        ],
+    );
+    let desk = &screen.window("Calot: Start");
+    // The sixth task is free practice; N goes to the name.
+    screen.press_and_see(desk, "6");
+    screen.press_and_see(desk, "n");
+    for letter in ["a", "d", "a"] {
+        screen.press_and_see(desk, letter);
+    }
+    screen.press_and_see(desk, "Return");
+    let is_shown = |title: &str| screen.windows().iter().any(|it| it.1 == title);
+    wait_until("the operation", || {
+        if is_shown("Calot: Start") {
+            screen.press(desk, "Return");
+        }
+        is_shown("Calot: Operation")
+    });
+
+    let recording = || only_folder(&sessions).map(|it| it.join("session.mcap"));
+    let bytes = || recording().and_then(|it| Some(it.metadata().ok()?.len()));
+    wait_until("some work", || bytes() > Some(WORKED_BYTES));
+    wait_until("the debrief", || {
+        // The operation's own window: Esc ends it.
+        if let Some((window, _)) = screen.windows().iter().find(|it| it.0 != *desk) {
+            screen.press(window, "Escape");
+        }
+        is_shown("Calot: Debrief")
+    });
+    let out = only_folder(&sessions).expect("the session's folder");
+    let came_to = summary(&out);
+    assert_eq!(came_to["task"], "free", "{came_to:#}");
+    assert_eq!(came_to["difficulty"], "beginner");
+    assert!(out.join("debrief.html").exists());
+
+    let ask = |words: &[&str]| -> serde_json::Value {
+        let store = text(&store);
+        let output = finish(calot().args(["store", "--store", store]).args(words));
+        assert!(output.status.success(), "{}", said(&output));
+        serde_json::from_slice(&output.stdout).expect("JSON")
+    };
+    assert_eq!(ask(&["list", "ada", "--json"])[0]["id"], came_to["session"]);
+
+    screen.press(desk, "q");
+    let _ = screen.window("Calot: Questionnaire");
+    for _ in 0..14 {
+        screen.press_and_see(desk, "4");
+    }
+    screen.press(desk, "Return");
+    let _ = screen.window("Calot: Debrief");
+    let answers = ask(&["answers", "--json"]);
+    assert_eq!(
+        (&answers[13]["count"], &answers[13]["mean"]),
+        (&1.into(), &4.0.into())
+    );
+
+    screen.press(desk, "i");
+    let _ = screen.window("Calot: Instructor's sheet");
+    for _ in 0..5 {
+        screen.press_and_see(desk, "3");
+    }
+    screen.press(desk, "Return");
+    let _ = screen.window("Calot: Debrief");
+    let sheet = &ask(&["export", "ada"])["trainees"][0]["sessions"][0]["sheet"];
+    assert_eq!(sheet["Tissue handling"], 3, "{sheet}");
+
+    screen.press(desk, "Escape");
+    let _ = screen.window("Calot: Start");
+    screen.press(desk, "Escape");
+    let output = finish_child(launcher);
+    assert!(output.status.success(), "{}", said(&output));
+}
+
+/// What cannot run is said in the launcher, which goes on.
+#[test]
+fn an_operation_that_cannot_begin_leads_back_to_the_start() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(screen) = screen(folder.path()) else {
+        return;
+    };
+    let file = folder.path().join("station.toml");
+    std::fs::write(
+        &file,
+        "[haptic]\ndriver = \"rig\"\npath = \"/nowhere/rig\"\n",
+    )
+    .expect("written");
+    let launcher = on(
+        &screen,
+        &[
+            "start",
+            "--station",
+            &station_name("fails"),
+            "--store",
+            text(&folder.path().join("store.sqlite")),
+            "--station-file",
+            text(&file),
+            "--scene",
+            "built-in",
+            "--language",
+            "en",
+        ],
+    );
+    let desk = &screen.window("Calot: Start");
+    screen.press(desk, "Return");
+    let _ = screen.window("Calot: No operation");
+    screen.press(desk, "Escape");
+    let _ = screen.window("Calot: Start");
+    screen.press(desk, "Escape");
+    let output = finish_child(launcher);
+    assert!(output.status.success(), "{}", said(&output));
+    assert!(said(&output).contains("/nowhere/rig"), "{}", said(&output));
+}
+
+/// Instructors come before the station and while it runs, see it, and leave it as it is.
+#[test]
+fn instructors_come_and_go_and_change_nothing() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(screen) = screen(folder.path()) else {
+        return;
+    };
+    let station = station_name("observed");
+    let observe = || {
+        on(
+            &screen,
+            &[
+                "observe",
+                "--station",
+                &station,
+                "--language",
+                "en",
+                "--size",
+                "640x480",
+            ],
+        )
+    };
+    let early = observe();
+    let out = folder.path().join("out");
+    let run = calot()
+        .args([
+            "run",
+            "--headless",
+            "--frames",
+            "0",
+            "--no-realtime",
+            "--seconds",
+            "600",
+        ])
+        .args(["--task", "free", "--station", &station, "--out"])
+        .arg(&out)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let leave = |observer: Child| {
+        let window = || screen.windows().into_iter().next().map(|it| it.0);
+        wait_until("the instructor's window", || window().is_some());
+        let shown = window().expect("it is there");
+        wait_until("a picture", || {
+            // P would pause the station, were this the trainee's window.
+            screen.press(&shown, "p");
+            let pixels = screen.pixels();
+            let colours: std::collections::HashSet<_> = pixels.chunks(4).collect();
+            colours.len() > 1500
+        });
+        screen.press(&shown, "Escape");
+        let output = finish_child(observer);
+        assert!(output.status.success(), "{}", said(&output));
+    };
+    leave(early);
+    leave(observe());
+    system_tests::signal(run.id(), rustix::process::Signal::TERM);
+    let output = finish_child(run);
+    assert!(output.status.success(), "{}", said(&output));
+    let came_to = summary(&out);
+    assert_eq!(came_to["outcome"], "practised", "{came_to:#}");
+}
