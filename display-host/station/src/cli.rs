@@ -34,7 +34,7 @@ pub(crate) enum Command {
     /// Choose task, help, endoscope and devices in a window, operate, and see what it came to
     Start(StartArgs),
     /// The station: devices, controller, display, report
-    Run(RunArgs),
+    Run(Box<RunArgs>),
     /// An instructor's window on a station that runs: its picture, its task's metrics, its ticks
     Observe(ObserveArgs),
     /// The realtime process alone
@@ -72,7 +72,7 @@ impl Command {
     pub(crate) fn alone() -> Self {
         match launcher::has_screen() {
             true => Self::Start(StartArgs::default()),
-            false => Self::Run(RunArgs::default()),
+            false => Self::Run(Box::default()),
         }
     }
 }

@@ -107,9 +107,11 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
         head(ui, words, debrief);
         ui.columns(2, |columns| {
             if let [left, right] = columns {
-                wrong(left, words, debrief);
-                past(left, words, debrief);
-                table(right, words, debrief);
+                left.vertical(|ui| {
+                    wrong(ui, words, debrief);
+                    past(ui, words, debrief);
+                });
+                right.vertical(|ui| table(ui, words, debrief));
             }
         });
     });

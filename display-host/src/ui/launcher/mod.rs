@@ -122,26 +122,35 @@ fn screen(
         .show(ui, |ui| {
             legible(ui);
             ui.add_space(10.0);
-            ui.horizontal_wrapped(|ui| {
-                for (number, (text, wish)) in buttons.iter().enumerate() {
-                    let response = match meant == Some(number) {
-                        true => first(ui, text),
-                        false => ui.button(text.as_str()),
-                    };
-                    if response.clicked() {
-                        wishes.push(wish.clone());
+            // Of this screen alone: what was chosen on the one before is not chosen here.
+            ui.push_id(name, |ui| {
+                ui.horizontal_wrapped(|ui| {
+                    for (number, (text, wish)) in buttons.iter().enumerate() {
+                        let response = match meant == Some(number) {
+                            true => first(ui, text),
+                            false => ui.button(text.as_str()),
+                        };
+                        if response.clicked() {
+                            wishes.push(wish.clone());
+                        }
                     }
-                }
+                });
             });
             ui.add_space(6.0);
         });
     egui::CentralPanel::default().show(ui, |ui| {
         egui::ScrollArea::vertical().id_salt(name).show(ui, |ui| {
             legible(ui);
+            bright(ui);
             ui.set_width(ui.available_width());
             add(ui, wishes);
         });
     });
+}
+
+/// Text that is bright enough to be read from afar.
+fn bright(ui: &mut Ui) {
+    ui.visuals_mut().widgets.noninteractive.fg_stroke.color = Color32::from_gray(215);
 }
 
 /// The button that is meant: Enter presses it unless another widget was chosen.

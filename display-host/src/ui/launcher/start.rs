@@ -120,12 +120,16 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         }
         ui.columns(2, |columns| {
             if let [left, right] = columns {
-                trainee(left, words, start, &mut form, name);
-                task(left, words, start, &mut form);
-                help(right, words, start, &mut form);
-                scope_and_scene(right, words, start, &mut form);
-                devices(right, words, start, &mut form, file);
-                languages(right, words, &mut form);
+                left.vertical(|ui| {
+                    trainee(ui, words, start, &mut form, name);
+                    task(ui, words, start, &mut form);
+                });
+                right.vertical(|ui| {
+                    help(ui, words, start, &mut form);
+                    scope_and_scene(ui, words, start, &mut form);
+                    devices(ui, words, start, &mut form, file);
+                    languages(ui, words, &mut form);
+                });
             }
         });
     });
