@@ -18,7 +18,8 @@ impl VirtualScreen {
     /// Starts one, its pixels in this folder; `None`: Xvfb or xdotool is not installed.
     #[must_use]
     pub fn start(folder: &Path) -> Option<Self> {
-        let tool = Command::new("xdotool").arg("version").output().ok()?;
+        // Whatever it says without a screen: it is there.
+        Command::new("xdotool").arg("version").output().ok()?;
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1300x900x24"])
             .args(["-nolisten", "tcp", "-fbdir"])
@@ -26,8 +27,7 @@ impl VirtualScreen {
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn()
-            .ok()
-            .filter(|_| tool.status.success())?;
+            .ok()?;
         let mut line = String::new();
         BufReader::new(server.stdout.take()?)
             .read_line(&mut line)
