@@ -117,6 +117,14 @@ fn screen(
     wishes: &mut Vec<Wish>,
     add: impl FnOnce(&mut Ui, &mut Vec<Wish>),
 ) {
+    // A screen that is a frame old has chosen nothing yet.
+    let none_chosen = ui.memory(|memory| memory.focused().is_none());
+    if let Some((_, wish)) = meant.and_then(|it| buttons.get(it))
+        && none_chosen
+        && pressed(ui, egui::Key::Enter)
+    {
+        wishes.push(wish.clone());
+    }
     egui::Panel::bottom("launcher buttons")
         .resizable(false)
         .show(ui, |ui| {
