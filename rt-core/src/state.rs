@@ -6,7 +6,7 @@ use crate::vessel::Vessels;
 
 /// Everything per sphere. More than a megabyte, all zeros at first: build it in a `static`
 /// ([`State::new`] is `const`) or on the heap.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct State {
     pub(crate) bodies: Bodies,
     pub(crate) pairs: Pairs,

@@ -116,6 +116,62 @@ fn digests_of_two_runs_part_where_the_runs_do_and_name_the_organ() {
     );
 }
 
+/// Presses and grasps; what the inputs of a tick are, given those before.
+fn work(bench: &mut Bench, tick: u64) {
+    let depth = (tick as f32 / 200.0).min(1.0);
+    let tip = Vec3::new(
+        0.01,
+        0.0,
+        0.12 - 0.08 * depth + 0.02 * (tick as f32 / 400.0),
+    );
+    let held = (220..330).contains(&tick);
+    let buttons = if held { Buttons::GRASP } else { Buttons(0) };
+    bench.next_at(&tip, buttons).command = (tick == 3).then_some(Command::EnableForce(true));
+}
+
+#[test]
+fn whoever_goes_back_computes_the_same_again() {
+    const TICKS: u64 = 420;
+    for anatomy in [
+        Anatomy::liver_and_gallbladder(),
+        Anatomy::liver_and_gallbladder().with_skins(),
+    ] {
+        let again = move || {
+            let mut state = Box::new(State::new());
+            let parameters = Parameters::default();
+            let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, parameters);
+            let mut straight = Bench::new();
+            let mut kept = Vec::new();
+            for tick in 0..TICKS {
+                if [0, 1, 205, 225, 300, 340].contains(&tick) {
+                    kept.push((tick, Box::new(sim.checkpoint())));
+                }
+                work(&mut straight, tick);
+                sim.tick(&mut straight);
+            }
+            let end = sim.state_hash();
+            // To each of them, from whatever the one before has left behind.
+            for (from, checkpoint) in kept.into_iter().rev() {
+                let mut bench = Bench::new();
+                (0..from).for_each(|tick| work(&mut bench, tick));
+                sim.go_back(&checkpoint);
+                for tick in from..TICKS {
+                    work(&mut bench, tick);
+                    sim.tick(&mut bench);
+                }
+                let straight = straight.digests.get(from as usize..);
+                assert_eq!(Some(&bench.digests[..]), straight, "from tick {from}");
+                assert_eq!(sim.state_hash(), end, "from tick {from}");
+            }
+        };
+        // A checkpoint is on the stack while it is made.
+        let thread = std::thread::Builder::new()
+            .stack_size(64 << 20)
+            .spawn(again);
+        thread.expect("a thread").join().expect("the same again");
+    }
+}
+
 #[test]
 fn every_organ_has_its_turn() {
     let plain = digests(&Anatomy::liver_and_gallbladder(), None);

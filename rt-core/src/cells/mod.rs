@@ -35,7 +35,7 @@ const DEEP: usize = 32;
 const UNIT_M3: f32 = 1.0e-15;
 
 /// What has become of every cell.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Cells {
     /// Heat taken, J.
     taken_j: [f32; MAX_CELLS],

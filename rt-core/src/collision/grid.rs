@@ -72,7 +72,7 @@ impl Part {
 }
 
 /// Which spheres lie in which cell.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Grid {
     parts: [Part; MAX_ORGANS],
     /// End of each cell's run in `seen`; it starts where the one before ends.

@@ -60,7 +60,7 @@ struct Pair {
 }
 
 /// The pairs in use and those being collected.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Pairs {
     grid: Grid,
     /// Spheres that something can meet: those nearest to the skin, where there is one. The others

@@ -32,7 +32,7 @@ struct Track {
 }
 
 /// Every part of the instrument near the endoscope.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct RigidContacts {
     tracks: Vec<Track, MAX_CAPSULES>,
 }

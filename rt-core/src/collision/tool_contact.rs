@@ -87,7 +87,7 @@ impl Contact {
 }
 
 /// Everything that the tools are near to, and what they touch.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct ToolContacts {
     /// Spheres under a skin.
     near: BinaryHeap<Near, Min, MAX_CONTACTS>,

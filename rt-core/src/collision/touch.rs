@@ -195,7 +195,7 @@ impl Touch {
 }
 
 /// Every place of the tools that is near tissue.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct Touches {
     near: Vec<Touch, MAX_TOUCHES>,
 }

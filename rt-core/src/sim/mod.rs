@@ -1,11 +1,13 @@
 //! The tick.
 
+mod checkpoint;
 mod digest;
 mod exchange;
 mod procedure;
 mod start;
 mod view;
 
+pub use checkpoint::Checkpoint;
 pub use digest::Digest;
 pub use exchange::{Command, Optional, Ports, Samples, Stage, Task};
 pub use view::{Health, SphereView, Status, TickView};

@@ -5,7 +5,7 @@ use crate::scene::Link;
 use crate::soft_body::per_sphere::PerSphere;
 
 /// The linked spheres of every sphere, one list after the other.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Adjacency {
     /// First of each sphere's list in `linked`, and its length.
     list: PerSphere<(u32, u32)>,

@@ -164,7 +164,7 @@ impl Node {
 }
 
 /// Every sphere's state, and which are linked.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Bodies {
     /// Where each is and goes.
     pub(crate) nodes: PerSphere<Node>,

@@ -32,7 +32,7 @@ fn torn_on(parted: f32, stretch_m: f32, whole_m: f32) -> f32 {
 }
 
 /// How far every bar has parted, 0 to 1.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Parted {
     links: [f32; MAX_LINKS],
     ties: [f32; MAX_ATTACHMENTS],

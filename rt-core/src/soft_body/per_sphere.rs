@@ -8,7 +8,7 @@ const _: () = assert!(
 );
 
 /// One `T` per sphere of the scene, in the scene's order.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct PerSphere<T>([T; MAX_SPHERES]);
 
 impl<T: Copy> PerSphere<T> {

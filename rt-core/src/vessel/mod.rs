@@ -45,7 +45,7 @@ enum Progress {
 }
 
 /// What runs in everything.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Vessels {
     /// Share of the whole pressure that reaches each sphere.
     pressure: PerSphere<f32>,

@@ -29,7 +29,7 @@ const UNKNOWN: Corner = Corner {
 };
 
 /// The vertices met last, in a table whose row is the vertex's number.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Corners {
     rows: [Corner; SIZE],
     tick: u32,

@@ -130,7 +130,7 @@ impl Track {
 }
 
 /// Where every place of the tools is on every skin.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct SkinContacts {
     tracks: [[Track; MAX_STATIONS]; MAX_ORGANS],
     /// Organs of which some track is not [`NOWHERE`].

@@ -61,7 +61,7 @@ pub(crate) struct Ball {
 }
 
 /// The beads of all organs.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(crate) struct Beads {
     all: Vec<Bead, MAX_BEADS>,
     /// First of each organ, and one past its last.

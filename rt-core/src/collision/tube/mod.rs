@@ -53,7 +53,7 @@ struct Track {
 }
 
 /// Every bead near the tools.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub(crate) struct TubeContacts {
     /// In the order of beads.
     tracks: Vec<Track, MAX_TUBE_CONTACTS>,

@@ -1,0 +1,127 @@
+//! Going back: what a tick left, kept to go on from later. Not for the tick: it copies more than a megabyte.
+
+use super::Sim;
+use crate::capacity::MAX_ORGANS;
+use crate::cautery::Cautery;
+use crate::clip::Clips;
+use crate::collision::tool_contact::ToolContacts;
+use crate::event::Journal;
+use crate::fault::FaultCounters;
+use crate::grasp::Grasp;
+use crate::output_limit::OutputLimit;
+use crate::proxy::Proxy;
+use crate::sample::Inputs;
+use crate::soft_body::sleep::Sleep;
+use crate::soft_body::{Bounds, Method};
+use crate::state::State;
+use crate::tool::{Kinematics, ToolState};
+
+/// Everything in a simulation that changes. As large as [`State`]: keep it on the heap.
+#[derive(Debug, Clone)]
+pub struct Checkpoint {
+    state: State,
+    solver: Method,
+    sleep: Sleep,
+    kinematics: Kinematics,
+    inputs: Inputs,
+    tool: ToolState,
+    proxy: Proxy,
+    bounds: [Bounds; MAX_ORGANS],
+    contacts: ToolContacts,
+    grasp: Grasp,
+    cautery: Cautery,
+    clips: Clips,
+    limit: OutputLimit,
+    renders_torque: bool,
+    journal: Journal,
+    fault_counters: FaultCounters,
+    tick: u64,
+}
+
+impl Sim<'_> {
+    /// How everything is between two ticks.
+    #[must_use]
+    pub fn checkpoint(&self) -> Checkpoint {
+        // In full, so that whatever is added to the simulation is added here.
+        let Self {
+            scene: _,
+            state,
+            solver,
+            sleep,
+            kinematics,
+            inputs,
+            tool,
+            proxy,
+            bounds,
+            contacts,
+            grasp,
+            cautery,
+            clips,
+            limit,
+            renders_torque,
+            journal,
+            fault_counters,
+            tick,
+        } = self;
+        Checkpoint {
+            state: (**state).clone(),
+            solver: *solver,
+            sleep: sleep.clone(),
+            kinematics: *kinematics,
+            inputs: *inputs,
+            tool: tool.clone(),
+            proxy: *proxy,
+            bounds: *bounds,
+            contacts: contacts.clone(),
+            grasp: grasp.clone(),
+            cautery: cautery.clone(),
+            clips: clips.clone(),
+            limit: *limit,
+            renders_torque: *renders_torque,
+            journal: journal.clone(),
+            fault_counters: *fault_counters,
+            tick: *tick,
+        }
+    }
+
+    /// Goes back to a checkpoint of a simulation of the same scene: what follows is what followed then, bit for
+    /// bit, if the inputs are. One of another scene gives another scene's state, and no panic.
+    pub fn go_back(&mut self, checkpoint: &Checkpoint) {
+        let Checkpoint {
+            state,
+            solver,
+            sleep,
+            kinematics,
+            inputs,
+            tool,
+            proxy,
+            bounds,
+            contacts,
+            grasp,
+            cautery,
+            clips,
+            limit,
+            renders_torque,
+            journal,
+            fault_counters,
+            tick,
+        } = checkpoint;
+        self.state.clone_from(state);
+        self.solver = *solver;
+        self.sleep = sleep.clone();
+        self.kinematics = *kinematics;
+        self.inputs = *inputs;
+        self.tool = tool.clone();
+        self.proxy = *proxy;
+        self.bounds = *bounds;
+        self.contacts = contacts.clone();
+        self.grasp = grasp.clone();
+        self.cautery = cautery.clone();
+        self.clips = clips.clone();
+        self.limit = *limit;
+        self.renders_torque = *renders_torque;
+        self.journal = journal.clone();
+        self.fault_counters = *fault_counters;
+        self.tick = *tick;
+    }
+}
