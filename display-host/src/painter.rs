@@ -215,12 +215,17 @@ fn paint_all(
         let submitted_ns = now_ns();
         let picture = renderer.read(&gpu)?;
         let shown_ns = now_ns();
+        let failed = |detail: String| DisplayError::Write {
+            path: still.path.clone(),
+            detail,
+        };
+        // How somebody operates is theirs, in pictures as in recordings.
+        let file = session::create_private(&still.path).map_err(|it| failed(it.to_string()))?;
+        let mut file = std::io::BufWriter::new(file);
         picture
-            .save(&still.path)
-            .map_err(|error| DisplayError::Write {
-                path: still.path.clone(),
-                detail: error.to_string(),
-            })?;
+            .write_to(&mut file, image::ImageFormat::Png)
+            .map_err(|it| failed(it.to_string()))?;
+        std::io::Write::flush(&mut file).map_err(|it| failed(it.to_string()))?;
         let frame = FrameRecord {
             tick: still.state.tick,
             sample_ns: still.state.sample_ns,

@@ -154,6 +154,10 @@ fn a_run_leaves_pictures_latencies_and_everything_it_heard() {
     assert_eq!(names, wanted);
     assert_eq!(outcome.frames.len(), 6);
     for frame in &outcome.frames {
+        use std::os::unix::fs::PermissionsExt as _;
+        let path = frame.path.as_ref().unwrap();
+        let mode = std::fs::metadata(path).unwrap().permissions().mode();
+        assert_eq!(mode & 0o077, 0, "{} is its user's alone", path.display());
         let picture = image::open(frame.path.as_ref().unwrap()).unwrap();
         assert_eq!((picture.width(), picture.height()), (160, 120));
         // Photon after motion by the 0.7 ms that the play put between sample and state, at least.

@@ -1,7 +1,8 @@
 //! The panel by accessible name, without a picture or a controller.
 
 use display_host::ui::{
-    Asked, Bulletin, Link, Settings, TaskEnd, TaskNote, TaskView, TickHealth, UiState, ui,
+    Asked, Bulletin, Link, RecordingView, ReplayView, Settings, TaskEnd, TaskNote, TaskView,
+    TickHealth, UiState, ui,
 };
 use display_host::words::{Language, Words};
 use egui_kittest::Harness;
@@ -441,4 +442,114 @@ fn without_a_task_an_instructor_is_told_so_and_sees_the_station() {
     panel.run();
     panel.get_by_label("No task: free work, without an assessment");
     panel.get_by_label("Controller: live");
+}
+
+fn shown_again() -> UiState {
+    UiState {
+        replay: Some(ReplayView {
+            at_s: 65.0,
+            length_s: 130.0,
+            speed: 1.0,
+            seeks_s: None,
+        }),
+        ..live()
+    }
+}
+
+#[test]
+fn a_session_shown_again_goes_where_it_is_asked_to() {
+    let mut panel = harness(shown_again());
+    panel.run();
+    panel.get_by_label("1:05.0 of 2:10.0");
+    for (name, asked) in [
+        ("-10 s", Asked::Seek(55_000)),
+        ("+1 s", Asked::Seek(66_000)),
+        ("0.25×", Asked::Speed(250)),
+        ("Free camera (C)", Asked::FreeView(true)),
+    ] {
+        panel.get_by_label(name).click();
+        panel.run();
+        assert_eq!(panel.state().asked, [asked], "{name}");
+        panel.state_mut().asked.clear();
+    }
+    panel.event(egui::Event::PointerGone);
+    for (key, asked) in [
+        (egui::Key::ArrowLeft, Asked::Seek(64_000)),
+        (egui::Key::PageDown, Asked::Seek(75_000)),
+        (egui::Key::Home, Asked::Seek(0)),
+    ] {
+        panel.get_by_label("Free camera (C)"); // nothing has the keyboard
+        panel.key_press(key);
+        panel.run();
+        assert_eq!(panel.state().asked, [asked], "{key:?}");
+        panel.state_mut().asked.clear();
+    }
+    // On its way, steps count from where it goes.
+    if let Some(view) = &mut panel.state_mut().state.replay {
+        view.seeks_s = Some(20.0);
+    }
+    panel.key_press(egui::Key::ArrowRight);
+    panel.run();
+    assert_eq!(panel.state().asked, [Asked::Seek(21_000)]);
+    panel.get_by_label("going from 1:05.0 to 0:20.0 …");
+}
+
+#[test]
+fn the_slider_asks_once_it_is_let_go() {
+    let mut panel = harness(shown_again());
+    panel.run();
+    let slider = panel.get_by_label("Moment of the session").rect();
+    let at = |share: f32| egui::pos2(slider.left() + share * slider.width(), slider.center().y);
+    panel.drag_at(at(0.5));
+    panel.run();
+    panel.hover_at(at(0.1));
+    panel.run();
+    assert_eq!(panel.state().asked, [], "while it is held nothing is asked");
+    panel.drop_at(at(0.1));
+    panel.run();
+    let asked = &panel.state().asked;
+    let [Asked::Seek(at_ms)] = asked[..] else {
+        panic!("{asked:?}");
+    };
+    assert!(at_ms < 65_000, "earlier than it stood: {at_ms}");
+}
+
+#[test]
+fn without_a_session_nothing_of_one_is_shown_or_asked() {
+    let mut panel = harness(live());
+    for key in [egui::Key::ArrowLeft, egui::Key::Home, egui::Key::C] {
+        panel.key_press(key);
+        panel.run();
+    }
+    assert_eq!(panel.state().asked, []);
+    assert!(panel.query_by_label("Free camera (C)").is_none());
+}
+
+#[test]
+fn the_recording_says_how_it_does() {
+    use session::Standing;
+    let with = |standing, missing| {
+        let recording = RecordingView {
+            standing,
+            bytes: 12_300_000,
+            waiting: 4_000_000,
+            missing,
+        };
+        let mut panel = harness(UiState {
+            recording: Some(recording),
+            ..live()
+        });
+        panel.run();
+        panel
+    };
+    with(Standing::Recording, 0).get_by_label("Recording, 12.3 MB");
+    with(Standing::Recording, 7).get_by_label("Recording, but 7 ticks are missing");
+    with(Standing::Refused, 0)
+        .get_by_label("Recording: the disk is full or gone, 4.0 MB wait; make room");
+    with(Standing::Ended, 0).get_by_label("No longer recording: the disk was full for too long");
+    assert!(
+        harness(live())
+            .query_by_label_contains("Recording")
+            .is_none()
+    );
 }

@@ -152,6 +152,8 @@ fn in_the_window_s_process() {
         language: Language::English,
         task: None,
         instructor: false,
+        replay: None,
+        recording: None,
     };
     let outcome = run(&config, &AtomicBool::new(false), &mut |_| {});
     over.store(true, Ordering::Relaxed);
@@ -205,6 +207,8 @@ fn in_a_process_without_a_screen() {
         language: Language::English,
         task: None,
         instructor: false,
+        replay: None,
+        recording: None,
     };
     let error = run(&config, &AtomicBool::new(false), &mut |_| {}).unwrap_err();
     assert!(matches!(error, DisplayError::NoWindow { .. }), "{error}");

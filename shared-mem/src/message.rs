@@ -483,7 +483,7 @@ pub struct CommandMsg {
     /// One of the `CommandMsg` constants.
     pub kind: u32,
     /// Instrument for [`CommandMsg::INSTRUMENT`], task for [`CommandMsg::START`], 1/0 for [`CommandMsg::PAUSE`] and
-    /// [`CommandMsg::ENABLE_FORCE`].
+    /// [`CommandMsg::ENABLE_FORCE`], what else they say.
     pub argument: u32,
 }
 
@@ -501,6 +501,10 @@ impl CommandMsg {
     /// Put every organ to where a task begins: 1 identify, 2 clamp (the triangle is cleared), 3 cut (duct and
     /// artery are clipped), 4 disconnect (both are divided).
     pub const START: u32 = 6;
+    /// Of a replay: go to this time from its start, ms.
+    pub const SEEK: u32 = 7;
+    /// Of a replay: so many times as fast as it was, in thousandths, 10 to 100 000.
+    pub const SPEED: u32 = 8;
 }
 
 /// Service `command` (response): what became of it.

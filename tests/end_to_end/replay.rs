@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use rustix::process::Signal;
-use system_tests::{calot, finish, said, signal, station_name, summary, wait_until};
+use shared_mem::message::{CommandMsg, ReplyMsg, StateFrame};
+use shared_mem::service::{Host, Station};
+use system_tests::{PATIENCE, calot, finish, said, signal, station_name, summary, wait_until};
 
 /// Runs the station headless and without pictures until a session in `out` misses no tick: a machine
 /// that keeps a thread waiting for a second may lose some, and says so.
@@ -237,4 +239,85 @@ fn what_is_no_session_is_refused_with_the_next_step() {
         assert_eq!(code, Some(1), "{said}");
         assert!(said.contains("--record"), "{said}");
     }
+}
+
+/// What a show shows once it stands at a moment: the tick, and every sphere's bytes.
+fn shown_at(host: &Host, at_ms: u32) -> (u64, Vec<u8>) {
+    let ask = |kind, argument| {
+        let reply = host.command(CommandMsg { kind, argument }, PATIENCE);
+        assert_eq!(reply.expect("an answer").outcome, ReplyMsg::DONE);
+    };
+    ask(CommandMsg::PAUSE, 1);
+    ask(CommandMsg::SEEK, at_ms);
+    let mut state: Box<StateFrame> = bytemuck::zeroed_box();
+    let mut stood = 0;
+    let mut before = None;
+    wait_until("it stands there", || {
+        // It shows what stands again and again; on its way it shows where it was.
+        if host.newest_state(&mut state) {
+            let is_there = state.tick.abs_diff(u64::from(at_ms)) < 500;
+            stood = match is_there && before == Some(state.tick) {
+                true => stood + 1,
+                false => 0,
+            };
+            before = Some(state.tick);
+        }
+        stood > 3
+    });
+    let spheres = state.spheres().expect("sane");
+    (state.tick, bytemuck::cast_slice(spheres).to_vec())
+}
+
+#[test]
+fn a_show_goes_to_any_moment_and_finds_it_as_it_was() {
+    let folder = tempfile::tempdir().expect("a folder");
+    operate(folder.path(), "6");
+    let session = folder.path().join("session.mcap");
+    let name = station_name("scrubbed");
+    let mut child = calot()
+        .args([
+            "replay",
+            "--frames",
+            "0",
+            "--seconds",
+            "3600",
+            "--station",
+            &name,
+        ])
+        .arg(&session)
+        .arg("--out")
+        .arg(folder.path().join("shown"))
+        .spawn()
+        .expect("it starts");
+    let host = Host::open(&Station::new(&name).expect("a name")).expect("a host");
+    // Ahead, where nothing was run yet; then about, from what was kept on the way.
+    let straight: Vec<_> = [1500, 3000, 4700].map(|at| shown_at(&host, at)).into();
+    for (at_ms, which) in [(1500, 0), (4700, 2), (3000, 1), (1500, 0)] {
+        let again = shown_at(&host, at_ms);
+        assert_eq!(again.0, straight[which].0, "at {at_ms} ms");
+        assert!(
+            again == straight[which],
+            "at {at_ms} ms the tissue is another"
+        );
+    }
+    assert!(straight[0].1 != straight[2].1, "something moved");
+    // Beyond its end it stands at its end, and an impossible speed is refused.
+    let seek = CommandMsg {
+        kind: CommandMsg::SEEK,
+        argument: u32::MAX,
+    };
+    let reply = host.command(seek, PATIENCE).expect("an answer");
+    assert_eq!(reply.outcome, ReplyMsg::DONE);
+    let mut state: Box<StateFrame> = bytemuck::zeroed_box();
+    wait_until("its end is shown", || {
+        host.newest_state(&mut state) && state.tick > 4900
+    });
+    let speed = CommandMsg {
+        kind: CommandMsg::SPEED,
+        argument: 0,
+    };
+    let reply = host.command(speed, PATIENCE).expect("an answer");
+    assert_eq!(reply.outcome, ReplyMsg::OUT_OF_RANGE);
+    signal(child.id(), Signal::TERM);
+    child.wait().expect("it ends");
 }

@@ -39,7 +39,7 @@ pub use file::{Error, FILE_VERSION};
 pub use info::{Assignment, Finish, Info, hex, printable};
 pub use operation::Operation;
 pub use read::{End, ReadError, Session};
-pub use record::{Config, Listening, Recorded, Recording};
+pub use record::{Config, Health, Listening, Recorded, Recording, Standing};
 pub use storage::{Storage, create_private};
 
 #[cfg(test)]

@@ -3,9 +3,9 @@
 
 use std::io::Write as _;
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicU64, AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender, SyncSender, TrySendError};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant, SystemTime};
 
@@ -22,6 +22,8 @@ use crate::storage::{Storage, create_private};
 
 /// What may wait for the writing thread: about 40 s of a session.
 const QUEUE: usize = 6144;
+/// Room in it that is the events': a queue that the ticks have filled still takes an operation's worth of them.
+const FOR_EVENTS: usize = 1024;
 /// How often the services are looked at. They keep 8 s.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
 /// Poses and force for viewers; the course of the operation has them as often as the services are
@@ -50,6 +52,31 @@ pub struct Config {
     pub assignment: Option<Assignment>,
     /// Who is told the course of the operation as it is written: entry by entry what the file has.
     pub course: Option<Sender<Entry>>,
+}
+
+/// How a recording does while it goes on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Health {
+    /// Whether the disk takes it.
+    pub standing: Standing,
+    /// Bytes that the disk has.
+    pub bytes: u64,
+    /// Bytes that wait for it.
+    pub waiting: u64,
+    /// Ticks that ran and are not in it.
+    pub missing: u64,
+}
+
+/// Whether the disk takes a recording.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Standing {
+    /// It does.
+    #[default]
+    Recording,
+    /// It refuses what waits.
+    Refused,
+    /// It has refused too much, or the recording is over: nothing more is written.
+    Ended,
 }
 
 /// What a recording came to; part of `summary.json`.
@@ -92,13 +119,68 @@ impl Recorded {
     }
 }
 
+/// The writing thread's end of the queue.
+#[derive(Debug)]
+struct Items {
+    items: Receiver<Item>,
+    waiting: Arc<AtomicUsize>,
+}
+
+impl Items {
+    fn next(&self) -> Result<Item, RecvTimeoutError> {
+        let item = self.items.recv_timeout(Duration::from_millis(100));
+        if item.is_ok() {
+            self.waiting.fetch_sub(1, Relaxed);
+        }
+        item
+    }
+}
+
+/// The listening thread's end of the queue.
+struct Queue {
+    items: SyncSender<Item>,
+    waiting: Arc<AtomicUsize>,
+    overflowed: Arc<AtomicU64>,
+}
+
+impl Queue {
+    /// With no writer yet, or one that is slow, items wait; when too many do they are lost, ticks before events.
+    fn send(&self, item: Item) {
+        let is_event = matches!(item, Item::Event(_));
+        let waiting = self.waiting.fetch_add(1, Relaxed);
+        let has_room = is_event || waiting < QUEUE - FOR_EVENTS;
+        let sent = match has_room {
+            true => self
+                .items
+                .try_send(item)
+                .map_err(|it| matches!(it, TrySendError::Full(_))),
+            false => Err(true),
+        };
+        if let Err(is_full) = sent {
+            self.waiting.fetch_sub(1, Relaxed);
+            self.overflowed.fetch_add(u64::from(is_full), Relaxed);
+        }
+    }
+}
+
+fn queue(overflowed: Arc<AtomicU64>) -> (Queue, Items) {
+    let (sender, items) = mpsc::sync_channel(QUEUE);
+    let waiting = Arc::new(AtomicUsize::new(0));
+    let queue = Queue {
+        items: sender,
+        waiting: waiting.clone(),
+        overflowed,
+    };
+    (queue, Items { items, waiting })
+}
+
 /// A thread that listens to a station, so that nothing is missed before the file is begun.
 #[derive(Debug)]
 pub struct Listening {
     thread: JoinHandle<()>,
     stop: Arc<AtomicBool>,
     overflowed: Arc<AtomicU64>,
-    items: Receiver<Item>,
+    items: Items,
     prepare: fn(Option<usize>),
     tick_cpu: Option<usize>,
 }
@@ -115,11 +197,11 @@ impl Listening {
         prepare: fn(Option<usize>),
         tick_cpu: Option<usize>,
     ) -> Result<Self, Error> {
-        let (sender, items) = mpsc::sync_channel(QUEUE);
         let (tell, told) = mpsc::sync_channel::<Result<(), ServiceError>>(1);
         let stop = Arc::new(AtomicBool::new(false));
         let overflowed = Arc::new(AtomicU64::new(0));
-        let (station, stopped, over) = (station.clone(), stop.clone(), overflowed.clone());
+        let (sender, items) = queue(overflowed.clone());
+        let (station, stopped) = (station.clone(), stop.clone());
         let thread = Builder::new()
             .name("calot-listen".to_owned())
             .spawn(move || {
@@ -127,7 +209,7 @@ impl Listening {
                 match Tap::open(&station) {
                     Ok(tap) => {
                         let _ = tell.send(Ok(()));
-                        listen(&tap, &sender, &over, &stopped);
+                        listen(&tap, &sender, &stopped);
                     }
                     Err(error) => {
                         let _ = tell.send(Err(error));
@@ -174,17 +256,22 @@ impl Listening {
             prepare,
             tick_cpu,
         } = self;
+        let health = Arc::new(Mutex::new(Health::default()));
+        let told = health.clone();
         let writer = Builder::new()
             .name("calot-record".to_owned())
             .spawn(move || {
                 prepare(tick_cpu);
-                write(&items, storage, config, &overflowed)
+                let recorded = write(&items, storage, config, &overflowed, &told);
+                lock(&told).standing = Standing::Ended;
+                recorded
             })
             .map_err(Error::Thread)?;
         Ok(Recording {
             listener,
             stop,
             writer,
+            health,
         })
     }
 }
@@ -195,9 +282,16 @@ pub struct Recording {
     listener: JoinHandle<()>,
     stop: Arc<AtomicBool>,
     writer: JoinHandle<Recorded>,
+    health: Arc<Mutex<Health>>,
 }
 
 impl Recording {
+    /// How it does, kept up to date once a second.
+    #[must_use]
+    pub fn health(&self) -> Arc<Mutex<Health>> {
+        self.health.clone()
+    }
+
     /// Ends it, once the controller has ended: takes what is still there. `None`: a thread panicked.
     #[must_use]
     pub fn end(self) -> Option<Recorded> {
@@ -208,16 +302,11 @@ impl Recording {
     }
 }
 
-fn listen(tap: &Tap, items: &SyncSender<Item>, overflowed: &AtomicU64, stop: &AtomicBool) {
+fn listen(tap: &Tap, queue: &Queue, stop: &AtomicBool) {
     let mut shown_at: Option<Instant> = None;
     let mut newest_ns = 0;
     let mut tools = ToolFrame::zeroed();
-    let send = |item: Item| {
-        // With no writer yet, or one that is slow, items wait; when too many do they are lost.
-        if let Err(TrySendError::Full(_)) = items.try_send(item) {
-            overflowed.fetch_add(1, Relaxed);
-        }
-    };
+    let send = |item: Item| queue.send(item);
     loop {
         // Read first: what was sent before the end is then still fetched.
         let last = stop.load(Relaxed);
@@ -240,10 +329,11 @@ fn listen(tap: &Tap, items: &SyncSender<Item>, overflowed: &AtomicU64, stop: &At
 }
 
 fn write(
-    items: &Receiver<Item>,
+    items: &Items,
     storage: Box<dyn Storage>,
     mut config: Config,
     overflowed: &AtomicU64,
+    health: &Mutex<Health>,
 ) -> Recorded {
     let mut recorded = Recorded {
         file: config.path.clone(),
@@ -277,7 +367,7 @@ fn write(
         None => Ok(()),
     };
     let outcome = assigned
-        .and_then(|()| take_all(items, &mut file))
+        .and_then(|()| take_all(items, &mut file, health))
         .and_then(|()| file.finish());
     recorded.bytes = file.outbox.written;
     recorded.ticks = file.ticks.on_disk;
@@ -292,11 +382,11 @@ fn write(
     recorded
 }
 
-fn take_all(items: &Receiver<Item>, file: &mut SessionFile) -> Result<(), Error> {
+fn take_all(items: &Items, file: &mut SessionFile, health: &Mutex<Health>) -> Result<(), Error> {
     let mut flushed = Instant::now();
     let mut refused = None;
     loop {
-        match items.recv_timeout(Duration::from_millis(100)) {
+        match items.next() {
             Ok(Item::Inputs(batch)) => file.inputs(&batch)?,
             Ok(Item::Tools(tools, shown)) => {
                 file.moved(&tools)?;
@@ -313,8 +403,27 @@ fn take_all(items: &Receiver<Item>, file: &mut SessionFile) -> Result<(), Error>
             flushed = Instant::now();
             file.flush()?;
             tell(file.outbox.refused.as_deref(), &mut refused);
+            *lock(health) = health_of(file);
         }
     }
+}
+
+fn health_of(file: &SessionFile) -> Health {
+    let outbox = &file.outbox;
+    Health {
+        standing: match (&outbox.given_up, &outbox.refused) {
+            (Some(_), _) => Standing::Ended,
+            (None, Some(_)) => Standing::Refused,
+            (None, None) => Standing::Recording,
+        },
+        bytes: outbox.written,
+        waiting: outbox.waits() as u64,
+        missing: file.ticks.missing,
+    }
+}
+
+fn lock(health: &Mutex<Health>) -> std::sync::MutexGuard<'_, Health> {
+    health.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Says on standard error when the disk begins to refuse the recording, and when it takes it again.
@@ -341,4 +450,34 @@ fn tell(refused: Option<&str>, before: &mut Option<String>) {
 fn now_ns() -> u64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_queue_full_of_ticks_still_takes_events() {
+        let overflowed = Arc::new(AtomicU64::new(0));
+        let (queue, items) = queue(overflowed.clone());
+        for _ in 0..QUEUE + 100 {
+            queue.send(Item::Inputs(Box::new(InputBatch::zeroed())));
+        }
+        assert_eq!(overflowed.load(Relaxed), FOR_EVENTS as u64 + 100);
+        for _ in 0..FOR_EVENTS {
+            queue.send(Item::Event(EventMsg::zeroed()));
+        }
+        assert_eq!(overflowed.load(Relaxed), FOR_EVENTS as u64 + 100);
+        queue.send(Item::Event(EventMsg::zeroed()));
+        assert_eq!(overflowed.load(Relaxed), FOR_EVENTS as u64 + 101);
+        let (mut inputs, mut events) = (0, 0);
+        drop(queue);
+        while let Ok(item) = items.next() {
+            match item {
+                Item::Event(_) => events += 1,
+                _ => inputs += 1,
+            }
+        }
+        assert_eq!((inputs, events), (QUEUE - FOR_EVENTS, FOR_EVENTS));
+    }
 }

@@ -125,6 +125,11 @@ impl Outbox {
         true
     }
 
+    /// Bytes that wait for the disk.
+    pub(crate) fn waits(&self) -> usize {
+        lock(&self.waiting).len()
+    }
+
     /// The last time: what the disk refuses now is lost.
     pub(crate) fn finish(&mut self) -> bool {
         let whole = self.send();

@@ -157,8 +157,13 @@ pub fn write(
         report: folder.join("report.html"),
     };
     let json = serde_json::to_string_pretty(summary).map_err(|e| failed(&written.summary, &e))?;
-    std::fs::write(&written.summary, json + "\n").map_err(|e| failed(&written.summary, &e))?;
+    write_private(&written.summary, &(json + "\n")).map_err(|e| failed(&written.summary, &e))?;
     let html = page::render(summary, recorder, outcome, folder);
-    std::fs::write(&written.report, html).map_err(|e| failed(&written.report, &e))?;
+    write_private(&written.report, &html).map_err(|e| failed(&written.report, &e))?;
     Ok(written)
+}
+
+fn write_private(path: &Path, text: &str) -> std::io::Result<()> {
+    let mut file = session::create_private(path)?;
+    std::io::Write::write_all(&mut file, text.as_bytes())
 }

@@ -5,13 +5,17 @@ mod instructor;
 pub mod launcher;
 mod overlay;
 mod panel;
+mod recording;
+mod replay;
 mod screens;
 mod task;
 
 pub use health::TickHealth;
 pub use instructor::{BULLETIN_ALARMS, Bulletin};
 pub use overlay::{Circle, Line, Mark, Overlay};
-pub use panel::{Asked, ui};
+pub use panel::{Asked, FreeView, ui};
+pub use recording::RecordingView;
+pub use replay::ReplayView;
 pub use screens::Settings;
 pub use task::{TaskEnd, TaskNote, TaskView};
 
@@ -40,6 +44,12 @@ pub struct UiState {
     pub station: String,
     /// Scene's name.
     pub scene: String,
+    /// Where the show is, if this is a session shown again.
+    pub replay: Option<ReplayView>,
+    /// The picture is seen from where the user has turned it to, not through the endoscope.
+    pub is_view_free: bool,
+    /// How the recording does, if there is one.
+    pub recording: Option<RecordingView>,
     /// What the trainee is to do.
     pub task: String,
     /// How a task stands, if there is one.

@@ -5,7 +5,7 @@ use egui_plot::{Bar, BarChart, Line, Plot, PlotPoints};
 use shared_mem::message::DeviceHealth;
 
 use super::screens::{self, Settings};
-use super::{Link, UiState, instructor, instrument_id, task};
+use super::{Link, UiState, instructor, instrument_id, recording, replay, task};
 use crate::words::Words;
 
 /// What the user asks for.
@@ -37,6 +37,14 @@ pub enum Asked {
     WipeLens,
     /// From the start again.
     Again,
+    /// Of a replay: go to this time from its start, ms.
+    Seek(u32),
+    /// Of a replay: so many times as fast as it was, in thousandths.
+    Speed(u32),
+    /// Leave the endoscope, or look through it again.
+    FreeView(bool),
+    /// Move the view that has left it.
+    LookAround(FreeView),
     /// Open or close the settings.
     ShowSettings(bool),
     /// Take these settings.
@@ -55,6 +63,8 @@ impl Asked {
             | Self::EnableForce(_)
             | Self::Instrument(_)
             | Self::ToggleHand
+            | Self::Seek(_)
+            | Self::Speed(_)
             | Self::Again => true,
             Self::Acknowledge
             | Self::ToggleEngineering
@@ -63,11 +73,24 @@ impl Asked {
             | Self::NextScope
             | Self::TurnScope(_)
             | Self::WipeLens
+            | Self::FreeView(_)
+            | Self::LookAround(_)
             | Self::ShowSettings(_)
             | Self::Set(_)
             | Self::Quit => false,
         }
     }
+}
+
+/// How the free view is moved, in points of the pointer's and the wheel's way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FreeView {
+    /// The pointer to the right.
+    pub right: i16,
+    /// The pointer down.
+    pub down: i16,
+    /// The wheel away from the user.
+    pub nearer: i16,
 }
 
 const GOOD: Color32 = Color32::from_rgb(120, 205, 130);
@@ -88,6 +111,9 @@ pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
     let zoom = f32::from(state.settings.text_percent) * 0.01;
     ui.ctx().set_zoom_factor(zoom);
     let mut asked = screens::keys(ui, state).unwrap_or_else(|| keys(ui, state));
+    if !state.settings_open {
+        asked.extend(replay::keys(ui, state));
+    }
     if !state.panel_hidden && !state.settings_open {
         egui::Panel::right("panel")
             .default_size(300.0)
@@ -172,7 +198,12 @@ fn picture(
     let width = space.x.min(space.y * aspect);
     let size = vec2(width, width / aspect);
     ui.centered_and_justified(|ui| {
-        let picture = ui.add(egui::Image::new((id, size)).alt_text(state.words.say("picture-alt")));
+        let image = egui::Image::new((id, size)).alt_text(state.words.say("picture-alt"));
+        let picture = ui.add(match state.replay {
+            Some(_) => image.sense(Sense::drag()),
+            None => image,
+        });
+        asked.extend(replay::look_around(ui, &picture, state));
         let place = egui::Rect::from_center_size(picture.rect.center(), size);
         if let Some(overlay) = &state.overlay {
             overlay.paint(ui.painter(), place);
@@ -226,7 +257,9 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         }
     }
     alarm(ui, state, asked);
+    recording::show(ui, state);
     ui.separator();
+    replay::show(ui, state, asked);
     controller(ui, state);
     devices(ui, state);
     ui.separator();

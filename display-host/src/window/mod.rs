@@ -1,6 +1,7 @@
 //! The station's window: picture and panel, one frame after the other.
 
 mod canvas;
+mod free_view;
 mod operate;
 mod page;
 mod pending;
@@ -25,7 +26,7 @@ use self::session::Session;
 use crate::DisplayError;
 use crate::headless::{Ended, Observed, Outcome};
 use crate::sound::Sound;
-use crate::ui::TaskView;
+use crate::ui::{RecordingView, ReplayView, TaskView};
 use crate::words::Language;
 
 /// How long the window rests when it cannot be seen.
@@ -56,6 +57,10 @@ pub struct WindowConfig {
     pub task: Option<Arc<Mutex<TaskView>>>,
     /// An instructor watches: what the task's assessor tells is shown, and nothing is asked of the station.
     pub instructor: bool,
+    /// Where the show is, if a session is shown again, kept up to date by whoever shows it.
+    pub replay: Option<Arc<Mutex<ReplayView>>>,
+    /// How the recording does, if there is one, kept up to date by whoever records.
+    pub recording: Option<Arc<Mutex<RecordingView>>>,
 }
 
 /// Opens the window and runs it until it is closed, `stop` is set, or the time is over. Once a
@@ -89,6 +94,7 @@ pub fn run(
             config.task.clone(),
             config.language,
         )
+        .showing(config.replay.clone(), config.recording.clone())
         .watched_by_instructor(config.instructor.then_some(&config.station))?,
         scene,
         stop,

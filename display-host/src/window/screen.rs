@@ -173,6 +173,7 @@ impl Screen {
         }
         let effects = session.take_effects(played_s);
         let (state, tools) = session.moment()?;
+        let tools = session.seen_tools(tools);
         let spheres = state.spheres().unwrap_or(&[]);
         self.renderer.play(spheres, &effects, played_s);
         let cells = state.cells().unwrap_or(&[]);
@@ -181,7 +182,7 @@ impl Screen {
         self.renderer.set_inside(&self.canvas.gpu, inside);
         (self.renderer).set_clips(state.clips().unwrap_or(&[]), spheres);
         self.renderer
-            .render(&self.canvas.gpu, spheres, tools, session.time_s());
+            .render(&self.canvas.gpu, spheres, &tools, session.time_s());
         // What is drawn again has no motion to be late with.
         let is_new = self.drawn_tick.replace(state.tick) != Some(state.tick);
         Some(FrameRecord {

@@ -9,6 +9,7 @@ use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, ServiceError, Station, TaskReceiver};
 use shared_mem::task::TaskMsg;
 
+use super::free_view::FreeCamera;
 use super::operate::Operate;
 use super::pending::Pending;
 use crate::effects::{Causes, Effect};
@@ -18,7 +19,9 @@ use crate::latency::FrameRecord;
 use crate::render::camera::Scope;
 use crate::sound::Sound;
 use crate::sound::synth::{Current, Heard};
-use crate::ui::{Asked, Bulletin, Link, Overlay, Settings, TaskView, UiState};
+use crate::ui::{
+    Asked, Bulletin, Link, Overlay, RecordingView, ReplayView, Settings, TaskView, UiState,
+};
 use crate::words::Language;
 
 /// Frames whose records are kept: an hour and a half at 60 Hz; then the older half goes.
@@ -57,6 +60,10 @@ pub(super) struct Session {
     task: Option<Arc<Mutex<TaskView>>>,
     /// An instructor hears of the task from its assessor.
     bulletins: Option<(TaskReceiver, Box<TaskMsg>)>,
+    replay: Option<Arc<Mutex<ReplayView>>>,
+    recording: Option<Arc<Mutex<RecordingView>>>,
+    /// The view that has left the endoscope.
+    free: Option<FreeCamera>,
     /// When the task last gave an alarm.
     alarmed: Option<Instant>,
     /// The newest clip that has closed: it clicks once, on however many organs it is.
@@ -104,6 +111,9 @@ impl Session {
             sound,
             task,
             bulletins: None,
+            replay: None,
+            recording: None,
+            free: None,
             alarmed: None,
             heard: Heard::default(),
             newest_clip: None,
@@ -138,6 +148,16 @@ impl Session {
         }
     }
 
+    /// What else is to be shown.
+    pub(super) fn showing(
+        mut self,
+        replay: Option<Arc<Mutex<ReplayView>>>,
+        recording: Option<Arc<Mutex<RecordingView>>>,
+    ) -> Self {
+        (self.replay, self.recording) = (replay, recording);
+        self
+    }
+
     pub(super) fn set_adapter(&mut self, adapter: String) {
         self.ui.adapter = adapter;
     }
@@ -147,6 +167,11 @@ impl Session {
         self.feed.state().zip(self.feed.tools())
     }
 
+    /// The tools as they are to be drawn: from where the user looks.
+    pub(super) fn seen_tools(&self, tools: &ToolFrame) -> ToolFrame {
+        self.free.map_or(*tools, |free| free.seen(tools))
+    }
+
     /// Brings the engineering view up to date, if it is on.
     pub(super) fn update_overlay(&mut self, scene: &SceneFile, scope: &Scope) {
         if self.ui.overlay.is_none() {
@@ -154,7 +179,8 @@ impl Session {
         }
         if let Some((state, tools)) = self.feed.state().zip(self.feed.tools()) {
             let spheres = state.spheres().unwrap_or(&[]);
-            let mut overlay = Overlay::of(scene, spheres, tools, scope);
+            let tools = self.seen_tools(tools);
+            let mut overlay = Overlay::of(scene, spheres, &tools, scope);
             if self.ui.inside {
                 overlay.leave_to_picture();
             }
@@ -235,6 +261,11 @@ impl Session {
             }
             self.ui.task_view = Some(task);
         }
+        let newest = |it: &Arc<Mutex<_>>| *it.lock().unwrap_or_else(PoisonError::into_inner);
+        self.ui.replay = self.replay.as_ref().map(newest);
+        let newest = |it: &Arc<Mutex<_>>| *it.lock().unwrap_or_else(PoisonError::into_inner);
+        self.ui.recording = self.recording.as_ref().map(newest);
+        self.ui.is_view_free = self.free.is_some();
         self.sound(observer);
         self.ui.in_hand = self.operate.is_on();
         self.ui.force = self.force.iter().copied().collect();
@@ -360,6 +391,22 @@ impl Session {
                     self.ui.set(settings);
                     continue;
                 }
+                Asked::Seek(at_ms) => (CommandMsg::SEEK, at_ms, "go to a moment".to_owned()),
+                Asked::Speed(speed) => (CommandMsg::SPEED, speed, "speed".to_owned()),
+                Asked::FreeView(free) => {
+                    let tools = self.feed.tools().filter(|_| free);
+                    self.free = tools.map(FreeCamera::at);
+                    continue;
+                }
+                Asked::LookAround(by) => {
+                    let tools = self.feed.tools();
+                    let here = self.free.or_else(|| tools.map(FreeCamera::at));
+                    self.free = here.map(|mut camera| {
+                        camera.turn(by);
+                        camera
+                    });
+                    continue;
+                }
                 Asked::Again => {
                     self.carry_out(&[Asked::Reset, Asked::Pause(false)], observer);
                     continue;
@@ -378,8 +425,9 @@ impl Session {
             };
             let problem = match self.host.command(command, patience) {
                 Ok(reply) if reply.outcome == 0 => {
-                    if [CommandMsg::RESET, CommandMsg::START].contains(&kind) {
+                    if [CommandMsg::RESET, CommandMsg::START, CommandMsg::SEEK].contains(&kind) {
                         self.forget_effects();
+                        self.force.clear();
                     }
                     continue;
                 }

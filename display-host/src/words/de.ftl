@@ -49,6 +49,21 @@ settings-sound-off = aus
 settings-screen = Ganzer Bildschirm (F11)
 settings-close = Zurück (Esc)
 
+## Eine Sitzung, noch einmal gezeigt
+replay-at = { $at } von { $length }
+replay-slider = Zeitpunkt der Sitzung
+replay-step = { $step } s
+replay-speed = { $speed }×
+replay-seeks = von { $at } nach { $to } …
+replay-free = Freie Kamera (C)
+replay-free-help = Bild ziehen: umsehen, Rad: näher. Pfeile: 1 s, Bild auf und ab: 10 s, Pos1: der Anfang.
+
+## Die Aufzeichnung
+recording-on = Aufzeichnung läuft, { $megabytes } MB
+recording-waits = Aufzeichnung: Platte voll oder weg, { $megabytes } MB warten; Platz schaffen
+recording-gap = Aufzeichnung läuft, aber { $missing } Takte fehlen
+recording-ended = Keine Aufzeichnung mehr: die Platte war zu lange voll
+
 ## Alarme
 alarm-touched = berührt: { $organ }
 alarm-burnt = verbrannt: { $organ }

@@ -49,6 +49,21 @@ settings-sound-off = off
 settings-screen = Fill the screen (F11)
 settings-close = Back (Esc)
 
+## A session shown again
+replay-at = { $at } of { $length }
+replay-slider = Moment of the session
+replay-step = { $step } s
+replay-speed = { $speed }×
+replay-seeks = going from { $at } to { $to } …
+replay-free = Free camera (C)
+replay-free-help = Drag the picture to look around, the wheel goes nearer. Arrows: 1 s, page up and down: 10 s, Home: the start.
+
+## The recording
+recording-on = Recording, { $megabytes } MB
+recording-waits = Recording: the disk is full or gone, { $megabytes } MB wait; make room
+recording-gap = Recording, but { $missing } ticks are missing
+recording-ended = No longer recording: the disk was full for too long
+
 ## Alarms
 alarm-touched = touched: { $organ }
 alarm-burnt = burnt: { $organ }

@@ -74,6 +74,8 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
         language: LanguageName::or_users(args.language),
         task: None,
         instructor: true,
+        replay: None,
+        recording: None,
     };
     window::run(&config, &stop, &mut |observed| {
         if let Observed::Warning(text) = observed {

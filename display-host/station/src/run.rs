@@ -96,6 +96,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
         scene: &scene,
         out: out.as_deref(),
         task: live.as_ref(),
+        recording: recording.as_ref(),
     };
     let outcome = show(args, &shown, &stop, &watch.over, &mut recorder);
     let dead = watch.end();
@@ -236,6 +237,7 @@ struct Shown<'a> {
     scene: &'a Path,
     out: Option<&'a Path>,
     task: Option<&'a Live>,
+    recording: Option<&'a Recording>,
 }
 
 /// The display, in this process.
@@ -246,6 +248,7 @@ fn show(
         scene,
         out,
         task,
+        recording,
     }: &Shown<'_>,
     stop: &AtomicBool,
     over: &AtomicBool,
@@ -292,6 +295,8 @@ fn show(
         language: LanguageName::or_users(args.language),
         task: task.map(|task| task.view.clone()),
         instructor: false,
+        replay: None,
+        recording: recording.map(Recording::health),
     };
     Ok(window::run(&config, stop, &mut observe)?)
 }

@@ -6,9 +6,11 @@
 //!
 //! No clock, no device, no thread: what the tick was given is what it gets.
 
+mod player;
 mod show;
 
-pub use show::{Pace, show};
+pub use player::length_ns;
+pub use show::{Pace, Shown, show};
 
 use hardware::station::StationFile;
 use rt_core::port::ForceCommand;

@@ -36,7 +36,9 @@ pub(super) fn cover(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) -> boo
 /// What lies over the picture.
 pub(super) fn over(ui: &Ui, place: egui::Rect, state: &UiState, asked: &mut Vec<Asked>) {
     hud::show(ui, place, state, asked);
-    if state.link == Link::Live && state.is_paused() && !state.instructor {
+    // Who stops a replay wants to see it.
+    let covers = !state.instructor && state.replay.is_none();
+    if state.link == Link::Live && state.is_paused() && covers {
         pause::show(ui, place, state, asked);
     }
 }

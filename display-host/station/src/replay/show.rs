@@ -1,11 +1,13 @@
 //! `calot replay --show`: a session on the display, for debriefing.
 
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use display_host::headless::{self, HeadlessConfig, Observed};
+use display_host::ui::ReplayView;
 use display_host::window::{self, WindowConfig};
-use rt_process::replay::{Pace, Replay, Replayed, show};
+use rt_process::replay::{Pace, Replay, Replayed, Shown, length_ns, show};
 use session::Session;
 use shared_mem::inputs::InputRecord;
 use shared_mem::scene::SceneFile;
@@ -44,10 +46,25 @@ pub(super) fn run(
     let played = session.path();
     // A window shows from the start on; pictures can only be drawn once there is something to draw with.
     let begun = AtomicBool::new(args.frames.is_none());
+    let view = Arc::new(Mutex::new(ReplayView::default()));
+    let length = AtomicU64::new(0);
     let (shown, watched) = std::thread::scope(|scope| {
+        // An hour's length takes seconds to find out.
+        scope.spawn(|| {
+            if let Ok(session) = Session::open(played) {
+                let ticks = in_order(session).take_while(|_| !stop.load(Relaxed));
+                length.store(length_ns(ticks), Relaxed);
+            }
+        });
         let player = std::thread::Builder::new().stack_size(STACK_BYTES);
         let player = player.spawn_scoped(scope, || {
-            let open = || Session::open(played).ok().map(warned);
+            // What is left out is said once, however often it is gone back.
+            let mut said = false;
+            let open = || {
+                let first = !core::mem::replace(&mut said, true);
+                let session = Session::open(played).ok()?;
+                Some(warned(session, first))
+            };
             let mut judge = Judge::default();
             let mut first_ns = None;
             let each = |tick: &Replayed<'_>| {
@@ -62,7 +79,16 @@ pub(super) fn run(
                     ));
                 }
             };
-            let shown = show(&replay, &station, pace, &begun, &stop, open, each);
+            let tell = |shown: Shown| {
+                let found_s = length.load(Relaxed) as f64 / 1e9;
+                *view.lock().unwrap_or_else(PoisonError::into_inner) = ReplayView {
+                    at_s: shown.at_s,
+                    length_s: shown.length_s.unwrap_or(found_s),
+                    speed: shown.speed,
+                    seeks_s: shown.seeks_s,
+                };
+            };
+            let shown = show(&replay, &station, pace, &begun, &stop, open, each, tell);
             if shown.is_err() {
                 stop.store(true, Relaxed);
             }
@@ -103,6 +129,8 @@ pub(super) fn run(
                     language: crate::cli::LanguageName::or_users(None),
                     task: None,
                     instructor: false,
+                    replay: Some(view.clone()),
+                    recording: None,
                 },
                 &stop,
                 &mut observe,
@@ -123,12 +151,18 @@ pub(super) fn run(
     Ok(ExitCode::SUCCESS)
 }
 
-/// The session's ticks up to the first that is missing; says at their end what is left out.
-fn warned(mut session: Session) -> impl Iterator<Item = InputRecord> {
+/// The session's ticks up to the first that is missing.
+fn in_order(mut session: Session) -> impl Iterator<Item = InputRecord> {
+    let mut expected = 0;
+    core::iter::from_fn(move || next_in_order(&mut session, &mut expected).ok().flatten())
+}
+
+/// The same; says at their end what is left out.
+fn warned(mut session: Session, says: bool) -> impl Iterator<Item = InputRecord> {
     let mut expected = 0;
     core::iter::from_fn(move || {
         let next = next_in_order(&mut session, &mut expected);
-        if let Ok(None) | Err(_) = next {
+        if let (true, Ok(None) | Err(_)) = (says, next) {
             for warning in LeftOut::of(&session, next.err()).in_words() {
                 say::note(format_args!("warning: {warning}"));
             }

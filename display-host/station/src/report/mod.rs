@@ -124,7 +124,11 @@ fn with(chapter: &Chapter, left_out: &LeftOut) -> Result<serde_json::Value, Prob
 
 /// Writes the page and says where.
 pub(crate) fn write(chapters: &[Chapter], out: &Path) -> Result<(), Problem> {
-    std::fs::write(out, html(chapters)).map_err(|error| {
+    let write = || {
+        let mut file = session::create_private(out)?;
+        std::io::Write::write_all(&mut file, html(chapters).as_bytes())
+    };
+    write().map_err(|error: std::io::Error| {
         format!(
             "{}: {error}; choose another place with --out",
             out.display()

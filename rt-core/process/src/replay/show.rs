@@ -4,14 +4,17 @@ use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;
 
 use rt_core::port::LineCounters;
+use rt_core::sim::Sim;
+use rt_core::state::State;
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::{CommandMsg, ReplyMsg, StateFrame, ToolFrame};
 use shared_mem::service::{Controller, Station};
 
+use super::player::Player;
 use super::{Replay, Replayed};
 use crate::error::RtError;
-use crate::frames;
 use crate::time_driver::monotonic_ns;
+use crate::{frames, inputs};
 
 /// A frame for so many ticks, as the controller does.
 const FRAME_EVERY: u64 = 4;
@@ -19,10 +22,10 @@ const FRAME_EVERY: u64 = 4;
 const PAUSED: u32 = 8;
 /// A display that sees nothing for longer takes its controller for gone.
 const STILL_ALIVE_NS: u64 = 100_000_000;
-/// Longest time between two ticks: what a damaged session says may be hundreds of years.
-const STEP_MAX_NS: u64 = 1_000_000_000;
 /// How often commands are looked for while nothing else is to be done.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
+/// The same in ticks that are run and not shown.
+const LOOK_EVERY_TICKS: u64 = 16;
 
 /// How a session is shown.
 #[derive(Debug, Clone, Copy)]
@@ -33,13 +36,31 @@ pub struct Pace {
     pub from_s: f64,
 }
 
+/// Where a show is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Shown {
+    /// Time in the session, s.
+    pub at_s: f64,
+    /// So many times as fast as it was.
+    pub speed: f64,
+    /// It is on its way to a moment that was asked for, s.
+    pub seeks_s: Option<f64>,
+    /// Its length, once its end was seen, s.
+    pub length_s: Option<f64>,
+}
+
 /// Shows the ticks that `open` gives on `station`, from when `begun` is set (until then the first stands
-/// still) until `stop` is set; the last one stands. A display's commands pause it, or begin anew (reset).
-/// `each` sees all that are run, as soon as they are.
+/// still) until `stop` is set; the last one stands. A display's commands pause it, change its speed, go to any
+/// moment, or begin anew (reset). `each` sees every tick once, as soon as it is run; `tell` where the show is.
+/// Needs a stack of several megabytes.
 ///
 /// # Errors
 /// When somebody controls the station, the core refuses the scene, or no tick is as late as
 /// [`Pace::from_s`].
+#[expect(
+    clippy::too_many_arguments,
+    reason = "each is one thing that the caller owns"
+)]
 pub fn show<I: Iterator<Item = InputRecord>>(
     replay: &Replay,
     station: &Station,
@@ -48,109 +69,144 @@ pub fn show<I: Iterator<Item = InputRecord>>(
     stop: &AtomicBool,
     mut open: impl FnMut() -> Option<I>,
     mut each: impl FnMut(&Replayed<'_>),
+    mut tell: impl FnMut(Shown),
 ) -> Result<(), RtError> {
     let mut stage = Stage {
         controller: Controller::open(station)?,
         scene_id: replay.scene_id(),
-        pace,
+        start_ns: (pace.from_s * 1e9) as u64,
+        speed: pace.speed,
         state: bytemuck::zeroed_box(),
         tools: bytemuck::zeroed_box(),
         next_event: 0,
         paused: false,
-        again: true,
-        time: SessionTime::default(),
-        start_ns: None,
+        seek_ns: Some((pace.from_s * 1e9) as u64),
+        asked_ns: None,
+        length_ns: None,
+        at_ns: 0,
+        anchor: None,
         sent_ns: 0,
+        has_shown: false,
     };
-    while stage.again && !stop.load(Relaxed) {
-        let Some(ticks) = open() else { break };
-        stage.again = false;
-        stage.time = SessionTime::default();
-        stage.start_ns = None;
-        replay.run(ticks, |tick| {
-            each(tick);
-            stage.play(tick, begun, stop)
-        })?;
-        if stage.start_ns.is_none() && !stage.again && !stop.load(Relaxed) {
-            return Err(RtError::NothingToShow {
-                from_s: pace.from_s,
-                length_s: stage.time.passed_ns as f64 / 1e9,
-            });
+    let mut state = Box::new(State::new());
+    let (device, parameters) = (
+        inputs::capabilities(&replay.setup),
+        inputs::parameters(&replay.setup),
+    );
+    let sim = Sim::new(replay.scene.scene()?, &mut state, device, parameters);
+    let mut player = Player::new(sim);
+    let Some(mut ticks) = open() else {
+        return Ok(());
+    };
+    while !stop.load(Relaxed) {
+        if let Some(asked_ns) = stage.asked_ns.take() {
+            let at_ns = asked_ns.min(stage.length_ns.unwrap_or(asked_ns));
+            if let Some(before) = player.go_before(at_ns) {
+                let Some(again) = open() else { break };
+                ticks = again;
+                // As many as were run: the file is read from its start, which takes no simulation.
+                if let Some(last) = before.checked_sub(1) {
+                    ticks.nth(usize::try_from(last).unwrap_or(usize::MAX));
+                }
+            }
+            stage.seek_ns = Some(at_ns);
+            stage.anchor = None;
         }
-        while !stage.again && !stop.load(Relaxed) {
-            stage.serve(stop);
-            stage.send_again_if_due();
-            std::thread::sleep(LOOK_EVERY);
+        match ticks.next() {
+            Some(record) => player.tick(&record, |tick, passed_ns, is_new| {
+                if is_new {
+                    each(tick);
+                }
+                stage.play(tick, passed_ns, begun, stop, &mut tell);
+            }),
+            None if !stage.has_shown => {
+                return Err(RtError::NothingToShow {
+                    from_s: pace.from_s,
+                    length_s: player.passed_ns() as f64 / 1e9,
+                });
+            }
+            None => {
+                let end_ns = *stage.length_ns.insert(player.passed_ns());
+                if stage.seek_ns.is_some() {
+                    // It is not as long: its last moment is shown.
+                    stage.asked_ns = Some(end_ns);
+                    continue;
+                }
+                stage.serve(stop);
+                stage.send_again_if_due();
+                tell(stage.shown());
+                std::thread::sleep(LOOK_EVERY);
+            }
         }
     }
     Ok(())
 }
 
-/// Time that has passed in a session.
-#[derive(Debug, Default)]
-struct SessionTime {
-    newest_ns: Option<u64>,
-    passed_ns: u64,
-}
-
-impl SessionTime {
-    /// Goes on to a tick's time.
-    fn pass(&mut self, now_ns: u64) -> u64 {
-        let before_ns = self.newest_ns.replace(now_ns).unwrap_or(now_ns);
-        let step_ns = now_ns.saturating_sub(before_ns).min(STEP_MAX_NS);
-        self.passed_ns = self.passed_ns.saturating_add(step_ns);
-        self.passed_ns
-    }
-}
-
 struct Stage {
     controller: Controller,
     scene_id: [u8; 16],
-    pace: Pace,
+    /// Where it begins, and begins anew.
+    start_ns: u64,
+    speed: f64,
     state: Box<StateFrame>,
     tools: Box<ToolFrame>,
     next_event: u64,
     paused: bool,
-    /// From the beginning, as a display asked.
-    again: bool,
-    time: SessionTime,
-    /// When the first tick that is shown was, or would have been without pauses.
-    start_ns: Option<u64>,
+    /// What comes before is run, but not shown.
+    seek_ns: Option<u64>,
+    /// Where a display asked to go.
+    asked_ns: Option<u64>,
+    length_ns: Option<u64>,
+    at_ns: u64,
+    /// A moment of the session, and when it was shown: what follows is shown by it.
+    anchor: Option<(u64, u64)>,
     sent_ns: u64,
+    has_shown: bool,
 }
 
 impl Stage {
-    /// Shows a tick when its time has come; whether to go on.
-    fn play(&mut self, tick: &Replayed<'_>, begun: &AtomicBool, stop: &AtomicBool) -> bool {
-        let passed_ns = self.time.pass(tick.record.now_ns);
-        let from_ns = (self.pace.from_s * 1e9) as u64;
-        let Some(shown_ns) = passed_ns.checked_sub(from_ns) else {
-            return !stop.load(Relaxed);
-        };
-        let due_ns = (shown_ns as f64 / self.pace.speed) as u64;
-        if self.start_ns.is_none() {
+    /// Shows a tick when its time has come, unless it is only run on the way to another.
+    fn play(
+        &mut self,
+        tick: &Replayed<'_>,
+        passed_ns: u64,
+        begun: &AtomicBool,
+        stop: &AtomicBool,
+        tell: &mut dyn FnMut(Shown),
+    ) {
+        self.at_ns = passed_ns;
+        if self.seek_ns.is_some_and(|seek_ns| passed_ns < seek_ns) {
+            if tick.view.tick.is_multiple_of(LOOK_EVERY_TICKS) {
+                self.serve(stop);
+                self.send_again_if_due();
+                tell(self.shown());
+            }
+            return;
+        }
+        if self.seek_ns.take().is_some() {
             self.show(tick);
         }
-        let mut start_ns = *self
-            .start_ns
-            .get_or_insert_with(|| monotonic_ns().saturating_sub(due_ns));
+        tell(self.shown());
         loop {
             self.serve(stop);
-            if self.again || stop.load(Relaxed) {
-                return false;
+            if self.asked_ns.is_some() || stop.load(Relaxed) {
+                return;
             }
             let now = monotonic_ns();
-            let at_ns = start_ns.saturating_add(due_ns);
             if self.paused || !begun.load(Relaxed) {
                 // As much later as it stands.
-                start_ns = now.saturating_sub(due_ns);
-                self.start_ns = Some(start_ns);
+                self.anchor = None;
                 self.send_again_if_due();
-            } else if now >= at_ns {
+                std::thread::sleep(LOOK_EVERY);
+                continue;
+            }
+            let (from_ns, shown_ns) = *self.anchor.get_or_insert((passed_ns, now));
+            let due_ns = (passed_ns.saturating_sub(from_ns) as f64 / self.speed) as u64;
+            let left_ns = shown_ns.saturating_add(due_ns).saturating_sub(now);
+            if left_ns == 0 {
                 break;
             }
-            let left = at_ns.saturating_sub(now);
-            std::thread::sleep(LOOK_EVERY.min(Duration::from_nanos(left.max(100_000))));
+            std::thread::sleep(LOOK_EVERY.min(Duration::from_nanos(left_ns.max(100_000))));
         }
         for event in tick.view.events {
             let event = frames::event(event, self.next_event, tick.view.tick, monotonic_ns());
@@ -160,7 +216,6 @@ impl Stage {
         if tick.view.tick.is_multiple_of(FRAME_EVERY) {
             self.show(tick);
         }
-        true
     }
 
     fn show(&mut self, tick: &Replayed<'_>) {
@@ -168,25 +223,36 @@ impl Stage {
         let lines = [Some(LineCounters::default()); 3];
         frames::fill_state(&mut self.state, tick.view, self.scene_id, now);
         frames::fill_tools(&mut self.tools, tick.view, lines, self.scene_id, now);
+        self.has_shown = true;
         self.send();
     }
 
     /// What stands still is shown again, for whoever joins and whoever waits for it.
     fn send_again_if_due(&mut self) {
         let now = monotonic_ns();
-        if now.saturating_sub(self.sent_ns) > STILL_ALIVE_NS {
+        if self.has_shown && now.saturating_sub(self.sent_ns) > STILL_ALIVE_NS {
             (self.state.at_ns, self.tools.at_ns) = (now, now);
-            let paused = u32::from(self.paused) * PAUSED;
-            self.tools.switches = self.tools.switches & !PAUSED | paused;
             self.send();
         }
     }
 
     fn send(&mut self) {
         self.sent_ns = monotonic_ns();
+        let paused = u32::from(self.paused) * PAUSED;
+        self.tools.switches = self.tools.switches & !PAUSED | paused;
         // Each fails only when the service is gone.
         let _ = self.controller.state.send_copy(*self.state);
         let _ = self.controller.tools.send_copy(*self.tools);
+    }
+
+    fn shown(&self) -> Shown {
+        let seconds = |ns: u64| ns as f64 / 1e9;
+        Shown {
+            at_s: seconds(self.at_ns),
+            speed: self.speed,
+            seeks_s: self.seek_ns.map(seconds),
+            length_s: self.length_ns.map(seconds),
+        }
     }
 
     fn serve(&mut self, stop: &AtomicBool) {
@@ -195,7 +261,13 @@ impl Stage {
             let mut outcome = ReplyMsg::DONE;
             match kind {
                 CommandMsg::PAUSE => self.paused = argument != 0,
-                CommandMsg::RESET => self.again = true,
+                CommandMsg::RESET => self.asked_ns = Some(self.start_ns),
+                CommandMsg::SEEK => self.asked_ns = Some(u64::from(argument) * 1_000_000),
+                CommandMsg::SPEED if (10..=100_000).contains(&argument) => {
+                    self.speed = f64::from(argument) / 1e3;
+                    self.anchor = None;
+                }
+                CommandMsg::SPEED => outcome = ReplyMsg::OUT_OF_RANGE,
                 CommandMsg::STOP => stop.store(true, Relaxed),
                 // Force and instrument are as they were.
                 _ => outcome = ReplyMsg::UNKNOWN,
@@ -206,18 +278,5 @@ impl Stage {
                 tick: self.state.tick,
             });
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn time_goes_on_by_a_second_at_most_and_never_back() {
-        let mut time = SessionTime::default();
-        let at = [u64::MAX - 5, 7, 9, u64::MAX, 3, 4].map(|now_ns| time.pass(now_ns));
-        let second = STEP_MAX_NS;
-        assert_eq!(at, [0, 0, 2, second + 2, second + 2, second + 3]);
     }
 }

@@ -1,0 +1,35 @@
+//! How the recording does.
+
+use egui::Ui;
+
+use super::UiState;
+use super::panel::{Mark, line};
+use session::Standing;
+
+/// How the recording does.
+pub type RecordingView = session::Health;
+
+/// Shows it, if there is one.
+pub(super) fn show(ui: &mut Ui, state: &UiState) {
+    let Some(health) = &state.recording else {
+        return;
+    };
+    let words = &state.words;
+    let megabytes = |bytes: u64| format!("{:.1}", bytes as f64 / 1e6).into();
+    let (mark, text) = match health.standing {
+        Standing::Ended => (Mark::Bad, words.say("recording-ended")),
+        Standing::Refused => {
+            let values = [("megabytes", megabytes(health.waiting))];
+            (Mark::Bad, words.say_with("recording-waits", &values))
+        }
+        Standing::Recording if health.missing > 0 => {
+            let values = [("missing", health.missing.to_string().into())];
+            (Mark::Care, words.say_with("recording-gap", &values))
+        }
+        Standing::Recording => {
+            let values = [("megabytes", megabytes(health.bytes))];
+            (Mark::Good, words.say_with("recording-on", &values))
+        }
+    };
+    line(ui, mark, &text);
+}

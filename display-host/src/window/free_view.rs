@@ -1,0 +1,104 @@
+//! A replay looked at from anywhere: the camera goes around what the endoscope looked at.
+
+use glam::{Mat4, Quat, Vec3};
+use shared_mem::message::{PoseMsg, ToolFrame};
+
+use crate::render::camera::matrix;
+use crate::ui::FreeView;
+
+/// Where tissue usually is in front of the lens, m.
+const AHEAD_M: f32 = 0.08;
+/// A point of the pointer's way turns by so much, rad.
+const RAD_POINT: f32 = 0.006;
+/// A point of the wheel's way goes so much nearer, as a share.
+const SHARE_POINT: f32 = 0.002;
+/// How near and how far it may go, m.
+const DISTANCES_M: [f32; 2] = [0.02, 0.4];
+/// Never over the top.
+const PITCH_MAX: f32 = 1.5;
+
+/// The free camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct FreeCamera {
+    /// The endoscope, where it was when the camera left it.
+    from: PoseMsg,
+    yaw: f32,
+    pitch: f32,
+    distance_m: f32,
+}
+
+impl FreeCamera {
+    /// Where the endoscope is now.
+    pub(super) fn at(tools: &ToolFrame) -> Self {
+        Self {
+            from: tools.world_from_camera,
+            yaw: 0.0,
+            pitch: 0.0,
+            distance_m: AHEAD_M,
+        }
+    }
+
+    /// Moves as the pointer asks.
+    pub(super) fn turn(&mut self, by: FreeView) {
+        self.yaw = (self.yaw - f32::from(by.right) * RAD_POINT) % core::f32::consts::TAU;
+        let pitch = self.pitch - f32::from(by.down) * RAD_POINT;
+        self.pitch = pitch.clamp(-PITCH_MAX, PITCH_MAX);
+        let distance_m = self.distance_m * (1.0 - f32::from(by.nearer) * SHARE_POINT).max(0.1);
+        self.distance_m = distance_m.clamp(DISTANCES_M[0], DISTANCES_M[1]);
+    }
+
+    /// The tools as they are, seen from here.
+    pub(super) fn seen(&self, tools: &ToolFrame) -> ToolFrame {
+        let turn = Quat::from_rotation_y(self.yaw) * Quat::from_rotation_x(self.pitch);
+        let pivot = Mat4::from_translation(Vec3::new(0.0, 0.0, -AHEAD_M));
+        let back = Mat4::from_translation(Vec3::new(0.0, 0.0, self.distance_m));
+        let camera = matrix(&self.from) * pivot * Mat4::from_quat(turn) * back;
+        let (_, rotation, at) = camera.to_scale_rotation_translation();
+        ToolFrame {
+            world_from_camera: PoseMsg {
+                position_m: at.into(),
+                orientation: rotation.normalize().into(),
+            },
+            ..*tools
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tools() -> ToolFrame {
+        let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
+        let turn = Quat::from_rotation_x(0.4) * Quat::from_rotation_z(0.2);
+        tools.world_from_camera = PoseMsg {
+            position_m: [0.1, -0.2, 0.05],
+            orientation: turn.into(),
+        };
+        tools
+    }
+
+    fn looked_at(camera: &FreeCamera) -> Vec3 {
+        let seen = matrix(&camera.seen(&tools()).world_from_camera);
+        seen.transform_point3(Vec3::new(0.0, 0.0, -camera.distance_m))
+    }
+
+    #[test]
+    fn it_begins_where_the_endoscope_is_and_goes_around_what_that_looks_at() {
+        let mut camera = FreeCamera::at(&tools());
+        let start = looked_at(&camera);
+        let seen = camera.seen(&tools()).world_from_camera;
+        let apart = Vec3::from(seen.position_m) - Vec3::from(tools().world_from_camera.position_m);
+        assert!(apart.length() < 1e-6, "{apart}");
+        for (right, down, nearer) in [(100, 30, 0), (-500, 700, 90), (1, -2000, -2000)] {
+            camera.turn(FreeView {
+                right,
+                down,
+                nearer,
+            });
+            assert!(camera.seen(&tools()).world_from_camera.is_sane());
+            assert!((looked_at(&camera) - start).length() < 1e-5);
+            assert!((DISTANCES_M[0]..=DISTANCES_M[1]).contains(&camera.distance_m));
+        }
+    }
+}

@@ -1,0 +1,184 @@
+//! A run that can be gone back in: checkpoints on the way, and the ticks from the nearest one run again.
+
+use rt_core::sim::{Checkpoint, Sim};
+use shared_mem::inputs::InputRecord;
+
+use super::{Recorded, Replayed};
+
+/// Checkpoints kept, of 1.5 MB each: all of an hour is at most half a minute of ticks from one of them.
+const KEPT_MAX: usize = 128;
+/// Ticks between two of them at first; twice as many whenever there are too many.
+const EVERY_FIRST: u64 = 500;
+/// Longest time between two ticks: what a damaged session says may be hundreds of years.
+const STEP_MAX_NS: u64 = 1_000_000_000;
+
+/// Time that has passed in a session.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct SessionTime {
+    newest_ns: Option<u64>,
+    pub(super) passed_ns: u64,
+}
+
+impl SessionTime {
+    /// Goes on to a tick's time.
+    pub(super) fn pass(&mut self, now_ns: u64) -> u64 {
+        let before_ns = self.newest_ns.replace(now_ns).unwrap_or(now_ns);
+        let step_ns = now_ns.saturating_sub(before_ns).min(STEP_MAX_NS);
+        self.passed_ns = self.passed_ns.saturating_add(step_ns);
+        self.passed_ns
+    }
+}
+
+/// Time from the first tick to the last, as a show counts it, ns.
+pub fn length_ns(ticks: impl IntoIterator<Item = InputRecord>) -> u64 {
+    let mut time = SessionTime::default();
+    for tick in ticks {
+        time.pass(tick.now_ns);
+    }
+    time.passed_ns
+}
+
+/// Somewhere to go on from.
+struct Kept<T> {
+    /// Ticks that were run before it.
+    ran: u64,
+    time: SessionTime,
+    state: T,
+}
+
+/// Bounded however long the session is.
+struct Keeper<T> {
+    kept: Vec<Kept<T>>,
+    every: u64,
+}
+
+impl<T> Keeper<T> {
+    fn new() -> Self {
+        Self {
+            kept: Vec::new(),
+            every: EVERY_FIRST,
+        }
+    }
+
+    /// Keeps where the run is, if that is due.
+    fn offer(&mut self, ran: u64, time: SessionTime, make: impl FnOnce() -> T) {
+        let is_new = self.kept.last().is_none_or(|last| ran > last.ran);
+        if !is_new || !ran.is_multiple_of(self.every) {
+            return;
+        }
+        if self.kept.len() >= KEPT_MAX {
+            self.every *= 2;
+            let every = self.every;
+            self.kept.retain(|it| it.ran.is_multiple_of(every));
+            if !ran.is_multiple_of(every) {
+                return;
+            }
+        }
+        let state = make();
+        self.kept.push(Kept { ran, time, state });
+    }
+
+    /// The last from where a moment is still to come; the first is the start.
+    fn before(&self, at_ns: u64) -> Option<&Kept<T>> {
+        let after = self.kept.partition_point(|it| it.time.passed_ns < at_ns);
+        self.kept.get(after.saturating_sub(1))
+    }
+}
+
+/// A simulation, where it is in its session, and where it can go back to.
+pub(super) struct Player<'a> {
+    sim: Sim<'a>,
+    keeper: Keeper<Box<Checkpoint>>,
+    ran: u64,
+    furthest: u64,
+    time: SessionTime,
+}
+
+impl<'a> Player<'a> {
+    /// At the start.
+    pub(super) fn new(sim: Sim<'a>) -> Self {
+        Self {
+            sim,
+            keeper: Keeper::new(),
+            ran: 0,
+            furthest: 0,
+            time: SessionTime::default(),
+        }
+    }
+
+    /// Time that has passed in the session, ns.
+    pub(super) fn passed_ns(&self) -> u64 {
+        self.time.passed_ns
+    }
+
+    /// Runs a tick. `each` is told the time passed, and whether this tick was never run before.
+    pub(super) fn tick(
+        &mut self,
+        record: &InputRecord,
+        each: impl FnOnce(&Replayed<'_>, u64, bool),
+    ) {
+        let sim = &self.sim;
+        self.keeper
+            .offer(self.ran, self.time, || Box::new(sim.checkpoint()));
+        let passed_ns = self.time.pass(record.now_ns);
+        let is_new = self.ran >= self.furthest;
+        self.ran += 1;
+        self.furthest = self.furthest.max(self.ran);
+        let mut each = Some(each);
+        self.sim.tick(&mut Recorded {
+            record,
+            each: |replayed: &Replayed<'_>| {
+                if let Some(each) = each.take() {
+                    each(replayed, passed_ns, is_new);
+                }
+            },
+        });
+    }
+
+    /// Goes to where a moment of the session is still to come: stays if it is, and a later checkpoint is not
+    /// nearer; else takes the nearest. Gives how many of the session's ticks lie before, if it has moved.
+    pub(super) fn go_before(&mut self, at_ns: u64) -> Option<u64> {
+        let kept = self.keeper.before(at_ns)?;
+        let is_ahead = self.time.passed_ns < at_ns || self.ran == 0;
+        if is_ahead && kept.ran <= self.ran {
+            return None;
+        }
+        self.sim.go_back(&kept.state);
+        (self.ran, self.time) = (kept.ran, kept.time);
+        Some(self.ran)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn time_goes_on_by_a_second_at_most_and_never_back() {
+        let mut time = SessionTime::default();
+        let at = [u64::MAX - 5, 7, 9, u64::MAX, 3, 4].map(|now_ns| time.pass(now_ns));
+        let second = STEP_MAX_NS;
+        assert_eq!(at, [0, 0, 2, second + 2, second + 2, second + 3]);
+    }
+
+    proptest! {
+        /// Whatever is asked for, a checkpoint lies before it, and no further than two of their distances.
+        #[test]
+        fn a_checkpoint_is_near_and_there_are_few(length in 1u64..4_000_000, share in 0.0f64..1.0) {
+            let (mut keeper, mut time) = (Keeper::new(), SessionTime::default());
+            for ran in (0..length).step_by(EVERY_FIRST as usize) {
+                time.passed_ns = ran * 1_000_000;
+                keeper.offer(ran, time, || ran);
+                keeper.offer(ran, time, || panic!("the same twice"));
+            }
+            prop_assert!(keeper.kept.len() <= KEPT_MAX);
+            let asked = (length as f64 * share) as u64;
+            let kept = keeper.before(asked * 1_000_000).expect("the start is kept");
+            prop_assert_eq!(kept.ran, kept.state);
+            prop_assert!(kept.ran <= asked && asked - kept.ran <= 2 * keeper.every, "{} for {}", kept.ran, asked);
+            prop_assert!(keeper.every <= EVERY_FIRST.max(4 * length / KEPT_MAX as u64));
+        }
+    }
+}
