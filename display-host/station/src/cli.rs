@@ -12,6 +12,7 @@ use crate::devices::args::DevicesArgs;
 use crate::gallery::GalleryArgs;
 use crate::jitter::args::{JitterArgs, LoadArgs, LoopArgs};
 use crate::launcher::{self, args::StartArgs};
+use crate::link::LinkArgs;
 use crate::observe::ObserveArgs;
 use crate::people::args::StoreArgs;
 use crate::replay::args::ReplayArgs;
@@ -59,6 +60,8 @@ pub(crate) enum Command {
     Devices(DevicesArgs),
     /// Tells 3D Slicer, PLUS and others where the instruments are, over OpenIGTLink
     Igtlink(IgtlinkArgs),
+    /// Stations seen from other computers, with certificates on both sides
+    Link(LinkArgs),
     /// One of `jitter`'s loads
     #[command(hide = true)]
     Load(LoadArgs),

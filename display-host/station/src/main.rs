@@ -10,6 +10,7 @@ mod gallery;
 mod igtlink;
 mod jitter;
 mod launcher;
+mod link;
 mod observe;
 mod people;
 mod prepare;
@@ -51,6 +52,7 @@ fn main() -> ExitCode {
         cli::Command::Check(args) => check::run(&args),
         cli::Command::Devices(args) => devices::run(&args),
         cli::Command::Igtlink(args) => igtlink::run(&args),
+        cli::Command::Link(args) => link::run(&args),
         cli::Command::Jitter(args) => jitter::run(&args),
         cli::Command::Load(args) => jitter::load::run(&args),
         cli::Command::Loop(args) => jitter::bare_loop::run(&args),

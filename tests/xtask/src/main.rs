@@ -13,10 +13,10 @@ cargo xtask COMMAND
                pictures, summary.json and report.html go to target/demo. ARGS go to `calot run`.
   test         set this machine up and pass every test: format, lints, documentation, licences,
                unit, property and system tests, golden replays in debug and release
-  jitter [idle|loaded|misses|soak [SECONDS]]
+  jitter [idle|loaded|misses|soak|watched [SECONDS]]
                what the README says about time: build, and measure for 60, 60 and 300 seconds in turn
-               with other programs, and for 600 seconds alone, into target/jitter. Leave the machine
-               alone!
+               with other programs, for 600 seconds alone, and with and without watchers elsewhere in
+               five turns of 30 seconds each, into target/jitter. Leave the machine alone!
   setup        only set up: name the system packages that are missing and install them where
                this user may, else print the line to type
   deny         install cargo-deny (minutes) and check licences, sources and duplicates

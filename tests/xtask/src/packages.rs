@@ -10,7 +10,7 @@ struct Need {
     is_there: fn() -> bool,
 }
 
-const NEEDS: [Need; 4] = [
+const NEEDS: [Need; 6] = [
     Need {
         what: "a Vulkan loader",
         package: "libvulkan1",
@@ -34,6 +34,18 @@ const NEEDS: [Need; 4] = [
         package: "xdotool",
         only_for_tests: true,
         is_there: || on_path("xdotool"),
+    },
+    Need {
+        what: "openssl, for the keys of a link",
+        package: "openssl",
+        only_for_tests: true,
+        is_there: || on_path("openssl"),
+    },
+    Need {
+        what: "ip, for networks of their own",
+        package: "iproute2",
+        only_for_tests: true,
+        is_there: || on_path("ip") || on_path_of_root("ip"),
     },
 ];
 
@@ -120,6 +132,11 @@ fn output(program: &str, args: &[&str]) -> Option<String> {
 pub(crate) fn on_path(program: &str) -> bool {
     let path = std::env::var_os("PATH").unwrap_or_default();
     std::env::split_paths(&path).any(|folder| folder.join(program).is_file())
+}
+
+/// A user's path may lack what is for root.
+fn on_path_of_root(program: &str) -> bool {
+    std::path::Path::new("/usr/sbin").join(program).is_file()
 }
 
 fn library(name: &str) -> bool {

@@ -110,12 +110,18 @@ const FIGURES: [(&str, &str, &str, &str); 4] = [
 ];
 const LOOPS: &str = "cyclictest,executor,sleep,embassy-std";
 
+/// The figure that is two of them, in turns.
+const WATCHED: &str = "watched";
+
 pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
     let wanted = args.first().map(String::as_str);
     if let Some(name) = wanted
+        && name != WATCHED
         && !FIGURES.iter().any(|figure| figure.0 == name)
     {
-        return Err(format!("'{name}' is none of idle, loaded, misses, soak"));
+        return Err(format!(
+            "'{name}' is none of idle, loaded, misses, soak, watched"
+        ));
     }
     let rival = "tests/embassy-std/Cargo.toml";
     let target = std::env::var("CARGO_TARGET_DIR").unwrap_or_else(|_| "target".to_owned());
@@ -123,6 +129,9 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
     step("build", &[&build[..], &["-p", "calot"]].concat())?;
     let beside = ["--manifest-path", rival, "--target-dir", &target];
     step("build embassy's driver", &[&build[..], &beside].concat())?;
+    if wanted.is_none_or(|wanted| wanted == WATCHED) {
+        watched(args.get(1).map_or("30", String::as_str))?;
+    }
     for (name, seconds, load, rivals) in FIGURES {
         if wanted.is_some_and(|wanted| wanted != name) {
             continue;
@@ -141,6 +150,49 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
         step(name, &words)?;
     }
     Ok(())
+}
+
+/// What watchers elsewhere cost the tick: with and without them, in turns, and what one is in times the other.
+fn watched(seconds: &str) -> Result<(), String> {
+    const TURNS: usize = 5;
+    let folder = format!("target/jitter/{WATCHED}");
+    let calot = ["run", "--locked", "--release", "-q", "-p", "calot", "--"];
+    let jitter =
+        |name: &str, words: &[&str]| step(name, &[&calot[..], &["jitter"], words].concat());
+    let turns = |kind: &str| -> Vec<String> {
+        let of = |turn| format!("{folder}/{kind}-{turn}");
+        (0..TURNS).map(of).collect()
+    };
+    let (alone, with) = (turns("alone"), turns("with"));
+    for (alone, with) in alone.iter().zip(&with) {
+        let station = "jitter-watched";
+        let common = [
+            "--scene",
+            "triangle",
+            "--seconds",
+            seconds,
+            "--station",
+            station,
+            "--out",
+        ];
+        jitter("alone", &[&common[..], &[alone]].concat())?;
+        jitter(
+            "with watchers",
+            &[&common[..], &[with, "--load", "watch"]].concat(),
+        )?;
+    }
+    let sum = |kind: &str, turns: &[String]| {
+        let out = format!("{folder}/{kind}");
+        let turns: Vec<&str> = turns.iter().map(String::as_str).collect();
+        jitter(
+            "sum",
+            &[&["--merge"], &turns[..], &["--out", &out]].concat(),
+        )
+    };
+    sum("alone", &alone)?;
+    sum("with", &with)?;
+    let [alone, with] = ["alone", "with"].map(|kind| format!("{folder}/{kind}"));
+    jitter("difference", &["--diff", &alone, &with])
 }
 
 fn step(name: &str, args: &[&str]) -> Result<(), String> {

@@ -68,6 +68,9 @@ pub(crate) enum Load {
     Display,
     /// All of these
     All,
+    /// The station is seen from elsewhere (`calot link`): watchers join, stand still, leave and are killed; not
+    /// in `all`
+    Watch,
 }
 
 impl Load {

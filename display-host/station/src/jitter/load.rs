@@ -22,6 +22,12 @@ const FILE_BYTES: usize = 4 << 20;
 /// How long a display that is killed lives.
 const DISPLAY_LIFE: Duration = Duration::from_secs(1);
 
+/// How long a watcher works before it leaves or stalls: it has to connect first.
+const WATCHER_LIFE: Duration = Duration::from_secs(2);
+
+/// How long a load may take to end.
+const PATIENCE: Duration = Duration::from_secs(1);
+
 /// Body of `calot load`.
 pub(crate) fn run(args: &LoadArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
@@ -34,6 +40,7 @@ pub(crate) fn run(args: &LoadArgs) -> Result<ExitCode, Problem> {
         Load::Io => files(Path::new(&args.place), &stop)?,
         Load::Join => join(&args.place, &stop)?,
         Load::Display => return Err("it joins, too: name join".into()),
+        Load::Watch => watch(&args.place, &stop)?,
         Load::All => return Err("one load a process: name one".into()),
     }
     Ok(ExitCode::SUCCESS)
@@ -102,6 +109,48 @@ fn join(station: &str, stop: &AtomicBool) -> Result<(), Problem> {
     Ok(())
 }
 
+/// Serves the station on this computer, to watchers that join and, one after the other, are asked to leave, stand
+/// still until they are killed, and are killed at work.
+fn watch(station: &str, stop: &AtomicBool) -> Result<(), Problem> {
+    let free = std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?;
+    let (address, own) = (free.to_string(), std::process::id());
+    let link = |words: &[&str]| -> Result<Child, Problem> {
+        let mut command = Command::new(std::env::current_exe()?);
+        command.arg("link").args(words).arg("--insecure");
+        command.args(["--with-parent", &own.to_string()]);
+        command.stdin(Stdio::null()).stdout(Stdio::null());
+        Ok(command.stderr(Stdio::null()).spawn()?)
+    };
+    let mut server = link(&["serve", "--station", station, "--listen", &address])?;
+    let name = format!("watch-{own}");
+    let rest = |time: Duration| {
+        let start = Instant::now();
+        while start.elapsed() < time && !stop.load(Ordering::Relaxed) {
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    };
+    let mut joined = 0u64;
+    while !stop.load(Ordering::Relaxed) && server.try_wait()?.is_none() {
+        let mut watcher = link(&["watch", "--connect", &address, "--as", &name])?;
+        joined += 1;
+        rest(WATCHER_LIFE);
+        let signal = match joined % 3 {
+            0 => rustix::process::Signal::STOP,
+            1 => rustix::process::Signal::TERM,
+            _ => rustix::process::Signal::KILL,
+        };
+        if let Some(pid) = rustix::process::Pid::from_raw(watcher.id().cast_signed()) {
+            let _ = rustix::process::kill_process(pid, signal);
+        }
+        rest(WATCHER_LIFE / 4);
+        let _ = watcher.kill();
+        let _ = watcher.wait();
+    }
+    let _ = server.kill();
+    let _ = server.wait();
+    Ok(())
+}
+
 fn display_frame() -> Box<shared_mem::message::StateFrame> {
     bytemuck::allocation::zeroed_box()
 }
@@ -131,9 +180,11 @@ impl Loads {
                 let thread = std::thread::spawn(move || join_and_kill(&station, &flag));
                 started.churn = Some((stop, thread));
             } else {
-                started
-                    .children
-                    .push(spawn(load, &folder.to_string_lossy())?);
+                let place = match load {
+                    Load::Watch => station.to_owned(),
+                    _ => folder.to_string_lossy().into_owned(),
+                };
+                started.children.push(spawn(load, &place)?);
             }
         }
         Ok(started)
@@ -160,7 +211,17 @@ impl Drop for Loads {
         if let Some((stop, _)) = &self.churn {
             stop.store(true, Ordering::Relaxed);
         }
+        // Asked first: one may have children of its own.
+        for child in &self.children {
+            if let Some(pid) = rustix::process::Pid::from_raw(child.id().cast_signed()) {
+                let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
+            }
+        }
+        let start = Instant::now();
         for child in &mut self.children {
+            while matches!(child.try_wait(), Ok(None)) && start.elapsed() < PATIENCE {
+                std::thread::sleep(Duration::from_millis(10));
+            }
             let _ = child.kill();
             let _ = child.wait();
         }
@@ -173,7 +234,7 @@ fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["load", &load.name(), place, "--with-parent", &parent]);
     command.stdin(Stdio::null()).stdout(Stdio::null());
-    if load == Load::Join {
+    if matches!(load, Load::Join | Load::Watch) {
         // A controller that goes between two rounds is nothing to complain of.
         command.stderr(Stdio::null());
     }

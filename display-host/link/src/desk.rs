@@ -1,0 +1,188 @@
+//! What a station's side knows, ready to be asked for.
+
+use std::collections::VecDeque;
+
+use bytemuck::bytes_of;
+use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
+
+use crate::error::LinkError;
+use crate::wire::{
+    self, Ask, BATCHES_MAX, EVENTS_MAX, Head, MAGIC, SCENE_PART, SceneAsk, SceneHead,
+};
+
+/// Events kept for watchers that fall behind.
+const EVENTS_KEPT: usize = 4096;
+/// Timing batches kept likewise: about 4 s.
+const BATCHES_KEPT: usize = 64;
+
+/// Events that a watcher gets which has just come: as displays do in shared memory.
+const EVENTS_FIRST: u64 = 64;
+
+/// The newest of a station, and the last of its events and timing. Bounded, whoever asks for what.
+#[derive(Debug)]
+pub struct Desk {
+    server: u64,
+    answers: u64,
+    state: Option<Box<StateFrame>>,
+    tools: Option<Box<ToolFrame>>,
+    events: Kept<EventMsg, EVENTS_KEPT>,
+    batches: Kept<TimingBatch, BATCHES_KEPT>,
+}
+
+/// The last so many, numbered from 0 since the desk is.
+#[derive(Debug)]
+struct Kept<T, const MOST: usize> {
+    items: VecDeque<T>,
+    /// Number of the first that is kept.
+    first: u64,
+}
+
+impl<T: Copy, const MOST: usize> Kept<T, MOST> {
+    fn new() -> Self {
+        let items = VecDeque::with_capacity(MOST);
+        Self { items, first: 0 }
+    }
+
+    fn add(&mut self, item: T) {
+        if self.items.len() >= MOST {
+            self.items.pop_front();
+            self.first += 1;
+        }
+        self.items.push_back(item);
+    }
+
+    /// Number of the next.
+    fn end(&self) -> u64 {
+        self.first + self.items.len() as u64
+    }
+
+    /// Those from a number on, at most so many, and the number of the first of them.
+    fn from(&self, number: u64, most: usize) -> (u64, impl Iterator<Item = &T>) {
+        let first = number.clamp(self.first, self.end());
+        let skipped = usize::try_from(first - self.first).unwrap_or(usize::MAX);
+        (first, self.items.iter().skip(skipped).take(most))
+    }
+}
+
+impl Desk {
+    /// A desk; `server` tells it from any other of this station.
+    #[must_use]
+    pub fn new(server: u64) -> Self {
+        Self {
+            server,
+            answers: 0,
+            state: None,
+            tools: None,
+            events: Kept::new(),
+            batches: Kept::new(),
+        }
+    }
+
+    /// Which scene runs.
+    #[must_use]
+    pub fn scene_id(&self) -> Option<[u8; 16]> {
+        self.state.as_ref().map(|it| it.scene_id)
+    }
+
+    /// A newer state.
+    pub fn set_state(&mut self, state: &StateFrame) {
+        match &mut self.state {
+            Some(to) => **to = *state,
+            to @ None => *to = Some(Box::new(*state)),
+        }
+    }
+
+    /// Newer tools.
+    pub fn set_tools(&mut self, tools: &ToolFrame) {
+        self.tools = Some(Box::new(*tools));
+    }
+
+    /// An event.
+    pub fn add_event(&mut self, event: EventMsg) {
+        self.events.add(event);
+    }
+
+    /// A timing batch.
+    pub fn add_batch(&mut self, batch: &TimingBatch) {
+        self.batches.add(*batch);
+    }
+
+    /// Answers what a watcher asks.
+    ///
+    /// # Errors
+    /// [`LinkError::Malformed`] when it is no [`Ask`].
+    pub fn answer(&mut self, mut asked: &[u8], now_ns: u64) -> Result<Vec<u8>, LinkError> {
+        let ask: Ask = wire::take(&mut asked, "half a question")?;
+        wire::check(ask.magic)?;
+        let known = ask.server == self.server;
+        let (events_from, batches_from) = match known {
+            true => (ask.events_from, ask.batches_from),
+            false => (
+                self.events.end().saturating_sub(EVENTS_FIRST),
+                self.batches.end(),
+            ),
+        };
+        let (first_event, events) = self.events.from(events_from, EVENTS_MAX);
+        let (first_batch, batches) = self.batches.from(batches_from, BATCHES_MAX);
+        self.answers += 1;
+        let mut head = Head {
+            magic: MAGIC,
+            server: self.server,
+            number: self.answers,
+            now_ns,
+            first_event,
+            first_batch,
+            state_bytes: 0,
+            tools: 0,
+            events: 0,
+            batches: 0,
+        };
+        let mut body = Vec::with_capacity(64 << 10);
+        let state = self.state.as_deref();
+        if let Some(state) = state.filter(|it| !known || it.at_ns != ask.state_at_ns) {
+            // One that the controller garbled is left out.
+            head.state_bytes = wire::put_state(&mut body, state).unwrap_or(0);
+        }
+        let tools = self.tools.as_deref();
+        let is_new = |it: &&ToolFrame| !known || it.at_ns != ask.tools_at_ns;
+        if let Some(tools) = tools.filter(is_new).filter(|it| it.capsules().is_some()) {
+            head.tools = 1;
+            body.extend_from_slice(bytes_of(tools));
+        }
+        for event in events {
+            head.events += 1;
+            body.extend_from_slice(bytes_of(event));
+        }
+        for batch in batches {
+            // All are whole: only such are added.
+            head.batches += u32::from(wire::put_batch(&mut body, batch).is_some());
+        }
+        let mut answer = bytes_of(&head).to_vec();
+        answer.append(&mut body);
+        Ok(answer)
+    }
+}
+
+/// Which scene is asked for, and from which byte on.
+pub(crate) fn scene_asked(mut asked: &[u8]) -> Result<SceneAsk, LinkError> {
+    let ask: SceneAsk = wire::take(&mut asked, "half a question")?;
+    wire::check(ask.magic)?;
+    Ok(ask)
+}
+
+/// A part of a scene, or that there is none.
+pub(crate) fn scene_answer(scene: Option<&[u8]>, offset: u64) -> Vec<u8> {
+    let scene = scene.unwrap_or_default();
+    let from = usize::try_from(offset)
+        .unwrap_or(usize::MAX)
+        .min(scene.len());
+    let rest = scene.get(from..).unwrap_or_default();
+    let head = SceneHead {
+        magic: MAGIC,
+        total: scene.len() as u64,
+        offset: from as u64,
+    };
+    let mut answer = bytes_of(&head).to_vec();
+    answer.extend_from_slice(rest.get(..SCENE_PART).unwrap_or(rest));
+    answer
+}

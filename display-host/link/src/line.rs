@@ -1,0 +1,230 @@
+//! A line between two computers: messages over TLS, certificates on both sides.
+
+use std::io::{ErrorKind, Read, Write};
+use std::net::{TcpListener, TcpStream, ToSocketAddrs as _};
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use rustls::crypto::ring::default_provider;
+use rustls::pki_types::ServerName;
+use rustls::server::WebPkiClientVerifier;
+use rustls::version::TLS13;
+use rustls::{
+    ClientConfig, ClientConnection, ConnectionCommon, ServerConfig, ServerConnection, SideData,
+    StreamOwned,
+};
+
+use crate::address::Address;
+use crate::error::LinkError;
+
+/// How long a connection may take to be made, certificates included.
+const HANDSHAKE: Duration = Duration::from_secs(10);
+/// A side that takes nothing for so long is given up.
+const WRITE_PATIENCE: Duration = Duration::from_secs(5);
+/// How long a read waits before whoever reads does something else.
+const READ_PATIENCE: Duration = Duration::from_millis(5);
+/// Bytes before a message: its length after them, and its kind.
+const HEAD: usize = 5;
+
+trait Duplex: Read + Write + Send {}
+impl<T: Read + Write + Send> Duplex for T {}
+
+/// A connection, made.
+pub(crate) struct Line {
+    stream: Box<dyn Duplex>,
+    /// What came of the message that is coming.
+    coming: Vec<u8>,
+    longest: usize,
+}
+
+/// What is wrong with a line is said in the system's words or TLS's.
+type Broken = std::io::Error;
+
+impl Line {
+    fn new(stream: Box<dyn Duplex>, longest: usize) -> Self {
+        Self {
+            stream,
+            coming: Vec::new(),
+            longest,
+        }
+    }
+
+    /// Sends a message.
+    pub(crate) fn send(&mut self, kind: u8, message: &[u8]) -> Result<(), Broken> {
+        let length = u32::try_from(message.len()).map_err(|_| ErrorKind::InvalidInput)?;
+        let mut bytes = Vec::with_capacity(HEAD + message.len());
+        bytes.extend_from_slice(&length.to_le_bytes());
+        bytes.push(kind);
+        bytes.extend_from_slice(message);
+        self.stream.write_all(&bytes)?;
+        self.stream.flush()
+    }
+
+    /// The next message and its kind, if all of it came within a few milliseconds. Holds no more than the longest
+    /// message and one read, whatever the other side sends.
+    pub(crate) fn receive(&mut self) -> Result<Option<(u8, Vec<u8>)>, Broken> {
+        loop {
+            if let Some(message) = self.whole()? {
+                return Ok(Some(message));
+            }
+            let mut part = [0; 16 << 10];
+            match self.stream.read(&mut part) {
+                Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
+                Ok(count) => self
+                    .coming
+                    .extend_from_slice(part.get(..count).unwrap_or(&[])),
+                Err(error) if is_late(&error) => return Ok(None),
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => return Err(error),
+            }
+        }
+    }
+
+    fn whole(&mut self) -> Result<Option<(u8, Vec<u8>)>, Broken> {
+        let Some((head, rest)) = self.coming.split_first_chunk::<HEAD>() else {
+            return Ok(None);
+        };
+        let [a, b, c, d, kind] = *head;
+        let length = u32::from_le_bytes([a, b, c, d]) as usize;
+        if length > self.longest {
+            let words = format!("a message of {length} bytes, more than {}", self.longest);
+            return Err(Broken::new(ErrorKind::InvalidData, words));
+        }
+        let Some(message) = rest.get(..length).map(<[u8]>::to_vec) else {
+            return Ok(None);
+        };
+        self.coming.drain(..HEAD + length);
+        Ok(Some((kind, message)))
+    }
+}
+
+fn is_late(error: &Broken) -> bool {
+    matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
+}
+
+/// The station's end.
+pub(crate) struct Door {
+    listener: TcpListener,
+    tls: Option<Arc<ServerConfig>>,
+}
+
+impl Door {
+    pub(crate) fn open(address: &Address) -> Result<Self, LinkError> {
+        let tls = match &address.keys {
+            None => None,
+            Some(keys) => {
+                let provider = Arc::new(default_provider());
+                let roots = Arc::new(keys.authority()?);
+                let watchers = WebPkiClientVerifier::builder_with_provider(roots, provider.clone())
+                    .build()
+                    .map_err(|error| keys.refused(&keys.authority, &error))?;
+                let (chain, key) = keys.own()?;
+                let config = ServerConfig::builder_with_provider(provider)
+                    .with_protocol_versions(&[&TLS13])
+                    .map(|it| it.with_client_cert_verifier(watchers))
+                    .and_then(|it| it.with_single_cert(chain, key));
+                Some(Arc::new(
+                    config.map_err(|error| keys.refused(&keys.certificate, &error))?,
+                ))
+            }
+        };
+        let failed = |source| LinkError::Listen {
+            address: address.text(),
+            source,
+        };
+        let listener = TcpListener::bind(address.text()).map_err(failed)?;
+        listener.set_nonblocking(true).map_err(failed)?;
+        Ok(Self { listener, tls })
+    }
+
+    /// Whoever knocks, if anybody does; nothing of it is believed yet.
+    pub(crate) fn knock(&self) -> Option<TcpStream> {
+        self.listener.accept().ok().map(|(stream, _)| stream)
+    }
+
+    /// How to let them in, on a thread of their own.
+    pub(crate) fn porter(&self) -> Porter {
+        Porter(self.tls.clone())
+    }
+}
+
+/// Lets in who has a certificate.
+#[derive(Clone)]
+pub(crate) struct Porter(Option<Arc<ServerConfig>>);
+
+impl Porter {
+    pub(crate) fn let_in(&self, stream: TcpStream, longest: usize) -> Result<Line, Broken> {
+        stream.set_nonblocking(false)?;
+        prepare(&stream)?;
+        let Some(tls) = &self.0 else {
+            return Ok(Line::new(Box::new(stream), longest));
+        };
+        let connection = ServerConnection::new(tls.clone()).map_err(Broken::other)?;
+        let mut stream = StreamOwned::new(connection, stream);
+        shake(&mut stream.conn, &mut stream.sock)?;
+        Ok(Line::new(Box::new(stream), longest))
+    }
+}
+
+/// The watcher's end: connects, and is sure of whom it has.
+pub(crate) fn connect(address: &Address, longest: usize) -> Result<Line, Broken> {
+    let mut last = Broken::new(ErrorKind::NotFound, "no such host");
+    for to in address.text().to_socket_addrs()? {
+        match TcpStream::connect_timeout(&to, HANDSHAKE) {
+            Ok(stream) => return greet(address, stream, longest),
+            Err(error) => last = error,
+        }
+    }
+    Err(last)
+}
+
+fn greet(address: &Address, stream: TcpStream, longest: usize) -> Result<Line, Broken> {
+    prepare(&stream)?;
+    let Some(keys) = &address.keys else {
+        return Ok(Line::new(Box::new(stream), longest));
+    };
+    let roots = keys.authority().map_err(Broken::other)?;
+    let (chain, key) = keys.own().map_err(Broken::other)?;
+    let config = ClientConfig::builder_with_provider(Arc::new(default_provider()))
+        .with_protocol_versions(&[&TLS13])
+        .map(|it| it.with_root_certificates(roots))
+        .and_then(|it| it.with_client_auth_cert(chain, key))
+        .map_err(Broken::other)?;
+    let name = ServerName::try_from(address.host.clone()).map_err(Broken::other)?;
+    let connection = ClientConnection::new(Arc::new(config), name).map_err(Broken::other)?;
+    let mut stream = StreamOwned::new(connection, stream);
+    shake(&mut stream.conn, &mut stream.sock)?;
+    Ok(Line::new(Box::new(stream), longest))
+}
+
+fn prepare(stream: &TcpStream) -> Result<(), Broken> {
+    stream.set_nodelay(true)?;
+    stream.set_read_timeout(Some(READ_PATIENCE))?;
+    stream.set_write_timeout(Some(WRITE_PATIENCE))
+}
+
+/// Both sides prove themselves, or it is over: who sends a byte now and then holds nobody up for long.
+fn shake<S: SideData>(tls: &mut ConnectionCommon<S>, stream: &mut TcpStream) -> Result<(), Broken> {
+    let start = Instant::now();
+    while start.elapsed() < HANDSHAKE {
+        while tls.wants_write() {
+            tls.write_tls(stream)?;
+        }
+        if !tls.is_handshaking() {
+            return Ok(());
+        }
+        match tls.read_tls(stream) {
+            Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
+            Ok(_) => {
+                if let Err(error) = tls.process_new_packets() {
+                    // The other side is told why.
+                    let _ = tls.write_tls(stream);
+                    return Err(Broken::other(error));
+                }
+            }
+            Err(error) if is_late(&error) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Err(ErrorKind::TimedOut.into())
+}

@@ -1,0 +1,317 @@
+//! The instructor's side: asks a station for what is newest, and gives it to the displays of this computer.
+
+use std::collections::VecDeque;
+use std::io::Write as _;
+use std::os::unix::fs::OpenOptionsExt as _;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+use std::time::{Duration, Instant};
+
+use shared_mem::message::ReplyMsg;
+use shared_mem::scene::SceneFile;
+use shared_mem::service::{Controller, Station};
+
+use crate::address::Address;
+use crate::error::LinkError;
+use crate::inbox::{Fresh, Inbox};
+use crate::line::{self, Line};
+use crate::monotonic_ns;
+use crate::wire::{self, Answer, MAGIC, SceneAsk};
+
+/// Questions on their way at once: a line of 60 ms still brings 60 pictures a second.
+const ON_THEIR_WAY: usize = 4;
+/// Without any answer for so long the line is opened anew.
+const GONE: Duration = Duration::from_secs(8);
+/// Between two tries to open it.
+const AGAIN: Duration = Duration::from_secs(1);
+/// How long before a scene that was not found is asked for again.
+const SCENE_AGAIN: Duration = Duration::from_secs(2);
+/// How often commands are looked for while there is no line.
+const LOOK_EVERY: Duration = Duration::from_millis(5);
+
+/// What is watched, and where it is shown.
+#[derive(Debug, Clone)]
+pub struct WatchConfig {
+    /// Name that displays of this computer see it under.
+    pub station: Station,
+    /// Where the station's `serve` listens.
+    pub address: Address,
+    /// Pictures a second, at most.
+    pub rate_hz: f64,
+    /// Where its compiled scene is put.
+    pub scene: PathBuf,
+    /// End after this time, s.
+    pub seconds: Option<f64>,
+}
+
+/// What happened, as it happens.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Seen<'a> {
+    /// The station answers.
+    Connected,
+    /// It does not; why. It is tried again.
+    Lost(&'a str),
+    /// Its scene has come, and lies here.
+    Scene(&'a Path),
+    /// Its controller runs a scene that its `serve` does not find.
+    NoScene,
+}
+
+/// What was seen.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Watched {
+    /// States shown.
+    pub states: u64,
+    /// Events shown.
+    pub events: u64,
+    /// Events that the station no longer had when they were asked for.
+    pub events_lost: u64,
+    /// Answers thrown away: garbled, or of another version.
+    pub malformed: u64,
+    /// Times that the station answered anew.
+    pub connections: u64,
+}
+
+/// Watches until `stop` is set or the time is over; a station that does not answer is waited for.
+///
+/// # Errors
+/// When this computer's shared memory cannot be used, the name is taken, or the scene cannot be written. What
+/// the other side does is no error, but is told to `observe`.
+pub fn watch(
+    config: &WatchConfig,
+    stop: &AtomicBool,
+    mut observe: impl FnMut(Seen<'_>),
+) -> Result<Watched, LinkError> {
+    let mut show = Show {
+        controller: Controller::open(&config.station)?,
+        inbox: Inbox::default(),
+        scene_id: None,
+        watched: Watched::default(),
+        tick: 0,
+    };
+    let start = Instant::now();
+    let is_over = || {
+        let seconds = config.seconds;
+        stop.load(Relaxed) || seconds.is_some_and(|s| start.elapsed().as_secs_f64() >= s)
+    };
+    let mut said = String::new();
+    while !is_over() {
+        let why = match line::connect(&config.address, wire::ANSWER_MAX) {
+            Ok(line) => show.follow(config, line, &is_over, &mut observe)?,
+            Err(error) => error.to_string(),
+        };
+        if !is_over() && why != said {
+            observe(Seen::Lost(&why));
+            said = why;
+        }
+        let tried = Instant::now();
+        while !is_over() && tried.elapsed() < AGAIN {
+            show.refuse_commands();
+            std::thread::sleep(LOOK_EVERY);
+        }
+    }
+    show.watched.events_lost = show.inbox.events_lost;
+    Ok(show.watched)
+}
+
+struct Show {
+    controller: Controller,
+    inbox: Inbox,
+    /// The scene that lies ready for displays.
+    scene_id: Option<[u8; 16]>,
+    watched: Watched,
+    /// The newest tick shown.
+    tick: u64,
+}
+
+/// A scene that comes, part by part.
+struct Coming {
+    id: [u8; 16],
+    bytes: Vec<u8>,
+}
+
+impl Show {
+    /// Follows the station while it answers; why it did no longer.
+    fn follow(
+        &mut self,
+        config: &WatchConfig,
+        mut line: Line,
+        is_over: &dyn Fn() -> bool,
+        observe: &mut dyn FnMut(Seen<'_>),
+    ) -> Result<String, LinkError> {
+        let period = Duration::from_secs_f64(1.0 / config.rate_hz);
+        // When each was asked, in the order in which they are answered.
+        let mut on_their_way: VecDeque<u64> = VecDeque::new();
+        let mut coming: Option<Coming> = None;
+        let mut no_scene: Option<Instant> = None;
+        let mut connected = false;
+        let (mut heard, mut due) = (Instant::now(), Instant::now());
+        while !is_over() {
+            if due <= Instant::now() && on_their_way.len() < ON_THEIR_WAY {
+                // What is late is left out.
+                due = (due + period).max(Instant::now());
+                on_their_way.push_back(monotonic_ns());
+                if let Err(error) = line.send(wire::LOOK, bytemuck::bytes_of(&self.inbox.ask())) {
+                    return Ok(error.to_string());
+                }
+            }
+            self.refuse_commands();
+            let (kind, message) = match line.receive() {
+                Ok(Some(came)) => came,
+                Ok(None) if heard.elapsed() < GONE => continue,
+                Ok(None) => return Ok("the station does not answer".to_owned()),
+                Err(error) => return Ok(error.to_string()),
+            };
+            heard = Instant::now();
+            let next = match (kind, &mut coming) {
+                (wire::SCENE, Some(scene)) => match scene.take(&message) {
+                    Ok(Part::Next) => Some(scene.ask()),
+                    Ok(Part::None) => {
+                        observe(Seen::NoScene);
+                        coming = None;
+                        None
+                    }
+                    Ok(Part::Whole(whole)) => {
+                        write(&config.scene, whole.bytes())?;
+                        self.scene_id = Some(whole.short_id());
+                        observe(Seen::Scene(&config.scene));
+                        coming = None;
+                        None
+                    }
+                    Err(error) => return Ok(error.to_string()),
+                },
+                (wire::LOOK, _) => {
+                    let (Some(asked_ns), answer) =
+                        (on_their_way.pop_front(), Answer::read(&message))
+                    else {
+                        return Ok("it answers what was not asked".to_owned());
+                    };
+                    let answer = match answer {
+                        Ok(answer) => answer,
+                        Err(error) => {
+                            self.watched.malformed += 1;
+                            return Ok(error.to_string());
+                        }
+                    };
+                    if !core::mem::replace(&mut connected, true) {
+                        self.watched.connections += 1;
+                        observe(Seen::Connected);
+                    }
+                    let fresh = self.inbox.take(answer, asked_ns, monotonic_ns());
+                    let scene_id = fresh.state.as_ref().map(|it| it.scene_id);
+                    self.show(fresh);
+                    let is_due = no_scene.is_none_or(|at| at.elapsed() > SCENE_AGAIN);
+                    match scene_id {
+                        Some(id) if self.scene_id != Some(id) && coming.is_none() && is_due => {
+                            no_scene = Some(Instant::now());
+                            let bytes = Vec::new();
+                            Some(coming.insert(Coming { id, bytes }).ask())
+                        }
+                        _ => None,
+                    }
+                }
+                _ => return Ok("it answers what was not asked".to_owned()),
+            };
+            if let Some(ask) = next
+                && let Err(error) = line.send(wire::SCENE, bytemuck::bytes_of(&ask))
+            {
+                return Ok(error.to_string());
+            }
+        }
+        Ok(String::new())
+    }
+
+    /// Gives what is new to displays. Each send fails only when the service is gone.
+    fn show(&mut self, fresh: Fresh) {
+        if let Some(state) = fresh.state {
+            self.watched.states += 1;
+            self.tick = state.tick;
+            let _ = self.controller.state.send_copy(*state);
+        }
+        if let Some(tools) = fresh.tools {
+            let _ = self.controller.tools.send_copy(*tools);
+        }
+        for event in fresh.events {
+            self.watched.events += 1;
+            let _ = self.controller.events.send_copy(event);
+        }
+        for batch in fresh.batches {
+            let _ = self.controller.timing.send_copy(batch);
+        }
+    }
+
+    /// Who watches from elsewhere commands nothing.
+    fn refuse_commands(&self) {
+        while let Some(request) = self.controller.next_request() {
+            request.reply(ReplyMsg {
+                outcome: ReplyMsg::UNKNOWN,
+                reserved: 0,
+                tick: self.tick,
+            });
+        }
+    }
+}
+
+/// What became of a part.
+enum Part {
+    /// More is to come.
+    Next,
+    /// It is whole, and the one that was asked for.
+    Whole(SceneFile),
+    /// The station does not find it.
+    None,
+}
+
+impl Coming {
+    /// The next part.
+    fn ask(&self) -> SceneAsk {
+        SceneAsk {
+            magic: MAGIC,
+            scene_id: self.id,
+            offset: self.bytes.len() as u64,
+        }
+    }
+
+    /// Each part is asked for where the last ended, so that it grows to what one head may say at most.
+    fn take(&mut self, message: &[u8]) -> Result<Part, LinkError> {
+        let (total, offset, part) = wire::scene_part(message)?;
+        if total == 0 {
+            return Ok(Part::None);
+        }
+        if offset != self.bytes.len() as u64 || part.is_empty() {
+            return Err(LinkError::Malformed {
+                what: "a part of a scene that was not asked for",
+            });
+        }
+        self.bytes.extend_from_slice(part);
+        if (self.bytes.len() as u64) < total {
+            return Ok(Part::Next);
+        }
+        let scene = SceneFile::from_bytes(&self.bytes)?;
+        match scene.short_id() == self.id {
+            true => Ok(Part::Whole(scene)),
+            false => Err(LinkError::Malformed {
+                what: "another scene than the one that was asked for",
+            }),
+        }
+    }
+}
+
+/// Replaces the scene at once: a display may have the old one mapped.
+fn write(path: &Path, bytes: &[u8]) -> Result<(), LinkError> {
+    let failed = |source| LinkError::Io {
+        path: path.to_owned(),
+        source,
+    };
+    let new = path.with_extension("new");
+    let _ = std::fs::remove_file(&new);
+    let mut options = std::fs::OpenOptions::new();
+    let mut file = options
+        .write(true)
+        .create_new(true)
+        .mode(0o600)
+        .open(&new)
+        .map_err(failed)?;
+    file.write_all(bytes).map_err(failed)?;
+    std::fs::rename(&new, path).map_err(failed)
+}

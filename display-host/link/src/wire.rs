@@ -1,0 +1,284 @@
+//! What goes over the line: plain records, as in shared memory, of which only the used part is sent.
+//!
+//! | kind | asked with | answered with |
+//! |---|---|---|
+//! | [`LOOK`] | [`Ask`] | [`Head`], then state, tools, events, batches as it says |
+//! | [`SCENE`] | [`SceneAsk`] | [`SceneHead`], then so many bytes of the compiled scene |
+//!
+//! Before each goes its length, four bytes, and its kind, one; an answer is of its question's kind, and answers come in
+//! the order of their questions. Little-endian, as every computer is that Calot runs on. All of it is hostile until [`Answer::read`] or
+//! [`scene_part`] has read it.
+
+use bytemuck::{Pod, Zeroable};
+use shared_mem::message::{
+    ClipMsg, EventMsg, MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, SphereState, StateFrame, TickRecord,
+    TimingBatch, ToolFrame,
+};
+
+use crate::error::LinkError;
+
+const _: () = assert!(cfg!(target_endian = "little"));
+
+/// What is newest.
+pub const LOOK: u8 = 1;
+/// A part of the compiled scene.
+pub const SCENE: u8 = 2;
+/// Begins every message; changes with any record, those of shared memory among them.
+pub const MAGIC: [u8; 8] = *b"CALOTLK1";
+/// Events in an answer, at most.
+pub const EVENTS_MAX: usize = 256;
+/// Timing batches in an answer, at most.
+pub const BATCHES_MAX: usize = 16;
+/// Bytes of a scene in an answer, at most.
+pub const SCENE_PART: usize = 256 << 10;
+/// A compiled scene's bytes, at most.
+pub const SCENE_MAX: u64 = 256 << 20;
+/// Longest message that a watcher takes.
+pub const ANSWER_MAX: usize = 1 << 20;
+/// Longest message that a station takes.
+pub const ASK_MAX: usize = 4 << 10;
+
+/// Bytes of a state before its spheres.
+const STATE_HEAD: usize = core::mem::offset_of!(StateFrame, spheres);
+/// Bytes of a timing batch before its records.
+const BATCH_HEAD: usize = core::mem::offset_of!(TimingBatch, records);
+
+/// What a watcher asks: everything newer than what it has.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct Ask {
+    /// [`MAGIC`].
+    pub magic: [u8; 8],
+    /// Whose numbers the following are: [`Head::server`]. Another one's count for nothing.
+    pub server: u64,
+    /// First event that it does not have, as the server counts.
+    pub events_from: u64,
+    /// First timing batch that it does not have, as the server counts.
+    pub batches_from: u64,
+    /// [`StateFrame::at_ns`] of the newest state that it has.
+    pub state_at_ns: u64,
+    /// [`ToolFrame::at_ns`] of the newest tools that it has.
+    pub tools_at_ns: u64,
+}
+
+/// How an answer begins.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct Head {
+    /// [`MAGIC`].
+    pub magic: [u8; 8],
+    /// Which server: when it began, on its clock.
+    pub server: u64,
+    /// Counts its answers.
+    pub number: u64,
+    /// When it was made, on the server's clock.
+    pub now_ns: u64,
+    /// The first event's number, as the server counts; more than was asked for: those between are lost.
+    pub first_event: u64,
+    /// The first batch's number, likewise.
+    pub first_batch: u64,
+    /// Bytes of the state; 0: no newer one.
+    pub state_bytes: u32,
+    /// 1: tools follow; 0: no newer ones.
+    pub tools: u32,
+    /// How many events follow.
+    pub events: u32,
+    /// How many batches follow, each with its length before it.
+    pub batches: u32,
+}
+
+/// Asks for a part of a scene.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct SceneAsk {
+    /// [`MAGIC`].
+    pub magic: [u8; 8],
+    /// First half of its identity.
+    pub scene_id: [u8; 16],
+    /// From this byte on.
+    pub offset: u64,
+}
+
+/// How a part of a scene begins.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
+pub struct SceneHead {
+    /// [`MAGIC`].
+    pub magic: [u8; 8],
+    /// Bytes of the scene; 0: the server does not find it.
+    pub total: u64,
+    /// Where this part begins.
+    pub offset: u64,
+}
+
+/// Everything in an answer, checked.
+#[derive(Debug)]
+pub struct Answer {
+    /// Its head.
+    pub head: Head,
+    /// The newest state, if newer than the asker's.
+    pub state: Option<Box<StateFrame>>,
+    /// The newest tools, if newer than the asker's.
+    pub tools: Option<Box<ToolFrame>>,
+    /// Events, oldest first.
+    pub events: Vec<EventMsg>,
+    /// Timing batches, oldest first.
+    pub batches: Vec<TimingBatch>,
+}
+
+/// Reads a record from the front.
+pub(crate) fn take<T: Pod>(bytes: &mut &[u8], what: &'static str) -> Result<T, LinkError> {
+    let record = cut(bytes, size_of::<T>(), what)?;
+    Ok(bytemuck::pod_read_unaligned(record))
+}
+
+fn cut<'a>(bytes: &mut &'a [u8], count: usize, what: &'static str) -> Result<&'a [u8], LinkError> {
+    let (part, rest) = bytes
+        .split_at_checked(count)
+        .ok_or(LinkError::Malformed { what })?;
+    *bytes = rest;
+    Ok(part)
+}
+
+pub(crate) fn check(magic: [u8; 8]) -> Result<(), LinkError> {
+    match magic == MAGIC {
+        true => Ok(()),
+        false => Err(LinkError::Malformed {
+            what: "a message of another version",
+        }),
+    }
+}
+
+impl Answer {
+    /// Reads an answer.
+    ///
+    /// # Errors
+    /// [`LinkError::Malformed`]: of another version, too short or too long, with counts or numbers out of range.
+    pub fn read(mut bytes: &[u8]) -> Result<Self, LinkError> {
+        let head: Head = take(&mut bytes, "an answer without a head")?;
+        check(head.magic)?;
+        let (events, batches) = (head.events as usize, head.batches as usize);
+        if events > EVENTS_MAX || batches > BATCHES_MAX || head.tools > 1 {
+            return Err(LinkError::Malformed {
+                what: "more than an answer holds",
+            });
+        }
+        let state = match head.state_bytes {
+            0 => None,
+            count => Some(state(cut(&mut bytes, count as usize, "half a state")?)?),
+        };
+        let tools = match head.tools {
+            0 => None,
+            _ => Some(tools(&mut bytes)?),
+        };
+        let events = (0..events)
+            .map(|_| take(&mut bytes, "half an event"))
+            .collect::<Result<_, _>>()?;
+        let batches = (0..batches)
+            .map(|_| batch(&mut bytes))
+            .collect::<Result<_, _>>()?;
+        match bytes {
+            [] => Ok(Self {
+                head,
+                state,
+                tools,
+                events,
+                batches,
+            }),
+            _ => Err(LinkError::Malformed {
+                what: "more bytes than its head says",
+            }),
+        }
+    }
+}
+
+/// Adds the used part of a state; how many bytes that were.
+pub(crate) fn put_state(to: &mut Vec<u8>, frame: &StateFrame) -> Option<u32> {
+    let (spheres, clips, cells) = (frame.spheres()?, frame.clips()?, frame.cells()?);
+    let before = to.len();
+    to.extend_from_slice(bytemuck::bytes_of(frame).get(..STATE_HEAD)?);
+    to.extend_from_slice(bytemuck::cast_slice(spheres));
+    to.extend_from_slice(bytemuck::cast_slice(clips));
+    to.extend_from_slice(cells);
+    u32::try_from(to.len() - before).ok()
+}
+
+fn state(mut bytes: &[u8]) -> Result<Box<StateFrame>, LinkError> {
+    const WHAT: LinkError = LinkError::Malformed {
+        what: "a state whose counts or numbers are out of range",
+    };
+    let mut frame: Box<StateFrame> = bytemuck::zeroed_box();
+    let head = cut(&mut bytes, STATE_HEAD, "half a state")?;
+    if let Some(to) = bytemuck::bytes_of_mut(&mut *frame).get_mut(..STATE_HEAD) {
+        to.copy_from_slice(head);
+    }
+    let [spheres, clips, cells] =
+        [frame.sphere_count, frame.clip_count, frame.cell_count].map(|count| count as usize);
+    if spheres > MAX_SPHERES || clips > MAX_CLIPPED || cells > MAX_CELLS {
+        return Err(WHAT);
+    }
+    for to in frame.spheres.iter_mut().take(spheres) {
+        *to = take::<SphereState>(&mut bytes, "half a state")?;
+    }
+    for to in frame.clips.iter_mut().take(clips) {
+        *to = take::<ClipMsg>(&mut bytes, "half a state")?;
+    }
+    for to in frame.cells.iter_mut().take(cells) {
+        *to = take(&mut bytes, "half a state")?;
+    }
+    let is_sane = bytes.is_empty()
+        && frame.spheres().is_some()
+        && frame.clips().is_some()
+        && frame.cells().is_some();
+    is_sane.then_some(frame).ok_or(WHAT)
+}
+
+fn tools(bytes: &mut &[u8]) -> Result<Box<ToolFrame>, LinkError> {
+    let frame: Box<ToolFrame> = Box::new(take(bytes, "half a tool frame")?);
+    let is_sane = frame.capsules().is_some();
+    is_sane.then_some(frame).ok_or(LinkError::Malformed {
+        what: "tools whose counts or numbers are out of range",
+    })
+}
+
+/// Adds the used part of a batch, if it is whole.
+pub(crate) fn put_batch(to: &mut Vec<u8>, batch: &TimingBatch) -> Option<()> {
+    let records = batch.records()?;
+    to.extend_from_slice(bytemuck::bytes_of(batch).get(..BATCH_HEAD)?);
+    to.extend_from_slice(bytemuck::cast_slice(records));
+    Some(())
+}
+
+fn batch(bytes: &mut &[u8]) -> Result<TimingBatch, LinkError> {
+    let mut batch = TimingBatch::zeroed();
+    let head = cut(bytes, BATCH_HEAD, "half a timing batch")?;
+    if let Some(to) = bytemuck::bytes_of_mut(&mut batch).get_mut(..BATCH_HEAD) {
+        to.copy_from_slice(head);
+    }
+    let count = batch.count as usize;
+    if count > batch.records.len() {
+        return Err(LinkError::Malformed {
+            what: "a timing batch with more records than it holds",
+        });
+    }
+    for to in batch.records.iter_mut().take(count) {
+        *to = take::<TickRecord>(bytes, "half a timing batch")?;
+    }
+    Ok(batch)
+}
+
+/// A part of a scene: how many bytes there are in all, where it begins, what it is.
+///
+/// # Errors
+/// [`LinkError::Malformed`].
+pub fn scene_part(mut bytes: &[u8]) -> Result<(u64, u64, &[u8]), LinkError> {
+    let head: SceneHead = take(&mut bytes, "a part of a scene without a head")?;
+    check(head.magic)?;
+    let end = head.offset.checked_add(bytes.len() as u64);
+    if head.total > SCENE_MAX || bytes.len() > SCENE_PART || end.is_none_or(|it| it > head.total) {
+        return Err(LinkError::Malformed {
+            what: "a part that is not of its scene",
+        });
+    }
+    Ok((head.total, head.offset, bytes))
+}

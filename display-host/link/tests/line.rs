@@ -1,0 +1,294 @@
+//! Both sides over a real line on this computer.
+
+mod support;
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::time::Duration;
+
+use bytemuck::Zeroable as _;
+use link::{Address, Keys, LinkError, Seen, WatchConfig, Watched, serve, watch};
+use shared_mem::message::{CommandMsg, ReplyMsg, StateFrame, ToolFrame};
+use shared_mem::scene::SceneFile;
+use shared_mem::service::{Controller, Host, Station};
+use support::{batch, event, keys, make_keys, scene, state, tools, wait_until};
+
+fn station(name: &str) -> Station {
+    Station::new(&format!("l{}-{name}", std::process::id())).expect("a plain name")
+}
+
+/// A port that nobody has at the moment.
+fn port() -> u16 {
+    let free = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
+    free.local_addr().expect("a port").port()
+}
+
+fn now_ns() -> u64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
+}
+
+/// A station that moves, its `serve`, and whatever `watcher` does meanwhile.
+fn beside_a_station<T>(
+    name: &str,
+    (listen, keys): (&str, Option<Keys>),
+    place: &Path,
+    watcher: impl FnOnce(&AtomicU64) -> T,
+) -> T {
+    let there = station(name);
+    let scene = scene();
+    std::fs::write(place.join("scene.calot"), scene.bytes()).expect("written");
+    let insecure = keys.is_none();
+    let address = Address::new(listen, keys, insecure).expect("an address");
+    let (stop, ready) = (AtomicBool::new(false), AtomicBool::new(false));
+    let ticks = AtomicU64::new(0);
+    let places = [place.to_owned()];
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let controller = Controller::open(&there).expect("nobody else has it");
+            for tick in 1.. {
+                if stop.load(Relaxed) {
+                    break;
+                }
+                let at = now_ns();
+                let _ = controller
+                    .state
+                    .send_copy(*state(tick, at, scene.short_id()));
+                let _ = controller
+                    .tools
+                    .send_copy(tools(tick, at, scene.short_id()));
+                let _ = controller.events.send_copy(event(tick));
+                let _ = controller.timing.send_copy(batch(tick));
+                ticks.store(tick, Relaxed);
+                std::thread::sleep(Duration::from_millis(4));
+            }
+        });
+        let server = scope.spawn(|| {
+            serve(&there, &address, &places, None, &stop, || {
+                ready.store(true, Relaxed)
+            })
+        });
+        wait_until("it listens", || ready.load(Relaxed) || server.is_finished());
+        let result = watcher(&ticks);
+        stop.store(true, Relaxed);
+        let served = server.join().expect("no panic").expect("it served");
+        assert_eq!(served.malformed, 0);
+        result
+    })
+}
+
+/// Watches until `enough`, which sees what happened.
+fn watched(
+    name: &str,
+    address: &Address,
+    scene: PathBuf,
+    enough: impl FnOnce(&Station, &Mutex<Vec<String>>),
+) -> Watched {
+    let here = station(name);
+    let config = WatchConfig {
+        station: here.clone(),
+        address: address.clone(),
+        rate_hz: 60.0,
+        scene,
+        seconds: None,
+    };
+    let (stop, seen) = (AtomicBool::new(false), Mutex::new(Vec::new()));
+    let note = |it: Seen<'_>| seen.lock().expect("no panic").push(format!("{it:?}"));
+    std::thread::scope(|scope| {
+        let watcher = scope.spawn(|| watch(&config, &stop, note));
+        enough(&here, &seen);
+        stop.store(true, Relaxed);
+        watcher.join().expect("no panic").expect("it watched")
+    })
+}
+
+#[test]
+fn a_display_sees_a_station_that_is_elsewhere() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let listen = format!("127.0.0.1:{}", port());
+    let copy = folder.path().join("copy.calot");
+    let address = Address::new(&listen, None, true).expect("this computer");
+    let result = beside_a_station("there", (listen.as_str(), None), folder.path(), |ticks| {
+        watched("here", &address, copy.clone(), |here, _| {
+            let host = Host::open(here).expect("a host");
+            let (mut frame, mut tool) = (bytemuck::zeroed_box::<StateFrame>(), ToolFrame::zeroed());
+            let (mut events, mut batches) = (Vec::new(), 0);
+            wait_until("states, tools, events and timing come", || {
+                host.newest_state(&mut frame);
+                host.newest_tools(&mut tool);
+                host.drain_events(|it| events.push(it.sequence));
+                host.drain_timing(|it| batches += it.records().map_or(0, <[_]>::len));
+                events.len() > 300 && batches > 100 && frame.tick > 100 && tool.tick > 100
+            });
+            assert_eq!(frame.spheres().map(<[_]>::len), Some(2));
+            assert_eq!(frame.cells(), Some(&[1, 2, 255][..]));
+            let now = now_ns();
+            let off = now.abs_diff(frame.at_ns);
+            assert!(off < 20_000_000_000, "the stamp is of this clock: {off}");
+            assert!(events.windows(2).all(|it| it[1] == it[0] + 1), "{events:?}");
+            let reply = host.command(
+                CommandMsg {
+                    kind: CommandMsg::STOP,
+                    argument: 0,
+                },
+                Duration::from_secs(30),
+            );
+            assert_eq!(reply.expect("an answer").outcome, ReplyMsg::UNKNOWN);
+            let before = ticks.load(Relaxed);
+            wait_until("the station goes on", || ticks.load(Relaxed) > before + 10);
+        })
+    });
+    assert!(result.states > 10 && result.connections >= 1, "{result:?}");
+    let copied = SceneFile::open(&copy).expect("the scene came");
+    assert_eq!(copied.id(), scene().id());
+}
+
+#[test]
+fn only_who_has_a_certificate_of_the_same_authority_sees_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let other = tempfile::tempdir().expect("a folder");
+    for folder in [folder.path(), other.path()] {
+        make_keys(folder, &["authority"]);
+        make_keys(folder, &["station", "theatre", "IP:127.0.0.1"]);
+        make_keys(folder, &["watcher", "desk"]);
+    }
+    make_keys(folder.path(), &["station", "elsewhere", "IP:10.99.99.99"]);
+    let listen = format!("127.0.0.1:{}", port());
+    let served = (listen.as_str(), Some(keys(folder.path(), "theatre")));
+    beside_a_station("tls", served, folder.path(), |_| {
+        let scene = folder.path().join("copy.calot");
+        let ours = keys(folder.path(), "desk");
+        let address = Address::new(&listen, Some(ours.clone()), false).expect("keys");
+        let right = watched("right", &address, scene.clone(), |_, seen| {
+            wait_until("it is connected", || {
+                seen.lock()
+                    .expect("no panic")
+                    .iter()
+                    .any(|it| it == "Connected")
+            });
+        });
+        assert!(right.connections >= 1, "{right:?}");
+
+        // Signed by somebody else; somebody else's authority; a station's certificate where a watcher's is due.
+        let theirs = keys(other.path(), "desk");
+        let mixed = Keys {
+            authority: ours.authority.clone(),
+            ..theirs.clone()
+        };
+        let station = keys(folder.path(), "theatre");
+        for (name, wrong) in [("theirs", theirs), ("mixed", mixed), ("station", station)] {
+            let address = Address::new(&listen, Some(wrong), false).expect("keys");
+            let result = watched(name, &address, scene.clone(), |_, seen| {
+                wait_until("it is refused", || {
+                    !seen.lock().expect("no panic").is_empty()
+                });
+                let seen = seen.lock().expect("no panic");
+                assert!(!seen.iter().any(|it| it == "Connected"), "{name}: {seen:?}");
+            });
+            assert_eq!(result.states, 0, "{name}");
+        }
+        // In the clear.
+        let bare = Address::new(&listen, None, true).expect("this computer");
+        let result = watched("bare", &bare, scene.clone(), |_, seen| {
+            wait_until("it is refused", || {
+                !seen.lock().expect("no panic").is_empty()
+            });
+        });
+        assert_eq!(result.states, 0);
+        // What is no TLS at all harms nobody.
+        let mut line = std::net::TcpStream::connect(&listen).expect("it listens");
+        let _ = line.write_all(&[0xff; 70_000]);
+        let after = watched("after", &address, scene.clone(), |_, seen| {
+            wait_until("it is connected", || {
+                seen.lock()
+                    .expect("no panic")
+                    .iter()
+                    .any(|it| it == "Connected")
+            });
+        });
+        assert!(after.connections >= 1);
+    });
+    // A station at an address that its certificate does not name.
+    let listen = format!("127.0.0.1:{}", port());
+    let served = (listen.as_str(), Some(keys(folder.path(), "elsewhere")));
+    beside_a_station("misnamed", served, folder.path(), |_| {
+        let address =
+            Address::new(&listen, Some(keys(folder.path(), "desk")), false).expect("keys");
+        let result = watched(
+            "misled",
+            &address,
+            folder.path().join("x.calot"),
+            |_, seen| {
+                wait_until("it is refused", || {
+                    !seen.lock().expect("no panic").is_empty()
+                });
+            },
+        );
+        assert_eq!(result.states, 0);
+    });
+}
+
+#[test]
+fn an_address_is_refused_unless_it_is_safe() {
+    let folder = tempfile::tempdir().expect("a folder");
+    make_keys(folder.path(), &["authority"]);
+    make_keys(folder.path(), &["watcher", "a"]);
+    let ours = keys(folder.path(), "a");
+    let new = |address: &str, keys: Option<&Keys>, insecure| {
+        Address::new(address, keys.cloned(), insecure)
+    };
+    assert!(new("10.0.0.7:7447", Some(&ours), false).is_ok());
+    assert!(new("[::]:7447", Some(&ours), false).is_ok());
+    assert!(new("localhost:1", None, true).is_ok() && new("[::1]:1", None, true).is_ok());
+    assert!(matches!(
+        new("10.0.0.7:7447", None, false),
+        Err(LinkError::NoKeys)
+    ));
+    for bad in [
+        "10.0.0.7:7447",
+        "0.0.0.0:7447",
+        "127.0.0.1.evil.net:1",
+        "localhost.evil:1",
+    ] {
+        assert!(
+            matches!(new(bad, None, true), Err(LinkError::Address { .. })),
+            "{bad}"
+        );
+    }
+    for bad in [
+        "",
+        ":1",
+        "a",
+        "a:b",
+        "a:70000",
+        "a:1#iface=x",
+        "tcp/127.0.0.1:1",
+        "a b:1",
+        "ä:1",
+    ] {
+        assert!(
+            matches!(new(bad, Some(&ours), false), Err(LinkError::Address { .. })),
+            "{bad}"
+        );
+    }
+    let missing = keys(folder.path(), "b");
+    assert!(matches!(
+        new("a:1", Some(&missing), false),
+        Err(LinkError::Key { .. })
+    ));
+    let swapped = Keys {
+        key: ours.certificate.clone(),
+        ..ours.clone()
+    };
+    assert!(matches!(
+        new("a:1", Some(&swapped), false),
+        Err(LinkError::Key { .. })
+    ));
+    use std::os::unix::fs::PermissionsExt as _;
+    let open = std::fs::Permissions::from_mode(0o644);
+    std::fs::set_permissions(&ours.key, open).expect("set");
+    let error = new("a:1", Some(&ours), false).expect_err("others can read it");
+    assert!(error.to_string().contains("mode 644"), "{error}");
+}

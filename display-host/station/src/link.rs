@@ -1,0 +1,239 @@
+//! `calot link`: stations seen from other computers.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use ::link::{Address, Keys, LinkError, Seen, WatchConfig};
+use clap::{Args, Subcommand};
+use serde_json::json;
+use shared_mem::service::{Station, user_folder};
+
+use crate::cli::{parse_seconds, parse_station};
+use crate::run::Folder;
+use crate::say;
+use crate::scene::Problem;
+use crate::stop;
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Both sides need certificates of one authority, which `calot link keys` makes with openssl:
+  calot link keys > make_keys.sh
+  sh make_keys.sh authority
+  sh make_keys.sh station theatre-1 IP:10.0.0.7
+  sh make_keys.sh watcher desk
+
+On the station's computer, beside `calot run`:
+  calot link serve --listen 0.0.0.0:7447 --cert theatre-1.pem --key theatre-1.key --ca ca.pem
+On the instructor's, once for each station:
+  calot link watch --connect 10.0.0.7:7447 --as theatre-1 --cert desk.pem --key desk.key --ca ca.pem
+  calot run --attach --station theatre-1 --scene FILE     (FILE as `watch` says)")]
+pub(crate) struct LinkArgs {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(Debug, Clone, Subcommand)]
+enum What {
+    /// Lets other computers see a station of this one
+    Serve(ServeArgs),
+    /// Shows another computer's station to the displays of this one
+    Watch(WatchArgs),
+    /// Prints the script that makes certificates
+    Keys,
+}
+
+/// How one side is told from anybody.
+#[derive(Debug, Clone, Args)]
+struct KeyArgs {
+    /// This side's certificate, PEM
+    #[arg(long, value_name = "FILE", requires_all = ["key", "ca"])]
+    cert: Option<PathBuf>,
+    /// Its private key, PEM, of mode 600
+    #[arg(long, value_name = "FILE", requires = "cert")]
+    key: Option<PathBuf>,
+    /// The authority's certificate, PEM: whom it signed is let in
+    #[arg(long, value_name = "FILE", requires = "cert")]
+    ca: Option<PathBuf>,
+    /// Without certificates and in the clear, on this computer alone
+    #[arg(long, conflicts_with = "cert")]
+    insecure: bool,
+}
+
+#[derive(Debug, Clone, Args)]
+struct ServeArgs {
+    /// Name of the station
+    #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
+    station: String,
+    /// Where watchers connect
+    #[arg(long, value_name = "HOST:PORT")]
+    listen: String,
+    #[command(flatten)]
+    keys: KeyArgs,
+    /// The compiled scene that runs [default: looked for where `calot run` puts it]
+    #[arg(long, value_name = "FILE")]
+    scene: Option<PathBuf>,
+    /// End after this time [default: on Ctrl-C]
+    #[arg(long, value_name = "N", value_parser = parse_seconds)]
+    seconds: Option<f64>,
+    /// End when this process, which started this one, ends
+    #[arg(long, value_name = "PID", hide = true)]
+    with_parent: Option<i32>,
+    /// Print one JSON object when it listens, one when it ends
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Args)]
+struct WatchArgs {
+    /// Where the station's `serve` listens
+    #[arg(long, value_name = "HOST:PORT")]
+    connect: String,
+    /// Name that displays of this computer see it under
+    #[arg(long = "as", value_name = "NAME", value_parser = parse_station)]
+    name: String,
+    #[command(flatten)]
+    keys: KeyArgs,
+    /// Pictures a second, at most; a slower line gets fewer
+    #[arg(long, value_name = "HZ", default_value_t = 30.0, value_parser = parse_rate)]
+    rate_hz: f64,
+    /// End after this time [default: on Ctrl-C]
+    #[arg(long, value_name = "N", value_parser = parse_seconds)]
+    seconds: Option<f64>,
+    /// End when this process, which started this one, ends
+    #[arg(long, value_name = "PID", hide = true)]
+    with_parent: Option<i32>,
+    /// Print one JSON object a line for what happens, and one when it ends
+    #[arg(long)]
+    json: bool,
+}
+
+impl KeyArgs {
+    fn address(&self, address: &str) -> Result<Address, LinkError> {
+        let keys = match (&self.cert, &self.key, &self.ca) {
+            (Some(certificate), Some(key), Some(authority)) => Some(Keys {
+                certificate: certificate.clone(),
+                key: key.clone(),
+                authority: authority.clone(),
+            }),
+            _ => None,
+        };
+        Address::new(address, keys, self.insecure)
+    }
+}
+
+pub(crate) fn run(args: &LinkArgs) -> Result<ExitCode, Problem> {
+    match &args.what {
+        What::Serve(args) => serve(args),
+        What::Watch(args) => watch(args),
+        What::Keys => {
+            say::answer(::link::MAKE_KEYS.trim_end());
+            Ok(ExitCode::SUCCESS)
+        }
+    }
+}
+
+fn serve(args: &ServeArgs) -> Result<ExitCode, Problem> {
+    let address = args.keys.address(&args.listen)?;
+    let stop = stop::flag()?;
+    if let Some(parent) = args.with_parent {
+        stop::end_with_parent(parent)?;
+    }
+    // Its threads inherit it: nothing here may be in the tick's way.
+    display_host::priority::step_aside(None);
+    let places: Vec<PathBuf> = match &args.scene {
+        Some(scene) => vec![scene.clone()],
+        None => vec![user_folder()?.join(&args.station)],
+    };
+    let station = Station::new(&args.station)?;
+    let served = ::link::serve(&station, &address, &places, args.seconds, &stop, || {
+        if args.json {
+            say::answer(json!({ "listening": args.listen }));
+        } else {
+            say::note(format_args!(
+                "station '{}' can be seen at {}; Ctrl-C ends it",
+                args.station, args.listen
+            ));
+        }
+    })?;
+    if args.json {
+        say::answer(json!({
+            "answers": served.answers, "bytes": served.bytes, "malformed": served.malformed,
+        }));
+    } else {
+        say::note(format_args!(
+            "{} answers, {:.1} MB",
+            served.answers,
+            served.bytes as f64 / 1e6
+        ));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {
+    let address = args.keys.address(&args.connect)?;
+    let stop = stop::flag()?;
+    if let Some(parent) = args.with_parent {
+        stop::end_with_parent(parent)?;
+    }
+    display_host::priority::step_aside(None);
+    // The place of a station that runs: nobody can start one of this name meanwhile.
+    let folder = Folder::open(&args.name, false)?;
+    let config = WatchConfig {
+        station: Station::new(&args.name)?,
+        address,
+        rate_hz: args.rate_hz,
+        scene: folder.scene(),
+        seconds: args.seconds,
+    };
+    let watched = ::link::watch(&config, &stop, |seen| say_seen(args, seen))?;
+    if args.json {
+        say::answer(json!({
+            "states": watched.states, "events": watched.events, "events_lost": watched.events_lost,
+            "malformed": watched.malformed, "connections": watched.connections,
+        }));
+    } else {
+        say::note(format_args!(
+            "{} states, {} events, {} events lost",
+            watched.states, watched.events, watched.events_lost
+        ));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn say_seen(args: &WatchArgs, seen: Seen<'_>) {
+    let (what, words, detail) = match seen {
+        Seen::Connected => (
+            "connected",
+            format!("{} answers", args.connect),
+            String::new(),
+        ),
+        Seen::Lost(why) => (
+            "lost",
+            format!("{}: {why}; trying again", args.connect),
+            why.to_owned(),
+        ),
+        Seen::Scene(path) => {
+            let path = path.display().to_string();
+            let words = format!(
+                "show it with `calot run --attach --station {} --scene {path}`",
+                args.name
+            );
+            ("scene", words, path)
+        }
+        Seen::NoScene => {
+            let words = "the station's scene is not found there; name it to `calot link serve` with --scene";
+            ("no_scene", words.to_owned(), String::new())
+        }
+    };
+    match args.json {
+        true => say::answer(json!({ "what": what, "detail": detail })),
+        false => say::note(words),
+    }
+}
+
+fn parse_rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(hz) if (1.0..=60.0).contains(&hz) => Ok(hz),
+        _ => Err("a rate is 1 to 60 pictures a second".into()),
+    }
+}

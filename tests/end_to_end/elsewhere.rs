@@ -1,0 +1,464 @@
+//! Two stations and an instructor, each in a network of its own, with a bad line between them.
+
+use std::io::{BufRead as _, BufReader, Read as _, Write as _};
+use std::net::{Shutdown, TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex, mpsc};
+use std::time::{Duration, Instant};
+
+use bytemuck::Zeroable as _;
+use rustix::process::Signal;
+use serde_json::Value;
+use shared_mem::message::{StateFrame, TimingBatch, ToolFrame};
+use shared_mem::service::{Host, Station};
+use system_tests::{calot, finish, may_be_realtime, said, signal, station_name, wait_until};
+
+/// One way through the line.
+const DELAY: Duration = Duration::from_millis(40);
+/// A lost packet stands the line still until it is sent again.
+const LOST: Duration = Duration::from_millis(250);
+/// One in so many is lost.
+const LOSES_ONE_IN: u64 = 50;
+
+/// Networks of their own, joined to this one; gone when this is.
+struct Networks(Vec<String>);
+
+impl Networks {
+    /// Each with an address in which `{}` is its number, this end `.1`, its end `.2`. `None`: this user may not.
+    fn of(count: u8) -> Option<Self> {
+        let mut networks = Self(Vec::new());
+        for number in 0..count {
+            let pid = std::process::id();
+            let (name, veth) = (format!("calot-{pid}-{number}"), format!("ca{pid}{number}"));
+            let [ours, theirs] = [1, 2].map(|end| format!("{}/24", address(number, end)));
+            let inside = |words: &str| format!("netns exec {name} ip {words}");
+            if !ip(&format!("netns add {name}")) {
+                return None;
+            }
+            networks.0.push(name.clone());
+            let made = [
+                format!("link add {veth} type veth peer name eth0 netns {name}"),
+                format!("addr add {ours} dev {veth}"),
+                format!("link set {veth} up"),
+                inside(&format!("addr add {theirs} dev eth0")),
+                inside("link set eth0 up"),
+                inside("link set lo up"),
+            ];
+            if !made.iter().all(|words| ip(words)) {
+                return None;
+            }
+        }
+        Some(networks)
+    }
+
+    /// `calot` in one of them.
+    fn calot(&self, number: usize, words: &[&str]) -> Process {
+        let plain = calot();
+        let mut command = Command::new("ip");
+        command
+            .args(["netns", "exec", &self.0[number]])
+            .arg(plain.get_program())
+            .args(words)
+            .current_dir(system_tests::root());
+        Process::start(&mut command)
+    }
+
+    /// Whether anything listens for TCP in one of them.
+    fn listens(&self, number: usize) -> bool {
+        let mut command = Command::new("ip");
+        command.args(["netns", "exec", &self.0[number], "cat"]);
+        command.args(["/proc/net/tcp", "/proc/net/tcp6"]);
+        let sockets = finish(&mut command);
+        let text = String::from_utf8_lossy(&sockets.stdout).into_owned();
+        assert!(text.contains("local_address"), "{text}");
+        text.lines()
+            .any(|it| it.split_whitespace().nth(3) == Some("0A"))
+    }
+}
+
+impl Drop for Networks {
+    fn drop(&mut self) {
+        for name in &self.0 {
+            ip(&format!("netns del {name}"));
+        }
+    }
+}
+
+fn address(number: u8, end: u8) -> String {
+    // By process, so that tests that run side by side do not meet.
+    let third = (std::process::id() % 60) as u8 * 4 + number;
+    format!("10.231.{third}.{end}")
+}
+
+fn ip(words: &str) -> bool {
+    let mut command = Command::new("ip");
+    command.args(words.split_whitespace());
+    let run = command.stderr(Stdio::null()).stdout(Stdio::null()).status();
+    run.is_ok_and(|status| status.success())
+}
+
+/// A child that says a JSON object a line; it ends when this is dropped.
+struct Process {
+    child: Child,
+    lines: Arc<Mutex<Vec<Value>>>,
+}
+
+impl Process {
+    fn start(command: &mut Command) -> Self {
+        let piped = command.stdin(Stdio::null()).stdout(Stdio::piped());
+        let mut child = piped.spawn().expect("it starts");
+        let lines = Arc::new(Mutex::new(Vec::new()));
+        let (stdout, into) = (child.stdout.take().expect("piped"), lines.clone());
+        std::thread::spawn(move || {
+            for line in BufReader::new(stdout).lines().map_while(Result::ok) {
+                if let Ok(value) = serde_json::from_str(&line) {
+                    into.lock().expect("no panic").push(value);
+                }
+            }
+        });
+        Self { child, lines }
+    }
+
+    /// The first line of which `which` holds.
+    fn says(&self, what: &str, which: impl Fn(&Value) -> bool) -> Value {
+        let mut found = None;
+        wait_until(what, || {
+            let lines = self.lines.lock().expect("no panic");
+            found = lines.iter().find(|it| which(it)).cloned();
+            found.is_some()
+        });
+        found.unwrap_or_default()
+    }
+
+    /// Asks it to end; the last thing that it says.
+    fn end(mut self) -> Value {
+        signal(self.child.id(), Signal::TERM);
+        let status = self.child.wait().expect("it ends");
+        assert!(status.success(), "{status}");
+        let lines = &self.lines;
+        wait_until("its last words", || {
+            !lines.lock().expect("no panic").is_empty()
+        });
+        std::thread::sleep(Duration::from_millis(100));
+        let last = self.lines.lock().expect("no panic").last().cloned();
+        last.unwrap_or_default()
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        signal(self.child.id(), Signal::CONT);
+        signal(self.child.id(), Signal::TERM);
+        let start = Instant::now();
+        while matches!(self.child.try_wait(), Ok(None)) {
+            if start.elapsed() > Duration::from_secs(10) {
+                let _ = self.child.kill();
+            }
+            std::thread::sleep(Duration::from_millis(10));
+        }
+    }
+}
+
+/// A line that delays everything and loses some, which TCP repairs: until then what follows waits.
+fn bad_line(from: String, to: String, lost: Arc<AtomicU64>) {
+    let listener = TcpListener::bind(&from).expect("an address of ours");
+    std::thread::spawn(move || {
+        for near in listener.incoming().map_while(Result::ok) {
+            let Ok(far) = TcpStream::connect(&to) else {
+                continue;
+            };
+            let two = |it: &TcpStream| it.try_clone().expect("a socket");
+            pass(two(&near), two(&far), lost.clone());
+            pass(far, near, lost.clone());
+        }
+    });
+}
+
+fn pass(mut from: TcpStream, mut to: TcpStream, lost: Arc<AtomicU64>) {
+    let (sender, chunks) = mpsc::sync_channel::<(Instant, Vec<u8>)>(256);
+    std::thread::spawn(move || {
+        let (mut bytes, mut count) = (vec![0; 16 << 10], 0u64);
+        while let Ok(length @ 1..) = from.read(&mut bytes) {
+            count += 1;
+            let mut due = Instant::now() + DELAY;
+            if count.is_multiple_of(LOSES_ONE_IN) {
+                lost.fetch_add(1, Relaxed);
+                due += LOST;
+            }
+            if sender.send((due, bytes[..length].to_vec())).is_err() {
+                return;
+            }
+        }
+    });
+    std::thread::spawn(move || {
+        for (due, chunk) in chunks {
+            std::thread::sleep(due.saturating_duration_since(Instant::now()));
+            if to.write_all(&chunk).is_err() {
+                break;
+            }
+        }
+        let _ = to.shutdown(Shutdown::Both);
+    });
+}
+
+fn make_keys(folder: &Path, words: &[&str]) {
+    let script = folder.join("make_keys.sh");
+    if !script.exists() {
+        let printed = finish(calot().args(["link", "keys"]));
+        std::fs::write(&script, printed.stdout).expect("written");
+    }
+    let mut command = Command::new("sh");
+    let made = finish(command.arg(&script).args(words).current_dir(folder));
+    assert!(made.status.success(), "{words:?}: {}", said(&made));
+}
+
+/// `--cert`, `--key` and `--ca` of `name`.
+fn keys(folder: &Path, name: &str) -> [String; 6] {
+    let file = |it: String| folder.join(it).display().to_string();
+    [
+        "--cert".into(),
+        file(format!("{name}.pem")),
+        "--key".into(),
+        file(format!("{name}.key")),
+        "--ca".into(),
+        file("ca.pem".into()),
+    ]
+}
+
+/// What a display of the instructor's sees.
+struct Display {
+    host: Host,
+    state: Box<StateFrame>,
+    tools: ToolFrame,
+    events: Vec<u64>,
+    timing: Option<Box<TimingBatch>>,
+}
+
+impl Display {
+    fn of(station: &str) -> Self {
+        Self {
+            host: Host::open(&Station::new(station).expect("a name")).expect("a host"),
+            state: bytemuck::zeroed_box(),
+            tools: ToolFrame::zeroed(),
+            events: Vec::new(),
+            timing: None,
+        }
+    }
+
+    fn look(&mut self) {
+        self.host.newest_state(&mut self.state);
+        self.host.newest_tools(&mut self.tools);
+        let (events, timing) = (&mut self.events, &mut self.timing);
+        self.host.drain_events(|it| events.push(it.sequence));
+        self.host.drain_timing(|it| *timing = Some(Box::new(*it)));
+    }
+
+    fn sees_after(&mut self, tick: u64) {
+        wait_until("a newer state comes", || {
+            self.look();
+            self.state.tick > tick && self.tools.tick > tick
+        });
+        assert!(self.state.spheres().is_some_and(|it| !it.is_empty()));
+    }
+}
+
+#[test]
+fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
+    if !may_be_realtime() {
+        eprintln!("SKIPPED: networks of their own need root");
+        return;
+    }
+    let Some(networks) = Networks::of(3) else {
+        eprintln!("SKIPPED: this system makes no networks (`ip netns`, package iproute2)");
+        return;
+    };
+    let folder = tempfile::tempdir().expect("a folder");
+    let foreign = tempfile::tempdir().expect("a folder");
+    let line = address(2, 1);
+    for folder in [folder.path(), foreign.path()] {
+        make_keys(folder, &["authority"]);
+        make_keys(folder, &["station", "theatre", &format!("IP:{line}")]);
+        make_keys(folder, &["watcher", "desk"]);
+    }
+    let scene = folder.path().join("small.calot");
+    let prepared = finish(
+        calot()
+            .args(["prepare", "built-in", "--spheres", "300", "--out"])
+            .arg(&scene),
+    );
+    assert!(prepared.status.success(), "{}", said(&prepared));
+    let scene = scene.display().to_string();
+
+    let lost = Arc::new(AtomicU64::new(0));
+    let mut running = Vec::new();
+    let mut seen = Vec::new();
+    for number in 0..2u8 {
+        let there = station_name("theatre");
+        let here = station_name("seen");
+        let network = usize::from(number);
+        running.push(networks.calot(
+            network,
+            &[
+                "run",
+                "--headless",
+                "--frames",
+                "0",
+                "--seconds",
+                "3600",
+                "--no-realtime",
+                "--station",
+                &there,
+                "--scene",
+                &scene,
+                "--out",
+                &folder.path().join(&there).display().to_string(),
+            ],
+        ));
+        let mut beside = Display::of(&there);
+        beside.sees_after(100);
+        assert!(!networks.listens(network), "nothing listens unless asked");
+        let mine = keys(folder.path(), "theatre");
+        let mine: Vec<&str> = mine.iter().map(String::as_str).collect();
+        let serve = [
+            "link",
+            "serve",
+            "--json",
+            "--station",
+            &there,
+            "--scene",
+            &scene,
+            "--listen",
+            "0.0.0.0:7447",
+        ];
+        let serve = networks.calot(network, &[&serve[..], &mine].concat());
+        serve.says("it listens", |it| it["listening"].is_string());
+        running.push(serve);
+        let port = 7500 + u16::from(number);
+        bad_line(
+            format!("{line}:{port}"),
+            format!("{}:7447", address(number, 2)),
+            lost.clone(),
+        );
+        let watch = watch(&networks, folder.path(), &format!("{line}:{port}"), &here);
+        let came = watch.says("its scene comes", |it| it["what"] == "scene");
+        seen.push((
+            watch,
+            here,
+            PathBuf::from(came["detail"].as_str().expect("a path")),
+            beside,
+        ));
+    }
+
+    // Both, with everything that a display needs, on time by this computer's clock.
+    for (_, here, _, beside) in &mut seen {
+        let mut display = Display::of(here);
+        display.sees_after(0);
+        let tick = display.state.tick;
+        wait_until("events and timing come", || {
+            display.look();
+            let timing = display.timing.as_ref();
+            display.events.len() >= 3 && timing.is_some_and(|it| it.ticks > 0)
+        });
+        display.sees_after(tick + 1000);
+        assert!(
+            display.events.windows(2).all(|it| it[1] == it[0] + 1),
+            "{:?}",
+            display.events
+        );
+        beside.look();
+        assert_eq!(display.state.scene_id, beside.state.scene_id);
+        assert_eq!(display.state.sphere_count, beside.state.sphere_count);
+        let behind = beside.state.tick.saturating_sub(display.state.tick);
+        println!("{behind} ticks behind, {} events", display.events.len());
+    }
+
+    // The picture, drawn where the instructor is.
+    let (_, here, scene, _) = &seen[0];
+    let out = folder.path().join("pictures");
+    let drawn = finish(
+        calot()
+            .args([
+                "run",
+                "--attach",
+                "--headless",
+                "--seconds",
+                "4",
+                "--frames",
+                "1",
+                "--station",
+                here,
+            ])
+            .arg("--scene")
+            .arg(scene)
+            .arg("--out")
+            .arg(&out),
+    );
+    assert!(drawn.status.success(), "{}", said(&drawn));
+    assert!(out.join("frame_0000.png").exists(), "{}", said(&drawn));
+
+    // Somebody else's authority sees nothing.
+    let name = station_name("intruder");
+    let intruder = watch(&networks, foreign.path(), &format!("{line}:7500"), &name);
+    intruder.says("it is refused", |it| it["what"] == "lost");
+    let words = intruder.end();
+    assert_eq!(words["states"], 0, "{words}");
+
+    // One that stands still holds up nobody, and goes on when it is let.
+    let [(first, first_name, ..), (second, second_name, _, beside)] = &mut seen[..] else {
+        unreachable!("there are two");
+    };
+    signal(first.child.id(), Signal::STOP);
+    let mut display = Display::of(second_name);
+    display.sees_after(0);
+    let (tick, before) = (display.state.tick, beside.state.tick);
+    display.sees_after(tick + 3000);
+    beside.look();
+    assert!(beside.state.tick > before, "the station goes on");
+    signal(first.child.id(), Signal::CONT);
+    let mut display = Display::of(first_name);
+    display.look();
+    let tick = display.state.tick;
+    display.sees_after(tick + 500);
+    let words = last_words(second);
+    assert_eq!(words["malformed"], 0, "{words}");
+    assert_eq!(words["events_lost"], 0, "{words}");
+    assert!(lost.load(Relaxed) > 3, "the line was bad");
+}
+
+/// Ends it; what it saw.
+fn last_words(process: &mut Process) -> Value {
+    signal(process.child.id(), Signal::TERM);
+    process.says("what it saw", |it| it["states"].is_number())
+}
+
+fn watch(networks: &Networks, keys_in: &Path, address: &str, name: &str) -> Process {
+    let mine = keys(keys_in, "desk");
+    let mine: Vec<&str> = mine.iter().map(String::as_str).collect();
+    let words = [
+        "link",
+        "watch",
+        "--json",
+        "--connect",
+        address,
+        "--as",
+        name,
+    ];
+    networks.calot(2, &[&words[..], &mine].concat())
+}
+
+#[test]
+fn without_certificates_nothing_is_served_and_the_next_step_is_said() {
+    for words in [
+        &["link", "serve", "--listen", "0.0.0.0:7447"][..],
+        &["link", "watch", "--connect", "10.0.0.7:7447", "--as", "x"],
+    ] {
+        let run = finish(calot().args(words));
+        assert_eq!(run.status.code(), Some(1), "{}", said(&run));
+        assert!(said(&run).contains("calot link keys"), "{}", said(&run));
+        let run = finish(calot().args(words).arg("--insecure"));
+        assert_eq!(run.status.code(), Some(1), "{}", said(&run));
+        assert!(said(&run).contains("127.0.0.1"), "{}", said(&run));
+    }
+}
