@@ -7,16 +7,19 @@
 //!          └─< answer                 questionnaires
 //! ```
 //!
-//! Sessions are named by UUIDs of version 7: stores of several stations can be merged without a coordinator.
+//! Sessions are named by UUIDs of version 7: [`Store::merge`] makes stores of several stations one without a
+//! coordinator.
 
 mod error;
 mod export;
+mod merge;
 mod open;
 mod questionnaire;
 mod sessions;
 mod sheet;
 
 pub use error::StoreError;
+pub use merge::{EXAMPLE_SQL, Merged};
 pub use open::{SCHEMA_VERSION, Store, new_id};
 pub use questionnaire::{Item, ItemSummary, Questionnaire};
 pub use sessions::{SessionRecord, Trainee, check_name};

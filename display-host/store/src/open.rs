@@ -128,49 +128,17 @@ impl Store {
         let making = connection
             .transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)
             .map_err(broken)?;
-        let number = |name: &str| {
-            making
-                .pragma_query_value(None, name, |row| row.get::<_, i64>(0))
-                .map_err(broken)
-        };
-        let (application, version) = (number("application_id")?, number("user_version")?);
-        let tables: i64 = making
-            .query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0))
-            .map_err(broken)?;
-        match (application, version, tables) {
-            (0, 0, 0) => {
-                making.execute_batch(TABLES).map_err(sqlite)?;
-                making
-                    .pragma_update(None, "application_id", APPLICATION)
-                    .map_err(sqlite)?;
-                making
-                    .pragma_update(None, "user_version", SCHEMA_VERSION)
-                    .map_err(sqlite)?;
-                return making.commit().map_err(sqlite);
-            }
-            (APPLICATION, SCHEMA_VERSION, _) => {}
-            (APPLICATION, found, _) => {
-                return Err(StoreError::Version {
-                    path: path.to_owned(),
-                    found,
-                });
-            }
-            _ => {
-                return Err(StoreError::NotAStore {
-                    path: path.to_owned(),
-                });
-            }
+        if marks(&making, path)? != (0, 0, 0) {
+            return check_is_store(&making, path);
         }
-        let found: String = making
-            .query_row("PRAGMA quick_check(1)", [], |row| row.get(0))
-            .map_err(broken)?;
-        match found.as_str() {
-            "ok" => Ok(()),
-            problem => Err(StoreError::Damaged {
-                path: path.to_owned(),
-                problem: problem.to_owned(),
-            }),
-        }
+        making.execute_batch(TABLES).map_err(sqlite)?;
+        making
+            .pragma_update(None, "application_id", APPLICATION)
+            .map_err(sqlite)?;
+        making
+            .pragma_update(None, "user_version", SCHEMA_VERSION)
+            .map_err(sqlite)?;
+        making.commit().map_err(sqlite)
     }
 
     /// Where it lies.
@@ -184,6 +152,41 @@ impl Store {
     }
 }
 
+/// Whose file it says it is, its version, and how many tables it has.
+fn marks(connection: &Connection, path: &Path) -> Result<(i64, i64, i64), StoreError> {
+    let broken = |error| opening(path, error);
+    let number = |name: &str| {
+        connection
+            .pragma_query_value(None, name, |row| row.get::<_, i64>(0))
+            .map_err(broken)
+    };
+    let tables = connection.query_row("SELECT count(*) FROM sqlite_schema", [], |row| row.get(0));
+    Ok((
+        number("application_id")?,
+        number("user_version")?,
+        tables.map_err(broken)?,
+    ))
+}
+
+/// Refuses what is no store of this version, and whole.
+pub(crate) fn check_is_store(connection: &Connection, path: &Path) -> Result<(), StoreError> {
+    let path = path.to_owned();
+    match marks(connection, &path)? {
+        (APPLICATION, SCHEMA_VERSION, _) => {}
+        (APPLICATION, found, _) => return Err(StoreError::Version { path, found }),
+        _ => return Err(StoreError::NotAStore { path }),
+    }
+    let found = connection.query_row("PRAGMA quick_check(1)", [], |row| row.get(0));
+    let found: String = found.map_err(|error| opening(&path, error))?;
+    match found.as_str() {
+        "ok" => Ok(()),
+        problem => Err(StoreError::Damaged {
+            problem: problem.to_owned(),
+            path,
+        }),
+    }
+}
+
 /// Keeps all in the one file, and gives the journal mode that it has then: "delete", unless another
 /// program holds it open with a log beside it.
 pub(crate) fn one_file(connection: &Connection) -> rusqlite::Result<String> {
@@ -191,7 +194,7 @@ pub(crate) fn one_file(connection: &Connection) -> rusqlite::Result<String> {
 }
 
 /// What SQLite refused.
-fn refused(path: &Path, error: rusqlite::Error) -> StoreError {
+pub(crate) fn refused(path: &Path, error: rusqlite::Error) -> StoreError {
     use rusqlite::ErrorCode::{DatabaseBusy, DatabaseCorrupt, DatabaseLocked, NotADatabase};
     match error.sqlite_error_code() {
         Some(DatabaseBusy | DatabaseLocked) => StoreError::Busy {

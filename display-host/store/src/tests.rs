@@ -329,6 +329,109 @@ fn ids_differ_and_sort_by_time() {
     );
 }
 
+/// A store of a station where `people` have worked, a session each.
+fn station(path: &Path, people: &[&str]) -> Store {
+    let mut store = Store::open(path).unwrap();
+    for (name, at) in people.iter().zip(100..) {
+        let it = session(at, "cut", 50.0);
+        store.add_session(name, &it).unwrap();
+        store.set_sheet(&it.id, [1, 2, 3, 4, 5]).unwrap();
+    }
+    store
+}
+
+#[test]
+fn stores_of_several_stations_become_one() {
+    let (folder, centre) = folder();
+    let other = |name: &str| folder.path().join(name);
+    let mut first = station(&other("first.sqlite"), &["Ada", "Bo", "Ada"]);
+    let mut second = station(&other("second.sqlite"), &["Ada", "Cy"]);
+    let questions = Questionnaire::default();
+    let (old, new) = (
+        vec![2; questions.items.len()],
+        vec![5; questions.items.len()],
+    );
+    first.answer("Ada", &questions, &old, 1000).unwrap();
+    second.answer("Ada", &questions, &new, 2000).unwrap();
+    drop((first, second));
+    let before = std::fs::read(other("second.sqlite")).unwrap();
+
+    let mut store = Store::open(&centre).unwrap();
+    let merged = store.merge(&other("second.sqlite")).unwrap();
+    assert_eq!(
+        (merged.sessions, merged.trainees, merged.points),
+        (2, 2, 10)
+    );
+    let merged = store.merge(&other("first.sqlite")).unwrap();
+    assert_eq!(
+        (merged.sessions, merged.trainees, merged.answers),
+        (3, 1, 0)
+    );
+    let whole = store.export_json(None).unwrap();
+    for name in ["first.sqlite", "second.sqlite"] {
+        let merged = store.merge(&other(name)).unwrap();
+        let nothing = Merged {
+            known: merged.known,
+            ..Merged::default()
+        };
+        assert!(merged == nothing && merged.known >= 2, "{merged:?}");
+    }
+    assert_eq!(store.export_json(None).unwrap(), whole, "again is nothing");
+    assert_eq!(store.sessions("Ada", None).unwrap().len(), 3);
+    let answers = &whole["trainees"][0]["answers"];
+    assert_eq!(answers[0]["value"], 5, "the newer answer is kept");
+    assert_eq!(std::fs::read(other("second.sqlite")).unwrap(), before);
+
+    // What a centre asks of it.
+    let mut statement = store.connection.prepare(EXAMPLE_SQL).unwrap();
+    let rows = statement.query_map([], |row| {
+        Ok((row.get(0)?, row.get(2)?, row.get(3)?, row.get(4)?))
+    });
+    let rows: Vec<(String, i64, f64, f64)> = rows.unwrap().map(Result::unwrap).collect();
+    let row = |name: &str, count| (name.to_owned(), count, 50.0, 12.5);
+    assert_eq!(rows, [row("Ada", 3), row("Bo", 1), row("Cy", 1)]);
+}
+
+#[test]
+fn a_session_that_differs_stays_as_it_is_here() {
+    let (folder, centre) = folder();
+    let other = folder.path().join("other.sqlite");
+    let mut theirs = Store::open(&other).unwrap();
+    let mut it = session(1, "cut", 10.0);
+    theirs.add_session("Ada", &it).unwrap();
+    it.score = 99.0;
+    let mut store = Store::open(&centre).unwrap();
+    store.add_session("Ada", &it).unwrap();
+    let merged = store.merge(&other).unwrap();
+    assert_eq!((merged.sessions, merged.known, merged.differing), (0, 1, 1));
+    assert_eq!(store.sessions("Ada", None).unwrap(), [it]);
+}
+
+#[test]
+fn what_cannot_be_merged_changes_nothing() {
+    let (folder, centre) = folder();
+    let mut store = Store::open(&centre).unwrap();
+    let path = folder.path().join("other.sqlite");
+    assert!(matches!(store.merge(&path), Err(StoreError::Io { .. })));
+    std::fs::write(&path, "no database").unwrap();
+    assert!(store.merge(&path).is_err());
+    let broken = [
+        "UPDATE session SET id = 'mine' WHERE rowid = 2",
+        "UPDATE session SET metrics = '{\"a\":\"b\"}' WHERE rowid = 2",
+        "UPDATE trainee SET name = 'A' || char(8238) WHERE id = 2",
+        "PRAGMA user_version = 99",
+        "DROP TABLE answer",
+    ];
+    for change in broken {
+        std::fs::remove_file(&path).unwrap();
+        let other = station(&path, &["Ada", "Bo", "Cy"]);
+        other.connection.execute_batch(change).unwrap();
+        drop(other);
+        assert!(store.merge(&path).is_err(), "{change}");
+        assert!(store.trainees().unwrap().is_empty(), "{change}");
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
 
@@ -352,6 +455,10 @@ proptest! {
             bytes.truncate((cut * bytes.len() as f64) as usize);
         }
         std::fs::write(&path, &bytes).unwrap();
+        let mut whole = Store::open(&path.with_extension("whole")).unwrap();
+        if whole.merge(&path).is_err() {
+            prop_assert!(whole.trainees().unwrap().is_empty());
+        }
         if let Ok(store) = Store::open(&path) {
             let _ = store.trainees();
             let _ = store.export_json(None);

@@ -24,13 +24,29 @@ Examples:
   calot store sheet SESSION 4 3 4 5 3       an instructor's GOALS points
   calot store ask Ada                       the questionnaire
   calot store export Ada --csv > ada.csv
-  calot store forget Ada")]
+  calot store forget Ada
+  calot store merge theatre-1.sqlite theatre-2.sqlite --store centre.sqlite")]
 pub(crate) struct StoreArgs {
     #[command(flatten)]
     pub(crate) file: StoreFile,
     #[command(subcommand)]
     pub(crate) what: What,
 }
+
+/// What can be done with a merged store.
+const MERGED: &str = "\
+The merged file is SQLite, which R, Python and every spreadsheet's database driver open:
+  sqlite3 centre.sqlite < scores.sql       with, for example, in scores.sql:
+
+SELECT trainee.name, session.task, count(*) AS sessions, avg(session.score) AS score,
+       avg(json_extract(session.metrics, '$.time_s')) AS time_s
+FROM session JOIN trainee ON trainee.id = session.trainee
+WHERE session.outcome IN ('passed', 'failed')
+GROUP BY trainee.name, session.task ORDER BY trainee.name, session.task;
+
+For Parquet, DuckDB makes it of the sessions as CSV:
+  calot store export --csv --store centre.sqlite > sessions.csv
+  duckdb -c \"COPY (FROM 'sessions.csv') TO 'sessions.parquet'\"";
 
 #[derive(Debug, Clone, Subcommand)]
 pub(crate) enum What {
@@ -49,6 +65,17 @@ pub(crate) enum What {
         /// Sessions as CSV instead, metrics as columns
         #[arg(long)]
         csv: bool,
+    },
+    /// Adds all that other stations' stores hold; again changes nothing. The same name is the same person;
+    /// sessions have names that no two stations give. Who was forgotten here and is there comes back
+    #[command(after_help = MERGED)]
+    Merge {
+        /// The other stores, which are only read
+        #[arg(value_name = "STORE", required = true)]
+        others: Vec<PathBuf>,
+        /// One JSON object a store on standard output
+        #[arg(long)]
+        json: bool,
     },
     /// Forgets somebody: name, sessions, answers and sheets are overwritten. Recordings stay where
     /// they are; it says where
@@ -109,5 +136,13 @@ fn parse_metric(text: &str) -> Result<String, String> {
     match text == "score" || assess::Metric::from_name(text).is_some() {
         true => Ok(text.to_owned()),
         false => Err("`score`, or a metric that `calot report --metrics` names".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn the_help_shows_the_query_that_is_tested() {
+        assert!(super::MERGED.contains(store::EXAMPLE_SQL));
     }
 }

@@ -47,6 +47,28 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             let all = store.export_json(name.as_deref())?;
             say::answer(serde_json::to_string_pretty(&all)?);
         }
+        What::Merge { others, json } => {
+            for other in others {
+                let merged = store.merge(other)?;
+                if *json {
+                    say::answer(serde_json::to_string(&merged)?);
+                    continue;
+                }
+                say::note(format_args!(
+                    "{}: {} sessions of {} new trainees added, {} were there already",
+                    other.display(),
+                    merged.sessions,
+                    merged.trainees,
+                    merged.known
+                ));
+                if merged.differing > 0 {
+                    say::note(format_args!(
+                        "{} of these differ there; they stay as they are here",
+                        merged.differing
+                    ));
+                }
+            }
+        }
         What::Forget { name } => {
             let files = store.forget(name)?;
             say::note(format_args!("forgot {name}"));
