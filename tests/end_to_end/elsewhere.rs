@@ -162,8 +162,8 @@ impl Drop for Process {
 }
 
 /// A line that delays everything and loses some, which TCP repairs: until then what follows waits.
-fn bad_line(from: String, to: String, lost: Arc<AtomicU64>) {
-    let listener = TcpListener::bind(&from).expect("an address of ours");
+fn bad_line(from: &str, to: String, lost: Arc<AtomicU64>) {
+    let listener = TcpListener::bind(from).expect("an address of ours");
     std::thread::spawn(move || {
         for near in listener.incoming().map_while(Result::ok) {
             let Ok(far) = TcpStream::connect(&to) else {
@@ -337,7 +337,7 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
         running.push(serve);
         let port = 7500 + u16::from(number);
         bad_line(
-            format!("{line}:{port}"),
+            &format!("{line}:{port}"),
             format!("{}:7447", address(number, 2)),
             lost.clone(),
         );

@@ -257,7 +257,7 @@ enum Part {
     /// More is to come.
     Next,
     /// It is whole, and the one that was asked for.
-    Whole(SceneFile),
+    Whole(Box<SceneFile>),
     /// The station does not find it.
     None,
 }
@@ -289,7 +289,7 @@ impl Coming {
         }
         let scene = SceneFile::from_bytes(&self.bytes)?;
         match scene.short_id() == self.id {
-            true => Ok(Part::Whole(scene)),
+            true => Ok(Part::Whole(Box::new(scene))),
             false => Err(LinkError::Malformed {
                 what: "another scene than the one that was asked for",
             }),

@@ -67,7 +67,7 @@ fn beside_a_station<T>(
         });
         let server = scope.spawn(|| {
             serve(&there, &address, &places, None, &stop, || {
-                ready.store(true, Relaxed)
+                ready.store(true, Relaxed);
             })
         });
         wait_until("it listens", || ready.load(Relaxed) || server.is_finished());
@@ -174,7 +174,7 @@ fn only_who_has_a_certificate_of_the_same_authority_sees_it() {
         // Signed by somebody else; somebody else's authority; a station's certificate where a watcher's is due.
         let theirs = keys(other.path(), "desk");
         let mixed = Keys {
-            authority: ours.authority.clone(),
+            authority: ours.authority,
             ..theirs.clone()
         };
         let station = keys(folder.path(), "theatre");
@@ -200,7 +200,7 @@ fn only_who_has_a_certificate_of_the_same_authority_sees_it() {
         // What is no TLS at all harms nobody.
         let mut line = std::net::TcpStream::connect(&listen).expect("it listens");
         let _ = line.write_all(&[0xff; 70_000]);
-        let after = watched("after", &address, scene.clone(), |_, seen| {
+        let after = watched("after", &address, scene, |_, seen| {
             wait_until("it is connected", || {
                 seen.lock()
                     .expect("no panic")
