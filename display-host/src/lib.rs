@@ -11,6 +11,7 @@
 //! Nothing here feeds back into the controller but [`shared_mem::message::CommandMsg`]s, and
 //! nothing here is realtime: every thread of a display stays off the tick's core.
 
+pub mod album;
 pub mod animation;
 pub mod effects;
 pub mod error;

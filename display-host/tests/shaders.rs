@@ -1,9 +1,10 @@
 //! Every shader parses and validates, and its structs lie as Rust's do. Needs no graphics device.
 
 use display_host::render::layout::{Disc, Frame, Look, SHADERS, Stains, Tree, shader};
+use display_host::skinning::bite::Bite;
 use display_host::skinning::gpu::SHADER as SKINNING;
 use display_host::skinning::press::Press;
-use display_host::skinning::{RestVertex, SkinnedVertex};
+use display_host::skinning::{RestVertex, SkinnedVertex, Touch};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 
 fn parse(name: &str, source: &str) -> naga::Module {
@@ -100,4 +101,6 @@ fn structs_lie_as_in_rust() {
         [position, normal]
     );
     same_layout!(&skinning, "Press", Press, [a, b, into]);
+    same_layout!(&skinning, "Bite", Bite, [joint, tip, across]);
+    same_layout!(&skinning, "Touch", Touch, [presses, bite]);
 }

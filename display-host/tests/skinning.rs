@@ -3,23 +3,18 @@
 mod support;
 
 use display_host::render::gpu::Gpu;
+use display_host::skinning::bite::bite;
 use display_host::skinning::gpu::GpuSkinning;
 use display_host::skinning::motion::{Follow, Motion, Motions};
-use display_host::skinning::press::{PRESSES, Press, presses};
-use display_host::skinning::{SkinMesh, SkinnedVertex};
+use display_host::skinning::press::presses;
+use display_host::skinning::{SkinMesh, SkinnedVertex, Touch};
 use glam::Vec3;
 use proptest::prelude::*;
 use shared_mem::message::SphereState;
 
-const NO_PRESS: [Press; PRESSES] = [Press {
-    a: [0.0; 4],
-    b: [0.0; 4],
-    into: [0.0; 4],
-}; PRESSES];
-
 fn skinned(mesh: &SkinMesh, motions: &[Motion]) -> Vec<SkinnedVertex> {
     let mut out = mesh.at_rest();
-    mesh.skin(motions, &NO_PRESS, &mut out);
+    mesh.skin(motions, &Touch::default(), &mut out);
     out
 }
 
@@ -44,21 +39,29 @@ fn gpu_and_cpu_agree() {
     mesh.add_fixed(&fixed, &[[0, 1, 2]]);
     let gpu = Gpu::open().expect("a driver: apt-get install mesa-vulkan-drivers");
     let skinning = GpuSkinning::new(&gpu, &mesh, scene.spheres().len()).unwrap();
-    let state = support::state(&scene, 0.0);
+    let mut state = support::state(&scene, 0.0);
     let tools = support::tools(&scene, 0.02, 0.5);
-    let tools = presses(
-        &mesh,
-        scene.spheres(),
-        &[],
-        state.spheres().unwrap(),
-        &tools,
+    let spheres = state.spheres().unwrap();
+    let pressed = Touch {
+        presses: presses(&mesh, scene.spheres(), &[], spheres, &tools),
+        ..Touch::default()
+    };
+    assert!(
+        pressed.presses[1].into[3] > 0.5,
+        "the tool presses: {pressed:?}"
     );
-    assert!(tools[1].into[3] > 0.5, "the tool presses: {tools:?}");
-    for (size_m, presses) in [
-        (0.0, NO_PRESS),
-        (0.001, NO_PRESS),
-        (0.02, NO_PRESS),
-        (0.001, tools),
+    state.spheres[0].bits |= SphereState::GRASPED;
+    let held = Touch {
+        bite: bite(state.spheres().unwrap(), &tools),
+        ..Touch::default()
+    };
+    assert!(held.bite.joint[3] > 0.4, "the jaws hold: {held:?}");
+    for (size_m, touch) in [
+        (0.0, Touch::default()),
+        (0.001, Touch::default()),
+        (0.02, Touch::default()),
+        (0.001, pressed),
+        (0.001, held),
     ] {
         let mut motions = lively(scene.spheres().len(), size_m);
         // They turn and stretch, too: ten times as much as they shift over a metre.
@@ -72,18 +75,21 @@ fn gpu_and_cpu_agree() {
                 *x = (i as f32 * 0.7).sin() * 10.0 * size_m;
             }
         }
-        skinning.upload(&gpu, &motions, &presses);
+        skinning.upload(&gpu, &motions, &touch);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         skinning.encode(&mut encoder, None);
         gpu.queue.submit([encoder.finish()]);
         let bytes = gpu.read_buffer(&skinning.now).unwrap();
         let there: &[SkinnedVertex] = bytemuck::cast_slice(&bytes);
         let mut here = mesh.at_rest();
-        mesh.skin(&motions, &presses, &mut here);
-        let most = here
-            .iter()
-            .fold(0.0, |most: f32, v| most.max(v.position[3]));
-        assert_eq!(most > 0.002, presses != NO_PRESS, "pushed by {most} m");
+        mesh.skin(&motions, &touch, &mut here);
+        let mut free = mesh.at_rest();
+        mesh.skin(&motions, &Touch::default(), &mut free);
+        let most = here.iter().zip(&free).fold(0.0, |most: f32, (here, free)| {
+            let [here, free] = [here, free].map(|v| Vec3::from_slice(&v.position));
+            most.max(here.distance(free))
+        });
+        assert_eq!(most > 0.002, touch != Touch::default(), "moved by {most} m");
         assert_eq!(here.len(), there.len());
         let worst = |part: fn(&SkinnedVertex) -> Vec3| {
             let far = here

@@ -265,6 +265,19 @@ impl Assessment {
         values
     }
 
+    /// Time that counts since the task began, s.
+    #[must_use]
+    pub fn time_s(&self) -> f64 {
+        self.tally.time_s()
+    }
+
+    /// Whether the critical view of safety is there, or was before the vessels were divided.
+    #[must_use]
+    pub fn has_critical_view(&self) -> bool {
+        self.procedure
+            .has_view(&self.anatomy, &self.rules, &self.tally)
+    }
+
     /// Whether it is decided.
     #[must_use]
     pub fn is_over(&self) -> bool {

@@ -241,6 +241,11 @@ impl Procedure {
         triangle && lower_bed && self.are_whole()
     }
 
+    /// Whether the critical view of safety is there, or was.
+    pub(crate) fn has_view(&self, anatomy: &Anatomy, rules: &Rules, tally: &Tally) -> bool {
+        self.had_view || self.view(anatomy, rules, tally)
+    }
+
     fn cleared(&self, anatomy: &Anatomy, rules: &Rules, tally: &Tally) -> [bool; 2] {
         [
             tally.removed(anatomy, &[Region::Triangle]) >= rules.done.triangle,

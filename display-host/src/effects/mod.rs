@@ -3,9 +3,11 @@
 //!
 //! ```text
 //! events, tools ─► Effect ─► sources ─► particles (billboards)
-//!                               └─────► stains (on the skin at rest, so that they stick to it)
+//!                    │          └─────► stains (on the skin at rest, so that they stick to it)
+//!                    └────────────────► haze (smoke that has spread, until it is drawn off)
 //! ```
 
+mod haze;
 mod particle;
 mod played;
 mod source;
@@ -17,6 +19,7 @@ use glam::Vec3;
 use shared_mem::message::{EventMsg, ToolFrame};
 use shared_mem::scene::OrganKind;
 
+use self::haze::{DRAUGHT_M_S, Haze, MOUTH_M};
 pub use self::particle::{PARTICLES, Particle};
 use self::source::Source;
 pub use self::stain::{STAINS, Skin, Stain};
@@ -166,6 +169,9 @@ pub struct Effects {
     sources: Vec<Source>,
     particles: Vec<Particle>,
     stains: Vec<Stain>,
+    haze: Haze,
+    /// Where smoke is drawn off, while it is, world frame, m.
+    suction_m: Option<Vec3>,
     /// Up, against gravity.
     up: Vec3,
     left_s: f32,
@@ -181,6 +187,8 @@ impl Effects {
             sources: Vec::new(),
             particles: Vec::new(),
             stains: Vec::new(),
+            haze: Haze::default(),
+            suction_m: None,
             up: up.normalize_or(Vec3::Y),
             left_s: 0.0,
             thrown: 0,
@@ -249,6 +257,8 @@ impl Effects {
             sources,
             particles,
             stains,
+            haze,
+            suction_m,
             up,
             thrown,
             ..
@@ -257,13 +267,39 @@ impl Effects {
             source.step(STEP_S, skin, *up, particles, stains, thrown);
         }
         sources.retain(Source::is_on);
+        haze.step(STEP_S, suction_m.is_some());
         particles.retain_mut(|particle| {
-            let hit = particle.step(STEP_S, *up, skin);
+            let draught_m_s = suction_m.map_or(Vec3::ZERO, |port_m| {
+                (port_m - particle.at_m).normalize_or_zero() * DRAUGHT_M_S
+            });
+            let hit = particle.step(STEP_S, *up, draught_m_s, skin);
             if let Some((vertex, kind)) = hit {
                 stain::splash(stains, skin, vertex, kind);
             }
-            hit.is_none() && particle.is_alive()
+            let has_left = suction_m.is_some_and(|port_m| port_m.distance(particle.at_m) < MOUTH_M);
+            let is_alive = particle.is_alive();
+            if !is_alive && !has_left {
+                haze.take(particle);
+            }
+            hit.is_none() && is_alive && !has_left
         });
+    }
+
+    /// Draws smoke off through a trocar there (world frame, m), or no longer.
+    pub fn draw_off(&mut self, port_m: Option<Vec3>) {
+        self.suction_m = port_m.filter(|it| it.is_finite());
+    }
+
+    /// Whether smoke is being drawn off.
+    #[must_use]
+    pub fn is_drawn_off(&self) -> bool {
+        self.suction_m.is_some()
+    }
+
+    /// How much light the smoke that has spread takes from a beam, 1/m.
+    #[must_use]
+    pub fn haze_per_m(&self) -> f32 {
+        self.haze.per_m
     }
 
     /// What flies.
@@ -292,6 +328,7 @@ impl Effects {
         self.sources.clear();
         self.particles.clear();
         self.stains.clear();
+        self.haze = Haze::default();
     }
 }
 
@@ -343,6 +380,51 @@ mod tests {
             effects.advance(frame_s, &skin);
         }
         effects
+    }
+
+    #[test]
+    fn smoke_gathers_and_goes_only_when_it_is_drawn_off() {
+        let mesh = SkinMesh::default();
+        let skin = Skin::new(&mesh, &[], &[], &[]);
+        let burnt = run(Kind::Smoke, 0.05, 8.0);
+        let gathered = burnt.haze_per_m();
+        assert!(gathered > 0.1, "{gathered}");
+        assert!(run(Kind::Steam, 0.05, 8.0).haze_per_m() <= 0.0);
+        let after = |suction: Option<Vec3>, seconds: u32| {
+            let mut effects = burnt.clone();
+            effects.draw_off(suction);
+            for _ in 0..seconds * 20 {
+                effects.advance(0.05, &skin);
+            }
+            effects.haze_per_m()
+        };
+        let port = Some(Vec3::new(0.0, 0.3, 0.0));
+        assert!(after(None, 10) > 0.7 * gathered);
+        assert!(after(port, 10) < 0.1 * gathered);
+        assert!(after(Some(Vec3::NAN), 10) > 0.7 * gathered, "no place");
+    }
+
+    #[test]
+    fn puffs_leave_through_the_trocar_that_draws_them_off() {
+        let mesh = SkinMesh::default();
+        let skin = Skin::new(&mesh, &[], &[], &[]);
+        let height = |suction: Option<Vec3>| {
+            let mut effects = run(Kind::Smoke, 0.05, 1.0);
+            effects.draw_off(suction);
+            for _ in 0..30 {
+                effects.advance(0.05, &skin);
+            }
+            let puffs = effects.particles();
+            puffs.iter().map(|p| p.at_m.y).sum::<f32>() / puffs.len() as f32
+        };
+        let below = Some(Vec3::new(0.0, -0.2, 0.0));
+        assert!(height(below) < height(None) - 0.03);
+        let mut beside = run(Kind::Smoke, 0.05, 1.0);
+        let mouth = beside.particles()[0].at_m;
+        beside.draw_off(Some(mouth));
+        let before = beside.particles().len();
+        beside.advance(0.05, &skin);
+        assert!(beside.particles().len() < before && beside.haze_per_m() <= 0.0);
     }
 
     #[test]

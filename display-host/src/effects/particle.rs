@@ -50,14 +50,20 @@ impl Particle {
         }
     }
 
-    /// Moves on. A drop that meets skin tells which vertex, and ends.
-    pub(super) fn step(&mut self, step_s: f32, up: Vec3, skin: &Skin<'_>) -> Option<(usize, Kind)> {
+    /// Moves on, puffs with the draught (m/s). A drop that meets skin tells which vertex, and ends.
+    pub(super) fn step(
+        &mut self,
+        step_s: f32,
+        up: Vec3,
+        draught_m_s: Vec3,
+        skin: &Skin<'_>,
+    ) -> Option<(usize, Kind)> {
         self.age_s += step_s;
         match self.kind {
             Kind::Smoke | Kind::Steam => {
                 // Still air slows the puff; what is hot rises, and eddies carry it about.
                 let rise = up * (0.035 * (1.0 - 0.7 * self.life()));
-                let wind = rise + eddies(self.at_m, self.age_s, self.own) * 0.016;
+                let wind = rise + eddies(self.at_m, self.age_s, self.own) * 0.016 + draught_m_s;
                 self.velocity_m_s += (wind - self.velocity_m_s) * (4.0 * step_s);
             }
             Kind::Sparks => {

@@ -270,6 +270,7 @@ fn effects(scene: &SceneFile) -> Vec<Shot> {
             1.2,
             1.0,
         ),
+        ("Smoke that has gathered", vec![Kind::Smoke], 20.0, 1.0),
         ("Sparks of a cut", vec![Kind::Sparks, Kind::Smoke], 0.4, 1.0),
         ("Bleeding, at first", vec![Kind::Blood], 0.35, 1.0),
         ("Bleeding, later", vec![Kind::Blood], 9.0, 1.0),

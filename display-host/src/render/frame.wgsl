@@ -10,7 +10,7 @@ struct Frame {
   light_axis: vec4f,    // unit; w: cosine at the cone's edge
   scope: vec4f,         // half angle at the circle's edge (rad), circle's radius (half heights), width, height (px)
   adapt: vec4f,         // share of the way that exposure goes this frame, key, exposure min, max
-  film: vec4f,          // grain; of the front lens: fog, soot; 0
+  film: vec4f,          // grain; of the front lens: fog, soot; haze, 1/m
   counts: vec4u,        // capsules, frame number, 0, 0
   capsules: array<vec4f, 8>, // ends of four capsules; w of the first end: radius
 }

@@ -175,3 +175,15 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
   let tint = mix(vec3f(1.0), s.albedo, s.metal);
   return max(body + (base + film) * irradiance + cavity * mirrored * tint * ambient, vec3f(0.0));
 }
+
+// Smoke between the lens and what it sees takes light away, and shines back where the light comes into
+// view, a little before the lens: single scattering, the same to all sides.
+fn through_haze(lit: vec3f, world: vec3f) -> vec3f {
+  let near = 0.03;
+  let far = max(length(world - frame.camera.xyz), near);
+  let thick = frame.film.w;
+  // There and back: the lamp's light is dimmed too.
+  let left = exp(-2.0 * thick * (far - near));
+  let back = frame.light.w * thick / (4.0 * PI) * (1.0 / near - 1.0 / far) * mix(1.0, left, 0.5);
+  return lit * left + vec3f(0.86, 0.87, 0.90) * back;
+}

@@ -48,10 +48,11 @@ use self::targets::Targets;
 use self::timing::{PassTimes, Timing};
 use crate::DisplayError;
 use crate::effects::{Effect, Effects, Skin};
+use crate::skinning::bite::bite;
 use crate::skinning::gpu::GpuSkinning;
 use crate::skinning::motion::{Follow, Motions};
-use crate::skinning::press::{PRESSES, Press, presses};
-use crate::skinning::{SkinMesh, SkinnedVertex};
+use crate::skinning::press::presses;
+use crate::skinning::{SkinMesh, SkinnedVertex, Touch};
 
 /// Draws a scene into a texture.
 pub struct Renderer {
@@ -345,6 +346,11 @@ impl Renderer {
         }
     }
 
+    /// Moves the skin to these spheres, for what is played before the next frame.
+    pub fn follow(&mut self, spheres: &[SphereState]) {
+        self.motions.update(spheres);
+    }
+
     /// Begins effects, and lets all that go on do so by `seconds`; from the next frame on they show.
     pub fn play(&mut self, spheres: &[SphereState], begin: &[Effect], seconds: f32) {
         let skin = Skin::new(&self.mesh, &self.rest, spheres, self.motions.now());
@@ -354,6 +360,11 @@ impl Renderer {
         self.effects.advance(seconds, &skin);
         self.lens
             .advance(seconds, self.eye, self.effects.particles());
+    }
+
+    /// Draws smoke off through the instrument's trocar, or no longer.
+    pub fn draw_off_smoke(&mut self, is_on: bool) {
+        self.effects.draw_off(is_on.then_some(self.port));
     }
 
     /// The front lens.
@@ -387,6 +398,12 @@ impl Renderer {
     }
 
     /// What goes on beside the tissue.
+    #[must_use]
+    pub fn effects(&self) -> &Effects {
+        &self.effects
+    }
+
+    /// The same, to change.
     pub fn effects_mut(&mut self) -> &mut Effects {
         &mut self.effects
     }
@@ -422,8 +439,11 @@ impl Renderer {
     pub fn render(&mut self, gpu: &Gpu, spheres: &[SphereState], tools: &ToolFrame, time_s: f32) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         self.motions.update(spheres);
-        let presses = presses(&self.mesh, &self.rest, self.motions.now(), spheres, tools);
-        self.skin(gpu, &mut encoder, &presses);
+        let touch = Touch {
+            presses: presses(&self.mesh, &self.rest, self.motions.now(), spheres, tools),
+            bite: bite(spheres, tools),
+        };
+        self.skin(gpu, &mut encoder, &touch);
         self.cells.follow(gpu, self.motions.now());
         if let (Some(inside), Some(model)) = (&self.inside, &self.inside_model) {
             model.upload(gpu, spheres, inside);
@@ -437,7 +457,11 @@ impl Renderer {
             time_s,
             self.number,
         );
-        (frame.film[1], frame.film[2]) = (self.lens.fog, self.lens.soot);
+        frame.film[1..].copy_from_slice(&[
+            self.lens.fog,
+            self.lens.soot,
+            self.effects.haze_per_m(),
+        ]);
         gpu.queue.write_buffer(&self.frame, 0, bytes_of(&frame));
         self.eye = Vec3::from_slice(&frame.camera);
         self.discs.upload(gpu, self.effects.particles(), self.eye);
@@ -474,15 +498,14 @@ impl Renderer {
         })
     }
 
-    fn skin(&mut self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, presses: &[Press; PRESSES]) {
+    fn skin(&mut self, gpu: &Gpu, encoder: &mut wgpu::CommandEncoder, touch: &Touch) {
         if self.quality.skin_on_cpu {
-            self.mesh
-                .skin(self.motions.now(), presses, &mut self.skinned);
+            self.mesh.skin(self.motions.now(), touch, &mut self.skinned);
             let moving = &self.skinned[..self.mesh.skinned];
             gpu.queue
                 .write_buffer(&self.skinning.now, 0, cast_slice(moving));
         } else {
-            self.skinning.upload(gpu, self.motions.now(), presses);
+            self.skinning.upload(gpu, self.motions.now(), touch);
             self.skinning.encode(encoder, self.timing.compute(0));
         }
     }

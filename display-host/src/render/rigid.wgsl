@@ -51,5 +51,5 @@ struct VertexOut {
   s.scatter = look.scatter.rgb;
   s.metal = look.lobule.z;
   s.ambient = 1.0;
-  return vec4f(shade(s, in.world), 1.0);
+  return vec4f(through_haze(shade(s, in.world), in.world), 1.0);
 }

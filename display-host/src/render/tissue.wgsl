@@ -180,5 +180,5 @@ fn stained(p: vec3f) -> vec3f {
     s.scatter = mix(s.scatter, vec3f(0.05), max(wet.z, 0.7 * film));
   }
   s.ambient = in.state.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.7 * pit);
-  return vec4f(shade(s, in.world), 1.0);
+  return vec4f(through_haze(shade(s, in.world), in.world), 1.0);
 }

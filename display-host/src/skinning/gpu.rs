@@ -1,11 +1,10 @@
 //! Skinning on the graphics device.
 
-use bytemuck::cast_slice;
+use bytemuck::{bytes_of, cast_slice};
 use wgpu::util::DeviceExt;
 
-use super::SkinMesh;
 use super::motion::Motion;
-use super::press::{PRESSES, Press};
+use super::{SkinMesh, Touch};
 use crate::DisplayError;
 use crate::render::gpu::Gpu;
 
@@ -25,7 +24,7 @@ pub struct GpuSkinning {
     /// Indices in `corners`.
     pub corner_count: u32,
     motions: wgpu::Buffer,
-    presses: wgpu::Buffer,
+    touch: wgpu::Buffer,
     bind_group: wgpu::BindGroup,
     move_vertices: wgpu::ComputePipeline,
     gather_normals: wgpu::ComputePipeline,
@@ -90,9 +89,9 @@ impl GpuSkinning {
             Usage::STORAGE | Usage::COPY_DST,
         );
 
-        let presses = buffer(
-            "presses",
-            cast_slice(&[Press::default(); PRESSES]),
+        let touch = buffer(
+            "touch",
+            bytes_of(&Touch::default()),
             Usage::UNIFORM | Usage::COPY_DST,
         );
 
@@ -131,7 +130,7 @@ impl GpuSkinning {
             &ring,
             &ring_rest,
             &corners,
-            &presses,
+            &touch,
         ];
         let entries: Vec<_> = (0..)
             .zip(bound)
@@ -169,7 +168,7 @@ impl GpuSkinning {
             gather_normals: pipeline("gather_normals"),
             bind_group,
             motions,
-            presses,
+            touch,
             rest,
             now,
             corners,
@@ -178,12 +177,11 @@ impl GpuSkinning {
         })
     }
 
-    /// Takes the spheres' motions, and what presses, for the next [`GpuSkinning::encode`].
-    pub fn upload(&self, gpu: &Gpu, motions: &[Motion], presses: &[Press; PRESSES]) {
+    /// Takes the spheres' motions, and what the tools do, for the next [`GpuSkinning::encode`].
+    pub fn upload(&self, gpu: &Gpu, motions: &[Motion], touch: &Touch) {
         gpu.queue
             .write_buffer(&self.motions, 0, cast_slice(motions));
-        gpu.queue
-            .write_buffer(&self.presses, 0, cast_slice(presses));
+        gpu.queue.write_buffer(&self.touch, 0, bytes_of(touch));
     }
 
     /// Records both passes; `stamps` takes when they begin and end.

@@ -6,11 +6,13 @@
 //! vertex goes where its spheres, by the same weights, carry it: `v' = v + Σ w_i (G_i v + t_i)`:
 //! 0.6 mm for twice the time. `examples/skinning.rs` measures this and the other ways that were
 //! tried. Normals are gathered: every vertex sums the area-weighted normals of its triangles, in a
-//! fixed order, without atomics. At last, skin is pushed out of the tool ([`press`]).
+//! fixed order, without atomics. At last, skin is drawn into jaws that hold it ([`bite`]) and pushed out of
+//! the tool ([`press`]).
 //!
 //! Two twins, compared in a test: [`SkinMesh::skin`] on the CPU (also the faster one when the
 //! "graphics device" is a CPU: 14 to 40 times), and [`gpu::GpuSkinning`].
 
+pub mod bite;
 pub mod gpu;
 pub mod motion;
 pub mod press;
@@ -19,12 +21,23 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use shared_mem::scene::{SceneFile, WEIGHT_SUM};
 
+use self::bite::Bite;
 use self::motion::{Motion, moved, turned};
 use self::press::{PRESSES, Press};
 
 /// How much farther a vertex' farthest neighbour is than its neighbours on the whole; also in
 /// `skinning.wgsl`.
 const FARTHEST: f32 = 1.2;
+
+/// What the tools do to skin, as shaders see it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
+pub struct Touch {
+    /// What presses.
+    pub presses: [Press; PRESSES],
+    /// What jaws hold.
+    pub bite: Bite,
+}
 
 /// A vertex at rest, as shaders see it: 64 bytes.
 #[repr(C)]
@@ -133,9 +146,9 @@ impl SkinMesh {
         rest.collect()
     }
 
-    /// Moves the skinned vertices with their spheres, and out of what presses.
+    /// Moves the skinned vertices with their spheres, into what holds them and out of what presses.
     /// Twin of `skinning.wgsl`. `out` holds every vertex; only the skinned ones are written.
-    pub fn skin(&self, motions: &[Motion], presses: &[Press; PRESSES], out: &mut [SkinnedVertex]) {
+    pub fn skin(&self, motions: &[Motion], touch: &Touch, out: &mut [SkinnedVertex]) {
         let rest = self.vertices[..self.skinned].iter().zip(&self.ring_rest);
         for ((vertex, ring), now) in rest.zip(out.iter_mut()) {
             let mut motion = Motion::default();
@@ -155,7 +168,8 @@ impl SkinMesh {
             let position = moved(&motion, vertex.position.into());
             let normal = turned(&motion, vertex.normal.into());
             let around_m = FARTHEST * (2.0 / ring[1].max(1e-6)).sqrt();
-            let push = press::pushed(presses, position, normal, around_m);
+            let position = position + bite::bitten(&touch.bite, position);
+            let push = press::pushed(&touch.presses, position, normal, around_m);
             now.position = (position + push).extend(push.length()).to_array();
         }
         for i in 0..self.skinned {

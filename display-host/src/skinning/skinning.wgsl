@@ -15,6 +15,13 @@ struct Press {
   b: vec4f,
   into: vec4f,  // w: how much it touches
 }
+// Jaws that hold tissue (see bite.rs).
+struct Bite {
+  joint: vec4f,   // w: how far they have closed
+  tip: vec4f,
+  across: vec4f,  // unit direction in which they open
+}
+struct Touch { presses: array<Press, 8>, bite: Bite }
 struct Counts { skinned: u32, unused0: u32, unused1: u32, unused2: u32 }
 
 @group(0) @binding(0) var<uniform> counts: Counts;
@@ -25,7 +32,7 @@ struct Counts { skinned: u32, unused0: u32, unused1: u32, unused2: u32 }
 @group(0) @binding(5) var<storage, read> ring: array<u32>;
 @group(0) @binding(6) var<storage, read> ring_rest: array<vec2f>;
 @group(0) @binding(7) var<storage, read> corner: array<u32>;
-@group(0) @binding(8) var<uniform> presses: array<Press, 8>;
+@group(0) @binding(8) var<uniform> touch: Touch;
 
 @compute @workgroup_size(64)
 fn move_vertices(@builtin(global_invocation_id) id: vec3u) {
@@ -44,12 +51,36 @@ fn move_vertices(@builtin(global_invocation_id) id: vec3u) {
     z += a.z * weight.x + b.z * weight.y;
   }
   let p = vec4f(rest[i].position, 1.0);
-  let position = p.xyz + vec3f(dot(x, p), dot(y, p), dot(z, p));
+  let carried = p.xyz + vec3f(dot(x, p), dot(y, p), dot(z, p));
+  let position = carried + bitten(carried);
   let n = rest[i].normal;
   let normal = normalize(n + vec3f(dot(x.xyz, n), dot(y.xyz, n), dot(z.xyz, n)));
   let around = FARTHEST * sqrt(2.0 / max(ring_rest[i].y, 1e-6));
   let push = pushed(position, normal, around);
   now[i].position = vec4f(position + push, length(push));
+}
+
+const MOUTH: f32 = 0.72;
+const CORE: f32 = 0.0025;
+const FADES: f32 = 0.0045;
+const NARROWED: f32 = 0.2;
+
+// How far a vertex is drawn into the jaws. Twin of `bite::bitten`, which explains it.
+fn bitten(at: vec3f) -> vec3f {
+  let closed = touch.bite.joint.w;
+  let joint = touch.bite.joint.xyz;
+  let axis = touch.bite.tip.xyz - joint;
+  let length2 = dot(axis, axis);
+  if (closed <= 0.0 || length2 <= 1e-12) { return vec3f(0.0); }
+  let share = clamp(dot(at - joint, axis) / length2, 0.0, 1.0);
+  let away = length(at - joint - axis * share);
+  let x = max(away - CORE, 0.0) / FADES;
+  let held = closed * exp(-x * x);
+  let off = at - joint - axis * MOUTH;
+  let across = touch.bite.across.xyz;
+  let flat_off = off - across * dot(off, across);
+  let along = axis * (dot(flat_off, axis) / length2);
+  return (across * dot(off, across) + along + (flat_off - along) * NARROWED) * -held;
 }
 
 const FARTHEST: f32 = 1.2;
@@ -62,7 +93,7 @@ fn pushed(at: vec3f, normal: vec3f, around: f32) -> vec3f {
   var push = vec3f(0.0);
   var most = 0.0;
   for (var k = 0u; k < 8u; k++) {
-    let press = presses[k];
+    let press = touch.presses[k];
     let into = press.into.xyz;
     let facing = smoothstep(0.0, 0.5, -dot(normal, into)) * press.into.w;
     if (facing <= 0.0) { continue; }

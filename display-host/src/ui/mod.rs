@@ -84,6 +84,10 @@ pub struct UiState {
     pub scope_degrees: [f32; 2],
     /// How much of the view fog and soot on its lens take: 0 none, 1 all.
     pub lens_veil: f32,
+    /// How thick smoke hangs in the cavity: light that it takes from a beam, 1/m.
+    pub haze_per_m: f32,
+    /// Whether it is being drawn off.
+    pub is_smoke_drawn_off: bool,
     /// What the passes of a recent picture cost, ms.
     pub pass_times: Option<PassTimes>,
     /// Quality tier in use, 0 the best, and how many there are.

@@ -35,6 +35,8 @@ pub enum Asked {
     TurnScope(i8),
     /// Wipe its lens.
     WipeLens,
+    /// Open the trocar's valve, so that smoke is drawn off, or close it.
+    ToggleSuction,
     /// From the start again.
     Again,
     /// Of a replay: go to this time from its start, ms.
@@ -73,6 +75,7 @@ impl Asked {
             | Self::NextScope
             | Self::TurnScope(_)
             | Self::WipeLens
+            | Self::ToggleSuction
             | Self::FreeView(_)
             | Self::LookAround(_)
             | Self::ShowSettings(_)
@@ -92,6 +95,9 @@ pub struct FreeView {
     /// The wheel away from the user.
     pub nearer: i16,
 }
+
+/// Haze that hides what matters: a third of the light from 5 cm is lost, there and back.
+const HAZY_PER_M: f32 = 4.0;
 
 const GOOD: Color32 = Color32::from_rgb(120, 205, 130);
 const CARE: Color32 = Color32::from_rgb(240, 190, 80);
@@ -178,6 +184,7 @@ fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             (Key::OpenBracket, Asked::TurnScope(-1)),
             (Key::CloseBracket, Asked::TurnScope(1)),
             (Key::W, Asked::WipeLens),
+            (Key::D, Asked::ToggleSuction),
         ];
         let pressed = table.into_iter().chain(instruments);
         pressed
@@ -385,6 +392,14 @@ fn scope(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
             ("scope-left", Asked::TurnScope(-1)),
             ("scope-right", Asked::TurnScope(1)),
             ("scope-wipe", Asked::WipeLens),
+            (
+                if state.is_smoke_drawn_off {
+                    "smoke-close"
+                } else {
+                    "smoke-draw-off"
+                },
+                Asked::ToggleSuction,
+            ),
         ] {
             if ui.button(words.say(text)).clicked() {
                 asked.push(what);
@@ -395,6 +410,11 @@ fn scope(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let held = state.tools.as_ref().is_some_and(|t| t.switches & 4 != 0);
     if dirty {
         line(ui, Mark::Care, &words.say("scope-dirty"));
+    }
+    match (state.is_smoke_drawn_off, state.haze_per_m > HAZY_PER_M) {
+        (true, _) => line(ui, Mark::Good, &words.say("smoke-drawn-off")),
+        (false, true) => line(ui, Mark::Care, &words.say("smoke-gathers")),
+        (false, false) => {}
     }
     if held {
         line(ui, Mark::Good, &words.say("scope-held"));

@@ -221,6 +221,10 @@ impl Screen {
                     scope.turned = ((turned + 180.0).rem_euclid(360.0) - 180.0).to_radians();
                 }
                 Asked::WipeLens => self.renderer.lens_mut().wipe(),
+                Asked::ToggleSuction => {
+                    let is_on = self.renderer.effects().is_drawn_off();
+                    self.renderer.draw_off_smoke(!is_on);
+                }
                 _ => {}
             }
         }
@@ -228,6 +232,9 @@ impl Screen {
         session.ui.scope_degrees = [scope.angle, scope.turned].map(|a| a.to_degrees().round());
         let lens = self.renderer.lens_mut();
         session.ui.lens_veil = lens.fog.max(lens.soot);
+        let effects = self.renderer.effects();
+        session.ui.haze_per_m = effects.haze_per_m();
+        session.ui.is_smoke_drawn_off = effects.is_drawn_off();
     }
 
     /// The picture's texture is another one.

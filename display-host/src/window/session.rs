@@ -415,6 +415,7 @@ impl Session {
                 Asked::NextScope
                 | Asked::TurnScope(_)
                 | Asked::WipeLens
+                | Asked::ToggleSuction
                 | Asked::ToggleFullScreen
                 | Asked::Quit => continue,
             };

@@ -197,7 +197,7 @@ fn debrief(
     let made = session
         .ok_or_else(|| Problem::from("nothing was recorded"))
         .and_then(|session| report::chapter(&session, None, None))
-        .and_then(|(mut chapter, _)| {
+        .and_then(|report::Found { mut chapter, .. }| {
             let drawn = outcome.frames.iter().filter_map(|it| it.path.clone());
             chapter.pictures = report::chosen(drawn);
             chapter.ticks = report::ticks(out);

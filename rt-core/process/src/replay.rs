@@ -13,14 +13,16 @@ pub use player::length_ns;
 pub use show::{Pace, Shown, show};
 
 use hardware::station::StationFile;
-use rt_core::port::ForceCommand;
+use rt_core::port::{ForceCommand, LineCounters};
 use rt_core::scene::Scene;
 use rt_core::sim::{Digest, Optional, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
 use shared_mem::inputs::{InputRecord, RunSetup};
+use shared_mem::message::{EventMsg, StateFrame, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
 
 use crate::error::RtError;
+use crate::frames;
 use crate::inputs;
 use crate::scene::LoadedScene;
 
@@ -51,6 +53,21 @@ impl Replayed<'_> {
             return Some(Difference::Organ(self.digest.organ.map(usize::from)));
         }
         (self.record.tools_hash != self.digest.tools).then_some(Difference::Tools)
+    }
+
+    /// What a display would have been sent of it; times are the record's.
+    pub fn fill(&self, scene_id: [u8; 16], state: &mut StateFrame, tools: &mut ToolFrame) {
+        let now_ns = self.record.now_ns;
+        let lines = [Some(LineCounters::default()); 3];
+        frames::fill_state(state, self.view, scene_id, now_ns);
+        frames::fill_tools(tools, self.view, lines, scene_id, now_ns);
+    }
+
+    /// What happened in it; the numbers count from 0 in each tick.
+    pub fn events(&self) -> impl Iterator<Item = EventMsg> {
+        let (tick, now_ns) = (self.record.tick, self.record.now_ns);
+        let numbered = (0..).zip(self.view.events);
+        numbered.map(move |(number, event)| frames::event(event, number, tick, now_ns))
     }
 }
 

@@ -162,7 +162,10 @@ pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
 }
 
 /// The scene that the session ran on.
-fn scene_of(session: &mut Session, named: Option<&std::path::Path>) -> Result<SceneFile, Problem> {
+pub(crate) fn scene_of(
+    session: &mut Session,
+    named: Option<&std::path::Path>,
+) -> Result<SceneFile, Problem> {
     let scene = match (named, session.scene.take()) {
         (Some(path), _) => SceneFile::open(path)?,
         (None, Some(bytes)) => SceneFile::from_bytes(&bytes)?,
@@ -245,7 +248,10 @@ fn without_gap<'a>(
 }
 
 /// The next tick, none at the session's end; `Err`: the one that is missing.
-fn next_in_order(session: &mut Session, expected: &mut u64) -> Result<Option<InputRecord>, u64> {
+pub(crate) fn next_in_order(
+    session: &mut Session,
+    expected: &mut u64,
+) -> Result<Option<InputRecord>, u64> {
     let Some(record) = session.next() else {
         return Ok(None);
     };

@@ -16,6 +16,7 @@ asked of it. What is not in a recording is said; the exit code is 1 where one is
 Examples:
   calot run --task clamp --out monday            leaves monday/session.mcap and monday/debrief.html
   calot report monday tuesday --out week.html
+  calot report monday --pictures                 with pictures of what went wrong
   calot report monday --rules strict.toml --json")]
 pub(crate) struct ReportArgs {
     /// Sessions, oldest first
@@ -24,6 +25,10 @@ pub(crate) struct ReportArgs {
     /// Where the page goes
     #[arg(long, value_name = "FILE", default_value = "debrief.html")]
     pub(crate) out: PathBuf,
+    /// Draw what the endoscope saw at each alarm, and the critical view of safety from two sides: the
+    /// simulation runs again for it, some three times as fast as it was
+    #[arg(long, conflicts_with = "json")]
+    pub(crate) pictures: bool,
     /// Assess by these pass rules instead of those of each session
     #[arg(long, value_name = "FILE")]
     pub(crate) rules: Option<PathBuf>,

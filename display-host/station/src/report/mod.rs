@@ -1,6 +1,7 @@
 //! `calot report`: what recorded sessions came to, as a page or as JSON.
 
 pub(crate) mod args;
+mod pictures;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -11,6 +12,7 @@ use assess::{Anatomy, Assessment, Difficulty, Metric, Rules, Task};
 use session::{End, Operation};
 
 use self::args::ReportArgs;
+pub(crate) use self::pictures::Wanted;
 use crate::say;
 use crate::scene::Problem;
 
@@ -42,7 +44,17 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
     let mut chapters = Vec::new();
     let (mut found, mut whole) = (Vec::new(), true);
     for session in &args.sessions {
-        let (chapter, left_out) = chapter(session, rules.as_ref(), args.task)?;
+        let Found {
+            mut chapter,
+            left_out,
+            file,
+            wanted,
+        } = chapter(session, rules.as_ref(), args.task)?;
+        if args.pictures {
+            chapter
+                .pictures
+                .splice(0..0, pictures::draw(&file, &wanted)?);
+        }
         for warning in left_out.in_words() {
             say::note(format_args!("warning: {}: {warning}", chapter.name));
         }
@@ -61,6 +73,17 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
     } else {
         ExitCode::FAILURE
     })
+}
+
+/// What a recording came to.
+#[derive(Debug)]
+pub(crate) struct Found {
+    pub(crate) chapter: Chapter,
+    pub(crate) left_out: LeftOut,
+    /// The recording.
+    file: PathBuf,
+    /// What pictures are wanted of.
+    wanted: Vec<Wanted>,
 }
 
 /// What is known not to be in a recording.
@@ -144,7 +167,7 @@ pub(crate) fn chapter(
     session: &Path,
     rules: Option<&Rules>,
     task: Option<Task>,
-) -> Result<(Chapter, LeftOut), Problem> {
+) -> Result<Found, Problem> {
     let (file, folder) = match session.is_dir() {
         true => (session.join("session.mcap"), Some(session)),
         false => (session.to_owned(), None),
@@ -165,11 +188,13 @@ pub(crate) fn chapter(
         rules.clone(),
         Anatomy::of(&operation.scene),
     );
+    let mut watch = pictures::Watch::default();
     let mut began_ns = None;
     let mut said = Instant::now();
     while let Some(entry) = operation.next() {
         began_ns.get_or_insert(entry.at_ns);
         assessment.take(&entry);
+        watch.look(entry.tick, &assessment);
         if said.elapsed() >= PROGRESS {
             let share = 100.0 * operation.done();
             say::note(format_args!("{}: {share:.0} %", file.display()));
@@ -187,13 +212,18 @@ pub(crate) fn chapter(
         when: utc(wall_ns / 1_000_000_000),
         assessed: assessment.end(),
         rules,
-        pictures: folder.map(pictures).unwrap_or_default(),
+        pictures: folder.map(left_beside).unwrap_or_default(),
         ticks: folder.and_then(ticks),
         cut_short: left_out.cut_short().cloned(),
         past: Vec::new(),
         sheet: Vec::new(),
     };
-    Ok((chapter, left_out))
+    Ok(Found {
+        chapter,
+        left_out,
+        file,
+        wanted: watch.end(),
+    })
 }
 
 /// How long ticks took, from the summary that a run left beside its session.
@@ -203,7 +233,7 @@ pub(crate) fn ticks(folder: &Path) -> Option<Ticks> {
 }
 
 /// The pictures that a run left beside its session.
-fn pictures(folder: &Path) -> Vec<(String, Vec<u8>)> {
+fn left_beside(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let entries = std::fs::read_dir(folder);
     chosen(entries.into_iter().flatten().flatten().map(|it| it.path()))
 }

@@ -1,0 +1,118 @@
+//! Pictures of moments of a session that is run again: what a display would have shown then, without a
+//! window or a station.
+
+use std::io::Cursor;
+
+use glam::{Quat, Vec3};
+use shared_mem::message::{EventMsg, PoseMsg, StateFrame, ToolFrame};
+use shared_mem::scene::SceneFile;
+
+use crate::DisplayError;
+use crate::effects::{Causes, Effect};
+use crate::render::gpu::Gpu;
+use crate::render::{Quality, Renderer};
+
+/// Draws them.
+pub struct Album {
+    gpu: Gpu,
+    renderer: Renderer,
+    causes: Causes,
+    /// What the endoscope is there to look at, m.
+    target_m: Vec3,
+}
+
+impl core::fmt::Debug for Album {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Album").finish_non_exhaustive()
+    }
+}
+
+impl Album {
+    /// For pictures of this scene, of `size` pixels.
+    ///
+    /// # Errors
+    /// [`DisplayError::Device`] without a graphics driver, [`DisplayError::Size`].
+    pub fn open(scene: &SceneFile, size: [u32; 2]) -> Result<Self, DisplayError> {
+        let gpu = Gpu::open()?;
+        let quality = Quality {
+            size,
+            ..Quality::for_adapter(&gpu)
+        };
+        let mut renderer = Renderer::new(&gpu, scene, quality)?;
+        // No picture comes before the first.
+        renderer.exposure_mut().adapt = 1.0;
+        Ok(Self {
+            gpu,
+            renderer,
+            causes: Causes::of(scene),
+            target_m: Vec3::from(scene.room().target_m),
+        })
+    }
+
+    /// `seconds` pass up to this moment, in which these events came: smoke drifts, blood runs.
+    pub fn pass(
+        &mut self,
+        state: &StateFrame,
+        tools: &ToolFrame,
+        events: &[EventMsg],
+        seconds: f32,
+    ) {
+        let spheres = state.spheres().unwrap_or(&[]);
+        let of_events = events.iter().filter_map(|event| self.causes.event(event));
+        let mut begin: Vec<Effect> = of_events.collect();
+        begin.extend(self.causes.electrode(state, tools, seconds));
+        if !begin.is_empty() {
+            self.renderer.follow(spheres);
+        }
+        self.renderer.play(spheres, &begin, seconds);
+    }
+
+    /// The organs go back to rest.
+    pub fn clear(&mut self) {
+        self.renderer.effects_mut().clear();
+    }
+
+    /// A picture of this moment as PNG, the endoscope turned about what it looks at, to the right seen
+    /// from it, rad.
+    ///
+    /// # Errors
+    /// [`DisplayError::Device`].
+    pub fn draw(
+        &mut self,
+        state: &StateFrame,
+        tools: &ToolFrame,
+        turned_rad: f32,
+    ) -> Result<Vec<u8>, DisplayError> {
+        let mut tools = *tools;
+        tools.world_from_camera = self.turned(&tools.world_from_camera, turned_rad);
+        let spheres = state.spheres().unwrap_or(&[]);
+        self.renderer
+            .set_cells(&self.gpu, state.cells().unwrap_or(&[]));
+        self.renderer
+            .set_clips(state.clips().unwrap_or(&[]), spheres);
+        self.renderer.render(&self.gpu, spheres, &tools, 0.0);
+        let picture = self.renderer.read(&self.gpu)?;
+        let mut png = Cursor::new(Vec::new());
+        let written = picture.write_to(&mut png, image::ImageFormat::Png);
+        written.map_err(|error| DisplayError::Device {
+            doing: "packing a picture",
+            detail: error.to_string(),
+        })?;
+        Ok(png.into_inner())
+    }
+
+    /// A camera that looks from beside at the same place.
+    fn turned(&self, camera: &PoseMsg, angle_rad: f32) -> PoseMsg {
+        let (place, turn) = (
+            Vec3::from(camera.position_m),
+            Quat::from_array(camera.orientation),
+        );
+        let forward = turn * Vec3::NEG_Z;
+        let pivot = place + forward * (self.target_m - place).dot(forward).max(0.0);
+        let about = Quat::from_axis_angle(turn * Vec3::Y, angle_rad);
+        PoseMsg {
+            position_m: (pivot + about * (place - pivot)).to_array(),
+            orientation: (about * turn).to_array(),
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! Pictures of what went wrong, drawn from the recording: the simulation runs again, and stops for each.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use assess::Assessment;
+use display_host::album::Album;
+use rt_process::replay::Replay;
+use session::Session;
+use shared_mem::inputs::InputRecord;
+use shared_mem::message::CommandMsg;
+
+use crate::replay::{next_in_order, scene_of};
+use crate::say;
+use crate::scene::Problem;
+
+/// Pictures of a session at most.
+const MOST: usize = 16;
+/// Their pixels.
+const SIZE: [u32; 2] = [640, 480];
+/// The critical view of safety is seen from both sides: so far to each from where the endoscope stands, rad.
+const DOUBLET_RAD: f32 = 0.5;
+/// Smoke, blood and sparks go on once in so many ticks.
+const EFFECTS_EVERY: u64 = 20;
+/// How often a waiting user is told how far it is.
+const PROGRESS: Duration = Duration::from_secs(1);
+
+/// A moment that a picture is wanted of.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Wanted {
+    tick: u64,
+    caption: String,
+    /// See [`Album::draw`].
+    turned_rad: f32,
+}
+
+/// Notes what pictures are wanted of while a course is assessed.
+#[derive(Debug, Default)]
+pub(super) struct Watch {
+    wanted: Vec<Wanted>,
+    alarms: usize,
+    had_view: bool,
+}
+
+impl Watch {
+    /// After an entry of this tick was assessed.
+    pub(super) fn look(&mut self, tick: u64, assessment: &Assessment) {
+        let alarms = assessment.alarms();
+        if alarms.len() < self.alarms {
+            // The task began again.
+            *self = Self::default();
+        }
+        let at = clock(assessment.time_s());
+        for alarm in alarms.iter().skip(self.alarms) {
+            self.want(tick, format!("{at}: {}", alarm.text()), 0.0);
+        }
+        self.alarms = alarms.len();
+        let has_view = assessment.has_critical_view();
+        if has_view && !self.had_view {
+            for (side, turned_rad) in [("left", -DOUBLET_RAD), ("right", DOUBLET_RAD)] {
+                let caption = format!("{at}: the critical view of safety, from the {side}");
+                self.want(tick, caption, turned_rad);
+            }
+        }
+        self.had_view |= has_view;
+    }
+
+    fn want(&mut self, tick: u64, caption: String, turned_rad: f32) {
+        self.wanted.push(Wanted {
+            tick,
+            caption,
+            turned_rad,
+        });
+    }
+
+    /// In the order of time; of many, those that are spread evenly.
+    pub(super) fn end(self) -> Vec<Wanted> {
+        let every = self.wanted.len().div_ceil(MOST).max(1);
+        self.wanted.into_iter().step_by(every).collect()
+    }
+}
+
+/// Minutes and seconds.
+fn clock(seconds: f64) -> String {
+    let seconds = seconds.max(0.0);
+    format!("{}:{:04.1}", (seconds / 60.0) as u64, seconds % 60.0)
+}
+
+/// Draws them: what each shows, and its PNG. Those after a gap in the session are missing.
+pub(super) fn draw(session: &Path, wanted: &[Wanted]) -> Result<Vec<(String, Vec<u8>)>, Problem> {
+    let Some(last) = wanted.last() else {
+        return Ok(Vec::new());
+    };
+    let mut session = Session::open(session)?;
+    let scene = scene_of(&mut session, None)?;
+    let replay = Replay::new(&scene, &session.setup)?;
+    let mut album = Album::open(&scene, SIZE)?;
+    let (mut state, mut tools) = (bytemuck::zeroed_box(), bytemuck::zeroed_box());
+    let mut pictures = Vec::new();
+    let mut problem = None;
+    let mut events = Vec::new();
+    let mut left = wanted.iter().peekable();
+    let mut said = Instant::now();
+    let mut expected = 0;
+    let ticks = core::iter::from_fn(|| next_in_order(&mut session, &mut expected).ok().flatten());
+    replay.run(ticks, |tick| {
+        let record = tick.record;
+        if is_restart(record) {
+            album.clear();
+            events.clear();
+        }
+        events.extend(tick.events());
+        let is_due = left.peek().is_some_and(|it| it.tick <= record.tick);
+        if is_due || record.tick.is_multiple_of(EFFECTS_EVERY) {
+            tick.fill(replay.scene_id(), &mut state, &mut tools);
+            album.pass(&state, &tools, &events, 0.001 * EFFECTS_EVERY as f32);
+            events.clear();
+        }
+        while let Some(it) = left.next_if(|it| it.tick <= record.tick) {
+            match album.draw(&state, &tools, it.turned_rad) {
+                Ok(png) => pictures.push((it.caption.clone(), png)),
+                Err(error) => problem = Some(error),
+            }
+        }
+        if said.elapsed() >= PROGRESS {
+            said = Instant::now();
+            let share = 100.0 * record.tick as f64 / last.tick.max(1) as f64;
+            say::note(format_args!("drawing pictures: {share:.0} %"));
+        }
+        record.tick < last.tick && problem.is_none()
+    })?;
+    match problem {
+        Some(problem) => Err(problem.into()),
+        None => Ok(pictures),
+    }
+}
+
+/// Whether the organs go back to rest in a tick.
+fn is_restart(record: &InputRecord) -> bool {
+    let command = u32::from(record.command & 15);
+    matches!(command, CommandMsg::RESET | CommandMsg::START)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_moments_few_are_drawn_and_the_first_is_among_them() {
+        let mut watch = Watch::default();
+        for tick in 0..100 {
+            watch.want(tick, String::new(), 0.0);
+        }
+        let wanted = watch.end();
+        assert!(wanted.len() <= MOST && wanted.len() > MOST / 2);
+        assert_eq!(wanted[0].tick, 0);
+        assert!(wanted.windows(2).all(|it| it[0].tick < it[1].tick));
+    }
+
+    #[test]
+    fn a_clock_has_minutes() {
+        assert_eq!([clock(5.25), clock(125.0)], ["0:05.2", "2:05.0"]);
+    }
+}
