@@ -338,7 +338,7 @@ mod tests {
             std::fs::write(path, [number]).unwrap();
         }
         std::fs::write(folder.path().join("summary.json"), "{}").unwrap();
-        let found = pictures(folder.path());
+        let found = left_beside(folder.path());
         assert_eq!(found.len(), 10);
         assert_eq!(found[1], ("frame 0003".to_owned(), vec![3]));
     }
