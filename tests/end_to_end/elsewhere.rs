@@ -12,7 +12,8 @@ use bytemuck::Zeroable as _;
 use rustix::process::Signal;
 use serde_json::Value;
 use shared_mem::message::{StateFrame, TimingBatch, ToolFrame};
-use shared_mem::service::{Host, Station};
+use shared_mem::service::{Host, Station, TaskReceiver};
+use shared_mem::task::TaskMsg;
 use system_tests::{calot, finish, may_be_realtime, said, signal, station_name, wait_until};
 
 /// One way through the line.
@@ -234,6 +235,8 @@ struct Display {
     tools: ToolFrame,
     events: Vec<u64>,
     timing: Option<Box<TimingBatch>>,
+    tasks: TaskReceiver,
+    task: Box<TaskMsg>,
 }
 
 impl Display {
@@ -244,12 +247,15 @@ impl Display {
             tools: ToolFrame::zeroed(),
             events: Vec::new(),
             timing: None,
+            tasks: TaskReceiver::open(&Station::new(station).expect("a name")).expect("a host"),
+            task: bytemuck::zeroed_box(),
         }
     }
 
     fn look(&mut self) {
         self.host.newest_state(&mut self.state);
         self.host.newest_tools(&mut self.tools);
+        self.tasks.newest(&mut self.task);
         let (events, timing) = (&mut self.events, &mut self.timing);
         self.host.drain_events(|it| events.push(it.sequence));
         self.host.drain_timing(|it| *timing = Some(Box::new(*it)));
@@ -312,6 +318,8 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
                 &there,
                 "--scene",
                 &scene,
+                "--task",
+                "free",
                 "--out",
                 &folder.path().join(&there).display().to_string(),
             ],
@@ -360,6 +368,10 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
             display.look();
             let timing = display.timing.as_ref();
             display.events.len() >= 3 && timing.is_some_and(|it| it.ticks > 0)
+        });
+        wait_until("how the task stands comes", || {
+            display.look();
+            display.task.text().is_some_and(|it| it.contains("free"))
         });
         display.sees_after(tick + 1000);
         assert!(

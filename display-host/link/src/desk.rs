@@ -4,6 +4,7 @@ use std::collections::VecDeque;
 
 use bytemuck::bytes_of;
 use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
+use shared_mem::task::TaskMsg;
 
 use crate::error::LinkError;
 use crate::wire::{
@@ -25,6 +26,7 @@ pub struct Desk {
     answers: u64,
     state: Option<Box<StateFrame>>,
     tools: Option<Box<ToolFrame>>,
+    task: Option<Box<TaskMsg>>,
     events: Kept<EventMsg, EVENTS_KEPT>,
     batches: Kept<TimingBatch, BATCHES_KEPT>,
 }
@@ -73,6 +75,7 @@ impl Desk {
             answers: 0,
             state: None,
             tools: None,
+            task: None,
             events: Kept::new(),
             batches: Kept::new(),
         }
@@ -95,6 +98,11 @@ impl Desk {
     /// Newer tools.
     pub fn set_tools(&mut self, tools: &ToolFrame) {
         self.tools = Some(Box::new(*tools));
+    }
+
+    /// How the task stands now.
+    pub fn set_task(&mut self, task: &TaskMsg) {
+        self.task = Some(Box::new(*task));
     }
 
     /// An event.
@@ -136,6 +144,8 @@ impl Desk {
             tools: 0,
             events: 0,
             batches: 0,
+            task_bytes: 0,
+            reserved: 0,
         };
         let mut body = Vec::with_capacity(64 << 10);
         let state = self.state.as_deref();
@@ -148,6 +158,10 @@ impl Desk {
         if let Some(tools) = tools.filter(is_new).filter(|it| it.capsules().is_some()) {
             head.tools = 1;
             body.extend_from_slice(bytes_of(tools));
+        }
+        let task = self.task.as_deref();
+        if let Some(task) = task.filter(|it| !known || it.at_ns != ask.task_at_ns) {
+            head.task_bytes = wire::put_task(&mut body, task).unwrap_or(0);
         }
         for event in events {
             head.events += 1;

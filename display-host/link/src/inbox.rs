@@ -1,6 +1,7 @@
 //! What a watcher has of a station, and what of an answer is new to it.
 
 use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
+use shared_mem::task::TaskMsg;
 
 use crate::clock::RemoteClock;
 use crate::wire::{Answer, Ask, MAGIC};
@@ -12,6 +13,8 @@ pub struct Fresh {
     pub state: Option<Box<StateFrame>>,
     /// Newer tools.
     pub tools: Option<Box<ToolFrame>>,
+    /// How the task stands now.
+    pub task: Option<Box<TaskMsg>>,
     /// Events that had not come yet, oldest first.
     pub events: Vec<EventMsg>,
     /// Timing batches that had not come yet, oldest first.
@@ -40,6 +43,7 @@ impl Default for Inbox {
                 batches_from: 0,
                 state_at_ns: 0,
                 tools_at_ns: 0,
+                task_at_ns: 0,
             },
             newest: 0,
             events_lost: 0,
@@ -60,6 +64,7 @@ impl Inbox {
             head,
             state,
             tools,
+            task,
             events,
             batches,
         } = answer;
@@ -91,6 +96,11 @@ impl Inbox {
                 self.next.tools_at_ns = it.at_ns;
                 it.at_ns = clock.ours_ns(it.at_ns);
                 it.sample_ns = clock.ours_ns(it.sample_ns);
+                it
+            });
+            fresh.task = task.map(|mut it| {
+                self.next.task_at_ns = it.at_ns;
+                it.at_ns = clock.ours_ns(it.at_ns);
                 it
             });
         }

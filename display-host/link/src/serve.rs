@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 use bytemuck::Zeroable as _;
 use shared_mem::message::{StateFrame, ToolFrame};
 use shared_mem::scene::SceneFile;
-use shared_mem::service::{Host, Station};
+use shared_mem::service::{Host, Station, TaskReceiver};
+use shared_mem::task::TaskMsg;
 
 use crate::address::Address;
 use crate::desk::{Desk, scene_answer, scene_asked};
@@ -58,6 +59,7 @@ pub fn serve(
     ready: impl FnOnce(),
 ) -> Result<Served, LinkError> {
     let host = Host::open(station)?;
+    let tasks = TaskReceiver::open(station)?;
     let door = Door::open(address)?;
     ready();
     let mut stand = Stand {
@@ -65,6 +67,8 @@ pub fn serve(
         desk: Desk::new(monotonic_ns()),
         state: bytemuck::zeroed_box(),
         tools: ToolFrame::zeroed(),
+        tasks,
+        task: bytemuck::zeroed_box(),
         heard: Instant::now(),
         scene: None,
         served: Served::default(),
@@ -138,6 +142,8 @@ struct Stand {
     desk: Desk,
     state: Box<StateFrame>,
     tools: ToolFrame,
+    tasks: TaskReceiver,
+    task: Box<TaskMsg>,
     heard: Instant,
     /// The scene that was last asked for, if it was found.
     scene: Option<SceneFile>,
@@ -172,6 +178,9 @@ impl Stand {
         }
         if host.newest_tools(&mut self.tools) {
             desk.set_tools(&self.tools);
+        }
+        if self.tasks.newest(&mut self.task) {
+            desk.set_task(&self.task);
         }
         host.drain_events(|event| desk.add_event(*event));
         host.drain_timing(|batch| {

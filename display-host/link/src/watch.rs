@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use shared_mem::message::ReplyMsg;
 use shared_mem::scene::SceneFile;
-use shared_mem::service::{Controller, Station};
+use shared_mem::service::{Controller, Station, TaskSender};
 
 use crate::address::Address;
 use crate::error::LinkError;
@@ -84,6 +84,7 @@ pub fn watch(
 ) -> Result<Watched, LinkError> {
     let mut show = Show {
         controller: Controller::open(&config.station)?,
+        tasks: TaskSender::open(&config.station)?,
         inbox: Inbox::default(),
         scene_id: None,
         watched: Watched::default(),
@@ -116,6 +117,7 @@ pub fn watch(
 
 struct Show {
     controller: Controller,
+    tasks: TaskSender,
     inbox: Inbox,
     /// The scene that lies ready for displays.
     scene_id: Option<[u8; 16]>,
@@ -230,6 +232,9 @@ impl Show {
         }
         if let Some(tools) = fresh.tools {
             let _ = self.controller.tools.send_copy(*tools);
+        }
+        if let Some(task) = fresh.task {
+            self.tasks.send(&task);
         }
         for event in fresh.events {
             self.watched.events += 1;

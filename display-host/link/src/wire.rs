@@ -2,7 +2,7 @@
 //!
 //! | kind | asked with | answered with |
 //! |---|---|---|
-//! | [`LOOK`] | [`Ask`] | [`Head`], then state, tools, events, batches as it says |
+//! | [`LOOK`] | [`Ask`] | [`Head`], then state, tools, task, events, batches as it says |
 //! | [`SCENE`] | [`SceneAsk`] | [`SceneHead`], then so many bytes of the compiled scene |
 //!
 //! Before each goes its length, four bytes, and its kind, one; an answer is of its question's kind, and answers come in
@@ -14,6 +14,7 @@ use shared_mem::message::{
     ClipMsg, EventMsg, MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, SphereState, StateFrame, TickRecord,
     TimingBatch, ToolFrame,
 };
+use shared_mem::task::{TASK_TEXT, TaskMsg};
 
 use crate::error::LinkError;
 
@@ -40,6 +41,8 @@ pub const ASK_MAX: usize = 4 << 10;
 
 /// Bytes of a state before its spheres.
 const STATE_HEAD: usize = core::mem::offset_of!(StateFrame, spheres);
+/// Bytes of a task before its text.
+const TASK_HEAD: usize = core::mem::offset_of!(TaskMsg, text);
 /// Bytes of a timing batch before its records.
 const BATCH_HEAD: usize = core::mem::offset_of!(TimingBatch, records);
 
@@ -59,6 +62,8 @@ pub struct Ask {
     pub state_at_ns: u64,
     /// [`ToolFrame::at_ns`] of the newest tools that it has.
     pub tools_at_ns: u64,
+    /// [`TaskMsg::at_ns`] of what it last heard of the task.
+    pub task_at_ns: u64,
 }
 
 /// How an answer begins.
@@ -85,6 +90,10 @@ pub struct Head {
     pub events: u32,
     /// How many batches follow, each with its length before it.
     pub batches: u32,
+    /// Bytes of how the task stands; 0: nothing newer.
+    pub task_bytes: u32,
+    /// 0.
+    pub reserved: u32,
 }
 
 /// Asks for a part of a scene.
@@ -120,6 +129,8 @@ pub struct Answer {
     pub state: Option<Box<StateFrame>>,
     /// The newest tools, if newer than the asker's.
     pub tools: Option<Box<ToolFrame>>,
+    /// How the task stands, if newer than the asker's.
+    pub task: Option<Box<TaskMsg>>,
     /// Events, oldest first.
     pub events: Vec<EventMsg>,
     /// Timing batches, oldest first.
@@ -171,6 +182,10 @@ impl Answer {
             0 => None,
             _ => Some(tools(&mut bytes)?),
         };
+        let task = match head.task_bytes {
+            0 => None,
+            count => Some(task(cut(&mut bytes, count as usize, "half a task")?)?),
+        };
         let events = (0..events)
             .map(|_| take(&mut bytes, "half an event"))
             .collect::<Result<_, _>>()?;
@@ -182,6 +197,7 @@ impl Answer {
                 head,
                 state,
                 tools,
+                task,
                 events,
                 batches,
             }),
@@ -239,6 +255,31 @@ fn tools(bytes: &mut &[u8]) -> Result<Box<ToolFrame>, LinkError> {
     is_sane.then_some(frame).ok_or(LinkError::Malformed {
         what: "tools whose counts or numbers are out of range",
     })
+}
+
+/// Adds the used part of how a task stands; how many bytes that were.
+pub(crate) fn put_task(to: &mut Vec<u8>, task: &TaskMsg) -> Option<u32> {
+    let text = task.text()?;
+    to.extend_from_slice(bytemuck::bytes_of(task).get(..TASK_HEAD)?);
+    to.extend_from_slice(text.as_bytes());
+    u32::try_from(TASK_HEAD + text.len()).ok()
+}
+
+fn task(mut bytes: &[u8]) -> Result<Box<TaskMsg>, LinkError> {
+    const WHAT: LinkError = LinkError::Malformed {
+        what: "a task whose text is none",
+    };
+    let mut task: Box<TaskMsg> = bytemuck::zeroed_box();
+    let head = cut(&mut bytes, TASK_HEAD, "half a task")?;
+    if bytes.len() > TASK_TEXT {
+        return Err(WHAT);
+    }
+    let whole = bytemuck::bytes_of_mut(&mut *task).iter_mut();
+    for (to, from) in whole.zip(head.iter().chain(bytes)) {
+        *to = *from;
+    }
+    let is_sane = task.length as usize == bytes.len() && task.text().is_some();
+    is_sane.then_some(task).ok_or(WHAT)
 }
 
 /// Adds the used part of a batch, if it is whole.

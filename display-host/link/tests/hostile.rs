@@ -7,6 +7,7 @@ use link::wire::{ANSWER_MAX, Answer, Ask, EVENTS_MAX, Head, MAGIC, SceneHead, sc
 use link::{Desk, Inbox};
 use proptest::prelude::*;
 use shared_mem::message::{MAX_CELLS, MAX_SPHERES, StateFrame};
+use shared_mem::task::TaskMsg;
 use support::{batch, event, state, tools};
 
 const SERVER: u64 = 77;
@@ -15,6 +16,7 @@ fn desk(events: u64, batches: u64) -> Desk {
     let mut desk = Desk::new(SERVER);
     desk.set_state(&state(9, 5_000, [7; 16]));
     desk.set_tools(&tools(9, 5_000, [7; 16]));
+    desk.set_task(&TaskMsg::new(4_000, "{\"score\": 80}").expect("it is short"));
     (0..events).for_each(|i| desk.add_event(event(i)));
     (0..batches).for_each(|i| desk.add_batch(&batch(i)));
     desk
@@ -37,6 +39,17 @@ fn an_answer_brings_all_that_was_put_in() {
     assert_eq!(bytes_of(&*came), bytes_of(&*sent));
     let came = answer.tools.expect("tools");
     assert_eq!(bytes_of(&*came), bytes_of(&tools(9, 5_000, [7; 16])));
+    let came = answer.task.expect("a task");
+    assert_eq!((came.at_ns, came.text()), (4_000, Some("{\"score\": 80}")));
+    let again = Ask {
+        task_at_ns: 4_000,
+        ..ask
+    };
+    let bytes = desk.answer(bytes_of(&again), 2).expect("an answer");
+    assert!(
+        Answer::read(&bytes).is_ok_and(|it| it.task.is_none()),
+        "it is known"
+    );
     let events: Vec<_> = (0..10).map(event).collect();
     assert_eq!(answer.events, events);
     assert_eq!(answer.batches.len(), 3);
@@ -84,13 +97,15 @@ proptest! {
     /// Behind a head that is right in all but its counts.
     #[test]
     fn any_counts_are_survived(
-        counts in any::<[u32; 4]>(),
-        small in any::<[u8; 4]>(),
+        counts in any::<[u32; 5]>(),
+        small in any::<[u8; 5]>(),
         body in prop::collection::vec(any::<u8>(), 0..4000),
     ) {
         for counts in [counts, small.map(u32::from)] {
-            let [state_bytes, tools, events, batches] = counts;
-            let head = Head { magic: MAGIC, state_bytes, tools, events, batches, ..Head::zeroed() };
+            let [state_bytes, tools, events, batches, task_bytes] = counts;
+            let head = Head {
+                magic: MAGIC, state_bytes, tools, events, batches, task_bytes, ..Head::zeroed()
+            };
             let mut bytes = bytes_of(&head).to_vec();
             bytes.extend(&body);
             let _ = Answer::read(&bytes);
@@ -107,6 +122,7 @@ proptest! {
         if let Ok(answer) = Answer::read(&changed) {
             prop_assert!(answer.state.is_none_or(|it| it.spheres().is_some() && it.cells().is_some()));
             prop_assert!(answer.tools.is_none_or(|it| it.capsules().is_some()));
+            prop_assert!(answer.task.is_none_or(|it| it.text().is_some()));
             prop_assert!(answer.batches.iter().all(|it| it.records().is_some()));
         }
         let end = cut.index(whole.len());
