@@ -26,7 +26,7 @@ On the station's computer, beside `calot run`:
   calot link serve --listen 0.0.0.0:7447 --cert theatre-1.pem --key theatre-1.key --ca ca.pem
 On the instructor's, once for each station:
   calot link watch --connect 10.0.0.7:7447 --as theatre-1 --cert desk.pem --key desk.key --ca ca.pem
-  calot run --attach --station theatre-1 --scene FILE     (FILE as `watch` says)")]
+  calot observe --station theatre-1                       (the picture and the task's metrics)")]
 pub(crate) struct LinkArgs {
     #[command(subcommand)]
     what: What,
@@ -185,7 +185,15 @@ fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {
         scene: folder.scene(),
         seconds: args.seconds,
     };
-    let watched = ::link::watch(&config, &stop, |seen| say_seen(args, seen))?;
+    let watched = ::link::watch(&config, &stop, |seen| {
+        // `calot observe` waits for it.
+        if let Seen::Scene(path) = seen
+            && let Err(problem) = folder.tell(path)
+        {
+            say::note(format_args!("warning: {problem}"));
+        }
+        say_seen(args, seen);
+    })?;
     if args.json {
         say::answer(json!({
             "states": watched.states, "events": watched.events, "events_lost": watched.events_lost,
@@ -214,10 +222,7 @@ fn say_seen(args: &WatchArgs, seen: Seen<'_>) {
         ),
         Seen::Scene(path) => {
             let path = path.display().to_string();
-            let words = format!(
-                "show it with `calot run --attach --station {} --scene {path}`",
-                args.name
-            );
+            let words = format!("show it with `calot observe --station {}`", args.name);
             ("scene", words, path)
         }
         Seen::NoScene => {
