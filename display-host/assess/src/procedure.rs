@@ -36,6 +36,8 @@ pub(crate) struct Procedure {
     touches_wrong: u32,
     burns_wrong: u32,
     burn_wrong_j: f64,
+    /// What structures that must not be burnt have taken since that last counted, by organ, J.
+    warmed_j: Vec<(u32, f64)>,
     cuts_wrong: u32,
     unclamped: [bool; 2],
     /// Until when an alarm of this kind on this organ is not told again, s.
@@ -56,6 +58,7 @@ impl Procedure {
             touches_wrong: 0,
             burns_wrong: 0,
             burn_wrong_j: 0.0,
+            warmed_j: Vec::new(),
             cuts_wrong: 0,
             unclamped: [false; 2],
             quiet: Vec::new(),
@@ -117,8 +120,11 @@ impl Procedure {
                 say(AlarmKind::Touched);
             }
             EventMsg::BURN if rules.must_not_burn(kind) => {
-                self.burn_wrong_j += f64::from(event.value).max(0.0);
-                if self.is_new(AlarmKind::Burnt, event.organ, at_s, rules) {
+                let heat_j = f64::from(event.value).max(0.0);
+                self.burn_wrong_j += heat_j;
+                if self.is_burnt(event.organ, heat_j, rules)
+                    && self.is_new(AlarmKind::Burnt, event.organ, at_s, rules)
+                {
                     self.burns_wrong += 1;
                     say(AlarmKind::Burnt);
                 }
@@ -194,6 +200,24 @@ impl Procedure {
             say(AlarmKind::Unclamped);
         }
         wrong
+    }
+
+    /// Whether an organ that takes so much more heat is burnt by it.
+    fn is_burnt(&mut self, organ: u32, heat_j: f64, rules: &Rules) -> bool {
+        let known = self.warmed_j.iter().position(|it| it.0 == organ);
+        let place = known.unwrap_or_else(|| {
+            self.warmed_j.push((organ, 0.0));
+            self.warmed_j.len() - 1
+        });
+        let Some((_, warmed_j)) = self.warmed_j.get_mut(place) else {
+            return false;
+        };
+        *warmed_j += heat_j;
+        let is_burnt = *warmed_j >= rules.burn_j;
+        if is_burnt {
+            *warmed_j = 0.0;
+        }
+        is_burnt
     }
 
     /// Whether it is the first time of late.

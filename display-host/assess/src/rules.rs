@@ -55,6 +55,8 @@ pub struct Rules {
     touch: Vec<OrganKind>,
     burn: Vec<OrganKind>,
     pub(crate) quiet_s: f64,
+    /// Heat from which a structure counts as burnt, J.
+    pub(crate) burn_j: f64,
     pub(crate) done: Done,
     flow_ml_min: Vec<(OrganKind, f64)>,
     penalties: Vec<Penalty>,
@@ -131,6 +133,8 @@ mod written {
         pub(super) touch: Vec<Spanned<String>>,
         pub(super) burn: Vec<Spanned<String>>,
         pub(super) quiet_s: Spanned<f64>,
+        /// Files of before had none: any heat counted.
+        pub(super) burn_j: Option<Spanned<f64>>,
     }
 
     #[derive(Deserialize)]
@@ -178,6 +182,7 @@ impl Default for Rules {
             touch: Vec::new(),
             burn: Vec::new(),
             quiet_s: 1.0,
+            burn_j: 0.0,
             done: Done {
                 triangle: 1.0,
                 lower_bed: 1.0,
@@ -262,6 +267,10 @@ impl Rules {
             touch: check.organs(&file.alarm.touch)?,
             burn: check.organs(&file.alarm.burn)?,
             quiet_s: check.number("quiet_s", &file.alarm.quiet_s, 0.0..=60.0)?,
+            burn_j: match &file.alarm.burn_j {
+                Some(burn_j) => check.number("burn_j", burn_j, 0.0..=100.0)?,
+                None => 0.0,
+            },
             done: Done {
                 triangle: share("triangle", &done.triangle)?,
                 lower_bed: share("lower_bed", &done.lower_bed)?,

@@ -340,6 +340,26 @@ fn the_whole_operation_in_order_passes_and_out_of_order_sounds() {
 }
 
 #[test]
+fn a_structure_is_burnt_once_enough_heat_has_come_together() {
+    let mut assessment = begin(Task::Clamp);
+    rest(&mut assessment, 0.0, 0.1);
+    let mut warm = |at_s: f64, heat_j: f32| {
+        assessment.take(&event(at_s, EventMsg::BURN, BILE_DUCT, 0.0, heat_j));
+        assessment.alarms().len()
+    };
+    // Built-in: 0.1 J.
+    let alarms = [
+        (0.2, 0.04),
+        (0.3, 0.04),
+        (0.4, 0.04),
+        (2.0, 0.04),
+        (4.0, 0.5),
+    ];
+    let alarms = alarms.map(|(at_s, heat_j)| warm(at_s, heat_j));
+    assert_eq!(alarms, [0, 0, 1, 1, 2]);
+}
+
+#[test]
 fn wrong_structures_sound_and_cost_but_not_without_end() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 0.1);
