@@ -297,6 +297,7 @@ metric-score = Punkte
 metric-time-s = Zeit
 metric-gaps-s = Lücken der Aufnahme
 metric-restarts = Neu begonnen
+metric-lost-events = Verlorene Ereignisse
 metric-path-m = Weg des Instruments
 metric-scope-path-m = Weg des Endoskops
 metric-movements = Bewegungen des Instruments

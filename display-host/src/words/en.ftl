@@ -297,6 +297,7 @@ metric-score = Score
 metric-time-s = Time
 metric-gaps-s = Gaps in the recording
 metric-restarts = Begun again
+metric-lost-events = Events lost
 metric-path-m = Path of the instrument
 metric-scope-path-m = Path of the endoscope
 metric-movements = Movements of the instrument
