@@ -343,19 +343,20 @@ fn the_whole_operation_in_order_passes_and_out_of_order_sounds() {
 fn a_structure_is_burnt_once_enough_heat_has_come_together() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 0.1);
-    let mut warm = |at_s: f64, heat_j: f32| {
-        assessment.take(&event(at_s, EventMsg::BURN, BILE_DUCT, 0.0, heat_j));
-        assessment.alarms().len()
-    };
-    // Built-in: 0.1 J.
-    let alarms = [
+    // Built-in: 0.1 J, and quiet for a second.
+    let (mut alarms, mut before_s) = (Vec::new(), 0.1);
+    for (at_s, heat_j) in [
         (0.2, 0.04),
         (0.3, 0.04),
         (0.4, 0.04),
         (2.0, 0.04),
         (4.0, 0.5),
-    ];
-    let alarms = alarms.map(|(at_s, heat_j)| warm(at_s, heat_j));
+    ] {
+        rest(&mut assessment, before_s, at_s);
+        before_s = at_s;
+        assessment.take(&event(at_s, EventMsg::BURN, BILE_DUCT, 0.0, heat_j));
+        alarms.push(assessment.alarms().len());
+    }
     assert_eq!(alarms, [0, 0, 1, 1, 2]);
 }
 

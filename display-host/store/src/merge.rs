@@ -46,6 +46,9 @@ impl Store {
     /// one cannot be written.
     pub fn merge(&mut self, other: &Path) -> Result<Merged, StoreError> {
         let theirs = open_to_read(other)?;
+        // One moment of it: its own program may go on writing.
+        let still = theirs.execute_batch("BEGIN");
+        still.map_err(|error| refused(other, error))?;
         let own = self.path().to_owned();
         let into = |error| refused(&own, error);
         let begun = self
@@ -116,6 +119,11 @@ fn merge_sessions(
         let ((name, id, began, task, difficulty, outcome), rest) = &session;
         let (score, alarms, version, metrics, scene, program, file) = rest;
         check_session(id, metrics)?;
+        let file = file.as_deref().unwrap_or_default();
+        for text in [task, difficulty, outcome, scene, program, file] {
+            check_text(id, text)?;
+        }
+        let file = rest.6.as_deref();
         let known: Option<SessionRow> = ours
             .query_row(&query("WHERE session.id = ?1"), [id], row)
             .optional()
@@ -142,11 +150,13 @@ fn merge_sessions(
 /// What another program wrote may be anything.
 fn check_session(id: &str, metrics: &str) -> Result<(), StoreError> {
     let shown = |text: &str| -> String { text.escape_debug().take(80).collect() };
-    if uuid::Uuid::parse_str(id).is_err() {
+    // In one spelling: in another the same session would be another.
+    let is_one = uuid::Uuid::parse_str(id).is_ok_and(|it| it.hyphenated().to_string() == id);
+    if !is_one {
         return Err(StoreError::Value {
             what: "a session's name".to_owned(),
             value: format!("'{}'", shown(id)),
-            allowed: "a UUID, which no two stations give",
+            allowed: "a UUID in small letters with hyphens, which no two stations give",
         });
     }
     let parsed = serde_json::from_str::<std::collections::BTreeMap<String, f64>>(metrics);
@@ -155,6 +165,18 @@ fn check_session(id: &str, metrics: &str) -> Result<(), StoreError> {
         value: format!("'{}'", shown(metrics)),
         allowed: "a JSON object of numbers",
     })
+}
+
+/// What goes to a terminal commands none.
+fn check_text(id: &str, text: &str) -> Result<(), StoreError> {
+    if text.chars().any(char::is_control) {
+        return Err(StoreError::Value {
+            what: format!("what session {id} says of itself"),
+            value: format!("'{}'", text.escape_debug().take(80).collect::<String>()),
+            allowed: "text without control characters",
+        });
+    }
+    Ok(())
 }
 
 fn merge_answers(

@@ -96,7 +96,7 @@ impl Vessels {
                     let link = step.link;
                     let [a, b] = [u32::from(step.a), u32::from(step.b)]
                         .map(|sphere| Opening::Link { link, sphere });
-                    if !self.is_open(a) && !divided(a) {
+                    if !self.is_open(a) && !self.holes.is_full() && !divided(a) {
                         is_all = false;
                         continue;
                     }
@@ -148,7 +148,7 @@ impl Vessels {
                     // One of its ties stands for all.
                     *joined = true;
                     let off = Opening::Off { sphere: tie.sphere };
-                    if !self.is_open(off) && !divided(off) {
+                    if !self.is_open(off) && !self.holes.is_full() && !divided(off) {
                         is_all = false;
                         continue;
                     }
@@ -166,7 +166,7 @@ impl Vessels {
         self.holes.iter().any(|hole| hole.opening == opening)
     }
 
-    /// What has no room leaks unseen, which is counted (`Vessels::is_overrun`).
+    /// What has no room leaks unseen and untold, which is counted (`Vessels::is_overrun`).
     pub(super) fn open_up(&mut self, opening: Opening) {
         if !self.is_open(opening) {
             self.is_overrun |= self.holes.push(Hole::new(opening)).is_err();

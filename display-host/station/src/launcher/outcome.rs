@@ -113,7 +113,9 @@ fn rows(
             };
             let rule = pass.iter().find(|(it, ..)| *it == name);
             let passes = rule.map(|(_, least, most)| [*least, *most]);
-            let earlier = past.iter().filter_map(|it| match name {
+            // Who fails early is quick.
+            let passed = past.iter().filter(|it| it.outcome == "passed");
+            let earlier = passed.filter_map(|it| match name {
                 "score" => Some(it.score),
                 name => it.metrics.get(name).copied(),
             });

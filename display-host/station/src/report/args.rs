@@ -25,8 +25,8 @@ pub(crate) struct ReportArgs {
     /// Where the page goes
     #[arg(long, value_name = "FILE", default_value = "debrief.html")]
     pub(crate) out: PathBuf,
-    /// Draw what the endoscope saw at each alarm, and the critical view of safety from two sides: the
-    /// simulation runs again for it, some three times as fast as it was
+    /// Draw each alarm as a straight endoscope there would have shown it, and the critical view of safety
+    /// from two sides: the simulation runs again for it, some three times as fast as it was
     #[arg(long, conflicts_with = "json")]
     pub(crate) pictures: bool,
     /// Assess by these pass rules instead of those of each session

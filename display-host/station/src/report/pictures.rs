@@ -45,8 +45,8 @@ pub(super) struct Watch {
 impl Watch {
     /// After an entry of this tick was assessed.
     pub(super) fn look(&mut self, tick: u64, assessment: &Assessment) {
-        let alarms = assessment.alarms();
-        if alarms.len() < self.alarms {
+        let (alarms, has_view) = (assessment.alarms(), assessment.has_critical_view());
+        if alarms.len() < self.alarms || (self.had_view && !has_view) {
             // The task began again.
             *self = Self::default();
         }
@@ -55,7 +55,6 @@ impl Watch {
             self.want(tick, format!("{at}: {}", alarm.text()), 0.0);
         }
         self.alarms = alarms.len();
-        let has_view = assessment.has_critical_view();
         if has_view && !self.had_view {
             for (side, turned_rad) in [("left", -DOUBLET_RAD), ("right", DOUBLET_RAD)] {
                 let caption = format!("{at}: the critical view of safety, from the {side}");
@@ -73,10 +72,15 @@ impl Watch {
         });
     }
 
-    /// In the order of time; of many, those that are spread evenly.
+    /// In the order of time; of many alarms, those that are spread evenly.
     pub(super) fn end(self) -> Vec<Wanted> {
-        let every = self.wanted.len().div_ceil(MOST).max(1);
-        self.wanted.into_iter().step_by(every).collect()
+        let is_view = |it: &Wanted| it.turned_rad.abs() > 0.0;
+        let (views, alarms): (Vec<_>, Vec<_>) = self.wanted.into_iter().partition(is_view);
+        let room = MOST.saturating_sub(views.len()).max(1);
+        let every = alarms.len().div_ceil(room).max(1);
+        let mut wanted: Vec<_> = alarms.into_iter().step_by(every).chain(views).collect();
+        wanted.sort_by_key(|it| it.tick);
+        wanted
     }
 }
 
@@ -151,10 +155,16 @@ mod tests {
         for tick in 0..100 {
             watch.want(tick, String::new(), 0.0);
         }
+        watch.want(33, String::new(), -0.5);
+        watch.want(33, String::new(), 0.5);
         let wanted = watch.end();
+        let both = wanted
+            .iter()
+            .filter(|it| it.tick == 33 && it.turned_rad.abs() > 0.0);
+        assert_eq!(both.count(), 2, "the view is seen from two sides");
         assert!(wanted.len() <= MOST && wanted.len() > MOST / 2);
         assert_eq!(wanted[0].tick, 0);
-        assert!(wanted.windows(2).all(|it| it[0].tick < it[1].tick));
+        assert!(wanted.windows(2).all(|it| it[0].tick <= it[1].tick));
     }
 
     #[test]

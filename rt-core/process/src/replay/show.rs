@@ -7,7 +7,7 @@ use rt_core::port::LineCounters;
 use rt_core::sim::Sim;
 use rt_core::state::State;
 use shared_mem::inputs::InputRecord;
-use shared_mem::message::{CommandMsg, ReplyMsg, StateFrame, ToolFrame};
+use shared_mem::message::{CommandMsg, EventMsg, ReplyMsg, StateFrame, ToolFrame};
 use shared_mem::service::{Controller, Station};
 
 use super::player::Player;
@@ -26,6 +26,10 @@ const STILL_ALIVE_NS: u64 = 100_000_000;
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 /// The same in ticks that are run and not shown.
 const LOOK_EVERY_TICKS: u64 = 16;
+/// Records that are read before commands are looked for again.
+const READ_AT_ONCE: u64 = 4096;
+/// What is kept of what was said of leaks, at most; a session has some dozens.
+const LEAKS_KEPT: usize = 4096;
 
 /// How a session is shown.
 #[derive(Debug, Clone, Copy)]
@@ -87,6 +91,7 @@ pub fn show<I: Iterator<Item = InputRecord>>(
         anchor: None,
         sent_ns: 0,
         has_shown: false,
+        leaks: Vec::new(),
     };
     let mut state = Box::new(State::new());
     let (device, parameters) = (
@@ -105,8 +110,14 @@ pub fn show<I: Iterator<Item = InputRecord>>(
                 let Some(again) = open() else { break };
                 ticks = again;
                 // As many as were run: the file is read from its start, which takes no simulation.
-                if let Some(last) = before.checked_sub(1) {
-                    ticks.nth(usize::try_from(last).unwrap_or(usize::MAX));
+                let mut left = before;
+                while let Some(last) = left.min(READ_AT_ONCE).checked_sub(1) {
+                    if stop.load(Relaxed) || ticks.nth(last as usize).is_none() {
+                        break;
+                    }
+                    left -= last + 1;
+                    stage.serve(stop);
+                    stage.send_again_if_due();
                 }
             }
             stage.seek_ns = Some(at_ns);
@@ -116,10 +127,11 @@ pub fn show<I: Iterator<Item = InputRecord>>(
             Some(record) => player.tick(&record, |tick, passed_ns, is_new| {
                 if is_new {
                     each(tick);
+                    stage.keep_leaks(tick);
                 }
                 stage.play(tick, passed_ns, begun, stop, &mut tell);
             }),
-            None if !stage.has_shown => {
+            None if !stage.has_shown && stage.seek_ns == Some(stage.start_ns) => {
                 return Err(RtError::NothingToShow {
                     from_s: pace.from_s,
                     length_s: player.passed_ns() as f64 / 1e9,
@@ -162,6 +174,8 @@ struct Stage {
     anchor: Option<(u64, u64)>,
     sent_ns: u64,
     has_shown: bool,
+    /// What was said of leaks in the ticks that have run, and when.
+    leaks: Vec<(u64, EventMsg)>,
 }
 
 impl Stage {
@@ -185,6 +199,7 @@ impl Stage {
         }
         if self.seek_ns.take().is_some() {
             self.show(tick);
+            self.tell_leaks(tick.view.tick);
         }
         tell(self.shown());
         loop {
@@ -216,6 +231,29 @@ impl Stage {
         if tick.view.tick.is_multiple_of(FRAME_EVERY) {
             self.show(tick);
         }
+    }
+
+    /// Displays keep what bleeds until they hear that it has changed: what was said of leaks before this
+    /// moment is said again.
+    fn tell_leaks(&mut self, tick: u64) {
+        for (_, event) in self.leaks.iter().filter(|(at, _)| *at <= tick) {
+            let event = EventMsg {
+                sequence: self.next_event,
+                tick,
+                at_ns: monotonic_ns(),
+                ..*event
+            };
+            self.next_event += 1;
+            let _ = self.controller.events.send_copy(event);
+        }
+    }
+
+    /// Keeps what a tick says of leaks.
+    fn keep_leaks(&mut self, tick: &Replayed<'_>) {
+        let told = tick.events().filter(|event| event.kind == EventMsg::LEAK);
+        let room = LEAKS_KEPT.saturating_sub(self.leaks.len());
+        let now = tick.view.tick;
+        self.leaks.extend(told.take(room).map(|event| (now, event)));
     }
 
     fn show(&mut self, tick: &Replayed<'_>) {
