@@ -50,6 +50,14 @@ pub enum HardwareError {
         /// What the system says.
         what: String,
     },
+    /// A folder, a pipe or a device stands where the station file should.
+    #[error(
+        "{path}: not a station file, but a folder, a pipe or a device. Name a text file (TOML) that names the devices"
+    )]
+    NoStationFile {
+        /// Path as given.
+        path: PathBuf,
+    },
     /// Any other failure of the line while opening it.
     #[error("{path}: {doing} failed: {what}")]
     Line {

@@ -200,7 +200,16 @@ pub enum PedalDriver {
 
 impl StationFile {
     /// Reads the file at `path`.
+    ///
+    /// # Errors
+    /// When it is no regular file, cannot be read, or says what [`StationFile::parse`] refuses.
     pub fn read(path: &Path) -> Result<Self, HardwareError> {
+        // A line, a pipe or an endless device would block, or grow without end.
+        if std::fs::metadata(path).is_ok_and(|it| !it.is_file()) {
+            return Err(HardwareError::NoStationFile {
+                path: path.to_path_buf(),
+            });
+        }
         let text = std::fs::read_to_string(path).map_err(|error| HardwareError::Line {
             path: path.to_path_buf(),
             doing: "reading the station file",

@@ -79,6 +79,13 @@ mod tests {
                 .as_ref()
                 .is_some_and(|it| it.contains("magic"))
         );
+        // What would block, or never end, is not read.
+        for path in ["/dev/zero", "/dev/ptmx", "/"] {
+            start.form.station_file = path.to_owned();
+            look(&mut start, "name one");
+            let problem = start.station_file_problem.take().unwrap();
+            assert!(problem.contains("not a station file"), "{problem}");
+        }
         start.form.station_file.clear();
         look(&mut start, "name one");
         assert_eq!(start.station_file_problem.as_deref(), Some("name one"));
