@@ -1,6 +1,7 @@
 //! Pictures of a run as one animated GIF, for pages that show no video.
 
 use std::fs::File;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use color_quant::NeuQuant;
@@ -14,12 +15,15 @@ const RATE: u16 = 10;
 const COLOURS: usize = 128;
 /// Pixels whose channels changed by no more than this stay as they were: film grain is no news.
 const SAME: u8 = 12;
-/// Every so many pixels of a picture are looked at for the colours.
+/// Every so many pixels of a picture are looked at for the colours, and fewer of more pictures than this.
 const SAMPLE: usize = 7;
+/// See [`SAMPLE`].
+const MANY: usize = 64;
 /// Bits of each channel that a colour is looked up by.
 const BITS: u32 = 5;
 
-/// Writes the pictures, which have one size, in their order.
+/// Writes the pictures, which have one size, in their order, for their user alone. One of them at a time is in
+/// memory.
 ///
 /// # Errors
 /// When there is none, one cannot be read or has another size, or the file cannot be written.
@@ -32,40 +36,65 @@ pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> 
         let read = image::open(picture).map(|it| it.to_rgb8());
         read.map_err(|error| refused(format!("{}: {error}", picture.display())))
     };
-    let pictures: Vec<_> = pictures.iter().map(read).collect::<Result<_, _>>()?;
-    let first = pictures
-        .first()
-        .ok_or_else(|| refused("there is no picture; ask for some with --frames".to_owned()))?;
-    let (width, height) = first.dimensions();
-    if pictures.iter().any(|it| it.dimensions() != (width, height)) {
-        return Err(refused("the pictures differ in size".to_owned()));
+    let every = SAMPLE * pictures.len().div_ceil(MANY).max(1);
+    let (mut size, mut samples) = (None, Vec::new());
+    for picture in pictures {
+        let picture = read(picture)?;
+        if *size.get_or_insert(picture.dimensions()) != picture.dimensions() {
+            return Err(refused("the pictures differ in size".to_owned()));
+        }
+        let looked_at = picture.pixels().step_by(every);
+        samples.extend(looked_at.flat_map(|it| [it.0[0], it.0[1], it.0[2], 255]));
     }
+    let (width, height) =
+        size.ok_or_else(|| refused("there is no picture; ask for some with --frames".to_owned()))?;
     let sides = [width, height].map(u16::try_from);
     let [Ok(wide), Ok(high)] = sides else {
         return Err(refused(format!("{width}×{height} pixels are too many")));
     };
-    let colours = Colours::of(pictures.iter().map(|it| it.as_raw().as_slice()));
-    let file = File::create(path).map_err(|error| refused(error.to_string()))?;
-    let written = encode(file, [wide, high], &colours, &pictures);
-    written.map_err(|error| refused(error.to_string()))
+    let colours = Colours::of(&samples);
+    let file = session::create_private(path).map_err(|error| refused(error.to_string()))?;
+    let failed = |error: gif::EncodingError| refused(error.to_string());
+    let mut animation = Animation::begin(file, [wide, high], &colours).map_err(failed)?;
+    for picture in pictures {
+        let picture = read(picture)?;
+        if picture.dimensions() != (width, height) {
+            return Err(refused("the pictures differ in size".to_owned()));
+        }
+        animation.add(&picture).map_err(failed)?;
+    }
+    Ok(())
 }
 
-fn encode(
-    file: File,
-    [width, height]: [u16; 2],
-    colours: &Colours,
-    pictures: &[image::RgbImage],
-) -> Result<(), gif::EncodingError> {
-    let mut encoder = Encoder::new(
-        std::io::BufWriter::new(file),
-        width,
-        height,
-        &colours.palette,
-    )?;
-    encoder.set_repeat(Repeat::Infinite)?;
-    let as_before = COLOURS as u8;
-    let mut shown: Vec<[u8; 3]> = Vec::new();
-    for picture in pictures {
+/// An animation that is being written.
+struct Animation<'a> {
+    encoder: Encoder<BufWriter<File>>,
+    size: [u16; 2],
+    colours: &'a Colours,
+    /// What stands on the screen.
+    shown: Vec<[u8; 3]>,
+}
+
+impl<'a> Animation<'a> {
+    fn begin(
+        file: File,
+        [width, height]: [u16; 2],
+        colours: &'a Colours,
+    ) -> Result<Self, gif::EncodingError> {
+        let mut encoder = Encoder::new(BufWriter::new(file), width, height, &colours.palette)?;
+        encoder.set_repeat(Repeat::Infinite)?;
+        Ok(Self {
+            encoder,
+            size: [width, height],
+            colours,
+            shown: Vec::new(),
+        })
+    }
+
+    fn add(&mut self, picture: &image::RgbImage) -> Result<(), gif::EncodingError> {
+        let as_before = COLOURS as u8;
+        let (colours, shown) = (self.colours, &mut self.shown);
+        let [width, height] = self.size;
         let pixels: Vec<[u8; 3]> = picture.pixels().map(|it| it.0).collect();
         let mut indices = Vec::with_capacity(pixels.len());
         for (place, pixel) in pixels.iter().enumerate() {
@@ -79,7 +108,7 @@ fn encode(
             });
         }
         match shown.is_empty() {
-            true => shown = pixels,
+            true => *shown = pixels,
             false => {
                 for ((before, now), index) in shown.iter_mut().zip(pixels).zip(&indices) {
                     if *index != as_before {
@@ -88,7 +117,7 @@ fn encode(
                 }
             }
         }
-        encoder.write_frame(&Frame {
+        self.encoder.write_frame(&Frame {
             delay: 100 / RATE,
             dispose: DisposalMethod::Keep,
             transparent: Some(as_before),
@@ -96,9 +125,8 @@ fn encode(
             height,
             buffer: indices.into(),
             ..Frame::default()
-        })?;
+        })
     }
-    Ok(())
 }
 
 fn is_same(a: [u8; 3], b: [u8; 3]) -> bool {
@@ -113,13 +141,9 @@ struct Colours {
 }
 
 impl Colours {
-    fn of<'a>(pictures: impl Iterator<Item = &'a [u8]>) -> Self {
-        let opaque = |pixel: &[u8]| [pixel[0], pixel[1], pixel[2], 255];
-        let samples: Vec<u8> = pictures
-            .flat_map(|picture| picture.chunks_exact(3).step_by(SAMPLE))
-            .flat_map(opaque)
-            .collect();
-        let quantiser = NeuQuant::new(10, COLOURS, &samples);
+    /// From samples of red, green, blue and 255 each.
+    fn of(samples: &[u8]) -> Self {
+        let quantiser = NeuQuant::new(10, COLOURS, samples);
         let mut palette = quantiser.color_map_rgb();
         palette.resize(3 * (COLOURS + 1), 0);
         let side = 1usize << BITS;
@@ -143,6 +167,8 @@ impl Colours {
 
 #[cfg(test)]
 mod tests {
+    use std::os::unix::fs::PermissionsExt as _;
+
     use super::*;
 
     fn picture(folder: &Path, number: u8, side: u32) -> PathBuf {
@@ -160,6 +186,8 @@ mod tests {
         let pictures: Vec<_> = (0..3).map(|it| picture(folder.path(), it, 24)).collect();
         let path = folder.path().join("all.gif");
         write_gif(&pictures, &path).unwrap();
+        let mode = path.metadata().unwrap().permissions().mode();
+        assert_eq!(mode & 0o777, 0o600);
         let mut options = gif::DecodeOptions::new();
         options.set_color_output(gif::ColorOutput::RGBA);
         let mut read = options.read_info(File::open(&path).unwrap()).unwrap();

@@ -33,6 +33,10 @@ const PATIENCE_TO_START: Duration = Duration::from_secs(60);
 const PROGRESS: Duration = Duration::from_secs(1);
 /// How long the display waits for a state.
 const PATIENCE_FOR_STATE: Duration = Duration::from_secs(30);
+/// How often, and after which pause, a station's lock is tried again.
+const LOCK_LOOKS: u32 = 5;
+/// See [`LOCK_LOOKS`].
+const LOCK_PAUSE: Duration = Duration::from_millis(10);
 
 /// Runs the station. The exit code tells whether it ran to its end.
 pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
@@ -152,14 +156,18 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
             whole &= debrief(assessed, recording, &out, &outcome);
         }
     }
-    if let Some(gif) = &args.gif {
-        animate(&outcome, gif)?;
-    }
     if args.json {
         say::answer(format_args!("{}", serde_json::to_string_pretty(&summary)?));
     }
     for warning in &outcome.warnings {
         say::note(format_args!("calot: {warning}"));
+    }
+    // Last: what the run came to does not wait for it, nor fail with it.
+    if let Some(gif) = &args.gif
+        && let Err(problem) = animate(&outcome, gif)
+    {
+        say::note(format_args!("warning: no animation: {problem}"));
+        whole = false;
     }
     Ok(if whole {
         ExitCode::SUCCESS
@@ -489,12 +497,25 @@ impl Folder {
             .truncate(false)
             .open(path.join("lock"))
             .map_err(failed)?;
-        match lock.try_lock() {
-            Ok(()) => Ok(Self {
-                path,
-                attached,
-                _lock: Some(lock),
-            }),
+        let mut locked = lock.try_lock();
+        for _ in 0..LOCK_LOOKS {
+            // Whoever asks whether it runs has it for a moment.
+            if !matches!(locked, Err(std::fs::TryLockError::WouldBlock)) {
+                break;
+            }
+            std::thread::sleep(LOCK_PAUSE);
+            locked = lock.try_lock();
+        }
+        match locked {
+            Ok(()) => {
+                // Of one that was killed: its scene is not what runs next.
+                let _ = std::fs::remove_file(path.join(RUNNING));
+                Ok(Self {
+                    path,
+                    attached,
+                    _lock: Some(lock),
+                })
+            }
             Err(std::fs::TryLockError::WouldBlock) => Err(format!(
                 "station '{station}' runs already; show it with `calot run --attach`, or choose \
                  another name with --station"
@@ -541,14 +562,23 @@ const RUNNING: &str = "running";
 /// The compiled scene that a station runs, if its `calot run` has said so.
 pub(crate) fn running(station: &str) -> Result<Option<PathBuf>, Problem> {
     use std::os::unix::ffi::OsStringExt as _;
-    let file = shared_mem::service::user_folder()?
-        .join(station)
-        .join(RUNNING);
+    let folder = shared_mem::service::user_folder()?.join(station);
+    let file = folder.join(RUNNING);
     match std::fs::read(&file) {
+        // One that was killed has left its word, but not its lock.
+        Ok(_) if !is_held(&folder.join("lock")) => Ok(None),
         Ok(path) => Ok(Some(std::ffi::OsString::from_vec(path).into())),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
         Err(error) => Err(format!("{}: {error}", file.display()).into()),
     }
+}
+
+/// Whether a station has the lock.
+fn is_held(lock: &Path) -> bool {
+    std::fs::File::open(lock).is_ok_and(|file| {
+        let tried = file.try_lock_shared();
+        matches!(tried, Err(std::fs::TryLockError::WouldBlock))
+    })
 }
 
 impl Drop for Folder {
