@@ -7,6 +7,7 @@ use display_host::ui::launcher::{
 };
 use display_host::words::{Language, Words};
 use egui::Key;
+use egui::accesskit::Role;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
 
@@ -240,9 +241,16 @@ fn devices_are_told_with_what_happens_where_one_is_missing() {
 
 #[test]
 fn an_operation_that_runs_can_be_stopped_and_one_that_hangs_too() {
-    for (ending, title, wish) in [
-        (false, "The operation is running", Wish::Stop),
-        (true, "The operation is ending", Wish::StopAtOnce),
+    for (ending, overdue, title, wish) in [
+        (false, false, "The operation is running", Some(Wish::Stop)),
+        // A second S is no wish to lose what it came to.
+        (true, false, "The operation is ending", None),
+        (
+            true,
+            true,
+            "The operation is ending",
+            Some(Wish::StopAtOnce),
+        ),
     ] {
         let mut desk = harness(Screen::Running(Running {
             trainee: "Ada".into(),
@@ -250,6 +258,7 @@ fn an_operation_that_runs_can_be_stopped_and_one_that_hangs_too() {
             seconds: 65.0,
             said: Some("preparing 40 %".into()),
             ending,
+            overdue,
         }));
         desk.run();
         for told in [
@@ -266,8 +275,58 @@ fn an_operation_that_runs_can_be_stopped_and_one_that_hangs_too() {
         desk.run();
         desk.key_press(Key::S);
         desk.run();
-        assert_eq!(desk.state().wishes, [wish]);
+        assert_eq!(desk.state().wishes.as_slice(), wish.as_slice());
     }
+}
+
+#[test]
+fn a_key_that_is_held_asks_once_and_still_edits() {
+    let mut desk = harness(Screen::Running(Running::default()));
+    desk.run();
+    for _ in 0..3 {
+        desk.key_down(Key::S);
+        desk.run();
+    }
+    assert_eq!(desk.state().wishes, [Wish::Stop]);
+
+    let mut desk = harness(Screen::Debrief(debrief()));
+    desk.run();
+    for _ in 0..3 {
+        desk.key_down(Key::Enter);
+        desk.run();
+    }
+    assert_eq!(desk.state().wishes, [Wish::Again]);
+
+    let mut desk = harness(Screen::Start(start()));
+    desk.run();
+    desk.key_press(Key::N);
+    desk.run();
+    desk.event(egui::Event::Text("Cyril".into()));
+    desk.run();
+    for _ in 0..3 {
+        desk.key_down(Key::Backspace);
+        desk.run();
+    }
+    assert_eq!(form(&desk).trainee, "Cy");
+}
+
+#[test]
+fn escape_leaves_a_field_before_it_leaves_the_launcher() {
+    let mut by_file = start();
+    by_file.form.emulated = false;
+    let mut desk = harness(Screen::Start(by_file));
+    desk.run();
+    for field in 0..2 {
+        let fields: Vec<_> = desk.get_all_by_role(Role::TextInput).collect();
+        fields[field].focus();
+        desk.run();
+        desk.key_press(Key::Escape);
+        desk.run();
+        assert!(!desk.state().wishes.contains(&Wish::Quit), "{field}");
+    }
+    desk.key_press(Key::Escape);
+    desk.run();
+    assert_eq!(desk.state().wishes.last(), Some(&Wish::Quit));
 }
 
 #[test]

@@ -20,7 +20,7 @@ use winit::event::{DeviceEvent, DeviceId, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::WindowId;
 
-pub use self::page::{Page, PageConfig, show_page};
+pub use self::page::{Page, show_page};
 use self::screen::{Screen, Shown};
 use self::session::Session;
 use crate::DisplayError;

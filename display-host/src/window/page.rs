@@ -30,34 +30,26 @@ pub trait Page {
     fn is_over(&self) -> bool;
 }
 
-/// How such a window opens.
-#[derive(Debug, Clone, Copy)]
-pub struct PageConfig {
-    /// Inner size to start with, pixels.
-    pub size: [u32; 2],
-    /// Core of a realtime thread, to stay off.
-    pub tick_cpu: Option<usize>,
-}
-
-/// Opens a window and runs it until it is closed, its page is over or `stop` is set. Once a process;
-/// on systems other than Linux, from the main thread only.
+/// Opens a window of `size` pixels inside and runs it until it is closed, its page is over or `stop` is set.
+/// Once a process; on systems other than Linux, from the main thread only. Its thread keeps its priority: what
+/// the page starts inherits it.
 ///
 /// # Errors
 /// When there is no screen, or nothing that can draw on it.
 pub fn show_page(
-    config: PageConfig,
+    size: [u32; 2],
     stop: &AtomicBool,
     page: &mut dyn Page,
 ) -> Result<(), DisplayError> {
-    crate::priority::step_aside(config.tick_cpu);
     let event_loop = event_loop()?;
     let mut app = App {
-        size: config.size,
+        size,
         stop,
         page,
         proxy: event_loop.create_proxy(),
         canvas: None,
         title: String::new(),
+        missed: None,
         error: None,
     };
     event_loop
@@ -75,6 +67,8 @@ struct App<'a> {
     proxy: EventLoopProxy<accesskit_winit::Event>,
     canvas: Option<Canvas>,
     title: String,
+    /// When a frame could not be had, until one is.
+    missed: Option<Instant>,
     error: Option<DisplayError>,
 }
 
@@ -84,8 +78,10 @@ impl App<'_> {
             return Ok(());
         };
         let Some(frame) = canvas.next_frame()? else {
+            self.missed = Some(Instant::now());
             return Ok(());
         };
+        self.missed = None;
         let laid = canvas.lay_out(|ui| self.page.show(ui));
         let goes_on = laid.goes_on;
         canvas.present(frame, laid)?;
@@ -146,7 +142,9 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
         if self.stop.load(Ordering::Relaxed) || self.page.is_over() {
             events.exit();
         }
-        if self.page.look_about()
+        // Not at once: a window that cannot be seen would ask without rest.
+        let missed = self.missed.is_some_and(|it| it.elapsed() >= LOOK_ABOUT);
+        if (self.page.look_about() || missed)
             && let Some(canvas) = &self.canvas
         {
             canvas.window.request_redraw();

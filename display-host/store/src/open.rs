@@ -73,7 +73,10 @@ impl Store {
     }
 
     /// As [`Store::open`], waiting so long for another program.
-    pub(crate) fn open_within(path: &Path, patience: Duration) -> Result<Self, StoreError> {
+    ///
+    /// # Errors
+    /// As [`Store::open`].
+    pub fn open_within(path: &Path, patience: Duration) -> Result<Self, StoreError> {
         let io = |source| StoreError::Io {
             path: path.to_owned(),
             source,

@@ -96,6 +96,7 @@ impl Launcher {
 /// Shows the launcher; returns what is wished for.
 pub fn launcher(ui: &mut Ui, state: &Launcher) -> Vec<Wish> {
     let mut wishes = Vec::new();
+    drop_repeats(ui);
     let words = &state.words;
     match &state.screen {
         Screen::Start(it) => start::show(ui, words, it, &mut wishes),
@@ -170,6 +171,30 @@ fn first(ui: &mut Ui, text: &str) -> Response {
         response.request_focus();
     }
     response
+}
+
+/// A key that is held asks for one thing, not for what stands there next. What edits and what moves about
+/// goes on while it is held.
+fn drop_repeats(ui: &Ui) {
+    use egui::Key;
+    let goes_on = |key: &Key| {
+        matches!(
+            key,
+            Key::Backspace
+                | Key::Delete
+                | Key::Tab
+                | Key::ArrowLeft
+                | Key::ArrowRight
+                | Key::ArrowUp
+                | Key::ArrowDown
+        )
+    };
+    ui.input_mut(|input| {
+        input.events.retain(|event| match event {
+            egui::Event::Key { repeat, key, .. } => !repeat || goes_on(key),
+            _ => true,
+        });
+    });
 }
 
 fn pressed(ui: &Ui, key: egui::Key) -> bool {

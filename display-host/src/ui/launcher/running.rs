@@ -19,19 +19,24 @@ pub struct Running {
     pub said: Option<String>,
     /// It was asked to end.
     pub ending: bool,
+    /// It has had time to: it may be ended without its report.
+    pub overdue: bool,
 }
 
 pub(super) fn show(ui: &mut Ui, words: &Words, running: &Running, wishes: &mut Vec<Wish>) {
-    let (stop, wish) = match running.ending {
-        false => ("running-stop", Wish::Stop),
-        true => ("running-stop-at-once", Wish::StopAtOnce),
+    let offered = match (running.ending, running.overdue) {
+        (false, _) => Some(("running-stop", Wish::Stop)),
+        (true, true) => Some(("running-stop-at-once", Wish::StopAtOnce)),
+        (true, false) => None,
     };
-    if pressed(ui, Key::S) {
+    if let Some((_, wish)) = &offered
+        && pressed(ui, Key::S)
+    {
         wishes.push(wish.clone());
     }
     // Nothing is chosen by itself: a second Enter at the start ends no operation.
-    let buttons = [(words.say(stop), wish)];
-    screen(ui, "running", None, &buttons, wishes, |ui, _| {
+    let buttons = offered.map(|(id, wish)| (words.say(id), wish));
+    screen(ui, "running", None, buttons.as_slice(), wishes, |ui, _| {
         ui.add_space(0.2 * ui.available_height());
         ui.vertical_centered(|ui| {
             let id = if running.ending {

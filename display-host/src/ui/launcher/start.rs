@@ -95,7 +95,11 @@ pub enum DeviceState {
 pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<Wish>) {
     let name = Id::unique("launcher name");
     let file = Id::unique("launcher station file");
-    let writes = ui.memory(|memory| memory.has_focus(name) || memory.has_focus(file));
+    // The key that ends the writing is not meant for the screen either.
+    let writes = ui.memory(|memory| {
+        let written = |id| memory.has_focus(id) || memory.had_focus_last_frame(id);
+        [name, file].into_iter().any(written)
+    });
     let mut form = start.form.clone();
     if !writes {
         keys(ui, start, &mut form, wishes);

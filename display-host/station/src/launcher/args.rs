@@ -10,8 +10,8 @@ use crate::people::args::StoreFile;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-Every operation is a `calot run` of its own: --station, --task, --difficulty, --scene, --scope, --trainee,
---store, --station-file and --out come from what is chosen, and whatever stands after `--` is added.
+Every operation is a `calot run` of its own: --station, --task, --difficulty, --scene, --scope, --language,
+--trainee, --store, --station-file, --rules and --out come from what is chosen or given here, and whatever stands after `--` is added.
 
 Examples:
   calot start

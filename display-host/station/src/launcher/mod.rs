@@ -16,7 +16,7 @@ use assess::{Difficulty, Rules, Task};
 use display_host::ui::launcher::{
     Asking, Debrief, Failed, Launcher, Points, Running, Screen, Start, StartForm, Wish, launcher,
 };
-use display_host::window::{Page, PageConfig, show_page};
+use display_host::window::{Page, show_page};
 use display_host::words::Words;
 use store::{GOALS, Questionnaire, Store};
 
@@ -32,6 +32,8 @@ use crate::stop;
 const SIZE: [u32; 2] = [1280, 860];
 /// How often devices are looked for.
 const LOOK_EVERY: Duration = Duration::from_secs(3);
+/// How long the window may stand still for a store that another program writes.
+const PATIENCE_FOR_STORE: Duration = Duration::from_millis(300);
 
 /// Opens the launcher and runs it until it is closed.
 pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
@@ -43,11 +45,7 @@ pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
         rules.unwrap_or_default(),
         questions.transpose()?.unwrap_or_default(),
     );
-    let config = PageConfig {
-        size: SIZE,
-        tick_cpu: None,
-    };
-    let shown = show_page(config, &stop, &mut desk);
+    let shown = show_page(SIZE, &stop, &mut desk);
     if let Some(operation) = &mut desk.operation {
         say::note("calot: the operation is asked to end");
         operation.stop();
@@ -123,7 +121,7 @@ impl Desk {
     /// The store, if it can be opened now.
     fn open_store(&self) -> Result<Store, String> {
         let path = self.store.as_ref().map_err(Clone::clone)?;
-        Store::open(path).map_err(|error| error.to_string())
+        Store::open_within(path, PATIENCE_FOR_STORE).map_err(|error| error.to_string())
     }
 
     fn show_start(&mut self) {
@@ -206,7 +204,11 @@ impl Desk {
         let begun = self.checked().and_then(|form| {
             let out = self.new_folder()?;
             let words = self.words_of_run(&form, &out);
-            Operation::begin(&words, form, out).map_err(|error| error.to_string())
+            Operation::begin(&words, form, out.clone()).map_err(|error| {
+                // Nothing came of it.
+                let _ = std::fs::remove_dir(&out);
+                error.to_string()
+            })
         });
         match begun {
             Ok(operation) => {
@@ -302,21 +304,24 @@ impl Desk {
             task: operation.form.task.clone(),
             seconds: operation.seconds().floor(),
             said: operation.said().pop(),
-            ending: operation.is_ending,
+            ending: operation.is_ending(),
+            overdue: operation.is_overdue(),
         });
     }
 
     /// The operation has ended: its debrief, or why there is none.
     fn debrief(&mut self, operation: &Operation, status: ExitStatus) {
-        let store = self.open_store().ok();
+        let store = self.open_store();
         let form = &operation.form;
-        let found = outcome::read(&operation.out, &form.trainee, &self.rules, store.as_ref());
+        let found = outcome::read(&operation.out, &form.trainee, &self.rules, &store);
         match found {
             Some(found) => {
                 self.debrief = Some(found);
                 self.show_debrief();
             }
             None => {
+                // Only if it is empty: what it left may say why.
+                let _ = std::fs::remove_dir(&operation.out);
                 self.view.screen = Screen::Failed(Failed {
                     status: status.to_string(),
                     said: operation.said(),

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::JoinHandle;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use display_host::ui::launcher::StartForm;
 
@@ -16,6 +16,10 @@ use crate::say;
 
 /// Lines that are kept of what it says.
 const LINES_KEPT: usize = 12;
+/// How long its end may take before it may be ended without a report.
+const PATIENCE_TO_END: Duration = Duration::from_secs(5);
+/// How long what it said last may take to come: somebody else may hold its line open.
+const PATIENCE_TO_READ: Duration = Duration::from_millis(500);
 
 /// An operation that runs.
 pub(super) struct Operation {
@@ -27,8 +31,10 @@ pub(super) struct Operation {
     began: Instant,
     said: Arc<Mutex<VecDeque<String>>>,
     reader: Option<JoinHandle<()>>,
-    /// It was asked to end.
-    pub(super) is_ending: bool,
+    /// When it was asked to end.
+    asked: Option<Instant>,
+    /// When it was seen to have ended.
+    seen: Option<Instant>,
 }
 
 impl Operation {
@@ -46,7 +52,9 @@ impl Operation {
         let reader = child.stderr.take().map(|stderr| {
             let said = said.clone();
             std::thread::spawn(move || {
-                for line in BufReader::new(stderr).lines().map_while(Result::ok) {
+                let lines = BufReader::new(stderr).split(b'\n');
+                for line in lines.map_while(Result::ok) {
+                    let line = String::from_utf8_lossy(&line);
                     say::note(&line);
                     let mut said = said.lock().unwrap_or_else(PoisonError::into_inner);
                     if said.len() == LINES_KEPT {
@@ -63,7 +71,8 @@ impl Operation {
             began: Instant::now(),
             said,
             reader,
-            is_ending: false,
+            asked: None,
+            seen: None,
         })
     }
 
@@ -78,18 +87,27 @@ impl Operation {
         said.iter().cloned().collect()
     }
 
-    /// How it ended, if it did; all that it said has been read then.
+    /// How it ended, if it did; what it said has been read then, as far as it came in time.
     pub(super) fn ended(&mut self) -> Option<ExitStatus> {
         let status = self.child.try_wait().ok().flatten()?;
-        if let Some(reader) = self.reader.take() {
-            let _ = reader.join();
-        }
-        Some(status)
+        let seen = *self.seen.get_or_insert_with(Instant::now);
+        let reads = self.reader.as_ref().is_some_and(|it| !it.is_finished());
+        (!reads || seen.elapsed() >= PATIENCE_TO_READ).then_some(status)
+    }
+
+    /// It was asked to end.
+    pub(super) fn is_ending(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// It was asked to end so long ago that it may hang.
+    pub(super) fn is_overdue(&self) -> bool {
+        self.asked.is_some_and(|it| it.elapsed() >= PATIENCE_TO_END)
     }
 
     /// Asks it to end: it writes its report first.
     pub(super) fn stop(&mut self) {
-        self.is_ending = true;
+        self.asked.get_or_insert_with(Instant::now);
         if let Some(pid) = rustix::process::Pid::from_raw(self.child.id().cast_signed()) {
             let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
         }

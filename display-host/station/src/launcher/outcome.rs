@@ -30,7 +30,7 @@ pub(super) fn read(
     out: &Path,
     trainee: &str,
     rules: &Rules,
-    store: Option<&Store>,
+    store: &Result<Store, String>,
 ) -> Option<(Debrief, String)> {
     let text = std::fs::read_to_string(out.join("summary.json")).ok()?;
     let summary: Value = serde_json::from_str(&text).ok()?;
@@ -38,9 +38,19 @@ pub(super) fn read(
     let (task, session) = (text("task")?, text("session")?);
     let difficulty = text("difficulty").unwrap_or_default();
     let version = summary["metrics_version"].as_u64().unwrap_or(0) as u32;
-    let before = store
-        .filter(|_| !trainee.is_empty())
-        .and_then(|store| past(store, trainee, (&task, &difficulty, version), &session).ok());
+    let before = match (store, trainee) {
+        (_, "") => None,
+        (Ok(store), _) => {
+            let found = past(store, trainee, (&task, &difficulty, version), &session);
+            Some(found.map_err(|error| error.to_string()))
+        }
+        (Err(problem), _) => Some(Err(problem.clone())),
+    };
+    let (before, problem) = match before {
+        Some(Ok(before)) => (Some(before), None),
+        Some(Err(problem)) => (None, Some(problem)),
+        None => (None, None),
+    };
     let (past, sheet) = before.map_or_else(Default::default, |it| (it.past, it.sheet));
     let report = out.join("debrief.html");
     let score = summary["score"].as_f64().unwrap_or(0.0);
@@ -63,8 +73,9 @@ pub(super) fn read(
             .collect(),
         report: report.exists().then(|| report.display().to_string()),
         sheet: sum(&sheet),
-        warnings: texts(&summary["warnings"])
+        warnings: problem
             .into_iter()
+            .chain(texts(&summary["warnings"]))
             .take(WARNINGS_MAX)
             .collect(),
         task,
@@ -141,6 +152,10 @@ fn rows(
 mod tests {
     use super::*;
 
+    fn no_store() -> Result<Store, String> {
+        Err("it is in use".to_owned())
+    }
+
     fn folder(text: &str) -> tempfile::TempDir {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join("summary.json"), text).unwrap();
@@ -155,7 +170,7 @@ mod tests {
                 "alarms": [{"at_s": 75.5, "kind": "burnt", "organ": "liver"}],
                 "metrics": {"time_s": 80.0, "economy": null}}"#,
         );
-        let (debrief, session) = read(folder.path(), "", &Rules::default(), None).unwrap();
+        let (debrief, session) = read(folder.path(), "", &Rules::default(), &no_store()).unwrap();
         assert_eq!((&*session, &*debrief.outcome), ("s", "failed"));
         assert_eq!(debrief.alarms[0].1.organ.as_deref(), Some("liver"));
         assert_eq!(debrief.report, None, "there is no page in the folder");
@@ -170,12 +185,23 @@ mod tests {
     }
 
     #[test]
+    fn a_store_that_cannot_be_had_is_a_warning_to_those_who_are_in_it() {
+        let folder = folder(r#"{"task": "clamp", "session": "s", "warnings": ["late"]}"#);
+        let warnings = |trainee| {
+            let found = read(folder.path(), trainee, &Rules::default(), &no_store());
+            found.unwrap().0.warnings
+        };
+        assert_eq!(warnings("Ada"), ["it is in use", "late"]);
+        assert_eq!(warnings(""), ["late"]);
+    }
+
+    #[test]
     fn what_is_no_summary_of_a_task_is_no_debrief() {
         for text in ["", "{}", "[]", r#"{"task": 5}"#] {
-            let found = read(folder(text).path(), "", &Rules::default(), None);
+            let found = read(folder(text).path(), "", &Rules::default(), &no_store());
             assert!(found.is_none(), "{text}");
         }
-        assert!(read(Path::new("/nowhere"), "", &Rules::default(), None).is_none());
+        assert!(read(Path::new("/nowhere"), "", &Rules::default(), &no_store()).is_none());
     }
 
     #[test]
