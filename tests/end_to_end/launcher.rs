@@ -4,6 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::process::{Child, Stdio};
 
+use session::Session;
+use shared_mem::message::CommandMsg;
 use system_tests::screen::VirtualScreen;
 use system_tests::{calot, finish, finish_child, said, station_name, summary, wait_until};
 
@@ -244,4 +246,9 @@ fn instructors_come_and_go_and_change_nothing() {
     assert!(output.status.success(), "{}", said(&output));
     let came_to = summary(&out);
     assert_eq!(came_to["outcome"], "practised", "{came_to:#}");
+    let session = Session::open(&out.join("session.mcap")).expect("a session");
+    let kinds: Vec<u32> = session.map(|it| u32::from(it.command & 15)).collect();
+    // Free practice begins without a command.
+    assert!(!kinds.is_empty());
+    assert!(!kinds.contains(&CommandMsg::PAUSE));
 }
