@@ -19,6 +19,9 @@ const BATCHES_KEPT: usize = 64;
 /// Events that a watcher gets which has just come: as displays do in shared memory.
 const EVENTS_FIRST: u64 = 64;
 
+/// What an assessor told so long ago, ns, is of a task that is over: one that runs is told of every 50 ms.
+const TASK_KEPT_NS: u64 = 5_000_000_000;
+
 /// The newest of a station, and the last of its events and timing. Bounded, whoever asks for what.
 #[derive(Debug)]
 pub struct Desk {
@@ -159,8 +162,10 @@ impl Desk {
             head.tools = 1;
             body.extend_from_slice(bytes_of(tools));
         }
-        let task = self.task.as_deref();
-        if let Some(task) = task.filter(|it| !known || it.at_ns != ask.task_at_ns) {
+        let is_new = |it: &&TaskMsg| !known || it.at_ns != ask.task_at_ns;
+        let is_of_now = |it: &&TaskMsg| now_ns.saturating_sub(it.at_ns) < TASK_KEPT_NS;
+        let task = self.task.as_deref().filter(is_new);
+        if let Some(task) = task.filter(is_of_now) {
             head.task_bytes = wire::put_task(&mut body, task).unwrap_or(0);
         }
         for event in events {
