@@ -5,9 +5,9 @@
 //! ```
 //!
 //! Two processes that the realtime process knows nothing of: to the station `serve` is one more host, and to
-//! displays `watch` is a controller. The watcher asks for what is newest whenever its line has brought the last
-//! answer ([`wire`]), so that a slow line gets fewer pictures and none that are late, a watcher that stands
-//! still asks for nothing, and events are asked for again until they came. Whatever comes over the line is
+//! displays `watch` is a controller. The watcher asks for what is newest ([`wire`]), up to four times ahead while answers
+//! are quick and one by one while they are late, so that a slow line gets fewer pictures and soon none that waited for
+//! others, a watcher that stands still asks for nothing, and events are asked for again until they came. Whatever comes over the line is
 //! checked before anybody sees it. Only who has a certificate of the same authority can connect.
 
 mod address;
@@ -16,6 +16,7 @@ mod desk;
 mod error;
 mod inbox;
 mod line;
+mod pace;
 mod serve;
 mod watch;
 pub mod wire;

@@ -9,44 +9,51 @@ use rustls::crypto::ring::default_provider;
 use rustls::pki_types::ServerName;
 use rustls::server::WebPkiClientVerifier;
 use rustls::version::TLS13;
-use rustls::{
-    ClientConfig, ClientConnection, ConnectionCommon, ServerConfig, ServerConnection, SideData,
-    StreamOwned,
-};
+use rustls::{ClientConfig, ClientConnection, Connection, ServerConfig, ServerConnection};
 
 use crate::address::Address;
 use crate::error::LinkError;
 
-/// How long a connection may take to be made, certificates included.
+/// How long both sides may take to prove themselves.
 const HANDSHAKE: Duration = Duration::from_secs(10);
+/// How long a computer may take to be reached.
+const REACH: Duration = Duration::from_secs(2);
 /// A side that takes nothing for so long is given up.
 const WRITE_PATIENCE: Duration = Duration::from_secs(5);
+/// And one that takes a message more slowly than this.
+const SEND_PATIENCE: Duration = Duration::from_secs(20);
 /// How long a read waits before whoever reads does something else.
 const READ_PATIENCE: Duration = Duration::from_millis(5);
 /// Bytes before a message: its length after them, and its kind.
 const HEAD: usize = 5;
 
-trait Duplex: Read + Write + Send {}
-impl<T: Read + Write + Send> Duplex for T {}
-
 /// A connection, made.
 pub(crate) struct Line {
-    stream: Box<dyn Duplex>,
+    socket: TcpStream,
+    tls: Option<Connection>,
     /// What came of the message that is coming.
     coming: Vec<u8>,
     longest: usize,
+    heard: Instant,
 }
 
 /// What is wrong with a line is said in the system's words or TLS's.
 type Broken = std::io::Error;
 
 impl Line {
-    fn new(stream: Box<dyn Duplex>, longest: usize) -> Self {
+    fn new(socket: TcpStream, tls: Option<Connection>, longest: usize) -> Self {
         Self {
-            stream,
+            socket,
+            tls,
             coming: Vec::new(),
             longest,
+            heard: Instant::now(),
         }
+    }
+
+    /// When the other side last sent anything, be it part of a message.
+    pub(crate) fn heard(&self) -> Instant {
+        self.heard
     }
 
     /// Sends a message.
@@ -56,27 +63,88 @@ impl Line {
         bytes.extend_from_slice(&length.to_le_bytes());
         bytes.push(kind);
         bytes.extend_from_slice(message);
-        self.stream.write_all(&bytes)?;
-        self.stream.flush()
+        let (start, mut rest) = (Instant::now(), bytes.as_slice());
+        while !rest.is_empty() {
+            let count = match self.write(rest) {
+                Err(error) if error.kind() == ErrorKind::Interrupted => 0,
+                written => written?,
+            };
+            rest = rest.get(count..).unwrap_or_default();
+            if start.elapsed() >= SEND_PATIENCE {
+                return Err(ErrorKind::TimedOut.into());
+            }
+        }
+        self.flush(start)
     }
 
-    /// The next message and its kind, if all of it came within a few milliseconds. Holds no more than the longest
-    /// message and one read, whatever the other side sends.
+    /// Some of these bytes, behind what is to be sent already.
+    fn write(&mut self, bytes: &[u8]) -> Result<usize, Broken> {
+        let Some(tls) = &mut self.tls else {
+            return self.socket.write(bytes);
+        };
+        if tls.wants_write() {
+            tls.write_tls(&mut self.socket)?;
+        }
+        tls.writer().write(bytes)
+    }
+
+    fn flush(&mut self, start: Instant) -> Result<(), Broken> {
+        let Some(tls) = &mut self.tls else {
+            return Ok(());
+        };
+        while tls.wants_write() {
+            match tls.write_tls(&mut self.socket) {
+                Err(error) if error.kind() != ErrorKind::Interrupted => return Err(error),
+                _ if start.elapsed() >= SEND_PATIENCE => return Err(ErrorKind::TimedOut.into()),
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    /// The next message and its kind, if all of it came within a few milliseconds: also who sends byte by byte
+    /// holds nobody up. Holds no more than the longest message and one read, whatever the other side sends.
     pub(crate) fn receive(&mut self) -> Result<Option<(u8, Vec<u8>)>, Broken> {
+        let start = Instant::now();
         loop {
             if let Some(message) = self.whole()? {
                 return Ok(Some(message));
             }
+            if start.elapsed() >= READ_PATIENCE {
+                return Ok(None);
+            }
             let mut part = [0; 16 << 10];
-            match self.stream.read(&mut part) {
+            match self.read(&mut part) {
                 Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
                 Ok(count) => self
                     .coming
                     .extend_from_slice(part.get(..count).unwrap_or(&[])),
-                Err(error) if is_late(&error) => return Ok(None),
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) if is_late(&error) || error.kind() == ErrorKind::Interrupted => {}
                 Err(error) => return Err(error),
             }
+        }
+    }
+
+    /// What has come, or one look at the socket: rustls' own `Stream` looks until a record is whole.
+    fn read(&mut self, part: &mut [u8]) -> Result<usize, Broken> {
+        let Some(tls) = &mut self.tls else {
+            let count = self.socket.read(part)?;
+            self.heard = Instant::now();
+            return Ok(count);
+        };
+        match tls.reader().read(part) {
+            Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+            came => return came,
+        }
+        if tls.read_tls(&mut self.socket)? == 0 {
+            return Ok(0);
+        }
+        self.heard = Instant::now();
+        take_in(tls, &mut self.socket)?;
+        self.flush(Instant::now())?;
+        match &mut self.tls {
+            Some(tls) => tls.reader().read(part),
+            None => Ok(0),
         }
     }
 
@@ -96,6 +164,16 @@ impl Line {
         self.coming.drain(..HEAD + length);
         Ok(Some((kind, message)))
     }
+}
+
+/// Reads the records that came whole.
+fn take_in(tls: &mut Connection, socket: &mut TcpStream) -> Result<(), Broken> {
+    let Err(error) = tls.process_new_packets() else {
+        return Ok(());
+    };
+    // The other side is told why.
+    let _ = tls.write_tls(socket);
+    Err(Broken::other(error))
 }
 
 fn is_late(error: &Broken) -> bool {
@@ -153,35 +231,51 @@ impl Door {
 pub(crate) struct Porter(Option<Arc<ServerConfig>>);
 
 impl Porter {
-    pub(crate) fn let_in(&self, stream: TcpStream, longest: usize) -> Result<Line, Broken> {
-        stream.set_nonblocking(false)?;
-        prepare(&stream)?;
+    pub(crate) fn let_in(
+        &self,
+        mut socket: TcpStream,
+        longest: usize,
+        is_over: &dyn Fn() -> bool,
+    ) -> Result<Line, Broken> {
+        socket.set_nonblocking(false)?;
+        prepare(&socket)?;
         let Some(tls) = &self.0 else {
-            return Ok(Line::new(Box::new(stream), longest));
+            return Ok(Line::new(socket, None, longest));
         };
-        let connection = ServerConnection::new(tls.clone()).map_err(Broken::other)?;
-        let mut stream = StreamOwned::new(connection, stream);
-        shake(&mut stream.conn, &mut stream.sock)?;
-        Ok(Line::new(Box::new(stream), longest))
+        let tls = ServerConnection::new(tls.clone()).map_err(Broken::other)?;
+        let tls = shake(tls.into(), &mut socket, is_over)?;
+        Ok(Line::new(socket, Some(tls), longest))
     }
 }
 
 /// The watcher's end: connects, and is sure of whom it has.
-pub(crate) fn connect(address: &Address, longest: usize) -> Result<Line, Broken> {
+pub(crate) fn connect(
+    address: &Address,
+    longest: usize,
+    is_over: &dyn Fn() -> bool,
+) -> Result<Line, Broken> {
     let mut last = Broken::new(ErrorKind::NotFound, "no such host");
     for to in address.text().to_socket_addrs()? {
-        match TcpStream::connect_timeout(&to, HANDSHAKE) {
-            Ok(stream) => return greet(address, stream, longest),
+        match TcpStream::connect_timeout(&to, REACH) {
+            Ok(socket) => return greet(address, socket, longest, is_over),
             Err(error) => last = error,
+        }
+        if is_over() {
+            break;
         }
     }
     Err(last)
 }
 
-fn greet(address: &Address, stream: TcpStream, longest: usize) -> Result<Line, Broken> {
-    prepare(&stream)?;
+fn greet(
+    address: &Address,
+    mut socket: TcpStream,
+    longest: usize,
+    is_over: &dyn Fn() -> bool,
+) -> Result<Line, Broken> {
+    prepare(&socket)?;
     let Some(keys) = &address.keys else {
-        return Ok(Line::new(Box::new(stream), longest));
+        return Ok(Line::new(socket, None, longest));
     };
     let roots = keys.authority().map_err(Broken::other)?;
     let (chain, key) = keys.own().map_err(Broken::other)?;
@@ -191,10 +285,9 @@ fn greet(address: &Address, stream: TcpStream, longest: usize) -> Result<Line, B
         .and_then(|it| it.with_client_auth_cert(chain, key))
         .map_err(Broken::other)?;
     let name = ServerName::try_from(address.host.clone()).map_err(Broken::other)?;
-    let connection = ClientConnection::new(Arc::new(config), name).map_err(Broken::other)?;
-    let mut stream = StreamOwned::new(connection, stream);
-    shake(&mut stream.conn, &mut stream.sock)?;
-    Ok(Line::new(Box::new(stream), longest))
+    let tls = ClientConnection::new(Arc::new(config), name).map_err(Broken::other)?;
+    let tls = shake(tls.into(), &mut socket, is_over)?;
+    Ok(Line::new(socket, Some(tls), longest))
 }
 
 fn prepare(stream: &TcpStream) -> Result<(), Broken> {
@@ -204,25 +297,23 @@ fn prepare(stream: &TcpStream) -> Result<(), Broken> {
 }
 
 /// Both sides prove themselves, or it is over: who sends a byte now and then holds nobody up for long.
-fn shake<S: SideData>(tls: &mut ConnectionCommon<S>, stream: &mut TcpStream) -> Result<(), Broken> {
+fn shake(
+    mut tls: Connection,
+    socket: &mut TcpStream,
+    is_over: &dyn Fn() -> bool,
+) -> Result<Connection, Broken> {
     let start = Instant::now();
-    while start.elapsed() < HANDSHAKE {
+    while start.elapsed() < HANDSHAKE && !is_over() {
         while tls.wants_write() {
-            tls.write_tls(stream)?;
+            tls.write_tls(socket)?;
         }
         if !tls.is_handshaking() {
-            return Ok(());
+            return Ok(tls);
         }
-        match tls.read_tls(stream) {
+        match tls.read_tls(socket) {
             Ok(0) => return Err(ErrorKind::UnexpectedEof.into()),
-            Ok(_) => {
-                if let Err(error) = tls.process_new_packets() {
-                    // The other side is told why.
-                    let _ = tls.write_tls(stream);
-                    return Err(Broken::other(error));
-                }
-            }
-            Err(error) if is_late(&error) => {}
+            Ok(_) => take_in(&mut tls, socket)?,
+            Err(error) if is_late(&error) || error.kind() == ErrorKind::Interrupted => {}
             Err(error) => return Err(error),
         }
     }

@@ -24,6 +24,8 @@ const CONNECTIONS_MAX: usize = 32;
 const SILENT_WATCHER: Duration = Duration::from_secs(15);
 /// How often shared memory is looked at while nobody asks: events must not be lost.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
+/// How long before a scene that was not found is looked for again: it takes a while, and all wait.
+const LOOK_AGAIN: Duration = Duration::from_secs(1);
 /// A controller that was silent for so long may have died.
 const SILENT: Duration = Duration::from_millis(500);
 
@@ -71,6 +73,7 @@ pub fn serve(
         task: bytemuck::zeroed_box(),
         heard: Instant::now(),
         scene: None,
+        vain: None,
         served: Served::default(),
     };
     let start = Instant::now();
@@ -80,7 +83,8 @@ pub fn serve(
     let (asks, questions) = mpsc::sync_channel(CONNECTIONS_MAX);
     std::thread::scope(|scope| {
         while !stop.load(Relaxed) && seconds.is_none_or(|s| start.elapsed().as_secs_f64() < s) {
-            while let Some(stream) = door.knock() {
+            for _ in 0..CONNECTIONS_MAX {
+                let Some(stream) = door.knock() else { break };
                 if connections.fetch_add(1, Relaxed) >= CONNECTIONS_MAX {
                     connections.fetch_sub(1, Relaxed);
                     continue;
@@ -107,11 +111,12 @@ pub fn serve(
 
 /// One watcher, on a thread of its own: whatever it does, it holds up itself alone.
 fn attend(porter: &Porter, stream: TcpStream, asks: &SyncSender<Question>, over: &AtomicBool) {
-    let Ok(mut line) = porter.let_in(stream, wire::ASK_MAX) else {
+    let is_over = || over.load(Relaxed);
+    let Ok(mut line) = porter.let_in(stream, wire::ASK_MAX, &is_over) else {
         return;
     };
     let mut heard = Instant::now();
-    while !over.load(Relaxed) && heard.elapsed() < SILENT_WATCHER {
+    while !is_over() && heard.elapsed() < SILENT_WATCHER {
         match line.receive() {
             Ok(Some((kind, asked))) => {
                 heard = Instant::now();
@@ -147,6 +152,8 @@ struct Stand {
     heard: Instant,
     /// The scene that was last asked for, if it was found.
     scene: Option<SceneFile>,
+    /// The scene that was last looked for in vain, and when.
+    vain: Option<([u8; 16], Instant)>,
     served: Served,
 }
 
@@ -157,6 +164,10 @@ impl Stand {
         self.refresh();
         loop {
             let left = next.saturating_duration_since(Instant::now());
+            // With none left it would still take a question that waits, and with many watchers one always does.
+            if left.is_zero() {
+                return;
+            }
             match questions.recv_timeout(left) {
                 Ok(question) => {
                     self.refresh();
@@ -224,12 +235,17 @@ impl Stand {
         if self.desk.scene_id() != Some(id) {
             return None;
         }
+        let is_vain = |&(vain, at): &([u8; 16], Instant)| vain == id && at.elapsed() < LOOK_AGAIN;
         if self.scene.as_ref().is_none_or(|it| it.short_id() != id) {
+            if self.vain.as_ref().is_some_and(is_vain) {
+                return None;
+            }
             self.scene = places.iter().flat_map(|it| files(it)).find_map(|file| {
                 let levels = SceneFile::levels(&file).into_iter();
                 let mut scenes = levels.filter_map(|level| SceneFile::open(&level).ok());
                 scenes.find(|scene| scene.short_id() == id)
             });
+            self.vain = self.scene.is_none().then(|| (id, Instant::now()));
         }
         self.scene.as_ref()
     }

@@ -1,6 +1,5 @@
 //! The instructor's side: asks a station for what is newest, and gives it to the displays of this computer.
 
-use std::collections::VecDeque;
 use std::io::Write as _;
 use std::os::unix::fs::OpenOptionsExt as _;
 use std::path::{Path, PathBuf};
@@ -10,17 +9,17 @@ use std::time::{Duration, Instant};
 use shared_mem::message::ReplyMsg;
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Controller, Station, TaskSender};
+use shared_mem::task::TaskMsg;
 
 use crate::address::Address;
 use crate::error::LinkError;
 use crate::inbox::{Fresh, Inbox};
 use crate::line::{self, Line};
 use crate::monotonic_ns;
+use crate::pace::Pace;
 use crate::wire::{self, Answer, MAGIC, SceneAsk};
 
-/// Questions on their way at once: a line of 60 ms still brings 60 pictures a second.
-const ON_THEIR_WAY: usize = 4;
-/// Without any answer for so long the line is opened anew.
+/// When nothing came for so long, not even part of an answer, the line is opened anew.
 const GONE: Duration = Duration::from_secs(8);
 /// Between two tries to open it.
 const AGAIN: Duration = Duration::from_secs(1);
@@ -87,6 +86,7 @@ pub fn watch(
         tasks: TaskSender::open(&config.station)?,
         inbox: Inbox::default(),
         scene_id: None,
+        coming: None,
         watched: Watched::default(),
         tick: 0,
     };
@@ -97,10 +97,15 @@ pub fn watch(
     };
     let mut said = String::new();
     while !is_over() {
-        let why = match line::connect(&config.address, wire::ANSWER_MAX) {
+        let before = show.watched.connections;
+        let why = match line::connect(&config.address, wire::ANSWER_MAX, &is_over) {
             Ok(line) => show.follow(config, line, &is_over, &mut observe)?,
             Err(error) => error.to_string(),
         };
+        if show.watched.connections > before {
+            // It is lost anew, be it in the same words.
+            said.clear();
+        }
         if !is_over() && why != said {
             observe(Seen::Lost(&why));
             said = why;
@@ -121,6 +126,8 @@ struct Show {
     inbox: Inbox,
     /// The scene that lies ready for displays.
     scene_id: Option<[u8; 16]>,
+    /// The scene that comes: a line that breaks goes on where it was.
+    coming: Option<Coming>,
     watched: Watched,
     /// The newest tick shown.
     tick: u64,
@@ -142,17 +149,16 @@ impl Show {
         observe: &mut dyn FnMut(Seen<'_>),
     ) -> Result<String, LinkError> {
         let period = Duration::from_secs_f64(1.0 / config.rate_hz);
-        // When each was asked, in the order in which they are answered.
-        let mut on_their_way: VecDeque<u64> = VecDeque::new();
-        let mut coming: Option<Coming> = None;
+        let mut pace = Pace::new(period);
+        let mut part_asked = false;
         let mut no_scene: Option<Instant> = None;
         let mut connected = false;
-        let (mut heard, mut due) = (Instant::now(), Instant::now());
+        let mut due = Instant::now();
         while !is_over() {
-            if due <= Instant::now() && on_their_way.len() < ON_THEIR_WAY {
+            if due <= Instant::now() && pace.may_ask() {
                 // What is late is left out.
                 due = (due + period).max(Instant::now());
-                on_their_way.push_back(monotonic_ns());
+                pace.asked(monotonic_ns());
                 if let Err(error) = line.send(wire::LOOK, bytemuck::bytes_of(&self.inbox.ask())) {
                     return Ok(error.to_string());
                 }
@@ -160,31 +166,20 @@ impl Show {
             self.refuse_commands();
             let (kind, message) = match line.receive() {
                 Ok(Some(came)) => came,
-                Ok(None) if heard.elapsed() < GONE => continue,
+                Ok(None) if line.heard().elapsed() < GONE => continue,
                 Ok(None) => return Ok("the station does not answer".to_owned()),
                 Err(error) => return Ok(error.to_string()),
             };
-            heard = Instant::now();
-            let next = match (kind, &mut coming) {
-                (wire::SCENE, Some(scene)) => match scene.take(&message) {
-                    Ok(Part::Next) => Some(scene.ask()),
-                    Ok(Part::None) => {
-                        observe(Seen::NoScene);
-                        coming = None;
-                        None
+            let next = match kind {
+                wire::SCENE if core::mem::take(&mut part_asked) => {
+                    match self.take_part(config, &message, observe)? {
+                        Ok(next) => next,
+                        Err(error) => return Ok(error.to_string()),
                     }
-                    Ok(Part::Whole(whole)) => {
-                        write(&config.scene, whole.bytes())?;
-                        self.scene_id = Some(whole.short_id());
-                        observe(Seen::Scene(&config.scene));
-                        coming = None;
-                        None
-                    }
-                    Err(error) => return Ok(error.to_string()),
-                },
-                (wire::LOOK, _) => {
+                }
+                wire::LOOK => {
                     let (Some(asked_ns), answer) =
-                        (on_their_way.pop_front(), Answer::read(&message))
+                        (pace.answered(monotonic_ns()), Answer::read(&message))
                     else {
                         return Ok("it answers what was not asked".to_owned());
                     };
@@ -204,29 +199,67 @@ impl Show {
                     self.show(fresh);
                     let is_due = no_scene.is_none_or(|at| at.elapsed() > SCENE_AGAIN);
                     match scene_id {
-                        Some(id) if self.scene_id != Some(id) && coming.is_none() && is_due => {
+                        Some(id) if self.scene_id != Some(id) && !part_asked && is_due => {
                             no_scene = Some(Instant::now());
-                            let bytes = Vec::new();
-                            Some(coming.insert(Coming { id, bytes }).ask())
+                            Some(self.ask_for(id))
                         }
                         _ => None,
                     }
                 }
                 _ => return Ok("it answers what was not asked".to_owned()),
             };
-            if let Some(ask) = next
-                && let Err(error) = line.send(wire::SCENE, bytemuck::bytes_of(&ask))
-            {
-                return Ok(error.to_string());
+            if let Some(ask) = next {
+                part_asked = true;
+                if let Err(error) = line.send(wire::SCENE, bytemuck::bytes_of(&ask)) {
+                    return Ok(error.to_string());
+                }
             }
         }
         Ok(String::new())
+    }
+
+    /// What to ask for to have this scene: the rest, if some of it came.
+    fn ask_for(&mut self, id: [u8; 16]) -> SceneAsk {
+        let known = self.coming.take().filter(|it| it.id == id);
+        let bytes = Vec::new();
+        self.coming
+            .insert(known.unwrap_or(Coming { id, bytes }))
+            .ask()
+    }
+
+    /// Takes a part of the scene; what to ask next, or what is wrong with the part.
+    fn take_part(
+        &mut self,
+        config: &WatchConfig,
+        message: &[u8],
+        observe: &mut dyn FnMut(Seen<'_>),
+    ) -> Result<Result<Option<SceneAsk>, LinkError>, LinkError> {
+        let Some(mut scene) = self.coming.take() else {
+            return Ok(Ok(None));
+        };
+        match scene.take(message) {
+            Ok(Part::Next) => return Ok(Ok(Some(self.coming.insert(scene).ask()))),
+            Ok(Part::None) => observe(Seen::NoScene),
+            Ok(Part::Whole(whole)) => {
+                write(&config.scene, whole.bytes())?;
+                self.scene_id = Some(whole.short_id());
+                observe(Seen::Scene(&config.scene));
+            }
+            Err(error) => return Ok(Err(error)),
+        }
+        Ok(Ok(None))
     }
 
     /// Gives what is new to displays. Each send fails only when the service is gone.
     fn show(&mut self, fresh: Fresh) {
         if let Some(state) = fresh.state {
             self.watched.states += 1;
+            // A run that began anew: what was told of the last one's task is not of this.
+            if state.tick < self.tick
+                && let Some(nothing) = TaskMsg::new(monotonic_ns(), "")
+            {
+                self.tasks.send(&nothing);
+            }
             self.tick = state.tick;
             let _ = self.controller.state.send_copy(*state);
         }

@@ -30,8 +30,8 @@ pub const MAGIC: [u8; 8] = *b"CALOTLK1";
 pub const EVENTS_MAX: usize = 256;
 /// Timing batches in an answer, at most.
 pub const BATCHES_MAX: usize = 16;
-/// Bytes of a scene in an answer, at most.
-pub const SCENE_PART: usize = 256 << 10;
+/// Bytes of a scene in an answer, at most: what is newest waits behind it.
+pub const SCENE_PART: usize = 32 << 10;
 /// A compiled scene's bytes, at most.
 pub const SCENE_MAX: u64 = 256 << 20;
 /// Longest message that a watcher takes.
