@@ -57,6 +57,18 @@ fn an_answer_brings_all_that_was_put_in() {
 }
 
 #[test]
+fn a_task_that_nobody_tells_of_any_more_is_not_told() {
+    let mut desk = desk(0, 0);
+    let mut told = |now_ns| {
+        let bytes = desk.answer(bytes_of(&first_ask()), now_ns);
+        let answer = Answer::read(&bytes.expect("an answer")).expect("it is whole");
+        answer.task.is_some()
+    };
+    assert!(told(4_000_000_000));
+    assert!(!told(5_000_004_000));
+}
+
+#[test]
 fn the_longest_answer_is_one_that_a_watcher_takes() {
     let mut full = StateFrame::zeroed();
     full.sphere_count = MAX_SPHERES as u32;

@@ -79,6 +79,36 @@ fn beside_a_station<T>(
     })
 }
 
+/// `beside_a_station` waits for the end of `serve`.
+#[test]
+fn who_sends_byte_by_byte_does_not_hold_up_the_end() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let listen = format!("127.0.0.1:{}", port());
+    let (ended, sent) = (AtomicBool::new(false), AtomicU64::new(0));
+    std::thread::scope(|scope| {
+        let trickle = || {
+            let mut line = std::net::TcpStream::connect(&listen).expect("it listens");
+            line.set_nodelay(true).expect("set");
+            // A message of 4 kB, never to be whole before the test gives up.
+            let head = [0, 16, 0, 0, 1];
+            for byte in head.into_iter().chain(std::iter::repeat_n(0, 4 << 10)) {
+                if ended.load(Relaxed) || line.write_all(&[byte]).is_err() {
+                    break;
+                }
+                sent.fetch_add(1, Relaxed);
+                std::thread::sleep(Duration::from_millis(2));
+            }
+        };
+        beside_a_station("end", (listen.as_str(), None), folder.path(), |_| {
+            scope.spawn(trickle);
+            wait_until("it trickles", || sent.load(Relaxed) > 20);
+        });
+        let before_the_last = sent.load(Relaxed) < 4 << 10;
+        ended.store(true, Relaxed);
+        assert!(before_the_last, "it ended before the message did");
+    });
+}
+
 /// Watches until `enough`, which sees what happened.
 fn watched(
     name: &str,
