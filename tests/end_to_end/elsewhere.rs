@@ -138,13 +138,7 @@ impl Process {
         signal(self.child.id(), Signal::TERM);
         let status = self.child.wait().expect("it ends");
         assert!(status.success(), "{status}");
-        let lines = &self.lines;
-        wait_until("its last words", || {
-            !lines.lock().expect("no panic").is_empty()
-        });
-        std::thread::sleep(Duration::from_millis(100));
-        let last = self.lines.lock().expect("no panic").last().cloned();
-        last.unwrap_or_default()
+        self.says("its last words", |it| it["states"].is_number())
     }
 }
 
@@ -226,6 +220,11 @@ fn keys(folder: &Path, name: &str) -> [String; 6] {
         "--ca".into(),
         file("ca.pem".into()),
     ]
+}
+
+fn now_ns() -> u64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
 /// What a display of the instructor's sees.
@@ -359,7 +358,7 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
         ));
     }
 
-    // Both, with everything that a display needs, on time by this computer's clock.
+    // Both, with everything that a display needs, stamped by this computer's clock.
     for (_, here, _, beside) in &mut seen {
         let mut display = Display::of(here);
         display.sees_after(0);
@@ -374,6 +373,8 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
             display.task.text().is_some_and(|it| it.contains("free"))
         });
         display.sees_after(tick + 1000);
+        let old_ns = now_ns().abs_diff(display.state.at_ns);
+        assert!(old_ns < 10_000_000_000, "{old_ns} ns");
         assert!(
             display.events.windows(2).all(|it| it[1] == it[0] + 1),
             "{:?}",
@@ -418,16 +419,30 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
     assert_eq!(words["states"], 0, "{words}");
 
     // One that stands still holds up nobody, and goes on when it is let.
-    let [(first, first_name, ..), (second, second_name, _, beside)] = &mut seen[..] else {
+    let [(first, first_name, _, beside), (second, second_name, ..)] = &mut seen[..] else {
         unreachable!("there are two");
     };
+    // The third asks the same station as the first.
+    let third_name = station_name("third");
+    let third = watch(
+        &networks,
+        folder.path(),
+        &format!("{line}:7500"),
+        &third_name,
+    );
+    third.says("it is connected", |it| it["what"] == "connected");
     signal(first.child.id(), Signal::STOP);
-    let mut display = Display::of(second_name);
-    display.sees_after(0);
-    let (tick, before) = (display.state.tick, beside.state.tick);
-    display.sees_after(tick + 3000);
+    for name in [&third_name, &*second_name] {
+        let mut display = Display::of(name);
+        display.sees_after(0);
+        let tick = display.state.tick;
+        display.sees_after(tick + 3000);
+    }
     beside.look();
-    assert!(beside.state.tick > before, "the station goes on");
+    let before = beside.state.tick;
+    beside.sees_after(before + 1000);
+    let words = third.end();
+    assert_eq!(words["malformed"], 0, "{words}");
     signal(first.child.id(), Signal::CONT);
     let mut display = Display::of(first_name);
     display.look();
