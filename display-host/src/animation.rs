@@ -198,10 +198,11 @@ mod tests {
         assert_eq!(frames.len(), 3);
         assert!(frames.iter().all(|(delay, _)| *delay == 10));
         let pixel = |frame: usize, x: usize| &frames[frame].1[4 * x..4 * x + 4];
-        assert!(pixel(0, 2)[0].abs_diff(200) < 12 && pixel(0, 2)[3] == 255);
+        // 256 colours are shared by all pictures.
+        assert!(pixel(0, 2)[0].abs_diff(200) < 40 && pixel(0, 2)[3] == 255);
         // What stays is left as it was, what changes is drawn.
         assert_eq!(pixel(1, 2)[3], 0);
-        assert!(pixel(2, 20)[0].abs_diff(40) < 12 && pixel(2, 20)[3] == 255);
+        assert!(pixel(2, 20)[0].abs_diff(40) < 40 && pixel(2, 20)[3] == 255);
     }
 
     #[test]
