@@ -19,6 +19,8 @@ const SAME: u8 = 12;
 const SAMPLE: usize = 7;
 /// See [`SAMPLE`].
 const MANY: usize = 64;
+/// Samples that it takes to find good colours.
+const LEAST: usize = 100_000;
 /// Bits of each channel that a colour is looked up by.
 const BITS: u32 = 5;
 
@@ -52,7 +54,9 @@ pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> 
     let [Ok(wide), Ok(high)] = sides else {
         return Err(refused(format!("{width}×{height} pixels are too many")));
     };
-    let colours = Colours::of(&samples);
+    // The quantiser learns from each once: of little it learns nothing.
+    let times = (4 * LEAST).div_ceil(samples.len().max(1));
+    let colours = Colours::of(&samples.repeat(times.max(1)));
     let file = session::create_private(path).map_err(|error| refused(error.to_string()))?;
     let failed = |error: gif::EncodingError| refused(error.to_string());
     let mut animation = Animation::begin(file, [wide, high], &colours).map_err(failed)?;
@@ -145,12 +149,20 @@ impl Colours {
     fn of(samples: &[u8]) -> Self {
         let quantiser = NeuQuant::new(10, COLOURS, samples);
         let mut palette = quantiser.color_map_rgb();
+        let (colours, _) = palette.as_chunks::<3>();
+        let colours = colours.to_vec();
         palette.resize(3 * (COLOURS + 1), 0);
         let side = 1usize << BITS;
         let middle = |step: usize| ((step << (8 - BITS)) | (1 << (7 - BITS))) as u8;
         let nearest = (0..side * side * side).map(|at| {
             let [r, g, b] = [at / side / side, at / side % side, at % side].map(middle);
-            quantiser.index_of(&[r, g, b, 255]) as u8
+            let off = |it: &[u8]| -> u32 {
+                let parts = it.iter().zip([r, g, b]);
+                parts.map(|(a, b)| u32::from(a.abs_diff(b)).pow(2)).sum()
+            };
+            let all = colours.iter().zip(0u8..);
+            let nearest = all.min_by_key(|(colour, _)| off(&colour[..]));
+            nearest.map_or(0, |(_, index)| index)
         });
         Self {
             palette,
@@ -199,10 +211,12 @@ mod tests {
         assert!(frames.iter().all(|(delay, _)| *delay == 10));
         let pixel = |frame: usize, x: usize| &frames[frame].1[4 * x..4 * x + 4];
         // 256 colours are shared by all pictures.
-        assert!(pixel(0, 2)[0].abs_diff(200) < 40 && pixel(0, 2)[3] == 255);
+        let first = pixel(0, 2);
+        assert!(first[0].abs_diff(200) < 40 && first[3] == 255, "{first:?}");
         // What stays is left as it was, what changes is drawn.
         assert_eq!(pixel(1, 2)[3], 0);
-        assert!(pixel(2, 20)[0].abs_diff(40) < 40 && pixel(2, 20)[3] == 255);
+        let last = pixel(2, 20);
+        assert!(last[0].abs_diff(40) < 40 && last[3] == 255, "{last:?}");
     }
 
     #[test]
