@@ -4,7 +4,6 @@ pub mod screen;
 
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
@@ -17,28 +16,16 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
 
-/// The `calot` program, built in the profile of this test.
+/// The `calot` program, which cargo built beside this test.
 #[must_use]
 pub fn calot() -> Command {
-    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
-    let program = PROGRAM.get_or_init(|| {
-        let test = std::env::current_exe().expect("a test knows its own path");
-        let folder = test
-            .ancestors()
-            .nth(2)
-            .expect("target/PROFILE/deps/test")
-            .to_owned();
-        let release = folder.ends_with("release");
-        let status = Command::new(env!("CARGO"))
-            .args(["build", "--quiet", "--locked", "--package", "calot"])
-            .args(release.then_some("--release"))
-            .current_dir(root())
-            .status()
-            .expect("cargo runs");
-        assert!(status.success(), "calot does not build");
-        folder.join("calot")
-    });
-    let mut command = Command::new(program);
+    let test = std::env::current_exe().expect("a test knows its own path");
+    let folder = test
+        .ancestors()
+        .nth(2)
+        .expect("target/PROFILE/deps/test")
+        .to_owned();
+    let mut command = Command::new(folder.join("calot"));
     command.current_dir(root()).stdin(Stdio::null());
     command
 }

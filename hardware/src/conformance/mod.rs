@@ -113,6 +113,14 @@ impl Report {
         });
     }
 
+    /// Judges what depends on time, unless this computer itself was late.
+    fn judge_time(&mut self, name: &'static str, good: bool, detail: String, host: watch::Host) {
+        match host.excuse() {
+            Some(excuse) if !good => self.skip(name, &format!("{detail}; {excuse}")),
+            _ => self.judge(name, good, detail),
+        }
+    }
+
     fn skip(&mut self, name: &'static str, why: &str) {
         self.checks.push(Check {
             name,

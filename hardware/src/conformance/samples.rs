@@ -6,10 +6,10 @@ use rt_core::port::{Freedom, HapticDevice, Polled};
 
 use super::Report;
 use super::haptic::NO_FORCE;
-use super::watch::{Arrivals, until};
+use super::watch::{Arrivals, watch};
 
-/// Watches the samples of an open device for `watch`, commanding no force: rate, gaps, ranges.
-pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, watch: Duration) {
+/// Watches the samples of an open device for `time`, commanding no force: rate, gaps, ranges.
+pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time: Duration) {
     let capabilities = device.capabilities();
     let Freedom { measured, rendered } = device.freedom();
     report.judge(
@@ -25,7 +25,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, watch
     let mut finite = true;
     let mut due_ns = 0;
     let start = Instant::now();
-    until(watch, |now_ns| {
+    let host = watch(time, |now_ns| {
         if now_ns >= due_ns {
             device.send(NO_FORCE, now_ns);
             // At the declared rate, as a tick does; what was missed is not made up for.
@@ -45,7 +45,6 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, watch
                 && velocity_m_s.iter().all(|part| part.is_finite())
                 && (pose.rotation.norm() - 1.0).abs() < 1e-3;
         }
-        true
     });
     let seconds = start.elapsed().as_secs_f32();
     let after = device.counters();
@@ -55,10 +54,11 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, watch
     let sent_hz = (frames + lost) as f32 / seconds;
 
     let declared_hz = capabilities.rate_hz;
-    report.judge(
+    report.judge_time(
         "rate",
         (0.5..=1.5).contains(&(sent_hz / declared_hz)),
         format!("{sent_hz:.0} samples/s, declared are {declared_hz:.0}, allowed is half of it off"),
+        host,
     );
     report.judge(
         "intervals",
@@ -66,15 +66,17 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, watch
         format!("between fresh samples {}", arrivals.intervals()),
     );
     let share = |part: u64| part as f32 / (frames + lost + bad).max(1) as f32;
-    report.judge(
+    report.judge_time(
         "gaps",
         share(lost) < 0.01,
         format!("{lost} of {} samples lost, allowed is 1 %", frames + lost),
+        host,
     );
-    report.judge(
+    report.judge_time(
         "bad frames",
         share(bad) < 0.01,
         format!("{bad} bad frames, allowed is 1 %"),
+        host,
     );
     report.judge("finite", finite, "every pose and velocity is finite".into());
     let radius_m = capabilities.workspace_radius_m;
@@ -89,9 +91,10 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, watch
         format!("fastest {fastest_m_s:.2} m/s, allowed is 5 m/s"),
     );
     let dropped = after.dropped_writes - before.dropped_writes;
-    report.judge(
+    report.judge_time(
         "writes",
         dropped == 0,
         format!("{dropped} forces that the line did not take"),
+        host,
     );
 }

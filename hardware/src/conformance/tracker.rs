@@ -5,7 +5,7 @@ use std::time::Instant;
 
 use rt_core::port::{Polled, Tracker};
 
-use super::watch::{Arrivals, open, silent_after_close, unplugged, until};
+use super::watch::{Arrivals, open, silent_after_close, unplugged, watch};
 use super::{Options, Report};
 use crate::HardwareError;
 use crate::bird::{BAUD, BirdSetup, BirdTracker};
@@ -53,7 +53,7 @@ fn tested(
     let mut farthest_m = 0.0f32;
     let mut finite = true;
     let start = Instant::now();
-    until(options.watch, |now_ns| {
+    let host = watch(options.watch, |now_ns| {
         if let Polled::Fresh(sample) = tracker.poll(now_ns) {
             arrivals.add(now_ns);
             let pose = sample.tracker_from_sensor;
@@ -61,14 +61,14 @@ fn tested(
             finite &= pose.translation.vector.iter().all(|part| part.is_finite())
                 && (pose.rotation.norm() - 1.0).abs() < 1e-3;
         }
-        true
     });
     let hz = arrivals.count() as f32 / start.elapsed().as_secs_f32();
     let counters = tracker.counters();
-    report.judge(
+    report.judge_time(
         "rate",
         hz >= RATE_MIN_HZ,
         format!("{hz:.0} poses/s, allowed are {RATE_MIN_HZ:.0} and more"),
+        host,
     );
     report.judge(
         "intervals",
@@ -76,13 +76,14 @@ fn tested(
         format!("between fresh poses {}", arrivals.intervals()),
     );
     let share = counters.bad_frames as f32 / (counters.frames + counters.bad_frames).max(1) as f32;
-    report.judge(
+    report.judge_time(
         "records",
         share < 0.02,
         format!(
             "{} bad of {} records, allowed is 2 %",
             counters.bad_frames, counters.frames
         ),
+        host,
     );
     report.judge("finite", finite, "every pose is finite".into());
     report.judge(

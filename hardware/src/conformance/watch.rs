@@ -32,6 +32,52 @@ pub(super) fn until(limit: Duration, mut step: impl FnMut(TimeNs) -> bool) -> bo
     false
 }
 
+/// How long this computer kept a watch waiting: what it then saw late or lost is not the device's fault.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Host {
+    watched: Duration,
+    waited: Duration,
+}
+
+impl Host {
+    /// A look that comes so much after the last one is this computer's delay, not a sleep's.
+    const LATE: Duration = Duration::from_millis(2);
+    /// Kept waiting for more than this share of the watch, it is no judge of a device's time.
+    const SHARE_MAX: f32 = 0.05;
+
+    fn looked(&mut self, after: Duration) {
+        self.watched += after;
+        if after > Self::LATE {
+            self.waited += after;
+        }
+    }
+
+    /// Why no device can be blamed for what came late; `None` if one can.
+    pub(super) fn excuse(self) -> Option<String> {
+        let share = self.waited.as_secs_f32() / self.watched.as_secs_f32().max(1e-6);
+        (share > Self::SHARE_MAX).then(|| {
+            format!(
+                "not judged: this computer was busy elsewhere for {} of {} ms; end what else runs and test again",
+                self.waited.as_millis(),
+                self.watched.as_millis()
+            )
+        })
+    }
+}
+
+/// Does `step` as [`until`] does, for all of `limit`, and tells how well this computer kept up.
+pub(super) fn watch(limit: Duration, mut step: impl FnMut(TimeNs)) -> Host {
+    let mut host = Host::default();
+    let mut last_ns = now_ns();
+    until(limit, |now_ns| {
+        host.looked(Duration::from_nanos(now_ns.saturating_sub(last_ns)));
+        last_ns = now_ns;
+        step(now_ns);
+        true
+    });
+    host
+}
+
 /// When samples came.
 #[derive(Debug, Default)]
 pub(super) struct Arrivals {
@@ -139,5 +185,46 @@ pub(super) fn open<D>(
             report.judge(name, false, error.to_string());
             None
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Outcome;
+    use super::*;
+
+    fn host(looks_ms: &[u64]) -> Host {
+        let mut host = Host::default();
+        for &ms in looks_ms {
+            host.looked(Duration::from_millis(ms));
+        }
+        host
+    }
+
+    #[test]
+    fn a_computer_that_keeps_up_excuses_nothing() {
+        assert_eq!(host(&[1; 1000]).excuse(), None);
+        // One hiccup of a second's watch: 3 %.
+        let mut looks = vec![1; 970];
+        looks.push(30);
+        assert_eq!(host(&looks).excuse(), None);
+    }
+
+    #[test]
+    fn a_computer_that_was_elsewhere_says_for_how_long() {
+        let excuse = host(&[1, 1, 90, 1, 1, 6]).excuse().unwrap();
+        assert!(excuse.contains("96 of 100 ms"), "{excuse}");
+    }
+
+    #[test]
+    fn what_is_out_of_time_is_judged_only_on_a_computer_that_kept_time() {
+        let mut report = Report::new("a device");
+        let [idle, busy] = [host(&[1; 10]), host(&[9; 10])];
+        report.judge_time("rate", false, "too slow".into(), idle);
+        report.judge_time("rate", false, "too slow".into(), busy);
+        report.judge_time("rate", true, "well".into(), busy);
+        let outcomes: Vec<_> = report.checks.iter().map(|check| check.outcome).collect();
+        assert_eq!(outcomes, [Outcome::Fail, Outcome::Skipped, Outcome::Pass]);
+        assert!(report.checks[1].detail.starts_with("too slow; not judged"));
     }
 }

@@ -15,8 +15,8 @@ fn shortly() -> Options<'static> {
     }
 }
 
-/// The suite judges rates and answering times, which a busy machine can spoil for a healthy device:
-/// one good report is enough, in two minutes. A device that is ill has none.
+/// The emulators, too, live on this computer, and a busy one can spoil a healthy device: one good report
+/// is enough, in two minutes. A device that is ill has none.
 fn once_good(mut suite: impl FnMut() -> Report) -> Report {
     let start = Instant::now();
     loop {
@@ -75,7 +75,12 @@ fn a_device_behind_a_bad_cable_fails() {
     });
     // The greeting itself may be hit: then that is what is reported.
     let report = haptic(&emulator.lines.haptic, &mut shortly());
-    assert!(!report.passed(), "{report}");
+    // A computer that was itself late judges no gaps: it must not pass them either.
+    let gaps = report.check("gaps").map(|check| check.outcome);
+    assert!(
+        !report.passed() || gaps == Some(Outcome::Skipped),
+        "{report}"
+    );
 }
 
 #[test]
