@@ -534,6 +534,7 @@ fn the_recording_says_how_it_does() {
             bytes: 12_300_000,
             waiting: 4_000_000,
             missing,
+            told: None,
         };
         let mut panel = harness(UiState {
             recording: Some(recording),
@@ -546,6 +547,8 @@ fn the_recording_says_how_it_does() {
     with(Standing::Recording, 7).get_by_label("Recording, but 7 ticks are missing");
     with(Standing::Refused, 0)
         .get_by_label("Recording: the disk is full or gone, 4.0 MB wait; make room");
+    with(Standing::Hanging, 0)
+        .get_by_label("Recording: the disk has not answered for seconds; check it");
     with(Standing::Ended, 0).get_by_label("No longer recording: the disk was full for too long");
     assert!(
         harness(live())

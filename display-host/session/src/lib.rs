@@ -26,6 +26,7 @@
 mod course;
 mod describe;
 mod file;
+mod health;
 mod info;
 mod operation;
 pub mod pack;
@@ -36,10 +37,11 @@ mod storage;
 
 pub use course::{Entry, Movement, What};
 pub use file::{Error, FILE_VERSION};
+pub use health::{Health, Recorded, Standing};
 pub use info::{Assignment, Finish, Info, hex, printable};
 pub use operation::Operation;
 pub use read::{End, ReadError, Session};
-pub use record::{Config, Health, Listening, Recorded, Recording, Standing};
+pub use record::{Config, Listening, Recording};
 pub use storage::{Storage, create_private};
 
 #[cfg(test)]

@@ -17,6 +17,7 @@ use shared_mem::service::{ServiceError, Station, Tap};
 
 use crate::course::Entry;
 use crate::file::{Error, SessionFile};
+use crate::health::{Health, Recorded, Standing};
 use crate::info::{Assignment, Info, hex};
 use crate::storage::{Storage, create_private};
 
@@ -31,6 +32,8 @@ const LOOK_EVERY: Duration = Duration::from_millis(10);
 const TOOLS_EVERY: Duration = Duration::from_millis(50);
 /// A kill loses no more than this.
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
+/// At the end a disk that hangs is waited for so long.
+const HANGING_MAX: Duration = Duration::from_secs(30);
 
 enum Item {
     Inputs(Box<InputBatch>),
@@ -52,71 +55,6 @@ pub struct Config {
     pub assignment: Option<Assignment>,
     /// Who is told the course of the operation as it is written: entry by entry what the file has.
     pub course: Option<Sender<Entry>>,
-}
-
-/// How a recording does while it goes on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Health {
-    /// Whether the disk takes it.
-    pub standing: Standing,
-    /// Bytes that the disk has.
-    pub bytes: u64,
-    /// Bytes that wait for it.
-    pub waiting: u64,
-    /// Ticks that ran and are not in it.
-    pub missing: u64,
-}
-
-/// Whether the disk takes a recording.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Standing {
-    /// It does.
-    #[default]
-    Recording,
-    /// It refuses what waits.
-    Refused,
-    /// It has refused too much, or the recording is over: nothing more is written.
-    Ended,
-}
-
-/// What a recording came to; part of `summary.json`.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
-pub struct Recorded {
-    /// The file.
-    pub file: PathBuf,
-    /// Its size.
-    pub bytes: u64,
-    /// Ticks in it.
-    pub ticks: u64,
-    /// Ticks that ran and are not in it; replay stops at the first.
-    pub missing: u64,
-    /// Messages that the writing thread was too slow for; ticks among them are also `missing`.
-    pub overflowed: u64,
-    /// Times that the disk refused a write.
-    pub write_failures: u64,
-    /// Longest that the disk took for a second of it.
-    pub slowest_write_ms: u64,
-    /// Why it ends early, if it does.
-    pub problem: Option<String>,
-}
-
-impl Recorded {
-    /// What the user should know, if anything.
-    #[must_use]
-    pub fn warning(&self) -> Option<String> {
-        let file = self.file.display();
-        match &self.problem {
-            Some(why) => Some(format!(
-                "the recording {file} ends early ({why}); what is in it can be replayed. Make \
-                 room, or record elsewhere with --record"
-            )),
-            None if self.missing > 0 => Some(format!(
-                "the recording {file} misses {} ticks; replay ends at the first of them",
-                self.missing
-            )),
-            None => None,
-        }
-    }
 }
 
 /// The writing thread's end of the queue.
@@ -256,7 +194,11 @@ impl Listening {
             prepare,
             tick_cpu,
         } = self;
-        let health = Arc::new(Mutex::new(Health::default()));
+        let file = config.path.clone();
+        let health = Arc::new(Mutex::new(Health {
+            told: Some(Instant::now()),
+            ..Health::default()
+        }));
         let told = health.clone();
         let writer = Builder::new()
             .name("calot-record".to_owned())
@@ -272,6 +214,7 @@ impl Listening {
             stop,
             writer,
             health,
+            file,
         })
     }
 }
@@ -283,6 +226,7 @@ pub struct Recording {
     stop: Arc<AtomicBool>,
     writer: JoinHandle<Recorded>,
     health: Arc<Mutex<Health>>,
+    file: PathBuf,
 }
 
 impl Recording {
@@ -292,11 +236,32 @@ impl Recording {
         self.health.clone()
     }
 
-    /// Ends it, once the controller has ended: takes what is still there. `None`: a thread panicked.
+    /// Ends it, once the controller has ended: takes what is still there. A disk that hangs is not waited for
+    /// for ever. `None`: a thread panicked.
     #[must_use]
     pub fn end(self) -> Option<Recorded> {
+        self.end_within(HANGING_MAX)
+    }
+
+    fn end_within(self, hanging_max: Duration) -> Option<Recorded> {
         self.stop.store(true, Relaxed);
         let listened = self.listener.join();
+        while !self.writer.is_finished() {
+            let health = *lock(&self.health);
+            let silent = health.told.map_or(Duration::ZERO, |told| told.elapsed());
+            if silent > hanging_max {
+                return Some(Recorded {
+                    bytes: health.bytes,
+                    missing: health.missing,
+                    problem: Some(format!(
+                        "the disk has not answered for {} s",
+                        silent.as_secs()
+                    )),
+                    ..Recorded::none_yet(self.file)
+                });
+            }
+            std::thread::sleep(LOOK_EVERY);
+        }
         let recorded = self.writer.join();
         listened.ok().and(recorded.ok())
     }
@@ -335,16 +300,7 @@ fn write(
     overflowed: &AtomicU64,
     health: &Mutex<Health>,
 ) -> Recorded {
-    let mut recorded = Recorded {
-        file: config.path.clone(),
-        bytes: 0,
-        ticks: 0,
-        missing: 0,
-        overflowed: 0,
-        write_failures: 0,
-        slowest_write_ms: 0,
-        problem: None,
-    };
+    let mut recorded = Recorded::none_yet(config.path.clone());
     let wall = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     let info = Info {
         scene: config.scene.name().to_owned(),
@@ -419,6 +375,7 @@ fn health_of(file: &SessionFile) -> Health {
         bytes: outbox.written,
         waiting: outbox.waits() as u64,
         missing: file.ticks.missing,
+        told: Some(Instant::now()),
     }
 }
 
@@ -479,5 +436,37 @@ mod tests {
             }
         }
         assert_eq!((inputs, events), (QUEUE - FOR_EVENTS, FOR_EVENTS));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_end_does_not_wait_for_a_disk_that_hangs() {
+        let (hold, held) = mpsc::channel::<()>();
+        let recording = Recording {
+            listener: std::thread::spawn(|| {}),
+            stop: Arc::default(),
+            writer: std::thread::spawn(move || {
+                let _ = held.recv();
+                Recorded::none_yet(PathBuf::new())
+            }),
+            health: Arc::new(Mutex::new(Health {
+                bytes: 7,
+                told: Some(Instant::now()),
+                ..Health::default()
+            })),
+            file: "session.mcap".into(),
+        };
+        let recorded = recording.end_within(Duration::from_millis(50)).unwrap();
+        let problem = recorded.problem.clone().unwrap();
+        assert!(problem.contains("has not answered"), "{problem}");
+        assert_eq!(
+            (recorded.bytes, recorded.file.to_str()),
+            (7, Some("session.mcap"))
+        );
+        drop(hold);
     }
 }

@@ -22,6 +22,7 @@ pub(super) fn show(ui: &mut Ui, state: &UiState) {
             let values = [("megabytes", megabytes(health.waiting))];
             (Mark::Bad, words.say_with("recording-waits", &values))
         }
+        Standing::Hanging => (Mark::Bad, words.say("recording-hangs")),
         Standing::Recording if health.missing > 0 => {
             let values = [("missing", health.missing.to_string().into())];
             (Mark::Care, words.say_with("recording-gap", &values))

@@ -264,7 +264,8 @@ impl Session {
         let newest = |it: &Arc<Mutex<_>>| *it.lock().unwrap_or_else(PoisonError::into_inner);
         self.ui.replay = self.replay.as_ref().map(newest);
         let newest = |it: &Arc<Mutex<_>>| *it.lock().unwrap_or_else(PoisonError::into_inner);
-        self.ui.recording = self.recording.as_ref().map(newest);
+        let recording = self.recording.as_ref().map(newest);
+        self.ui.recording = recording.map(|health| health.at(Instant::now()));
         self.ui.is_view_free = self.free.is_some();
         self.sound(observer);
         self.ui.in_hand = self.operate.is_on();

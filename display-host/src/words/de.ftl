@@ -61,6 +61,7 @@ replay-free-help = Bild ziehen: umsehen, Rad: näher. Pfeile: 1 s, Bild auf und 
 ## Die Aufzeichnung
 recording-on = Aufzeichnung läuft, { $megabytes } MB
 recording-waits = Aufzeichnung: Platte voll oder weg, { $megabytes } MB warten; Platz schaffen
+recording-hangs = Aufzeichnung: die Platte antwortet seit Sekunden nicht; bitte prüfen
 recording-gap = Aufzeichnung läuft, aber { $missing } Takte fehlen
 recording-ended = Keine Aufzeichnung mehr: die Platte war zu lange voll
 

@@ -61,6 +61,7 @@ replay-free-help = Drag the picture to look around, the wheel goes nearer. Arrow
 ## The recording
 recording-on = Recording, { $megabytes } MB
 recording-waits = Recording: the disk is full or gone, { $megabytes } MB wait; make room
+recording-hangs = Recording: the disk has not answered for seconds; check it
 recording-gap = Recording, but { $missing } ticks are missing
 recording-ended = No longer recording: the disk was full for too long
 
