@@ -29,7 +29,7 @@ impl Running {
                 "run",
                 "--headless",
                 "--seconds",
-                "100",
+                "3600",
                 "--frames",
                 "0",
                 "--station",
@@ -208,7 +208,9 @@ fn a_display_dies_and_another_comes_while_the_controller_goes_on() {
             .arg(out);
         command
     };
-    let mut first = attach("100", &folder.path().join("first")).spawn().unwrap();
+    let mut first = attach("3600", &folder.path().join("first"))
+        .spawn()
+        .unwrap();
     std::thread::sleep(std::time::Duration::from_millis(500));
     first.kill().unwrap();
     first.wait().unwrap();

@@ -7,7 +7,8 @@ use std::time::Duration;
 use shared_mem::message::{SphereState, StateFrame};
 use shared_mem::service::{Host, Station};
 use system_tests::{
-    anatomy, calot, finish, finish_child, may_be_realtime, said, station_name, summary,
+    anatomy, calot, finish, finish_child, may_be_realtime, moved_pages_max, said, station_name,
+    summary,
 };
 
 /// Runs the station headless; returns its summary, and how deep the instrument dented tissue, m.
@@ -108,7 +109,10 @@ fn check_summary(s: &serde_json::Value, seconds: u64) {
     assert_eq!(s["realtime"].as_bool(), Some(may_be_realtime()), "{s:#}");
     if may_be_realtime() {
         // Without locked memory the kernel may take pages away and bring them back.
-        assert_eq!(number("page_faults_after_start"), 0, "{s:#}");
+        assert!(
+            number("page_faults_after_start") <= moved_pages_max(),
+            "{s:#}"
+        );
     }
     assert_eq!(s["ended"], "time_over");
     assert_eq!(number("events_lost"), 0);

@@ -202,7 +202,7 @@ fn a_killed_recorder_loses_no_more_than_its_last_seconds() {
         let session = folder.path().join("killed.mcap");
         let name = station_name("killed");
         let mut child = calot()
-            .args(["run", "--headless", "--frames", "0", "--seconds", "100"])
+            .args(["run", "--headless", "--frames", "0", "--seconds", "3600"])
             .args(["--station", &name, "--record"])
             .arg(&session)
             .arg("--out")

@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 /// How long anything may take before a test gives up on it. Generous: it is no performance limit.
-pub const PATIENCE: Duration = Duration::from_secs(180);
+pub const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The workspace's root.
 #[must_use]
@@ -86,6 +86,17 @@ pub fn finish_child(mut child: Child) -> Output {
         status,
         stdout: stdout.join().unwrap_or_default(),
         stderr: stderr.join().unwrap_or_default(),
+    }
+}
+
+/// Page faults that the kernel may cause in locked memory, because it moves pages to get larger free blocks.
+#[must_use]
+pub fn moved_pages_max() -> u64 {
+    let allowed = std::fs::read_to_string("/proc/sys/vm/compact_unevictable_allowed");
+    if allowed.is_ok_and(|it| it.trim() != "0") {
+        16
+    } else {
+        0
     }
 }
 

@@ -1,9 +1,10 @@
 //! The station's side: a host like any display, which answers watchers.
 
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
+use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable as _;
@@ -79,6 +80,8 @@ pub fn serve(
     let start = Instant::now();
     let over = AtomicBool::new(false);
     let connections = AtomicUsize::new(0);
+    // To cut off who takes an answer slowly, when it is over.
+    let mut lines: Vec<Weak<TcpStream>> = Vec::new();
     // Each watcher waits for its answer before it can ask again: so many questions at most.
     let (asks, questions) = mpsc::sync_channel(CONNECTIONS_MAX);
     std::thread::scope(|scope| {
@@ -89,10 +92,17 @@ pub fn serve(
                     connections.fetch_sub(1, Relaxed);
                     continue;
                 }
+                let Ok(line) = stream.try_clone().map(Arc::new) else {
+                    connections.fetch_sub(1, Relaxed);
+                    continue;
+                };
+                lines.retain(|it| it.strong_count() > 0);
+                lines.push(Arc::downgrade(&line));
                 let (porter, asks) = (door.porter(), asks.clone());
                 let (over, connections) = (&over, &connections);
                 let attend = move || {
                     attend(&porter, stream, &asks, over);
+                    drop(line);
                     connections.fetch_sub(1, Relaxed);
                 };
                 let builder = std::thread::Builder::new().name("calot-watcher".to_owned());
@@ -103,8 +113,11 @@ pub fn serve(
             stand.answer_all(&questions, places);
         }
         over.store(true, Relaxed);
-        // Who waits for an answer gets none.
+        // Who waits for an answer gets none, and who takes one slowly no more of it.
         drop(questions);
+        for line in lines.iter().filter_map(Weak::upgrade) {
+            let _ = line.shutdown(Shutdown::Both);
+        }
     });
     Ok(stand.served)
 }

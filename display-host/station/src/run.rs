@@ -130,6 +130,10 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     }
     outcome.warnings.extend(dead.iter().cloned());
     let mut summary = recorder.summary(&SceneFile::open(&scene)?, &outcome, Machine::read());
+    if let Some(recorded) = &recorded {
+        // A controller that died before the display saw any of its ticks has run them all the same.
+        summary.ticks = summary.ticks.max(recorded.ticks);
+    }
     summary.recording = recorded;
     let assessed = assessed.flatten();
     summary.task = assessed.as_ref().map(|it| it.summary.clone());

@@ -314,7 +314,14 @@ fn displays_that_join_leave_and_are_killed_cost_the_tick_nothing() {
     assert!(killed > seconds / 3);
     assert_eq!(summary.allocations_after_start, Some(0));
     if summary.realtime {
-        assert_eq!(summary.page_faults_after_start, 0);
+        // Where the kernel may move locked pages, it does so now and then.
+        let allowed = std::fs::read_to_string("/proc/sys/vm/compact_unevictable_allowed");
+        let most = if allowed.is_ok_and(|it| it.trim() != "0") {
+            16
+        } else {
+            0
+        };
+        assert!(summary.page_faults_after_start <= most, "{summary:?}");
     }
     devices.unplug();
 }

@@ -73,6 +73,7 @@ pub(crate) fn all(system: &System, core: usize) -> Vec<Finding> {
     vec![
         priority(system),
         memory(system),
+        compaction(system),
         group_scheduling(system),
         preemption(system),
         throttling(system),
@@ -211,6 +212,21 @@ fn preemption(system: &System) -> Finding {
     };
     let should = "PREEMPT_RT; full preemption is the next best";
     finding("preemption", verdict, model, should, mend)
+}
+
+fn compaction(system: &System) -> Finding {
+    let name = "moved memory";
+    let should = "no: the kernel else moves locked pages together now and then, a page fault each";
+    let mend = "sudo sysctl vm.compact_unevictable_allowed=0";
+    match system.number("proc/sys/vm/compact_unevictable_allowed") {
+        Some(0) => finding(name, Verdict::Good, "no", should, ""),
+        // A kernel that was built without it.
+        None if system.read("proc/sys/vm/compact_memory").is_none() => {
+            finding(name, Verdict::Good, "no", should, "")
+        }
+        None => finding(name, Verdict::Unknown, "cannot be read", should, ""),
+        Some(_) => finding(name, Verdict::Better, "it may be", should, mend),
+    }
 }
 
 fn throttling(system: &System) -> Finding {
@@ -517,6 +533,7 @@ mod tests {
         let (_folder, mut system) = machine(&[
             ("proc/sys/kernel/version", "#1 SMP PREEMPT_RT Debian"),
             ("proc/sys/kernel/sched_rt_runtime_us", "950000"),
+            ("proc/sys/vm/compact_unevictable_allowed", "0"),
             ("proc/cpuinfo", "flags\t\t: fpu tsc"),
             ("proc/irq/24/smp_affinity_list", "0-2"),
             (
@@ -544,6 +561,7 @@ mod tests {
             ("proc/sys/kernel/version", "#1 SMP PREEMPT_DYNAMIC"),
             ("sys/kernel/debug/sched/preempt", "none (voluntary) full"),
             ("proc/sys/kernel/sched_rt_runtime_us", "0"),
+            ("proc/sys/vm/compact_unevictable_allowed", "1"),
             ("proc/self/cgroup", "4:cpu,cpuacct:/user\n1:name=systemd:/"),
             ("sys/fs/cgroup/cpu/user/cpu.rt_runtime_us", "0"),
             ("proc/cpuinfo", "flags\t\t: fpu hypervisor"),
