@@ -437,11 +437,6 @@ mod tests {
         }
         assert_eq!((inputs, events), (QUEUE - FOR_EVENTS, FOR_EVENTS));
     }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
 
     #[test]
     fn the_end_does_not_wait_for_a_disk_that_hangs() {

@@ -3,7 +3,7 @@
 //! Every organ is awake; of many runs of the same ticks the fastest counts, so that what else the
 //! machine does falls out.
 
-#[path = "../tests/core/mod.rs"]
+#[path = "../tests/scenes/core/mod.rs"]
 mod core;
 
 use std::time::Instant;

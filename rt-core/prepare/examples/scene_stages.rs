@@ -3,7 +3,7 @@
 //! number. The tip is pressed 6 mm into the target and drawn
 //! over it; the shaft lies on what it lies on, and the endoscope stands far in. Also the largest step of the force in a tick.
 
-#[path = "../tests/core/mod.rs"]
+#[path = "../tests/scenes/core/mod.rs"]
 mod core;
 
 use std::time::Instant;

@@ -38,7 +38,7 @@ fn built_in_scene_is_sound_and_anatomical() {
 /// As in an atlas: volumes, lengths and widths of what the procedure is about.
 #[test]
 fn organs_are_as_large_as_in_an_atlas() {
-    let prepared = prepare(&Recipe::triangle(false).unwrap(), &mut |_| {}).unwrap();
+    let prepared = crate::prepared_triangle(false);
     let scene = &prepared.scene;
     let organ = |name: &str| {
         let i = prepared
@@ -170,7 +170,7 @@ pub(crate) fn deepest_overlap(prepared: &Prepared) -> f64 {
 
 #[test]
 fn tetrahedra_carry_the_whole_volume_and_stand_upright() {
-    let prepared = prepare(&Recipe::built_in().unwrap(), &mut |_| {}).unwrap();
+    let prepared = crate::prepared_built_in();
     for (organ, tets) in prepared.scene.organs.iter().zip(&prepared.tetrahedra) {
         let carried: f64 = tets.iter().map(|t| t.volume_m3).sum();
         assert!((carried / f64::from(organ.volume_m3) - 1.0).abs() < 1e-6);

@@ -1,6 +1,6 @@
 //! Calot's triangle: tubes, and the ties between organs.
 
-use scene_prepare::{Recipe, Vec3, prepare};
+use scene_prepare::Vec3;
 use shared_mem::scene::{CellRecord, OrganKind, WORLD};
 
 use crate::built_in::deepest_overlap;
@@ -11,8 +11,8 @@ use crate::sound::check;
 #[test]
 fn triangle_of_calot_is_sound_in_both_courses() {
     for variant in [false, true] {
-        let prepared = prepare(&Recipe::triangle(variant).unwrap(), &mut |_| {}).unwrap();
-        check(&prepared);
+        let prepared = crate::prepared_triangle(variant);
+        check(prepared);
         let scene = &prepared.scene;
         for (organ, report) in scene.organs.iter().zip(&prepared.report.organs) {
             // A layer one sphere thick has no tetrahedra either.
@@ -37,8 +37,8 @@ fn triangle_of_calot_is_sound_in_both_courses() {
         }
         check_order(scene);
         check_ties(scene);
-        check_cells(&prepared);
-        let overlap = deepest_overlap(&prepared);
+        check_cells(prepared);
+        let overlap = deepest_overlap(prepared);
         assert!(overlap < 0.0005, "organs overlap by {overlap} m");
     }
 }

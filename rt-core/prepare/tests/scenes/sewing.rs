@@ -1,7 +1,6 @@
 //! Sutures and bands, from the recipe to stepped tissue.
 
-mod core;
-
+use crate::core;
 use rt_core::math::Vec3;
 use rt_core::soft_body::{Bodies, Method, Tissue};
 use scene_prepare::{Recipe, prepare};
@@ -139,8 +138,7 @@ fn a_place_far_from_its_organ_is_a_slip_that_is_named() {
 /// is stretched by less than it bears.
 #[test]
 fn the_triangle_s_gallbladder_is_hung_and_nothing_tears() {
-    let recipe = Recipe::triangle(false).expect("a built-in recipe");
-    let built = prepare(&recipe, &mut |_| {}).expect("sound");
+    let built = crate::prepared_triangle(false);
     let loaded = core::Prepared::new(&built.scene);
     let mut bodies = Box::new(Bodies::new());
     let mut tissue = Tissue::new(loaded.scene(), &mut bodies, Method::NeoHookean);

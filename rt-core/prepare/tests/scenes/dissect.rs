@@ -1,8 +1,7 @@
 //! The hook takes layered tissue away: fat goes cell by cell where its tip is, what is under it comes
 //! free, and the same hand does the same to the bit.
 
-mod core;
-
+use crate::core;
 use std::path::Path;
 
 use rt_core::cells::GONE;

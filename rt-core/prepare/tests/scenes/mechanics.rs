@@ -1,7 +1,6 @@
 //! Prepared scenes in the core's own solver: what is built stands, and organs hold each other.
 
-mod core;
-
+use crate::core;
 use std::collections::BTreeMap;
 
 use rt_core::math::Vec3;
@@ -137,7 +136,7 @@ fn way_along(scene: &SceneData, organ: usize) -> BTreeMap<u32, f32> {
 /// own end's organ, and does not follow the other.
 #[test]
 fn tubes_are_cut_at_any_place() {
-    let built = prepare(&Recipe::triangle(false).unwrap(), &mut |_| {}).unwrap();
+    let built = crate::prepared_triangle(false);
     let scene = &built.scene;
     for name in ["cystic duct", "cystic artery"] {
         let organ = built.report.organs.iter().position(|o| o.name == name);

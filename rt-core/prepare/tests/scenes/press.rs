@@ -1,8 +1,7 @@
 //! A round tip against the contact skin: what it feels depends on the tissue, not on how many
 //! spheres it is made of, and changes without steps.
 
-mod core;
-
+use crate::core;
 use rt_core::math::{Vec3, norm};
 use rt_core::soft_body::{Bodies, Method, Tissue};
 use rt_core::tool::{Capsule, Role};

@@ -1,13 +1,13 @@
 //! An instrument at work in whole scenes: what the hand feels has no step, and tissue comes to rest.
 
-mod core;
-
+use crate::core;
+use crate::{prepared_built_in, prepared_triangle};
 use rt_core::math::{Vec3, norm};
 use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled};
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::{SphereBits, State};
 use rt_core::tool::Kinematics;
-use scene_prepare::{Recipe, prepare};
+use scene_prepare::Prepared;
 
 /// A Touch-class device.
 const TOUCH: DeviceCapabilities = DeviceCapabilities {
@@ -62,8 +62,7 @@ struct Felt {
     awake: usize,
 }
 
-fn work(recipe: &Recipe, legs: &[Leg]) -> Vec<Felt> {
-    let built = prepare(recipe, &mut |_| {}).expect("a built-in recipe");
+fn work(built: &Prepared, legs: &[Leg]) -> Vec<Felt> {
     let room = built.scene.room.expect("a room");
     let loaded = core::Prepared::new(&built.scene);
     let mut state = Box::new(State::new());
@@ -130,37 +129,31 @@ const STEP_N: f32 = 0.005;
 /// Some leg presses at least so hard, N: a tool that feels nothing has no step either.
 const FELT_N: f32 = 0.1;
 
-fn assert_smooth(recipe: &Recipe, legs: &[Leg]) {
-    let all = work(recipe, legs);
+fn assert_smooth(built: &Prepared, legs: &[Leg]) {
+    let all = work(built, legs);
     let most_n = all.iter().map(|felt| felt.largest_n).fold(0.0, f32::max);
-    assert!(most_n > FELT_N, "{}: {all:?}", recipe.name);
+    assert!(most_n > FELT_N, "{all:?}");
     for (number, felt) in all.iter().enumerate() {
-        println!("{}, leg {number}: {felt:?}", recipe.name);
-        assert!(
-            felt.largest_step_n < STEP_N,
-            "{}, leg {number}: {felt:?}",
-            recipe.name
-        );
+        println!("leg {number}: {felt:?}");
+        assert!(felt.largest_step_n < STEP_N, "leg {number}: {felt:?}");
     }
 }
 
 /// Deep in Calot's triangle the shaft lies on the liver's edge and on the layer beside it.
 #[test]
 fn deep_in_the_triangle_no_tick_has_a_step() {
-    let recipe = Recipe::triangle(false).expect("a built-in recipe");
     let legs = [
         Leg(3600, [-20.0, 0.0], OPEN),
         Leg(2000, [-20.0, 0.0], OPEN),
         Leg(1500, [-20.0, 8.0], OPEN),
         Leg(3600, [20.0, 0.0], OPEN),
     ];
-    assert_smooth(&recipe, &legs);
+    assert_smooth(prepared_triangle(false), &legs);
 }
 
 /// Off the liver's edge, and back.
 #[test]
 fn sliding_and_biting_in_the_triangle_have_no_step() {
-    let recipe = Recipe::triangle(true).expect("a built-in recipe");
     let legs = [
         Leg(2000, [-6.0, 0.0], OPEN),
         Leg(750, [-6.0, 8.0], OPEN),
@@ -171,12 +164,11 @@ fn sliding_and_biting_in_the_triangle_have_no_step() {
         Leg(500, [-6.0, 0.0], Buttons::GRASP),
         Leg(2000, [4.0, 0.0], Buttons::GRASP),
     ];
-    assert_smooth(&recipe, &legs);
+    assert_smooth(prepared_triangle(true), &legs);
 }
 
 #[test]
 fn on_the_built_in_organs_no_tick_has_a_step() {
-    let recipe = Recipe::built_in().expect("a built-in recipe");
     let legs = [
         Leg(3600, [-20.0, 0.0], OPEN),
         Leg(1500, [-20.0, 8.0], OPEN),
@@ -184,13 +176,12 @@ fn on_the_built_in_organs_no_tick_has_a_step() {
         Leg(500, [-6.0, 0.0], Buttons::GRASP),
         Leg(2000, [0.0, 0.0], Buttons::GRASP),
     ];
-    assert_smooth(&recipe, &legs);
+    assert_smooth(prepared_built_in(), &legs);
 }
 
 /// A fast press is felt, and when the tool has gone nothing is.
 #[test]
 fn after_a_fast_press_nothing_is_felt() {
-    let recipe = Recipe::triangle(false).expect("a built-in recipe");
     let legs = [
         Leg(100, [-20.0, 0.0], OPEN),
         Leg(500, [-20.0, 0.0], OPEN),
@@ -198,7 +189,7 @@ fn after_a_fast_press_nothing_is_felt() {
         Leg(500, [40.0, 0.0], OPEN),
         Leg(500, [40.0, 0.0], OPEN),
     ];
-    let felt = work(&recipe, &legs);
+    let felt = work(prepared_triangle(false), &legs);
     assert!(felt[1].largest_n > 0.1 && felt[1].awake > 0, "{felt:?}");
     assert!(felt[4].largest_n < 1.0e-6, "{felt:?}");
 }
