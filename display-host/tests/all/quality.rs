@@ -1,10 +1,10 @@
 //! Quality changes while it runs: every tier shows the same scene, and passes are timed.
 
-mod support;
-
 use display_host::render::gpu::Gpu;
 use display_host::render::timing::PASSES;
 use display_host::render::{Quality, Renderer};
+
+use crate::support;
 
 #[test]
 fn every_tier_shows_the_same_scene_in_the_same_size_and_is_timed() {
