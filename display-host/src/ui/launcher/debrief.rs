@@ -138,7 +138,7 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
         ui.label(RichText::new(score).size(1.6 * BODY));
     });
     for reason in &debrief.reasons {
-        ui.label(reason);
+        ui.label(words.tell(reason));
     }
     if let Some(notice) = &debrief.notice {
         ui.label(RichText::new(notice).italics());

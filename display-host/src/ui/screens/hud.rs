@@ -50,7 +50,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
                 big(ui, &words.say_with("task-score", &[("score", score)]));
             }
             for reason in &end.reasons {
-                ui.label(RichText::new(reason).size(TEXT));
+                ui.label(RichText::new(words.tell(reason)).size(TEXT));
             }
             // The end is the trainee's to choose.
             if !state.instructor && ui.button(words.say("hud-end")).clicked() {
@@ -59,7 +59,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
         });
     } else if let Some(hint) = &task.hint {
         card(ui, "hud hint", place, Align2::CENTER_BOTTOM, |ui| {
-            let hint = hint.as_str().into();
+            let hint = words.tell(hint).into();
             big(ui, &words.say_with("hud-hint", &[("text", hint)]));
         });
     }
