@@ -260,7 +260,7 @@ debrief-report-lies = Der Bericht liegt in { $path }; kein Programm hat ihn geö
 metric = Maß
 metric-now = Jetzt
 metric-rule = Zum Bestehen
-metric-best = Bisher bestes
+metric-best = Bestes
 
 ## Punkte von 1 bis 5
 points-about = Über { $name }

@@ -10,6 +10,7 @@ mod overlay;
 mod panel;
 mod picture;
 mod quality;
+mod screens;
 mod shaders;
 mod skinning;
 #[path = "../support/mod.rs"]
