@@ -51,6 +51,7 @@ pub fn make(
     let mut drawn = Vec::new();
     for (number, shot) in shots.iter().enumerate() {
         say(&shot.title, number as f32 / shots.len() as f32);
+        let spheres = shot.spheres.as_deref().unwrap_or(spheres);
         shot.set_up(&gpu, &mut renderer, spheres);
         renderer.render(&gpu, spheres, &shot.tools, 0.0);
         let picture = renderer.read(&gpu)?;

@@ -1,10 +1,13 @@
 //! What each picture of the gallery shows, and from where.
 
+mod bed;
+mod effect;
+
 use glam::{Quat, Vec3};
 use shared_mem::message::{CapsuleMsg, ClipMsg, PoseMsg, SphereState, StateFrame, ToolFrame};
 use shared_mem::scene::{OrganKind, OrganRecord, SceneFile, str_from_name};
 
-use crate::effects::{Effect, Kind};
+use crate::effects::Effect;
 use crate::render::camera::{Scope, looking, matrix};
 use crate::render::gpu::Gpu;
 use crate::render::inside::Inside;
@@ -86,6 +89,8 @@ pub(super) struct Shot {
     clips: Vec<ClipMsg>,
     /// What has become of the cells of layered tissue.
     cells: Vec<u8>,
+    /// Where the tissue is, if it is not at rest.
+    pub(super) spheres: Option<Vec<SphereState>>,
 }
 
 impl Shot {
@@ -101,6 +106,7 @@ impl Shot {
             effects: (Vec::new(), 0.0),
             clips: Vec::new(),
             cells: Vec::new(),
+            spheres: None,
         }
     }
 
@@ -176,8 +182,12 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
                 ..Shot::new(Chapter::Effects, title, tools)
             });
         }
-        shots.extend(dissected(scene, (number, organ), size));
+        // What lies between two organs shows nothing of it until they are drawn apart.
+        if organ.kind != OrganKind::ConnectiveTissue as u32 {
+            shots.extend(dissected(scene, (number, organ), size));
+        }
     }
+    shots.extend(bed::open(scene));
     for (number, organ) in organs {
         let from = best_side(scene, organ, false);
         shots.push(Shot {
@@ -209,7 +219,7 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
         "Trocar",
         at_the_port(scene),
     ));
-    shots.extend(effects(scene));
+    shots.extend(effect::all(scene));
     shots
 }
 
@@ -253,45 +263,6 @@ fn dissected(
     } else {
         all.collect()
     }
-}
-
-/// Each kind of effect at the target, a few seconds on.
-fn effects(scene: &SceneFile) -> Vec<Shot> {
-    let room = scene.room();
-    let target = Vec3::from(room.target_m);
-    let normal = Vec3::from(room.target_normal).normalize_or(Vec3::Y);
-    let eye = Vec3::from(room.world_from_camera.position_m);
-    let from = (eye - target).normalize_or(normal);
-    let kinds = [
-        ("Smoke", vec![Kind::Smoke], 2.5, 1.0),
-        (
-            "Coagulation",
-            vec![Kind::Smoke, Kind::Steam, Kind::Char],
-            1.2,
-            1.0,
-        ),
-        ("Smoke that has gathered", vec![Kind::Smoke], 20.0, 1.0),
-        ("Sparks of a cut", vec![Kind::Sparks, Kind::Smoke], 0.4, 1.0),
-        ("Bleeding, at first", vec![Kind::Blood], 0.35, 1.0),
-        ("Bleeding, later", vec![Kind::Blood], 9.0, 1.0),
-        ("Bile", vec![Kind::Bile], 8.0, 1.0),
-    ];
-    let shots = kinds.into_iter().map(|(title, kinds, seconds, strength)| {
-        let begin = kinds.into_iter().map(|kind| Effect {
-            kind,
-            at_m: target + normal * 0.001,
-            along: normal + 0.4 * Vec3::Y,
-            strength,
-            lasts_s: seconds + 2.0,
-        });
-        let begin = begin.collect();
-        let looks = looking(target + from * 0.075, target - Vec3::Y * 0.006);
-        Shot {
-            effects: (begin, seconds),
-            ..Shot::new(Chapter::Effects, title, nothing(scene, looks))
-        }
-    });
-    shots.collect()
 }
 
 fn views(scene: &SceneFile) -> Vec<Shot> {
@@ -380,34 +351,49 @@ fn best_side(scene: &SceneFile, organ: &OrganRecord, there: bool) -> Vec3 {
     let eye = Vec3::from(scene.room().world_from_camera.position_m);
     let (low, high) = bounds(&judges);
     let home = (eye - (low + high) / 2.0).normalize_or(Vec3::Z);
-    let own = organ.spheres[0] as usize..(organ.spheres[0] + organ.spheres[1]) as usize;
-    let others = scene.spheres().iter().enumerate();
-    let others: Vec<(Vec3, f32)> = others
-        .filter(|(i, _)| there && !own.contains(i))
-        .map(|(_, s)| (Vec3::from(s.center_m), s.radius_m))
-        .collect();
+    let others = match there {
+        true => others(scene, organ),
+        false => Vec::new(),
+    };
     let seen = |from: Vec3| {
-        let free = judges.iter().filter(|(at, normal)| {
-            normal.dot(from) > 0.1
-                && others.iter().all(|(centre, radius)| {
-                    let to = *centre - *at;
-                    let along = to.dot(from);
-                    along < 0.0 || to.length_squared() - along * along > radius * radius
-                })
-        });
+        let free = judges
+            .iter()
+            .filter(|(at, normal)| normal.dot(from) > 0.1 && is_free(*at, from, &others));
         // As seen by the endoscope, if nothing speaks against it.
         free.count() as f32 * (1.0 + 0.6 * from.dot(home))
     };
-    let sides = (0..SIDES).map(|i| {
+    sides()
+        .map(|side| (seen(side), side))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map_or(home, |(_, side)| side)
+}
+
+/// Sides to look from, evenly all around.
+fn sides() -> impl Iterator<Item = Vec3> {
+    (0..SIDES).map(|i| {
         let height = 1.0 - (i as f32 + 0.5) / SIDES as f32 * 2.0;
         let turn = i as f32 * 2.399_963_2;
         let flat = (1.0 - height * height).sqrt();
         Vec3::new(flat * turn.cos(), height, flat * turn.sin())
-    });
-    sides
-        .map(|side| (seen(side), side))
-        .max_by(|a, b| a.0.total_cmp(&b.0))
-        .map_or(home, |(_, side)| side)
+    })
+}
+
+/// Spheres of all other organs: centre and radius, m.
+fn others(scene: &SceneFile, organ: &OrganRecord) -> Vec<(Vec3, f32)> {
+    let own = organ.spheres[0] as usize..(organ.spheres[0] + organ.spheres[1]) as usize;
+    let all = scene.spheres().iter().enumerate();
+    all.filter(|(i, _)| !own.contains(i))
+        .map(|(_, s)| (Vec3::from(s.center_m), s.radius_m))
+        .collect()
+}
+
+/// Whether a place is seen from a side, past these spheres.
+fn is_free(at: Vec3, from: Vec3, others: &[(Vec3, f32)]) -> bool {
+    others.iter().all(|(centre, radius)| {
+        let to = *centre - at;
+        let along = to.dot(from);
+        along < 0.0 || to.length_squared() - along * along > radius * radius
+    })
 }
 
 /// A camera that has the organ in the circle.

@@ -172,6 +172,7 @@ pub fn frame(
             exposure.range[1],
         ],
         film: [exposure.grain, 0.0, 0.0, 0.0],
+        wear: [0.0; 4],
         counts: [used.len().min(SHADING_CAPSULES) as u32, number, 0, 0],
         capsules,
     }

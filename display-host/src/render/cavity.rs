@@ -9,6 +9,12 @@ use crate::skinning::RestVertex;
 
 /// Points around and from pole to pole of the shell.
 const SHELL: [usize; 2] = [120, 72];
+/// The wall is drawn to the instrument's trocar over so wide an angle, rad; one that lies nearer to the middle
+/// than this share of the way to the wall, or farther than that, goes through no wall.
+const DRAWN_RAD: f32 = 0.5;
+const DRAWN: core::ops::Range<f32> = 0.45..1.4;
+/// So much room stays behind the eye, as a share of its way from the middle.
+const BEHIND_EYE: f32 = 1.06;
 /// Points along a side of the apron.
 const APRON: usize = 150;
 
@@ -30,6 +36,9 @@ struct Space {
     back: Vec3,
     /// Height of the apron's middle, m, relative to the centre.
     floor: f32,
+    /// Where the instrument's trocar goes through the wall, and over what angle the wall is drawn to it: shares
+    /// of the radii, rad.
+    trocar: Option<(Vec3, f32)>,
 }
 
 /// The cavity of a scene. A scene with an abdominal wall of its own needs no shell.
@@ -75,7 +84,10 @@ impl Space {
         // Room to look around, and a wall behind the organs that the light still reaches.
         let half = (high - low) / 2.0;
         let radii = half * 1.45 + Vec3::new(0.035, 0.02, 0.02);
+        let share = |p: Vec3| (p - centre) / radii;
+        let trocar = share(within(Vec3::from(room.instrument_port_m)));
         Self {
+            trocar: drawn_to(trocar, share(eye)),
             centre: right * centre.x + up * centre.y + back * centre.z,
             radii,
             right,
@@ -85,9 +97,36 @@ impl Space {
         }
     }
 
+    /// How far the wall is that way, as a share of the radii, if `usual` is how far it would be.
+    fn wall(&self, way: Vec3, usual: f32) -> f32 {
+        let Some((trocar, angle)) = self.trocar else {
+            return usual;
+        };
+        usual + (trocar.length() - usual) * nearness(way, trocar, angle)
+    }
+
     fn world(&self, p: Vec3) -> Vec3 {
         self.centre + self.right * p.x + self.up * p.y + self.back * p.z
     }
+}
+
+/// Over what angle a wall may be drawn to a trocar without coming before the eye; `None`: over none. Places are
+/// shares of the radii.
+fn drawn_to(trocar: Vec3, eye: Vec3) -> Option<(Vec3, f32)> {
+    let far = trocar.length();
+    let leaves_eye = |angle: &f32| {
+        let near = nearness(eye.normalize_or(-trocar), trocar, *angle);
+        1.0 + (far - 1.0) * near > BEHIND_EYE * eye.length()
+    };
+    let angles = (0..6).map(|k| DRAWN_RAD * 0.75f32.powi(k));
+    let angle = angles.into_iter().find(leaves_eye)?;
+    DRAWN.contains(&far).then_some((trocar, angle))
+}
+
+/// 1 towards a trocar, falling to 0 beyond an angle off it.
+fn nearness(way: Vec3, trocar: Vec3, angle: f32) -> f32 {
+    let off = way.angle_between(trocar) / angle;
+    (-off * off).exp()
 }
 
 fn fixed(position: Vec3, look: OrganKind, ambient: f32) -> RestVertex {
@@ -113,7 +152,7 @@ impl Cavity {
                 let d = Vec3::new(flat * turn.cos(), height, flat * turn.sin());
                 // Folds of the wall: broad and soft.
                 let folds = noise(d * 2.1 + 3.7).1 * 0.10 + noise(d * 5.3 + 1.1).1 * 0.035;
-                let at = space.world(d * space.radii * (1.0 + folds));
+                let at = space.world(d * space.radii * space.wall(d, 1.0 + folds));
                 self.vertices
                     .push(fixed(at, OrganKind::AbdominalWall, 0.85));
             }
@@ -216,4 +255,32 @@ fn cells(at: Vec2, seed: u32) -> (f32, f32) {
     }
     let soft = ((sum / 9.0).ln() / 8.0).max(0.0);
     (soft.sqrt().min(1.2), (most * 1.6).min(1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_wall_comes_to_the_trocar_and_stays_behind_the_eye() {
+        let space = |trocar: Vec3, eye: Vec3| Space {
+            centre: Vec3::ZERO,
+            radii: Vec3::ONE,
+            right: Vec3::X,
+            up: Vec3::Y,
+            back: Vec3::Z,
+            floor: 0.0,
+            trocar: drawn_to(trocar, eye),
+        };
+        let eye = Vec3::new(0.0, 0.1, 0.9);
+        for trocar in [Vec3::X * 0.7, Vec3::new(0.4, 0.2, 0.75), Vec3::Z * 1.2] {
+            let space = space(trocar, eye);
+            let way = trocar.normalize();
+            assert!((space.wall(way, 1.02) - trocar.length()).abs() < 1e-5);
+            assert!((space.wall(-way, 1.02) - 1.02).abs() < 1e-3);
+            assert!(space.wall(eye.normalize(), 1.0) > eye.length(), "{trocar}");
+        }
+        // In the midst of the cavity no wall is.
+        assert_eq!(space(Vec3::X * 0.2, eye).trocar, None);
+    }
 }

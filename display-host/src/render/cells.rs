@@ -9,15 +9,16 @@
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
 use shared_mem::message::StateFrame;
-use shared_mem::scene::{CellRecord, NO_CELL, SceneFile, VertexRecord};
+use shared_mem::scene::{CellRecord, NO_CELL, OrganKind, SceneFile, VertexRecord};
 
 use super::gpu::Gpu;
 use super::look::COOKED;
+use super::strands::Strands;
 use crate::skinning::motion::{Motion, moved};
 use crate::skinning::{RestVertex, SkinnedVertex, pairs};
 
 /// Corners of a cell's faces, anticlockwise seen from outside.
-const FACES: [[usize; 4]; 6] = [
+pub(super) const FACES: [[usize; 4]; 6] = [
     [0, 4, 6, 2],
     [1, 3, 7, 5],
     [0, 1, 5, 4],
@@ -50,6 +51,9 @@ pub(super) struct Cells {
     is_loose: Vec<bool>,
     now: Vec<SkinnedVertex>,
     pub(super) buffers: Option<Buffers>,
+    /// By cell: it is of connective tissue.
+    is_fibrous: Vec<bool>,
+    pub(super) strands: Strands,
 }
 
 /// What is drawn of them.
@@ -58,6 +62,27 @@ pub(super) struct Buffers {
     pub(super) rest: wgpu::Buffer,
     pub(super) indices: wgpu::Buffer,
     pub(super) count: u32,
+}
+
+impl Buffers {
+    /// For so many corners and indices, none of them used yet.
+    pub(super) fn new(gpu: &Gpu, label: &str, corners: usize, indices: usize) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let buffer = |size: usize, usage| {
+            gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: size as u64,
+                usage: usage | Usage::COPY_DST,
+                mapped_at_creation: false,
+            })
+        };
+        Self {
+            now: buffer(corners * size_of::<SkinnedVertex>(), Usage::VERTEX),
+            rest: buffer(corners * size_of::<RestVertex>(), Usage::VERTEX),
+            indices: buffer(indices * size_of::<u32>(), Usage::INDEX),
+            count: 0,
+        }
+    }
 }
 
 impl Cells {
@@ -80,6 +105,9 @@ impl Cells {
         };
         let corners: Vec<RestVertex> = scene.cell_corners().iter().map(corner).collect();
         let count = corners.len();
+        let fibrous = OrganKind::ConnectiveTissue as u32;
+        let is_fibrous = |cell: &CellRecord| kind_of(cell.spheres[0]) == fibrous;
+        let is_fibrous: Vec<bool> = cells.iter().map(is_fibrous).collect();
         let mut made = Self {
             states: vec![0; cells.len()],
             over: over(scene, &cells, triangles),
@@ -88,36 +116,24 @@ impl Cells {
             is_loose: vec![false; count],
             now: vec![SkinnedVertex::zeroed(); count],
             buffers: None,
+            is_fibrous,
+            strands: Strands::default(),
             corners,
             cells,
         };
         if !made.cells.is_empty() {
-            made.buffers = Some(made.buffers(gpu));
+            // Two triangles a face, six faces a cell.
+            let indices = made.cells.len() * 6 * 6;
+            made.buffers = Some(Buffers::new(gpu, "cells", count, indices));
+        }
+        if made.is_fibrous.contains(&true) {
+            made.strands = Strands::new(gpu, scene, &made.corners, &made.is_fibrous);
         }
         made
     }
 
     pub(super) fn len(&self) -> usize {
         self.cells.len()
-    }
-
-    fn buffers(&self, gpu: &Gpu) -> Buffers {
-        use wgpu::BufferUsages as Usage;
-        let buffer = |label, size: usize, usage| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size: size as u64,
-                usage: usage | Usage::COPY_DST,
-                mapped_at_creation: false,
-            })
-        };
-        Buffers {
-            now: buffer("cells now", self.now.len() * 32, Usage::VERTEX),
-            rest: buffer("cells at rest", self.corners.len() * 64, Usage::VERTEX),
-            // Two triangles a face, six faces a cell.
-            indices: buffer("cell faces", self.cells.len() * 6 * 24, Usage::INDEX),
-            count: 0,
-        }
     }
 
     /// Takes what has become of them ([`StateFrame::cells`]); `skin` is the index buffer of the skin.
@@ -141,6 +157,10 @@ impl Cells {
             gpu.queue
                 .write_buffer(&buffers.indices, 0, cast_slice(&indices));
         }
+        let states = &self.states;
+        let is_gone = |cell: u16| states.get(usize::from(cell)) == Some(&StateFrame::GONE);
+        self.strands
+            .grow(gpu, &self.cells, &self.corners, &self.is_fibrous, is_gone);
     }
 
     fn is_gone(&self, cell: u16) -> bool {
@@ -243,6 +263,7 @@ impl Cells {
             *place = carried(corner, motions);
         }
         self.even_out(&mut places);
+        self.strands.follow(gpu, &places, motions);
         let mut normals = vec![Vec3::ZERO; self.corners.len()];
         for face in &self.faces {
             let [a, b, c, d] = face.map(|i| places[i as usize]);
@@ -282,7 +303,7 @@ impl Cells {
 }
 
 /// Where its spheres carry a corner.
-fn carried(corner: &RestVertex, motions: &[Motion]) -> Vec3 {
+pub(super) fn carried(corner: &RestVertex, motions: &[Motion]) -> Vec3 {
     let home = Vec3::from(corner.position);
     let mut at = home;
     for (pair, weights) in corner.spheres.iter().zip(&corner.weights) {

@@ -1,5 +1,6 @@
 //! Chooses the quality by what frames cost: down at once when they cost too much, up only after a long
-//! calm, and more slowly each time that going up turned out wrong.
+//! calm, and more slowly each time that going up turned out wrong. Where the graphics device has no clock
+//! for its passes, a frame costs the time from one to the next.
 
 use super::quality::Quality;
 
@@ -8,6 +9,10 @@ const FRAMES: usize = 40;
 /// Too much, and little enough to try more, as shares of what a frame may cost.
 const TOO_MUCH: f32 = 1.05;
 const LITTLE: f32 = 0.55;
+/// The same of the time from frame to frame, as shares of the screen's own, which no frame undercuts: who keeps
+/// up with the screen may have room to spare, and whether that is so only going up can tell.
+const LATE: f32 = 1.2;
+const IN_TIME: f32 = 1.1;
 /// Calm windows before going up, at first and at most.
 const PATIENCE: u32 = 6;
 const PATIENCE_MAX: u32 = 384;
@@ -19,7 +24,8 @@ const SOON: u32 = 6;
 pub struct Governor {
     tiers: Vec<Quality>,
     at: usize,
-    may_cost_ms: f32,
+    too_much_ms: f32,
+    little_ms: f32,
     costs_ms: Vec<f32>,
     calm: u32,
     patience: u32,
@@ -27,13 +33,31 @@ pub struct Governor {
 }
 
 impl Governor {
-    /// Begins with the first of the tiers, best first; a frame may cost so much, ms.
+    /// Begins with the first of the tiers, best first; what a frame has the graphics device do may cost so
+    /// much, ms.
     #[must_use]
     pub fn new(tiers: Vec<Quality>, may_cost_ms: f32) -> Self {
+        Self::between(tiers, TOO_MUCH * may_cost_ms, LITTLE * may_cost_ms)
+    }
+
+    /// The same, told of the time from one frame to the next: that may be `period_ms`, or what the screen takes
+    /// (`screen_ms`) if that is longer.
+    #[must_use]
+    pub fn by_period(tiers: Vec<Quality>, period_ms: f32, screen_ms: f32) -> Self {
+        let late_ms = LATE * period_ms.max(screen_ms);
+        Self::between(
+            tiers,
+            late_ms,
+            (LITTLE * period_ms).max(IN_TIME * screen_ms),
+        )
+    }
+
+    fn between(tiers: Vec<Quality>, too_much_ms: f32, little_ms: f32) -> Self {
         Self {
             tiers,
             at: 0,
-            may_cost_ms,
+            too_much_ms,
+            little_ms,
             costs_ms: Vec::with_capacity(FRAMES),
             calm: 0,
             patience: PATIENCE,
@@ -62,7 +86,7 @@ impl Governor {
         self.costs_ms.clear();
         self.since_up = self.since_up.saturating_add(1);
         let before = self.at;
-        if median > TOO_MUCH * self.may_cost_ms {
+        if median > self.too_much_ms {
             self.calm = 0;
             if self.at + 1 < self.tiers.len() {
                 self.at += 1;
@@ -70,7 +94,7 @@ impl Governor {
                     self.patience = (self.patience * 2).min(PATIENCE_MAX);
                 }
             }
-        } else if median < LITTLE * self.may_cost_ms && self.at > 0 {
+        } else if median < self.little_ms && self.at > 0 {
             self.calm += 1;
             if self.calm >= self.patience {
                 self.at -= 1;
@@ -127,6 +151,33 @@ mod tests {
         assert_eq!(at, tiers - 1);
         run(&mut governor, 4000, |_| 3.0);
         assert_eq!(governor.tier()[0], 0);
+    }
+
+    #[test]
+    fn without_a_clock_the_time_between_frames_governs() {
+        // A screen of 60 Hz shows a frame at its next turn, however long before it was ready.
+        let screen_ms = 1000.0 / 60.0;
+        let period = |cost_ms: f32| screen_ms * (cost_ms / screen_ms).ceil().max(1.0);
+        let new = || Governor::by_period(Quality::GPU_TIERS.to_vec(), screen_ms, screen_ms);
+        let mut slow = new();
+        run(&mut slow, 400, |tier| period(30.0 - 9.0 * tier as f32));
+        assert_eq!(slow.tier()[0], 2, "12 ms fit, 21 do not");
+        let changes = run(&mut slow, 20_000, |tier| period(30.0 - 9.0 * tier as f32));
+        assert!(changes < 16, "{changes} changes in 20000 frames");
+        // Keeping up is no reason to go down, and is one to try more after a while.
+        let mut quick = new();
+        run(&mut quick, 400, |_| period(40.0));
+        run(&mut quick, 4000, |_| period(3.0));
+        assert_eq!(quick.tier()[0], 0);
+        // A screen that is slow by itself is no fault of the picture's.
+        let mut screen_of_30 = Governor::by_period(Quality::GPU_TIERS.to_vec(), screen_ms, 33.3);
+        assert_eq!(run(&mut screen_of_30, 4000, |_| 33.3), 0);
+        // A software driver is governed well below the screen's rate.
+        let mut software = Governor::by_period(Quality::SOFTWARE_TIERS.to_vec(), 66.0, screen_ms);
+        assert_eq!(run(&mut software, 400, |_| 60.0), 0);
+        assert_eq!(run(&mut software, 400, |_| 120.0), 1);
+        assert_eq!(run(&mut software, 4000, |_| 50.0), 0, "no room for more");
+        assert_eq!(run(&mut software, 4000, |_| 20.0), 1);
     }
 
     #[test]

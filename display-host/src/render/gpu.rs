@@ -103,6 +103,13 @@ impl Gpu {
                 .any(|software| name.contains(software))
     }
 
+    /// Whether it times its own passes.
+    #[must_use]
+    pub fn has_clock(&self) -> bool {
+        let features = self.device.features();
+        features.contains(wgpu::Features::TIMESTAMP_QUERY)
+    }
+
     /// Adapter and driver, for people.
     #[must_use]
     pub fn describe(&self) -> String {

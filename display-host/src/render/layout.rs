@@ -17,6 +17,7 @@ pub struct Frame {
     pub scope: [f32; 4],
     pub adapt: [f32; 4],
     pub film: [f32; 4],
+    pub wear: [f32; 4],
     pub counts: [u32; 4],
     pub capsules: [[f32; 4]; 8],
 }

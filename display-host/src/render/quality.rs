@@ -89,6 +89,16 @@ impl Quality {
         }
     }
 
+    /// The time from one frame to the next that is aimed at in a window, ms.
+    #[must_use]
+    pub fn period_ms(gpu: &Gpu) -> f32 {
+        if gpu.is_software() {
+            66.0
+        } else {
+            1000.0 / 60.0
+        }
+    }
+
     /// What fits an adapter for a window, where frames follow each other.
     #[must_use]
     pub fn live(gpu: &Gpu) -> Self {

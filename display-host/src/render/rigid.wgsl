@@ -14,6 +14,7 @@ struct VertexOut {
   @location(1) normal: vec3f,
   @location(2) part_cm: vec3f,
   @location(3) @interpolate(flat) look: u32,
+  @location(4) @interpolate(flat) part: u32,
 }
 
 @vertex fn vertex(v: VertexIn) -> VertexOut {
@@ -25,11 +26,26 @@ struct VertexOut {
   out.normal = (m * vec4f(v.normal, 0.0)).xyz;
   out.part_cm = v.position * 100.0;
   out.look = v.look;
+  out.part = v.part;
   return out;
 }
 
 @vertex fn cast_shadow(v: VertexIn) -> @builtin(position) vec4f {
   return frame.shadow_from_world * world_from_part[v.part & 31u] * vec4f(v.position, 1.0);
+}
+
+// How much char, blood and bile lies on the working end, most at its tip: in patches that grow together.
+fn soiled(p: vec3f, part: u32, brushed: f32) -> vec3f {
+  // The trocar and clips are not worked with.
+  if (part > 2u || p.z > 0.6) { return vec3f(0.0); }
+  let patches = 0.6 * noise(p * 5.0 + vec3f(4.0)).w + 0.35 * noise(p * 17.0).w + 0.1 * brushed;
+  let to_tip = smoothstep(-0.4, 1.6, -p.z);
+  let bent = smoothstep(0.75, 1.1, -p.z);
+  let blood = frame.wear.yz * 1.5 - 1.0 + 0.75 * to_tip + patches;
+  let char = frame.wear.x * 1.9 - 1.6 + bent + 0.7 * patches;
+  return vec3f(
+    smoothstep(-0.06, 0.12, char) * step(0.001, frame.wear.x),
+    smoothstep(vec2f(-0.05), vec2f(0.05), blood) * step(vec2f(0.001), frame.wear.yz));
 }
 
 @fragment fn fragment(in: VertexOut) -> @location(0) vec4f {
@@ -51,5 +67,20 @@ struct VertexOut {
   s.scatter = look.scatter.rgb;
   s.metal = look.lobule.z;
   s.ambient = 1.0;
+  let soil = soiled(p, in.part, brushed.w);
+  if (soil.x + soil.y + soil.z > 0.0) {
+    // A thin film lets steel shine through; char is dull.
+    let film = max(soil.y, soil.z);
+    let under = mix(vec3f(0.16, 0.006, 0.006), vec3f(0.15, 0.13, 0.02), soil.z / max(film + soil.z, 1e-3));
+    s.albedo = mix(s.albedo, under, 0.9 * film);
+    s.metal *= 1.0 - 0.85 * film;
+    s.film = mix(s.film, 1.0, film);
+    s.film_roughness = mix(s.film_roughness, 0.10, film);
+    s.albedo = mix(s.albedo, vec3f(0.014, 0.010, 0.008), 0.96 * soil.x);
+    s.metal *= 1.0 - 0.97 * soil.x;
+    s.reflectance = mix(s.reflectance, 0.04, max(film, soil.x));
+    s.roughness = mix(s.roughness, 0.80, soil.x);
+    s.film *= 1.0 - 0.8 * soil.x;
+  }
   return vec4f(through_haze(shade(s, in.world), in.world), 1.0);
 }

@@ -46,7 +46,6 @@ struct Clock {
 impl Timing {
     pub(super) fn new(gpu: &Gpu) -> Self {
         let device = &gpu.device;
-        let has = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let size = STRIDE * PASSES.len() as u64;
         let buffer = |usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
@@ -57,7 +56,7 @@ impl Timing {
             })
         };
         use wgpu::BufferUsages as Usage;
-        let clock = has.then(|| Clock {
+        let clock = gpu.has_clock().then(|| Clock {
             stamps: device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("passes"),
                 ty: wgpu::QueryType::Timestamp,

@@ -137,8 +137,8 @@ fn stained(p: vec3f) -> vec3f {
     // Under the serosa: reddened around, the vein deeper and bluer than the artery.
     let near = 1.0 - smoothstep(0.0, tree.origin.w, edge);
     s.albedo *= mix(vec3f(1.0), vec3f(1.02, 0.80, 0.78), near);
-    s.albedo = mix(s.albedo, s.albedo * vec3f(0.55, 0.20, 0.30) + vec3f(0.012, 0.002, 0.005), 0.80 * vein);
-    s.albedo = mix(s.albedo, vec3f(0.19, 0.020, 0.016), 0.80 * artery);
+    s.albedo = mix(s.albedo, s.albedo * vec3f(0.55, 0.20, 0.30) + vec3f(0.012, 0.002, 0.005), 0.62 * vein);
+    s.albedo = mix(s.albedo, vec3f(0.17, 0.024, 0.020), 0.58 * artery);
   }
 
   // Pressed skin: blood leaves it on the ridge, the pit lies in its own shade.

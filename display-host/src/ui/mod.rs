@@ -123,6 +123,13 @@ impl UiState {
         self.settings = settings;
     }
 
+    /// Takes the newest that an instructor was told of the task; `None`: there is none any more, or nobody here
+    /// understands it. What was told before is old then.
+    pub fn watch(&mut self, bulletin: Option<Bulletin>) {
+        self.task_view = bulletin.as_ref().map(|it| it.task.clone());
+        self.bulletin = bulletin;
+    }
+
     /// The next of the engineering view's states: off, marks on the picture, inside the organs.
     pub fn turn_engineering(&mut self) {
         (self.overlay, self.inside) = match (&self.overlay, self.inside) {

@@ -215,28 +215,10 @@ fn picture(
         if let Some(overlay) = &state.overlay {
             overlay.paint(ui.painter(), place);
         }
-        if state.in_hand {
-            help(ui, place, &state.words);
-        }
         screens::over(ui, place, state, asked);
     });
     let pixels = ui.ctx().pixels_per_point();
     [space.x, space.y].map(|side| (side * pixels).round().max(1.0) as u32)
-}
-
-/// What leads the instrument, along the picture's lower edge.
-fn help(ui: &Ui, place: egui::Rect, words: &Words) {
-    let painter = ui.painter();
-    let galley = painter.layout(
-        words.say("help"),
-        egui::FontId::proportional(14.0),
-        Color32::WHITE,
-        place.width() - 24.0,
-    );
-    let at = place.center_bottom() - vec2(0.5 * galley.size().x, galley.size().y + 12.0);
-    let behind = egui::Rect::from_min_size(at, galley.size()).expand(6.0);
-    painter.rect_filled(behind, 4.0, Color32::from_black_alpha(170));
-    painter.galley(at, galley, Color32::WHITE);
 }
 
 fn waiting(state: &UiState) -> String {
@@ -571,26 +553,31 @@ pub(super) fn passes(ui: &mut Ui, state: &UiState) {
 /// A mark of its own shape and colour, and words.
 pub(super) fn line(ui: &mut Ui, mark: Mark, text: &str) {
     ui.horizontal_wrapped(|ui| {
-        let (space, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
-        let (at, painter) = (space.center(), ui.painter());
-        match mark {
-            Mark::Good => {
-                painter.circle_filled(at, 5.0, GOOD);
-            }
-            Mark::Care => {
-                let corners = [vec2(0.0, -6.0), vec2(6.0, 5.0), vec2(-6.0, 5.0)];
-                let corners = corners.map(|corner| at + corner).to_vec();
-                painter.add(egui::Shape::convex_polygon(corners, CARE, Stroke::NONE));
-            }
-            Mark::Bad => {
-                for end in [vec2(5.0, 5.0), vec2(5.0, -5.0)] {
-                    painter.line_segment([at - end, at + end], Stroke::new(3.0, BAD));
-                }
-            }
-            Mark::Off => {
-                painter.circle_stroke(at, 4.5, Stroke::new(1.5, Color32::GRAY));
-            }
-        }
+        sign(ui, mark);
         ui.label(text);
     });
+}
+
+/// The mark alone.
+pub(super) fn sign(ui: &mut Ui, mark: Mark) {
+    let (space, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
+    let (at, painter) = (space.center(), ui.painter());
+    match mark {
+        Mark::Good => {
+            painter.circle_filled(at, 5.0, GOOD);
+        }
+        Mark::Care => {
+            let corners = [vec2(0.0, -6.0), vec2(6.0, 5.0), vec2(-6.0, 5.0)];
+            let corners = corners.map(|corner| at + corner).to_vec();
+            painter.add(egui::Shape::convex_polygon(corners, CARE, Stroke::NONE));
+        }
+        Mark::Bad => {
+            for end in [vec2(5.0, 5.0), vec2(5.0, -5.0)] {
+                painter.line_segment([at - end, at + end], Stroke::new(3.0, BAD));
+            }
+        }
+        Mark::Off => {
+            painter.circle_stroke(at, 4.5, Stroke::new(1.5, Color32::GRAY));
+        }
+    }
 }

@@ -66,7 +66,7 @@ pub(super) fn minutes(seconds: f64) -> String {
 
 /// What was wrong.
 pub(super) fn alarm(words: &Words, alarm: &TaskNote) -> String {
-    let organ = alarm.organ.as_deref().unwrap_or("?").into();
+    let organ = words.organ(alarm.organ.as_deref().unwrap_or("?")).into();
     let id = format!("alarm-{}", alarm.kind.replace('_', "-"));
     words.say_with(&id, &[("organ", organ)])
 }
@@ -86,7 +86,8 @@ pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView) {
         let text = match end.reasons.is_empty() {
             true => outcome,
             false => {
-                let reasons = end.reasons.join("; ").into();
+                let reasons: Vec<_> = end.reasons.iter().map(|it| words.tell(it)).collect();
+                let reasons = reasons.join("; ").into();
                 let values = [("outcome", outcome.into()), ("reasons", reasons)];
                 words.say_with("task-end", &values)
             }
@@ -98,11 +99,11 @@ pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView) {
             true => (Mark::Good, "task-done"),
             false => (Mark::Off, "task-to-do"),
         };
-        let step = step.as_str().into();
+        let step = words.tell(step).into();
         line(ui, mark, &words.say_with(id, &[("step", step)]));
     }
     if let Some(hint) = &task.hint {
-        let hint = words.say_with("task-hint", &[("text", hint.as_str().into())]);
+        let hint = words.say_with("task-hint", &[("text", words.tell(hint).into())]);
         ui.label(RichText::new(hint).italics());
     }
     if let Some(note) = &task.alarm {

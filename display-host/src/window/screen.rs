@@ -40,6 +40,8 @@ pub(super) struct Screen {
     renderer: Renderer,
     picture: egui::TextureId,
     last_frame: Option<Instant>,
+    /// How long ago the one before was, s; taken once it is judged.
+    since_last_s: Option<f32>,
     governor: Governor,
     /// The newest tick that was drawn.
     drawn_tick: Option<u64>,
@@ -57,7 +59,7 @@ impl Screen {
     ) -> Result<Self, DisplayError> {
         let mut canvas = Canvas::open(events, proxy, title, size)?;
         let gpu = &canvas.gpu;
-        let (tiers, may_cost_ms) = Quality::tiers(gpu);
+        let governor = governor(&canvas);
         let mut renderer = Renderer::new(gpu, scene, Quality::live(gpu))?;
         renderer.scope_mut().angle = scope_angle;
         if cold_lens {
@@ -70,7 +72,8 @@ impl Screen {
             renderer,
             picture,
             last_frame: None,
-            governor: Governor::new(tiers, may_cost_ms),
+            since_last_s: None,
+            governor,
             drawn_tick: None,
             mouse_held: false,
         })
@@ -158,10 +161,9 @@ impl Screen {
     fn draw_picture(&mut self, session: &mut Session) -> Option<FrameRecord> {
         session.moment()?;
         let now = Instant::now();
-        let step_s = self
-            .last_frame
-            .replace(now)
-            .map_or(f32::INFINITY, |last| (now - last).as_secs_f32());
+        let last = self.last_frame.replace(now);
+        self.since_last_s = last.map(|last| (now - last).as_secs_f32());
+        let step_s = self.since_last_s.unwrap_or(f32::INFINITY);
         self.renderer.exposure_mut().adapt = 1.0 - (-step_s / EXPOSURE_S).exp();
         let played_s = if step_s.is_finite() && !session.ui.is_paused() {
             step_s
@@ -198,11 +200,19 @@ impl Screen {
 
     /// Takes what recent pictures cost, and changes the quality where they cost too much or little.
     fn watch_cost(&mut self, session: &mut Session) -> Result<(), DisplayError> {
-        let Some(times) = self.renderer.take_pass_times() else {
-            return Ok(());
+        let cost_ms = if self.canvas.gpu.has_clock() {
+            let Some(times) = self.renderer.take_pass_times() else {
+                return Ok(());
+            };
+            session.ui.pass_times = Some(times);
+            times.iter().sum()
+        } else {
+            let Some(since_s) = self.since_last_s.take() else {
+                return Ok(());
+            };
+            since_s * 1e3
         };
-        session.ui.pass_times = Some(times);
-        if let Some(quality) = self.governor.note(times.iter().sum()) {
+        if let Some(quality) = self.governor.note(cost_ms) {
             self.renderer.set_quality(&self.canvas.gpu, quality)?;
             self.show_picture_anew();
         }
@@ -260,6 +270,18 @@ impl Screen {
         }
         Ok(())
     }
+}
+
+/// Chooses the quality by the device's own clock, or where it has none by the time between frames.
+fn governor(canvas: &Canvas) -> Governor {
+    let (tiers, may_cost_ms) = Quality::tiers(&canvas.gpu);
+    if canvas.gpu.has_clock() {
+        return Governor::new(tiers, may_cost_ms);
+    }
+    let monitor = canvas.window.current_monitor();
+    let millihertz = monitor.and_then(|it| it.refresh_rate_millihertz());
+    let screen_ms = millihertz.map_or(0.0, |it| 1e6 / it as f32);
+    Governor::by_period(tiers, Quality::period_ms(&canvas.gpu), screen_ms)
 }
 
 /// The endoscope that comes after one: 0°, 30°, 45°, and again.

@@ -140,11 +140,8 @@ impl Session {
         let Some((receiver, inbox)) = &mut self.bulletins else {
             return;
         };
-        if receiver.newest(inbox)
-            && let Some(bulletin) = inbox.text().and_then(Bulletin::parse)
-        {
-            self.ui.task_view = Some(bulletin.task.clone());
-            self.ui.bulletin = Some(bulletin);
+        if receiver.newest(inbox) {
+            self.ui.watch(inbox.text().and_then(Bulletin::parse));
         }
     }
 
@@ -219,7 +216,7 @@ impl Session {
             self.forget_effects();
             // Another run: its task is told anew, if it has one.
             if self.bulletins.is_some() {
-                (self.ui.task_view, self.ui.bulletin) = (None, None);
+                self.ui.watch(None);
             }
         }
         self.take_bulletin();

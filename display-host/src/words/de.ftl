@@ -261,7 +261,7 @@ debrief-report-lies = Der Bericht liegt in { $path }; kein Programm hat ihn geö
 metric = Maß
 metric-now = Jetzt
 metric-rule = Zum Bestehen
-metric-best = Bisher bestes
+metric-best = Bestes
 
 ## Punkte von 1 bis 5
 points-about = Über { $name }
@@ -351,3 +351,39 @@ observe-difficulty = Hilfe: { $difficulty }
 observe-metrics = Maße bisher
 observe-alarms = Alarme
 observe-no-alarms = Noch keine
+
+## Organe, wie Szenen sie nennen
+organ-liver = Leber
+organ-gallbladder = Gallenblase
+organ-connective-tissue = Bindegewebe
+organ-cystic-duct = Ductus cysticus
+organ-bile-duct = Gallengang
+organ-hepatic-artery = Leberarterie
+organ-cystic-artery = Arteria cystica
+organ-fat = Fett
+organ-stomach = Magen
+organ-duodenum = Zwölffingerdarm
+organ-intestine = Darm
+
+## Was die Bewertung sagt
+told-not-done = nicht getan: { $step }
+told-hold = { $step }. In der Mitte des Bildes halten.
+told-take = { $step }. Dazu: { $instrument } ({ $number }).
+told-hook = { $step }. Einen Strang aufladen, frei heben, dann ein kurzer Strom.
+told-close = { $step }. Beide Backen darum, die Spitzen im Bild, dann schließen.
+told-blades = { $step }. Beide Clips sehen, ehe die Klingen schließen.
+told-triangle = Calots Dreieck frei legen
+told-lower-bed = Das untere Drittel aus dem Bett der Gallenblase lösen
+told-leave-whole = Ductus cysticus und Arteria cystica ganz lassen
+told-clips = { $count } Clips setzen: { $organ }
+told-divide = Zwischen Clips durchtrennen: { $organ }
+told-free = Die Gallenblase von der Leber lösen
+told-show = Zeigen: { $organ }
+told-unclamped = ohne Clips durchtrennt: { $organ }
+told-not-whole = Ductus cysticus oder Arteria cystica ist nicht mehr ganz
+told-too-long = es dauerte länger als { $seconds } s
+told-too-little = { $metric }: { $value }, verlangt mindestens { $limit }
+told-too-much = { $metric }: { $value }, erlaubt höchstens { $limit }
+instrument-named-cautery-hook = Häkchen
+instrument-named-clip-applier = Clipzange
+instrument-named-scissors = Schere

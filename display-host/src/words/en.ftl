@@ -351,3 +351,39 @@ observe-difficulty = Help: { $difficulty }
 observe-metrics = Metrics so far
 observe-alarms = Alarms
 observe-no-alarms = None yet
+
+## Organs, as scenes name them
+organ-liver = liver
+organ-gallbladder = gallbladder
+organ-connective-tissue = connective tissue
+organ-cystic-duct = cystic duct
+organ-bile-duct = bile duct
+organ-hepatic-artery = hepatic artery
+organ-cystic-artery = cystic artery
+organ-fat = fat
+organ-stomach = stomach
+organ-duodenum = duodenum
+organ-intestine = intestine
+
+## What the assessment says; its English is found by these messages (see words/told.rs)
+told-not-done = not done: { $step }
+told-hold = { $step }: hold it in the middle of the picture.
+told-take = { $step }: take the { $instrument } ({ $number }).
+told-hook = { $step }: hook a strand, lift it clear, then a short current.
+told-close = { $step }: both jaws around it, tips in sight, then close.
+told-blades = { $step }: see both clips before the blades close.
+told-triangle = Clear Calot's triangle
+told-lower-bed = Free the lower third of the gallbladder's bed
+told-leave-whole = Leave cystic duct and artery whole
+told-clips = Put { $count } clips on the { $organ }
+told-divide = Divide the { $organ } between clips
+told-free = Free the gallbladder from the liver
+told-show = Show the { $organ }
+told-unclamped = the { $organ } was divided unclamped
+told-not-whole = cystic duct or artery is no longer whole
+told-too-long = it took longer than { $seconds } s
+told-too-little = { $metric } is { $value }, at least { $limit } is asked
+told-too-much = { $metric } is { $value }, at most { $limit } is allowed
+instrument-named-cautery-hook = cautery hook
+instrument-named-clip-applier = clip applier
+instrument-named-scissors = scissors

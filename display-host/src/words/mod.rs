@@ -1,5 +1,7 @@
 //! What the interface says, in the user's language: Fluent files, one a language.
 
+mod told;
+
 use std::fmt;
 use std::sync::Arc;
 

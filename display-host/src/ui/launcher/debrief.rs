@@ -1,10 +1,10 @@
 //! What an operation came to: outcome, score, what was wrong, what counts beside the pass rule and the past.
 
-use egui::{Grid, Key, RichText, Ui};
+use egui::{Grid, Key, Label, RichText, Ui};
 
 use super::{Asking, Wish, minutes, pressed, screen};
 use crate::ui::TaskNote;
-use crate::ui::panel::{Mark, line};
+use crate::ui::panel::{Mark, line, sign};
 use crate::ui::screens::{BODY, part, title};
 use crate::ui::task::alarm;
 use crate::words::Words;
@@ -138,7 +138,7 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
         ui.label(RichText::new(score).size(1.6 * BODY));
     });
     for reason in &debrief.reasons {
-        ui.label(reason);
+        ui.label(words.tell(reason));
     }
     if let Some(notice) = &debrief.notice {
         ui.label(RichText::new(notice).italics());
@@ -185,7 +185,7 @@ fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
     Grid::new("metrics")
         .num_columns(4)
         .striped(true)
-        .spacing([18.0, 6.0])
+        .spacing([12.0, 6.0])
         .show(ui, |ui| {
             for id in ["metric", "metric-now", "metric-rule", "metric-best"] {
                 ui.label(RichText::new(words.say(id)).weak());
@@ -199,7 +199,11 @@ fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
                 match row.is_met() {
                     Some(met) => {
                         let mark = if met { Mark::Good } else { Mark::Bad };
-                        line(ui, mark, &now);
+                        // As wide as it is: a table's column is no place to wrap in.
+                        ui.horizontal(|ui| {
+                            sign(ui, mark);
+                            ui.add(Label::new(&now).extend());
+                        });
                     }
                     None => {
                         ui.label(now);

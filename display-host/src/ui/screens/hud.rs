@@ -5,14 +5,22 @@ use egui::{Align2, Color32, Frame, Rect, RichText, Ui, vec2};
 use super::super::panel::{Mark, line};
 use super::super::task;
 use super::super::{Asked, UiState, instrument_id};
+use super::legible;
 
 /// Size of the text, points.
 const TEXT: f32 = 22.0;
+/// Size of what is looked up, not read along the way.
+const HELP: f32 = 14.0;
+/// Width of what stands at the left, points: the alarm stays clear of it.
+const SIDE: f32 = 236.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {
+    foot(ui, place, state);
     let Some(task) = &state.task_view else { return };
     let words = &state.words;
     card(ui, "hud", place, Align2::LEFT_TOP, |ui| {
+        legible(ui);
+        ui.set_max_width(SIDE);
         big(ui, &task::time(words, task));
         ui.label(task::title(words, task));
         let Some(tools) = &state.tools else { return };
@@ -33,6 +41,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
     if let Some(alarm) = &task.alarm {
         card(ui, "hud alarm", place, Align2::CENTER_TOP, |ui| {
             ui.style_mut().override_font_id = Some(egui::FontId::proportional(TEXT));
+            ui.set_max_width((place.width() - 2.0 * (SIDE + 44.0)).max(SIDE));
             let text = task::alarm(words, alarm).into();
             line(
                 ui,
@@ -43,6 +52,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
     }
     if let Some(end) = &task.end {
         card(ui, "hud over", place, Align2::CENTER_CENTER, |ui| {
+            legible(ui);
             let outcome = words.say(&format!("outcome-{}", end.outcome));
             ui.label(RichText::new(outcome).size(1.8 * TEXT).strong());
             if let Some(score) = task.score {
@@ -50,19 +60,34 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
                 big(ui, &words.say_with("task-score", &[("score", score)]));
             }
             for reason in &end.reasons {
-                ui.label(RichText::new(reason).size(TEXT));
+                ui.label(RichText::new(words.tell(reason)).size(TEXT));
             }
             // The end is the trainee's to choose.
             if !state.instructor && ui.button(words.say("hud-end")).clicked() {
                 asked.push(Asked::Quit);
             }
         });
-    } else if let Some(hint) = &task.hint {
-        card(ui, "hud hint", place, Align2::CENTER_BOTTOM, |ui| {
-            let hint = hint.as_str().into();
-            big(ui, &words.say_with("hud-hint", &[("text", hint)]));
-        });
     }
+}
+
+/// Below: what is next, and what leads the instrument while it is in the user's hand.
+fn foot(ui: &Ui, place: Rect, state: &UiState) {
+    let words = &state.words;
+    let task = state.task_view.as_ref().filter(|it| it.end.is_none());
+    let hint = task.and_then(|it| it.hint.as_ref());
+    if hint.is_none() && !state.in_hand {
+        return;
+    }
+    card(ui, "hud foot", place, Align2::CENTER_BOTTOM, |ui| {
+        ui.set_max_width(place.width() - 48.0);
+        if let Some(hint) = hint {
+            let hint = words.tell(hint).into();
+            big(ui, &words.say_with("hud-hint", &[("text", hint)]));
+        }
+        if state.in_hand {
+            ui.label(RichText::new(words.say("help")).size(HELP));
+        }
+    });
 }
 
 fn big(ui: &mut Ui, text: &str) {

@@ -63,6 +63,9 @@ pub(super) fn legible(ui: &mut Ui) {
     for name in [TextStyle::Body, TextStyle::Button] {
         style.text_styles.insert(name, FontId::proportional(BODY));
     }
+    style
+        .text_styles
+        .insert(TextStyle::Monospace, FontId::monospace(0.75 * BODY));
     style.spacing.item_spacing.y = 8.0;
     style.spacing.button_padding = egui::vec2(10.0, 5.0);
 }

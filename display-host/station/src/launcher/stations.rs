@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use display_host::ui::launcher::{DeviceLine, DeviceState, Start};
+use hardware::list::Found;
 use hardware::station::StationFile;
 
 /// Brings a start screen's devices up to date.
@@ -15,8 +16,16 @@ pub(super) fn look(start: &mut Start, no_file: &str) {
     };
     start.station_file_problem = file.as_ref().err().cloned();
     start.devices = file.as_ref().map(lines).unwrap_or_default();
-    let found = hardware::list::devices().into_iter().map(|it| it.name);
-    start.plugged_in = found.collect();
+    start.plugged_in = hardware::list::devices().iter().map(told).collect();
+}
+
+/// By its name, if it has one of its own, and where it is.
+fn told(found: &Found) -> String {
+    let path = found.path.display();
+    match found.stable_path {
+        Some(_) => format!("{} ({path})", found.name),
+        None => path.to_string(),
+    }
 }
 
 fn lines(file: &StationFile) -> Vec<DeviceLine> {

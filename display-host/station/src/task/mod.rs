@@ -293,6 +293,8 @@ pub(crate) fn summary(assessed: &Assessed, id: &str) -> TaskSummary {
 
 #[cfg(test)]
 mod tests {
+    use display_host::words::{Language, Words};
+
     use super::*;
 
     fn status(outcome: Outcome) -> Status {
@@ -320,6 +322,29 @@ mod tests {
                 .steps
                 .is_empty()
         );
+    }
+
+    #[test]
+    fn what_the_assessment_says_is_said_in_every_language() {
+        let german = Words::new(Language::German);
+        let told = |said: &str| {
+            assert_ne!(german.tell(said), said);
+            assert_eq!(Words::default().tell(said), said);
+        };
+        for task in Task::ALL {
+            let [assessment, abandoned] = [(); 2].map(|()| {
+                let (rules, anatomy) = (Rules::default(), Anatomy::default());
+                Assessment::new(task, Difficulty::Beginner, rules, anatomy)
+            });
+            let status = assessment.status();
+            status.steps.iter().for_each(|(step, _)| told(step));
+            status.hint.iter().for_each(|hint| told(hint));
+            let ended = abandoned.end();
+            ended.reasons.iter().for_each(|why| told(why));
+            for unmet in Rules::default().unmet(task, 0.0, &ended.metrics) {
+                assert_ne!(german.tell(&unmet), unmet);
+            }
+        }
     }
 
     #[test]

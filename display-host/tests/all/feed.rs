@@ -1,11 +1,11 @@
 //! The feed takes anything that shared memory may hold, and shows only what is sound.
 
-mod support;
-
 use bytemuck::Zeroable as _;
 use display_host::feed::{Feed, Offer, hex};
 use proptest::prelude::*;
 use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
+
+use crate::support;
 
 fn event(sequence: u64) -> EventMsg {
     EventMsg {

@@ -1,13 +1,13 @@
 //! The engineering view lies where the picture shows the same things.
 
-mod support;
-
 use display_host::render::camera::Scope;
 use display_host::render::gpu::Gpu;
 use display_host::render::{Quality, Renderer};
 use display_host::ui::{Mark, Overlay};
 use glam::{Vec2, Vec3};
 use shared_mem::message::SphereState;
+
+use crate::support;
 
 #[test]
 fn what_straight_ahead_is_in_the_middle_and_the_edge_is_the_circle() {

@@ -1,12 +1,12 @@
 //! Effects in the picture: blood runs down the skin and stays on it, smoke hides what is behind it.
 
-mod support;
-
 use display_host::effects::{Effect, Kind};
 use display_host::render::gpu::Gpu;
 use display_host::render::{Quality, Renderer};
 use glam::Vec3;
 use image::RgbaImage;
+
+use crate::support;
 
 /// Share of the picture that is redder than tissue: blood.
 fn bloody(picture: &RgbaImage) -> f64 {

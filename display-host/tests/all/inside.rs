@@ -1,11 +1,11 @@
 //! The look inside the organs: judged by the colours of what it shows.
 
-mod support;
-
 use display_host::render::gpu::Gpu;
 use display_host::render::inside::{Inside, picture};
 use display_host::render::{Quality, Renderer};
 use image::RgbaImage;
+
+use crate::support;
 
 /// Share of the picture's pixels that are `like`.
 fn share(picture: &RgbaImage, like: fn([u8; 4]) -> bool) -> f64 {

@@ -1,7 +1,5 @@
 //! The headless display over real shared memory, with a controller played by the test.
 
-mod support;
-
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
@@ -12,6 +10,8 @@ use display_host::latency::now_ns;
 use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Controller, Station};
+
+use crate::support;
 
 /// The scene as a file that every test maps, and its checked twin.
 fn scene() -> &'static (tempfile::TempPath, SceneFile) {
@@ -291,7 +291,11 @@ fn a_picture_that_cannot_be_and_a_run_without_end_are_refused() {
 #[test]
 fn without_a_driver_the_run_goes_on_and_says_what_to_install() {
     let out = std::process::Command::new(std::env::current_exe().unwrap())
-        .args(["in_a_process_without_a_driver", "--exact", "--nocapture"])
+        .args([
+            "headless::in_a_process_without_a_driver",
+            "--exact",
+            "--nocapture",
+        ])
         .env("VK_DRIVER_FILES", "/dev/null")
         .env("VK_ICD_FILENAMES", "/dev/null")
         .env("WGPU_BACKEND", "vulkan")
@@ -300,6 +304,8 @@ fn without_a_driver_the_run_goes_on_and_says_what_to_install() {
         .unwrap();
     let said = String::from_utf8_lossy(&out.stderr);
     assert!(out.status.success(), "{said}");
+    let ran = String::from_utf8_lossy(&out.stdout);
+    assert!(ran.contains("1 passed"), "no test of that name: {ran}");
 }
 
 /// Runs in the process above; by itself it does nothing.

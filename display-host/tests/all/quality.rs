@@ -1,10 +1,10 @@
 //! Quality changes while it runs: every tier shows the same scene, and passes are timed.
 
-mod support;
-
 use display_host::render::gpu::Gpu;
 use display_host::render::timing::PASSES;
 use display_host::render::{Quality, Renderer};
+
+use crate::support;
 
 #[test]
 fn every_tier_shows_the_same_scene_in_the_same_size_and_is_timed() {
@@ -22,10 +22,6 @@ fn every_tier_shows_the_same_scene_in_the_same_size_and_is_timed() {
     let state = support::state(&scene, 0.0);
     let spheres = state.spheres().expect("valid");
     let tools = support::tools(&scene, 0.0, 0.5);
-    let has_clock = gpu
-        .device
-        .features()
-        .contains(wgpu::Features::TIMESTAMP_QUERY);
     let mut best: Option<image::RgbaImage> = None;
     for tier in Quality::GPU_TIERS
         .into_iter()
@@ -40,7 +36,7 @@ fn every_tier_shows_the_same_scene_in_the_same_size_and_is_timed() {
             gpu.wait("drawing").expect("it draws");
             times = renderer.take_pass_times().or(times);
         }
-        assert_eq!(times.is_some(), has_clock);
+        assert_eq!(times.is_some(), gpu.has_clock());
         if let Some(times) = times {
             let scene = PASSES
                 .iter()

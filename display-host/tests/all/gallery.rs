@@ -1,9 +1,8 @@
 //! The gallery of the tests' scene: complete, nothing black, nothing twice.
 
-#[expect(dead_code, reason = "frames are for tests of what moves")]
-mod support;
-
 use display_host::gallery;
+
+use crate::support;
 
 #[test]
 fn every_picture_is_there_shows_something_and_no_other() {

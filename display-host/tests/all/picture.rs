@@ -1,8 +1,6 @@
 //! Pictures of the tests' scene against committed ones. Drawn by a software driver they are the
 //! same on any machine up to rounding; a graphics card's filtering differs a little more.
-//! `UPDATE_PICTURES=1 cargo test -p display-host --test picture` writes them anew: look at them.
-
-mod support;
+//! `UPDATE_PICTURES=1 cargo test -p display-host --test all picture` writes them anew: look at them.
 
 use std::path::PathBuf;
 
@@ -11,6 +9,8 @@ use display_host::render::{Quality, Renderer};
 use glam::Vec3;
 use image::RgbaImage;
 use shared_mem::message::ToolFrame;
+
+use crate::support;
 
 /// Similarity (1: the same) that counts as the same picture.
 const SAME: f64 = 0.995;

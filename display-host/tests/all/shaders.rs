@@ -71,6 +71,7 @@ fn structs_lie_as_in_rust() {
                 scope,
                 adapt,
                 film,
+                wear,
                 counts,
                 capsules,
             ]

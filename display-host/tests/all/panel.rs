@@ -434,6 +434,26 @@ fn an_instructor_sees_how_an_exam_stands_and_reaches_into_nothing() {
 }
 
 #[test]
+fn an_old_task_is_not_shown_once_nobody_tells_of_it() {
+    let mut state = UiState {
+        instructor: true,
+        ..live()
+    };
+    state.watch(Some(Bulletin {
+        task: clamp(),
+        ..Bulletin::default()
+    }));
+    assert!(state.task_view.is_some());
+    let mut panel = harness(state);
+    panel.run();
+    panel.get_by_label("Alarms");
+    panel.state_mut().state.watch(None);
+    panel.run();
+    panel.get_by_label("No task: free work, without an assessment");
+    assert!(panel.state().state.task_view.is_none());
+}
+
+#[test]
 fn without_a_task_an_instructor_is_told_so_and_sees_the_station() {
     let mut panel = harness(UiState {
         instructor: true,

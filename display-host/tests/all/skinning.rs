@@ -1,7 +1,5 @@
 //! The skinning's twins, and hand-solved cases.
 
-mod support;
-
 use display_host::render::gpu::Gpu;
 use display_host::skinning::bite::bite;
 use display_host::skinning::gpu::GpuSkinning;
@@ -11,6 +9,8 @@ use display_host::skinning::{SkinMesh, SkinnedVertex, Touch};
 use glam::Vec3;
 use proptest::prelude::*;
 use shared_mem::message::SphereState;
+
+use crate::support;
 
 fn skinned(mesh: &SkinMesh, motions: &[Motion]) -> Vec<SkinnedVertex> {
     let mut out = mesh.at_rest();

@@ -1,0 +1,134 @@
+//! What begins an effect: an event of the controller, or the electrode.
+
+use glam::Vec3;
+use shared_mem::message::{EventMsg, ToolFrame};
+use shared_mem::scene::OrganKind;
+
+/// A current works where tissue is touched within this of its electrode's tip, m.
+const TIP_M: f32 = 0.003;
+/// A leak goes on until it is told that it has changed, s: longer than a session.
+pub(super) const LEAK_S: f32 = 36_000.0;
+
+/// What an effect is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Burnt tissue: smoke that drifts and gathers.
+    Smoke,
+    /// Water boiled off: white, gone in a second.
+    Steam,
+    /// Sparks of a cutting current.
+    Sparks,
+    /// Blood under pressure: pulses, drips, runs down, pools.
+    Blood,
+    /// Bile from a hole: seeps, runs down, pools.
+    Bile,
+    /// The surface turns black.
+    Char,
+}
+
+/// Something that begins. Lengths in m, world frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Effect {
+    /// What.
+    pub kind: Kind,
+    /// Where.
+    pub at_m: Vec3,
+    /// Which way it leaves; need not be of unit length. Zero: off the skin there, or up.
+    pub along: Vec3,
+    /// How much of it: 1 is a cystic artery cut through, or a hook's full current.
+    pub strength: f32,
+    /// How long its source lasts, s. Char is there at once: as wide as so long a current makes it.
+    pub lasts_s: f32,
+}
+
+impl Effect {
+    /// What an event of the controller shows, if anything, on an organ of this kind: ducts leak,
+    /// fat and connective tissue neither leak nor bleed.
+    #[must_use]
+    pub fn of_event(event: &EventMsg, organ: Option<OrganKind>) -> Option<Self> {
+        use OrganKind as Organ;
+        let (kind, much) = match organ? {
+            Organ::CysticDuct | Organ::BileDuct => (Kind::Bile, 1.0),
+            Organ::CysticArtery | Organ::Vessel => (Kind::Blood, 1.0),
+            Organ::Fat | Organ::ConnectiveTissue => return None,
+            Organ::Gallbladder if matches!(event.kind, EventMsg::LEAK | EventMsg::PERFORATION) => {
+                (Kind::Bile, 1.0)
+            }
+            // Only tubes and bands part: of the gallbladder it is its bed, which bleeds a little.
+            _ => (Kind::Blood, 0.5),
+        };
+        let is_tube = matches!(
+            organ?,
+            Organ::CysticDuct | Organ::BileDuct | Organ::CysticArtery | Organ::Vessel
+        );
+        let (strength, lasts_s) = match event.kind {
+            // What was in a tube; whether it goes on leaking is told apart.
+            EventMsg::TEAR | EventMsg::CUT if is_tube => (0.5 * much, 1.5),
+            EventMsg::TEAR => (0.5 * much, 6.0),
+            EventMsg::CUT => (much, 10.0),
+            EventMsg::PERFORATION => (0.5 * much, 1.5),
+            EventMsg::LEAK => (event.value * much, LEAK_S),
+            _ => return None,
+        };
+        Some(Self {
+            kind,
+            at_m: Vec3::from(event.at_m),
+            along: Vec3::ZERO,
+            strength,
+            lasts_s,
+        })
+    }
+
+    /// What an electrode that touches tissue does in a moment of `seconds`: cutting (switch 1)
+    /// sparks and smokes a little, coagulating (2) smokes, steams and chars. `touched` are the spheres
+    /// that some tool touches, centre and radius in m: a shaft that leans on tissue burns nothing.
+    #[must_use]
+    pub fn of_electrode(
+        tools: &ToolFrame,
+        mut touched: impl Iterator<Item = (Vec3, f32)>,
+        seconds: f32,
+    ) -> Vec<Self> {
+        const HOOK: u32 = 1;
+        let current = tools.switches & 3;
+        // Both at once: the controller lets neither through.
+        if tools.instrument != HOOK || !matches!(current, 1 | 2) {
+            return Vec::new();
+        }
+        let Some(tip) = tools
+            .capsules()
+            .and_then(|c| c.iter().find(|c| c.role != 0))
+        else {
+            return Vec::new();
+        };
+        let at_m = Vec3::from(tip.b_m);
+        if !touched.any(|(center, radius_m)| center.distance(at_m) < radius_m + TIP_M) {
+            return Vec::new();
+        }
+        let along = (Vec3::from(tip.a_m) - at_m).normalize_or(Vec3::Y);
+        let effect = |kind, strength| Self {
+            kind,
+            at_m,
+            along,
+            strength,
+            // The others go on while the electrode is on: to the next picture and a little longer.
+            lasts_s: if kind == Kind::Char {
+                seconds
+            } else {
+                seconds + 0.05
+            },
+        };
+        if current == 1 {
+            vec![
+                effect(Kind::Sparks, 1.0),
+                effect(Kind::Smoke, 0.5),
+                effect(Kind::Char, 0.4),
+            ]
+        } else {
+            vec![
+                effect(Kind::Smoke, 1.0),
+                effect(Kind::Steam, 0.6),
+                effect(Kind::Char, 1.0),
+            ]
+        }
+    }
+}

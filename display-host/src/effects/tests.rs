@@ -1,0 +1,305 @@
+//! Effects by themselves, on skins of no or one vertex.
+
+use proptest::prelude::*;
+use shared_mem::message::{EventMsg, ToolFrame};
+use shared_mem::scene::OrganKind;
+
+use super::*;
+use crate::skinning::SkinMesh;
+
+fn effect(kind: Kind) -> Effect {
+    Effect {
+        kind,
+        at_m: Vec3::new(0.0, 0.1, 0.0),
+        along: Vec3::Y,
+        strength: 1.0,
+        lasts_s: 1.0,
+    }
+}
+
+fn run(kind: Kind, frame_s: f32, seconds: f32) -> Effects {
+    let mesh = SkinMesh::default();
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let mut effects = Effects::new(Vec3::Y);
+    effects.begin(&effect(kind), &skin);
+    for _ in 0..(seconds / frame_s).round() as u32 {
+        effects.advance(frame_s, &skin);
+    }
+    effects
+}
+
+#[test]
+fn smoke_gathers_and_goes_only_when_it_is_drawn_off() {
+    let mesh = SkinMesh::default();
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let burnt = run(Kind::Smoke, 0.05, 8.0);
+    let gathered = burnt.haze_per_m();
+    assert!(gathered > 0.1, "{gathered}");
+    assert!(run(Kind::Steam, 0.05, 8.0).haze_per_m() <= 0.0);
+    let after = |suction: Option<Vec3>, seconds: u32| {
+        let mut effects = burnt.clone();
+        effects.draw_off(suction);
+        for _ in 0..seconds * 20 {
+            effects.advance(0.05, &skin);
+        }
+        effects.haze_per_m()
+    };
+    let port = Some(Vec3::new(0.0, 0.3, 0.0));
+    assert!(after(None, 10) > 0.7 * gathered);
+    assert!(after(port, 10) < 0.1 * gathered);
+    assert!(after(Some(Vec3::NAN), 10) > 0.7 * gathered, "no place");
+}
+
+#[test]
+fn puffs_leave_through_the_trocar_that_draws_them_off() {
+    let mesh = SkinMesh::default();
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let height = |suction: Option<Vec3>| {
+        let mut effects = run(Kind::Smoke, 0.05, 1.0);
+        effects.draw_off(suction);
+        for _ in 0..30 {
+            effects.advance(0.05, &skin);
+        }
+        let puffs = effects.particles();
+        puffs.iter().map(|p| p.at_m.y).sum::<f32>() / puffs.len() as f32
+    };
+    let below = Some(Vec3::new(0.0, -0.2, 0.0));
+    assert!(height(below) < height(None) - 0.03);
+    let mut beside = run(Kind::Smoke, 0.05, 1.0);
+    let mouth = beside.particles()[0].at_m;
+    beside.draw_off(Some(mouth));
+    let before = beside.particles().len();
+    beside.advance(0.05, &skin);
+    assert!(beside.particles().len() < before && beside.haze_per_m() <= 0.0);
+}
+
+#[test]
+fn smoke_rises_and_blood_falls_and_both_end() {
+    let height = |kind| {
+        let effects = run(kind, 0.02, 0.5);
+        assert!(effects.particles().len() > 3, "{kind:?}");
+        let sum: f32 = effects.particles().iter().map(|p| p.at_m.y).sum();
+        sum / effects.particles().len() as f32
+    };
+    assert!(height(Kind::Smoke) > 0.105 && height(Kind::Blood) < 0.1);
+    for kind in [
+        Kind::Smoke,
+        Kind::Steam,
+        Kind::Sparks,
+        Kind::Blood,
+        Kind::Bile,
+    ] {
+        assert!(run(kind, 0.05, 30.0).particles().is_empty(), "{kind:?}");
+    }
+}
+
+#[test]
+fn the_frame_rate_does_not_matter() {
+    let [slow, fast] = [0.05, 0.008_333_334].map(|frame| run(Kind::Smoke, frame, 1.0));
+    assert!(slow.particles().len().abs_diff(fast.particles().len()) <= 1);
+    let (a, b) = (slow.particles()[2], fast.particles()[2]);
+    assert!(a.at_m.distance(b.at_m) < 2e-3, "{a:?} {b:?}");
+}
+
+#[test]
+fn a_cut_vessel_bleeds_in_pulses_until_coagulation_dries_it() {
+    let mesh = SkinMesh::default();
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let mut effects = Effects::new(Vec3::Y);
+    effects.begin(
+        &Effect {
+            lasts_s: 20.0,
+            ..effect(Kind::Blood)
+        },
+        &skin,
+    );
+    let mut thrown = Vec::new();
+    let mut before = 0;
+    for _ in 0..60 {
+        effects.advance(0.05, &skin);
+        thrown.push(effects.thrown - before);
+        before = effects.thrown;
+    }
+    let (most, least) = (thrown.iter().max(), thrown.iter().min());
+    assert!(most > least.map(|l| l + 1).as_ref(), "{thrown:?}");
+    effects.begin(&effect(Kind::Bile), &skin);
+    effects.begin(
+        &Effect {
+            at_m: Vec3::new(0.0, 0.101, 0.0),
+            ..effect(Kind::Steam)
+        },
+        &skin,
+    );
+    let kinds: Vec<Kind> = effects.sources.iter().map(|s| s.effect.kind).collect();
+    assert_eq!(kinds, [Kind::Bile, Kind::Steam]);
+}
+
+#[test]
+fn a_leak_goes_on_until_it_is_told_to_be_closed() {
+    let mesh = SkinMesh::default();
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let mut effects = Effects::new(Vec3::Y);
+    let leak = |value, x| {
+        let event = EventMsg {
+            kind: EventMsg::LEAK,
+            at_m: [x, 0.0, 0.0],
+            value,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        Effect::of_event(&event, Some(OrganKind::CysticDuct)).expect("bile")
+    };
+    for (value, x) in [(1.0, 0.0), (0.5, 0.0), (1.0, 0.001)] {
+        effects.begin(&leak(value, x), &skin);
+    }
+    for _ in 0..600 {
+        effects.advance(0.1, &skin);
+    }
+    let strengths: Vec<f32> = effects.sources.iter().map(|s| s.effect.strength).collect();
+    assert_eq!(strengths, [0.5, 1.0], "a minute later");
+    effects.begin(&leak(0.0, 0.0), &skin);
+    assert_eq!(effects.sources.len(), 1);
+}
+
+#[test]
+fn events_and_currents_show_what_they_do() {
+    let event = |kind| EventMsg {
+        kind,
+        ..bytemuck::Zeroable::zeroed()
+    };
+    let shown = |kind, organ| Effect::of_event(&event(kind), organ).map(|e| e.kind);
+    use OrganKind as Organ;
+    for (organ, kind) in [
+        (Organ::CysticArtery, Some(Kind::Blood)),
+        (Organ::Liver, Some(Kind::Blood)),
+        (Organ::CysticDuct, Some(Kind::Bile)),
+        (Organ::Fat, None),
+    ] {
+        assert_eq!(shown(EventMsg::CUT, Some(organ)), kind, "{organ:?}");
+        assert_eq!(shown(EventMsg::CONTACT, Some(organ)), None);
+    }
+    assert_eq!(shown(EventMsg::CUT, None), None);
+    for (organ, kind) in [
+        (Organ::CysticArtery, Kind::Blood),
+        (Organ::CysticDuct, Kind::Bile),
+        (Organ::Gallbladder, Kind::Bile),
+    ] {
+        assert_eq!(shown(EventMsg::LEAK, Some(organ)), Some(kind));
+    }
+    let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
+    tools.world_from_handle.orientation[3] = 1.0;
+    tools.world_from_instrument = tools.world_from_handle;
+    tools.world_from_camera = tools.world_from_handle;
+    (tools.instrument, tools.contact_count, tools.capsule_count) = (1, 1, 1);
+    tools.capsules[0].role = 3;
+    let mut kinds = |switches, far_m| {
+        tools.switches = switches;
+        let touched = [(Vec3::new(far_m, 0.0, 0.0), 0.004)];
+        Effect::of_electrode(&tools, touched.into_iter(), 0.1)
+            .iter()
+            .map(|e| e.kind)
+            .collect::<Vec<_>>()
+    };
+    assert!(kinds(1, 0.005).contains(&Kind::Sparks) && kinds(2, 0.005).contains(&Kind::Steam));
+    assert!(kinds(0, 0.005).is_empty() && kinds(3, 0.005).is_empty());
+    // Only its shaft touches.
+    assert!(kinds(1, 0.02).is_empty());
+}
+
+#[test]
+fn on_skin_char_is_of_the_current_s_time_and_blood_leaves_it_at_right_angles() {
+    use bytemuck::Zeroable;
+    use shared_mem::message::SphereState;
+    use shared_mem::scene::SphereRecord;
+    let mesh = SkinMesh {
+        vertices: vec![crate::skinning::RestVertex {
+            normal: [1.0, 0.0, 0.0],
+            ..Zeroable::zeroed()
+        }],
+        skinned: 1,
+        ..SkinMesh::default()
+    };
+    let (rest, now) = ([SphereRecord::zeroed()], [SphereState::zeroed()]);
+    let skin = Skin::new(&mesh, &rest, &now, &[]);
+    let burnt = |frames: u32, seconds: f32| {
+        let mut effects = Effects::new(Vec3::Y);
+        for _ in 0..frames {
+            let moment = Effect {
+                at_m: Vec3::ZERO,
+                lasts_s: seconds / frames as f32,
+                ..effect(Kind::Char)
+            };
+            effects.begin(&moment, &skin);
+        }
+        effects.stains()[0].radius_m
+    };
+    assert!((burnt(10, 0.5) - burnt(60, 0.5)).abs() < 1e-6);
+    assert!((burnt(10, 0.5) - burnt(10, 0.25) - 0.25 * 0.003).abs() < 1e-6);
+    let mut effects = Effects::new(Vec3::Y);
+    let bleeds = Effect {
+        at_m: Vec3::ZERO,
+        along: Vec3::ZERO,
+        ..effect(Kind::Blood)
+    };
+    effects.begin(&bleeds, &skin);
+    assert_eq!(effects.sources[0].effect.along, Vec3::X);
+}
+
+#[test]
+fn work_leaves_char_and_blood_on_the_instrument_until_it_is_exchanged() {
+    let mesh = SkinMesh::default();
+    let skin = Skin::new(&mesh, &[], &[], &[]);
+    let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
+    tools.world_from_handle.orientation[3] = 1.0;
+    tools.world_from_instrument = tools.world_from_handle;
+    tools.world_from_camera = tools.world_from_handle;
+    (tools.instrument, tools.capsule_count) = (1, 2);
+    tools.capsules[0].a_m = [0.0, 0.5, 0.0];
+    tools.capsules[1].role = 3;
+    let mut effects = Effects::new(Vec3::Y);
+    effects.hold(&tools);
+    let here = |kind, at_m| Effect {
+        at_m,
+        ..effect(kind)
+    };
+    effects.begin(&here(Kind::Char, Vec3::X), &skin);
+    effects.begin(&here(Kind::Blood, Vec3::X), &skin);
+    // The shaft is no part of it.
+    effects.begin(&here(Kind::Blood, Vec3::Y * 0.3), &skin);
+    effects.advance(0.2, &skin);
+    assert!(effects.wear().charred <= 0.0 && effects.wear().bloody <= 0.0);
+    effects.begin(&here(Kind::Char, Vec3::X * 0.001), &skin);
+    effects.begin(&here(Kind::Blood, Vec3::X * 0.004), &skin);
+    effects.advance(0.2, &skin);
+    let worn = *effects.wear();
+    assert!((worn.charred - 0.2).abs() < 1e-6, "{worn:?}");
+    assert!(worn.bloody > 0.05 && worn.bilious <= 0.0, "{worn:?}");
+    effects.hold(&tools);
+    assert!(effects.wear().charred > 0.0);
+    tools.instrument = 0;
+    effects.hold(&tools);
+    assert!(effects.wear().charred <= 0.0 && effects.wear().bloody <= 0.0);
+}
+
+proptest! {
+    #[test]
+    fn nothing_breaks_it(
+        at in any::<[f32; 3]>(), along in any::<[f32; 3]>(), strength in any::<f32>(),
+        lasts_s in any::<f32>(), seconds in any::<f32>(), times in 0u32..80,
+    ) {
+        let mesh = SkinMesh::default();
+        let skin = Skin::new(&mesh, &[], &[], &[]);
+        let mut effects = Effects::new(Vec3::ZERO);
+        for kind in [Kind::Smoke, Kind::Blood, Kind::Sparks, Kind::Char] {
+            let effect = Effect {
+                kind, at_m: at.into(), along: along.into(), strength, lasts_s,
+            };
+            effects.begin(&effect, &skin);
+        }
+        for _ in 0..times {
+            effects.advance(seconds, &skin);
+        }
+        prop_assert!(effects.particles().len() <= PARTICLES);
+        prop_assert!(effects.stains().len() <= STAINS);
+        prop_assert!(effects.particles().iter().all(|p| p.at_m.is_finite()));
+    }
+}

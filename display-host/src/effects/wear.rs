@@ -1,0 +1,91 @@
+//! What work leaves on the instrument: char on the electrode, blood and bile on the jaws.
+
+use glam::Vec3;
+use shared_mem::message::ToolFrame;
+
+use super::{Effect, Kind, Particle, Source};
+
+/// A full current chars a clean electrode all over in this time, s.
+const CHARRED_S: f32 = 5.0;
+/// An electrode within this of what it chars is the one that does it, m.
+const OWN_M: f32 = 0.006;
+/// Blood wets what is this near to where it comes out, m, all over in this time, s.
+const MOUTH_M: f32 = 0.008;
+const WETTED_S: f32 = 1.5;
+/// A drop beside the jaws wets as a mouth of this strength does, within this, m.
+const DROP: f32 = 0.3;
+const DROP_M: f32 = 0.002;
+/// Jaws at most.
+const JAWS: usize = 3;
+
+/// Shares of the working end that are covered: 0 clean, 1 all over. An instrument that is exchanged comes
+/// back wiped.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Wear {
+    /// By char.
+    pub charred: f32,
+    /// By blood.
+    pub bloody: f32,
+    /// By bile.
+    pub bilious: f32,
+    instrument: u32,
+    /// Ends of its jaws, or of its electrode, world frame, m.
+    jaws: [Option<[Vec3; 2]>; JAWS],
+}
+
+impl Wear {
+    /// This instrument is in the hand now, and stands there.
+    pub(super) fn hold(&mut self, tools: &ToolFrame) {
+        if tools.instrument != self.instrument {
+            *self = Self {
+                instrument: tools.instrument,
+                ..Self::default()
+            };
+        }
+        let ends = |at: [f32; 3]| Vec3::from(at);
+        let capsules = tools.capsules().unwrap_or(&[]).iter();
+        let mut jaws = capsules
+            .filter(|it| it.role != 0)
+            .map(|it| [ends(it.a_m), ends(it.b_m)]);
+        self.jaws = core::array::from_fn(|_| jaws.next());
+    }
+
+    /// An effect begins.
+    pub(super) fn begin(&mut self, effect: &Effect) {
+        if effect.kind == Kind::Char && self.off(effect.at_m) < OWN_M {
+            let more = effect.strength * effect.lasts_s / CHARRED_S;
+            self.charred = (self.charred + more.max(0.0)).min(1.0);
+        }
+    }
+
+    /// Goes on by `seconds` beside what flows and flies.
+    pub(super) fn step(&mut self, seconds: f32, sources: &[Source], particles: &[Particle]) {
+        if self.jaws[0].is_none() {
+            return;
+        }
+        for kind in [Kind::Blood, Kind::Bile] {
+            let flows = sources.iter().filter(|it| it.effect.kind == kind);
+            let near = flows.filter(|it| self.off(it.effect.at_m) < MOUTH_M);
+            let much: f32 = near.map(|it| it.effect.strength).sum();
+            let drops = particles.iter().filter(|it| it.kind == kind);
+            let met = drops.filter(|it| self.off(it.at_m) < DROP_M + it.radius_m());
+            let more = (much + met.count() as f32 * DROP) * seconds / WETTED_S;
+            let film = match kind {
+                Kind::Blood => &mut self.bloody,
+                _ => &mut self.bilious,
+            };
+            *film = (*film + more.max(0.0)).min(1.0);
+        }
+    }
+
+    /// Distance from the jaws, m.
+    fn off(&self, at: Vec3) -> f32 {
+        let off = |[a, b]: &[Vec3; 2]| {
+            let along = *b - *a;
+            let share = (at - *a).dot(along) / along.length_squared().max(1e-12);
+            at.distance(*a + along * share.clamp(0.0, 1.0))
+        };
+        let jaws = self.jaws.iter().flatten();
+        jaws.map(off).fold(f32::INFINITY, f32::min)
+    }
+}

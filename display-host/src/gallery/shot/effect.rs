@@ -1,0 +1,137 @@
+//! Effects: on what, from where, and with what in the picture.
+
+use glam::{Quat, Vec3};
+use shared_mem::message::{CapsuleMsg, PoseMsg, ToolFrame};
+use shared_mem::scene::{OrganKind, SceneFile};
+
+use super::{Chapter, Shot, best_side, bounds, is_free, judges, nothing, others};
+use crate::effects::{Effect, Kind};
+use crate::render::camera::looking;
+
+/// The hook's tip, from its joint, m.
+const HOOK_TIP_M: Vec3 = Vec3::new(0.0, -0.0042, -0.0119);
+
+/// So much wider than an organ's spheres must be what one looks past, m.
+const CLEAR_M: f32 = 0.004;
+
+/// Each kind of effect where it belongs, a few seconds on: what burns with the hook that burns it, blood and
+/// bile from what has them, seen from beside their course.
+pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
+    use OrganKind as Organ;
+    let burns = Site::on(scene, &[Organ::Fat, Organ::ConnectiveTissue, Organ::Liver]);
+    let bleeds = Site::on(scene, &[Organ::CysticArtery, Organ::Vessel, Organ::Liver]);
+    let leaks = Site::on(
+        scene,
+        &[Organ::Gallbladder, Organ::CysticDuct, Organ::Liver],
+    );
+    let burnt = vec![Kind::Smoke, Kind::Steam, Kind::Char];
+    let kinds = [
+        ("Smoke", vec![Kind::Smoke], 1.1, burns),
+        ("Coagulation", burnt, 0.8, burns),
+        ("Smoke that has gathered", vec![Kind::Smoke], 20.0, burns),
+        ("Sparks of a cut", vec![Kind::Sparks], 0.15, burns),
+        ("Bleeding, at first", vec![Kind::Blood], 0.25, bleeds),
+        ("Bleeding, later", vec![Kind::Blood], 9.0, bleeds),
+        ("Bile", vec![Kind::Bile], 8.0, leaks),
+    ];
+    let shots = kinds.into_iter().map(|(title, kinds, seconds, site)| {
+        let Site { at, out, from } = site;
+        let is_burnt = matches!(kinds[0], Kind::Smoke | Kind::Sparks);
+        let begin = kinds.into_iter().map(|kind| Effect {
+            kind,
+            at_m: at + out * 0.001,
+            along: out + 0.4 * Vec3::Y,
+            strength: 1.0,
+            lasts_s: seconds + 2.0,
+        });
+        let begin = begin.collect();
+        let looks = looking(at + from * 0.06, at - Vec3::Y * 0.004);
+        let tools = match is_burnt {
+            true => hook_at(scene, at, from, looks),
+            false => nothing(scene, looks),
+        };
+        Shot {
+            effects: (begin, seconds),
+            ..Shot::new(Chapter::Effects, title, tools)
+        }
+    });
+    shots.collect()
+}
+
+/// A place on an organ, the way off it, and from where it is seen.
+#[derive(Clone, Copy)]
+struct Site {
+    at: Vec3,
+    out: Vec3,
+    from: Vec3,
+}
+
+impl Site {
+    /// On the first of these that the scene has; else at its target.
+    fn on(scene: &SceneFile, kinds: &[OrganKind]) -> Self {
+        let room = scene.room();
+        let organs = scene.organs();
+        let found = kinds
+            .iter()
+            .find_map(|kind| organs.iter().find(|organ| organ.kind == *kind as u32));
+        let eye = Vec3::from(room.world_from_camera.position_m);
+        let site = found.and_then(|organ| {
+            let side = best_side(scene, organ, true);
+            let others = others(scene, organ);
+            let judges = judges(scene, organ);
+            let (low, high) = bounds(&judges);
+            let middle = (low + high) / 2.0 + side * (high - low).length() / 4.0;
+            let seen = judges
+                .into_iter()
+                .filter(|(at, normal)| normal.dot(side) > 0.5 && is_free(*at, side, &others));
+            let near = |it: &(Vec3, Vec3)| it.0.distance_squared(middle);
+            let (at, out) = seen.min_by(|a, b| near(a).total_cmp(&near(b)))?;
+            Some((at, out, side))
+        });
+        let (at, out, side) = site.unwrap_or_else(|| {
+            let at = Vec3::from(room.target_m);
+            let out = Vec3::from(room.target_normal).normalize_or(Vec3::Y);
+            (at, out, (eye - at).normalize_or(out))
+        });
+        // Not along what flies off it, if another side is free too.
+        let beside = side
+            .reject_from(out)
+            .normalize_or(out.any_orthonormal_vector());
+        let over = out.cross(beside);
+        let hides = found.map_or_else(Vec::new, |organ| others(scene, organ));
+        let wider: Vec<_> = hides.iter().map(|(at, r)| (*at, r + CLEAR_M)).collect();
+        let ways = [beside, over, -over, -beside].map(|way| (side + 0.6 * way).normalize_or(side));
+        let free = ways.into_iter().find(|from| is_free(at, *from, &wider));
+        let from = free.unwrap_or(side);
+        Self { at, out, from }
+    }
+}
+
+/// The hook's tip on a place that is seen from there, by the camera at `looks`.
+fn hook_at(scene: &SceneFile, at: Vec3, from: Vec3, looks: PoseMsg) -> ToolFrame {
+    let port = Vec3::from(scene.room().instrument_port_m);
+    let mut tools = nothing(scene, looks);
+    // From its port, but from where one sees it rather than from behind what it burns.
+    let back = ((port - at).normalize_or(from) + from).normalize_or(from);
+    let x = from
+        .reject_from(back)
+        .normalize_or(back.any_orthonormal_vector());
+    let turn = Quat::from_mat3(&glam::Mat3::from_cols(x, back.cross(x), back));
+    let joint = at - turn * HOOK_TIP_M;
+    tools.world_from_instrument = PoseMsg {
+        position_m: joint.to_array(),
+        orientation: turn.normalize().to_array(),
+    };
+    tools.world_from_handle = tools.world_from_instrument;
+    tools.instrument = 1;
+    let capsule = |a: Vec3, b: Vec3, radius_m, role| CapsuleMsg {
+        a_m: a.to_array(),
+        radius_m,
+        b_m: b.to_array(),
+        role,
+    };
+    tools.capsule_count = 2;
+    tools.capsules[0] = capsule(joint + back * 0.3, joint, 0.0025, 0);
+    tools.capsules[1] = capsule(joint, at, 0.0006, 3);
+    tools
+}

@@ -1,0 +1,17 @@
+//! Every test of the display that needs no window, in one program: each would link all of wgpu and egui.
+
+mod effects;
+mod feed;
+mod gallery;
+mod headless;
+mod inside;
+mod launcher;
+mod overlay;
+mod panel;
+mod picture;
+mod quality;
+mod screens;
+mod shaders;
+mod skinning;
+#[path = "../support/mod.rs"]
+mod support;

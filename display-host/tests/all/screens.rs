@@ -1,0 +1,348 @@
+//! Every screen in every language at two sizes: nothing is cut off, nothing over the picture covers another thing.
+//! `SCREENS=DIR cargo test -p display-host --test all screens` also draws them there: look at them.
+
+use std::path::PathBuf;
+
+use display_host::ui::launcher::{
+    Asking, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, MetricRow, Points,
+    Running, Screen, Start, StartForm, launcher,
+};
+use display_host::ui::{
+    Bulletin, Link, Settings, TaskEnd, TaskNote, TaskView, TickHealth, UiState, ui,
+};
+use display_host::words::{Language, Words};
+use egui::accesskit::Role;
+use egui::{Color32, ColorImage, TextureHandle, TextureOptions};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT as _, Queryable as _};
+use shared_mem::message::{DeviceHealth, ToolFrame};
+
+const SIZES: [[u16; 2]; 2] = [[1280, 720], [1920, 1080]];
+
+enum Shown {
+    Launcher(Box<Screen>),
+    Window(Box<UiState>),
+}
+
+fn texts(all: &[&str]) -> Vec<String> {
+    all.iter().map(|it| (*it).to_owned()).collect()
+}
+
+fn note(kind: &str, organ: &str) -> TaskNote {
+    TaskNote {
+        kind: kind.into(),
+        organ: Some(organ.into()),
+    }
+}
+
+fn start(problem: bool) -> Screen {
+    let device = |name, state| DeviceLine { name, state };
+    Screen::Start(Start {
+        form: StartForm {
+            trainee: "Ada".into(),
+            task: "identify".into(),
+            difficulty: "exam".into(),
+            scene: "triangle".into(),
+            emulated: !problem,
+            station_file: "/home/ada/station.toml".into(),
+            ..StartForm::default()
+        },
+        trainees: texts(&["Ada", "Bo", "Cy", "Dagmar", "Emil"]),
+        tasks: texts(&[
+            "identify",
+            "clamp",
+            "cut",
+            "disconnect",
+            "full",
+            "free",
+            "scope",
+        ]),
+        difficulties: texts(&["beginner", "trainee", "exam"]),
+        scopes: vec![0, 30, 45],
+        scenes: texts(&["triangle", "triangle-variant", "built-in"]),
+        devices: match problem {
+            false => ["device-haptic", "device-tracker", "device-pedal"]
+                .map(|name| device(name, DeviceState::Emulated))
+                .into(),
+            true => vec![
+                device(
+                    "device-haptic",
+                    DeviceState::Missing("/dev/serial/by-id/usb-Touch".into()),
+                ),
+                device("device-tracker", DeviceState::Named("192.168.0.1".into())),
+                device(
+                    "device-pedal",
+                    DeviceState::There("/dev/input/by-id/pedal".into()),
+                ),
+            ],
+        },
+        plugged_in: texts(&["/dev/ttyS0", "Arduino Due (/dev/ttyACM0)"]),
+        store: "/home/ada/.local/share/calot/store.sqlite".into(),
+        problem: problem.then(|| "the store is busy: another program writes it".into()),
+        ..Start::default()
+    })
+}
+
+fn debrief() -> Screen {
+    let row = |name: &str, unit: &str, value: f64, most: Option<f64>| MetricRow {
+        name: name.into(),
+        unit: unit.into(),
+        value: Some(value),
+        passes: most.map(|most| [f64::NEG_INFINITY, most]),
+        best: Some(value / 2.0),
+    };
+    Screen::Debrief(Debrief {
+        trainee: "Ada".into(),
+        task: "full".into(),
+        difficulty: "trainee".into(),
+        outcome: "failed".into(),
+        reasons: texts(&["the cystic artery was divided unclamped"]),
+        score: 31.0,
+        alarms: [
+            ("touched", "duodenum"),
+            ("burnt", "liver"),
+            ("too_early", "cystic duct"),
+        ]
+        .map(|(kind, organ)| (75.5, note(kind, organ)))
+        .into(),
+        metrics: vec![
+            row("clips_misplaced", "n", 2.0, Some(0.0)),
+            row("burn_gallbladder_j", "J", 41.0, Some(20.0)),
+            row("time_s", "s", 731.0, Some(900.0)),
+            row("path_m", "m", 4.2, None),
+            row("cvs_bed", "1", 0.4, None),
+            row("force_saturated_s", "s", 1.2, None),
+            row("blood_ml", "ml", 12.5, Some(20.0)),
+        ],
+        earlier: vec![Earlier {
+            when: "2026-03-01 10:12".into(),
+            outcome: "aborted".into(),
+            score: 0.0,
+        }],
+        report: Some("/home/ada/out/debrief.html".into()),
+        warnings: texts(&["not realtime: lacks SCHED_FIFO"]),
+        ..Debrief::default()
+    })
+}
+
+fn points(asking: Asking, items: &[&str], at: usize) -> Screen {
+    Screen::Points(Points {
+        asking,
+        trainee: "Ada".into(),
+        items: items.iter().map(|it| ((*it).into(), "?".into())).collect(),
+        given: items.iter().map(|_| Some(4)).collect(),
+        at,
+        problem: None,
+    })
+}
+
+fn task() -> TaskView {
+    let steps = [
+        "Clear Calot's triangle",
+        "Free the lower third of the gallbladder's bed",
+        "Put 2 clips on the cystic artery",
+    ];
+    TaskView {
+        task: "full".into(),
+        time_s: 605.0,
+        steps: steps.map(|it| (it.to_owned(), it.contains("Clear"))).into(),
+        alarm: Some(note("too_early", "cystic duct")),
+        alarms: 3,
+        score: Some(64.0),
+        hint: Some(format!("{}: take the cautery hook (2).", steps[1])),
+        end: None,
+        start: None,
+    }
+}
+
+fn window() -> UiState {
+    let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
+    (tools.switches, tools.instrument, tools.clips_left) = (16 + 2, 1, 9);
+    tools.force_n = [0.0, 1.0, 0.4];
+    let states = [DeviceHealth::LIVE, DeviceHealth::STALE, DeviceHealth::LOST];
+    for (health, status) in tools.health.iter_mut().zip(states) {
+        (health.status, health.age_us, health.bad_frames) = (status, 41_000, 3);
+    }
+    UiState {
+        station: "main".into(),
+        scene: "Calot's triangle".into(),
+        link: Link::Live,
+        tools: Some(tools),
+        health: TickHealth::default(),
+        adapter: "llvmpipe (LLVM 19.1.7, 256 bits) (Vulkan, Mesa 25.0.7)".into(),
+        task_view: Some(task()),
+        quality: [0, 2],
+        ..UiState::default()
+    }
+}
+
+fn with(change: impl FnOnce(&mut UiState)) -> Shown {
+    let mut state = window();
+    change(&mut state);
+    Shown::Window(Box::new(state))
+}
+
+fn page(screen: Screen) -> Shown {
+    Shown::Launcher(Box::new(screen))
+}
+
+fn screens() -> Vec<(&'static str, Shown)> {
+    let switch = |state: &mut UiState, bit| {
+        if let Some(tools) = &mut state.tools {
+            tools.switches |= bit;
+        }
+    };
+    let running = Screen::Running(Running {
+        trainee: "Ada".into(),
+        task: "disconnect".into(),
+        seconds: 64.0,
+        said: Some("calot rt: the tick goes on after 62 ms".into()),
+        ..Running::default()
+    });
+    let failed = Screen::Failed(Failed {
+        status: "exit status: 1".into(),
+        said: texts(&["calot: /dev/ttyACM0 cannot be opened: plug it in, or name another"]),
+        ..Failed::default()
+    });
+    let goals = ["depth", "hands", "efficiency", "tissue", "autonomy"];
+    vec![
+        ("start", page(start(false))),
+        ("start-problem", page(start(true))),
+        ("running", page(running)),
+        ("failed", page(failed)),
+        ("debrief", page(debrief())),
+        (
+            "questions",
+            page(points(
+                Asking::Questions,
+                &["notes-skills", "other-coordination"],
+                1,
+            )),
+        ),
+        ("sheet", page(points(Asking::Sheet, &goals, 1))),
+        ("sheet-all", page(points(Asking::Sheet, &goals, 5))),
+        ("task", with(|_| ())),
+        ("task-in-hand", with(|state| state.in_hand = true)),
+        (
+            "task-alarm",
+            with(|state| state.alarm = Some("the handle was too fast".into())),
+        ),
+        ("task-alone", with(|state| state.panel_hidden = true)),
+        ("pause", with(|state| switch(state, 8))),
+        (
+            "over",
+            with(|state| {
+                if let Some(task) = &mut state.task_view {
+                    task.end = Some(TaskEnd {
+                        passed: false,
+                        outcome: "failed".into(),
+                        reasons: texts(&[
+                            "the cystic artery was divided unclamped",
+                            "blood_ml is 30.0, at most 20 is allowed",
+                        ]),
+                    });
+                }
+            }),
+        ),
+        ("settings", with(|state| state.settings_open = true)),
+        ("waiting", with(|state| state.link = Link::Waiting)),
+        (
+            "instructor",
+            with(|state| {
+                state.instructor = true;
+                state.watch(Some(Bulletin {
+                    task: task(),
+                    difficulty: "exam".into(),
+                    alarms: vec![(75.0, note("clip_misplaced", "hepatic artery"))],
+                    metrics: vec![
+                        ("force_saturated_s".into(), "s".into(), 1.2),
+                        ("cautery_air_s".into(), "s".into(), 12.0),
+                    ],
+                }));
+            }),
+        ),
+    ]
+}
+
+/// What is shown, and the picture's texture once there is one.
+type Desk = (Shown, Words, Option<TextureHandle>);
+
+fn harness(language: Language, shown: Shown, [width, height]: [u16; 2]) -> Harness<'static, Desk> {
+    let words = Words::new(language);
+    let show = |area: &mut egui::Ui, (shown, words, picture): &mut Desk| match shown {
+        Shown::Launcher(screen) => {
+            if let Screen::Start(start) = &mut **screen {
+                start.form.language = words.language();
+            }
+            let state = Launcher {
+                words: words.clone(),
+                screen: (**screen).clone(),
+            };
+            launcher(area, &state);
+        }
+        Shown::Window(state) => {
+            let texture = picture.get_or_insert_with(|| {
+                let red = ColorImage::filled([4, 3], Color32::from_rgb(120, 40, 30));
+                area.ctx()
+                    .load_texture("picture", red, TextureOptions::default())
+            });
+            state.set(Settings {
+                language: words.language(),
+                ..Settings::default()
+            });
+            state.picture = Some((texture.id(), 4.0 / 3.0));
+            ui(area, state);
+        }
+    };
+    Harness::builder()
+        .with_size([f32::from(width), f32::from(height)])
+        .build_ui_state(show, (shown, words, None))
+}
+
+#[test]
+fn nothing_is_cut_off_and_no_words_cover_others() {
+    let out = std::env::var_os("SCREENS").map(PathBuf::from);
+    let mut wrong = Vec::new();
+    for language in Language::ALL {
+        for size in SIZES {
+            for (name, shown) in screens() {
+                let is_window = matches!(shown, Shown::Window(_));
+                let mut desk = harness(language, shown, size);
+                desk.run_steps(4);
+                let [width, height] = size.map(f32::from);
+                let place = format!("{name} {} {width}x{height}", language.code());
+                let roles = [Role::Label, Role::Button, Role::RadioButton];
+                let nodes = roles
+                    .into_iter()
+                    .flat_map(|role| desk.query_all_by_role(role));
+                let mut texts = Vec::new();
+                for node in nodes {
+                    let (rect, node) = (node.rect(), node.accesskit_node());
+                    let text = node.label().or_else(|| node.value()).unwrap_or_default();
+                    if rect.left() < -1.0 || rect.right() > width + 1.0 {
+                        wrong.push(format!("{place}: cut off: {text} {rect}"));
+                    }
+                    // A launcher's page scrolls, above buttons that do not; so does the panel at the right.
+                    if is_window && rect.bottom() <= height {
+                        texts.push((text, rect));
+                    }
+                }
+                for (i, (text, rect)) in texts.iter().enumerate() {
+                    for (other, beside) in &texts[..i] {
+                        let common = rect.intersect(*beside);
+                        if common.width() > 2.0 && common.height() > 2.0 && text != other {
+                            wrong.push(format!("{place}: {text} covers {other}"));
+                        }
+                    }
+                }
+                if let Some(out) = &out {
+                    std::fs::create_dir_all(out).expect("the folder of SCREENS");
+                    let file = format!("{name}-{}-{width}.png", language.code());
+                    let picture = desk.render().expect("a driver draws it");
+                    picture.save(out.join(file)).expect("a file in SCREENS");
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
