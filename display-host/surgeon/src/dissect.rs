@@ -1,142 +1,95 @@
 //! With the hook: cell after cell of layered tissue is taken away, the nearest that can be reached first.
 
-use shared_mem::message::StateFrame;
-use shared_mem::scene::{CellRecord, NO_CELL, SceneFile};
+use shared_mem::scene::CellRecord;
 
-use crate::sight::{Bar, Place, off_line, wide};
+use crate::hold::{BEND_M, ELECTRODE_M, Hook, WORKS, electrode_room_m, turns};
+use crate::sight::{Bar, off_line};
 use crate::work::{COAGULATE, Vec3, Work};
 
-/// The electrode's radius, m (`rt_core::tool`).
-const ELECTRODE_M: f64 = 0.0008;
 /// Current that comes this near to what must not be burnt is cut off, m.
-const CLEAR_M: f64 = 0.0005;
-/// A cell farther from the tip than this is come to from in front, m.
-const NEAR_M: f64 = 0.008;
+const CLEAR_M: f64 = 0.0006;
+/// As near as this it comes no faster than what takes it so far in a quarter of a second, m: pedal and picture
+/// lag.
+const CLOSE_M: f64 = 0.003;
+const SLOW_M: f64 = 0.003;
+/// The hook is not held nearer than this to what it must not touch, m; it turns more slowly within the
+/// other, and comes nearer by no more than so much of the room that is left in a quarter of a second.
+const ROOM_M: f64 = 0.0006;
+const SHY_M: f64 = 0.0015;
+const SLOWS: f64 = 8.0;
+/// A cell farther from the hook's end than this is come to from in front, m.
+const NEAR_M: f64 = 0.010;
 /// What lies so near to the way of shaft and hook is in the way, m.
 const WAY_M: f64 = 0.0018;
 /// The way that is looked along from a cell to the port, m.
 const LOOK_M: f64 = 0.04;
-/// Candidates that are looked at closely.
-const CLOSELY: usize = 24;
-/// The hand does not pull farther ahead of a tip that is held, m.
+/// What is so near to that way counts, m.
+const BESIDE_M: f64 = 0.012;
+/// What is in the way and need not go otherwise counts as so much farther, m.
+const OTHER_M: f64 = 0.02;
+/// Candidates that are looked at closely, and ways to hold the hook.
+const CLOSELY: usize = 16;
+const TURNS: u32 = 12;
+/// The hand does not pull farther ahead of a tip that is held in the bed, m, nor push fat farther: ducts lie in
+/// it, and come back when it gives way.
 const LAG_M: f64 = 0.006;
+const PUSH_M: f64 = 0.005;
+/// What has gone so far from where it was hangs on nothing any more, m.
+const ADRIFT_M: f64 = 0.025;
 /// A cell that does not get nearer or warmer for so long is left, s.
 const STUCK_S: f64 = 0.7;
-/// A cell is tried so often.
+const LONG_S: f64 = 4.0;
+/// What is nearer than this to a cell may lie before it, m; the electrode touches what is so near to it, m.
+const AROUND_M: f64 = 0.010;
+const REACHED_M: f64 = 0.0002;
+/// A cell is tried so often, and again once so much more is gone.
 const TRIES: u8 = 3;
-/// What lies so near to one that was given up counts as tried, too, m.
-const BESIDE_M: f64 = 0.002;
+const WORTH: f64 = 0.01;
 
-/// Layered tissue at rest.
-#[derive(Debug)]
-pub(crate) struct Field {
-    cells: Vec<Cell>,
-    /// How often each was given up.
-    tries: Vec<u8>,
-}
-
-#[derive(Debug)]
-struct Cell {
-    center: Vec3,
-    spheres: Vec<(usize, f64)>,
-    neighbours: [u16; 6],
-    /// Outwards, of unit length.
-    outwards: Vec3,
-    /// As a ball, m.
-    radius_m: f64,
-    volume_m3: f64,
-    region: u8,
-}
-
-impl Field {
-    pub(crate) fn new(scene: &SceneFile) -> Self {
-        let records = scene.cells();
-        let center = |index: u16| records.get(usize::from(index)).map(|it| wide(it.center_m));
-        let cells = records.iter().map(|record| {
-            let own = wide(record.center_m);
-            let [.., inner, outer] = record.neighbours;
-            let outwards = center(outer).unwrap_or(own) - center(inner).unwrap_or(own);
-            let weights = record.spheres.iter().zip(record.weights);
-            let weights = weights.filter(|(_, weight)| *weight != 0.0);
-            Cell {
-                center: own,
-                spheres: weights
-                    .map(|(sphere, weight)| (usize::from(*sphere), f64::from(weight)))
-                    .collect(),
-                neighbours: record.neighbours,
-                outwards: outwards.try_normalize(1e-9).unwrap_or_else(Vec3::y),
-                radius_m: 0.5
-                    * record
-                        .extent_m
-                        .iter()
-                        .fold(0.0, |a, b| f64::max(a, (*b).into())),
-                volume_m3: record.volume_m3.into(),
-                region: record.region,
-            }
-        });
-        let cells: Vec<Cell> = cells.collect();
-        Self {
-            tries: vec![0; cells.len()],
-            cells,
-        }
-    }
-
-    /// What held this one up holds those beside it up.
-    fn give_up(&mut self, index: usize) {
-        let Some(at) = self.cells.get(index).map(|cell| cell.center) else {
-            return;
-        };
-        for (cell, tries) in self.cells.iter().zip(&mut self.tries) {
-            if (cell.center - at).norm() < BESIDE_M {
-                *tries = tries.saturating_add(1);
-            }
-        }
-    }
-
-    /// Share of a region that is gone, by volume.
-    fn gone(&self, region: u8, state: &StateFrame) -> f64 {
-        let (mut gone, mut all) = (0.0, 0.0);
-        for (cell, shown) in self.cells.iter().zip(&state.cells) {
-            if cell.region == region {
-                all += cell.volume_m3;
-                gone += if *shown == StateFrame::GONE {
-                    cell.volume_m3
-                } else {
-                    0.0
-                };
-            }
-        }
-        gone / all
-    }
-}
-
-/// Where the cells that are left are now.
+/// What there is to see before a cell is chosen.
 struct Now {
-    /// Their numbers and places.
+    /// Numbers and places of the cells that are left.
     left: Vec<(usize, Vec3)>,
     /// What else stands in the way of a shaft.
     solid: Vec<Bar>,
+    /// What must not be burnt, or not even touched.
+    delicate: Vec<Bar>,
+}
+
+/// A cell, and which way the hook's bent end is to turn for it.
+#[derive(Debug, Clone, Copy)]
+struct Choice {
+    cost_m: f64,
+    cell: usize,
+    bend: Vec3,
 }
 
 impl Work<'_> {
-    /// Takes cells of a region away until this share of it is gone.
-    pub(crate) fn dissect(&mut self, region: u8, share: f64) -> Result<(), String> {
-        self.field.tries.fill(0);
+    /// Takes cells of regions away until this share of them is gone.
+    pub(crate) fn dissect(&mut self, regions: &[u8], share: f64) -> Result<(), String> {
+        self.field.begin();
+        let mut before = 0.0;
         let done = loop {
-            let gone = self.field.gone(region, &self.seen.state);
+            let gone = self.field.gone(regions, &self.seen.state);
             if gone >= share {
                 break Ok(());
             }
-            let Some(cell) = self.choose(region) else {
+            let Some(choice) = self.choose(regions) else {
+                if gone > before + WORTH {
+                    // With what lay before it gone, there may be a way.
+                    before = gone;
+                    self.field.begin();
+                    continue;
+                }
                 break Err(format!(
                     "{:.1} % is gone, the rest is out of reach",
                     100.0 * gone
                 ));
             };
-            if !self.take_away(cell)? {
-                self.field.give_up(cell);
+            if !self.take_away(&choice)? {
+                self.field.give_up(choice.cell);
                 // Out of what held it up.
-                let _ = self.retreat(0.01);
+                self.withdraw(0.01)?;
             }
             self.goes_on()?;
         };
@@ -144,37 +97,33 @@ impl Work<'_> {
         done
     }
 
-    fn is_left(&self, cell: u16) -> bool {
-        let shown = self.seen.state.cells.get(usize::from(cell));
-        cell != NO_CELL && shown.is_some_and(|shown| *shown != StateFrame::GONE)
-    }
-
-    fn at(&self, cell: &Cell) -> Vec3 {
-        let state = &self.seen.state;
-        let moved = cell.spheres.iter();
-        let moved = moved.map(|(sphere, weight)| self.sight.moved(*sphere, state) * *weight);
-        cell.center + moved.sum::<Vec3>()
-    }
-
     fn now(&self) -> Now {
+        let state = &self.seen.state;
         let cells = self.field.cells.iter().enumerate();
-        let left = cells.filter(|(index, _)| self.is_left(*index as u16));
+        let left = cells.filter(|(index, _)| self.field.is_left(*index, state));
         Now {
-            left: left.map(|(index, cell)| (index, self.at(cell))).collect(),
-            solid: self.sight.solid(&self.seen.state),
+            left: left
+                .map(|(index, cell)| (index, cell.at(&self.sight, state), cell.center))
+                .filter(|(_, at, rest)| (at - rest).norm() < ADRIFT_M)
+                .map(|(index, at, _)| (index, at))
+                .collect(),
+            solid: self.sight.solid(state),
+            delicate: self.sight.delicate(self.works(), 0.08, state),
         }
     }
 
     /// The cell to be taken away next: near, and little before it.
-    fn choose(&self, region: u8) -> Option<usize> {
+    fn choose(&self, regions: &[u8]) -> Option<Choice> {
         let now = self.now();
-        let (tip, port) = (self.tip(), self.sight.port());
+        let (tip, port) = (self.works(), self.sight.port());
         let mut candidates: Vec<(f64, usize, Vec3)> = Vec::new();
         for &(index, at) in &now.left {
             let cell = self.field.cells.get(index)?;
-            let tries = *self.field.tries.get(index)?;
-            let is_exposed = cell.neighbours.iter().any(|beside| !self.is_left(*beside));
-            if cell.region == region && tries < TRIES && is_exposed {
+            let tries = self.field.tries(index);
+            if regions.contains(&cell.region)
+                && tries < TRIES
+                && self.field.is_exposed(cell, &self.seen.state)
+            {
                 let far_m = (at - tip).norm() + 0.5 * (at - port).norm();
                 candidates.push((far_m + 0.02 * f64::from(tries), index, at));
             }
@@ -183,28 +132,43 @@ impl Work<'_> {
         // Near ones, and some of all.
         let step = (candidates.len() / CLOSELY).max(1);
         let near = candidates.iter().take(CLOSELY);
-        let chosen = near
-            .chain(candidates.iter().step_by(step))
-            .map(|&(cost, index, at)| {
-                let (in_way, first) = self.in_way(&now, index, at);
-                (cost + in_way, first.unwrap_or(index))
-            });
-        let best = chosen.min_by(|a, b| a.0.total_cmp(&b.0));
-        best.map(|(_, index)| index)
+        let chosen = near.chain(candidates.iter().step_by(step));
+        let chosen = chosen.filter_map(|&(_, index, at)| {
+            let (in_way_m, first) = self.in_way(&now, index, at);
+            let (index, at) = first.unwrap_or((index, at));
+            let cell = self.field.cells.get(index)?;
+            let other_m = if regions.contains(&cell.region) {
+                0.0
+            } else {
+                OTHER_M
+            };
+            let (held_m, bend) = self.hold(&now, at)?;
+            let far_m = (at - tip).norm() + 0.5 * (at - port).norm();
+            Some(Choice {
+                cost_m: far_m
+                    + other_m
+                    + 0.02 * f64::from(self.field.tries(index))
+                    + in_way_m
+                    + held_m,
+                cell: index,
+                bend,
+            })
+        });
+        chosen.min_by(|a, b| a.cost_m.total_cmp(&b.cost_m))
     }
 
     /// How much stands between a cell and the port, as m of a detour, and the cell that comes first.
-    fn in_way(&self, now: &Now, index: usize, at: Vec3) -> (f64, Option<usize>) {
+    fn in_way(&self, now: &Now, index: usize, at: Vec3) -> (f64, Option<(usize, Vec3)>) {
         let out = (self.sight.port() - at).normalize();
         let line = [at, at + out * LOOK_M];
         let mut cost_m = 0.0;
-        let mut first: Option<(f64, usize)> = None;
+        let mut first: Option<(f64, (usize, Vec3))> = None;
         for &(other, there) in &now.left {
             let ahead = (there - at).dot(&out);
             if other != index && ahead > 0.001 && off_line(there, line) < WAY_M {
-                cost_m += 0.002;
+                cost_m += 0.004;
                 if first.is_none_or(|(farthest, _)| ahead > farthest) {
-                    first = Some((ahead, other));
+                    first = Some((ahead, (other, there)));
                 }
             }
         }
@@ -212,90 +176,201 @@ impl Work<'_> {
             let deep_m = bar.radius_m + 0.001 - off_line(bar.ends[0], line);
             cost_m += if deep_m > 0.0 { 4.0 * deep_m } else { 0.0 };
         }
-        for bar in self.sight.delicate(at, 0.01, &self.seen.state) {
-            let gap_m = off_line(at, bar.ends) - bar.radius_m;
-            cost_m += 0.01 * (1.0 - gap_m / 0.002).max(0.0);
+        let first = first.filter(|(_, (cell, _))| self.field.tries(*cell) < TRIES);
+        (cost_m, first.map(|(_, first)| first))
+    }
+
+    /// The best way to turn the hook for a cell, and what it costs, as m of a detour.
+    fn hold(&self, now: &Now, at: Vec3) -> Option<(f64, Vec3)> {
+        let [heel, end] = self.electrode()?;
+        let port = self.sight.port();
+        let out = (port - at).normalize();
+        let line = [at, at + out * LOOK_M];
+        let near = now.delicate.iter().filter(|bar| {
+            let off_m = bar.ends.map(|end| off_line(end, line));
+            off_m[0].min(off_m[1]) - bar.radius_m < BESIDE_M
+        });
+        let near: Vec<&Bar> = near.collect();
+        let touchy: Vec<&Bar> = near.iter().copied().filter(|bar| bar.is_touchy).collect();
+        // It comes from the side that is free.
+        let (_, away) = Hook::held(at, out, port).room(near.iter().copied());
+        let held = at + away * 0.001;
+        let mut best: Option<(f64, Vec3)> = None;
+        for (bend, angle) in turns((end - heel).normalize(), -out, TURNS) {
+            let hook = Hook::held(held, bend, port);
+            let (room_m, _) = hook.room(touchy.iter().copied());
+            let from = held - bend * (WORKS * BEND_M);
+            let burns_m = electrode_room_m([from, from + bend * BEND_M], near.iter().copied());
+            // Where there is no room at all the hook pushes aside what can be: it comes there last.
+            let tight_m = |room_m: f64| 4.0 * (0.002 - room_m).clamp(0.0, 0.004);
+            let cost_m = 0.008 * angle.abs() + tight_m(room_m) + tight_m(burns_m);
+            if best.is_none_or(|(least, _)| cost_m < least) {
+                best = Some((cost_m, bend));
+            }
         }
-        let first =
-            first.filter(|(_, cell)| self.field.tries.get(*cell).is_some_and(|it| *it < TRIES));
-        (cost_m, first.map(|(_, cell)| cell))
+        best
+    }
+
+    /// Where the hook works.
+    fn works(&self) -> Vec3 {
+        match self.electrode() {
+            Some([heel, end]) => heel.lerp(&end, WORKS),
+            None => self.tip(),
+        }
+    }
+
+    /// How far the hook is off a way to turn, about the shaft, rad.
+    fn turned_off(&self, bend: Vec3) -> f64 {
+        let local = self.to_instrument(bend);
+        local.x.atan2(-local.y)
+    }
+
+    /// Back along the shaft, without current.
+    fn withdraw(&mut self, by_m: f64) -> Result<(), String> {
+        self.asked.switches = 0;
+        let (to, Some([heel, end])) = (self.works() - self.along() * by_m, self.electrode()) else {
+            return Ok(());
+        };
+        self.travel(&|_| to, (end - heel).normalize(), 1.0)
+    }
+
+    /// The hook goes to a place, as far as there is room, and turns; for so long at most.
+    fn travel(
+        &mut self,
+        to: &dyn Fn(&Self) -> Vec3,
+        bend: Vec3,
+        seconds: f64,
+    ) -> Result<(), String> {
+        let mut before_s = self.seen.at_s;
+        self.look_for(seconds, |work| {
+            let passed_s = (work.seen.at_s - before_s).clamp(0.0, 0.05);
+            before_s = work.seen.at_s;
+            let way = to(work) - work.works();
+            work.go_gently(way * 2.5, bend, passed_s);
+            let off = work.turned_off(bend);
+            way.norm() < 0.002 && off.abs() < 1.0
+        });
+        self.goes_on()
+    }
+
+    /// How much room the hook has to what it must not touch, m, and the way from there.
+    fn room(&self) -> (f64, Vec3) {
+        let Some(electrode) = self.electrode() else {
+            return (f64::MAX, Vec3::zeros());
+        };
+        let hook = Hook::seen(electrode, self.sight.port());
+        hook.room(&self.sight.touchy(self.works(), 0.07, &self.seen.state))
+    }
+
+    /// Moves and turns for so long, the slower the nearer it comes to what it must not touch.
+    fn go_gently(&mut self, way: Vec3, bend: Vec3, seconds: f64) {
+        let (room_m, away) = self.room();
+        let towards_m = (-way.dot(&away)).max(0.0);
+        let most_m = SLOWS * (room_m - ROOM_M);
+        let way = way + away * (towards_m - most_m).max(0.0);
+        self.go(way, seconds);
+        let share = ((room_m - ROOM_M) / SHY_M).clamp(0.1, 1.0);
+        let off = self.turned_off(bend);
+        self.turn(off, seconds * share);
+    }
+
+    /// Whether an electrode touches any of these cells.
+    fn touches_any(&self, cells: &[usize], electrode: [Vec3; 2]) -> bool {
+        let state = &self.seen.state;
+        cells.iter().any(|&index| {
+            let cell = self.field.cells.get(index);
+            let cell = cell.filter(|_| self.field.is_left(index, state));
+            cell.is_some_and(|cell| {
+                let off_m = off_line(cell.at(&self.sight, state), electrode);
+                off_m < cell.radius_m + ELECTRODE_M + REACHED_M
+            })
+        })
     }
 
     /// Goes to a cell and burns until it is gone; whether it is.
-    fn take_away(&mut self, index: usize) -> Result<bool, String> {
+    fn take_away(&mut self, choice: &Choice) -> Result<bool, String> {
+        let &Choice {
+            cell: index, bend, ..
+        } = choice;
         let Some(cell) = self.field.cells.get(index) else {
             return Ok(false);
         };
-        let at = self.at(cell);
         let is_bed = matches!(cell.region, CellRecord::LOWER_BED | CellRecord::UPPER_BED);
-        if (at - self.tip()).norm() > NEAR_M {
-            self.asked.switches = 0;
-            // Out, and from in front.
-            let _ = self.retreat(0.015);
-            let out = (self.sight.port() - at).normalize();
-            let before = Place {
-                at: at + out * 0.01,
-                along: None,
-            };
-            let _ = self.reach(&|_| Some(before), 0.0, false);
-            self.goes_on()?;
+        let radius_m = cell.radius_m;
+        let place = |work: &Self| {
+            let cell = work.field.cells.get(index);
+            cell.map_or_else(Vec3::zeros, |it| it.at(&work.sight, &work.seen.state))
+        };
+        let is_far = (place(self) - self.works()).norm() > NEAR_M;
+        if is_far {
+            self.withdraw(0.012)?;
+            let out = (self.sight.port() - place(self)).normalize();
+            self.travel(&|work| place(work) + out * 0.006, bend, 2.0)?;
         }
         let (mut before_s, mut better_s) = (self.seen.at_s, self.seen.at_s);
+        let around = self.field.around(index, AROUND_M);
+        let began_s = self.seen.at_s;
         let (mut nearest_m, mut warmest) = (f64::MAX, 0);
         // How far the hand has gone ahead.
-        let (mut pulled, mut tip) = (Vec3::zeros(), self.tip());
+        let (mut pulled, mut tip) = (Vec3::zeros(), self.works());
         let mut gone = false;
         self.look_for(f64::MAX, |work| {
             let seconds = (work.seen.at_s - before_s).clamp(0.0, 0.05);
             before_s = work.seen.at_s;
-            let (Some(cell), Some(electrode)) = (work.field.cells.get(index), work.electrode())
-            else {
+            let Some(electrode) = work.electrode() else {
                 return true;
             };
-            gone = !work.is_left(index as u16);
+            gone = !work.field.is_left(index, &work.seen.state);
             if gone {
                 return true;
             }
-            let (at, radius_m, outwards) = (work.at(cell), cell.radius_m, cell.outwards);
+            let at = place(work);
             let off_m = off_line(at, electrode);
-            let warm = work
-                .seen
-                .state
-                .cells
-                .get(index)
+            let warm = (work.seen.state.cells.get(index))
                 .copied()
                 .unwrap_or_default();
             if off_m < nearest_m - 0.0002 || warm > warmest {
                 (nearest_m, warmest) = (nearest_m.min(off_m), warmest.max(warm));
                 better_s = work.seen.at_s;
             }
-            let near = work.sight.delicate(at, 0.012, &work.seen.state);
-            let is_clear = near.iter().all(|bar| clearance_m(bar, electrode) > CLEAR_M);
-            let touches = off_m < radius_m + ELECTRODE_M + 0.0002;
-            work.asked.switches = if is_clear && (touches || off_m < 0.003) {
-                COAGULATE
+            let near = work.sight.delicate(work.works(), 0.012, &work.seen.state);
+            let room_m = electrode_room_m(electrode, &near);
+            let is_clear = room_m > CLEAR_M;
+            let reach_m = radius_m + ELECTRODE_M;
+            let touches = off_m < reach_m + REACHED_M;
+            // What lies before it on the way is burnt, too: else it would be pushed along.
+            let burns = is_clear && (touches || work.touches_any(&around, electrode));
+            work.asked.switches = if burns { COAGULATE } else { 0 };
+            if burns && touches {
+                better_s = work.seen.at_s;
+            }
+            let way = at - work.works();
+            let mut way = if off_m < reach_m - 0.0002 {
+                Vec3::zeros()
+            } else if touches {
+                way * 0.3
             } else {
-                0
+                way * 3.0
             };
-            // The part near the hook's end is to lie on it, flat.
-            let [heel, end] = electrode;
-            let way = at - end.lerp(&heel, 0.3);
-            let way = if touches { way * 0.3 } else { way };
+            if room_m < CLOSE_M {
+                way = way.cap_magnitude(SLOW_M);
+            }
             let is_held = work.seen.tools.contact_count > 0;
             // In fat, between duct and artery, it goes no farther than that at a touch; in the bed it pushes.
             pulled = match (is_held, is_bed) {
-                (true, true) => pulled - (work.tip() - tip),
+                (true, true) => pulled - (work.works() - tip),
                 (true, false) => pulled,
                 (false, _) => Vec3::zeros(),
             };
-            tip = work.tip();
-            if pulled.norm() < LAG_M || pulled.dot(&way) < 0.0 {
-                work.go(way, seconds);
+            tip = work.works();
+            let most_m = if is_bed { LAG_M } else { PUSH_M };
+            if pulled.norm() < most_m || pulled.dot(&way) < 0.0 {
                 pulled += (way * 4.0).cap_magnitude(0.04) * seconds;
+            } else {
+                way = Vec3::zeros();
             }
-            let off = work.off(outwards);
-            work.turn(off, seconds);
-            work.seen.at_s - better_s > STUCK_S
+            work.go_gently(way, bend, seconds);
+            work.seen.at_s - better_s > STUCK_S || work.seen.at_s - began_s > LONG_S
         });
         if !gone {
             self.asked.switches = 0;
@@ -303,11 +378,4 @@ impl Work<'_> {
         self.goes_on()?;
         Ok(gone)
     }
-}
-
-/// Between an electrode's side and a bar's, m.
-fn clearance_m(bar: &Bar, [a, b]: [Vec3; 2]) -> f64 {
-    let places = (0..=4).map(|step| a.lerp(&b, f64::from(step) / 4.0));
-    let off_m = places.map(|at| off_line(at, bar.ends));
-    off_m.fold(f64::MAX, f64::min) - bar.radius_m - ELECTRODE_M
 }

@@ -8,6 +8,8 @@
 //! A [`Theatre`] is the station's processes in real time, or the simulation alone, faster.
 
 mod dissect;
+mod field;
+mod hold;
 mod plan;
 mod sight;
 mod work;

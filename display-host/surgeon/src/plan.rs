@@ -38,8 +38,8 @@ pub(crate) enum Act {
     Burn(f64),
     /// Back along the shaft.
     Retreat,
-    /// With the hook, until this share of a region's tissue is gone.
-    Dissect(u8, f64),
+    /// With the hook, until this share of the tissue of regions is gone.
+    Dissect(&'static [u8], f64),
 }
 
 impl Surgeon {
@@ -53,8 +53,8 @@ impl Surgeon {
                 if does(Task::Identify) {
                     plan.extend([
                         Act::Take(HOOK),
-                        Act::Dissect(CellRecord::TRIANGLE, VIEW),
-                        Act::Dissect(CellRecord::LOWER_BED, VIEW),
+                        Act::Dissect(&[CellRecord::TRIANGLE], VIEW),
+                        Act::Dissect(&[CellRecord::LOWER_BED], VIEW),
                         Act::Retreat,
                     ]);
                 }
@@ -72,8 +72,7 @@ impl Surgeon {
                 if does(Task::Disconnect) {
                     plan.extend([
                         Act::Take(HOOK),
-                        Act::Dissect(CellRecord::LOWER_BED, WHOLE),
-                        Act::Dissect(CellRecord::UPPER_BED, WHOLE),
+                        Act::Dissect(&[CellRecord::LOWER_BED, CellRecord::UPPER_BED], WHOLE),
                         Act::Retreat,
                     ]);
                 }
@@ -103,7 +102,7 @@ impl Surgeon {
     }
 }
 
-/// Shares of a region that are taken away, a little more than the pass rules ask (`rules.toml`).
+/// Shares of regions that are taken away, a little more than the pass rules ask (`rules.toml`).
 const VIEW: f64 = 0.91;
 const WHOLE: f64 = 0.985;
 

@@ -17,6 +17,8 @@ pub(crate) struct Place {
 pub(crate) struct Bar {
     pub(crate) ends: [Vec3; 2],
     pub(crate) radius_m: f64,
+    /// Not even an instrument may touch it.
+    pub(crate) is_touchy: bool,
 }
 
 /// What a surgeon knows of a scene.
@@ -102,23 +104,38 @@ impl Sight {
                 )
             );
             let is_bowel = matches!(kind, Some(OrganKind::Stomach | OrganKind::Intestine));
+            let is_own = matches!(kind, Some(OrganKind::CysticDuct | OrganKind::CysticArtery));
             if !is_tube && !is_bowel {
                 continue;
             }
             let own = self.spheres_of(index);
             for sphere in own.clone() {
                 let at = self.now(sphere, state);
-                if (at - near).norm() > within_m {
+                let radius = self.scene.spheres().get(sphere);
+                let radius_m = radius.map_or(0.0, |it| f64::from(it.radius_m));
+                if (at - near).norm() - radius_m > within_m {
                     continue;
                 }
-                let radius = self.scene.spheres().get(sphere);
                 let next = is_tube && sphere + 1 < own.end;
+                let other = self
+                    .scene
+                    .spheres()
+                    .get(if next { sphere + 1 } else { sphere });
+                let radii = [radius, other].into_iter().flatten();
                 bars.push(Bar {
                     ends: [at, self.now(if next { sphere + 1 } else { sphere }, state)],
-                    radius_m: radius.map_or(0.0, |it| f64::from(it.radius_m)),
+                    radius_m: radii.fold(0.0, |most, it| f64::max(most, it.radius_m.into())),
+                    is_touchy: !is_own,
                 });
             }
         }
+        bars
+    }
+
+    /// What must not even be touched.
+    pub(crate) fn touchy(&self, near: Vec3, within_m: f64, state: &StateFrame) -> Vec<Bar> {
+        let mut bars = self.delicate(near, within_m, state);
+        bars.retain(|bar| bar.is_touchy);
         bars
     }
 
@@ -130,6 +147,7 @@ impl Sight {
         let bar = |sphere: usize| Bar {
             ends: [self.now(sphere, state); 2],
             radius_m: (self.scene.spheres().get(sphere)).map_or(0.0, |it| f64::from(it.radius_m)),
+            is_touchy: false,
         };
         spheres.map(bar).collect()
     }

@@ -6,7 +6,7 @@ use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 use shared_mem::message::{CommandMsg, EventMsg, HandMsg, PoseMsg};
 use shared_mem::scene::{OrganKind, SceneFile};
 
-use crate::dissect::Field;
+use crate::field::Field;
 use crate::plan::{Act, CLIPS, HOOK, SCISSORS, Surgeon};
 use crate::sight::{Place, Sight};
 use crate::{Seen, Theatre};
@@ -27,7 +27,7 @@ const GIVE_UP_S: f64 = 8.0;
 const ATTEMPTS: u32 = 4;
 /// The jaws take so long to close or open, s.
 const JAWS_S: f64 = 0.9;
-const TURN_RAD_S: f64 = 1.5;
+const TURN_RAD_S: f64 = 1.9;
 /// A surgeon waits so long for a controller, s.
 const PATIENCE_S: f64 = 64.0;
 /// Between two looks no more time counts, s.
@@ -131,7 +131,7 @@ impl Work<'_> {
                 burnt
             }
             Act::Retreat => self.retreat(BACK_M),
-            Act::Dissect(region, share) => self.dissect(region, share),
+            Act::Dissect(regions, share) => self.dissect(regions, share),
         }
     }
 
@@ -256,7 +256,7 @@ impl Work<'_> {
     /// How far the jaws' hinge is turned off a tube that runs this way, about the shaft, rad: they take it
     /// when it runs along their hinge's axis (x).
     pub(crate) fn off(&self, runs: Vec3) -> f64 {
-        let turned = rotation(&self.seen.tools.world_from_instrument).inverse() * runs;
+        let turned = self.to_instrument(runs);
         let angle = turned.y.atan2(turned.x);
         // Either way round.
         let half = std::f64::consts::FRAC_PI_2;
@@ -265,6 +265,11 @@ impl Work<'_> {
             angle if angle < -half => angle + 2.0 * half,
             angle => angle,
         }
+    }
+
+    /// A direction in the instrument's own frame.
+    pub(crate) fn to_instrument(&self, way: Vec3) -> Vec3 {
+        rotation(&self.seen.tools.world_from_instrument).inverse() * way
     }
 
     fn has_jaws(&self) -> bool {

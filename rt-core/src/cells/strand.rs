@@ -2,10 +2,13 @@
 //! for it hangs on nothing, and goes.
 
 use super::Removed;
+use crate::math::Vec3;
 use crate::scene::{Anchor, Attachment, Scene};
 use crate::soft_body::Bodies;
 use crate::state::SphereBits;
 
+/// Share of the way to its neighbours that a sphere without cells goes in a tick.
+const FOLLOWS: f32 = 0.25;
 /// Cells that go in one tick, at most: as many as can be told, and more in the next.
 const IN_A_TICK: usize = 8;
 
@@ -28,6 +31,33 @@ impl Bodies {
                 count += 1;
                 if count >= IN_A_TICK {
                     break;
+                }
+            }
+        }
+    }
+
+    /// A sphere without cells is tied to nothing and would fall; but cells beside it that are left, and the
+    /// picture, are carried by it in part. So it goes where its neighbours go. Where there are tetrahedra,
+    /// these hold it. O(links of organs without tetrahedra).
+    pub(crate) fn carry_gone(&mut self, scene: &Scene<'_>) {
+        if self.cells.gone == 0 {
+            return;
+        }
+        let organs = scene.organs.iter();
+        for organ in organs.filter(|organ| scene.batches_of(organ).is_empty()) {
+            for link in scene.links_of(organ) {
+                let gone = |sphere: u32| self.bits.at(sphere).contains(SphereBits::GONE);
+                let (a_gone, b_gone) = (gone(link.a), gone(link.b));
+                if !a_gone && !b_gone {
+                    continue;
+                }
+                let [a_m, b_m] = [link.a, link.b].map(|i| self.nodes.at(i).moved_m());
+                let way_m = (b_m - a_m) * FOLLOWS;
+                if a_gone {
+                    self.nodes.at_mut(link.a).put(&(a_m + way_m), &Vec3::zeros());
+                }
+                if b_gone {
+                    self.nodes.at_mut(link.b).put(&(b_m - way_m), &Vec3::zeros());
                 }
             }
         }

@@ -238,6 +238,30 @@ fn what_hangs_on_nothing_goes_and_nothing_else_does() {
     check(&bodies, &scene);
 }
 
+/// Else what it carries in part would fall with it.
+#[test]
+fn a_sphere_without_cells_goes_with_its_neighbours() {
+    let block = Block::new();
+    let scene = block.scene();
+    let mut bodies = loaded(&scene);
+    let away = Vec3::new(0.001, 0.002, -0.003);
+    bodies.carry_gone(&scene);
+    for (index, _) in (0u16..).zip(&block.cells).filter(|(_, it)| it.sphere() == 3) {
+        assert!(bodies.remove_cell(index, &scene).is_some());
+    }
+    for sphere in [2, 4] {
+        bodies.nodes.at_mut(sphere).put(&away, &Vec3::zeros());
+    }
+    bodies.nodes.at_mut(3).put(&Vec3::y(), &-Vec3::y());
+    for _ in 0..100 {
+        bodies.carry_gone(&scene);
+    }
+    let off_m = |sphere: u32| crate::math::norm(&(bodies.nodes.at(sphere).moved_m() - away));
+    assert!(off_m(3) < 1.0e-6, "{}", off_m(3));
+    assert!(off_m(2) <= 0.0 && off_m(4) <= 0.0, "nobody follows it");
+    assert!(crate::math::norm(&bodies.nodes.at(3).velocity_m_s()) <= 0.0);
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
     /// The same cells in any order leave the same, to the bit; a reset leaves nothing of it.

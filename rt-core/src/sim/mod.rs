@@ -301,6 +301,7 @@ impl<'a> Sim<'a> {
                 *bounds = advanced.bounds;
             }
         }
+        bodies.carry_gone(scene);
     }
 
     /// Which organs are stepped in this tick: those near the instrument or in its jaws, and of the

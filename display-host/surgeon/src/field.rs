@@ -1,0 +1,127 @@
+//! Layered tissue as a surgeon sees it: which cells are left, where, and which were given up.
+
+use shared_mem::message::StateFrame;
+use shared_mem::scene::{NO_CELL, SceneFile};
+
+use crate::sight::{Sight, wide};
+use crate::work::Vec3;
+
+/// What lies so near to one that was given up counts as tried, too, m.
+const BESIDE_M: f64 = 0.002;
+
+/// Layered tissue at rest.
+#[derive(Debug)]
+pub(crate) struct Field {
+    pub(crate) cells: Vec<Cell>,
+    /// How often each was given up.
+    tries: Vec<u8>,
+}
+
+#[derive(Debug)]
+pub(crate) struct Cell {
+    /// At rest, m.
+    pub(crate) center: Vec3,
+    spheres: Vec<(usize, f64)>,
+    neighbours: [u16; 6],
+    /// As a ball, m.
+    pub(crate) radius_m: f64,
+    volume_m3: f64,
+    pub(crate) region: u8,
+}
+
+impl Field {
+    pub(crate) fn new(scene: &SceneFile) -> Self {
+        let records = scene.cells();
+        let cells = records.iter().map(|record| {
+            let weights = record.spheres.iter().zip(record.weights);
+            let weights = weights.filter(|(_, weight)| *weight != 0.0);
+            Cell {
+                center: wide(record.center_m),
+                spheres: weights
+                    .map(|(sphere, weight)| (usize::from(*sphere), f64::from(weight)))
+                    .collect(),
+                neighbours: record.neighbours,
+                radius_m: 0.5
+                    * record
+                        .extent_m
+                        .iter()
+                        .fold(0.0, |a, b| f64::max(a, (*b).into())),
+                volume_m3: record.volume_m3.into(),
+                region: record.region,
+            }
+        });
+        let cells: Vec<Cell> = cells.collect();
+        Self {
+            tries: vec![0; cells.len()],
+            cells,
+        }
+    }
+
+    /// What held this one up holds those beside it up.
+    pub(crate) fn give_up(&mut self, index: usize) {
+        let Some(at) = self.cells.get(index).map(|cell| cell.center) else {
+            return;
+        };
+        for (cell, tries) in self.cells.iter().zip(&mut self.tries) {
+            if (cell.center - at).norm() < BESIDE_M {
+                *tries = tries.saturating_add(1);
+            }
+        }
+    }
+
+    /// Share of regions that is gone, by volume.
+    pub(crate) fn gone(&self, regions: &[u8], state: &StateFrame) -> f64 {
+        let (mut gone, mut all) = (0.0, 0.0);
+        for (cell, shown) in self.cells.iter().zip(&state.cells) {
+            if regions.contains(&cell.region) {
+                all += cell.volume_m3;
+                gone += if *shown == StateFrame::GONE {
+                    cell.volume_m3
+                } else {
+                    0.0
+                };
+            }
+        }
+        gone / all
+    }
+
+    /// None was given up.
+    pub(crate) fn begin(&mut self) {
+        self.tries.fill(0);
+    }
+
+    /// How often a cell was given up.
+    pub(crate) fn tries(&self, index: usize) -> u8 {
+        self.tries.get(index).copied().unwrap_or(u8::MAX)
+    }
+
+    /// The cells that lie so near to one at rest.
+    pub(crate) fn around(&self, index: usize, within_m: f64) -> Vec<usize> {
+        let Some(at) = self.cells.get(index).map(|cell| cell.center) else {
+            return Vec::new();
+        };
+        let cells = self.cells.iter().enumerate();
+        let near = cells.filter(|(_, cell)| (cell.center - at).norm() < within_m);
+        near.map(|(index, _)| index).collect()
+    }
+
+    pub(crate) fn is_left(&self, index: usize, state: &StateFrame) -> bool {
+        let shown = state.cells.get(index).filter(|_| index < self.cells.len());
+        shown.is_some_and(|shown| *shown != StateFrame::GONE)
+    }
+
+    /// Whether something beside a cell is not there.
+    pub(crate) fn is_exposed(&self, cell: &Cell, state: &StateFrame) -> bool {
+        let mut beside = cell.neighbours.iter();
+        beside.any(|it| *it == NO_CELL || !self.is_left(usize::from(*it), state))
+    }
+}
+
+impl Cell {
+    /// Where it is now, m.
+    pub(crate) fn at(&self, sight: &Sight, state: &StateFrame) -> Vec3 {
+        let moved = self.spheres.iter();
+        let moved = moved.map(|(sphere, weight)| sight.moved(*sphere, state) * *weight);
+        self.center + moved.sum::<Vec3>()
+    }
+}
