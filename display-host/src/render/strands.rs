@@ -2,6 +2,8 @@
 //! from what the tissue lies around to what it joins that to. They are anchored in the skins of both, stretch as
 //! these part, and go with their cells.
 
+use std::collections::HashMap;
+
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
 use shared_mem::scene::{CellRecord, NO_CELL, OrganKind, SceneFile};
@@ -20,13 +22,15 @@ const PIECES: usize = 4000;
 const SIDES: usize = 3;
 /// Radius of a fibre, m, and how much wider it is where it leaves tissue.
 const THIN_M: f32 = 0.000_045;
-const THICK_M: f32 = 0.000_12;
+const THICK_M: f32 = 0.000_09;
 const ROOT: f32 = 2.4;
 /// It stands off its cell's side by as much, m, and with its free end by more.
 const OFF_M: f32 = 0.000_45;
 const FREE_M: f32 = 0.001_1;
 /// A fibre is anchored in skin within this of its cell, m.
 const ANCHORED_M: f32 = 0.006;
+/// And as far aside as this, of its cell's width.
+const ASKEW: f32 = 1.2;
 /// Inwards and outwards among a cell's neighbours.
 const INWARDS: usize = 4;
 const OUTWARDS: usize = 5;
@@ -55,15 +59,15 @@ impl End {
     }
 }
 
-/// Where the fibres of each cell are anchored, inwards and outwards: vertices of skins, none where no skin is near.
+/// Where fibres are anchored, inwards and outwards of the cells' corners: on skins, nowhere where none is near.
 #[derive(Default)]
 struct Anchors {
     places: Vec<RestVertex>,
-    of_cells: Vec<[Option<u32>; 2]>,
+    of_corners: [HashMap<u16, u32>; 2],
 }
 
 impl Anchors {
-    /// Of the innermost and outermost cells of connective tissue.
+    /// Of the corners where connective tissue ends.
     fn of(scene: &SceneFile, corners: &[RestVertex], of_strands: &[bool]) -> Self {
         let holds = [OrganKind::Gallbladder, OrganKind::Liver].map(|kind| kind as u32);
         let skins = scene.organs().iter().filter(|it| holds.contains(&it.kind));
@@ -75,37 +79,48 @@ impl Anchors {
             .collect();
         let mut anchors = Self::default();
         let cells = scene.cells().iter().zip(of_strands);
-        for (cell, of_strands) in cells {
-            let ends = [INWARDS, OUTWARDS].map(|way| {
-                if !of_strands || cell.neighbours[way] != NO_CELL {
-                    return None;
+        for (cell, _) in cells.filter(|it| *it.1) {
+            for (side, way) in [INWARDS, OUTWARDS].into_iter().enumerate() {
+                if cell.neighbours[way] != NO_CELL {
+                    continue;
                 }
-                let own = FACES[way].map(|k| usize::from(cell.corners[k]));
-                let place = |corner: usize| Vec3::from(corners[corner].position);
-                let middle = own.map(place).into_iter().sum::<Vec3>() / 4.0;
-                let off = |at: [f32; 3]| Vec3::from(at).distance_squared(middle);
-                let nearest = vertices
-                    .iter()
-                    .min_by(|a, b| off(a.position_m).total_cmp(&off(b.position_m)))?;
-                if off(nearest.position_m) > ANCHORED_M * ANCHORED_M {
-                    return None;
+                for corner in FACES[way].map(|k| cell.corners[k]) {
+                    if anchors.of_corners[side].contains_key(&corner) {
+                        continue;
+                    }
+                    let own = corners[usize::from(corner)];
+                    let at = Vec3::from(own.position);
+                    let off = |it: [f32; 3]| Vec3::from(it).distance_squared(at);
+                    let nearest = vertices
+                        .iter()
+                        .min_by(|a, b| off(a.position_m).total_cmp(&off(b.position_m)));
+                    let Some(skin) =
+                        nearest.filter(|it| off(it.position_m) < ANCHORED_M * ANCHORED_M)
+                    else {
+                        continue;
+                    };
+                    // Straight across from the corner, where the skin's plane is there.
+                    let normal = Vec3::from(skin.normal);
+                    let across = normal * (at - Vec3::from(skin.position_m)).dot(normal);
+                    anchors.places.push(RestVertex {
+                        position: (at - across).to_array(),
+                        spheres: pairs(skin.spheres),
+                        weights: pairs(skin.weights),
+                        ..own
+                    });
+                    let number = (corners.len() + anchors.places.len() - 1) as u32;
+                    anchors.of_corners[side].insert(corner, number);
                 }
-                anchors.places.push(RestVertex {
-                    position: nearest.position_m,
-                    spheres: pairs(nearest.spheres),
-                    weights: pairs(nearest.weights),
-                    ..corners[own[0]]
-                });
-                Some((corners.len() + anchors.places.len() - 1) as u32)
-            });
-            anchors.of_cells.push(ends);
+            }
         }
         anchors
     }
 
-    fn of_cell(&self, cell: usize, way: usize) -> Option<u32> {
-        let ends = self.of_cells.get(cell)?;
-        ends[usize::from(way == OUTWARDS)]
+    /// Across from two corners of a cell.
+    fn across(&self, way: usize, corners: [u32; 2]) -> Option<[u32; 2]> {
+        let of = &self.of_corners[usize::from(way == OUTWARDS)];
+        let anchor = |corner: u32| of.get(&u16::try_from(corner).ok()?).copied();
+        Some([anchor(corners[0])?, anchor(corners[1])?])
     }
 }
 
@@ -245,7 +260,8 @@ fn pieces(
                     let any =
                         chance(root as u32 * 97 + side as u32 * 31 + fibre * 7 + level * 1009);
                     let beyond = cell.neighbours[way];
-                    let is_anchored = anchors.of_cell(i, way).is_some();
+                    let corners = corners.map(|k| u32::from(cell.corners[k]));
+                    let is_anchored = beyond == NO_CELL && anchors.across(way, corners).is_some();
                     // It goes on, ends where its next cell is gone, or leaves tissue.
                     let (off_m, wide) = match (goes_on(way) || is_anchored, is_gone(beyond)) {
                         (true, _) => (OFF_M * (0.3 + 0.7 * (any.x * 0.5 + 0.5)), 1.0),
@@ -253,7 +269,7 @@ fn pieces(
                         (false, false) => (0.0, ROOT),
                     };
                     End {
-                        corners: corners.map(|k| u32::from(cell.corners[k])),
+                        corners,
                         share: 0.06 + 0.88 * own.x,
                         off_m,
                         radius_m: wide * (THIN_M + (THICK_M - THIN_M) * own.y * own.y),
@@ -268,11 +284,12 @@ fn pieces(
                     ],
                 };
                 let anchored = [INWARDS, OUTWARDS].into_iter().zip(piece.ends);
+                let anchored = anchored.filter(|(way, _)| cell.neighbours[*way] == NO_CELL);
                 let anchored = anchored.filter_map(|(way, end)| {
-                    let anchor = anchors.of_cell(i, way)?;
+                    // Not quite straight across.
                     let root = End {
-                        corners: [anchor; 2],
-                        share: 0.0,
+                        corners: anchors.across(way, end.corners)?,
+                        share: end.share + ASKEW * (own.z - 0.5),
                         off_m: 0.0,
                         radius_m: ROOT * end.radius_m,
                     };
@@ -357,11 +374,11 @@ mod tests {
         // Anchored inwards: as many pieces more, from the anchor to where the fibre begins.
         let anchors = Anchors {
             places: Vec::new(),
-            of_cells: vec![[Some(18), None]; 4],
+            of_corners: [HashMap::from([(1, 18), (4, 19)]), HashMap::new()],
         };
         let held = pieces(&cells, &[true; 4], &anchors, |cell| cell == 1);
         assert_eq!(held.len(), 2 * FIBRES as usize);
-        assert_eq!(held[1].ends[0].corners, [18; 2]);
+        assert_eq!(held[1].ends[0].corners, [18, 19]);
         assert_eq!(held[1].ends[1].corners, held[0].ends[0].corners);
     }
 }
