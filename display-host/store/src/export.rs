@@ -59,7 +59,8 @@ impl Store {
         Ok(json!({ "trainees": people }))
     }
 
-    /// Sessions of somebody, or of everybody, a row each; metrics are columns.
+    /// Sessions of somebody, or of everybody, a row each; metrics are columns. Every line ends alike, with `\n`:
+    /// strict readers refuse a mixture.
     ///
     /// # Errors
     /// When there is nobody of this name, or the file cannot be read.
@@ -81,7 +82,7 @@ impl Store {
         for (name, it) in &rows {
             let _ = write!(
                 text,
-                "\r\n{},{},{},{},{},{},{},{},{},{}",
+                "\n{},{},{},{},{},{},{},{},{},{}",
                 field(name),
                 field(&it.id),
                 it.began_unix_s,
@@ -98,7 +99,7 @@ impl Store {
                 let _ = write!(text, ",{}", value.map(f64::to_string).unwrap_or_default());
             }
         }
-        Ok(text + "\r\n")
+        Ok(text + "\n")
     }
 
     fn names(&self, name: Option<&str>) -> Result<Vec<String>, StoreError> {

@@ -113,6 +113,7 @@ fn export_has_all_of_somebody_and_nothing_of_others() {
     let csv = store.export_csv(None).unwrap();
     let lines: Vec<&str> = csv.lines().collect();
     assert_eq!(lines.len(), 3);
+    assert!(csv.ends_with('\n') && !csv.contains('\r'), "{csv:?}");
     assert!(lines[0].ends_with(",time_s"), "{csv}");
     assert!(lines[1].starts_with("\"'=cmd, \"\"x\"\"\","), "{csv}");
     assert!(!store.export_csv(Some("Bo")).unwrap().contains("cmd"));

@@ -46,7 +46,11 @@ GROUP BY trainee.name, session.task ORDER BY trainee.name, session.task;
 
 For Parquet, DuckDB makes it of the sessions as CSV:
   calot store export --csv --store centre.sqlite > sessions.csv
-  duckdb -c \"COPY (FROM 'sessions.csv') TO 'sessions.parquet'\"";
+  duckdb -c \"COPY (FROM 'sessions.csv') TO 'sessions.parquet'\"
+
+Into PostgreSQL, each column as text:
+  psql -c \"CREATE TABLE session ($(head -1 sessions.csv | sed 's/,/ text, /g') text)\"
+  psql -c \"\\copy session FROM 'sessions.csv' CSV HEADER\"";
 
 #[derive(Debug, Clone, Subcommand)]
 pub(crate) enum What {
