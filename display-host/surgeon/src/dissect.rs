@@ -17,6 +17,8 @@ const SLOW_M: f64 = 0.003;
 const ROOM_M: f64 = 0.0006;
 const SHY_M: f64 = 0.0015;
 const SLOWS: f64 = 8.0;
+/// It turns no faster than this, rad/s.
+const TURN_RAD_S: f64 = 1.9;
 /// A cell farther from the hook's end than this is come to from in front, m.
 const NEAR_M: f64 = 0.010;
 /// What lies so near to the way of shaft and hook is in the way, m.
@@ -271,7 +273,7 @@ impl Work<'_> {
         self.go(way, seconds);
         let share = ((room_m - ROOM_M) / SHY_M).clamp(0.1, 1.0);
         let off = self.turned_off(bend);
-        self.turn(off, seconds * share);
+        self.turn_within(off, seconds * share, TURN_RAD_S);
     }
 
     /// Whether an electrode touches any of these cells.

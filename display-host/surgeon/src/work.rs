@@ -27,7 +27,7 @@ const GIVE_UP_S: f64 = 8.0;
 const ATTEMPTS: u32 = 4;
 /// The jaws take so long to close or open, s.
 const JAWS_S: f64 = 0.9;
-const TURN_RAD_S: f64 = 1.9;
+const TURN_RAD_S: f64 = 1.5;
 /// A surgeon waits so long for a controller, s.
 const PATIENCE_S: f64 = 64.0;
 /// Between two looks no more time counts, s.
@@ -248,8 +248,13 @@ impl Work<'_> {
     }
 
     /// Turns the instrument about its shaft, which is off by so much.
-    pub(crate) fn turn(&mut self, off_rad: f64, seconds: f64) {
-        let most = TURN_RAD_S * seconds;
+    fn turn(&mut self, off_rad: f64, seconds: f64) {
+        self.turn_within(off_rad, seconds, TURN_RAD_S);
+    }
+
+    /// The same, no faster than this, rad/s.
+    pub(crate) fn turn_within(&mut self, off_rad: f64, seconds: f64, most_rad_s: f64) {
+        let most = most_rad_s * seconds;
         self.asked.rolled_rad += (4.0 * off_rad * seconds).clamp(-most, most);
     }
 

@@ -54,10 +54,14 @@ impl Bodies {
                 let [a_m, b_m] = [link.a, link.b].map(|i| self.nodes.at(i).moved_m());
                 let way_m = (b_m - a_m) * FOLLOWS;
                 if a_gone {
-                    self.nodes.at_mut(link.a).put(&(a_m + way_m), &Vec3::zeros());
+                    self.nodes
+                        .at_mut(link.a)
+                        .put(&(a_m + way_m), &Vec3::zeros());
                 }
                 if b_gone {
-                    self.nodes.at_mut(link.b).put(&(b_m - way_m), &Vec3::zeros());
+                    self.nodes
+                        .at_mut(link.b)
+                        .put(&(b_m - way_m), &Vec3::zeros());
                 }
             }
         }

@@ -246,7 +246,10 @@ fn a_sphere_without_cells_goes_with_its_neighbours() {
     let mut bodies = loaded(&scene);
     let away = Vec3::new(0.001, 0.002, -0.003);
     bodies.carry_gone(&scene);
-    for (index, _) in (0u16..).zip(&block.cells).filter(|(_, it)| it.sphere() == 3) {
+    for (index, _) in (0u16..)
+        .zip(&block.cells)
+        .filter(|(_, it)| it.sphere() == 3)
+    {
         assert!(bodies.remove_cell(index, &scene).is_some());
     }
     for sphere in [2, 4] {
