@@ -50,7 +50,8 @@ pub fn operate(
         theatre,
         asked: HandMsg::zeroed(),
         seen: Seen::nothing(),
-        worked: Vec::new(),
+        clipped: Vec::new(),
+        divided: Vec::new(),
         is_over: false,
     };
     let is_there =
@@ -82,8 +83,9 @@ pub(crate) struct Work<'a> {
     pub(crate) theatre: &'a mut dyn Theatre,
     pub(crate) asked: HandMsg,
     pub(crate) seen: Seen,
-    /// Organs that were clipped or cut, event by event.
-    worked: Vec<u32>,
+    /// Organs that were clipped, and that were divided, event by event: one that is cut in part is not.
+    clipped: Vec<u32>,
+    divided: Vec<u32>,
     pub(crate) is_over: bool,
 }
 
@@ -101,7 +103,11 @@ impl Work<'_> {
                 self.reach(&place, 0.0, false)
             }
             Act::Work(kind, share) => {
-                let before = self.worked(kind);
+                let before = match self.seen.tools.instrument {
+                    // Both vessels may have lain between the blades.
+                    SCISSORS if self.worked(kind) > 0 => return Ok(()),
+                    _ => self.worked(kind),
+                };
                 // Tissue gives way: what was missed is tried again, a little deeper and beside it.
                 for attempt in 0..ATTEMPTS {
                     let side = if attempt % 2 == 0 { 0.02 } else { -0.02 };
@@ -148,9 +154,13 @@ impl Work<'_> {
             }
             self.seen.events.clear();
             self.is_over = !self.theatre.look(&self.asked, &mut self.seen);
-            let worked = self.seen.events.iter();
-            let worked = worked.filter(|it| matches!(it.kind, EventMsg::CLIP | EventMsg::CUT));
-            self.worked.extend(worked.map(|event| event.organ));
+            for event in &self.seen.events {
+                match event.kind {
+                    EventMsg::CLIP => self.clipped.push(event.organ),
+                    EventMsg::DIVIDED => self.divided.push(event.organ),
+                    _ => {}
+                }
+            }
         }
         false
     }
@@ -180,11 +190,15 @@ impl Work<'_> {
         }
     }
 
-    /// How often an organ was clipped or cut.
+    /// How often an organ was clipped, or with scissors in hand: divided.
     fn worked(&self, kind: OrganKind) -> usize {
         let organ = self.sight.organ(kind);
         let of = |index: &&u32| Some(**index as usize) == organ;
-        self.worked.iter().filter(of).count()
+        let done = match self.seen.tools.instrument {
+            SCISSORS => &self.divided,
+            _ => &self.clipped,
+        };
+        done.iter().filter(of).count()
     }
 
     /// Back along the shaft.
