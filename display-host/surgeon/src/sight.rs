@@ -48,6 +48,14 @@ impl Sight {
         first..first + count
     }
 
+    /// Share of the inside of an organ that the clip closes which was put on it last.
+    pub(crate) fn last_clip_closes(&self, kind: OrganKind, state: &StateFrame) -> Option<f32> {
+        let own = self.spheres_of(self.organ(kind)?);
+        let clips = state.clips()?.iter();
+        let on_it = clips.filter(|clip| own.contains(&(clip.spheres[0] as usize)));
+        on_it.max_by_key(|clip| clip.number).map(|clip| clip.closed)
+    }
+
     fn rest(&self, sphere: usize) -> Vec3 {
         let sphere = self.scene.spheres().get(sphere);
         sphere.map_or_else(Vec3::zeros, |it| wide(it.center_m))

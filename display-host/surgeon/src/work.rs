@@ -23,6 +23,8 @@ pub(crate) const BACK_M: f64 = 0.03;
 const THERE_M: f64 = 0.0015;
 const ALIGNED_RAD: f64 = 0.12;
 const GIVE_UP_S: f64 = 8.0;
+/// A clip that closes less of a vessel does not close it.
+const CLOSED: f32 = 0.99;
 /// How often a vessel that was missed is tried.
 const ATTEMPTS: u32 = 4;
 /// The jaws take so long to close or open, s.
@@ -117,6 +119,10 @@ impl Work<'_> {
                     let done = self.worked(kind) > before;
                     self.retreat(BACK_M)?;
                     match (done, missed) {
+                        (true, _) if self.is_open_behind_its_clip(kind) => {
+                            self.theatre
+                                .tell("the clip does not close it: another beside it");
+                        }
                         (true, _) => return Ok(()),
                         (false, Err(why)) => self.theatre.tell(&why),
                         (false, Ok(())) => {}
@@ -188,6 +194,14 @@ impl Work<'_> {
             true => Ok(()),
             false => Err(format!("instrument {instrument} did not come")),
         }
+    }
+
+    /// Whether a careful surgeon sees that what it clipped last is not closed by that clip.
+    fn is_open_behind_its_clip(&self, kind: OrganKind) -> bool {
+        let closes = self.sight.last_clip_closes(kind, &self.seen.state);
+        self.surgeon == Surgeon::Careful
+            && self.seen.tools.instrument == CLIPS
+            && closes.is_some_and(|share| share < CLOSED)
     }
 
     /// How often an organ was clipped, or with scissors in hand: divided.
