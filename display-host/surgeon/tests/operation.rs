@@ -37,7 +37,11 @@ fn operate(surgeon: Surgeon, task: Task, seconds: u64) -> Came {
 }
 
 /// The tasks of the hook, and how long they may take, s.
-const LONG: [(Task, u64); 2] = [(Task::Identify, 240), (Task::Disconnect, 300)];
+const LONG: [(Task, u64); 3] = [
+    (Task::Identify, 240),
+    (Task::Disconnect, 300),
+    (Task::Full, 900),
+];
 
 fn assert_passed(task: Task, seconds: u64) {
     let came = operate(Surgeon::Careful, task, seconds);
