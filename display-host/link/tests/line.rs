@@ -2,14 +2,13 @@
 
 mod support;
 
-use std::io::{Read as _, Write as _};
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::time::Duration;
 
 use bytemuck::Zeroable as _;
-use link::wire::{Ask, LOOK, MAGIC};
 use link::{Address, Keys, LinkError, Seen, WatchConfig, Watched, serve, watch};
 use shared_mem::message::{CommandMsg, ReplyMsg, StateFrame, ToolFrame};
 use shared_mem::scene::SceneFile;
@@ -108,35 +107,6 @@ fn who_sends_byte_by_byte_does_not_hold_up_the_end() {
         ended.store(true, Relaxed);
         assert!(before_the_last, "it ended before the message did");
     });
-}
-
-/// Asks and asks, and takes no answer.
-#[test]
-fn who_takes_nothing_is_cut_off_at_the_end() {
-    let folder = tempfile::tempdir().expect("a folder");
-    let listen = format!("127.0.0.1:{}", port());
-    let mut line = beside_a_station("taker", (listen.as_str(), None), folder.path(), |_| {
-        let mut line = std::net::TcpStream::connect(&listen).expect("it listens");
-        line.set_write_timeout(Some(Duration::from_millis(100)))
-            .expect("set");
-        let ask = Ask {
-            magic: MAGIC,
-            ..Ask::zeroed()
-        };
-        let body = bytemuck::bytes_of(&ask);
-        let mut message = (body.len() as u32).to_le_bytes().to_vec();
-        message.push(LOOK);
-        message.extend(body);
-        // Until the station's side waits for this one.
-        wait_until("it is not heard any more", || {
-            line.write_all(&message).is_err()
-        });
-        line
-    });
-    // What was under way comes, and then the end.
-    let mut rest = Vec::new();
-    let ended = line.read_to_end(&mut rest);
-    println!("{} bytes were under way, then {ended:?}", rest.len());
 }
 
 /// Watches until `enough`, which sees what happened.

@@ -40,15 +40,16 @@ pub(super) struct Host {
 }
 
 impl Host {
-    /// A look that comes so much after the last one is this computer's delay, not a sleep's.
+    /// A sleep of a quarter of a millisecond that takes longer than this is this computer's delay.
     const LATE: Duration = Duration::from_millis(2);
     /// Kept waiting for more than this share of the watch, it is no judge of a device's time.
     const SHARE_MAX: f32 = 0.05;
 
-    fn looked(&mut self, after: Duration) {
-        self.watched += after;
-        if after > Self::LATE {
-            self.waited += after;
+    /// A driver that holds its caller up is no excuse: only what a short sleep took longer counts.
+    fn looked(&mut self, took: Duration, slept: Duration) {
+        self.watched += took + slept;
+        if slept > Self::LATE {
+            self.waited += slept;
         }
     }
 
@@ -68,11 +69,12 @@ impl Host {
 /// Does `step` as [`until`] does, for all of `limit`, and tells how well this computer kept up.
 pub(super) fn watch(limit: Duration, mut step: impl FnMut(TimeNs)) -> Host {
     let mut host = Host::default();
-    let mut last_ns = now_ns();
-    until(limit, |now_ns| {
-        host.looked(Duration::from_nanos(now_ns.saturating_sub(last_ns)));
-        last_ns = now_ns;
-        step(now_ns);
+    let since = |then: TimeNs, now: TimeNs| Duration::from_nanos(now.saturating_sub(then));
+    let (mut began_ns, mut done_ns) = (now_ns(), now_ns());
+    until(limit, |at_ns| {
+        host.looked(since(began_ns, done_ns), since(done_ns, at_ns));
+        step(at_ns);
+        (began_ns, done_ns) = (at_ns, now_ns());
         true
     });
     host
@@ -196,7 +198,7 @@ mod tests {
     fn host(looks_ms: &[u64]) -> Host {
         let mut host = Host::default();
         for &ms in looks_ms {
-            host.looked(Duration::from_millis(ms));
+            host.looked(Duration::ZERO, Duration::from_millis(ms));
         }
         host
     }
@@ -208,6 +210,13 @@ mod tests {
         let mut looks = vec![1; 970];
         looks.push(30);
         assert_eq!(host(&looks).excuse(), None);
+    }
+
+    #[test]
+    fn a_driver_that_holds_its_caller_up_is_no_excuse() {
+        let mut slow = Host::default();
+        (0..10).for_each(|_| slow.looked(Duration::from_millis(90), Duration::from_millis(1)));
+        assert_eq!(slow.excuse(), None);
     }
 
     #[test]
