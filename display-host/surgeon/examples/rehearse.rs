@@ -1,11 +1,13 @@
 //! A scripted surgeon works a task in the simulation alone, faster than real time, in Calot's triangle or a
-//! compiled scene.
+//! compiled scene; what the simulation took in can be kept.
 //!
 //! ```text
-//! cargo run --release -p surgeon --example rehearse -- SCENE.calot careful identify 600
+//! cargo run --release -p surgeon --example rehearse -- SCENE.calot careful identify 600 [KEPT.inputs]
 //! ```
 #![allow(clippy::print_stdout)]
 
+#[path = "../tests/recorded/mod.rs"]
+mod recorded;
 #[path = "../tests/theatre/mod.rs"]
 mod theatre;
 
@@ -24,8 +26,8 @@ const SAY_EVERY_S: f64 = 10.0;
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [scene, hand, task, seconds] = words.as_slice() else {
-        println!("rehearse SCENE.calot HAND TASK SECONDS");
+    let [scene, hand, task, seconds, kept @ ..] = words.as_slice() else {
+        println!("rehearse SCENE.calot HAND TASK SECONDS [KEPT.inputs]");
         return;
     };
     let scene = Path::new(scene);
@@ -95,6 +97,12 @@ fn main() {
     }
     for alarm in &assessed.alarms {
         println!("{:8.2} {} {:?}", alarm.at_s, alarm.kind.name(), alarm.organ);
+    }
+    if let [kept] = kept {
+        let (setup, records) = &came.recorded;
+        recorded::write(Path::new(kept), setup, records).expect("it can be written");
+        let (_, again) = recorded::read(Path::new(kept)).expect("it can be read again");
+        println!("{} ticks kept in {kept}", again.len());
     }
     println!(
         "{:.1} s simulated in {:.1} s, hash {:016x}",

@@ -1,10 +1,12 @@
 //! Scripted surgeons work every task of the operation in the simulation alone: the same bits each time.
 
+mod recorded;
 mod theatre;
 
 use std::sync::OnceLock;
 
 use assess::{AlarmKind, Assessment, Metric, Outcome, Region, Task};
+use rt_process::replay::Replay;
 use scene_prepare::{Recipe, prepare};
 use shared_mem::message::StateFrame;
 use shared_mem::scene::SceneFile;
@@ -97,6 +99,53 @@ fn the_burner_of_the_bile_duct_is_alarmed_and_does_not_pass() {
     let mut alarms = came.assessed.alarms.iter();
     assert!(alarms.any(|it| it.kind == AlarmKind::Burnt));
     assert_ne!(came.assessed.outcome, Outcome::Passed);
+}
+
+/// Operations that a release build recorded, of which the solver must still make the same bits, in every
+/// build and on every processor: clips and scissors at the duct and the artery, the hook at the bed. After a
+/// change that is meant to change them, each is recorded anew, SCENE.calot being a file that is not there yet:
+///
+/// ```text
+/// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful cut 150 display-host/surgeon/tests/recorded/cut.inputs
+/// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful disconnect 6 display-host/surgeon/tests/recorded/disconnect.inputs
+/// ```
+#[test]
+fn recorded_operations_come_out_the_same() {
+    let scene = triangle();
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/recorded");
+    for name in ["cut.inputs", "disconnect.inputs"] {
+        let (setup, records) = recorded::read(&folder.join(name)).expect("an operation");
+        assert!(records.len() > 5000, "{name}: {} ticks", records.len());
+        let replay = Replay::new(&scene, &setup).expect("a sound scene");
+        assert_eq!(
+            replay.scene_id(),
+            setup.scene_id,
+            "{name}: of another scene; record it anew"
+        );
+        let (mut ran, mut differs) = (0, None);
+        let told = replay.run(records.iter().copied(), |replayed| {
+            ran += 1;
+            differs = replayed.differs().map(|what| (replayed.record.tick, what));
+            differs.is_none()
+        });
+        told.expect("the core takes it");
+        assert_eq!((ran, differs), (records.len(), None), "{name}");
+    }
+}
+
+#[test]
+fn what_is_kept_of_an_operation_comes_back() {
+    let came = operate(Surgeon::Careful, Task::Clamp, 1);
+    let (setup, records) = &came.recorded;
+    assert_eq!(records.len() as u64, came.ticks);
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("kept.inputs");
+    recorded::write(&path, setup, records).expect("written");
+    let (again, same) = recorded::read(&path).expect("read");
+    assert_eq!(bytemuck::bytes_of(&again), bytemuck::bytes_of(setup));
+    assert!(&same == records);
+    std::fs::write(&path, &std::fs::read(&path).expect("bytes")[..5000]).expect("written");
+    assert!(recorded::read(&path).is_err(), "it breaks off");
 }
 
 /// What the assessment takes for cleared when a task begins is what the controller has cleared.

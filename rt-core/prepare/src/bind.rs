@@ -16,7 +16,7 @@ const THRESHOLD: f64 = 0.02;
 /// Paper Eq. 9: weight of a sphere of radius `radius_m` whose centre is `distance_m` away.
 #[must_use]
 pub fn gaussian(distance_m: f64, radius_m: f64) -> f64 {
-    (-(distance_m / (WIDTH * radius_m)).powi(2)).exp()
+    libm::exp(-(distance_m / (WIDTH * radius_m)).powi(2))
 }
 
 /// Binds every vertex to at most [`BINDINGS`] spheres, numbered from `first_sphere`. A vertex
@@ -107,7 +107,7 @@ mod tests {
         // Weights 1, e^-1 and e^-4 (below the threshold).
         let (spheres, weights) = binding(&Vec3::zeros(), &[ball(0.0), ball(1.0), ball(2.0)]);
         assert_eq!(spheres[..3], [0, 1, 0]);
-        let share = 1.0 / (1.0 + (-1.0f64).exp());
+        let share = 1.0 / (1.0 + libm::exp(-1.0));
         assert_eq!(weights[0], (share * 65_535.0).round() as u16);
         assert_eq!(u32::from(weights[0]) + u32::from(weights[1]), WEIGHT_SUM);
         assert_eq!(weights[2..], [0; 6]);

@@ -68,7 +68,7 @@ pub(crate) fn elastic(
             .map(|&[a, b]| (balls[a as usize].center - balls[b as usize].center).norm());
         lengths.fold(f64::MAX, f64::min)
     } else {
-        (volume_m3 / balls.len() as f64).cbrt()
+        libm::cbrt(volume_m3 / balls.len() as f64)
     };
     let number =
         material.young_pa * TICK_S * TICK_S / (material.density_kg_m3 * spacing_m * spacing_m);

@@ -263,7 +263,7 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
     };
     let gaps_m = mended.gaps_m();
     let gap_m = gaps_m.iter().copied().fold(0.0, f64::max);
-    let spacing_m = (mended.volume_m3 / plan.spheres as f64).cbrt();
+    let spacing_m = libm::cbrt(mended.volume_m3 / plan.spheres as f64);
     let mut story = format!("{from}; {mended}");
     if !gaps_m.is_empty() {
         let (count, gap_mm) = (gaps_m.len() + 1, 1e3 * gap_m);

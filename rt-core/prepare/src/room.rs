@@ -47,7 +47,7 @@ const CLOSER: f64 = 0.95;
 #[must_use]
 pub fn default_gravity() -> Vec3 {
     let tilt = 20f64.to_radians();
-    Vec3::new(0.0, -tilt.sin(), -tilt.cos()) * 9.81
+    Vec3::new(0.0, -libm::sin(tilt), -libm::cos(tilt)) * 9.81
 }
 
 /// The room as the recipe gives it, the rest derived from the organs' skins.

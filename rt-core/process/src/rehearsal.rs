@@ -10,6 +10,7 @@ use rt_core::port::{Buttons, DeviceSample, ForceCommand, LineCounters};
 use rt_core::port::{PedalSample, Polled, TrackerSample};
 use rt_core::sim::{Digest, Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
+use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, EventMsg, HandMsg, StateFrame, ToolFrame};
 use shared_mem::scene::{RoomRecord, SceneFile};
 
@@ -29,6 +30,7 @@ pub struct Rehearsal<'a> {
     sim: Sim<'a>,
     hand: LedHand,
     world: World,
+    setup: RunSetup,
 }
 
 /// What the simulation takes in and shows.
@@ -43,6 +45,7 @@ struct World {
     next_event: u64,
     scene_id: [u8; 16],
     hash: u64,
+    records: Vec<InputRecord>,
 }
 
 /// Lets `work` work in `scene`, from rest.
@@ -60,7 +63,10 @@ pub fn rehearse<R>(
         ..Parameters::default()
     };
     let device = (&Capabilities::touch_class()).into();
-    let sim = Sim::new(loaded.scene()?, &mut state, device, parameters);
+    let at_rest = loaded.scene()?;
+    let room = at_rest.room();
+    let setup = inputs::setup(loaded.short_id, PERIOD_NS, room, &device, &parameters);
+    let sim = Sim::new(at_rest, &mut state, device, parameters);
     let hand = LedHand::new(script(scene.room()), &Wish::default());
     let hand = hand.map_err(|source| RtError::Device {
         device: "the emulated haptic device",
@@ -83,8 +89,14 @@ pub fn rehearse<R>(
         next_event: 0,
         scene_id: loaded.short_id,
         hash: 0,
+        records: Vec::new(),
     };
-    Ok(work(&mut Rehearsal { sim, hand, world }))
+    Ok(work(&mut Rehearsal {
+        sim,
+        hand,
+        world,
+        setup,
+    }))
 }
 
 impl Rehearsal<'_> {
@@ -137,6 +149,17 @@ impl Rehearsal<'_> {
         core::mem::take(&mut self.world.events)
     }
 
+    /// What the run began with: with [`Self::records`], all that [`crate::replay::Replay`] needs.
+    #[must_use]
+    pub fn setup(&self) -> RunSetup {
+        self.setup
+    }
+
+    /// What the ticks since the last call took in, and what each came to.
+    pub fn records(&mut self) -> Vec<InputRecord> {
+        core::mem::take(&mut self.world.records)
+    }
+
     /// Ticks so far.
     #[must_use]
     pub fn ticks(&self) -> u64 {
@@ -174,7 +197,11 @@ impl Ports for World {
             self.events.push(event);
             self.next_event += 1;
         }
-        let Digest { tools, spheres, .. } = view.digest();
+        let digest = view.digest();
+        let mut record = inputs::record(&self.samples);
+        inputs::seal(&mut record, view.tick, digest);
+        self.records.push(record);
+        let Digest { tools, spheres, .. } = digest;
         let mixed = self.hash.rotate_left(7) ^ u64::from(tools);
         self.hash = mixed.rotate_left(9) ^ u64::from(spheres);
         if view.tick.is_multiple_of(FRAME_EVERY) {

@@ -4,6 +4,7 @@
 use assess::{Anatomy, Assessed, Assessment, Difficulty, Rules, Task};
 use rt_process::rehearsal::{Rehearsal, rehearse};
 use session::{Entry, Movement, What};
+use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, HandMsg};
 use shared_mem::scene::SceneFile;
 use surgeon::{Seen, Surgeon, Theatre, operate};
@@ -20,6 +21,8 @@ pub(crate) struct Came {
     pub(crate) hash: u64,
     /// What the surgeon said.
     pub(crate) said: Vec<String>,
+    /// What it began with, and what each tick took in.
+    pub(crate) recorded: (RunSetup, Vec<InputRecord>),
 }
 
 struct Alone<'a, 'b> {
@@ -103,6 +106,7 @@ pub(crate) fn work(
             assessed: alone.assessment.end(),
             ticks: alone.rehearsal.ticks(),
             hash: alone.rehearsal.hash(),
+            recorded: (alone.rehearsal.setup(), alone.rehearsal.records()),
             said: alone.said,
         }
     });

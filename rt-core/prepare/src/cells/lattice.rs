@@ -64,7 +64,7 @@ impl<'a> Lattice<'a> {
         let angle = std::f64::consts::TAU * ray as f64 / self.rays as f64;
         let [_, x, y] = self.course.axes;
         // Along the course, around, outwards: right-handed.
-        x * angle.cos() - y * angle.sin()
+        x * libm::cos(angle) - y * libm::sin(angle)
     }
 
     fn find_outlines(&mut self, cell_m: f64) {

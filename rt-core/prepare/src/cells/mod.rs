@@ -193,7 +193,7 @@ pub(crate) fn append(
             radius_m: f64::from(s.radius_m),
         })
         .collect();
-    let spacing_m = (own.volume() / balls.len() as f64).cbrt();
+    let spacing_m = libm::cbrt(own.volume() / balls.len() as f64);
     let first_cell = scene.cells.len();
     let first_corner = scene.cell_corners.len();
     let outside = Mesh {

@@ -76,7 +76,7 @@ impl Mesh {
             };
             for k in 0..3 {
                 let (u, v) = (p[(k + 1) % 3] - p[k], p[(k + 2) % 3] - p[k]);
-                normals[t[k] as usize] += n * u.angle(&v);
+                normals[t[k] as usize] += n * libm::atan2(u.cross(&v).norm(), u.dot(&v));
             }
         }
         for n in &mut normals {

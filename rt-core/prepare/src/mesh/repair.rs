@@ -238,7 +238,7 @@ fn finish(mut mended: Mended, mut mesh: Mesh) -> Result<Mended, MeshProblem> {
     mended.turned |= orient_pieces_outward(&mut mesh);
     mended.dropped_pieces += drop_pieces(&mut mesh)?;
     mended.volume_m3 = mesh.volume();
-    if mended.volume_m3 < VOLUME_SHARE_MIN * mesh.area().powf(1.5) {
+    if mended.volume_m3 < VOLUME_SHARE_MIN * mesh.area() * mesh.area().sqrt() {
         return Err(MeshProblem::NoVolume {
             volume_ml: mended.volume_m3 * 1e6,
         });

@@ -29,7 +29,7 @@ fn solid_angle(corners: [Vec3; 3], p: &Vec3) -> f64 {
     let (la, lb, lc) = (a.norm(), b.norm(), c.norm());
     let numerator = a.dot(&b.cross(&c));
     let denominator = la * lb * lc + a.dot(&b) * lc + b.dot(&c) * la + c.dot(&a) * lb;
-    2.0 * numerator.atan2(denominator)
+    2.0 * libm::atan2(numerator, denominator)
 }
 
 /// A closed surface around the triangles, or `None` if they enclose nothing.
@@ -59,7 +59,7 @@ pub(super) fn seal(mesh: &Mesh) -> Option<Mesh> {
     let extent = (max - min).max();
     // A thin tube needs finer cells: its radius, if its wall has two sides, is area/(4π·length).
     let tube_radius = mesh.area() / (4.0 * std::f64::consts::PI * extent);
-    let finest = ((max - min).add_scalar(0.1 * extent).product() / POINTS_MAX).cbrt();
+    let finest = libm::cbrt((max - min).add_scalar(0.1 * extent).product() / POINTS_MAX);
     let cell_m = (extent / CELLS).min(0.25 * tube_radius).max(finest);
     let radius_m = extent / 20.0;
     let margin = (radius_m / cell_m).ceil() as usize + 3;

@@ -44,10 +44,10 @@ impl<'a> Interior<'a> {
     /// Prepares a closed mesh for this many spheres. `None` when no grid point lies inside.
     #[must_use]
     pub fn new(mesh: &'a Mesh, volume_m3: f64, spheres: usize) -> Option<Self> {
-        let spacing_m = (volume_m3 / spheres as f64).cbrt();
+        let spacing_m = libm::cbrt(volume_m3 / spheres as f64);
         let [min, max] = mesh.bounds();
         let size = max - min;
-        let coarsest = (size.product() / POINTS_MAX).cbrt();
+        let coarsest = libm::cbrt(size.product() / POINTS_MAX);
         let cell_m = (spacing_m / POINTS_PER_SPACING).max(coarsest);
         let field = Field::new(mesh, Grid::around([min, max], cell_m, 2), Sign::Closed);
         let inside = (0..field.grid.len()).filter(|&i| field.is_inside(i));

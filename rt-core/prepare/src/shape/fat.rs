@@ -31,8 +31,8 @@ pub(super) fn distance(bodies: &Bodies, p: &Vec3) -> f64 {
         return body;
     }
     let turn = p * (std::f64::consts::TAU / LUMP_WIDTH_M);
-    let lumps =
-        turn.x.sin() * turn.y.cos() + turn.y.sin() * turn.z.cos() + turn.z.sin() * turn.x.cos();
+    let (sin, cos) = (turn.map(libm::sin), turn.map(libm::cos));
+    let lumps = sin.x * cos.y + sin.y * cos.z + sin.z * cos.x;
     let mut d = body - LUMP_M / 2.0 * lumps;
     let tubes = [
         &bodies.bile_duct,

@@ -22,20 +22,20 @@ pub(super) fn line() -> Vec<Through> {
         for i in 0..POINTS {
             let along = i as f64 / (POINTS - 1) as f64 * 2.0 - 1.0;
             let x = if row % 2 == 0 { along } else { -along } * HALF_M;
-            let wave = (95.0 * x + 0.8).sin();
+            let wave = libm::sin(95.0 * x + 0.8);
             let y = TOP_M - ROW_M * row as f64 + 0.0045 * wave;
             let z = -0.094
                 + 0.020 * (1.0 - (x / HALF_M).powi(2))
-                + 0.004 * (61.0 * x + row as f64).cos()
+                + 0.004 * libm::cos(61.0 * x + row as f64)
                 + 0.006 * row as f64;
-            let radius = RADIUS_M * (1.0 + 0.05 * (150.0 * x + 2.0 * row as f64).sin());
+            let radius = RADIUS_M * (1.0 + 0.05 * libm::sin(150.0 * x + 2.0 * row as f64));
             line.push(([x - 0.012, y, z], radius));
         }
         if row + 1 < ROWS {
             let side = if row % 2 == 0 { 1.0 } else { -1.0 };
             let x = side * (HALF_M + 0.014);
             let y =
-                TOP_M - ROW_M * (row as f64 + 0.5) + 0.0045 * (95.0 * side * HALF_M + 0.8).sin();
+                TOP_M - ROW_M * (row as f64 + 0.5) + 0.0045 * libm::sin(95.0 * side * HALF_M + 0.8);
             line.push(([x - 0.012, y, -0.092 + 0.006 * row as f64], RADIUS_M));
         }
     }

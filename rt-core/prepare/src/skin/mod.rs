@@ -167,7 +167,7 @@ pub(crate) fn carriers(
         .iter()
         .map(|&(distance, i)| {
             let from = (balls[i].center - place) / spacing_m;
-            let share = (-(distance / width_m).powi(2)).exp();
+            let share = libm::exp(-(distance / width_m).powi(2));
             (share, Vector4::new(1.0, from.x, from.y, from.z))
         })
         .collect();

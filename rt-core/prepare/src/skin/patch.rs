@@ -126,7 +126,7 @@ impl Neighbourhood {
             .filter_map(|j| {
                 let off = (rest.places[j] - rest.places[i]).norm();
                 let faces = rest.normals[j].dot(&normal) > 0.3;
-                let share = rest.areas[j] * (-(off / wide_m).powi(2)).exp();
+                let share = rest.areas[j] * libm::exp(-(off / wide_m).powi(2));
                 (faces && off < 2.5 * wide_m).then_some((j, share))
             })
             .collect();
