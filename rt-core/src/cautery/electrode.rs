@@ -98,6 +98,11 @@ impl Electrode {
 
     /// How well it touches a bar of tissue, as [`Self::touches_ball`].
     pub(crate) fn touches_bar(&self, ends_m: &[Vec3; 2], radius_m: f32) -> f32 {
+        // Most of what is asked about is far off: boxes around both tell that without a root.
+        let reach_m = 1.01 * (self.radius_m + radius_m + BRIDGED_M);
+        if apart_m(&self.ends_m, ends_m) > reach_m {
+            return 0.0;
+        }
         let gap_m = distance_m(&self.ends_m, ends_m) - self.radius_m - radius_m;
         let share = (BRIDGED_M - gap_m) / BRIDGED_M;
         // What is no number touches nothing.
@@ -129,6 +134,14 @@ impl Dose {
     pub(crate) fn parts(&self) -> f32 {
         self.parting_j_m2 / (BOIL_J_M3 * self.kerf_m)
     }
+}
+
+/// Between boxes around two lines from end to end, along the axis on which they are farthest apart, m:
+/// the lines are no nearer to each other. Less than zero where the boxes overlap.
+fn apart_m([a, b]: &[Vec3; 2], [c, d]: &[Vec3; 2]) -> f32 {
+    let own = a.inf(b) - c.sup(d);
+    let other = c.inf(d) - a.sup(b);
+    own.sup(&other).max()
 }
 
 /// Between two straight lines from end to end, m. Either may be a point.

@@ -63,22 +63,26 @@ impl Cautery {
         }
         let cells_m2: f32 = cells.iter().map(|it| it.area_m2).sum();
         let surfaces_m2: f32 = surfaces.iter().sum();
-        let touched_m2 = touched_bars_m2(electrode, scene, bodies) + surfaces_m2 + cells_m2;
+        let layered = layered(scene, bodies);
+        let bars_m2 = touched_bars_m2(electrode, &layered, scene, bodies);
+        let touched_m2 = bars_m2 + surfaces_m2 + cells_m2;
         let Some(dose) = electrode.dose(touched_m2) else {
             return;
         };
         self.at_m = electrode.middle_m();
         let mut areas_m2 = surfaces;
-        let layered = layered(scene, bodies);
         let mut dried: Vec<(u32, f32), DRIED> = Vec::new();
         let apart = |apart: Apart| {
             vessels.note_change();
             journal.raise(apart.told(EventKind::Cut));
         };
         part_all(scene, bodies, apart, |bar, parted| {
-            let touched = electrode.touches_bar(&bar.ends_m, bar.radius_m);
             let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
-            if touched <= 0.0 || parted >= 1.0 || is_layered {
+            if parted >= 1.0 || is_layered {
+                return parted;
+            }
+            let touched = electrode.touches_bar(&bar.ends_m, bar.radius_m);
+            if touched <= 0.0 {
                 return parted;
             }
             if let Some(area_m2) = areas_m2.get_mut(usize::from(bar.organ)) {
@@ -155,8 +159,12 @@ fn layered(scene: &Scene<'_>, bodies: &Bodies) -> [bool; MAX_ORGANS] {
     layered
 }
 
-fn touched_bars_m2(electrode: &Electrode, scene: &Scene<'_>, bodies: &mut Bodies) -> f32 {
-    let layered = layered(scene, bodies);
+fn touched_bars_m2(
+    electrode: &Electrode,
+    layered: &[bool; MAX_ORGANS],
+    scene: &Scene<'_>,
+    bodies: &mut Bodies,
+) -> f32 {
     let mut sum_m2 = 0.0;
     part_all(
         scene,

@@ -1,6 +1,7 @@
 //! What meets what: the instrument and the skin of organs (`skin`) or organs that have none
 //! (`tube`), with what follows where they touch (`touch`); the instrument and the endoscope (`rigid`); spheres and spheres (`pairs`).
 
+mod beside;
 pub mod cylinder;
 mod friction;
 mod gap;

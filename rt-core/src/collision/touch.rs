@@ -5,6 +5,7 @@
 use heapless::Vec;
 
 use crate::capacity::{INSTRUMENT_STATIONS, MAX_TOUCHES};
+use crate::collision::beside::Beside;
 use crate::collision::friction::Bristle;
 use crate::collision::law::Law;
 use crate::collision::patch::Patch;
@@ -107,7 +108,7 @@ pub(crate) struct Touch {
     pub(crate) friction: f32,
     pub(crate) bristle: Bristle,
     /// Of the tissue on the tool in the last substep, N: across the skin and along it.
-    force_n: f32,
+    pub(crate) force_n: f32,
     friction_n: Vec3,
     /// The same, the mean of the tick so far, N: what the tool feels.
     pub(crate) felt_n: f32,
@@ -246,17 +247,18 @@ impl Touches {
             let push = (touch.normal * left + touch.friction_n) * -squared;
             touch.patch.push(&push, bodies);
         }
+        let mut beside = Beside::of(organ, &self.near);
         for _ in 0..PASSES {
-            for i in 0..self.near.len() {
-                let Some(touch) = self.near.get(i).filter(|touch| touch.organ == organ) else {
+            for own in 0..beside.len() {
+                let Some(touch) = beside.touch(own).and_then(|i| self.near.get(i)) else {
                     continue;
                 };
                 let yield_m_n = touch.inverse_mass_per_kg * squared;
                 let patch_m = touch.patch.at_m(bodies);
                 let height_m = touch.normal.dot(&(touch.center_m - patch_m));
                 // The gap as it were without this contact's own force.
-                let gap_m = height_m - touch.reach_m - yield_m_n * touch.force_n
-                    + self.beside_others_m(i, touch);
+                let gap_m =
+                    height_m - touch.reach_m - yield_m_n * touch.force_n + beside.others_m(own);
                 let (force_n, stiffness_n_m) = touch.answer.force_n(gap_m, yield_m_n);
                 // Along the skin the same: how far the tool is ahead without this contact's friction.
                 let ahead_m =
@@ -268,7 +270,8 @@ impl Touches {
                 let change_n =
                     touch.normal * (touch.force_n - force_n) + (touch.friction_n - friction_n);
                 touch.patch.push(&(change_n * squared), bodies);
-                if let Some(touch) = self.near.get_mut(i) {
+                beside.press(own, force_n);
+                if let Some(touch) = beside.touch(own).and_then(|i| self.near.get_mut(i)) {
                     touch.force_n = force_n;
                     touch.stiffness_n_m = stiffness_n_m;
                     touch.friction_n = friction_n;
@@ -284,27 +287,5 @@ impl Touches {
             touch.felt_n += touch.force_n * share;
             touch.felt_friction_n += touch.friction_n * share;
         }
-    }
-
-    /// How far the other contacts on the same skin have already pressed it away from contact `i`,
-    /// beyond what the spheres carry over, m.
-    fn beside_others_m(&self, i: usize, touch: &Touch) -> f32 {
-        let mut sum_m = 0.0;
-        for (j, other) in self.near.iter().enumerate() {
-            let Answer::HalfSpace(law) = &other.answer else {
-                continue;
-            };
-            if j == i || other.organ != touch.organ || other.force_n <= 0.0 {
-                continue;
-            }
-            let along = other.normal.dot(&touch.normal);
-            if along <= 0.0 {
-                continue;
-            }
-            let distance_m = math::norm(&(other.at_m - touch.at_m));
-            let half_width_m = law.half_width_m(other.force_n);
-            sum_m += along * other.force_n * law.beside_m_n(distance_m, half_width_m);
-        }
-        sum_m
     }
 }

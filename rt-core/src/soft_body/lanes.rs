@@ -84,6 +84,24 @@ impl Lanes {
         self * Self([factor, factor, factor, 0.0])
     }
 
+    /// The smaller one, lane by lane; of a number and none the number in `other`.
+    #[must_use]
+    #[inline(always)]
+    pub(crate) fn min(self, other: Self) -> Self {
+        let ([a, b, c, d], [e, f, g, h]) = (self.0, other.0);
+        let min = |x: f32, y: f32| if x < y { x } else { y };
+        Self([min(a, e), min(b, f), min(c, g), min(d, h)])
+    }
+
+    /// The larger one, lane by lane; of a number and none the number in `other`.
+    #[must_use]
+    #[inline(always)]
+    pub(crate) fn max(self, other: Self) -> Self {
+        let ([a, b, c, d], [e, f, g, h]) = (self.0, other.0);
+        let max = |x: f32, y: f32| if x > y { x } else { y };
+        Self([max(a, e), max(b, f), max(c, g), max(d, h)])
+    }
+
     /// Squared length of x, y, z.
     #[must_use]
     #[inline(always)]

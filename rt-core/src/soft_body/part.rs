@@ -165,9 +165,14 @@ impl Apart {
 /// O(attachments and elastic links of organs that move).
 pub(crate) fn tear_all(scene: &Scene<'_>, bodies: &mut Bodies, torn: impl FnMut(Apart)) {
     part_all(scene, bodies, torn, |bar, parted| {
+        let along_m = bar.ends_m[0] - bar.ends_m[1];
+        if along_m.norm_squared() <= bar.rest_length_m * bar.rest_length_m {
+            // Slack, as half of all bars are: no root is needed to know that it does not tear.
+            return parted;
+        }
         let whole_m = math::sqrt(bar.tear_j * bar.compliance_m_n);
         let tears = whole_m > 0.0 && whole_m.is_finite();
-        let stretch_m = math::norm(&(bar.ends_m[0] - bar.ends_m[1])) - bar.rest_length_m;
+        let stretch_m = math::norm(&along_m) - bar.rest_length_m;
         if tears {
             torn_on(parted, stretch_m, whole_m)
         } else {

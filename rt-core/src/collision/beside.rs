@@ -1,0 +1,101 @@
+//! What contacts on one skin do to each other beyond what the spheres carry over: what each pass over them
+//! asks again and again, close together in memory (a [`Touch`] takes a kilobyte and a half).
+
+use heapless::Vec;
+
+use crate::capacity::MAX_TOUCHES;
+use crate::collision::law::Law;
+use crate::collision::touch::{Answer, Touch};
+use crate::math::{self, Vec3};
+
+/// A contact as the others beside it see it.
+#[derive(Debug, Clone)]
+struct Presser {
+    /// Its index among all touches.
+    touch: u8,
+    normal: Vec3,
+    at_m: Vec3,
+    force_n: f32,
+    /// How wide it is under this force, m.
+    half_width_m: f32,
+    /// None of a spring: a tube's wall gives way by itself.
+    law: Option<Law>,
+}
+
+/// The contacts of an organ.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Beside {
+    pressers: Vec<Presser, MAX_TOUCHES>,
+}
+
+impl Beside {
+    /// Those of `touches` that are with this organ, in their order.
+    pub(crate) fn of(organ: u8, touches: &[Touch]) -> Self {
+        let mut pressers = Vec::new();
+        let own = (0u8..).zip(touches).filter(|(_, it)| it.organ == organ);
+        for (index, touch) in own {
+            let law = match touch.answer {
+                Answer::HalfSpace(law) => Some(law),
+                Answer::Spring { .. } => None,
+            };
+            // There is room: touches are no more.
+            let _ = pressers.push(Presser {
+                touch: index,
+                normal: touch.normal,
+                at_m: touch.at_m,
+                force_n: touch.force_n,
+                half_width_m: half_width_m(law.as_ref(), touch.force_n),
+                law,
+            });
+        }
+        Self { pressers }
+    }
+
+    /// How many.
+    pub(crate) fn len(&self) -> usize {
+        self.pressers.len()
+    }
+
+    /// Which touch the contact `own` is.
+    pub(crate) fn touch(&self, own: usize) -> Option<usize> {
+        self.pressers.get(own).map(|it| usize::from(it.touch))
+    }
+
+    /// The contact `own` presses with this force now.
+    pub(crate) fn press(&mut self, own: usize, force_n: f32) {
+        if let Some(presser) = self.pressers.get_mut(own) {
+            presser.force_n = force_n;
+            presser.half_width_m = half_width_m(presser.law.as_ref(), force_n);
+        }
+    }
+
+    /// How far the others have already pressed the skin away from the contact `own`, m.
+    pub(crate) fn others_m(&self, own: usize) -> f32 {
+        let Some(pressed) = self.pressers.get(own) else {
+            return 0.0;
+        };
+        let mut sum_m = 0.0;
+        for (i, other) in self.pressers.iter().enumerate() {
+            if other.force_n <= 0.0 || i == own {
+                continue;
+            }
+            let Some(law) = &other.law else {
+                continue;
+            };
+            let along = other.normal.dot(&pressed.normal);
+            if along <= 0.0 {
+                continue;
+            }
+            let distance_m = math::norm(&(other.at_m - pressed.at_m));
+            sum_m += along * other.force_n * law.beside_m_n(distance_m, other.half_width_m);
+        }
+        sum_m
+    }
+}
+
+fn half_width_m(law: Option<&Law>, force_n: f32) -> f32 {
+    match law {
+        Some(law) if force_n > 0.0 => law.half_width_m(force_n),
+        _ => 0.0,
+    }
+}
