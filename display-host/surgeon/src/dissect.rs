@@ -4,7 +4,7 @@ use shared_mem::scene::CellRecord;
 
 use crate::hold::{BEND_M, ELECTRODE_M, Hook, WORKS, electrode_room_m, turns};
 use crate::sight::{Bar, off_line};
-use crate::work::{COAGULATE, Vec3, Work};
+use crate::work::{BACK_M, COAGULATE, Vec3, Work};
 
 /// Current that comes this near to what must not be burnt is cut off, m.
 const CLEAR_M: f64 = 0.0006;
@@ -47,6 +47,9 @@ const REACHED_M: f64 = 0.0002;
 /// A cell is tried so often, and again once so much more is gone.
 const TRIES: u8 = 3;
 const WORTH: f64 = 0.01;
+/// Where nothing is in reach any more it goes back, lets the tissue settle, s, and looks again; so often.
+const REST_S: f64 = 1.5;
+const RESTS: u32 = 3;
 
 /// What there is to see before a cell is chosen.
 struct Now {
@@ -70,7 +73,7 @@ impl Work<'_> {
     /// Takes cells of regions away until this share of them is gone.
     pub(crate) fn dissect(&mut self, regions: &[u8], share: f64) -> Result<(), String> {
         self.field.begin();
-        let mut before = 0.0;
+        let (mut before, mut rests) = (0.0, 0);
         let done = loop {
             let gone = self.field.gone(regions, &self.seen.state);
             if gone >= share {
@@ -80,6 +83,13 @@ impl Work<'_> {
                 if gone > before + WORTH {
                     // With what lay before it gone, there may be a way.
                     before = gone;
+                    self.field.begin();
+                    continue;
+                }
+                if rests < RESTS {
+                    rests += 1;
+                    self.withdraw(BACK_M)?;
+                    self.wait(REST_S)?;
                     self.field.begin();
                     continue;
                 }
