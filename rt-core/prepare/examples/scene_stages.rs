@@ -129,7 +129,7 @@ fn work(scene: &SceneData) -> Seen {
     for t in 0..TICKS {
         let share = (f64::from(t) / f64::from(APPROACH)).min(1.0) as f32;
         let slide = f64::from(t.saturating_sub(APPROACH)) * 1e-3;
-        let off_m = 0.008 * (slide * 2.0).sin() as f32;
+        let off_m = 0.008 * libm::sin(slide * 2.0) as f32;
         let tip_m = target + normal * (0.020 - 0.026 * share) + along * off_m;
         timed.samples.now_ns += 1_000_000;
         let up = Vec3::y();

@@ -111,7 +111,7 @@ fn hollow_wall_with_an_opening_becomes_solid() {
     // A ball with an inner side, joined through a hole at the top.
     let wall = |p: &Vec3| {
         let shell = (p.norm() - 0.0485).abs() - 0.0015;
-        let hole = (p.x.hypot(p.y) - 0.003).max(-p.z);
+        let hole = (libm::hypot(p.x, p.y) - 0.003).max(-p.z);
         shell.max(-hole)
     };
     let bounds = [Vec3::repeat(-0.055), Vec3::repeat(0.055)];
@@ -269,11 +269,11 @@ fn what_cannot_be_mended_says_why() {
     for i in 0..count {
         let turn = f64::from(i) / f64::from(count) * std::f64::consts::TAU;
         let across = Vec3::new(
-            (turn / 2.0).cos() * turn.cos(),
-            (turn / 2.0).cos() * turn.sin(),
-            (turn / 2.0).sin(),
+            libm::cos(turn / 2.0) * libm::cos(turn),
+            libm::cos(turn / 2.0) * libm::sin(turn),
+            libm::sin(turn / 2.0),
         );
-        let middle = Vec3::new(turn.cos(), turn.sin(), 0.0) * 0.1;
+        let middle = Vec3::new(libm::cos(turn), libm::sin(turn), 0.0) * 0.1;
         band.vertices
             .extend([middle - across * 0.02, middle + across * 0.02]);
     }
@@ -317,11 +317,11 @@ fn klein_bottle() -> Mesh {
         let u = f64::from(i) / f64::from(around) * std::f64::consts::TAU;
         for j in 0..across {
             let v = f64::from(j) / f64::from(across) * std::f64::consts::TAU;
-            let (sin, cos) = (u / 2.0).sin_cos();
-            let out = 0.1 + 0.04 * (cos * v.sin() - sin * (2.0 * v).sin());
-            let up = 0.04 * (sin * v.sin() + cos * (2.0 * v).sin());
+            let (sin, cos) = libm::sincos(u / 2.0);
+            let out = 0.1 + 0.04 * (cos * libm::sin(v) - sin * libm::sin(2.0 * v));
+            let up = 0.04 * (sin * libm::sin(v) + cos * libm::sin(2.0 * v));
             mesh.vertices
-                .push(Vec3::new(out * u.cos(), out * u.sin(), up));
+                .push(Vec3::new(out * libm::cos(u), out * libm::sin(u), up));
         }
     }
     let at = |i: u32, j: u32| {

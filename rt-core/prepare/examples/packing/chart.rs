@@ -74,7 +74,7 @@ fn one(svg: &mut String, panel: &Panel, [left, top]: [f64; 2], names: &[&str]) {
         let (low, high) = (marks[0], marks[marks.len() - 1]);
         let scaled = |v: f64| {
             if panel.is_log[axis] {
-                v.max(1e-9).ln()
+                libm::log(v.max(1e-9))
             } else {
                 v
             }

@@ -14,7 +14,7 @@ fn bar(half_m: f64, radius_m: f64, bend_per_m: f64, lump_m: f64) -> Mesh {
     let distance = move |p: &Vec3| {
         let x = p.x.clamp(-half_m, half_m);
         let middle = Vec3::new(x, bend_per_m * x * x, 0.0);
-        let lumps = (700.0 * p.x).sin() * (900.0 * p.y).cos() * (800.0 * p.z).sin();
+        let lumps = libm::sin(700.0 * p.x) * libm::cos(900.0 * p.y) * libm::sin(800.0 * p.z);
         (p - middle).norm() - radius_m - lump_m * lumps
     };
     let reach = radius_m + 0.004;

@@ -59,7 +59,7 @@ fn press(built: &Prepared, radius_m: f32, depth_m: f32, ticks: u16) -> Vec<f32> 
 fn the_force_is_the_tissues_and_not_the_spheres() {
     let (radius_m, depth_m) = (0.005f32, 0.004f32);
     let modulus_pa = 5000.0 / (1.0 - 0.45f32 * 0.45);
-    let hertz_n = 4.0 / 3.0 * modulus_pa * radius_m.sqrt() * depth_m.powf(1.5);
+    let hertz_n = 4.0 / 3.0 * modulus_pa * radius_m.sqrt() * depth_m * depth_m.sqrt();
     let felt_n = [250, 581, 1200].map(|spheres| {
         let felt = press(&liver(spheres), radius_m, depth_m, 400);
         felt.last().copied().unwrap_or_default()
@@ -198,7 +198,7 @@ fn friction_holds_back_both_ways_and_has_no_step() {
     let (site, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
     let felt = slide(&mut tissue, site, normal, 0.003);
     for (tick, pair) in felt.windows(2).enumerate() {
-        let step_n = (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1]);
+        let step_n = libm::hypotf(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1]);
         assert!(step_n < 0.005, "tick {tick}: {step_n} N");
     }
     // At the same place, there and back: what the skin's slope does is the same, friction is not.

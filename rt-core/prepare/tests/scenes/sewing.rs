@@ -18,8 +18,8 @@ fn pebble(name: &str, center_m: Vec3) {
     let mut text = String::new();
     let mut vertex = |ring: usize, step: usize| {
         let (down, about) = (ring as f32 / RINGS as f32, step as f32 / ROUND as f32);
-        let (sin, cos) = (down * std::f32::consts::PI).sin_cos();
-        let (y, x) = (about * std::f32::consts::TAU).sin_cos();
+        let (sin, cos) = libm::sincosf(down * std::f32::consts::PI);
+        let (y, x) = libm::sincosf(about * std::f32::consts::TAU);
         let p = center_m + Vec3::new(0.02 * cos, 0.015 * sin * x, 0.015 * sin * y);
         text += &format!("v {} {} {}\n", p.x, p.y, p.z);
     };
