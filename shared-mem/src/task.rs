@@ -24,7 +24,7 @@ pub struct TaskMsg {
 
 impl TaskMsg {
     /// The version that this program writes and reads.
-    pub const VERSION: u32 = 1;
+    pub const VERSION: u32 = 2;
 
     /// A message of this text; `None`: it is longer than [`TASK_TEXT`].
     #[must_use]

@@ -8,6 +8,7 @@ use crate::anatomy::Anatomy;
 use crate::metrics::{Metric, Tally, Values};
 use crate::procedure::Procedure;
 use crate::rules::{Lost, Rules};
+use crate::step::{Hint, Reason, Step, plain_steps, plainly};
 use crate::task::{Difficulty, Outcome, Task};
 use crate::vector::{Vec3, distance, wide};
 
@@ -48,15 +49,15 @@ pub struct Status {
     /// Score so far.
     pub score: f64,
     /// What is to be done, and whether it is.
-    pub steps: Vec<(String, bool)>,
+    pub steps: Vec<(Step, bool)>,
     /// The newest alarm, and how many there were.
     pub alarm: Option<Alarm>,
     /// See [`Status::alarm`].
     pub alarms: usize,
     /// What to do next, for beginners.
-    pub hint: Option<String>,
+    pub hint: Option<Hint>,
     /// Why it is over.
-    pub reasons: Vec<String>,
+    pub reasons: Vec<Reason>,
 }
 
 /// What an operation came to.
@@ -71,13 +72,15 @@ pub struct Assessed {
     /// How it ended.
     pub outcome: Outcome,
     /// Why.
-    pub reasons: Vec<String>,
+    #[serde(serialize_with = "plainly")]
+    pub reasons: Vec<Reason>,
     /// 0 to 100.
     pub score: f64,
     /// What points were lost for.
     pub lost: Vec<Lost>,
     /// What was to be done, and whether it was.
-    pub steps: Vec<(String, bool)>,
+    #[serde(serialize_with = "plain_steps")]
+    pub steps: Vec<(Step, bool)>,
     /// What was wrong.
     pub alarms: Vec<Alarm>,
     /// All metrics; `null` where there is none.
@@ -110,7 +113,7 @@ pub struct Assessment {
     /// Number of the next event, once there was one.
     next_event: Option<u64>,
     lost_events: u64,
-    over: Option<(Outcome, Vec<String>)>,
+    over: Option<(Outcome, Vec<Reason>)>,
 }
 
 impl Assessment {
@@ -250,7 +253,7 @@ impl Assessment {
         }
     }
 
-    fn steps(&self) -> Vec<(String, bool)> {
+    fn steps(&self) -> Vec<(Step, bool)> {
         let at_s = self.tally.time_s();
         self.procedure
             .steps(at_s, &self.anatomy, &self.rules, &self.tally)
@@ -325,7 +328,7 @@ impl Assessment {
             Task::Free => (Outcome::Practised, Vec::new()),
             _ => {
                 let open = steps.iter().filter(|(_, done)| !done);
-                let open = open.map(|(text, _)| format!("not done: {text}"));
+                let open = open.map(|(step, _)| Reason::NotDone { step: step.clone() });
                 (Outcome::Aborted, open.collect())
             }
         });

@@ -19,6 +19,7 @@ mod procedure;
 pub mod report;
 mod rules;
 mod scope_drill;
+mod step;
 mod task;
 mod vector;
 mod vessel;
@@ -28,6 +29,7 @@ pub use anatomy::{Anatomy, Region};
 pub use assessment::{Assessed, Assessment, Moment, Path, Status, VERSION};
 pub use metrics::{Metric, Values};
 pub use rules::{Rules, RulesError};
+pub use step::{Advice, Hint, Instrument, Reason, Step};
 pub use task::{Difficulty, Outcome, Task};
 
 #[cfg(test)]

@@ -9,6 +9,7 @@ use crate::anatomy::{Anatomy, Region};
 use crate::metrics::{Metric, Tally, Values, is_target};
 use crate::rules::Rules;
 use crate::scope_drill::ScopeDrill;
+use crate::step::{Advice, Hint, Reason, Step};
 use crate::task::Task;
 use crate::vector::wide;
 use crate::vessel::Vessel;
@@ -298,38 +299,41 @@ impl Procedure {
         anatomy: &Anatomy,
         rules: &Rules,
         tally: &Tally,
-    ) -> Vec<(String, bool)> {
+    ) -> Vec<(Step, bool)> {
         let mut steps = Vec::new();
         let wants = |task: Task| self.task == task || self.task == Task::Full;
         if wants(Task::Identify) {
             let [triangle, lower_bed] = self.cleared(anatomy, rules, tally);
             // In the whole operation the view is there once; then the vessels are divided.
             let had = self.task == Task::Full && self.had_view;
-            steps.push(("Clear Calot's triangle".to_owned(), triangle || had));
-            let bed = "Free the lower third of the gallbladder's bed".to_owned();
-            steps.push((bed, lower_bed || had));
-            let whole = "Leave cystic duct and artery whole".to_owned();
+            steps.push((Step::Triangle, triangle || had));
+            steps.push((Step::LowerBed, lower_bed || had));
             if self.task == Task::Identify {
-                steps.push((whole, self.are_whole()));
+                steps.push((Step::LeaveWhole, self.are_whole()));
             }
         }
-        for (which, (_, name)) in VESSELS.iter().enumerate() {
-            let clips = rules.done.clips;
-            if wants(Task::Clamp) {
-                let text = format!("Put {clips} clips on the {name}");
-                steps.push((text, self.is_clipped(which, rules)));
-            }
+        let vessels = || {
+            VESSELS
+                .iter()
+                .map(|(_, name)| (*name).to_owned())
+                .enumerate()
+        };
+        if wants(Task::Clamp) {
+            let count = rules.done.clips;
+            steps.extend(vessels().map(|(which, organ)| {
+                let done = self.is_clipped(which, rules);
+                (Step::Clip { organ, count }, done)
+            }));
         }
-        for (which, (_, name)) in VESSELS.iter().enumerate() {
-            if wants(Task::Cut) {
-                let text = format!("Divide the {name} between clips");
-                steps.push((text, self.is_divided(which, at_s, rules)));
-            }
+        if wants(Task::Cut) {
+            steps.extend(vessels().map(|(which, organ)| {
+                let done = self.is_divided(which, at_s, rules);
+                (Step::Divide { organ }, done)
+            }));
         }
         if wants(Task::Disconnect) {
             let bed = tally.removed(anatomy, &[Region::LowerBed, Region::UpperBed]);
-            let text = "Free the gallbladder from the liver".to_owned();
-            steps.push((text, bed >= rules.done.bed));
+            steps.push((Step::Free, bed >= rules.done.bed));
         }
         if self.task == Task::Scope {
             steps = self.drill.steps(anatomy);
@@ -338,7 +342,7 @@ impl Procedure {
     }
 
     /// Why it has failed, if it has.
-    pub(crate) fn failure(&self, time_s: f64, rules: &Rules) -> Option<String> {
+    pub(crate) fn failure(&self, time_s: f64, rules: &Rules) -> Option<Reason> {
         if self.task == Task::Free {
             return None;
         }
@@ -348,13 +352,15 @@ impl Procedure {
             .zip(VESSELS)
             .find_map(|(un, vessel)| un.then_some(vessel))
         {
-            return Some(format!("the {name} was divided unclamped"));
+            return Some(Reason::Unclamped {
+                organ: name.to_owned(),
+            });
         }
         if self.task == Task::Identify && !self.are_whole() {
-            return Some("cystic duct or artery is no longer whole".to_owned());
+            return Some(Reason::NotWhole);
         }
         let most_s = rules.time_max_s(self.task);
-        (time_s > most_s).then(|| format!("it took longer than {most_s:.0} s"))
+        (time_s > most_s).then_some(Reason::TooLong { seconds: most_s })
     }
 
     /// Sets the numbers that it knows.
@@ -382,27 +388,15 @@ impl Procedure {
     }
 
     /// What a beginner is told to do next.
-    pub(crate) fn hint(
-        &self,
-        steps: &[(String, bool)],
-        moved: Option<&Movement>,
-    ) -> Option<String> {
+    pub(crate) fn hint(&self, steps: &[(Step, bool)], moved: Option<&Movement>) -> Option<Hint> {
         let (step, _) = steps.iter().find(|(_, done)| !done)?;
-        let wanted = match step {
-            step if step.starts_with("Clear") || step.starts_with("Free") => (1, "cautery hook"),
-            step if step.starts_with("Put") => (3, "clip applier"),
-            step if step.starts_with("Divide") => (2, "scissors"),
-            _ => return Some(format!("{step}: hold it in the middle of the picture.")),
-        };
-        let (number, name) = wanted;
         let held = moved.map(|moved| moved.instrument);
-        Some(match held == Some(number) {
-            false => format!("{step}: take the {name} ({}).", number + 1),
-            true => match number {
-                1 => format!("{step}: hook a strand, lift it clear, then a short current."),
-                3 => format!("{step}: both jaws around it, tips in sight, then close."),
-                _ => format!("{step}: see both clips before the blades close."),
-            },
-        })
+        let advice = match step.instrument() {
+            Some(it) if held == Some(it.number()) => Advice::Use(it),
+            Some(it) => Advice::Take(it),
+            None => Advice::Hold,
+        };
+        let step = step.clone();
+        Some(Hint { step, advice })
     }
 }

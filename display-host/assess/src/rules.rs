@@ -9,6 +9,7 @@ use shared_mem::scene::OrganKind;
 use toml::Spanned;
 
 use crate::metrics::{Metric, Values};
+use crate::step::Reason;
 use crate::task::Task;
 
 /// The built-in rules.
@@ -339,24 +340,24 @@ impl Rules {
 
     /// What a task asks for and is not so.
     #[must_use]
-    pub fn unmet(&self, task: Task, score: f64, values: &Values) -> Vec<String> {
+    pub fn unmet(&self, task: Task, score: f64, values: &Values) -> Vec<Reason> {
         let Some(rules) = self.tasks.get(task.name()) else {
             return Vec::new();
         };
         let unmet = rules.pass.iter().filter_map(|condition| {
-            let value = condition.metric.map_or(score, |it| values.get(it));
-            let name = condition.metric.map_or("score", Metric::name);
+            let metric = condition.metric;
+            let value = metric.map_or(score, |it| values.get(it));
             if value < condition.at_least {
-                return Some(format!(
-                    "{name} is {value:.1}, at least {} is asked",
-                    condition.at_least
-                ));
+                return Some(Reason::TooLittle {
+                    metric,
+                    value,
+                    limit: condition.at_least,
+                });
             }
-            (value > condition.at_most).then(|| {
-                format!(
-                    "{name} is {value:.1}, at most {} is allowed",
-                    condition.at_most
-                )
+            (value > condition.at_most).then_some(Reason::TooMuch {
+                metric,
+                value,
+                limit: condition.at_most,
             })
         });
         unmet.collect()

@@ -5,6 +5,7 @@ use shared_mem::scene::OrganKind;
 
 use crate::anatomy::Anatomy;
 use crate::metrics::VIEW_HALF_RAD;
+use crate::step::Step;
 use crate::vector::off_sight;
 
 /// What is shown, in this order, as far as a scene has it.
@@ -57,12 +58,12 @@ impl ScopeDrill {
     }
 
     /// The organs, and whether each has been shown.
-    pub(crate) fn steps(&self, anatomy: &Anatomy) -> Vec<(String, bool)> {
+    pub(crate) fn steps(&self, anatomy: &Anatomy) -> Vec<(Step, bool)> {
         let targets = self.targets.iter().enumerate();
         let step = |(number, index): (usize, &usize)| {
-            let name = anatomy.organs.get(*index).map(|organ| organ.name.as_str());
-            let name = name.unwrap_or_default();
-            (format!("Show the {name}"), number < self.shown)
+            let organ = anatomy.organs.get(*index).map(|organ| organ.name.clone());
+            let organ = organ.unwrap_or_default();
+            (Step::Show { organ }, number < self.shown)
         };
         targets.map(step).collect()
     }

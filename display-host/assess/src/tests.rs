@@ -72,6 +72,11 @@ fn event(at_s: f64, kind: u32, organ: u32, x_m: f32, value: f32) -> Entry {
     }
 }
 
+fn unclamped(organ: &str) -> Reason {
+    let organ = organ.to_owned();
+    Reason::Unclamped { organ }
+}
+
 /// Hands at rest from one time to another, ten times a second.
 fn rest(assessment: &mut Assessment, from_s: f64, to_s: f64) {
     let steps = ((to_s - from_s) * 10.0).round() as u32;
@@ -160,7 +165,24 @@ fn clips_that_are_lost_or_misplaced_sound_and_cost() {
     );
     assert!((assessed.score - 80.0).abs() < 1e-9, "{:?}", assessed.lost);
     assert_eq!(assessed.outcome, Outcome::Failed, "none may be misplaced");
-    assert!(assessed.reasons[0].contains("clips_misplaced"));
+    assert_eq!(
+        assessed.reasons,
+        [Reason::TooMuch {
+            metric: Some(Metric::ClipsMisplaced),
+            value: 1.0,
+            limit: 0.0
+        }]
+    );
+    // Reports have it in plain English.
+    let report = serde_json::to_value(&assessed).unwrap();
+    assert_eq!(
+        report["reasons"][0],
+        "clips_misplaced is 1.0, at most 0 is allowed"
+    );
+    assert_eq!(
+        report["steps"][0],
+        serde_json::json!(["Put 2 clips on the cystic duct", true])
+    );
 }
 
 #[test]
@@ -179,7 +201,7 @@ fn cutting_unclamped_fails_at_once() {
         assert!(assessment.is_over(), "{}", task.name());
         let status = assessment.status();
         assert_eq!(status.outcome, Outcome::Failed);
-        assert!(status.reasons[0].contains("cystic duct"), "{status:?}");
+        assert_eq!(status.reasons, [unclamped("cystic duct")]);
         // What comes later changes nothing.
         clip_both(&mut assessment);
         assert_eq!(assessment.status(), status);
@@ -271,7 +293,7 @@ fn clips_on_one_side_of_the_cut_are_no_clamp() {
     let assessed = assessment.end();
     is(assessed.metrics.get(Metric::CutsOneSided), 1.0);
     assert_eq!(assessed.outcome, Outcome::Failed);
-    assert!(assessed.reasons[0].contains("cystic duct"));
+    assert_eq!(assessed.reasons, [unclamped("cystic duct")]);
 }
 
 #[test]
@@ -482,7 +504,30 @@ fn whoever_has_a_task_prepared_again_begins_again_with_its_clips() {
 fn it_takes_too_long_at_last() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 601.0);
-    assert!(assessment.status().reasons[0].contains("600 s"));
+    let too_long = Reason::TooLong { seconds: 600.0 };
+    assert_eq!(assessment.status().reasons, [too_long]);
+}
+
+#[test]
+fn a_beginner_is_told_which_instrument_and_then_how() {
+    let (rules, anatomy) = (Rules::default(), anatomy());
+    let mut assessment = Assessment::new(Task::Clamp, Difficulty::Beginner, rules, anatomy);
+    for (held, advice) in [
+        (0, Advice::Take(Instrument::ClipApplier)),
+        (3, Advice::Use(Instrument::ClipApplier)),
+    ] {
+        let instrument = held;
+        assessment.take(&moved(
+            f64::from(held) * 0.1,
+            Movement {
+                instrument,
+                ..here([0.0; 3])
+            },
+        ));
+        let hint = assessment.status().hint.expect("a beginner's");
+        assert_eq!(hint.advice, advice);
+        assert!(matches!(hint.step, Step::Clip { count: 2, .. }));
+    }
 }
 
 #[test]
@@ -496,7 +541,8 @@ fn the_drill_is_done_when_each_organ_was_shown() {
     // In the order of the drill: cystic duct, liver, cystic artery.
     for number in [1, 0, 2] {
         assert!(!drill.is_over());
-        assert!(drill.status().hint.is_some());
+        let hint = drill.status().hint.expect("a beginner's");
+        assert_eq!(hint.advice, Advice::Hold);
         for _ in 0..20 {
             let mut look = here([0.0, 0.0, -0.1]);
             look.world_from_camera.position_m[0] = 0.05 * number as f32;

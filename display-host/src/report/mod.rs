@@ -96,6 +96,8 @@ pub struct TaskSummary {
     pub outcome: String,
     /// Why.
     pub reasons: Vec<String>,
+    /// The same by kind and values, for those who say it in another language.
+    pub reason_kinds: Vec<assess::Reason>,
     /// 0 to 100.
     pub score: f64,
     /// What was wrong.

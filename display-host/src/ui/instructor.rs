@@ -2,8 +2,7 @@
 
 use egui::{RichText, Ui};
 
-use super::launcher::{amount, metric};
-use super::panel::{Mark, controller, devices, line, passes, ticks};
+use super::panel::{Mark, controller, devices, fine, line, passes, ticks};
 use super::task::{self, alarm};
 use super::{Asked, TaskNote, TaskView, UiState};
 
@@ -50,8 +49,10 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     controller(ui, state);
     devices(ui, state);
     ui.separator();
-    ticks(ui, state);
-    passes(ui, state);
+    fine(ui, |ui| {
+        ticks(ui, state);
+        passes(ui, state);
+    });
     ui.separator();
     for (text, what) in [
         ("switch-engineering", Asked::ToggleEngineering),
@@ -86,8 +87,8 @@ fn assessment(ui: &mut Ui, state: &UiState, bulletin: &Bulletin) {
         .striped(true)
         .show(ui, |ui| {
             for (name, unit, value) in &bulletin.metrics {
-                ui.label(metric(words, name));
-                ui.label(amount(*value, unit));
+                ui.label(words.metric(name));
+                ui.label(words.amount(*value, unit));
                 ui.end_row();
             }
         });
@@ -102,7 +103,7 @@ mod tests {
         let bulletin = Bulletin {
             task: TaskView {
                 task: "clamp".into(),
-                steps: vec![("Clip it".into(), true)],
+                steps: vec![(assess::Step::LowerBed, true)],
                 score: Some(77.5),
                 ..TaskView::default()
             },

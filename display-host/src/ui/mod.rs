@@ -12,7 +12,7 @@ mod task;
 
 pub use health::TickHealth;
 pub use instructor::{BULLETIN_ALARMS, Bulletin};
-pub use overlay::{Circle, Line, Mark, Overlay};
+pub use overlay::{Circle, Line, Mark, Notes, Overlay};
 pub use panel::{Asked, FreeView, ui};
 pub use recording::RecordingView;
 pub use replay::ReplayView;

@@ -6,6 +6,7 @@ use shared_mem::message::{SphereState, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
 
 use crate::render::camera::Scope;
+use crate::words::Words;
 
 /// Metres of arrow a newton.
 const ARROW_M_PER_N: f32 = 0.02;
@@ -55,6 +56,17 @@ pub struct Line {
     pub mark: Mark,
 }
 
+/// Level of detail, and which organs are awake.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Notes {
+    /// Spheres, links, tetrahedra, and spheres that are touched.
+    pub counts: [usize; 4],
+    /// Organs of the scene.
+    pub organs: usize,
+    /// Names of those that are awake.
+    pub awake: Vec<String>,
+}
+
 /// Everything that the engineering view draws.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Overlay {
@@ -62,8 +74,8 @@ pub struct Overlay {
     pub circles: Vec<Circle>,
     /// Links, tool, force.
     pub lines: Vec<Line>,
-    /// What cannot be drawn, in words.
-    pub notes: Vec<String>,
+    /// What cannot be drawn.
+    pub notes: Notes,
 }
 
 impl Overlay {
@@ -86,7 +98,7 @@ impl Overlay {
             overlay.add_line(&camera, scope, ends, width, Mark::Tool);
         }
         overlay.add_device(scene, tools, &camera, scope);
-        overlay.notes = notes(scene, spheres);
+        overlay.notes = Notes::of(scene, spheres);
         let force = Vec3::from(tools.force_n) * ARROW_M_PER_N;
         let start = Vec3::from(tools.world_from_instrument.position_m);
         if force.length() > 1e-4 {
@@ -192,7 +204,7 @@ impl Overlay {
     }
 
     /// Draws it over the picture that covers `picture`.
-    pub(super) fn paint(&self, painter: &Painter, picture: Rect) {
+    pub(super) fn paint(&self, painter: &Painter, picture: Rect, words: &Words) {
         let unit = picture.height() / 2.0;
         let place = |at: Vec2| -> Pos2 { picture.center() + vec2(at.x, -at.y) * unit };
         let painter = painter.with_clip_rect(picture);
@@ -209,52 +221,62 @@ impl Overlay {
                 painter.circle_filled(at, (radius * 0.35).max(2.0), colour);
             }
         }
-        let notes = self.notes.join("\n");
-        let legend = format!(
-            "{notes}\nSpheres: grey asleep, blue awake, white held, orange touched, pink grasped\n\
-             Cyan: the tool; magenta: where the hand holds it; yellow: force, 2 cm a newton"
-        );
-        let corner = pos2(picture.left() + 8.0, picture.bottom() - 8.0);
+        let legend = format!("{}\n{}", self.notes.said(words), words.say("inside-legend"));
         let font = egui::FontId::proportional(13.0);
-        painter.text(
-            corner,
-            egui::Align2::LEFT_BOTTOM,
-            legend,
-            font,
-            Color32::LIGHT_GRAY,
-        );
+        let width = (picture.width() - 16.0).max(0.0);
+        let text = painter.layout(legend, font, Color32::LIGHT_GRAY, width);
+        let corner = pos2(picture.left() + 8.0, picture.bottom() - 8.0 - text.size().y);
+        painter.galley(corner, text, Color32::LIGHT_GRAY);
     }
 }
 
-/// Level of detail, and which organs are awake.
-fn notes(scene: &SceneFile, spheres: &[SphereState]) -> Vec<String> {
-    let touched = spheres
-        .iter()
-        .filter(|s| s.bits & SphereState::CONTACT != 0);
-    let detail = format!(
-        "{} spheres, {} links, {} tetrahedra; {} spheres touched",
-        spheres.len(),
-        scene.links().len(),
-        scene.tetrahedra().len(),
-        touched.count()
-    );
-    let awake = scene.organs().iter().filter(|organ| {
-        let [first, count] = organ.spheres.map(|x| x as usize);
-        let own = spheres.get(first..first + count).unwrap_or(&[]);
-        own.iter().any(|s| s.bits & SphereState::AWAKE != 0)
-    });
-    let names: Vec<&str> = awake
-        .filter_map(|organ| str_from_name(&organ.name))
-        .collect();
-    let awake = match names.len() {
-        0 => format!("All {} organs sleep", scene.organs().len()),
-        n => format!(
-            "Awake {n} of {}: {}",
-            scene.organs().len(),
-            names.join(", ")
-        ),
-    };
-    vec![detail, awake]
+impl Notes {
+    fn of(scene: &SceneFile, spheres: &[SphereState]) -> Self {
+        let touched = spheres
+            .iter()
+            .filter(|s| s.bits & SphereState::CONTACT != 0);
+        let awake = scene.organs().iter().filter(|organ| {
+            let [first, count] = organ.spheres.map(|x| x as usize);
+            let own = spheres.get(first..first + count).unwrap_or(&[]);
+            own.iter().any(|s| s.bits & SphereState::AWAKE != 0)
+        });
+        Self {
+            counts: [
+                spheres.len(),
+                scene.links().len(),
+                scene.tetrahedra().len(),
+                touched.count(),
+            ],
+            organs: scene.organs().len(),
+            awake: awake
+                .filter_map(|organ| str_from_name(&organ.name))
+                .map(str::to_owned)
+                .collect(),
+        }
+    }
+
+    fn said(&self, words: &Words) -> String {
+        let [spheres, links, tetrahedra, touched] = self.counts.map(|it| it.to_string().into());
+        let counts = [
+            ("spheres", spheres),
+            ("links", links),
+            ("tetrahedra", tetrahedra),
+            ("touched", touched),
+        ];
+        let names: Vec<String> = self.awake.iter().map(|it| words.organ(it)).collect();
+        let awake = [
+            ("awake", names.len().to_string().into()),
+            ("organs", self.organs.to_string().into()),
+            ("names", names.join(", ").into()),
+        ];
+        let id = if names.is_empty() {
+            "inside-asleep"
+        } else {
+            "inside-awake"
+        };
+        let counts = words.say_with("inside-counts", &counts);
+        format!("{counts}\n{}", words.say_with(id, &awake))
+    }
 }
 
 fn mark(bits: u32, held: bool) -> Mark {

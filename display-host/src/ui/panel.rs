@@ -1,6 +1,6 @@
 //! The panel's widgets. Every state is told by words and shape, never by colour alone.
 
-use egui::{Color32, Key, RichText, Sense, Stroke, Ui, vec2};
+use egui::{Color32, FontId, Key, RichText, Sense, Stroke, TextStyle, Ui, vec2};
 use egui_plot::{Bar, BarChart, Line, Plot, PlotPoints};
 use shared_mem::message::DeviceHealth;
 
@@ -96,6 +96,13 @@ pub struct FreeView {
     pub nearer: i16,
 }
 
+/// The panel's share of the window, and its width at least and at most, points.
+const PANEL_SHARE: f32 = 0.28;
+const PANEL: [f32; 2] = [240.0, 350.0];
+/// Sizes of its text, points: of what concerns the trainee, and of what concerns who looks after the station.
+const TEXT: f32 = 17.0;
+const FINE: f32 = 13.5;
+
 /// Haze that hides what matters: a third of the light from 5 cm is lost, there and back.
 const HAZY_PER_M: f32 = 4.0;
 
@@ -121,9 +128,12 @@ pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
         asked.extend(replay::keys(ui, state));
     }
     if !state.panel_hidden && !state.settings_open {
+        let width = ui.available_width();
         egui::Panel::right("panel")
-            .default_size(300.0)
+            .default_size((PANEL_SHARE * width).clamp(PANEL[0], PANEL[1]))
+            .max_size(0.5 * width)
             .show(ui, |ui| {
+                sized(ui, TEXT);
                 egui::ScrollArea::vertical().show(ui, |ui| match state.instructor {
                     true => instructor::show(ui, state, &mut asked),
                     false => panel(ui, state, &mut asked),
@@ -213,7 +223,7 @@ fn picture(
         asked.extend(replay::look_around(ui, &picture, state));
         let place = egui::Rect::from_center_size(picture.rect.center(), size);
         if let Some(overlay) = &state.overlay {
-            overlay.paint(ui.painter(), place);
+            overlay.paint(ui.painter(), place, &state.words);
         }
         screens::over(ui, place, state, asked);
     });
@@ -259,17 +269,7 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     switches(ui, state, asked);
     ui.separator();
     force(ui, state);
-    gates(ui, state);
-    ui.separator();
-    ticks(ui, state);
-    ui.separator();
-    let values = [
-        ("rate", format!("{:.0}", state.frames_per_second).into()),
-        ("age", format!("{:.1}", state.motion_to_photon_ms).into()),
-    ];
-    ui.label(words.say_with("picture", &values));
-    passes(ui, state);
-    ui.label(RichText::new(&state.adapter).weak());
+    fine(ui, |ui| station(ui, state));
     for (text, what) in [
         ("settings", Asked::ShowSettings(true)),
         ("quit", Asked::Quit),
@@ -278,6 +278,25 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
             asked.push(what);
         }
     }
+}
+
+/// How the station does: safety chain, ticks, picture.
+fn station(ui: &mut Ui, state: &UiState) {
+    let words = &state.words;
+    gates(ui, state);
+    ui.separator();
+    ticks(ui, state);
+    ui.separator();
+    let values = [
+        ("rate", format!("{:.0}", state.frames_per_second).into()),
+        (
+            "age",
+            words.number(state.motion_to_photon_ms.into(), 1).into(),
+        ),
+    ];
+    ui.label(words.say_with("picture", &values));
+    passes(ui, state);
+    ui.label(RichText::new(&state.adapter).weak());
 }
 
 fn alarm(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
@@ -302,7 +321,7 @@ pub(super) fn controller(ui: &mut Ui, state: &UiState) {
         Link::Live => (Mark::Good, words.say("controller-live")),
         Link::Waiting => (Mark::Off, words.say("controller-waiting")),
         Link::Silent(seconds) => {
-            let seconds = format!("{seconds:.1}").into();
+            let seconds = words.number(seconds.into(), 1).into();
             let text = words.say_with("controller-silent", &[("seconds", seconds)]);
             (Mark::Bad, text)
         }
@@ -331,8 +350,8 @@ fn device(words: &Words, name: &str, health: Option<DeviceHealth>) -> (Mark, Str
     let Some(health) = health else {
         return (Mark::Off, say("device-unknown", &[]));
     };
-    let age_ms = health.age_us as f32 * 1e-3;
-    let age = |digits: usize| [("age", format!("{age_ms:.digits$}"))];
+    let age_ms = f64::from(health.age_us) * 1e-3;
+    let age = |digits: usize| [("age", words.number(age_ms, digits))];
     let (mark, state) = match health.status {
         DeviceHealth::ABSENT => (Mark::Off, say("device-absent", &[])),
         DeviceHealth::LIVE => (Mark::Good, say("device-live", &age(1))),
@@ -435,7 +454,8 @@ fn switches(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
 
 fn force(ui: &mut Ui, state: &UiState) {
     let [x, y, z] = state.tools.as_ref().map_or([0.0; 3], |tools| tools.force_n);
-    let size = format!("{:.2}", (x * x + y * y + z * z).sqrt());
+    let size = (x * x + y * y + z * z).sqrt();
+    let size = state.words.number(size.into(), 2);
     let id = if state.is_force_enabled() {
         "force"
     } else {
@@ -540,14 +560,38 @@ pub(super) fn passes(ui: &mut Ui, state: &UiState) {
         return;
     };
     let total: f32 = times.iter().sum();
-    let total = format!("{total:.1}").into();
-    egui::CollapsingHeader::new(state.words.say_with("graphics", &[("ms", total)]))
+    let words = &state.words;
+    let total = words.number(total.into(), 1).into();
+    egui::CollapsingHeader::new(words.say_with("graphics", &[("ms", total)]))
         .id_salt("passes")
         .show(ui, |ui| {
             for (name, ms) in crate::render::timing::PASSES.iter().zip(times) {
-                ui.label(format!("{name}: {ms:.2} ms"));
+                let name = words.say(&format!("pass-{name}"));
+                let ms = words.number(ms.into(), 2);
+                ui.label(words.say_with("pass-time", &[("name", name.into()), ("ms", ms.into())]));
             }
         });
+}
+
+/// Text of this size, and headings and buttons to go with it.
+pub(super) fn sized(ui: &mut Ui, points: f32) {
+    let styles = &mut ui.style_mut().text_styles;
+    for (name, share) in [
+        (TextStyle::Body, 1.0),
+        (TextStyle::Button, 0.95),
+        (TextStyle::Heading, 1.25),
+    ] {
+        styles.insert(name, FontId::proportional(share * points));
+    }
+    styles.insert(TextStyle::Monospace, FontId::monospace(points));
+}
+
+/// In the finer text, what concerns who looks after the station.
+pub(super) fn fine(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
+    ui.scope(|ui| {
+        sized(ui, FINE);
+        add(ui);
+    });
 }
 
 /// A mark of its own shape and colour, and words.

@@ -15,7 +15,7 @@ pub(super) fn show(ui: &mut Ui, state: &UiState) {
         return;
     };
     let words = &state.words;
-    let megabytes = |bytes: u64| format!("{:.1}", bytes as f64 / 1e6).into();
+    let megabytes = |bytes: u64| words.number(bytes as f64 / 1e6, 1).into();
     let (mark, text) = match health.standing {
         Standing::Ended => (Mark::Bad, words.say("recording-ended")),
         Standing::Refused => {

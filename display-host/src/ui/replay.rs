@@ -43,7 +43,10 @@ fn seek(at_s: f64) -> Asked {
 pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let Some(view) = &state.replay else { return };
     let words = &state.words;
-    let time = |s: f64| format!("{}:{:04.1}", (s / 60.0).floor(), s.rem_euclid(60.0));
+    let time = |s: f64| {
+        let text = format!("{}:{:04.1}", (s / 60.0).floor(), s.rem_euclid(60.0));
+        words.localised(text)
+    };
     let values = [
         ("at", time(view.at_s).into()),
         ("length", time(view.end_s()).into()),
@@ -78,7 +81,10 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     ui.horizontal_wrapped(|ui| {
         for speed in SPEEDS {
             let times = f64::from(speed) / 1e3;
-            let text = words.say_with("replay-speed", &[("speed", times.to_string().into())]);
+            let text = words.say_with(
+                "replay-speed",
+                &[("speed", words.localised(times.to_string()).into())],
+            );
             let is_it = (view.speed - times).abs() < 1e-6;
             if ui.selectable_label(is_it, text).clicked() {
                 asked.push(Asked::Speed(speed));

@@ -1,5 +1,6 @@
 //! The task in the panel: time, what is to be done, what was wrong. Words and shapes, never colour alone.
 
+use assess::{Hint, Reason, Step};
 use egui::{Color32, RichText, Ui};
 
 use super::panel::{Mark, line};
@@ -13,7 +14,7 @@ pub struct TaskView {
     /// Time of the task, s.
     pub time_s: f64,
     /// Steps, and whether each is done; none in an exam.
-    pub steps: Vec<(String, bool)>,
+    pub steps: Vec<(Step, bool)>,
     /// The newest alarm; none in an exam.
     pub alarm: Option<TaskNote>,
     /// Alarms so far; what is new sounds.
@@ -21,7 +22,7 @@ pub struct TaskView {
     /// Score so far; none in an exam.
     pub score: Option<f64>,
     /// What to do next, for beginners.
-    pub hint: Option<String>,
+    pub hint: Option<Hint>,
     /// Set once it is over.
     pub end: Option<TaskEnd>,
     /// The task as `CommandMsg::START` counts; none of one that begins with the organs at rest.
@@ -45,7 +46,7 @@ pub struct TaskEnd {
     /// In a word, as in `summary.json`.
     pub outcome: String,
     /// Why.
-    pub reasons: Vec<String>,
+    pub reasons: Vec<Reason>,
 }
 
 /// What is to be done.
@@ -86,7 +87,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView) {
         let text = match end.reasons.is_empty() {
             true => outcome,
             false => {
-                let reasons: Vec<_> = end.reasons.iter().map(|it| words.tell(it)).collect();
+                let reasons: Vec<_> = end.reasons.iter().map(|it| words.reason(it)).collect();
                 let reasons = reasons.join("; ").into();
                 let values = [("outcome", outcome.into()), ("reasons", reasons)];
                 words.say_with("task-end", &values)
@@ -99,11 +100,11 @@ pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView) {
             true => (Mark::Good, "task-done"),
             false => (Mark::Off, "task-to-do"),
         };
-        let step = words.tell(step).into();
+        let step = words.step(step).into();
         line(ui, mark, &words.say_with(id, &[("step", step)]));
     }
     if let Some(hint) = &task.hint {
-        let hint = words.say_with("task-hint", &[("text", words.tell(hint).into())]);
+        let hint = words.say_with("task-hint", &[("text", words.hint(hint).into())]);
         ui.label(RichText::new(hint).italics());
     }
     if let Some(note) = &task.alarm {

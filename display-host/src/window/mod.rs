@@ -5,6 +5,7 @@ mod free_view;
 mod operate;
 mod page;
 mod pending;
+mod refusal;
 mod screen;
 mod session;
 

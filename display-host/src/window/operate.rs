@@ -8,6 +8,7 @@ use shared_mem::service::{HandSender, Station};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{KeyCode, PhysicalKey};
 
+use super::refusal::Refusal;
 use crate::latency::now_ns;
 
 /// The tip moves by so much with a count of the mouse, and a notch of its wheel, m…
@@ -182,13 +183,13 @@ impl Operate {
     }
 
     /// Takes the instrument, or lets it go. Says why not.
-    pub(super) fn toggle(&mut self) -> Result<(), String> {
+    pub(super) fn toggle(&mut self) -> Result<(), Refusal> {
         if self.on.is_some() {
             self.let_go();
             return Ok(());
         }
         self.leaving = None;
-        let sender = HandSender::open(&self.station).map_err(|error| error.to_string())?;
+        let sender = HandSender::open(&self.station).map_err(Refusal::Hand)?;
         let leading = Leading::new(now_ns());
         let first = HandMsg {
             at_ns: now_ns(),
@@ -196,11 +197,7 @@ impl Operate {
         };
         if !sender.send(first) {
             sender.forget_dead();
-            return Err(
-                "no emulated hand listens: the instrument is in a real device's, or the \
-                        station does not run"
-                    .to_owned(),
-            );
+            return Err(Refusal::NoHand);
         }
         self.advanced = Instant::now();
         self.on = Some((sender, leading));

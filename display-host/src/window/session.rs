@@ -12,6 +12,7 @@ use shared_mem::task::TaskMsg;
 use super::free_view::FreeCamera;
 use super::operate::Operate;
 use super::pending::Pending;
+use super::refusal::Refusal;
 use crate::effects::{Causes, Effect};
 use crate::feed::{Feed, Offer};
 use crate::headless::{Ended, Observed, Outcome, zeroed_state};
@@ -22,7 +23,7 @@ use crate::sound::synth::{Current, Heard};
 use crate::ui::{
     Asked, Bulletin, Link, Overlay, RecordingView, ReplayView, Settings, TaskView, UiState,
 };
-use crate::words::Language;
+use crate::words::{Language, Words};
 
 /// Frames whose records are kept: an hour and a half at 60 Hz; then the older half goes.
 const FRAMES_KEPT: usize = 400_000;
@@ -344,20 +345,15 @@ impl Session {
             if self.ui.instructor && asked.reaches_in() {
                 continue;
             }
-            let (kind, argument, what) = match *asked {
-                Asked::Pause(on) => (CommandMsg::PAUSE, u32::from(on), "pause".to_owned()),
+            let (kind, argument) = match *asked {
+                Asked::Pause(on) => (CommandMsg::PAUSE, u32::from(on)),
                 // A task begins again where it began.
                 Asked::Reset => match self.ui.task_view.as_ref().and_then(|it| it.start) {
-                    Some(task) => (CommandMsg::START, task, "start again".to_owned()),
-                    None => (CommandMsg::RESET, 0, "reset".to_owned()),
+                    Some(task) => (CommandMsg::START, task),
+                    None => (CommandMsg::RESET, 0),
                 },
-                Asked::EnableForce(on) => {
-                    (CommandMsg::ENABLE_FORCE, u32::from(on), "force".to_owned())
-                }
-                Asked::Instrument(number) => {
-                    let what = format!("instrument {}", number + 1);
-                    (CommandMsg::INSTRUMENT, number, what)
-                }
+                Asked::EnableForce(on) => (CommandMsg::ENABLE_FORCE, u32::from(on)),
+                Asked::Instrument(number) => (CommandMsg::INSTRUMENT, number),
                 Asked::Acknowledge => {
                     self.ui.alarm = None;
                     continue;
@@ -371,9 +367,8 @@ impl Session {
                     continue;
                 }
                 Asked::ToggleHand => {
-                    if let Err(problem) = self.operate.toggle() {
-                        observer(Observed::Warning(&problem));
-                        self.ui.alarm = Some(problem);
+                    if let Err(refusal) = self.operate.toggle() {
+                        self.refuse(&refusal, observer);
                     }
                     continue;
                 }
@@ -389,8 +384,8 @@ impl Session {
                     self.ui.set(settings);
                     continue;
                 }
-                Asked::Seek(at_ms) => (CommandMsg::SEEK, at_ms, "go to a moment".to_owned()),
-                Asked::Speed(speed) => (CommandMsg::SPEED, speed, "speed".to_owned()),
+                Asked::Seek(at_ms) => (CommandMsg::SEEK, at_ms),
+                Asked::Speed(speed) => (CommandMsg::SPEED, speed),
                 Asked::FreeView(free) => {
                     let tools = self.feed.tools().filter(|_| free);
                     self.free = tools.map(FreeCamera::at);
@@ -422,7 +417,7 @@ impl Session {
                 CommandMsg::START => START_PATIENCE,
                 _ => COMMAND_PATIENCE,
             };
-            let problem = match self.host.command(command, patience) {
+            let refusal = match self.host.command(command, patience) {
                 Ok(reply) if reply.outcome == 0 => {
                     if [CommandMsg::RESET, CommandMsg::START, CommandMsg::SEEK].contains(&kind) {
                         self.forget_effects();
@@ -430,12 +425,20 @@ impl Session {
                     }
                     continue;
                 }
-                Ok(reply) => format!("the controller refused: {what} (answer {})", reply.outcome),
-                Err(error) => format!("{what} not done: {error}"),
+                Ok(reply) => Refusal::Answer {
+                    command,
+                    answer: reply.outcome,
+                },
+                Err(error) => Refusal::Command { command, error },
             };
-            observer(Observed::Warning(&problem));
-            self.ui.alarm = Some(problem);
+            self.refuse(&refusal, observer);
         }
+    }
+
+    /// Says why something is not done: here in the user's language, in English to who runs the station.
+    fn refuse(&mut self, refusal: &Refusal, observer: &mut dyn FnMut(Observed<'_>)) {
+        observer(Observed::Warning(&refusal.said(&Words::default())));
+        self.ui.alarm = Some(refusal.said(&self.ui.words));
     }
 
     /// Notes a frame that was shown.

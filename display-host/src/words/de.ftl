@@ -141,6 +141,13 @@ picture = Bild: { $rate } in der Sekunde, { $age } ms nach der Hand
 picture-alt = Bild des Endoskops
 quality = Qualität: { $tier } von { $tiers }, 1 ist die beste
 graphics = Grafik: { $ms } ms je Bild
+pass-skinning = Haut
+pass-shadow = Schatten
+pass-scene = Organe und Instrumente
+pass-exposure = Belichtung
+pass-glare = Überstrahlung
+pass-lens = Linse
+pass-time = { $name }: { $ms } ms
 
 ## Takte und Sicherheitskette
 ticks-none = Takte: noch nichts bekannt
@@ -177,6 +184,25 @@ fault-late = das haptische Gerät ist verspätet: die Kraft fällt auf null
 fault-gone = das haptische Gerät ist fort: die Kraft ist aus
 fault-fast = der Griff war zu schnell: die Kraft ist aus, bis sie eingeschaltet wird (F)
 fault-both = beide Elektroden zugleich verlangt: keine wirkt
+
+## Was verlangt und nicht getan wurde
+command-not-done = Nicht getan: { $what }. { $why }
+command-pause = anhalten oder weiter
+command-start = die Aufgabe von vorn beginnen
+command-reset = die Organe zurücksetzen
+command-force = die Kraft schalten
+command-instrument = ein anderes Instrument nehmen
+command-seek = zu einem anderen Zeitpunkt gehen
+command-speed = andere Geschwindigkeit
+command-other = ein Befehl
+refused-unknown = Die Steuerung kennt das nicht: vielleicht ist sie eine andere Version.
+refused-range = Das hat die Steuerung nicht.
+refused-busy = Bei der Steuerung wartet zu viel: bitte noch einmal.
+refused-otherwise = Die Steuerung lehnte es ab (Antwort { $answer }).
+service-no-answer = Keine Steuerung antwortet: läuft die Station?
+service-other-version = Auf dieser Station läuft ein Prozess einer anderen Version: bitte beenden.
+hand-elsewhere = Eine andere Anzeige hat das Instrument in der Hand: dort loslassen (M).
+hand-nobody = Keine nachgebildete Hand ist zu übernehmen: das Instrument gehört einem echten Gerät, oder die Station läuft nicht.
 
 ## Der Starter
 launcher-start = Beginn
@@ -227,6 +253,26 @@ difficulty-trainee = Übende
 difficulty-trainee-gives = Alarme und Fortschritt sind zu sehen.
 difficulty-exam = Prüfung
 difficulty-exam-gives = Nur Zeit und Aufgabe sind zu sehen; was falsch war, wird am Ende gesagt.
+start-no-folder = { $path }: { $problem }. Einen anderen Ort mit --sessions nennen.
+start-no-process = Die Operation ließ sich nicht starten: { $problem }
+
+## Der Speicher der Übenden, und Stationsdateien
+store-no-home = Es gibt keinen eigenen Ordner: die Datei des Speichers mit --store nennen.
+store-io = { $path }: { $problem }. Eine andere Datei mit --store nennen.
+store-foreign = { $path } ist kein Speicher von Calot und bleibt, wie es ist. Eine andere Datei mit --store nennen.
+store-version = { $path } ist ein Speicher der Version { $problem }, von einem anderen Calot, und bleibt, wie er ist. Jenes nehmen, oder eine andere Datei mit --store nennen.
+store-damaged = { $path } ist beschädigt ({ $problem }) und bleibt, wie es ist. Eine Kopie zurücklegen, oder es wegräumen und neu beginnen.
+store-busy = { $path } ist in Gebrauch: ein anderes Programm schreibt hinein. Danach noch einmal versuchen.
+store-log = { $path } hat ein Protokoll daneben ({ $problem }), und ein anderes Programm hält es offen. Niemand wurde vergessen: die Programme beenden, die es offen haben, und noch einmal versuchen.
+store-sqlite = { $path }, Datenbank: { $problem }
+store-no-trainee = Niemand heißt „{ $name }“ im Speicher.
+store-no-session = Die Sitzung ist nicht im Speicher.
+store-value = { $value } liegt außerhalb des Erlaubten.
+store-questions = Fragebogen: { $problem }
+store-name = { $name } ist kein Name, der aufgehoben werden kann: 1 bis 64 Zeichen, keines davon unsichtbar.
+station-file-none = { $path } ist keine Stationsdatei, sondern ein Ordner, eine Pipe oder ein Gerät. Eine Textdatei (TOML) nennen, die die Geräte nennt.
+station-file-unread = { $path } ist nicht zu lesen: { $problem }
+station-file-wrong = { $path }, Zeile { $line }: { $problem }
 
 ## Während operiert wird
 running-title = Die Operation läuft
@@ -242,6 +288,8 @@ failed-note = Dies hat sie zuletzt gesagt. Beheben, was sie nennt, oder anders w
 failed-again = Noch einmal versuchen (Eingabe)
 failed-emulated = Mit nachgebildeten Geräten versuchen
 failed-quit = Beenden
+failed-code = mit Code { $number }
+failed-signal = durch Signal { $number }
 
 ## Nachbesprechung
 debrief-again = Noch einmal (Eingabe)
@@ -262,6 +310,7 @@ metric = Maß
 metric-now = Jetzt
 metric-rule = Zum Bestehen
 metric-best = Bestes
+sheet-not-whole = Fünf Punkte werden gebraucht.
 
 ## Punkte von 1 bis 5
 points-about = Über { $name }
@@ -352,6 +401,13 @@ observe-metrics = Maße bisher
 observe-alarms = Alarme
 observe-no-alarms = Noch keine
 
+## Die technische Ansicht
+inside-counts = { $spheres } Kugeln, { $links } Federn, { $tetrahedra } Tetraeder; { $touched } Kugeln berührt
+inside-asleep = Alle { $organs } Organe schlafen
+inside-awake = Wach { $awake } von { $organs }: { $names }
+inside-legend = Kugeln: grau schläft, blau wach, weiß befestigt, orange berührt, rosa gegriffen.
+    Türkis: das Instrument; magenta: wo die Hand es hält; gelb: die Kraft, 2 cm je Newton.
+
 ## Organe, wie Szenen sie nennen
 organ-liver = Leber
 organ-gallbladder = Gallenblase
@@ -365,25 +421,25 @@ organ-stomach = Magen
 organ-duodenum = Zwölffingerdarm
 organ-intestine = Darm
 
-## Was die Bewertung sagt
-told-not-done = nicht getan: { $step }
-told-hold = { $step }. In der Mitte des Bildes halten.
-told-take = { $step }. Dazu: { $instrument } ({ $number }).
-told-hook = { $step }. Einen Strang aufladen, frei heben, dann ein kurzer Strom.
-told-close = { $step }. Beide Backen darum, die Spitzen im Bild, dann schließen.
-told-blades = { $step }. Beide Clips sehen, ehe die Klingen schließen.
-told-triangle = Calots Dreieck frei legen
-told-lower-bed = Das untere Drittel aus dem Bett der Gallenblase lösen
-told-leave-whole = Ductus cysticus und Arteria cystica ganz lassen
-told-clips = { $count } Clips setzen: { $organ }
-told-divide = Zwischen Clips durchtrennen: { $organ }
-told-free = Die Gallenblase von der Leber lösen
-told-show = Zeigen: { $organ }
-told-unclamped = ohne Clips durchtrennt: { $organ }
-told-not-whole = Ductus cysticus oder Arteria cystica ist nicht mehr ganz
-told-too-long = es dauerte länger als { $seconds } s
-told-too-little = { $metric }: { $value }, verlangt mindestens { $limit }
-told-too-much = { $metric }: { $value }, erlaubt höchstens { $limit }
-instrument-named-cautery-hook = Häkchen
-instrument-named-clip-applier = Clipzange
-instrument-named-scissors = Schere
+## Was die Bewertung sagt: was zu tun ist, was hilft, warum es vorbei ist
+reason-not-done = nicht getan: { $step }
+hint-hold = { $step }. In der Mitte des Bildes halten.
+hint-take = { $step }. Dazu: { $instrument } ({ $key }).
+hint-hook = { $step }. Einen Strang aufladen, frei heben, dann ein kurzer Strom.
+hint-clip-applier = { $step }. Beide Backen darum, die Spitzen im Bild, dann schließen.
+hint-scissors = { $step }. Beide Clips sehen, ehe die Klingen schließen.
+step-triangle = Calots Dreieck frei legen
+step-lower-bed = Das untere Drittel aus dem Bett der Gallenblase lösen
+step-leave-whole = Ductus cysticus und Arteria cystica ganz lassen
+step-clip = { $count } Clips setzen: { $organ }
+step-divide = Zwischen Clips durchtrennen: { $organ }
+step-free = Die Gallenblase von der Leber lösen
+step-show = Zeigen: { $organ }
+reason-unclamped = ohne Clips durchtrennt: { $organ }
+reason-not-whole = Ductus cysticus oder Arteria cystica ist nicht mehr ganz
+reason-too-long = es dauerte länger als { $limit }
+reason-too-little = { $metric }: { $value }, verlangt mindestens { $limit }
+reason-too-much = { $metric }: { $value }, erlaubt höchstens { $limit }
+hint-instrument-hook = Häkchen
+hint-instrument-clip-applier = Clipzange
+hint-instrument-scissors = Schere

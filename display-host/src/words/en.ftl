@@ -141,6 +141,13 @@ picture = Picture: { $rate } a second, { $age } ms after the hand
 picture-alt = Endoscope picture
 quality = Quality: { $tier } of { $tiers }, 1 the best
 graphics = Graphics: { $ms } ms a picture
+pass-skinning = Skin
+pass-shadow = Shadow
+pass-scene = Organs and instruments
+pass-exposure = Exposure
+pass-glare = Glare
+pass-lens = Lens
+pass-time = { $name }: { $ms } ms
 
 ## Ticks and safety chain
 ticks-none = Ticks: no record yet
@@ -177,6 +184,25 @@ fault-late = the haptic device is late: force falls to zero
 fault-gone = the haptic device is gone: force is off
 fault-fast = the handle was too fast: force is off until enabled (F)
 fault-both = both electrodes are asked at once: neither works
+
+## What was asked for and not done
+command-not-done = Not done: { $what }. { $why }
+command-pause = pause or go on
+command-start = begin the task again
+command-reset = reset the organs
+command-force = switch the force
+command-instrument = take another instrument
+command-seek = go to another moment
+command-speed = another speed
+command-other = a command
+refused-unknown = The controller does not know how: it may be of another version.
+refused-range = The controller does not have that.
+refused-busy = Too much waits at the controller: try again.
+refused-otherwise = The controller refused (answer { $answer }).
+service-no-answer = No controller answers: is the station running?
+service-other-version = A process of another version runs on this station: end it.
+hand-elsewhere = Another display has the instrument in hand: let go of it there (M).
+hand-nobody = There is no emulated hand to take over: the instrument is a real device's, or the station does not run.
 
 ## The launcher
 launcher-start = Start
@@ -227,6 +253,26 @@ difficulty-trainee = Trainee
 difficulty-trainee-gives = Alarms and progress are shown.
 difficulty-exam = Exam
 difficulty-exam-gives = Only time and task are shown; what went wrong is said at the end.
+start-no-folder = { $path }: { $problem }. Name another place with --sessions.
+start-no-process = The operation could not be started: { $problem }
+
+## The store of trainees, and station files
+store-no-home = There is no home folder: name the store's file with --store.
+store-io = { $path }: { $problem }. Name another file with --store.
+store-foreign = { $path } is no store of Calot; it is left as it is. Name another file with --store.
+store-version = { $path } is a store of version { $problem }, made by another Calot; it is left as it is. Use that one, or name another file with --store.
+store-damaged = { $path } is damaged ({ $problem }); it is left as it is. Put a copy of it back, or move it away and begin anew.
+store-busy = { $path } is in use: another program has it open and writes. Try again when that is done.
+store-log = { $path } keeps a log beside it ({ $problem }), and another program holds it open. Nobody was forgotten: end the programs that have it open, and try again.
+store-sqlite = { $path }: { $problem }
+store-no-trainee = Nobody is called '{ $name }' in the store.
+store-no-session = The session is not in the store.
+store-value = { $value } is out of its range.
+store-questions = Questionnaire: { $problem }
+store-name = { $name } is no name to be kept: 1 to 64 characters, none of them unseen.
+station-file-none = { $path } is no station file but a folder, a pipe or a device. Name a text file (TOML) that names the devices.
+station-file-unread = { $path } cannot be read: { $problem }
+station-file-wrong = { $path }, line { $line }: { $problem }
 
 ## While an operation runs
 running-title = The operation is running
@@ -242,6 +288,8 @@ failed-note = This is the last that it said. Mend what it names, or choose other
 failed-again = Try again (Enter)
 failed-emulated = Try with emulated devices
 failed-quit = End
+failed-code = with code { $number }
+failed-signal = by signal { $number }
 
 ## Debrief
 debrief-again = Again (Enter)
@@ -262,6 +310,7 @@ metric = Metric
 metric-now = Now
 metric-rule = To pass
 metric-best = Best before
+sheet-not-whole = Five points are needed.
 
 ## Points from 1 to 5
 points-about = About { $name }
@@ -352,6 +401,13 @@ observe-metrics = Metrics so far
 observe-alarms = Alarms
 observe-no-alarms = None yet
 
+## The engineering view
+inside-counts = { $spheres } spheres, { $links } links, { $tetrahedra } tetrahedra; { $touched } spheres touched
+inside-asleep = All { $organs } organs sleep
+inside-awake = Awake { $awake } of { $organs }: { $names }
+inside-legend = Spheres: grey asleep, blue awake, white held, orange touched, pink grasped.
+    Cyan: the tool; magenta: where the hand holds it; yellow: force, 2 cm a newton.
+
 ## Organs, as scenes name them
 organ-liver = liver
 organ-gallbladder = gallbladder
@@ -365,25 +421,25 @@ organ-stomach = stomach
 organ-duodenum = duodenum
 organ-intestine = intestine
 
-## What the assessment says; its English is found by these messages (see words/told.rs)
-told-not-done = not done: { $step }
-told-hold = { $step }: hold it in the middle of the picture.
-told-take = { $step }: take the { $instrument } ({ $number }).
-told-hook = { $step }: hook a strand, lift it clear, then a short current.
-told-close = { $step }: both jaws around it, tips in sight, then close.
-told-blades = { $step }: see both clips before the blades close.
-told-triangle = Clear Calot's triangle
-told-lower-bed = Free the lower third of the gallbladder's bed
-told-leave-whole = Leave cystic duct and artery whole
-told-clips = Put { $count } clips on the { $organ }
-told-divide = Divide the { $organ } between clips
-told-free = Free the gallbladder from the liver
-told-show = Show the { $organ }
-told-unclamped = the { $organ } was divided unclamped
-told-not-whole = cystic duct or artery is no longer whole
-told-too-long = it took longer than { $seconds } s
-told-too-little = { $metric } is { $value }, at least { $limit } is asked
-told-too-much = { $metric } is { $value }, at most { $limit } is allowed
-instrument-named-cautery-hook = cautery hook
-instrument-named-clip-applier = clip applier
-instrument-named-scissors = scissors
+## What the assessment says: what is to be done, what helps, why it is over
+reason-not-done = not done: { $step }
+hint-hold = { $step }: hold it in the middle of the picture.
+hint-take = { $step }: take the { $instrument } ({ $key }).
+hint-hook = { $step }: hook a strand, lift it clear, then a short current.
+hint-clip-applier = { $step }: both jaws around it, tips in sight, then close.
+hint-scissors = { $step }: see both clips before the blades close.
+step-triangle = Clear Calot's triangle
+step-lower-bed = Free the lower third of the gallbladder's bed
+step-leave-whole = Leave cystic duct and artery whole
+step-clip = Put { $count } clips on the { $organ }
+step-divide = Divide the { $organ } between clips
+step-free = Free the gallbladder from the liver
+step-show = Show the { $organ }
+reason-unclamped = the { $organ } was divided unclamped
+reason-not-whole = cystic duct or artery is no longer whole
+reason-too-long = it took longer than { $limit }
+reason-too-little = { $metric }: { $value }, at least { $limit } is asked
+reason-too-much = { $metric }: { $value }, at most { $limit } is allowed
+hint-instrument-hook = cautery hook
+hint-instrument-clip-applier = clip applier
+hint-instrument-scissors = scissors

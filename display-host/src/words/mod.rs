@@ -1,5 +1,6 @@
 //! What the interface says, in the user's language: Fluent files, one a language.
 
+mod number;
 mod told;
 
 use std::fmt;

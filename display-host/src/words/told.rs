@@ -1,96 +1,103 @@
-//! What the assessment says, in the user's language. It writes plain English into sessions and reports, which
-//! are read with other programs too; here that English is found among the messages `told-…` and said anew.
+//! What the assessment says (a step, a hint, a reason), from its kind and values, in the user's language.
 
-use std::sync::LazyLock;
+use assess::{Advice, Hint, Instrument, Metric, Reason, Step};
 
-use super::{FluentValue, Language, Words};
-
-/// A message in pieces: what stands there, or a variable's name.
-#[derive(Debug, PartialEq)]
-enum Piece {
-    Text(&'static str),
-    Variable(&'static str),
-}
-
-/// Messages `told-…` of the English file, in its order.
-static ENGLISH: LazyLock<Vec<(&'static str, Vec<Piece>)>> = LazyLock::new(|| {
-    let lines = Language::English.source().lines();
-    let messages = lines.filter_map(|line| line.split_once(" = "));
-    let told = messages.filter(|(id, _)| id.starts_with("told-"));
-    told.map(|(id, text)| (id, pieces(text))).collect()
-});
-
-fn pieces(mut text: &'static str) -> Vec<Piece> {
-    let mut found = Vec::new();
-    while let Some((before, rest)) = text.split_once("{ $")
-        && let Some((name, after)) = rest.split_once(" }")
-    {
-        if !before.is_empty() {
-            found.push(Piece::Text(before));
-        }
-        found.push(Piece::Variable(name));
-        text = after;
-    }
-    if !text.is_empty() {
-        found.push(Piece::Text(text));
-    }
-    found
-}
-
-/// The variables' values, if the whole text is so made.
-fn fit<'a>(pieces: &[Piece], text: &'a str) -> Option<Vec<(&'static str, &'a str)>> {
-    match pieces {
-        [] => text.is_empty().then(Vec::new),
-        [Piece::Text(own), rest @ ..] => fit(rest, text.strip_prefix(own)?),
-        [Piece::Variable(name)] => (!text.is_empty()).then(|| vec![(*name, text)]),
-        [Piece::Variable(name), rest @ ..] => {
-            let Some(Piece::Text(next)) = rest.first() else {
-                return None;
-            };
-            text.match_indices(next).find_map(|(at, _)| {
-                let mut values = fit(rest, &text[at..])?;
-                values.insert(0, (*name, &text[..at]));
-                Some(values)
-            })
-        }
-    }
-}
+use super::Words;
 
 impl Words {
-    /// A sentence of the assessment (a step, a hint, a reason); as it is where it is none of those known.
+    /// What is to be done.
     #[must_use]
-    pub fn tell(&self, english: &str) -> String {
-        let known = ENGLISH.iter();
-        let found = known
-            .filter_map(|(id, pieces)| Some((*id, fit(pieces, english)?)))
-            .next();
-        let Some((id, values)) = found else {
-            return english.to_owned();
+    pub fn step(&self, step: &Step) -> String {
+        let with_organ =
+            |id, organ: &str| self.say_with(id, &[("organ", self.organ(organ).into())]);
+        match step {
+            Step::Triangle => self.say("step-triangle"),
+            Step::LowerBed => self.say("step-lower-bed"),
+            Step::LeaveWhole => self.say("step-leave-whole"),
+            Step::Clip { organ, count } => {
+                let organ = self.organ(organ).into();
+                let values = [("count", count.to_string().into()), ("organ", organ)];
+                self.say_with("step-clip", &values)
+            }
+            Step::Divide { organ } => with_organ("step-divide", organ),
+            Step::Free => self.say("step-free"),
+            Step::Show { organ } => with_organ("step-show", organ),
+        }
+    }
+
+    /// What to do next.
+    #[must_use]
+    pub fn hint(&self, hint: &Hint) -> String {
+        let step = ("step", self.step(&hint.step).into());
+        let id = match hint.advice {
+            Advice::Take(instrument) => {
+                let name = match instrument {
+                    Instrument::Hook => "hint-instrument-hook",
+                    Instrument::Scissors => "hint-instrument-scissors",
+                    Instrument::ClipApplier => "hint-instrument-clip-applier",
+                };
+                let key = (instrument.number() + 1).to_string().into();
+                let values = [step, ("instrument", self.say(name).into()), ("key", key)];
+                return self.say_with("hint-take", &values);
+            }
+            Advice::Use(Instrument::Hook) => "hint-hook",
+            Advice::Use(Instrument::Scissors) => "hint-scissors",
+            Advice::Use(Instrument::ClipApplier) => "hint-clip-applier",
+            Advice::Hold => "hint-hold",
         };
-        let said = values.into_iter().map(|(name, value)| {
-            let value = match name {
-                "step" => self.tell(value),
-                "organ" => self.organ(value),
-                "instrument" => self.of("instrument-named", value),
-                "metric" => self.of("metric", value),
-                _ => value.to_owned(),
-            };
-            (name, FluentValue::from(value))
-        });
-        self.say_with(id, &said.collect::<Vec<_>>())
+        self.say_with(id, &[step])
+    }
+
+    /// Why a task is over.
+    #[must_use]
+    pub fn reason(&self, reason: &Reason) -> String {
+        match reason {
+            Reason::NotDone { step } => {
+                self.say_with("reason-not-done", &[("step", self.step(step).into())])
+            }
+            Reason::Unclamped { organ } => {
+                self.say_with("reason-unclamped", &[("organ", self.organ(organ).into())])
+            }
+            Reason::NotWhole => self.say("reason-not-whole"),
+            Reason::TooLong { seconds } => {
+                let limit = self.exact(*seconds, "s").into();
+                self.say_with("reason-too-long", &[("limit", limit)])
+            }
+            Reason::TooLittle {
+                metric,
+                value,
+                limit,
+            } => self.beyond("reason-too-little", *metric, [*value, *limit]),
+            Reason::TooMuch {
+                metric,
+                value,
+                limit,
+            } => self.beyond("reason-too-much", *metric, [*value, *limit]),
+        }
+    }
+
+    fn beyond(&self, id: &str, metric: Option<Metric>, numbers: [f64; 2]) -> String {
+        let (name, unit) = metric.map_or(("score", "n"), |it| (it.name(), it.unit()));
+        let [value, limit] = numbers.map(|it| self.exact(it, unit).into());
+        let metric = self.metric(name).into();
+        self.say_with(
+            id,
+            &[("metric", metric), ("value", value), ("limit", limit)],
+        )
+    }
+
+    /// A metric by its name in reports.
+    #[must_use]
+    pub fn metric(&self, name: &str) -> String {
+        self.say(&format!("metric-{}", name.replace('_', "-")))
     }
 
     /// An organ by its name in the scene; that name where it is none of the usual ones.
     #[must_use]
     pub fn organ(&self, name: &str) -> String {
-        self.of("organ", name)
-    }
-
-    /// Message `group-name`, or the name.
-    fn of(&self, group: &str, name: &str) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
         let id: String = name.to_lowercase().chars().map(plain).collect();
-        let id = format!("{group}-{id}");
+        let id = format!("organ-{id}");
         let said = self.say(&id);
         if said == id { name.to_owned() } else { said }
     }
@@ -98,64 +105,109 @@ impl Words {
 
 #[cfg(test)]
 mod tests {
+    use super::super::Language;
     use super::*;
 
+    fn clip(organ: &str) -> Step {
+        let organ = organ.to_owned();
+        Step::Clip { organ, count: 3 }
+    }
+
+    /// One of each.
+    fn all() -> (Vec<Step>, Vec<Hint>, Vec<Reason>) {
+        let organ = || "cystic artery".to_owned();
+        let steps = vec![
+            Step::Triangle,
+            Step::LowerBed,
+            Step::LeaveWhole,
+            clip("cystic duct"),
+            Step::Divide { organ: organ() },
+            Step::Free,
+            Step::Show { organ: organ() },
+        ];
+        let tools = [
+            Instrument::Hook,
+            Instrument::Scissors,
+            Instrument::ClipApplier,
+        ];
+        let advice = tools.map(|it| [Advice::Take(it), Advice::Use(it)]);
+        let advice = advice.into_iter().flatten().chain([Advice::Hold]);
+        let hints = advice.map(|advice| Hint {
+            step: Step::Free,
+            advice,
+        });
+        let beyond = (Some(Metric::Blood), 30.0, 20.0);
+        let (metric, value, limit) = beyond;
+        let reasons = vec![
+            Reason::NotDone { step: Step::Free },
+            Reason::Unclamped { organ: organ() },
+            Reason::NotWhole,
+            Reason::TooLong { seconds: 900.0 },
+            Reason::TooLittle {
+                metric: None,
+                value,
+                limit,
+            },
+            Reason::TooMuch {
+                metric,
+                value,
+                limit,
+            },
+        ];
+        (steps, hints.collect(), reasons)
+    }
+
     #[test]
-    fn sentences_are_said_anew_with_what_stands_in_them() {
+    fn everything_that_it_says_is_said_in_every_language() {
+        let said = |language| {
+            let words = Words::new(language);
+            let (steps, hints, reasons) = all();
+            let steps = steps.iter().map(|it| words.step(it));
+            let hints = hints.iter().map(|it| words.hint(it));
+            let reasons = reasons.iter().map(|it| words.reason(it));
+            steps.chain(hints).chain(reasons).collect::<Vec<_>>()
+        };
+        let english = said(Language::English);
+        for (english, german) in english.iter().zip(said(Language::German)) {
+            assert_ne!(*english, german);
+            // A message that is missing is its id.
+            for id in ["step-", "hint-", "reason-", "metric-", "organ-"] {
+                assert!(
+                    !english.contains(id) && !german.contains(id),
+                    "{english} {german}"
+                );
+            }
+        }
+        let mut once = english.clone();
+        once.sort();
+        once.dedup();
+        assert_eq!(once.len(), english.len(), "{english:?}");
+    }
+
+    #[test]
+    fn values_stand_where_they_belong() {
         let german = Words::new(Language::German);
-        for (english, said) in [
-            (
-                "Put 3 clips on the cystic duct",
-                "3 Clips setzen: Ductus cysticus",
-            ),
-            (
-                "not done: Clear Calot's triangle",
-                "nicht getan: Calots Dreieck frei legen",
-            ),
-            (
-                "Put 3 clips on the cystic artery: take the clip applier (4).",
-                "3 Clips setzen: Arteria cystica. Dazu: Clipzange (4).",
-            ),
-            (
-                "clips_lost is 2.0, at most 0 is allowed",
-                "Clips verloren: 2.0, erlaubt höchstens 0",
-            ),
-            ("Show the spleen", "Zeigen: spleen"),
-            ("Mind the gap", "Mind the gap"),
-            ("", ""),
-        ] {
-            assert_eq!(german.tell(english), said);
-        }
-    }
-
-    #[test]
-    fn english_stays_as_it_is_but_for_names_of_metrics() {
-        let english = Words::default();
-        for text in [
-            "Divide the cystic artery between clips",
-            "Free the gallbladder from the liver: hook a strand, lift it clear, then a short current.",
-            "it took longer than 900 s",
-        ] {
-            assert_eq!(english.tell(text), text);
-        }
-        let said = english.tell("blood_ml is 30.0, at most 20 is allowed");
-        assert_eq!(said, "Blood lost is 30.0, at most 20 is allowed");
-    }
-
-    #[test]
-    fn every_message_is_found_by_its_own_text() {
-        for (id, pieces) in ENGLISH.iter() {
-            let text: String = pieces
-                .iter()
-                .map(|piece| match piece {
-                    Piece::Text(text) => *text,
-                    Piece::Variable(_) => "7",
-                })
-                .collect();
-            let found = ENGLISH
-                .iter()
-                .find(|(_, pieces)| fit(pieces, &text).is_some());
-            assert_eq!(found.map(|(id, _)| *id), Some(*id), "{text}");
-        }
+        let take = Hint {
+            step: clip("cystic artery"),
+            advice: Advice::Take(Instrument::ClipApplier),
+        };
+        assert_eq!(
+            german.hint(&take),
+            "3 Clips setzen: Arteria cystica. Dazu: Clipzange (4)."
+        );
+        let score = Reason::TooLittle {
+            metric: None,
+            value: 69.75,
+            limit: 70.0,
+        };
+        assert_eq!(
+            german.reason(&score),
+            "Punkte: 69,75, verlangt mindestens 70"
+        );
+        // A scene of one's own may name its organs as it likes.
+        let spleen = Step::Show {
+            organ: "spleen".to_owned(),
+        };
+        assert_eq!(german.step(&spleen), "Zeigen: spleen");
     }
 }

@@ -94,7 +94,7 @@ fn debrief() -> Debrief {
         task: "clamp".into(),
         difficulty: "exam".into(),
         outcome: "failed".into(),
-        reasons: texts(&["too late"]),
+        reasons: vec![assess::Reason::TooLong { seconds: 600.0 }],
         score: 61.0,
         alarms: vec![(
             75.5,
@@ -340,7 +340,7 @@ fn a_debrief_tells_outcome_errors_and_what_counts() {
     for told in [
         "Failed",
         "Score: 61 of 100",
-        "too late",
+        "it took longer than 600 s",
         "1:15  burnt: liver",
         "yesterday  Passed, Score: 88 of 100",
         "700 s",

@@ -1,5 +1,6 @@
 //! The panel by accessible name, without a picture or a controller.
 
+use assess::{Advice, Hint, Instrument, Step};
 use display_host::ui::{
     Asked, Bulletin, Link, RecordingView, ReplayView, Settings, TaskEnd, TaskNote, TaskView,
     TickHealth, UiState, ui,
@@ -197,6 +198,13 @@ fn at_work(task: TaskView) -> UiState {
     }
 }
 
+fn hint() -> Hint {
+    Hint {
+        step: Step::Free,
+        advice: Advice::Take(Instrument::Hook),
+    }
+}
+
 fn clamp() -> TaskView {
     TaskView {
         task: "clamp".into(),
@@ -213,7 +221,7 @@ fn a_task_shows_time_instrument_clips_pedal_and_what_was_wrong() {
             kind: "burnt".into(),
             organ: Some("bile duct".into()),
         }),
-        hint: Some("take the clip applier".into()),
+        hint: Some(hint()),
         ..clamp()
     });
     let tools = state.tools.as_mut().unwrap();
@@ -230,7 +238,7 @@ fn a_task_shows_time_instrument_clips_pedal_and_what_was_wrong() {
     panel.get_by_label("Pedal: coagulate");
     panel.get_by_label("Camera held");
     panel.get_by_label("Alarm: burnt: bile duct");
-    panel.get_by_label("Next: take the clip applier");
+    panel.get_by_label("Next: Free the gallbladder from the liver: take the cautery hook (2).");
 }
 
 #[test]
@@ -240,13 +248,15 @@ fn a_task_that_is_over_says_how_and_leads_on() {
         end: Some(TaskEnd {
             passed: false,
             outcome: "failed".into(),
-            reasons: vec!["divided the cystic duct unclamped".into()],
+            reasons: vec![assess::Reason::Unclamped {
+                organ: "cystic duct".into(),
+            }],
         }),
         ..clamp()
     }));
     panel.run();
     panel.get_by_label("Failed");
-    panel.get_by_label("divided the cystic duct unclamped");
+    panel.get_by_label("the cystic duct was divided unclamped");
     panel.get_by_label("End: to the report (Esc)").click();
     panel.run();
     assert_eq!(panel.state().asked, [Asked::Quit]);
@@ -338,8 +348,8 @@ fn everything_is_said_in_every_language() {
                 kind: "too_early".into(),
                 organ: Some("cystic duct".into()),
             }),
-            hint: Some("…".into()),
-            steps: vec![("…".into(), true), ("…".into(), false)],
+            hint: Some(hint()),
+            steps: vec![(Step::Free, true), (Step::Triangle, false)],
             score: Some(1.0),
             ..clamp()
         });
@@ -382,7 +392,7 @@ fn an_instructor_sees_how_an_exam_stands_and_reaches_into_nothing() {
     let bulletin = Bulletin {
         task: TaskView {
             score: Some(64.0),
-            steps: vec![("Clip the duct".into(), true)],
+            steps: vec![(Step::LowerBed, true)],
             ..clamp()
         },
         difficulty: "exam".into(),
@@ -403,7 +413,7 @@ fn an_instructor_sees_how_an_exam_stands_and_reaches_into_nothing() {
         "Instructor: station 'here'",
         "Help: Exam",
         "Score: 64 of 100",
-        "Clip the duct (done)",
+        "Free the lower third of the gallbladder's bed (done)",
         "1:15  burnt: liver",
         "Economy of movement",
         "43 %",

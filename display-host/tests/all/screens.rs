@@ -3,12 +3,13 @@
 
 use std::path::PathBuf;
 
+use assess::{Advice, Hint, Instrument, Metric, Reason, Step};
 use display_host::ui::launcher::{
     Asking, Debrief, DeviceLine, DeviceState, Earlier, Failed, Launcher, MetricRow, Points,
     Running, Screen, Start, StartForm, launcher,
 };
 use display_host::ui::{
-    Bulletin, Link, Settings, TaskEnd, TaskNote, TaskView, TickHealth, UiState, ui,
+    Bulletin, Link, Notes, Overlay, Settings, TaskEnd, TaskNote, TaskView, TickHealth, UiState, ui,
 };
 use display_host::words::{Language, Words};
 use egui::accesskit::Role;
@@ -17,7 +18,8 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use shared_mem::message::{DeviceHealth, ToolFrame};
 
-const SIZES: [[u16; 2]; 2] = [[1280, 720], [1920, 1080]];
+/// Width and height, pixels; size of the text, per cent.
+const SIZES: [[u16; 3]; 2] = [[1280, 720, 100], [1920, 1080, 100]];
 
 enum Shown {
     Launcher(Box<Screen>),
@@ -33,6 +35,11 @@ fn note(kind: &str, organ: &str) -> TaskNote {
         kind: kind.into(),
         organ: Some(organ.into()),
     }
+}
+
+fn unclamped() -> Reason {
+    let organ = "cystic artery".into();
+    Reason::Unclamped { organ }
 }
 
 fn start(problem: bool) -> Screen {
@@ -96,7 +103,7 @@ fn debrief() -> Screen {
         task: "full".into(),
         difficulty: "trainee".into(),
         outcome: "failed".into(),
-        reasons: texts(&["the cystic artery was divided unclamped"]),
+        reasons: vec![unclamped()],
         score: 31.0,
         alarms: [
             ("touched", "duodenum"),
@@ -137,19 +144,25 @@ fn points(asking: Asking, items: &[&str], at: usize) -> Screen {
 }
 
 fn task() -> TaskView {
-    let steps = [
-        "Clear Calot's triangle",
-        "Free the lower third of the gallbladder's bed",
-        "Put 2 clips on the cystic artery",
-    ];
+    let clip = Step::Clip {
+        organ: "cystic artery".into(),
+        count: 2,
+    };
     TaskView {
         task: "full".into(),
         time_s: 605.0,
-        steps: steps.map(|it| (it.to_owned(), it.contains("Clear"))).into(),
+        steps: vec![
+            (Step::Triangle, true),
+            (Step::LowerBed, false),
+            (clip, false),
+        ],
         alarm: Some(note("too_early", "cystic duct")),
         alarms: 3,
         score: Some(64.0),
-        hint: Some(format!("{}: take the cautery hook (2).", steps[1])),
+        hint: Some(Hint {
+            step: Step::LowerBed,
+            advice: Advice::Take(Instrument::Hook),
+        }),
         end: None,
         start: None,
     }
@@ -236,12 +249,29 @@ fn screens() -> Vec<(&'static str, Shown)> {
                     task.end = Some(TaskEnd {
                         passed: false,
                         outcome: "failed".into(),
-                        reasons: texts(&[
-                            "the cystic artery was divided unclamped",
-                            "blood_ml is 30.0, at most 20 is allowed",
-                        ]),
+                        reasons: vec![
+                            unclamped(),
+                            Reason::TooMuch {
+                                metric: Some(Metric::Blood),
+                                value: 30.4,
+                                limit: 20.0,
+                            },
+                        ],
                     });
                 }
+            }),
+        ),
+        (
+            "engineering",
+            with(|state| {
+                state.overlay = Some(Overlay {
+                    notes: Notes {
+                        counts: [1532, 9210, 6011, 12],
+                        organs: 11,
+                        awake: texts(&["gallbladder", "connective tissue", "cystic duct"]),
+                    },
+                    ..Overlay::default()
+                });
             }),
         ),
         ("settings", with(|state| state.settings_open = true)),
@@ -267,10 +297,12 @@ fn screens() -> Vec<(&'static str, Shown)> {
 /// What is shown, and the picture's texture once there is one.
 type Desk = (Shown, Words, Option<TextureHandle>);
 
-fn harness(language: Language, shown: Shown, [width, height]: [u16; 2]) -> Harness<'static, Desk> {
+fn harness(language: Language, shown: Shown, size: [u16; 3]) -> Harness<'static, Desk> {
+    let [width, height, text_percent] = size;
     let words = Words::new(language);
-    let show = |area: &mut egui::Ui, (shown, words, picture): &mut Desk| match shown {
+    let show = move |area: &mut egui::Ui, (shown, words, picture): &mut Desk| match shown {
         Shown::Launcher(screen) => {
+            area.ctx().set_zoom_factor(f32::from(text_percent) * 0.01);
             if let Screen::Start(start) = &mut **screen {
                 start.form.language = words.language();
             }
@@ -288,6 +320,7 @@ fn harness(language: Language, shown: Shown, [width, height]: [u16; 2]) -> Harne
             });
             state.set(Settings {
                 language: words.language(),
+                text_percent,
                 ..Settings::default()
             });
             state.picture = Some((texture.id(), 4.0 / 3.0));
@@ -309,8 +342,8 @@ fn nothing_is_cut_off_and_no_words_cover_others() {
                 let is_window = matches!(shown, Shown::Window(_));
                 let mut desk = harness(language, shown, size);
                 desk.run_steps(4);
-                let [width, height] = size.map(f32::from);
-                let place = format!("{name} {} {width}x{height}", language.code());
+                let [width, height, percent] = size.map(f32::from);
+                let place = format!("{name} {} {width}x{height} {percent} %", language.code());
                 let roles = [Role::Label, Role::Button, Role::RadioButton];
                 let nodes = roles
                     .into_iter()
@@ -337,7 +370,7 @@ fn nothing_is_cut_off_and_no_words_cover_others() {
                 }
                 if let Some(out) = &out {
                     std::fs::create_dir_all(out).expect("the folder of SCREENS");
-                    let file = format!("{name}-{}-{width}.png", language.code());
+                    let file = format!("{name}-{}-{width}-{percent}.png", language.code());
                     let picture = desk.render().expect("a driver draws it");
                     picture.save(out.join(file)).expect("a file in SCREENS");
                 }

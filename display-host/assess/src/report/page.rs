@@ -188,14 +188,17 @@ fn verdict(page: &mut Page, chapter: &Chapter) {
         it.outcome.name()
     ));
     for reason in &it.reasons {
-        page.add(format_args!("<br>{}", escape(reason)));
+        page.add(format_args!("<br>{}", escape(&reason.to_string())));
     }
     page.add(format_args!("</p>"));
     if !it.steps.is_empty() {
         page.add(format_args!("<table><tr><th>step<th>done</tr>"));
         for (step, done) in &it.steps {
             let mark = if *done { "✓ yes" } else { "✗ no" };
-            page.add(format_args!("<tr><td>{}<td>{mark}</tr>", escape(step)));
+            page.add(format_args!(
+                "<tr><td>{}<td>{mark}</tr>",
+                escape(&step.to_string())
+            ));
         }
         page.add(format_args!("</table>"));
     }

@@ -1,5 +1,6 @@
 //! What an operation came to: outcome, score, what was wrong, what counts beside the pass rule and the past.
 
+use assess::Reason;
 use egui::{Grid, Key, Label, RichText, Ui};
 
 use super::{Asking, Wish, minutes, pressed, screen};
@@ -24,7 +25,7 @@ pub struct Debrief {
     /// How it ended, as in `summary.json`.
     pub outcome: String,
     /// Why.
-    pub reasons: Vec<String>,
+    pub reasons: Vec<Reason>,
     /// 0 to 100.
     pub score: f64,
     /// What was wrong, and when, s since the task began.
@@ -138,7 +139,7 @@ fn head(ui: &mut Ui, words: &Words, debrief: &Debrief) {
         ui.label(RichText::new(score).size(1.6 * BODY));
     });
     for reason in &debrief.reasons {
-        ui.label(words.tell(reason));
+        ui.label(words.reason(reason));
     }
     if let Some(notice) = &debrief.notice {
         ui.label(RichText::new(notice).italics());
@@ -192,10 +193,10 @@ fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
             }
             ui.end_row();
             for row in &debrief.metrics {
-                ui.label(metric(words, &row.name));
+                ui.label(words.metric(&row.name));
                 let now = row
                     .value
-                    .map_or_else(|| "–".to_owned(), |it| amount(it, &row.unit));
+                    .map_or_else(|| "–".to_owned(), |it| words.amount(it, &row.unit));
                 match row.is_met() {
                     Some(met) => {
                         let mark = if met { Mark::Good } else { Mark::Bad };
@@ -211,35 +212,19 @@ fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
                 }
                 ui.label(
                     row.passes
-                        .map_or_else(String::new, |it| bounds(it, &row.unit)),
+                        .map_or_else(String::new, |it| bounds(words, it, &row.unit)),
                 );
                 ui.label(
                     row.best
-                        .map_or_else(String::new, |it| amount(it, &row.unit)),
+                        .map_or_else(String::new, |it| words.amount(it, &row.unit)),
                 );
                 ui.end_row();
             }
         });
 }
 
-/// A metric's name in the user's language.
-pub(in crate::ui) fn metric(words: &Words, name: &str) -> String {
-    words.say(&format!("metric-{}", name.replace('_', "-")))
-}
-
-/// A number with its unit.
-pub(in crate::ui) fn amount(value: f64, unit: &str) -> String {
-    match unit {
-        "1" => format!("{:.0} %", 100.0 * value),
-        "n" => format!("{value:.0}"),
-        "deg" => format!("{value:.0}°"),
-        _ if value.abs() >= 100.0 => format!("{value:.0} {unit}"),
-        _ => format!("{value:.1} {unit}"),
-    }
-}
-
-fn bounds([least, most]: [f64; 2], unit: &str) -> String {
-    let [low, high] = [least, most].map(|it| amount(it, unit));
+fn bounds(words: &Words, [least, most]: [f64; 2], unit: &str) -> String {
+    let [low, high] = [least, most].map(|it| words.amount(it, unit));
     match (least.is_finite(), most.is_finite()) {
         (true, true) => format!("{low} – {high}"),
         (true, false) => format!("≥ {low}"),
@@ -253,18 +238,10 @@ mod tests {
     use super::*;
 
     #[test]
-    fn numbers_have_their_units_and_rules_their_bounds() {
-        for (value, unit, text) in [
-            (0.456, "1", "46 %"),
-            (3.0, "n", "3"),
-            (12.34, "s", "12.3 s"),
-            (754.2, "s", "754 s"),
-            (29.6, "deg", "30°"),
-        ] {
-            assert_eq!(amount(value, unit), text);
-        }
-        assert_eq!(bounds([f64::NEG_INFINITY, 600.0], "s"), "≤ 600 s");
-        assert_eq!(bounds([0.9, f64::INFINITY], "1"), "≥ 90 %");
+    fn rules_have_their_bounds() {
+        let words = Words::default();
+        assert_eq!(bounds(&words, [f64::NEG_INFINITY, 600.0], "s"), "≤ 600 s");
+        assert_eq!(bounds(&words, [0.9, f64::INFINITY], "1"), "≥ 90 %");
     }
 
     #[test]

@@ -8,7 +8,6 @@ mod running;
 mod start;
 
 pub use debrief::{Debrief, Earlier, MetricRow};
-pub(super) use debrief::{amount, metric};
 pub use failed::Failed;
 pub use points::{Asking, Points};
 pub use running::Running;

@@ -60,7 +60,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
                 big(ui, &words.say_with("task-score", &[("score", score)]));
             }
             for reason in &end.reasons {
-                ui.label(RichText::new(words.tell(reason)).size(TEXT));
+                ui.label(RichText::new(words.reason(reason)).size(TEXT));
             }
             // The end is the trainee's to choose.
             if !state.instructor && ui.button(words.say("hud-end")).clicked() {
@@ -81,7 +81,7 @@ fn foot(ui: &Ui, place: Rect, state: &UiState) {
     card(ui, "hud foot", place, Align2::CENTER_BOTTOM, |ui| {
         ui.set_max_width(place.width() - 48.0);
         if let Some(hint) = hint {
-            let hint = words.tell(hint).into();
+            let hint = words.hint(hint).into();
             big(ui, &words.say_with("hud-hint", &[("text", hint)]));
         }
         if state.in_hand {

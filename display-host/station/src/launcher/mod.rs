@@ -5,6 +5,7 @@ pub(crate) mod args;
 mod choices;
 mod operation;
 mod outcome;
+mod problem;
 mod stations;
 
 use std::ffi::OsString;
@@ -67,8 +68,8 @@ struct Desk {
     args: StartArgs,
     rules: Rules,
     questions: Questionnaire,
-    /// Where the store lies, or why it cannot be used.
-    store: Result<PathBuf, String>,
+    /// Where the store lies; none: there is no home folder.
+    store: Option<PathBuf>,
     view: Launcher,
     /// The choices, on whatever screen.
     form: StartForm,
@@ -82,7 +83,6 @@ struct Desk {
 
 impl Desk {
     fn new(args: StartArgs, rules: Rules, questions: Questionnaire) -> Self {
-        let store = args.store.path().map_err(|error| error.to_string());
         let mut form = choices::usual();
         form.language = LanguageName::or_users(args.language);
         if let Some(file) = &args.station_file {
@@ -98,6 +98,7 @@ impl Desk {
                 },
             );
         }
+        let store = args.store.path().ok();
         let mut desk = Self {
             view: Launcher {
                 words: Words::new(form.language),
@@ -120,15 +121,19 @@ impl Desk {
 
     /// The store, if it can be opened now.
     fn open_store(&self) -> Result<Store, String> {
-        let path = self.store.as_ref().map_err(Clone::clone)?;
-        Store::open_within(path, PATIENCE_FOR_STORE).map_err(|error| error.to_string())
+        let words = &self.view.words;
+        let path = self.store.as_ref();
+        let path = path.ok_or_else(|| words.say("store-no-home"))?;
+        Store::open_within(path, PATIENCE_FOR_STORE).map_err(|it| problem::of_store(words, &it))
     }
 
     fn show_start(&mut self) {
         let names = |all: &[&str]| all.iter().map(|it| (*it).to_owned()).collect();
-        let kept = self
-            .open_store()
-            .and_then(|store| store.trainees().map_err(|error| error.to_string()));
+        let words = &self.view.words;
+        let kept = self.open_store().and_then(|store| {
+            let trainees = store.trainees();
+            trainees.map_err(|it| problem::of_store(words, &it))
+        });
         let mut start = Start {
             form: self.form.clone(),
             trainees: Vec::new(),
@@ -136,10 +141,10 @@ impl Desk {
             difficulties: names(&Difficulty::ALL.map(Difficulty::name)),
             scopes: choices::SCOPES.to_vec(),
             scenes: names(&choices::SCENES),
-            store: self
-                .store
-                .as_ref()
-                .map_or_else(Clone::clone, |path| path.display().to_string()),
+            store: self.store.as_ref().map_or_else(
+                || words.say("store-no-home"),
+                |path| path.display().to_string(),
+            ),
             problem: None,
             ..Start::default()
         };
@@ -150,7 +155,7 @@ impl Desk {
             Ok(trainees) => start.trainees = trainees.into_iter().map(|it| it.name).collect(),
             Err(problem) => start.problem = Some(problem),
         }
-        stations::look(&mut start, &self.view.words.say("start-no-file"));
+        stations::look(&mut start, words);
         self.looked = Instant::now();
         self.view.screen = Screen::Start(start);
     }
@@ -187,14 +192,16 @@ impl Desk {
         let form = choices::fitting(&self.form, form);
         let devices = |it: &StartForm| (it.emulated, it.station_file.clone());
         let look = devices(&form) != devices(&self.form);
-        if form.language != self.form.language {
-            self.view.words = Words::new(form.language);
-        }
+        let speaks_anew = form.language != self.form.language;
         self.form = form;
-        if let Screen::Start(start) = &mut self.view.screen {
+        if speaks_anew {
+            self.view.words = Words::new(self.form.language);
+            // What stands there was said in the other one.
+            self.show_start();
+        } else if let Screen::Start(start) = &mut self.view.screen {
             start.form = self.form.clone();
             if look {
-                stations::look(start, &self.view.words.say("start-no-file"));
+                stations::look(start, &self.view.words);
             }
         }
     }
@@ -207,7 +214,7 @@ impl Desk {
             Operation::begin(&words, form, out.clone()).map_err(|error| {
                 // Nothing came of it.
                 let _ = std::fs::remove_dir(&out);
-                error.to_string()
+                problem::of_start(&self.view.words, &error)
             })
         });
         match begun {
@@ -229,7 +236,8 @@ impl Desk {
         let mut form = self.form.clone();
         form.trainee = form.trainee.trim().to_owned();
         if !form.trainee.is_empty() {
-            let name = store::check_name(&form.trainee).map_err(|error| error.to_string())?;
+            let name = store::check_name(&form.trainee)
+                .map_err(|it| problem::of_name(&self.view.words, &it))?;
             form.trainee = name.to_owned();
             self.open_store()?;
         }
@@ -241,13 +249,14 @@ impl Desk {
 
     /// A folder for the next session.
     fn new_folder(&self) -> Result<PathBuf, String> {
-        let beside = self.store.as_ref().ok().and_then(|store| store.parent());
+        let beside = self.store.as_ref().and_then(|store| store.parent());
         let sessions = self.args.sessions.clone();
         let sessions = sessions.or_else(|| Some(beside?.join("sessions")));
         let out = sessions
             .unwrap_or_else(|| "out".into())
             .join(store::new_id());
-        std::fs::create_dir_all(&out).map_err(|error| format!("{}: {error}", out.display()))?;
+        std::fs::create_dir_all(&out)
+            .map_err(|it| problem::of_folder(&self.view.words, &out, &it))?;
         Ok(out)
     }
 
@@ -276,7 +285,7 @@ impl Desk {
             words.extend([name.into(), value.as_ref().to_owned()]);
         };
         if !form.trainee.is_empty()
-            && let Ok(store) = &self.store
+            && let Some(store) = &self.store
         {
             // With `=`, for a name may begin with a hyphen.
             option("--store", store);
@@ -313,7 +322,13 @@ impl Desk {
     fn debrief(&mut self, operation: &Operation, status: ExitStatus) {
         let store = self.open_store();
         let form = &operation.form;
-        let found = outcome::read(&operation.out, &form.trainee, &self.rules, &store);
+        let found = outcome::read(
+            &operation.out,
+            &form.trainee,
+            &self.rules,
+            &store,
+            &self.view.words,
+        );
         match found {
             Some(found) => {
                 self.debrief = Some(found);
@@ -323,7 +338,7 @@ impl Desk {
                 // Only if it is empty: what it left may say why.
                 let _ = std::fs::remove_dir(&operation.out);
                 self.view.screen = Screen::Failed(Failed {
-                    status: status.to_string(),
+                    status: problem::of_end(&self.view.words, status),
                     said: operation.said(),
                     had_devices: !form.emulated,
                 });
@@ -434,15 +449,16 @@ impl Desk {
 
     fn put(&self, asking: Asking, trainee: &str, given: &[u8]) -> Result<(), String> {
         let mut store = self.open_store()?;
+        let words = &self.view.words;
         let kept = match asking {
             Asking::Questions => store.answer(trainee, &self.questions, given, now_unix_s()),
             Asking::Sheet => {
                 let session = self.debrief.as_ref().map_or("", |(_, session)| session);
                 let points = given.try_into();
-                store.set_sheet(session, points.map_err(|_| "five points are needed")?)
+                store.set_sheet(session, points.map_err(|_| words.say("sheet-not-whole"))?)
             }
         };
-        kept.map_err(|error| error.to_string())
+        kept.map_err(|it| problem::of_store(words, &it))
     }
 }
 
@@ -495,7 +511,7 @@ impl Page for Desk {
         {
             self.looked = Instant::now();
             let before = (start.devices.clone(), start.plugged_in.clone());
-            stations::look(start, &self.view.words.say("start-no-file"));
+            stations::look(start, &self.view.words);
             return before != (start.devices.clone(), start.plugged_in.clone());
         }
         false

@@ -2,12 +2,15 @@
 
 use std::path::Path;
 
-use assess::{Metric, Rules, Task};
+use assess::{Metric, Reason, Rules, Task};
 use display_host::ui::TaskNote;
 use display_host::ui::launcher::{Debrief, Earlier, MetricRow};
+use display_host::words::Words;
+use serde::Deserialize as _;
 use serde_json::Value;
 use store::Store;
 
+use super::problem;
 use crate::people::past;
 
 /// Metrics that are shown of every task, beside those of its pass rule.
@@ -31,6 +34,7 @@ pub(super) fn read(
     trainee: &str,
     rules: &Rules,
     store: &Result<Store, String>,
+    words: &Words,
 ) -> Option<(Debrief, String)> {
     let text = std::fs::read_to_string(out.join("summary.json")).ok()?;
     let summary: Value = serde_json::from_str(&text).ok()?;
@@ -42,7 +46,7 @@ pub(super) fn read(
         (_, "") => None,
         (Ok(store), _) => {
             let found = past(store, trainee, (&task, &difficulty, version), &session);
-            Some(found.map_err(|error| error.to_string()))
+            Some(found.map_err(|it| problem::of_store(words, &it)))
         }
         (Err(problem), _) => Some(Err(problem.clone())),
     };
@@ -57,7 +61,7 @@ pub(super) fn read(
     let debrief = Debrief {
         trainee: trainee.to_owned(),
         outcome: text("outcome").unwrap_or_default(),
-        reasons: texts(&summary["reasons"]),
+        reasons: reasons(&summary),
         score,
         alarms: summary["alarms"]
             .as_array()
@@ -95,6 +99,12 @@ fn texts(value: &Value) -> Vec<String> {
     let all = value.as_array().into_iter().flatten();
     all.filter_map(|it| Some(session::printable(it.as_str()?)))
         .collect()
+}
+
+/// Why it ended so, as far as this program knows the kinds.
+fn reasons(summary: &Value) -> Vec<Reason> {
+    let all = summary["reason_kinds"].as_array().into_iter().flatten();
+    all.filter_map(|it| Reason::deserialize(it).ok()).collect()
 }
 
 fn note(alarm: &Value) -> (f64, TaskNote) {
@@ -152,8 +162,10 @@ fn rows(
 mod tests {
     use super::*;
 
-    fn no_store() -> Result<Store, String> {
-        Err("it is in use".to_owned())
+    /// Without a store.
+    fn read_it(out: &Path, trainee: &str) -> Option<(Debrief, String)> {
+        let store = Err("it is in use".to_owned());
+        read(out, trainee, &Rules::default(), &store, &Words::default())
     }
 
     fn folder(text: &str) -> tempfile::TempDir {
@@ -165,13 +177,15 @@ mod tests {
     #[test]
     fn a_summary_is_a_debrief_with_the_pass_rule_first() {
         let folder = folder(
-            r#"{"task": "clamp", "difficulty": "exam", "outcome": "failed", "reasons": ["late"],
+            r#"{"task": "clamp", "difficulty": "exam", "outcome": "failed",
+                "reason_kinds": [{"kind": "bored"}, {"kind": "too-long", "seconds": 60.0}],
                 "score": 61.0, "session": "s", "metrics_version": 1, "warnings": ["\u001b[31mred"],
                 "alarms": [{"at_s": 75.5, "kind": "burnt", "organ": "liver"}],
                 "metrics": {"time_s": 80.0, "economy": null}}"#,
         );
-        let (debrief, session) = read(folder.path(), "", &Rules::default(), &no_store()).unwrap();
+        let (debrief, session) = read_it(folder.path(), "").unwrap();
         assert_eq!((&*session, &*debrief.outcome), ("s", "failed"));
+        assert_eq!(debrief.reasons, [Reason::TooLong { seconds: 60.0 }]);
         assert_eq!(debrief.alarms[0].1.organ.as_deref(), Some("liver"));
         assert_eq!(debrief.report, None, "there is no page in the folder");
         assert!(!debrief.warnings[0].contains('\u{1b}'));
@@ -187,10 +201,7 @@ mod tests {
     #[test]
     fn a_store_that_cannot_be_had_is_a_warning_to_those_who_are_in_it() {
         let folder = folder(r#"{"task": "clamp", "session": "s", "warnings": ["late"]}"#);
-        let warnings = |trainee| {
-            let found = read(folder.path(), trainee, &Rules::default(), &no_store());
-            found.unwrap().0.warnings
-        };
+        let warnings = |trainee| read_it(folder.path(), trainee).unwrap().0.warnings;
         assert_eq!(warnings("Ada"), ["it is in use", "late"]);
         assert_eq!(warnings(""), ["late"]);
     }
@@ -198,15 +209,15 @@ mod tests {
     #[test]
     fn what_is_no_summary_of_a_task_is_no_debrief() {
         for text in ["", "{}", "[]", r#"{"task": 5}"#] {
-            let found = read(folder(text).path(), "", &Rules::default(), &no_store());
+            let found = read_it(folder(text).path(), "");
             assert!(found.is_none(), "{text}");
         }
-        assert!(read(Path::new("/nowhere"), "", &Rules::default(), &no_store()).is_none());
+        assert!(read_it(Path::new("/nowhere"), "").is_none());
     }
 
     #[test]
     fn every_metric_that_may_be_shown_has_a_name_in_every_language() {
-        use display_host::words::{Language, Words};
+        use display_host::words::Language;
         for language in Language::ALL {
             let words = Words::new(language);
             for metric in Metric::ALL {

@@ -3,16 +3,21 @@
 use std::path::Path;
 
 use display_host::ui::launcher::{DeviceLine, DeviceState, Start};
+use display_host::words::Words;
 use hardware::list::Found;
 use hardware::station::StationFile;
 
+use super::problem;
+
 /// Brings a start screen's devices up to date.
-pub(super) fn look(start: &mut Start, no_file: &str) {
+pub(super) fn look(start: &mut Start, words: &Words) {
     let form = &start.form;
     let file = match (form.emulated, form.station_file.trim()) {
         (true, _) => Ok(StationFile::default()),
-        (false, "") => Err(no_file.to_owned()),
-        (false, path) => StationFile::read(Path::new(path)).map_err(|it| it.to_string()),
+        (false, "") => Err(words.say("start-no-file")),
+        (false, path) => {
+            StationFile::read(Path::new(path)).map_err(|it| problem::of_station_file(words, &it))
+        }
     };
     start.station_file_problem = file.as_ref().err().cloned();
     start.devices = file.as_ref().map(lines).unwrap_or_default();
@@ -66,9 +71,10 @@ mod tests {
             there.display()
         );
         std::fs::write(&path, text).unwrap();
+        let words = Words::default();
         let mut start = Start::default();
         start.form.station_file = path.display().to_string();
-        look(&mut start, "name one");
+        look(&mut start, &words);
         let states: Vec<_> = start.devices.iter().map(|it| it.state.clone()).collect();
         assert_eq!(
             states,
@@ -81,7 +87,7 @@ mod tests {
         assert_eq!(start.station_file_problem, None);
 
         std::fs::write(&path, "[haptic]\ndriver = \"magic\"\n").unwrap();
-        look(&mut start, "name one");
+        look(&mut start, &words);
         assert!(
             start
                 .station_file_problem
@@ -91,15 +97,16 @@ mod tests {
         // What would block, or never end, is not read.
         for path in ["/dev/zero", "/dev/ptmx", "/"] {
             start.form.station_file = path.to_owned();
-            look(&mut start, "name one");
+            look(&mut start, &words);
             let problem = start.station_file_problem.take().unwrap();
             assert!(problem.contains("not a station file"), "{problem}");
         }
         start.form.station_file.clear();
-        look(&mut start, "name one");
-        assert_eq!(start.station_file_problem.as_deref(), Some("name one"));
+        look(&mut start, &words);
+        let no_file = words.say("start-no-file");
+        assert_eq!(start.station_file_problem, Some(no_file));
         start.form.emulated = true;
-        look(&mut start, "name one");
+        look(&mut start, &words);
         assert_eq!(start.station_file_problem, None);
         assert!(
             start

@@ -10,7 +10,7 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use assess::report::{Past, learning_curve};
 use assess::{Assessed, Difficulty, Metric, Outcome, Rules, Task};
-use store::{Questionnaire, SessionRecord, Store};
+use store::{Questionnaire, SessionRecord, Store, StoreError};
 
 use self::args::{StoreArgs, StoreFile, What};
 use crate::report::utc;
@@ -336,7 +336,7 @@ pub(crate) fn past(
     name: &str,
     (task, difficulty, version): (&str, &str, u32),
     before: &str,
-) -> Result<Before, Problem> {
+) -> Result<Before, StoreError> {
     let sessions = store.sessions(name, Some(task))?;
     let earlier = sessions.into_iter().take_while(|it| it.id != before);
     let comparable = earlier

@@ -1,0 +1,76 @@
+//! Numbers as the user's language writes them.
+
+use super::{Language, Words};
+
+impl Words {
+    /// A number with so many digits after its point.
+    #[must_use]
+    pub fn number(&self, value: f64, digits: usize) -> String {
+        self.localised(format!("{value:.digits$}"))
+    }
+
+    /// A number with its unit: `1` for a share, `n` for a count, else as it is written.
+    #[must_use]
+    pub fn amount(&self, value: f64, unit: &str) -> String {
+        match unit {
+            "1" => format!("{:.0} %", 100.0 * value),
+            "n" => format!("{value:.0}"),
+            "deg" => format!("{value:.0}°"),
+            _ if value.abs() >= 100.0 => format!("{value:.0} {unit}"),
+            _ => format!("{} {unit}", self.number(value, 1)),
+        }
+    }
+
+    /// The same, but so exact that a limit and what is just beyond it look different.
+    pub(super) fn exact(&self, value: f64, unit: &str) -> String {
+        let (value, unit) = match unit {
+            "1" => (100.0 * value, " %".to_owned()),
+            "n" => (value, String::new()),
+            "deg" => (value, "°".to_owned()),
+            _ => (value, format!(" {unit}")),
+        };
+        // Three digits tell apart all that rules and metrics are given in; zeros at their end tell nothing.
+        let text = format!("{value:.3}");
+        let text = text.trim_end_matches('0').trim_end_matches('.');
+        self.localised(format!("{text}{unit}"))
+    }
+
+    /// A number's text as this language has it.
+    pub(crate) fn localised(&self, text: String) -> String {
+        match self.language {
+            Language::English => text,
+            Language::German => text.replace('.', ","),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_have_their_units_and_their_language_s_point() {
+        let (english, german) = (Words::default(), Words::new(Language::German));
+        for (value, unit, text) in [
+            (0.456, "1", "46 %"),
+            (3.0, "n", "3"),
+            (12.34, "s", "12.3 s"),
+            (754.2, "s", "754 s"),
+            (29.6, "deg", "30°"),
+        ] {
+            assert_eq!(english.amount(value, unit), text);
+            assert_eq!(german.amount(value, unit), text.replace('.', ","));
+        }
+        assert_eq!(german.number(-0.25, 2), "-0,25");
+        for (value, unit, text) in [
+            (0.8996, "1", "89,96 %"),
+            (0.9, "1", "90 %"),
+            (69.75, "n", "69,75"),
+            (70.0, "n", "70"),
+            (600.02, "s", "600,02 s"),
+            (20.0, "deg", "20°"),
+        ] {
+            assert_eq!(german.exact(value, unit), text);
+        }
+    }
+}
