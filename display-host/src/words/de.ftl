@@ -63,6 +63,7 @@ recording-on = Aufzeichnung läuft, { $megabytes } MB
 recording-waits = Aufzeichnung: Platte voll oder weg, { $megabytes } MB warten; Platz schaffen
 recording-hangs = Aufzeichnung: die Platte antwortet seit Sekunden nicht; bitte prüfen
 recording-gap = Aufzeichnung läuft, aber { $missing } Takte fehlen
+recording-events = Aufzeichnung läuft, aber { $missing } Ereignisse fehlen
 recording-ended = Keine Aufzeichnung mehr: die Platte war zu lange voll
 
 ## Alarme

@@ -63,6 +63,7 @@ recording-on = Recording, { $megabytes } MB
 recording-waits = Recording: the disk is full or gone, { $megabytes } MB wait; make room
 recording-hangs = Recording: the disk has not answered for seconds; check it
 recording-gap = Recording, but { $missing } ticks are missing
+recording-events = Recording, but { $missing } events are missing
 recording-ended = No longer recording: the disk was full for too long
 
 ## Alarms
