@@ -322,9 +322,16 @@ impl Desk {
             None => {
                 // Only if it is empty: what it left may say why.
                 let _ = std::fs::remove_dir(&operation.out);
+                let mut said = operation.said();
+                if crate::report::recording(&operation.out).exists() {
+                    said.push(format!(
+                        "what was recorded is there: calot store add NAME '{}'",
+                        operation.out.display()
+                    ));
+                }
                 self.view.screen = Screen::Failed(Failed {
                     status: status.to_string(),
-                    said: operation.said(),
+                    said,
                     had_devices: !form.emulated,
                 });
             }
