@@ -4,7 +4,8 @@ use std::path::Path;
 use std::process::Stdio;
 use std::sync::{Mutex, OnceLock};
 
-use system_tests::{calot, finish, finish_child, said, station_name, summary, wait_until};
+use rustix::process::Signal;
+use system_tests::{calot, finish, finish_child, said, signal, station_name, summary, wait_until};
 
 /// Runs a task without pictures; returns its summary.
 fn work(words: &[&str], out: &Path) -> serde_json::Value {
@@ -234,6 +235,79 @@ fn what_the_store_does_not_take_is_said_and_is_in_the_debrief() {
     assert!(page.contains("Free practice"));
 
     assert_eq!(report(&out)["cut_short"], serde_json::Value::Null);
+}
+
+/// What it came to is in no store, for it had no end; its recording is whole up to the kill.
+#[test]
+fn a_session_that_was_killed_is_added_afterwards_from_its_recording() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("out");
+    let store = folder.path().join("store.sqlite");
+    let mut run = calot()
+        .args(["run", "--headless", "--frames", "0", "--seconds", "3600"])
+        .args(["--task", "free", "--trainee", "Ada", "--station"])
+        .arg(station_name("cut-short"))
+        .arg("--store")
+        .arg(&store)
+        .arg("--out")
+        .arg(&out)
+        .spawn()
+        .expect("it starts");
+    let ask = |words: &[&str], session: Option<&Path>| {
+        let mut command = calot();
+        command.args(["store", "--store"]).arg(&store).args(words);
+        finish(command.args(session))
+    };
+    wait_until("seconds are in it", || {
+        let output = finish(calot().arg("report").arg(&out).arg("--json"));
+        let found: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+        found[0]["metrics"]["time_s"].as_f64() > Some(1.0)
+    });
+    let add = |name: &str| ask(&["add", name, "--json"], Some(&out));
+    let early = add("Ada");
+    assert!(
+        !early.status.success() && said(&early).contains("still being recorded"),
+        "{}",
+        said(&early)
+    );
+    signal(run.id(), Signal::KILL);
+    run.wait().expect("it was killed");
+    let listed = ask(&["list"], None).stdout;
+    assert!(!String::from_utf8_lossy(&listed).contains("Ada"));
+
+    let added = add("Ada");
+    assert!(added.status.success(), "{}", said(&added));
+    assert!(said(&added).contains("breaks off"), "{}", said(&added));
+    let kept: serde_json::Value = serde_json::from_slice(&added.stdout).expect("JSON");
+    assert_eq!(
+        (&kept["task"], &kept["outcome"]),
+        (&"free".into(), &"cut-short".into())
+    );
+    assert!(kept["metrics"]["time_s"].as_f64() > Some(1.0), "{kept:#}");
+    let again = report(&out);
+    assert_eq!(kept["metrics"]["path_m"], again["metrics"]["path_m"]);
+    let list = || String::from_utf8(ask(&["list", "Ada"], None).stdout).expect("text");
+    let listed = list();
+    let id = kept["id"].as_str().expect("a name");
+    assert!(
+        listed.contains(id) && listed.contains("cut-short"),
+        "{listed}"
+    );
+
+    // Again changes nothing, and nobody else takes it.
+    let again = add("Ada");
+    assert!(again.status.success() && said(&again).contains("there already"));
+    assert!(again.stdout.is_empty());
+    let taken = add("Bo");
+    assert_eq!(taken.status.code(), Some(1));
+    assert!(
+        said(&taken).contains("under another name"),
+        "{}",
+        said(&taken)
+    );
+    assert_eq!(list(), listed);
+    let none = ask(&["add", "Ada"], Some(folder.path()));
+    assert!(!none.status.success() && said(&none).contains("session.mcap"));
 }
 
 #[test]

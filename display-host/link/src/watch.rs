@@ -25,6 +25,8 @@ const GONE: Duration = Duration::from_secs(8);
 const AGAIN: Duration = Duration::from_secs(1);
 /// How long before a scene that was not found is asked for again.
 const SCENE_AGAIN: Duration = Duration::from_secs(2);
+/// Between two questions at most: a rate that is slower, or none, is this one.
+const SLOWEST: Duration = Duration::from_secs(1);
 /// How often commands are looked for while there is no line.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
@@ -148,7 +150,8 @@ impl Show {
         is_over: &dyn Fn() -> bool,
         observe: &mut dyn FnMut(Seen<'_>),
     ) -> Result<String, LinkError> {
-        let period = Duration::from_secs_f64(1.0 / config.rate_hz);
+        let period = Duration::try_from_secs_f64(1.0 / config.rate_hz);
+        let period = period.map_or(SLOWEST, |it| it.min(SLOWEST));
         let mut pace = Pace::new(period);
         let mut part_asked = false;
         let mut no_scene: Option<Instant> = None;

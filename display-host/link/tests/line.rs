@@ -3,81 +3,15 @@
 mod support;
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::time::Duration;
 
 use bytemuck::Zeroable as _;
-use link::{Address, Keys, LinkError, Seen, WatchConfig, Watched, serve, watch};
+use link::{Address, Keys, LinkError};
 use shared_mem::message::{CommandMsg, ReplyMsg, StateFrame, ToolFrame};
 use shared_mem::scene::SceneFile;
-use shared_mem::service::{Controller, Host, Station};
-use support::{batch, event, keys, make_keys, scene, state, tools, wait_until};
-
-fn station(name: &str) -> Station {
-    Station::new(&format!("l{}-{name}", std::process::id())).expect("a plain name")
-}
-
-/// A port that nobody has at the moment.
-fn port() -> u16 {
-    let free = std::net::TcpListener::bind("127.0.0.1:0").expect("a port");
-    free.local_addr().expect("a port").port()
-}
-
-fn now_ns() -> u64 {
-    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
-    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
-}
-
-/// A station that moves, its `serve`, and whatever `watcher` does meanwhile.
-fn beside_a_station<T>(
-    name: &str,
-    (listen, keys): (&str, Option<Keys>),
-    place: &Path,
-    watcher: impl FnOnce(&AtomicU64) -> T,
-) -> T {
-    let there = station(name);
-    let scene = scene();
-    std::fs::write(place.join("scene.calot"), scene.bytes()).expect("written");
-    let insecure = keys.is_none();
-    let address = Address::new(listen, keys, insecure).expect("an address");
-    let (stop, ready) = (AtomicBool::new(false), AtomicBool::new(false));
-    let ticks = AtomicU64::new(0);
-    let places = [place.to_owned()];
-    std::thread::scope(|scope| {
-        scope.spawn(|| {
-            let controller = Controller::open(&there).expect("nobody else has it");
-            for tick in 1.. {
-                if stop.load(Relaxed) {
-                    break;
-                }
-                let at = now_ns();
-                let _ = controller
-                    .state
-                    .send_copy(*state(tick, at, scene.short_id()));
-                let _ = controller
-                    .tools
-                    .send_copy(tools(tick, at, scene.short_id()));
-                let _ = controller.events.send_copy(event(tick));
-                let _ = controller.timing.send_copy(batch(tick));
-                ticks.store(tick, Relaxed);
-                std::thread::sleep(Duration::from_millis(4));
-            }
-        });
-        let server = scope.spawn(|| {
-            serve(&there, &address, &places, None, &stop, || {
-                ready.store(true, Relaxed);
-            })
-        });
-        wait_until("it listens", || ready.load(Relaxed) || server.is_finished());
-        let result = watcher(&ticks);
-        stop.store(true, Relaxed);
-        let served = server.join().expect("no panic").expect("it served");
-        assert_eq!(served.malformed, 0);
-        result
-    })
-}
+use shared_mem::service::Host;
+use support::{beside_a_station, keys, make_keys, now_ns, port, scene, wait_until, watched};
 
 /// `beside_a_station` waits for the end of `serve`.
 #[test]
@@ -107,31 +41,6 @@ fn who_sends_byte_by_byte_does_not_hold_up_the_end() {
         ended.store(true, Relaxed);
         assert!(before_the_last, "it ended before the message did");
     });
-}
-
-/// Watches until `enough`, which sees what happened.
-fn watched(
-    name: &str,
-    address: &Address,
-    scene: PathBuf,
-    enough: impl FnOnce(&Station, &Mutex<Vec<String>>),
-) -> Watched {
-    let here = station(name);
-    let config = WatchConfig {
-        station: here.clone(),
-        address: address.clone(),
-        rate_hz: 60.0,
-        scene,
-        seconds: None,
-    };
-    let (stop, seen) = (AtomicBool::new(false), Mutex::new(Vec::new()));
-    let note = |it: Seen<'_>| seen.lock().expect("no panic").push(format!("{it:?}"));
-    std::thread::scope(|scope| {
-        let watcher = scope.spawn(|| watch(&config, &stop, note));
-        enough(&here, &seen);
-        stop.store(true, Relaxed);
-        watcher.join().expect("no panic").expect("it watched")
-    })
 }
 
 #[test]

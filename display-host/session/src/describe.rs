@@ -93,7 +93,7 @@ pub(crate) const TIMING: Topic = json_topic(
 pub(crate) const GAPS: Topic = json_topic(
     "/gaps",
     "calot.Gap",
-    r#"{"title":"calot.Gap","type":"object","properties":{"from_tick":{"type":"integer"},"to_tick":{"type":"integer","description":"first that is there again"}}}"#,
+    r#"{"title":"calot.Gap","type":"object","properties":{"from_tick":{"type":"integer"},"to_tick":{"type":"integer","description":"first that is there again"},"from_event":{"type":"integer","description":"a gap in the events, likewise"},"to_event":{"type":"integer"}}}"#,
 );
 
 pub(crate) fn poses(tools: &ToolFrame, wall_ns: u64) -> Value {

@@ -59,6 +59,14 @@ pub(crate) struct Ticks {
     expected: u64,
 }
 
+/// Events that are not in it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Events {
+    pub(crate) missing: u64,
+    /// The next one.
+    expected: u64,
+}
+
 /// A session that is being written. Nothing reaches the disk before [`SessionFile::flush`].
 pub(crate) struct SessionFile {
     writer: Writer<NoSeek<Waiting>>,
@@ -68,6 +76,7 @@ pub(crate) struct SessionFile {
     organs: Vec<String>,
     has_setup: bool,
     pub(crate) ticks: Ticks,
+    pub(crate) events: Events,
     second: describe::Second,
     told: Option<Sender<Entry>>,
     sequence: u32,
@@ -137,6 +146,7 @@ impl SessionFile {
             organs: scene.organs().iter().map(|it| name(&it.name)).collect(),
             has_setup: false,
             ticks: Ticks::default(),
+            events: Events::default(),
             second: describe::Second::default(),
             told: None,
             sequence: 0,
@@ -215,7 +225,8 @@ impl SessionFile {
             self.put(self.channels.inputs, first.now_ns, &packed)?;
             self.packed = packed;
             self.ticks.recorded += count as u64;
-            self.ticks.expected = first.tick + count as u64;
+            // What comes through shared memory may say anything.
+            self.ticks.expected = first.tick.saturating_add(count as u64);
             records = records.get(count.max(1)..).unwrap_or_default();
         }
         self.ticks.lost = batch.lost;
@@ -228,9 +239,23 @@ impl SessionFile {
     fn gap(&mut self, tick: u64, at_ns: u64) -> Result<(), Error> {
         let from = self.ticks.expected;
         // A controller that started anew counts from 0: what came before is another run's.
-        self.ticks.missing += tick.saturating_sub(from).max(1);
+        let missing = tick.saturating_sub(from).max(1);
+        self.ticks.missing = self.ticks.missing.saturating_add(missing);
         let gap = serde_json::json!({ "from_tick": from, "to_tick": tick });
         self.json(self.channels.gaps, at_ns, &gap)
+    }
+
+    /// Counts the events before this number that did not come. A smaller one is another controller's.
+    fn expect_event(&mut self, number: u64) -> u64 {
+        let missing = number.saturating_sub(self.events.expected);
+        self.events.missing = self.events.missing.saturating_add(missing);
+        self.events.expected = number;
+        missing
+    }
+
+    /// So many events happened, as far as was heard: those after the last that came are missing too.
+    pub(crate) fn heard_of(&mut self, events: u64) {
+        self.expect_event(events);
     }
 
     /// Adds where the hands are.
@@ -247,6 +272,12 @@ impl SessionFile {
 
     /// Adds an event.
     pub(crate) fn event(&mut self, event: &EventMsg) -> Result<(), Error> {
+        let from = self.events.expected;
+        if self.expect_event(event.sequence) > 0 {
+            let gap = serde_json::json!({ "from_event": from, "to_event": event.sequence });
+            self.json(self.channels.gaps, event.at_ns, &gap)?;
+        }
+        self.events.expected = event.sequence.saturating_add(1);
         if let Some(entry) = Entry::of_event(event) {
             self.course(&entry)?;
         }
@@ -275,13 +306,15 @@ impl SessionFile {
     /// Ends the session: index and footer.
     pub(crate) fn finish(&mut self) -> Result<(), Error> {
         // After the last recorded tick there is no gap to see.
-        self.ticks.missing += match self.ticks.ran {
+        let after_last = match self.ticks.ran {
             Some(ran) => ran.saturating_sub(self.ticks.expected),
             None => self.ticks.lost.saturating_sub(self.ticks.missing),
         };
+        self.ticks.missing = self.ticks.missing.saturating_add(after_last);
         let finish = Finish {
             ran: self.ticks.ran,
             missing: self.ticks.missing,
+            missing_events: self.events.missing,
         };
         self.writer.write_metadata(&mcap::records::Metadata {
             name: info::FINISH.to_owned(),

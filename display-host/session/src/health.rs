@@ -17,6 +17,8 @@ pub struct Health {
     pub waiting: u64,
     /// Ticks that ran and are not in it.
     pub missing: u64,
+    /// Events that happened and are not in it.
+    pub missing_events: u64,
     /// When the writing thread said so; `None`: it is no matter how long ago.
     pub told: Option<Instant>,
 }
@@ -60,7 +62,9 @@ pub struct Recorded {
     pub ticks: u64,
     /// Ticks that ran and are not in it; replay stops at the first.
     pub missing: u64,
-    /// Messages that the writing thread was too slow for; ticks among them are also `missing`.
+    /// Events that happened and are not in it; an assessment of it knows nothing of them.
+    pub missing_events: u64,
+    /// Messages that the writing thread was too slow for; ticks and events among them are also missing.
     pub overflowed: u64,
     /// Times that the disk refused a write.
     pub write_failures: u64,
@@ -77,6 +81,7 @@ impl Recorded {
             bytes: 0,
             ticks: 0,
             missing: 0,
+            missing_events: 0,
             overflowed: 0,
             write_failures: 0,
             slowest_write_ms: 0,
@@ -88,16 +93,27 @@ impl Recorded {
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         let file = self.file.display();
-        match &self.problem {
-            Some(why) => Some(format!(
-                "the recording {file} ends early ({why}); what is in it can be replayed. Make \
-                 room, or record elsewhere with --record"
+        if let Some(why) = &self.problem {
+            return Some(format!(
+                "the recording {file} ends early ({why}); what is in it can be replayed. Make room, or record \
+                 elsewhere with --record"
+            ));
+        }
+        let ticks = (self.missing > 0)
+            .then(|| format!("{} ticks; replay ends at the first of them", self.missing));
+        let events = (self.missing_events > 0).then(|| {
+            format!(
+                "{} events, which its assessment knows nothing of",
+                self.missing_events
+            )
+        });
+        let missing: Vec<String> = ticks.into_iter().chain(events).collect();
+        match missing.is_empty() {
+            true => None,
+            false => Some(format!(
+                "the recording {file} misses {}",
+                missing.join("; and ")
             )),
-            None if self.missing > 0 => Some(format!(
-                "the recording {file} misses {} ticks; replay ends at the first of them",
-                self.missing
-            )),
-            None => None,
         }
     }
 }

@@ -100,19 +100,27 @@ pub struct Finish {
     pub ran: Option<u64>,
     /// Ticks that are known to have run and are not in the session.
     pub missing: u64,
+    /// Events that are known to have happened and are not in it.
+    pub missing_events: u64,
 }
 
 impl Finish {
     pub(crate) fn to_map(self) -> BTreeMap<String, String> {
         let ran = self.ran.map(|ran| ("ran".to_owned(), ran.to_string()));
         let missing = ("missing".to_owned(), self.missing.to_string());
-        ran.into_iter().chain([missing]).collect()
+        let events = ("missing_events".to_owned(), self.missing_events.to_string());
+        ran.into_iter().chain([missing, events]).collect()
     }
 
     pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Option<Self> {
         Some(Self {
             ran: map.get("ran").map(|ran| ran.parse()).transpose().ok()?,
             missing: map.get("missing")?.parse().ok()?,
+            // Older programs did not count them.
+            missing_events: match map.get("missing_events") {
+                Some(events) => events.parse().ok()?,
+                None => 0,
+            },
         })
     }
 }

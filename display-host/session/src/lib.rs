@@ -1,7 +1,7 @@
 //! A session on disk: an MCAP file that other programs open, and that `calot replay` runs again.
 //!
 //! ```text
-//! shared memory ─► Listening (thread, 20 ms) ─► bounded queue ─► Recording (thread) ─► FILE.mcap
+//! shared memory ─► Listening (thread, 10 ms) ─► bounded queue ─► Recording (thread) ─► FILE.mcap
 //!                                                               a chunk a second
 //! ```
 //!
@@ -14,10 +14,10 @@
 //! | `/tool` | JSON | force, jaw, contacts, switches | 20 Hz |
 //! | `/events` | JSON | contact, grasp, tear, fault, … | as they come |
 //! | `/timing` | JSON | ticks, misses, slowest tick | every second |
-//! | `/gaps` | JSON | ticks that are missing | where they are |
+//! | `/gaps` | JSON | ticks or events that are missing | where they are |
 //!
 //! An orderly end is metadata `calot.end`: ticks that ran, as the controller said at its own end, and ticks
-//! that are missing.
+//! and events that are missing.
 //!
 //! Times are of the wall clock; host times are [`Info::wall_from_host_ns`] behind it. The compiled
 //! scene is attached: prepared again, by another version, it would be another. The file holds
@@ -28,6 +28,7 @@ mod describe;
 mod file;
 mod health;
 mod info;
+mod opened;
 mod operation;
 pub mod pack;
 mod read;
@@ -42,7 +43,7 @@ pub use info::{Assignment, Finish, Info, hex, printable};
 pub use operation::Operation;
 pub use read::{End, ReadError, Session};
 pub use record::{Config, Listening, Recording};
-pub use storage::{Storage, create_private};
+pub use storage::{Storage, create_private, is_being_recorded};
 
 #[cfg(test)]
 mod tests;

@@ -1,14 +1,14 @@
 //! A session read from the front, a chunk at a time: whole, cut off by a kill, or damaged.
 
-use std::fs::File;
-use std::io::{BufReader, Read};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use shared_mem::inputs::{InputRecord, RunSetup};
 
 use crate::file::FILE_VERSION;
 use crate::info::{Finish, Info};
-use crate::records::{Part, Records};
+use crate::opened::{self, Opened};
+use crate::records::Part;
 
 /// Why a session cannot be replayed.
 #[derive(Debug, thiserror::Error)]
@@ -58,9 +58,7 @@ pub enum End {
 
 /// A session, being read.
 pub struct Session {
-    path: PathBuf,
-    bytes: u64,
-    records: Records,
+    opened: Opened,
     /// What it says of itself.
     pub info: Info,
     /// What its run began with.
@@ -68,13 +66,12 @@ pub struct Session {
     /// The compiled scene, if it is in it.
     pub scene: Option<Vec<u8>>,
     inputs: std::vec::IntoIter<InputRecord>,
-    finish: Option<Finish>,
 }
 
 impl core::fmt::Debug for Session {
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         f.debug_struct("Session")
-            .field("path", &self.path)
+            .field("path", &self.opened.path)
             .field("info", &self.info)
             .finish_non_exhaustive()
     }
@@ -86,13 +83,8 @@ impl Session {
     /// # Errors
     /// As [`ReadError`] says.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
-        let io = |source| ReadError::Io {
-            path: path.to_owned(),
-            source,
-        };
-        let file = File::open(path).map_err(io)?;
-        let bytes = file.metadata().map_err(io)?.len();
-        Self::read(path, bytes, Box::new(BufReader::new(file)))
+        let (bytes, source) = opened::source(path)?;
+        Self::read(path, bytes, source)
     }
 
     /// The same from any source of bytes.
@@ -100,68 +92,43 @@ impl Session {
     /// # Errors
     /// As [`ReadError`] says.
     pub fn read(path: &Path, bytes: u64, source: Box<dyn Read>) -> Result<Self, ReadError> {
-        let not = |problem: &str| ReadError::NotASession {
-            path: path.to_owned(),
-            problem: problem.to_owned(),
-        };
-        let mut records = Records::new(source);
-        let (mut info, mut setup, mut scene) = (None, None, None);
-        let inputs = loop {
-            match records.next() {
-                Some(Part::Info(map)) => {
-                    info = Some(Info::from_map(&map).map_err(|found| ReadError::Version {
-                        path: path.to_owned(),
-                        found,
-                    })?);
-                }
-                Some(Part::Setup(found)) => setup = Some(found),
-                Some(Part::Scene(found)) => scene = Some(found),
-                Some(Part::Inputs(found)) => break found,
-                Some(Part::Finish(_) | Part::Course(_) | Part::Assignment(_)) => {}
-                None => {
-                    let end = match &records.end {
-                        Some(End::BrokenOff(why) | End::Damaged(why)) => why.as_str(),
-                        _ => "it has no ticks",
-                    };
-                    return Err(not(end));
-                }
-            }
-        };
+        let without = "it has no ticks";
+        let (opened, head, first) = Opened::read(path, (bytes, source), without, Part::inputs)?;
+        let setup = head
+            .setup
+            .ok_or_else(|| opened::not_a_session(path, "its first tick comes before its setup"))?;
         Ok(Self {
-            path: path.to_owned(),
-            bytes,
-            records,
-            info: info.ok_or_else(|| not("it does not say what it is"))?,
-            setup: setup.ok_or_else(|| not("its first tick comes before its setup"))?,
-            scene,
-            inputs: inputs.into_iter(),
-            finish: None,
+            opened,
+            info: head.info,
+            setup,
+            scene: head.scene,
+            inputs: first.into_iter(),
         })
     }
 
     /// Where it lies.
     #[must_use]
     pub fn path(&self) -> &Path {
-        &self.path
+        &self.opened.path
     }
 
     /// Share of it that is read, 0 to 1.
     #[must_use]
     pub fn done(&self) -> f64 {
-        self.records.at as f64 / self.bytes.max(1) as f64
+        self.opened.done()
     }
 
     /// What its recorder said at its end; there once there are no more ticks, unless the session is cut,
     /// damaged, or of a program that did not say.
     #[must_use]
     pub fn finish(&self) -> Option<Finish> {
-        self.finish
+        self.opened.finish
     }
 
     /// How it ended; there once there are no more ticks.
     #[must_use]
     pub fn end(&self) -> Option<&End> {
-        self.records.end.as_ref()
+        self.opened.end()
     }
 }
 
@@ -173,15 +140,7 @@ impl Iterator for Session {
             if let Some(record) = self.inputs.next() {
                 return Some(record);
             }
-            match self.records.next()? {
-                Part::Inputs(inputs) => self.inputs = inputs.into_iter(),
-                Part::Finish(finish) => self.finish = Some(finish),
-                Part::Info(_)
-                | Part::Setup(_)
-                | Part::Scene(_)
-                | Part::Course(_)
-                | Part::Assignment(_) => {}
-            }
+            self.inputs = self.opened.next(Part::inputs)?.into_iter();
         }
     }
 }

@@ -19,7 +19,7 @@ use crate::course::Entry;
 use crate::file::{Error, SessionFile};
 use crate::health::{Health, Recorded, Standing};
 use crate::info::{Assignment, Info, hex};
-use crate::storage::{Storage, create_private};
+use crate::storage::{Storage, create_recording};
 
 /// What may wait for the writing thread: about 40 s of a session.
 const QUEUE: usize = 6144;
@@ -62,6 +62,7 @@ pub struct Config {
 struct Items {
     items: Receiver<Item>,
     waiting: Arc<AtomicUsize>,
+    heard: Arc<AtomicU64>,
 }
 
 impl Items {
@@ -79,12 +80,20 @@ struct Queue {
     items: SyncSender<Item>,
     waiting: Arc<AtomicUsize>,
     overflowed: Arc<AtomicU64>,
+    /// How many events have happened: those that are lost at the end would be missed by nobody else.
+    heard: Arc<AtomicU64>,
 }
 
 impl Queue {
     /// With no writer yet, or one that is slow, items wait; when too many do they are lost, ticks before events.
     fn send(&self, item: Item) {
-        let is_event = matches!(item, Item::Event(_));
+        let is_event = match &item {
+            Item::Event(event) => {
+                self.heard.store(event.sequence.saturating_add(1), Relaxed);
+                true
+            }
+            _ => false,
+        };
         let waiting = self.waiting.fetch_add(1, Relaxed);
         let has_room = is_event || waiting < QUEUE - FOR_EVENTS;
         let sent = match has_room {
@@ -103,13 +112,21 @@ impl Queue {
 
 fn queue(overflowed: Arc<AtomicU64>) -> (Queue, Items) {
     let (sender, items) = mpsc::sync_channel(QUEUE);
-    let waiting = Arc::new(AtomicUsize::new(0));
+    let (waiting, heard) = (Arc::new(AtomicUsize::new(0)), Arc::new(AtomicU64::new(0)));
     let queue = Queue {
         items: sender,
         waiting: waiting.clone(),
         overflowed,
+        heard: heard.clone(),
     };
-    (queue, Items { items, waiting })
+    (
+        queue,
+        Items {
+            items,
+            waiting,
+            heard,
+        },
+    )
 }
 
 /// A thread that listens to a station, so that nothing is missed before the file is begun.
@@ -173,7 +190,7 @@ impl Listening {
     /// # Errors
     /// When the file cannot be made.
     pub fn record(self, config: Config) -> Result<Recording, Error> {
-        let created = create_private(&config.path);
+        let created = create_recording(&config.path);
         let storage = created.map_err(|source| Error::Create {
             path: config.path.clone(),
             source,
@@ -253,6 +270,7 @@ impl Recording {
                 return Some(Recorded {
                     bytes: health.bytes,
                     missing: health.missing,
+                    missing_events: health.missing_events,
                     problem: Some(format!(
                         "the disk has not answered for {} s",
                         silent.as_secs()
@@ -328,6 +346,7 @@ fn write(
     recorded.bytes = file.outbox.written;
     recorded.ticks = file.ticks.on_disk;
     recorded.missing = file.ticks.missing;
+    recorded.missing_events = file.events.missing;
     recorded.overflowed = overflowed.load(Relaxed);
     recorded.write_failures = file.outbox.failures;
     recorded.slowest_write_ms = file.outbox.slowest.as_millis() as u64;
@@ -353,7 +372,10 @@ fn take_all(items: &Items, file: &mut SessionFile, health: &Mutex<Health>) -> Re
             Ok(Item::Event(event)) => file.event(&event)?,
             Ok(Item::Timing(batch)) => file.timing(&batch),
             Err(RecvTimeoutError::Timeout) => {}
-            Err(RecvTimeoutError::Disconnected) => return Ok(()),
+            Err(RecvTimeoutError::Disconnected) => {
+                file.heard_of(items.heard.load(Relaxed));
+                return Ok(());
+            }
         }
         if flushed.elapsed() >= FLUSH_EVERY {
             flushed = Instant::now();
@@ -375,6 +397,7 @@ fn health_of(file: &SessionFile) -> Health {
         bytes: outbox.written,
         waiting: outbox.waits() as u64,
         missing: file.ticks.missing,
+        missing_events: file.events.missing,
         told: Some(Instant::now()),
     }
 }
@@ -436,6 +459,94 @@ mod tests {
             }
         }
         assert_eq!((inputs, events), (QUEUE - FOR_EVENTS, FOR_EVENTS));
+    }
+
+    /// What is heard was put in already; the station is gone.
+    fn heard(items: Items, overflowed: Arc<AtomicU64>) -> Listening {
+        Listening {
+            thread: std::thread::spawn(|| {}),
+            stop: Arc::default(),
+            overflowed,
+            items,
+            prepare: |_| {},
+            tick_cpu: None,
+        }
+    }
+
+    fn config(path: PathBuf) -> Config {
+        Config {
+            path,
+            build: "a test".to_owned(),
+            scene: crate::tests::scene(),
+            assignment: None,
+            course: None,
+        }
+    }
+
+    #[test]
+    fn events_that_a_full_queue_loses_are_counted_and_told() {
+        let overflowed = Arc::new(AtomicU64::new(0));
+        let (queue, items) = queue(overflowed.clone());
+        for sequence in 0..QUEUE as u64 + 3 {
+            queue.send(Item::Event(EventMsg {
+                sequence,
+                ..EventMsg::zeroed()
+            }));
+        }
+        drop(queue);
+        let folder = tempfile::tempdir().unwrap();
+        let config = config(folder.path().join("session.mcap"));
+        let recording = heard(items, overflowed).record(config).unwrap();
+        let recorded = recording.end().unwrap();
+        // No tick is missing, so nothing else would tell.
+        assert_eq!(
+            (
+                recorded.missing,
+                recorded.missing_events,
+                recorded.overflowed
+            ),
+            (0, 3, 3)
+        );
+        let warning = recorded.warning().unwrap();
+        assert!(warning.contains("misses 3 events"), "{warning}");
+    }
+
+    #[test]
+    fn two_recorders_do_not_write_over_each_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("session.mcap");
+        let begin = || {
+            let overflowed = Arc::new(AtomicU64::new(0));
+            let (queue, items) = queue(overflowed.clone());
+            let recording = heard(items, overflowed).record(config(path.clone()));
+            (queue, recording)
+        };
+        let (queue, first) = begin();
+        let error = begin().1.unwrap_err().to_string();
+        assert!(error.contains("another recorder"), "{error}");
+        assert!(crate::is_being_recorded(&path));
+        drop(queue);
+        let recorded = first.unwrap().end().unwrap();
+        assert_eq!(recorded.problem, None);
+        assert_eq!(std::fs::metadata(&path).unwrap().len(), recorded.bytes);
+        // Once it has ended the file may be replaced.
+        assert!(!crate::is_being_recorded(&path));
+        let (queue, again) = begin();
+        drop(queue);
+        assert_eq!(again.unwrap().end().unwrap().problem, None);
+    }
+
+    #[test]
+    fn a_pipe_is_refused_instead_of_waited_for() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("pipe");
+        let mode = rustix::fs::Mode::from_raw_mode(0o600);
+        let fifo = rustix::fs::FileType::Fifo;
+        rustix::fs::mknodat(rustix::fs::CWD, &path, fifo, mode, 0).unwrap();
+        let (_queue, items) = queue(Arc::default());
+        let refused = heard(items, Arc::default()).record(config(path));
+        let error = refused.unwrap_err().to_string();
+        assert!(error.contains("needs a file"), "{error}");
     }
 
     #[test]

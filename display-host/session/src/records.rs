@@ -34,6 +34,22 @@ pub(crate) enum Part {
     Finish(Finish),
 }
 
+impl Part {
+    pub(crate) fn inputs(self) -> Option<Vec<InputRecord>> {
+        match self {
+            Self::Inputs(inputs) => Some(inputs),
+            _ => None,
+        }
+    }
+
+    pub(crate) fn entry(self) -> Option<Entry> {
+        match self {
+            Self::Course(entry) => Some(entry),
+            _ => None,
+        }
+    }
+}
+
 /// The parts of a file, in order.
 pub(crate) struct Records {
     source: Box<dyn Read>,

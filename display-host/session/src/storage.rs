@@ -1,8 +1,8 @@
 //! Where a session's bytes go, and what becomes of them when they cannot.
 
-use std::fs::{File, Permissions};
+use std::fs::{File, Permissions, TryLockError};
 use std::io::{self, Write};
-use std::os::unix::fs::{FileExt, OpenOptionsExt as _, PermissionsExt as _};
+use std::os::unix::fs::{FileExt, FileTypeExt as _, OpenOptionsExt as _, PermissionsExt as _};
 use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -37,20 +37,57 @@ impl Storage for File {
 /// A new or emptied file that nobody else can open: how somebody operates is theirs.
 ///
 /// # Errors
-/// As the system says.
+/// As the system says. A file that is somebody else's is left as it is.
 pub fn create_private(path: &Path) -> io::Result<File> {
-    let file = File::options()
-        .write(true)
-        .create(true)
-        .truncate(true)
-        .mode(0o600)
-        .open(path)?;
-    // The mode above is for a file that is new; one that is replaced keeps its own. A pipe or a device may
-    // refuse one.
+    let file = open_private(path)?;
+    make_own(&file)?;
+    Ok(file)
+}
+
+/// The same for a recording: no other recorder can write over it until it is dropped.
+pub(crate) fn create_recording(path: &Path) -> io::Result<File> {
+    // A pipe takes nothing at a place, and to open it waits for who reads it.
+    if std::fs::metadata(path).is_ok_and(|it| it.file_type().is_fifo()) {
+        let words = "a recording needs a file, this is a pipe";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, words));
+    }
+    let file = open_private(path)?;
+    if file.metadata()?.is_file() {
+        match file.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                let words = "another recorder is writing it";
+                return Err(io::Error::new(io::ErrorKind::ResourceBusy, words));
+            }
+            // A file system without locks takes recordings all the same.
+            Ok(()) | Err(TryLockError::Error(_)) => {}
+        }
+    }
+    make_own(&file)?;
+    Ok(file)
+}
+
+/// Whether a recorder is writing this file.
+#[must_use]
+pub fn is_being_recorded(path: &Path) -> bool {
+    let file = File::open(path);
+    file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
+}
+
+/// As it is, or new.
+fn open_private(path: &Path) -> io::Result<File> {
+    let mut options = File::options();
+    options.write(true).create(true).truncate(false).mode(0o600);
+    options.open(path)
+}
+
+/// Empties it. The mode given before is for a file that is new; one that is replaced keeps its own. A pipe or a
+/// device may refuse both.
+fn make_own(file: &File) -> io::Result<()> {
     if file.metadata()?.is_file() {
         file.set_permissions(Permissions::from_mode(0o600))?;
+        file.set_len(0)?;
     }
-    Ok(file)
+    Ok(())
 }
 
 /// Bytes on their way: what the MCAP writer has finished waits here until the disk has it.

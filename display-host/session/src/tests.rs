@@ -61,7 +61,7 @@ impl Storage for Disk {
     }
 }
 
-fn scene() -> SceneFile {
+pub(crate) fn scene() -> SceneFile {
     let sphere = |x: f32| SphereRecord {
         center_m: [x, 0.0, 0.0],
         radius_m: 0.01,
@@ -359,6 +359,63 @@ fn a_gap_is_counted_and_stands_in_the_session() {
 }
 
 #[test]
+fn events_that_are_missing_are_counted_and_stand_in_the_session() {
+    let disk = Disk::with_room(usize::MAX);
+    let mut file = record(&disk, 1);
+    // The second 0 is another controller's.
+    for sequence in [0, 1, 4, 0, 1] {
+        let event = EventMsg {
+            sequence,
+            ..EventMsg::zeroed()
+        };
+        file.event(&event).unwrap();
+    }
+    file.heard_of(7);
+    file.finish().unwrap();
+    assert_eq!(file.events.missing, 2 + 5);
+    let (_, session) = read(disk.bytes()).unwrap();
+    let finish = session.finish().unwrap();
+    assert_eq!((finish.missing, finish.missing_events), (0, 7));
+    let gaps: Vec<serde_json::Value> = mcap::MessageStream::new(&disk.bytes())
+        .unwrap()
+        .filter_map(Result::ok)
+        .filter(|it| it.channel.topic == "/gaps")
+        .map(|it| serde_json::from_slice(&it.data).unwrap())
+        .collect();
+    assert_eq!(
+        gaps,
+        [serde_json::json!({ "from_event": 2, "to_event": 4 })]
+    );
+}
+
+/// Shared memory may hold anything: a number at the end of all numbers stops no recorder.
+#[test]
+fn ticks_and_events_of_any_number_are_taken() {
+    let disk = Disk::with_room(usize::MAX);
+    let mut file = record(&disk, 0);
+    for first in [u64::MAX - 2, 7, u64::MAX, 0, u64::MAX] {
+        let mut batch = batch(0);
+        for (i, record) in (0..).zip(&mut batch.records) {
+            record.tick = first.wrapping_add(i);
+        }
+        file.inputs(&batch).unwrap();
+        let event = EventMsg {
+            sequence: first,
+            ..EventMsg::zeroed()
+        };
+        file.event(&event).unwrap();
+    }
+    file.heard_of(u64::MAX);
+    file.finish().unwrap();
+    assert_eq!(
+        (file.ticks.missing, file.events.missing),
+        (u64::MAX, u64::MAX)
+    );
+    let (ticks, _) = read(disk.bytes()).unwrap();
+    assert_eq!(ticks.len(), 5 * INPUT_BATCH);
+}
+
+#[test]
 fn a_full_disk_leaves_a_readable_file_and_loses_nothing_if_room_comes_back() {
     let whole = Disk::with_room(usize::MAX);
     let length = {
@@ -489,7 +546,11 @@ fn ticks_that_are_missing_at_the_end_are_known() {
         session.finish().unwrap()
     };
     let ticks = 2 * INPUT_BATCH as u64;
-    let ended = |ran, missing| Finish { ran, missing };
+    let ended = |ran, missing| Finish {
+        ran,
+        missing,
+        missing_events: 0,
+    };
     assert_eq!(finish(ticks as u32, 0), ended(Some(ticks), 0));
     assert_eq!(finish(ticks as u32 + 7, 5), ended(Some(ticks + 7), 7));
     assert_eq!(finish(0, 5), ended(None, 5));
@@ -541,6 +602,25 @@ proptest! {
                 prop_assert!(ticks.len() >= whole * INPUT_BATCH);
             }
             Err(_) => prop_assert_eq!(whole, 0),
+        }
+    }
+
+    /// In the middle of a chunk, of what is said at the end, or of the index.
+    #[test]
+    fn a_disk_that_is_full_anywhere_leaves_what_is_said(share in 0.0f64..1.0) {
+        let room = (share * recorded().len() as f64) as usize;
+        let disk = Disk::with_room(room);
+        let mut file = record(&disk, 3);
+        file.finish().unwrap();
+        prop_assert!(file.outbox.given_up.is_some());
+        prop_assert_eq!(file.outbox.written, disk.bytes().len() as u64);
+        match read(disk.bytes()) {
+            Ok((ticks, session)) => {
+                prop_assert!(given(3).starts_with(&ticks));
+                prop_assert_eq!(ticks.len() as u64, file.ticks.on_disk);
+                prop_assert!(matches!(session.end(), Some(End::BrokenOff(_))));
+            }
+            Err(_) => prop_assert_eq!(file.ticks.on_disk, 0),
         }
     }
 

@@ -27,6 +27,10 @@ pub(super) fn show(ui: &mut Ui, state: &UiState) {
             let values = [("missing", health.missing.to_string().into())];
             (Mark::Care, words.say_with("recording-gap", &values))
         }
+        Standing::Recording if health.missing_events > 0 => {
+            let values = [("missing", health.missing_events.to_string().into())];
+            (Mark::Care, words.say_with("recording-events", &values))
+        }
         Standing::Recording => {
             let values = [("megabytes", megabytes(health.bytes))];
             (Mark::Good, words.say_with("recording-on", &values))

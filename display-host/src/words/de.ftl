@@ -63,6 +63,7 @@ recording-on = Aufzeichnung läuft, { $megabytes } MB
 recording-waits = Aufzeichnung: Platte voll oder weg, { $megabytes } MB warten; Platz schaffen
 recording-hangs = Aufzeichnung: die Platte antwortet seit Sekunden nicht; bitte prüfen
 recording-gap = Aufzeichnung läuft, aber { $missing } Takte fehlen
+recording-events = Aufzeichnung läuft, aber { $missing } Ereignisse fehlen
 recording-ended = Keine Aufzeichnung mehr: die Platte war zu lange voll
 
 ## Alarme
@@ -267,6 +268,7 @@ store-log = { $path } hat ein Protokoll daneben ({ $problem }), und ein anderes 
 store-sqlite = { $path }, Datenbank: { $problem }
 store-no-trainee = Niemand heißt „{ $name }“ im Speicher.
 store-no-session = Die Sitzung ist nicht im Speicher.
+store-taken = Die Sitzung steht unter einem anderen Namen im Speicher.
 store-value = { $value } liegt außerhalb des Erlaubten.
 store-questions = Fragebogen: { $problem }
 store-name = { $name } ist kein Name, der aufgehoben werden kann: 1 bis 64 Zeichen, keines davon unsichtbar.
@@ -290,6 +292,7 @@ failed-emulated = Mit nachgebildeten Geräten versuchen
 failed-quit = Beenden
 failed-code = mit Code { $number }
 failed-signal = durch Signal { $number }
+failed-recorded = Die Aufnahme ist da: calot store add NAME '{ $path }'
 
 ## Nachbesprechung
 debrief-again = Noch einmal (Eingabe)

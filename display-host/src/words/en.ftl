@@ -63,6 +63,7 @@ recording-on = Recording, { $megabytes } MB
 recording-waits = Recording: the disk is full or gone, { $megabytes } MB wait; make room
 recording-hangs = Recording: the disk has not answered for seconds; check it
 recording-gap = Recording, but { $missing } ticks are missing
+recording-events = Recording, but { $missing } events are missing
 recording-ended = No longer recording: the disk was full for too long
 
 ## Alarms
@@ -267,6 +268,7 @@ store-log = { $path } keeps a log beside it ({ $problem }), and another program 
 store-sqlite = { $path }: { $problem }
 store-no-trainee = Nobody is called '{ $name }' in the store.
 store-no-session = The session is not in the store.
+store-taken = The session is in the store under another name.
 store-value = { $value } is out of its range.
 store-questions = Questionnaire: { $problem }
 store-name = { $name } is no name to be kept: 1 to 64 characters, none of them unseen.
@@ -290,6 +292,7 @@ failed-emulated = Try with emulated devices
 failed-quit = End
 failed-code = with code { $number }
 failed-signal = by signal { $number }
+failed-recorded = What was recorded is there: calot store add NAME '{ $path }'
 
 ## Debrief
 debrief-again = Again (Enter)

@@ -75,6 +75,14 @@ pub enum StoreError {
     /// There is no such session.
     #[error("no session '{0}' in the store; `calot store list NAME` says which are")]
     NoSession(String),
+    /// A session is somebody else's.
+    #[error(
+        "session '{session}' is in the store under another name; it stays so. `calot store export` says whose it is"
+    )]
+    Taken {
+        /// Which.
+        session: String,
+    },
     /// A value is out of its range.
     #[error("{what} is {value}; allowed is {allowed}")]
     Value {

@@ -10,7 +10,7 @@ use rusqlite::{Connection, OpenFlags, OptionalExtension as _, TransactionBehavio
 
 use crate::error::StoreError;
 use crate::open::{Store, check_is_store, refused};
-use crate::sessions::check_name;
+use crate::sessions::{check_id, check_name, check_text, shown};
 
 /// What a centre asks of the merged file with any program that reads SQLite: everybody's sessions of each task,
 /// with a metric out of their JSON.
@@ -149,34 +149,13 @@ fn merge_sessions(
 
 /// What another program wrote may be anything.
 fn check_session(id: &str, metrics: &str) -> Result<(), StoreError> {
-    let shown = |text: &str| -> String { text.escape_debug().take(80).collect() };
-    // In one spelling: in another the same session would be another.
-    let is_one = uuid::Uuid::parse_str(id).is_ok_and(|it| it.hyphenated().to_string() == id);
-    if !is_one {
-        return Err(StoreError::Value {
-            what: "a session's name".to_owned(),
-            value: format!("'{}'", shown(id)),
-            allowed: "a UUID in small letters with hyphens, which no two stations give",
-        });
-    }
+    check_id(id)?;
     let parsed = serde_json::from_str::<std::collections::BTreeMap<String, f64>>(metrics);
     parsed.map(drop).map_err(|_| StoreError::Value {
         what: format!("what session {id} was measured by"),
         value: format!("'{}'", shown(metrics)),
         allowed: "a JSON object of numbers",
     })
-}
-
-/// What goes to a terminal commands none.
-fn check_text(id: &str, text: &str) -> Result<(), StoreError> {
-    if text.chars().any(char::is_control) {
-        return Err(StoreError::Value {
-            what: format!("what session {id} says of itself"),
-            value: format!("'{}'", text.escape_debug().take(80).collect::<String>()),
-            allowed: "text without control characters",
-        });
-    }
-    Ok(())
 }
 
 fn merge_answers(

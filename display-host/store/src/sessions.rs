@@ -21,7 +21,7 @@ pub struct SessionRecord {
     pub task: String,
     /// How much help was given.
     pub difficulty: String,
-    /// How it ended.
+    /// How it ended: `passed`, `failed`, `aborted`, `practised` or `cut-short`.
     pub outcome: String,
     /// 0 to 100.
     pub score: f64,
@@ -58,7 +58,7 @@ pub fn check_name(name: &str) -> Result<&str, StoreError> {
     if unseen.is_none() && (1..=NAME_MAX).contains(&name.chars().count()) {
         return Ok(name);
     }
-    let shown: String = name.escape_debug().take(80).collect();
+    let shown = shown(name);
     Err(StoreError::Value {
         what: "a trainee's name".to_owned(),
         value: match unseen {
@@ -71,6 +71,35 @@ pub fn check_name(name: &str) -> Result<&str, StoreError> {
         allowed: "1 to 64 characters between the spaces around it, none of them a control character, of no width, \
                   or turning the text around: two names that look alike would be two people",
     })
+}
+
+/// A session's name: a UUID in one spelling, for in another the same session would be another.
+pub(crate) fn check_id(id: &str) -> Result<(), StoreError> {
+    match uuid::Uuid::parse_str(id).is_ok_and(|it| it.hyphenated().to_string() == id) {
+        true => Ok(()),
+        false => Err(StoreError::Value {
+            what: "a session's name".to_owned(),
+            value: format!("'{}'", shown(id)),
+            allowed: "a UUID in small letters with hyphens, which no two stations give",
+        }),
+    }
+}
+
+/// What goes to a terminal commands none.
+pub(crate) fn check_text(id: &str, text: &str) -> Result<(), StoreError> {
+    match text.chars().any(char::is_control) {
+        false => Ok(()),
+        true => Err(StoreError::Value {
+            what: format!("what session {id} says of itself"),
+            value: format!("'{}'", shown(text)),
+            allowed: "text without control characters",
+        }),
+    }
+}
+
+/// The beginning of a text that is refused, fit for a terminal.
+pub(crate) fn shown(text: &str) -> String {
+    text.escape_debug().take(80).collect()
 }
 
 /// Control characters, and those that Unicode calls formats, separators of lines, and fillers: they are not
@@ -93,6 +122,58 @@ impl Store {
     /// # Errors
     /// When the name may not be, or the file cannot be written.
     pub fn add_session(&mut self, name: &str, session: &SessionRecord) -> Result<(), StoreError> {
+        self.insert("REPLACE", name, session).map(drop)
+    }
+
+    /// Adds what a session came to by its recording, which may come from anywhere; `false`: it is there already,
+    /// and stays as it is.
+    ///
+    /// # Errors
+    /// As [`Store::add_session`]; when it is somebody else's there, or its name or texts cannot be.
+    pub fn add_recorded(
+        &mut self,
+        name: &str,
+        session: &SessionRecord,
+    ) -> Result<bool, StoreError> {
+        let name = check_name(name)?;
+        check_id(&session.id)?;
+        let file = session.file.as_deref().unwrap_or_default();
+        for text in [&session.task, &session.difficulty, &session.outcome] {
+            check_text(&session.id, text)?;
+        }
+        for text in [session.scene.as_str(), &session.program, file] {
+            check_text(&session.id, text)?;
+        }
+        // Who is refused is no new trainee.
+        let added = match self.owner(&session.id)? {
+            Some(_) => false,
+            None => self.insert("IGNORE", name, session)?,
+        };
+        match self.owner(&session.id)? {
+            Some(owner) if owner.trim() == name => Ok(added),
+            _ => Err(StoreError::Taken {
+                session: session.id.clone(),
+            }),
+        }
+    }
+
+    /// Whose session it is, if it is there.
+    fn owner(&self, id: &str) -> Result<Option<String>, StoreError> {
+        let found = self.connection.query_row(
+            "SELECT name FROM trainee JOIN session ON session.trainee = trainee.id WHERE session.id = ?1",
+            [id],
+            |row| row.get(0),
+        );
+        found.optional().map_err(|error| self.refused(error))
+    }
+
+    /// Whether it was added; `conflict` is what SQLite does where one of its name is there.
+    fn insert(
+        &self,
+        conflict: &str,
+        name: &str,
+        session: &SessionRecord,
+    ) -> Result<bool, StoreError> {
         let trainee = self.trainee_or_new(name)?;
         // A number that is none has no place in JSON.
         let metrics: BTreeMap<&String, f64> = session
@@ -107,11 +188,14 @@ impl Store {
         } else {
             0.0
         };
-        self.connection
+        let added = self
+            .connection
             .execute(
-                "INSERT OR REPLACE INTO session (id, trainee, began_unix_s, task, difficulty, outcome, score, \
-                 alarms, metrics_version, metrics, scene, program, file) \
-                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)",
+                &format!(
+                    "INSERT OR {conflict} INTO session (id, trainee, began_unix_s, task, difficulty, outcome, \
+                     score, alarms, metrics_version, metrics, scene, program, file) \
+                     VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13)"
+                ),
                 params![
                     session.id,
                     trainee,
@@ -129,7 +213,7 @@ impl Store {
                 ],
             )
             .map_err(|error| self.refused(error))?;
-        Ok(())
+        Ok(added > 0)
     }
 
     pub(crate) fn trainee_or_new(&self, name: &str) -> Result<i64, StoreError> {

@@ -35,6 +35,35 @@ fn mode(path: &Path) -> u32 {
 }
 
 #[test]
+fn a_recorded_session_is_added_once_and_is_nobody_elses_after() {
+    let (_folder, path) = folder();
+    let mut store = Store::open(&path).unwrap();
+    let kept = session(100, "cut", 40.0);
+    assert!(store.add_recorded(" Ada ", &kept).unwrap());
+    store.set_sheet(&kept.id, [1, 2, 3, 4, 5]).unwrap();
+    // Another recording says that it is the same session, and came to more.
+    let forged = SessionRecord {
+        score: 100.0,
+        ..kept.clone()
+    };
+    assert!(!store.add_recorded("Ada", &forged).unwrap());
+    let error = store.add_recorded("Bo", &forged).unwrap_err();
+    assert!(matches!(error, StoreError::Taken { .. }), "{error}");
+    let found = store.sessions("Ada", None).unwrap();
+    assert_eq!(found, std::slice::from_ref(&kept));
+    assert!(!store.sheet(&kept.id).unwrap().is_empty());
+    let mut bad = session(1, "cut", 1.0);
+    bad.program = "\u{1b}[31mred".to_owned();
+    assert!(store.add_recorded("Bo", &bad).is_err());
+    let bad = SessionRecord {
+        id: String::new(),
+        ..kept
+    };
+    assert!(store.add_recorded("Bo", &bad).is_err());
+    assert_eq!(store.trainees().unwrap().len(), 1, "Bo has no session");
+}
+
+#[test]
 fn what_is_kept_comes_back_in_order_and_only_its_user_can_read_it() {
     let (_folder, path) = folder();
     let mut store = Store::open(&path).unwrap();

@@ -558,12 +558,13 @@ fn without_a_session_nothing_of_one_is_shown_or_asked() {
 #[test]
 fn the_recording_says_how_it_does() {
     use session::Standing;
-    let with = |standing, missing| {
+    let shown = |standing, [missing, missing_events]: [u64; 2]| {
         let recording = RecordingView {
             standing,
             bytes: 12_300_000,
             waiting: 4_000_000,
             missing,
+            missing_events,
             told: None,
         };
         let mut panel = harness(UiState {
@@ -573,7 +574,10 @@ fn the_recording_says_how_it_does() {
         panel.run();
         panel
     };
+    let with = |standing, missing| shown(standing, [missing, 0]);
     with(Standing::Recording, 0).get_by_label("Recording, 12.3 MB");
+    shown(Standing::Recording, [0, 3]).get_by_label("Recording, but 3 events are missing");
+    shown(Standing::Recording, [7, 3]).get_by_label("Recording, but 7 ticks are missing");
     with(Standing::Recording, 7).get_by_label("Recording, but 7 ticks are missing");
     with(Standing::Refused, 0)
         .get_by_label("Recording: the disk is full or gone, 4.0 MB wait; make room");

@@ -6,6 +6,7 @@
 //!
 //! No clock, no device, no thread: what the tick was given is what it gets.
 
+mod leaks;
 mod player;
 mod show;
 

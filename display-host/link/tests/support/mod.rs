@@ -1,20 +1,39 @@
 //! A station of one organ that nobody simulates, and keys.
 #![allow(dead_code)]
 
+use std::io::{Read, Write};
+use std::net::{Shutdown, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable as _;
-use link::Keys;
-use shared_mem::message::{EventMsg, PoseMsg, StateFrame, TimingBatch, ToolFrame};
+use link::wire::{Ask, LOOK};
+use link::{Address, Keys, Seen, WatchConfig, Watched, serve, watch};
+use rustls::pki_types::pem::PemObject as _;
+use rustls::pki_types::{CertificateDer, PrivateKeyDer};
+use shared_mem::message::{
+    EventMsg, MAX_CELLS, MAX_SPHERES, PoseMsg, StateFrame, TimingBatch, ToolFrame,
+};
 use shared_mem::scene::{
     LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SceneFile,
     SphereRecord, VertexRecord, name_from_str,
 };
+use shared_mem::service::{Controller, Host, Station};
 
 /// How long anything may take before a test gives up on it.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Says at its end, however that comes, that it is over: whoever waits for that waits no longer.
+pub(crate) struct AtEnd<'a>(pub(crate) &'a AtomicBool);
+
+impl Drop for AtEnd<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Relaxed);
+    }
+}
 
 pub(crate) fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     let start = Instant::now();
@@ -25,6 +44,11 @@ pub(crate) fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
 }
 
 pub(crate) fn scene() -> SceneFile {
+    scene_of(3)
+}
+
+/// One of so many vertices, which makes it large.
+pub(crate) fn scene_of(vertices: u32) -> SceneFile {
     let sphere = |x: f32| SphereRecord {
         center_m: [x, 0.0, 0.0],
         radius_m: 0.01,
@@ -53,7 +77,7 @@ pub(crate) fn scene() -> SceneFile {
         elastic_links: 1,
         substeps: 1,
         gravity_share: 1.0,
-        vertices: [0, 3],
+        vertices: [0, vertices],
         triangles: [0, 1],
         volume_m3: 1e-5,
         material: MaterialRecord {
@@ -76,7 +100,9 @@ pub(crate) fn scene() -> SceneFile {
             rest_length_m: 0.01,
             compliance_m_n: 1e-3,
         }],
-        vertices: vec![vertex(0.0), vertex(0.01), vertex(0.02)],
+        vertices: (0..vertices)
+            .map(|i| vertex(0.01 * i as f32 / 3.0))
+            .collect(),
         triangles: vec![[0, 1, 2]],
         ..SceneData::default()
     };
@@ -145,4 +171,233 @@ pub(crate) fn keys(folder: &Path, name: &str) -> Keys {
         key: path(format!("{name}.key")),
         authority: path("ca.pem".into()),
     }
+}
+
+pub(crate) fn station(name: &str) -> Station {
+    Station::new(&format!("l{}-{name}", std::process::id())).expect("a plain name")
+}
+
+/// A port that nobody has at the moment.
+pub(crate) fn port() -> u16 {
+    let free = TcpListener::bind("127.0.0.1:0").expect("a port");
+    free.local_addr().expect("a port").port()
+}
+
+pub(crate) fn now_ns() -> u64 {
+    let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
+    now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
+}
+
+/// A station that moves, its `serve`, and whatever `watcher` does meanwhile.
+pub(crate) fn beside_a_station<T>(
+    name: &str,
+    listen: (&str, Option<Keys>),
+    place: &Path,
+    watcher: impl FnOnce(&AtomicU64) -> T,
+) -> T {
+    beside(name, listen, place, (&scene(), state), watcher)
+}
+
+/// What a station shows at a tick, at a time, of a scene.
+pub(crate) type Shows = fn(u64, u64, [u8; 16]) -> Box<StateFrame>;
+
+/// The same with a scene, and what it shows.
+pub(crate) fn beside<T>(
+    name: &str,
+    (listen, keys): (&str, Option<Keys>),
+    place: &Path,
+    (scene, state): (&SceneFile, Shows),
+    watcher: impl FnOnce(&AtomicU64) -> T,
+) -> T {
+    let there = station(name);
+    std::fs::write(place.join("scene.calot"), scene.bytes()).expect("written");
+    let insecure = keys.is_none();
+    let address = Address::new(listen, keys, insecure).expect("an address");
+    let (stop, ready) = (AtomicBool::new(false), AtomicBool::new(false));
+    let ticks = AtomicU64::new(0);
+    let places = [place.to_owned()];
+    std::thread::scope(|scope| {
+        scope.spawn(|| {
+            let controller = Controller::open(&there).expect("nobody else has it");
+            for tick in 1.. {
+                if stop.load(Relaxed) {
+                    break;
+                }
+                let at = now_ns();
+                let _ = controller
+                    .state
+                    .send_copy(*state(tick, at, scene.short_id()));
+                let _ = controller
+                    .tools
+                    .send_copy(tools(tick, at, scene.short_id()));
+                let _ = controller.events.send_copy(event(tick));
+                let _ = controller.timing.send_copy(batch(tick));
+                ticks.store(tick, Relaxed);
+                std::thread::sleep(Duration::from_millis(4));
+            }
+        });
+        let server = scope.spawn(|| {
+            serve(&there, &address, &places, None, &stop, || {
+                ready.store(true, Relaxed);
+            })
+        });
+        wait_until("it listens", || ready.load(Relaxed) || server.is_finished());
+        let end = AtEnd(&stop);
+        let result = watcher(&ticks);
+        drop(end);
+        let served = server.join().expect("no panic").expect("it served");
+        assert_eq!(served.malformed, 0);
+        result
+    })
+}
+
+/// Watches until `enough`, which sees what happened.
+pub(crate) fn watched(
+    name: &str,
+    address: &Address,
+    scene: PathBuf,
+    enough: impl FnOnce(&Station, &Mutex<Vec<String>>),
+) -> Watched {
+    let here = station(name);
+    let config = WatchConfig {
+        station: here.clone(),
+        address: address.clone(),
+        rate_hz: 60.0,
+        scene,
+        seconds: None,
+    };
+    let (stop, seen) = (AtomicBool::new(false), Mutex::new(Vec::new()));
+    let note = |it: Seen<'_>| seen.lock().expect("no panic").push(format!("{it:?}"));
+    std::thread::scope(|scope| {
+        let watcher = scope.spawn(|| watch(&config, &stop, note));
+        let end = AtEnd(&stop);
+        enough(&here, &seen);
+        drop(end);
+        watcher.join().expect("no panic").expect("it watched")
+    })
+}
+
+/// As much as a state holds.
+pub(crate) fn full_state(tick: u64, at_ns: u64, scene_id: [u8; 16]) -> Box<StateFrame> {
+    let mut frame = state(tick, at_ns, scene_id);
+    (frame.sphere_count, frame.cell_count) = (MAX_SPHERES as u32, MAX_CELLS as u32);
+    frame
+}
+
+/// What a display of this computer sees: the newest tick, and the numbers of all events.
+pub(crate) struct Display {
+    host: Host,
+    state: Box<StateFrame>,
+    pub(crate) events: Vec<u64>,
+}
+
+impl Display {
+    pub(crate) fn of(station: &Station) -> Self {
+        Self {
+            host: Host::open(station).expect("a host"),
+            state: bytemuck::zeroed_box(),
+            events: Vec::new(),
+        }
+    }
+
+    /// Waits until it has seen so many more states.
+    pub(crate) fn see(&mut self, states: u32) {
+        let mut seen = 0;
+        wait_until("states come", || {
+            seen += u32::from(self.host.newest_state(&mut self.state));
+            let events = &mut self.events;
+            self.host.drain_events(|event| events.push(event.sequence));
+            seen >= states
+        });
+    }
+}
+
+/// A question for all that is newest, from one that knows nothing, as it goes over the line.
+pub(crate) fn question() -> Vec<u8> {
+    let ask = Ask {
+        magic: link::wire::MAGIC,
+        ..Ask::zeroed()
+    };
+    let mut bytes = (size_of::<Ask>() as u32).to_le_bytes().to_vec();
+    bytes.push(LOOK);
+    bytes.extend(bytemuck::bytes_of(&ask));
+    bytes
+}
+
+/// A message's kind and content.
+pub(crate) fn message(line: &mut impl Read) -> std::io::Result<(u8, Vec<u8>)> {
+    let mut head = [0; 5];
+    line.read_exact(&mut head)?;
+    let [a, b, c, d, kind] = head;
+    let mut content = vec![0; u32::from_le_bytes([a, b, c, d]) as usize];
+    line.read_exact(&mut content)?;
+    Ok((kind, content))
+}
+
+/// A line that keeps to nothing but TLS.
+pub(crate) fn tls(
+    listen: &str,
+    keys: &Keys,
+) -> rustls::StreamOwned<rustls::ClientConnection, TcpStream> {
+    let mut roots = rustls::RootCertStore::empty();
+    for authority in CertificateDer::pem_file_iter(&keys.authority).expect("keys") {
+        roots.add(authority.expect("keys")).expect("keys");
+    }
+    let own = CertificateDer::pem_file_iter(&keys.certificate).expect("keys");
+    let own = own.collect::<Result<Vec<_>, _>>().expect("keys");
+    let key = PrivateKeyDer::from_pem_file(&keys.key).expect("keys");
+    let provider = Arc::new(rustls::crypto::ring::default_provider());
+    let config = rustls::ClientConfig::builder_with_provider(provider)
+        .with_safe_default_protocol_versions()
+        .expect("versions")
+        .with_root_certificates(roots)
+        .with_client_auth_cert(own, key)
+        .expect("keys");
+    let name = "127.0.0.1".try_into().expect("a name");
+    let tls = rustls::ClientConnection::new(Arc::new(config), name).expect("a connection");
+    rustls::StreamOwned::new(tls, TcpStream::connect(listen).expect("it listens"))
+}
+
+/// A way between watcher and station, in the clear, that can break: `passes` sees each question, with the number of
+/// its connection, and breaks the line with `false`. Until `over`.
+pub(crate) fn way(
+    listener: &TcpListener,
+    to: &str,
+    over: &AtomicBool,
+    passes: impl Fn(usize, u8, &[u8]) -> bool + Sync,
+) {
+    listener.set_nonblocking(true).expect("set");
+    std::thread::scope(|scope| {
+        let mut connection = 0;
+        while !over.load(Relaxed) {
+            let Ok((mut near, _)) = listener.accept() else {
+                std::thread::sleep(Duration::from_millis(2));
+                continue;
+            };
+            near.set_nonblocking(false).expect("set");
+            let mut far = TcpStream::connect(to).expect("it listens");
+            let mut back = (
+                far.try_clone().expect("a copy"),
+                near.try_clone().expect("a copy"),
+            );
+            scope.spawn(move || {
+                let _ = std::io::copy(&mut back.0, &mut back.1);
+                let _ = back.1.shutdown(Shutdown::Both);
+            });
+            let (number, passes) = (connection, &passes);
+            connection += 1;
+            scope.spawn(move || {
+                while let Ok((kind, content)) = message(&mut near) {
+                    let mut bytes = (content.len() as u32).to_le_bytes().to_vec();
+                    bytes.push(kind);
+                    bytes.extend(&content);
+                    if !passes(number, kind, &content) || far.write_all(&bytes).is_err() {
+                        break;
+                    }
+                }
+                let _ = near.shutdown(Shutdown::Both);
+                let _ = far.shutdown(Shutdown::Both);
+            });
+        }
+    });
 }

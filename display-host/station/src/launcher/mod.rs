@@ -337,9 +337,13 @@ impl Desk {
             None => {
                 // Only if it is empty: what it left may say why.
                 let _ = std::fs::remove_dir(&operation.out);
+                let mut said = operation.said();
+                if crate::report::recording(&operation.out).exists() {
+                    said.push(problem::of_recorded(&self.view.words, &operation.out));
+                }
                 self.view.screen = Screen::Failed(Failed {
                     status: problem::of_end(&self.view.words, status),
-                    said: operation.said(),
+                    said,
                     had_devices: !form.emulated,
                 });
             }

@@ -28,6 +28,7 @@ pub(super) fn of_store(words: &Words, error: &StoreError) -> String {
             words.say_with("store-no-trainee", &[("name", name.as_str().into())])
         }
         StoreError::NoSession(_) => words.say("store-no-session"),
+        StoreError::Taken { .. } => words.say("store-taken"),
         StoreError::Value { value, .. } => {
             words.say_with("store-value", &[("value", value.as_str().into())])
         }
@@ -83,6 +84,12 @@ pub(super) fn of_start(words: &Words, error: &std::io::Error) -> String {
     words.say_with("start-no-process", &[("problem", error.to_string().into())])
 }
 
+/// What was recorded of an operation that left no debrief, and how the store takes it in.
+pub(super) fn of_recorded(words: &Words, path: &Path) -> String {
+    let path = path.display().to_string().into();
+    words.say_with("failed-recorded", &[("path", path)])
+}
+
 /// How a process ended.
 pub(super) fn of_end(words: &Words, status: ExitStatus) -> String {
     let (id, number) = match (status.code(), status.signal()) {
@@ -123,6 +130,9 @@ mod tests {
             },
             StoreError::NoTrainee("Ada".to_owned()),
             StoreError::NoSession("s".to_owned()),
+            StoreError::Taken {
+                session: "s".to_owned(),
+            },
             StoreError::Questionnaire("line 3".to_owned()),
             store::check_name("").expect_err("no name"),
         ];
@@ -145,6 +155,7 @@ mod tests {
             said.extend(files.iter().map(|it| of_station_file(words, it)));
             said.push(of_folder(words, Path::new("/here"), &io()));
             said.push(of_start(words, &io()));
+            said.push(of_recorded(words, Path::new("/here")));
             said.push(of_end(words, ExitStatus::from_raw(1 << 8)));
             said.push(of_end(words, ExitStatus::from_raw(9)));
             said.push(of_name(words, &store::check_name("").expect_err("no name")));

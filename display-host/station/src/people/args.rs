@@ -20,6 +20,7 @@ answers and instructors' sheets; no recordings. Only its user can read the file.
 Examples:
   calot store list                          everybody
   calot store list Ada                      her sessions
+  calot store add Ada out/SESSION           one that was killed, from its recording
   calot store curve Ada --task clamp --out ada.svg
   calot store sheet SESSION 4 3 4 5 3       an instructor's GOALS points
   calot store ask Ada                       the questionnaire
@@ -59,6 +60,20 @@ pub(crate) enum What {
         /// Whose sessions
         name: Option<String>,
         /// One JSON object on standard output
+        #[arg(long)]
+        json: bool,
+    },
+    /// Takes sessions in afterwards, assessed from their recordings: of a run that was killed, that did not name
+    /// its trainee, or that the store refused. One that breaks off before its task was decided is kept as
+    /// cut-short and counts in no curve. A session that is there already stays as it is
+    Add {
+        /// Whose they are: no recording says
+        #[arg(value_parser = crate::task::args::parse_trainee)]
+        name: String,
+        /// Recordings, or folders of `calot run --out DIR`
+        #[arg(value_name = "SESSION", required = true)]
+        sessions: Vec<PathBuf>,
+        /// One JSON object a session that was added, on standard output
         #[arg(long)]
         json: bool,
     },

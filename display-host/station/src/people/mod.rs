@@ -13,9 +13,12 @@ use assess::{Assessed, Difficulty, Metric, Outcome, Rules, Task};
 use store::{Questionnaire, SessionRecord, Store, StoreError};
 
 use self::args::{StoreArgs, StoreFile, What};
-use crate::report::utc;
+use crate::report::{self, utc};
 use crate::say;
 use crate::scene::Problem;
+
+/// How a session ended whose recording breaks off before its task was decided.
+const CUT_SHORT: &str = "cut-short";
 
 impl StoreFile {
     /// Where it lies.
@@ -40,6 +43,18 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
     let mut store = args.file.open()?;
     match &args.what {
         What::List { name, json } => list(&store, name.as_deref(), *json)?,
+        What::Add {
+            name,
+            sessions,
+            json,
+        } => {
+            for session in sessions {
+                let added = add(&mut store, name, session)?;
+                if let (true, Some(added)) = (*json, added) {
+                    say::answer(serde_json::to_string(&added)?);
+                }
+            }
+        }
         What::Export { name, csv: true } => {
             say::answer(store.export_csv(name.as_deref())?.trim_end());
         }
@@ -180,6 +195,51 @@ fn list(store: &Store, name: Option<&str>, json: bool) -> Result<(), Problem> {
     Ok(())
 }
 
+/// Adds a session as its recording has it; nothing if it is there already.
+fn add(store: &mut Store, name: &str, session: &Path) -> Result<Option<SessionRecord>, Problem> {
+    let file = report::recording(session);
+    let refused = |why: &str| Problem::from(format!("{}: {why}", file.display()));
+    if session::is_being_recorded(&file) {
+        return Err(refused(
+            "it is still being recorded; add it once its run is over, which may keep it by itself",
+        ));
+    }
+    let found = report::chapter(session, None, None)?;
+    if let Some(why) = found.left_out.damaged() {
+        return Err(refused(&format!("it is damaged {why}; it is not added")));
+    }
+    let is_task = |it: &session::Assignment| Task::from_name(&it.task).is_some();
+    let assignment = found.assignment.filter(is_task).ok_or_else(|| {
+        refused(
+            "it was recorded for no task (`calot run --task`), and came to nothing that is kept",
+        )
+    })?;
+    for warning in found.left_out.in_words() {
+        say::note(format_args!("warning: {}: {warning}", file.display()));
+    }
+    let began_unix_s = i64::try_from(found.began_unix_s).unwrap_or(0);
+    let (assessed, chapter) = (&found.chapter.assessed, &found.chapter);
+    let (scene, program) = (&chapter.scene, &chapter.build);
+    let id = &assignment.id;
+    let mut record = record(id, began_unix_s, assessed, scene, program, Some(&file));
+    // What was decided before it breaks off stays so.
+    let is_open = matches!(assessed.outcome, Outcome::Aborted | Outcome::Practised);
+    if is_open && found.left_out.cut_short().is_some() {
+        CUT_SHORT.clone_into(&mut record.outcome);
+    }
+    if !store.add_recorded(name, &record)? {
+        say::note(format_args!(
+            "session {id} is there already; it stays as it is"
+        ));
+        return Ok(None);
+    }
+    say::note(format_args!(
+        "kept as {name}'s session {id}: {}",
+        record.outcome
+    ));
+    Ok(Some(record))
+}
+
 /// Draws sessions that compare: worked to their end, of one difficulty, by one version of the metrics.
 fn curve(
     store: &Store,
@@ -191,7 +251,7 @@ fn curve(
     let (sessions, left_out) = comparable(store.sessions(name, Some(task.name()))?, difficulty);
     if left_out > 0 {
         say::note(format_args!(
-            "{left_out} sessions are left out: aborted or practice, or of another difficulty (--difficulty) or \
+            "{left_out} sessions are left out: aborted, cut short or practice, or of another difficulty (--difficulty) or \
              version of the metrics than the newest"
         ));
     }

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use assess::report::{Chapter, Ticks, html};
 use assess::{Anatomy, Assessment, Difficulty, Metric, Rules, Task};
-use session::{End, Operation};
+use session::{Assignment, End, Operation};
 
 use self::args::ReportArgs;
 pub(crate) use self::pictures::Wanted;
@@ -49,6 +49,7 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
             left_out,
             file,
             wanted,
+            ..
         } = chapter(session, rules.as_ref(), args.task)?;
         if args.pictures {
             chapter
@@ -82,6 +83,10 @@ pub(crate) struct Found {
     pub(crate) left_out: LeftOut,
     /// The recording.
     file: PathBuf,
+    /// What it was for; nothing, if it was for no task.
+    pub(crate) assignment: Option<Assignment>,
+    /// When it began, s since 1970.
+    pub(crate) began_unix_s: u64,
     /// What pictures are wanted of.
     wanted: Vec<Wanted>,
 }
@@ -95,6 +100,8 @@ pub(crate) struct LeftOut {
     damaged: Option<String>,
     /// Ticks that ran and were not recorded.
     missing_ticks: u64,
+    /// Events that happened and were not recorded.
+    missing_events: u64,
 }
 
 impl LeftOut {
@@ -108,16 +115,22 @@ impl LeftOut {
             broken_off,
             damaged,
             missing_ticks: operation.finish().map_or(0, |it| it.missing),
+            missing_events: operation.finish().map_or(0, |it| it.missing_events),
         }
     }
 
     /// Why the recording ends early, if it does.
-    fn cut_short(&self) -> Option<&String> {
+    pub(crate) fn cut_short(&self) -> Option<&String> {
         self.damaged.as_ref().or(self.broken_off.as_ref())
     }
 
+    /// Where it is damaged, and how.
+    pub(crate) fn damaged(&self) -> Option<&String> {
+        self.damaged.as_ref()
+    }
+
     /// A warning for each.
-    fn in_words(&self) -> Vec<String> {
+    pub(crate) fn in_words(&self) -> Vec<String> {
         let after = "what came after is not in the figures";
         let damaged = self.damaged.as_ref();
         let damaged = damaged.map(|why| format!("the session is damaged {why}; {after}"));
@@ -125,11 +138,12 @@ impl LeftOut {
         let broken_off = broken_off.map(|why| format!("the session breaks off ({why}); {after}"));
         let missing = (self.missing_ticks > 0)
             .then(|| format!("{} ticks ran and were not recorded", self.missing_ticks));
-        damaged
-            .into_iter()
-            .chain(broken_off)
-            .chain(missing)
-            .collect()
+        let events = (self.missing_events > 0).then(|| {
+            let events = self.missing_events;
+            format!("{events} events happened and were not recorded; they are not in the figures")
+        });
+        let early = damaged.into_iter().chain(broken_off);
+        early.chain(missing).chain(events).collect()
     }
 }
 
@@ -161,6 +175,14 @@ pub(crate) fn write(chapters: &[Chapter], out: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
+/// A session's recording: itself, or in the folder that it is.
+pub(crate) fn recording(session: &Path) -> PathBuf {
+    match session.is_dir() {
+        true => session.join("session.mcap"),
+        false => session.to_owned(),
+    }
+}
+
 /// Assesses a session: a file, or a folder that holds `session.mcap`, and pictures then. Says what is not in
 /// it.
 pub(crate) fn chapter(
@@ -168,10 +190,7 @@ pub(crate) fn chapter(
     rules: Option<&Rules>,
     task: Option<Task>,
 ) -> Result<Found, Problem> {
-    let (file, folder) = match session.is_dir() {
-        true => (session.join("session.mcap"), Some(session)),
-        false => (session.to_owned(), None),
-    };
+    let (file, folder) = (recording(session), session.is_dir().then_some(session));
     let mut operation = Operation::open(&file)?;
     let assigned = operation.assignment.clone().unwrap_or_default();
     let task = task.or_else(|| Task::from_name(&assigned.task));
@@ -204,12 +223,13 @@ pub(crate) fn chapter(
     let wall_ns = began_ns
         .unwrap_or(0)
         .saturating_add_signed(operation.info.wall_from_host_ns);
+    let began_unix_s = wall_ns / 1_000_000_000;
     let left_out = LeftOut::of(&operation);
     let chapter = Chapter {
         name: file.display().to_string(),
         scene: operation.info.scene.clone(),
         build: operation.info.build.clone(),
-        when: utc(wall_ns / 1_000_000_000),
+        when: utc(began_unix_s),
         assessed: assessment.end(),
         rules,
         pictures: folder.map(left_beside).unwrap_or_default(),
@@ -222,6 +242,8 @@ pub(crate) fn chapter(
         chapter,
         left_out,
         file,
+        assignment: operation.assignment.take(),
+        began_unix_s,
         wanted: watch.end(),
     })
 }
@@ -314,6 +336,11 @@ mod tests {
         };
         assert!(missing.cut_short().is_none());
         assert!(missing.in_words()[0].contains("3 ticks"));
+        let events = LeftOut {
+            missing_events: 2,
+            ..LeftOut::default()
+        };
+        assert!(events.in_words()[0].contains("2 events"));
         assert!(LeftOut::default().in_words().is_empty());
     }
 

@@ -32,7 +32,7 @@ pub(crate) struct TaskArgs {
     pub(crate) store: StoreFile,
 }
 
-fn parse_trainee(text: &str) -> Result<String, String> {
+pub(crate) fn parse_trainee(text: &str) -> Result<String, String> {
     let checked = store::check_name(text).map(str::to_owned);
     checked.map_err(|error| error.to_string())
 }

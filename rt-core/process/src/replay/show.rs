@@ -10,6 +10,7 @@ use shared_mem::inputs::InputRecord;
 use shared_mem::message::{CommandMsg, EventMsg, ReplyMsg, StateFrame, ToolFrame};
 use shared_mem::service::{Controller, Station};
 
+use super::leaks::{Leaks, puts_back};
 use super::player::Player;
 use super::{Replay, Replayed};
 use crate::error::RtError;
@@ -28,8 +29,6 @@ const LOOK_EVERY: Duration = Duration::from_millis(5);
 const LOOK_EVERY_TICKS: u64 = 16;
 /// Records that are read before commands are looked for again.
 const READ_AT_ONCE: u64 = 4096;
-/// What is kept of what was said of leaks, at most; a session has some dozens.
-const LEAKS_KEPT: usize = 4096;
 
 /// How a session is shown.
 #[derive(Debug, Clone, Copy)]
@@ -91,7 +90,9 @@ pub fn show<I: Iterator<Item = InputRecord>>(
         anchor: None,
         sent_ns: 0,
         has_shown: false,
-        leaks: Vec::new(),
+        leaks: Leaks::default(),
+        shown_tick: 0,
+        again_ns: None,
     };
     let mut state = Box::new(State::new());
     let (device, parameters) = (
@@ -127,7 +128,7 @@ pub fn show<I: Iterator<Item = InputRecord>>(
             Some(record) => player.tick(&record, |tick, passed_ns, is_new| {
                 if is_new {
                     each(tick);
-                    stage.keep_leaks(tick);
+                    stage.leaks.keep(tick.view.tick, tick.record, tick.events());
                 }
                 stage.play(tick, passed_ns, begun, stop, &mut tell);
             }),
@@ -174,8 +175,11 @@ struct Stage {
     anchor: Option<(u64, u64)>,
     sent_ns: u64,
     has_shown: bool,
-    /// What was said of leaks in the ticks that have run, and when.
-    leaks: Vec<(u64, EventMsg)>,
+    leaks: Leaks,
+    /// The tick that stands, or is being played.
+    shown_tick: u64,
+    /// When leaks are told of again after a jump.
+    again_ns: Option<u64>,
 }
 
 impl Stage {
@@ -197,9 +201,12 @@ impl Stage {
             }
             return;
         }
+        self.shown_tick = tick.view.tick;
         if self.seek_ns.take().is_some() {
             self.show(tick);
-            self.tell_leaks(tick.view.tick);
+            self.tell_leaks();
+            // A display that took these events before it saw that it has gone back forgets them with the rest.
+            self.again_ns = Some(monotonic_ns().saturating_add(STILL_ALIVE_NS));
         }
         tell(self.shown());
         loop {
@@ -223,6 +230,10 @@ impl Stage {
             }
             std::thread::sleep(LOOK_EVERY.min(Duration::from_nanos(left_ns.max(100_000))));
         }
+        self.tell_again_if_due();
+        if puts_back(tick.record) {
+            self.tell_leaks();
+        }
         for event in tick.view.events {
             let event = frames::event(event, self.next_event, tick.view.tick, monotonic_ns());
             self.next_event += 1;
@@ -233,27 +244,26 @@ impl Stage {
         }
     }
 
-    /// Displays keep what bleeds until they hear that it has changed: what was said of leaks before this
-    /// moment is said again.
-    fn tell_leaks(&mut self, tick: u64) {
-        for (_, event) in self.leaks.iter().filter(|(at, _)| *at <= tick) {
+    /// Tells how all leaks are at this moment: also of those that are closed then, for who joins is told the last
+    /// events from before.
+    fn tell_leaks(&mut self) {
+        for event in self.leaks.at(self.shown_tick) {
             let event = EventMsg {
                 sequence: self.next_event,
-                tick,
+                tick: self.shown_tick,
                 at_ns: monotonic_ns(),
-                ..*event
+                ..event
             };
             self.next_event += 1;
             let _ = self.controller.events.send_copy(event);
         }
     }
 
-    /// Keeps what a tick says of leaks.
-    fn keep_leaks(&mut self, tick: &Replayed<'_>) {
-        let told = tick.events().filter(|event| event.kind == EventMsg::LEAK);
-        let room = LEAKS_KEPT.saturating_sub(self.leaks.len());
-        let now = tick.view.tick;
-        self.leaks.extend(told.take(room).map(|event| (now, event)));
+    fn tell_again_if_due(&mut self) {
+        if self.again_ns.is_some_and(|at| monotonic_ns() >= at) {
+            self.again_ns = None;
+            self.tell_leaks();
+        }
     }
 
     fn show(&mut self, tick: &Replayed<'_>) {
@@ -272,6 +282,7 @@ impl Stage {
             (self.state.at_ns, self.tools.at_ns) = (now, now);
             self.send();
         }
+        self.tell_again_if_due();
     }
 
     fn send(&mut self) {

@@ -1,0 +1,116 @@
+//! Who asks as much as can be asked, and who has no right to: alone in its program, whose memory it looks at.
+
+mod support;
+
+use std::io::{Read as _, Write as _};
+use std::net::TcpStream;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
+use std::time::Duration;
+
+use link::{Address, Keys};
+use support::{
+    AtEnd, Display, beside_a_station, keys, make_keys, message, port, question, tls, wait_until,
+    watched,
+};
+
+/// Answers before memory is looked at first, and until it is looked at again: of about 10 kB each, so that keeping
+/// something of each would show.
+const BEFORE: u64 = 1_000;
+const MANY: u64 = 15_000;
+/// How long who knocks stays.
+const SHORT: Duration = Duration::from_millis(30);
+/// What all these threads' memory may differ by for other reasons.
+const GROWN_MAX_BYTES: u64 = 64 << 20;
+
+/// Memory of this program, bytes.
+fn resident() -> u64 {
+    let text = std::fs::read_to_string("/proc/self/status").expect("it is there");
+    let line = text.lines().find_map(|it| it.strip_prefix("VmRSS:"));
+    let kilobytes = line.and_then(|it| it.trim().strip_suffix(" kB")?.parse::<u64>().ok());
+    kilobytes.expect("a number") << 10
+}
+
+/// Asks and takes what it gets, as fast as that goes.
+fn flood(listen: &str, keys: &Keys, over: &AtomicBool, answers: &AtomicU64) {
+    let mut line = tls(listen, keys);
+    while !over.load(Relaxed) {
+        line.write_all(&question()).expect("it is taken");
+        message(&mut line).expect("it is answered");
+        answers.fetch_add(1, Relaxed);
+    }
+}
+
+/// Asks ahead without end, takes nothing, and comes again when it is cut off.
+fn pile_up(listen: &str, keys: &Keys, over: &AtomicBool) {
+    while !over.load(Relaxed) {
+        let mut line = tls(listen, keys);
+        if line.write_all(&question()).is_err() {
+            continue;
+        }
+        let patience = Some(Duration::from_millis(50));
+        line.sock.set_write_timeout(patience).expect("set");
+        while !over.load(Relaxed) {
+            match line.write(&question().repeat(50)) {
+                Err(error) if error.kind() != std::io::ErrorKind::WouldBlock => break,
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Knocks without a certificate: with noise, with half a greeting, or with nothing.
+fn knock(listen: &str, over: &AtomicBool, first: &[u8], stays: Duration) {
+    while !over.load(Relaxed) {
+        let Ok(mut line) = TcpStream::connect(listen) else {
+            continue;
+        };
+        let _ = line.write_all(first);
+        let _ = line.set_read_timeout(Some(stays));
+        let _ = line.read(&mut [0; 1024]);
+    }
+}
+
+#[test]
+fn a_flood_of_questions_and_knocks_keeps_nobody_else_waiting_and_no_memory() {
+    let folder = tempfile::tempdir().expect("a folder");
+    make_keys(folder.path(), &["authority"]);
+    make_keys(folder.path(), &["station", "theatre", "IP:127.0.0.1"]);
+    make_keys(folder.path(), &["watcher", "desk"]);
+    let ours = keys(folder.path(), "desk");
+    let listen = format!("127.0.0.1:{}", port());
+    let there = (listen.as_str(), Some(keys(folder.path(), "theatre")));
+    let address = Address::new(&listen, Some(ours.clone()), false).expect("keys");
+    let (over, answers) = (AtomicBool::new(false), AtomicU64::new(0));
+    let noise: Vec<u8> = (0..4000u32).map(|i| (i * 7 % 251) as u8).collect();
+    let half_a_greeting = [0x16, 3, 1, 2, 0, 1, 0, 1];
+    let copy = folder.path().join("copy.calot");
+    let watched = beside_a_station("flood", there, folder.path(), |_| {
+        std::thread::scope(|scope| {
+            let _end = AtEnd(&over);
+            for _ in 0..3 {
+                scope.spawn(|| flood(&listen, &ours, &over, &answers));
+                scope.spawn(|| knock(&listen, &over, &half_a_greeting, Duration::from_secs(2)));
+            }
+            scope.spawn(|| pile_up(&listen, &ours, &over));
+            scope.spawn(|| knock(&listen, &over, &noise, SHORT));
+            scope.spawn(|| knock(&listen, &over, &[], SHORT));
+            // It comes while all of them are there.
+            wait_until("they are answered", || answers.load(Relaxed) > BEFORE);
+            watched("calm", &address, copy, |here, _| {
+                let mut display = Display::of(here);
+                display.see(20);
+                let before = resident();
+                let until = answers.load(Relaxed) + MANY;
+                wait_until("many are answered", || {
+                    display.see(1);
+                    answers.load(Relaxed) > until
+                });
+                let grown = resident().saturating_sub(before);
+                assert!(grown < GROWN_MAX_BYTES, "{grown} bytes");
+                let events = &display.events;
+                assert!(events.windows(2).all(|it| it[1] == it[0] + 1), "{events:?}");
+            })
+        })
+    });
+    assert_eq!((watched.connections, watched.events_lost), (1, 0));
+}

@@ -1,0 +1,135 @@
+//! Lines that break.
+
+mod support;
+
+use std::net::TcpListener;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
+
+use link::wire::{SCENE, SCENE_PART, SceneAsk};
+use link::{Address, WatchConfig, watch};
+use shared_mem::scene::SceneFile;
+use support::{
+    AtEnd, Display, beside, port, scene, scene_of, state, station, wait_until, watched, way,
+};
+
+fn count(seen: &Mutex<Vec<String>>, what: &str) -> usize {
+    let seen = seen.lock().expect("no panic");
+    seen.iter().filter(|it| it.starts_with(what)).count()
+}
+
+#[test]
+fn a_line_that_is_lost_again_and_again_is_told_each_time_and_found_each_time() {
+    const LOSSES: usize = 4;
+    let folder = tempfile::tempdir().expect("a folder");
+    let (listen, between) = (
+        format!("127.0.0.1:{}", port()),
+        TcpListener::bind("127.0.0.1:0"),
+    );
+    let between = between.expect("a port");
+    let address = between.local_addr().expect("a port").to_string();
+    let address = Address::new(&address, None, true).expect("this computer");
+    let (over, breaks) = (AtomicBool::new(false), AtomicBool::new(false));
+    let there = (listen.as_str(), None);
+    let result = beside("lost", there, folder.path(), (&scene(), state), |_| {
+        std::thread::scope(|scope| {
+            scope.spawn(|| {
+                way(&between, &listen, &over, |_, _, _| {
+                    !breaks.swap(false, Relaxed)
+                });
+            });
+            let _end = AtEnd(&over);
+            let copy = folder.path().join("copy.calot");
+            watched("found", &address, copy, |here, seen| {
+                let mut display = Display::of(here);
+                for loss in 0..=LOSSES {
+                    wait_until("it is found", || count(seen, "Connected") == loss + 1);
+                    display.see(10);
+                    if loss < LOSSES {
+                        breaks.store(true, Relaxed);
+                        wait_until("it is told", || count(seen, "Lost") == loss + 1);
+                    }
+                }
+                let events = &display.events;
+                assert!(events.windows(2).all(|it| it[1] == it[0] + 1), "{events:?}");
+                let seen = seen.lock().expect("no panic");
+                let of_line = |it: &&String| it.starts_with("Connected") || it.starts_with("Lost");
+                let told: Vec<_> = seen
+                    .iter()
+                    .filter(of_line)
+                    .map(|it| it == "Connected")
+                    .collect();
+                assert!(
+                    told.windows(2).all(|it| it[0] != it[1]),
+                    "in turns: {seen:?}"
+                );
+            })
+        })
+    });
+    assert_eq!(
+        (result.connections, result.events_lost),
+        (LOSSES as u64 + 1, 0)
+    );
+}
+
+#[test]
+fn a_scene_goes_on_where_it_stood_when_the_line_was_lost() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let scene = scene_of(6000);
+    let part = SCENE_PART as u64;
+    let parts = (scene.bytes().len() as u64).div_ceil(part);
+    assert!(parts > 8, "{parts}");
+    let (listen, between) = (
+        format!("127.0.0.1:{}", port()),
+        TcpListener::bind("127.0.0.1:0"),
+    );
+    let between = between.expect("a port");
+    let address = between.local_addr().expect("a port").to_string();
+    let address = Address::new(&address, None, true).expect("this computer");
+    let (over, asked) = (AtomicBool::new(false), Mutex::new(Vec::new()));
+    // The line breaks at the fourth part, and then at the seventh.
+    let passes = |connection: usize, kind: u8, content: &[u8]| {
+        if kind != SCENE {
+            return true;
+        }
+        let offset = bytemuck::pod_read_unaligned::<SceneAsk>(content).offset;
+        asked.lock().expect("no panic").push((connection, offset));
+        connection > 1 || offset < [3, 6][connection] * part
+    };
+    let copy = folder.path().join("copy.calot");
+    let there = (listen.as_str(), None);
+    beside("parts", there, folder.path(), (&scene, state), |_| {
+        std::thread::scope(|scope| {
+            scope.spawn(|| way(&between, &listen, &over, passes));
+            let _end = AtEnd(&over);
+            watched("whole", &address, copy.clone(), |_, seen| {
+                wait_until("the scene is there", || count(seen, "Scene") == 1);
+            });
+        });
+    });
+    let asked = asked.into_inner().expect("no panic");
+    let first = (0..=3).map(|n| (0, n * part));
+    let second = (3..=6).map(|n| (1, n * part));
+    let third = (6..parts).map(|n| (2, n * part));
+    assert_eq!(asked, first.chain(second).chain(third).collect::<Vec<_>>());
+    let copied = SceneFile::open(&copy).expect("the scene came");
+    assert_eq!(copied.id(), scene.id());
+}
+
+#[test]
+fn a_rate_that_is_none_is_a_slow_one() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let silent = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = silent.local_addr().expect("a port").to_string();
+    for rate_hz in [0.0, -1.0, f64::NAN, 1e-300] {
+        let config = WatchConfig {
+            station: station("rate"),
+            address: Address::new(&address, None, true).expect("this computer"),
+            rate_hz,
+            scene: folder.path().join("copy.calot"),
+            seconds: Some(0.2),
+        };
+        let watched = watch(&config, &AtomicBool::new(false), |_| ());
+        assert_eq!(watched.expect("it watched").states, 0);
+    }
+}

@@ -1,0 +1,103 @@
+//! What a session says of leaks, so that displays, which keep each until they hear that it has changed, can be told
+//! how all of them are at any moment.
+
+use shared_mem::inputs::InputRecord;
+use shared_mem::message::{CommandMsg, EventMsg};
+
+/// Changes that are kept; a session has some dozens.
+const KEPT: usize = 4096;
+
+/// What changed at a tick.
+enum Change {
+    /// What an event says.
+    Told(EventMsg),
+    /// The organs were put back to rest, of which no event tells.
+    AllClosed,
+}
+
+/// What was said of leaks in the ticks that have run.
+#[derive(Default)]
+pub(super) struct Leaks(Vec<(u64, Change)>);
+
+/// Whether this tick puts the organs back to rest, or to where a task begins.
+pub(super) fn puts_back(record: &InputRecord) -> bool {
+    let command = u32::from(record.command & 15);
+    [CommandMsg::RESET, CommandMsg::START].contains(&command)
+}
+
+impl Leaks {
+    /// Keeps what is said in a tick.
+    pub(super) fn keep(
+        &mut self,
+        tick: u64,
+        record: &InputRecord,
+        events: impl Iterator<Item = EventMsg>,
+    ) {
+        let room = KEPT.saturating_sub(self.0.len());
+        let told = events.filter(|event| event.kind == EventMsg::LEAK);
+        // Commands come first in a tick.
+        let put_back = puts_back(record).then_some(Change::AllClosed);
+        let changes = put_back.into_iter().chain(told.map(Change::Told));
+        self.0.extend(changes.take(room).map(|it| (tick, it)));
+    }
+
+    /// All places that ever leak, each as it is at a tick: what leaks only later, or did before, does not. Those
+    /// that leak come last, for whoever keeps the newest alone.
+    pub(super) fn at(&self, tick: u64) -> Vec<EventMsg> {
+        let place = |event: &EventMsg| (event.organ, event.at_m.map(f32::to_bits));
+        let mut places: Vec<EventMsg> = Vec::new();
+        for (at, change) in &self.0 {
+            let is_past = *at <= tick;
+            match change {
+                Change::AllClosed if is_past => places.iter_mut().for_each(|it| it.value = 0.0),
+                Change::AllClosed => {}
+                Change::Told(event) => {
+                    let value = if is_past { event.value } else { 0.0 };
+                    match places.iter_mut().find(|it| place(it) == place(event)) {
+                        Some(known) if is_past => known.value = value,
+                        Some(_) => {}
+                        None => places.push(EventMsg { value, ..*event }),
+                    }
+                }
+            }
+        }
+        places.sort_by_key(|it| it.value > 0.0);
+        places
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable as _;
+
+    use super::*;
+
+    #[test]
+    fn each_place_is_as_it_is_then() {
+        let leak = |x: f32, value: f32| EventMsg {
+            kind: EventMsg::LEAK,
+            at_m: [x, 0.0, 0.0],
+            value,
+            ..EventMsg::zeroed()
+        };
+        let mut leaks = Leaks::default();
+        let mut reset = InputRecord::zeroed();
+        reset.command = CommandMsg::RESET as u8;
+        let none = InputRecord::zeroed();
+        leaks.keep(10, &none, [leak(1.0, 0.5)].into_iter());
+        leaks.keep(20, &none, [leak(2.0, 1.0), leak(1.0, 0.0)].into_iter());
+        leaks.keep(30, &reset, [leak(3.0, 0.25)].into_iter());
+        let at = |tick| -> Vec<(f32, f32)> {
+            let places = leaks.at(tick).into_iter();
+            places.map(|it| (it.at_m[0], it.value)).collect()
+        };
+        assert_eq!(at(9), [(1.0, 0.0), (2.0, 0.0), (3.0, 0.0)]);
+        assert_eq!(at(10), [(2.0, 0.0), (3.0, 0.0), (1.0, 0.5)]);
+        assert_eq!(at(29), [(1.0, 0.0), (3.0, 0.0), (2.0, 1.0)]);
+        assert_eq!(at(30), [(1.0, 0.0), (2.0, 0.0), (3.0, 0.25)]);
+        for tick in 0..2 * KEPT as u64 {
+            leaks.keep(tick, &none, [leak(1.0, 1.0)].into_iter());
+        }
+        assert_eq!(leaks.0.len(), KEPT);
+    }
+}
