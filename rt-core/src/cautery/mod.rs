@@ -244,7 +244,8 @@ mod tests {
                 for _ in 0..ticks {
                     journal.begin();
                     let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
-                    let touches = touched_bars_m2(&electrode, &scene, bodies) > 0.0;
+                    let layered = layered(&scene, bodies);
+                    let touches = touched_bars_m2(&electrode, &layered, &scene, bodies) > 0.0;
                     given_j += if touches { 0.015 } else { 0.0 };
                     cautery.burn(&electrode, (&[], &[]), &scene, bodies, vessels, &mut journal);
                     cautery.tell(false, &mut journal);
