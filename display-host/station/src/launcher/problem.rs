@@ -172,7 +172,7 @@ mod tests {
             (0, "/here"),
             (0, "the system's words"),
             (2, "7"),
-            (12, "12"),
+            (13, "12"),
         ] {
             assert!(german[number].contains(named), "{}", german[number]);
         }
