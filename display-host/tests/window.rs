@@ -10,7 +10,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use display_host::DisplayError;
-use display_host::headless::Ended;
+use display_host::headless::{Ended, Observed};
 use display_host::latency::now_ns;
 use display_host::window::{WindowConfig, run};
 use display_host::words::Language;
@@ -147,7 +147,7 @@ fn in_the_window_s_process() {
         scope_angle: 0.0,
         cold_lens: false,
         muted: false,
-        seconds: Some(12.0),
+        seconds: Some(90.0),
         tick_cpu: None,
         language: Language::English,
         task: None,
@@ -155,11 +155,16 @@ fn in_the_window_s_process() {
         replay: None,
         recording: None,
     };
-    let outcome = run(&config, &AtomicBool::new(false), &mut |_| {});
+    // Until some pictures are there: a busy machine takes seconds for each.
+    let (stop, mut states) = (AtomicBool::new(false), 0);
+    let outcome = run(&config, &stop, &mut |seen| {
+        states += u32::from(matches!(seen, Observed::State(_)));
+        stop.fetch_or(states >= 8, Ordering::Relaxed);
+    });
     over.store(true, Ordering::Relaxed);
     controller.join().unwrap();
     let outcome = outcome.unwrap();
-    assert_eq!(outcome.ended, Ended::TimeOver);
+    assert_eq!(outcome.ended, Ended::Stopped);
     assert!(outcome.adapter.is_some());
     assert!(outcome.frames.len() >= 2, "{} frames", outcome.frames.len());
     // One that shows a tick again is not live.
