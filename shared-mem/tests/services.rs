@@ -305,7 +305,7 @@ fn a_task_s_word_is_bounded_and_garbage_is_seen_as_such() {
             ..*good
         },
         TaskMsg {
-            version: 2,
+            version: TaskMsg::VERSION + 1,
             ..*good
         },
         TaskMsg {
