@@ -7,10 +7,9 @@ use std::net::TcpStream;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::time::Duration;
 
-use link::{Address, Keys};
+use link::Keys;
 use support::{
-    AtEnd, Display, beside_a_station, keys, make_keys, message, port, question, tls, wait_until,
-    watched,
+    AtEnd, Display, Proven, beside_a_station, message, question, tls, wait_until, watched,
 };
 
 /// Answers before memory is looked at first, and until it is looked at again: of about 10 kB each, so that keeping
@@ -73,13 +72,13 @@ fn knock(listen: &str, over: &AtomicBool, first: &[u8], stays: Duration) {
 #[test]
 fn a_flood_of_questions_and_knocks_keeps_nobody_else_waiting_and_no_memory() {
     let folder = tempfile::tempdir().expect("a folder");
-    make_keys(folder.path(), &["authority"]);
-    make_keys(folder.path(), &["station", "theatre", "IP:127.0.0.1"]);
-    make_keys(folder.path(), &["watcher", "desk"]);
-    let ours = keys(folder.path(), "desk");
-    let listen = format!("127.0.0.1:{}", port());
-    let there = (listen.as_str(), Some(keys(folder.path(), "theatre")));
-    let address = Address::new(&listen, Some(ours.clone()), false).expect("keys");
+    let Proven {
+        theatre,
+        desk: ours,
+        listen,
+        address,
+    } = Proven::in_folder(folder.path());
+    let there = (listen.as_str(), Some(theatre));
     let (over, answers) = (AtomicBool::new(false), AtomicU64::new(0));
     let noise: Vec<u8> = (0..4000u32).map(|i| (i * 7 % 251) as u8).collect();
     let half_a_greeting = [0x16, 3, 1, 2, 0, 1, 0, 1];

@@ -2,15 +2,15 @@
 
 mod support;
 
-use std::net::TcpListener;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 use link::wire::{SCENE, SCENE_PART, SceneAsk};
-use link::{Address, WatchConfig, watch};
+use link::{WatchConfig, watch};
 use shared_mem::scene::SceneFile;
 use support::{
-    AtEnd, Display, beside, port, scene, scene_of, state, station, wait_until, watched, way,
+    AtEnd, Display, beside, halfway, port, scene, scene_of, state, station, wait_until, watched,
+    way,
 };
 
 fn count(seen: &Mutex<Vec<String>>, what: &str) -> usize {
@@ -22,13 +22,8 @@ fn count(seen: &Mutex<Vec<String>>, what: &str) -> usize {
 fn a_line_that_is_lost_again_and_again_is_told_each_time_and_found_each_time() {
     const LOSSES: usize = 4;
     let folder = tempfile::tempdir().expect("a folder");
-    let (listen, between) = (
-        format!("127.0.0.1:{}", port()),
-        TcpListener::bind("127.0.0.1:0"),
-    );
-    let between = between.expect("a port");
-    let address = between.local_addr().expect("a port").to_string();
-    let address = Address::new(&address, None, true).expect("this computer");
+    let listen = format!("127.0.0.1:{}", port());
+    let (between, address) = halfway();
     let (over, breaks) = (AtomicBool::new(false), AtomicBool::new(false));
     let there = (listen.as_str(), None);
     let result = beside("lost", there, folder.path(), (&scene(), state), |_| {
@@ -79,13 +74,8 @@ fn a_scene_goes_on_where_it_stood_when_the_line_was_lost() {
     let part = SCENE_PART as u64;
     let parts = (scene.bytes().len() as u64).div_ceil(part);
     assert!(parts > 8, "{parts}");
-    let (listen, between) = (
-        format!("127.0.0.1:{}", port()),
-        TcpListener::bind("127.0.0.1:0"),
-    );
-    let between = between.expect("a port");
-    let address = between.local_addr().expect("a port").to_string();
-    let address = Address::new(&address, None, true).expect("this computer");
+    let listen = format!("127.0.0.1:{}", port());
+    let (between, address) = halfway();
     let (over, asked) = (AtomicBool::new(false), Mutex::new(Vec::new()));
     // The line breaks at the fourth part, and then at the seventh.
     let passes = |connection: usize, kind: u8, content: &[u8]| {
@@ -119,12 +109,11 @@ fn a_scene_goes_on_where_it_stood_when_the_line_was_lost() {
 #[test]
 fn a_rate_that_is_none_is_a_slow_one() {
     let folder = tempfile::tempdir().expect("a folder");
-    let silent = TcpListener::bind("127.0.0.1:0").expect("a port");
-    let address = silent.local_addr().expect("a port").to_string();
+    let (_silent, address) = halfway();
     for rate_hz in [0.0, -1.0, f64::NAN, 1e-300] {
         let config = WatchConfig {
             station: station("rate"),
-            address: Address::new(&address, None, true).expect("this computer"),
+            address: address.clone(),
             rate_hz,
             scene: folder.path().join("copy.calot"),
             seconds: Some(0.2),

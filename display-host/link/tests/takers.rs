@@ -6,10 +6,9 @@ use std::io::{ErrorKind, Read as _, Write};
 use std::net::TcpStream;
 use std::time::Duration;
 
-use link::Address;
 use support::{
-    Display, beside, beside_a_station, full_state, keys, make_keys, port, question, scene, tls,
-    wait_until, watched,
+    Display, Proven, beside, beside_a_station, full_state, port, question, scene, tls, wait_until,
+    watched,
 };
 
 /// Asks and takes nothing until the other side has had enough.
@@ -31,13 +30,13 @@ fn ask_until_cut(mut line: impl Write) -> bool {
 #[test]
 fn who_takes_nothing_is_cut_off_and_others_go_on() {
     let folder = tempfile::tempdir().expect("a folder");
-    make_keys(folder.path(), &["authority"]);
-    make_keys(folder.path(), &["station", "theatre", "IP:127.0.0.1"]);
-    make_keys(folder.path(), &["watcher", "desk"]);
-    let ours = keys(folder.path(), "desk");
-    let listen = format!("127.0.0.1:{}", port());
-    let there = (listen.as_str(), Some(keys(folder.path(), "theatre")));
-    let address = Address::new(&listen, Some(ours.clone()), false).expect("keys");
+    let Proven {
+        theatre,
+        desk: ours,
+        listen,
+        address,
+    } = Proven::in_folder(folder.path());
+    let there = (listen.as_str(), Some(theatre));
     let copy = folder.path().join("copy.calot");
     let watched = beside_a_station("slow", there, folder.path(), |_| {
         watched("beside", &address, copy, |here, _| {

@@ -98,7 +98,7 @@ impl Electrode {
 
     /// How well it touches a bar of tissue, as [`Self::touches_ball`].
     pub(crate) fn touches_bar(&self, ends_m: &[Vec3; 2], radius_m: f32) -> f32 {
-        // Most of what is asked about is far off: boxes around both tell that without a root.
+        // Boxes around both tell without a root what is far off; a little farther than that, for rounding.
         let reach_m = 1.01 * (self.radius_m + radius_m + BRIDGED_M);
         if apart_m(&self.ends_m, ends_m) > reach_m {
             return 0.0;
@@ -241,6 +241,18 @@ mod tests {
             }
             prop_assert!(found_m <= least_m + 1.0e-4, "{} {}", found_m, least_m);
             prop_assert!(found_m >= least_m - 0.06, "{} {}", found_m, least_m);
+        }
+
+        /// What is told by boxes alone is what the distance would have told.
+        #[test]
+        fn boxes_change_nothing(
+            points in prop::array::uniform4(prop::array::uniform3(-0.004f32..0.004)),
+        ) {
+            let [a, b, c, d] = points.map(Vec3::from);
+            let electrode = Electrode::cutting([a, b]);
+            let gap_m = distance_m(&[a, b], &[c, d]) - electrode.radius_m - 0.001;
+            let plain = ((BRIDGED_M - gap_m) / BRIDGED_M).clamp(0.0, 1.0);
+            prop_assert!((electrode.touches_bar(&[c, d], 0.001) - plain).abs() < 1.0e-6);
         }
 
         #[test]

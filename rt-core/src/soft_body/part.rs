@@ -167,7 +167,7 @@ pub(crate) fn tear_all(scene: &Scene<'_>, bodies: &mut Bodies, torn: impl FnMut(
     part_all(scene, bodies, torn, |bar, parted| {
         let along_m = bar.ends_m[0] - bar.ends_m[1];
         if along_m.norm_squared() <= bar.rest_length_m * bar.rest_length_m {
-            // Slack, as half of all bars are: no root is needed to know that it does not tear.
+            // No root is needed to know that what is slack does not tear.
             return parted;
         }
         let whole_m = math::sqrt(bar.tear_j * bar.compliance_m_n);

@@ -183,6 +183,42 @@ pub(crate) fn port() -> u16 {
     free.local_addr().expect("a port").port()
 }
 
+/// A theatre and a desk that know each other.
+pub(crate) struct Proven {
+    pub(crate) theatre: Keys,
+    pub(crate) desk: Keys,
+    /// Where the theatre listens, and its address as the desk has it.
+    pub(crate) listen: String,
+    pub(crate) address: Address,
+}
+
+impl Proven {
+    /// Its keys lie in `folder`.
+    pub(crate) fn in_folder(folder: &Path) -> Self {
+        make_keys(folder, &["authority"]);
+        make_keys(folder, &["station", "theatre", "IP:127.0.0.1"]);
+        make_keys(folder, &["watcher", "desk"]);
+        let listen = format!("127.0.0.1:{}", port());
+        let desk = keys(folder, "desk");
+        Self {
+            theatre: keys(folder, "theatre"),
+            address: Address::new(&listen, Some(desk.clone()), false).expect("keys"),
+            desk,
+            listen,
+        }
+    }
+}
+
+/// Somewhere between a station and who watches it without keys, and its address.
+pub(crate) fn halfway() -> (TcpListener, Address) {
+    let between = TcpListener::bind("127.0.0.1:0").expect("a port");
+    let address = between.local_addr().expect("a port").to_string();
+    (
+        between,
+        Address::new(&address, None, true).expect("this computer"),
+    )
+}
+
 pub(crate) fn now_ns() -> u64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
