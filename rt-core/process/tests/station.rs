@@ -4,6 +4,7 @@ use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;
 use std::sync::Arc;
 use std::thread;
+use std::time::Instant;
 
 use bytemuck::Zeroable;
 use rt_core::soft_body::Method;
@@ -106,12 +107,17 @@ fn hosts_that_join_and_leave_cost_the_tick_nothing() {
     let mut state = StateFrame::zeroed();
     for _ in 0..10 {
         let host = host(&bench);
-        let mut frames = 0;
-        for _ in 0..10 {
-            frames += u32::from(host.newest_state(&mut state));
+        let deadline = Instant::now() + Duration::from_secs(30);
+        let mut seen = false;
+        for round in 0.. {
+            seen |= host.newest_state(&mut state);
             thread::sleep(Duration::from_millis(5));
+            // Ten rounds at least: it stays a while. A machine that is busy may need more.
+            if (round >= 10 && seen) || Instant::now() > deadline {
+                break;
+            }
         }
-        assert!(frames > 0, "who joins gets the newest state");
+        assert!(seen, "who joins gets the newest state");
     }
     stop.store(true, Relaxed);
     let summary = thread.join().unwrap().unwrap();
