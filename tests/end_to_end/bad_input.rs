@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use system_tests::{calot, finish, said, station_name};
+use system_tests::{calot, compiled, finish, said, station_name};
 
 /// Runs `calot` with bad input; returns its exit code and what it said.
 fn refused(args: &[&str]) -> (i32, String) {
@@ -131,10 +131,7 @@ fn bad_compiled_scenes_are_refused_by_the_controller() {
 #[test]
 fn missing_and_silent_devices_are_named() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = folder.path().join("scene.calot");
-    let scene = scene.to_str().unwrap();
-    let prepared = finish(calot().args(["prepare", "built-in", "--out", scene]));
-    assert!(prepared.status.success(), "{}", said(&prepared));
+    let scene = &*compiled("built-in", None);
     let rt = |device: &str, path: &str, words: &[&str]| {
         let name = station_name("device");
         expect(

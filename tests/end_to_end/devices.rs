@@ -13,7 +13,9 @@ use bytemuck::Zeroable as _;
 use serde_json::Value;
 use shared_mem::message::{DeviceHealth, HandMsg, ToolFrame};
 use shared_mem::service::{HandSender, Host, Station};
-use system_tests::{calot, finish, finish_child, said, station_name, summary, wait_until};
+use system_tests::{
+    calot, compiled, finish, finish_child, said, station_name, summary, wait_until,
+};
 
 /// Emulated devices under a folder, for a scene that is made there.
 struct Emulated(Child);
@@ -25,13 +27,10 @@ impl Emulated {
 
     /// With more words for the emulator.
     fn led(folder: &Path, more: &[&str]) -> Self {
-        let scene = folder.join("scene.calot");
-        let prepared = finish(calot().args(["prepare", "built-in", "--out"]).arg(&scene));
-        assert!(prepared.status.success(), "{}", said(&prepared));
         let child = calot()
             .arg("emulate")
             .arg("--scene")
-            .arg(&scene)
+            .arg(compiled("built-in", None))
             .arg("--dir")
             .arg(folder)
             .args(more)

@@ -14,7 +14,9 @@ use serde_json::Value;
 use shared_mem::message::{StateFrame, TimingBatch, ToolFrame};
 use shared_mem::service::{Host, Station, TaskReceiver};
 use shared_mem::task::TaskMsg;
-use system_tests::{calot, finish, may_be_realtime, said, signal, station_name, wait_until};
+use system_tests::{
+    calot, compiled, finish, may_be_realtime, said, signal, station_name, wait_until,
+};
 
 /// One way through the line.
 const DELAY: Duration = Duration::from_millis(40);
@@ -287,14 +289,7 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
         make_keys(folder, &["station", "theatre", &format!("IP:{line}")]);
         make_keys(folder, &["watcher", "desk"]);
     }
-    let scene = folder.path().join("small.calot");
-    let prepared = finish(
-        calot()
-            .args(["prepare", "built-in", "--spheres", "300", "--out"])
-            .arg(&scene),
-    );
-    assert!(prepared.status.success(), "{}", said(&prepared));
-    let scene = scene.display().to_string();
+    let scene = compiled("built-in", Some(300));
 
     let lost = Arc::new(AtomicU64::new(0));
     let mut running = Vec::new();

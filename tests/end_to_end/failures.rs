@@ -7,7 +7,8 @@ use rustix::process::Signal;
 use shared_mem::message::StateFrame;
 use shared_mem::service::{Host, Station};
 use system_tests::{
-    calot, finish, finish_child, processes, said, signal, station_name, summary, wait_until,
+    calot, compiled, finish, finish_child, processes, said, signal, station_name, summary,
+    wait_until,
 };
 
 /// A station that runs in the background, without pictures.
@@ -144,7 +145,7 @@ fn a_second_station_and_a_second_controller_are_refused() {
     assert!(said(&run).contains("runs already"), "{}", said(&run));
 
     let folder = tempfile::tempdir().unwrap();
-    let scene = compiled(folder.path());
+    let scene = compiled("built-in", None);
     let rt = finish(calot().args(["rt", "--station", &running.name, "--scene", &scene]));
     assert!(!rt.status.success());
     assert!(
@@ -168,22 +169,10 @@ fn a_station_that_is_killed_takes_its_children_along() {
     wait_until("the children end", || gone(rt) && gone(emulate));
 }
 
-/// The built-in scene, compiled.
-fn compiled(folder: &Path) -> String {
-    let path = folder
-        .join("scene.calot")
-        .to_str()
-        .expect("a plain path")
-        .to_owned();
-    let output = finish(calot().args(["prepare", "built-in", "--out", &path]));
-    assert!(output.status.success(), "{}", said(&output));
-    path
-}
-
 #[test]
 fn a_display_dies_and_another_comes_while_the_controller_goes_on() {
     let folder = tempfile::tempdir().unwrap();
-    let scene = compiled(folder.path());
+    let scene = compiled("built-in", None);
     let name = station_name("display");
     let mut rt = calot()
         .args(["rt", "--station", &name, "--scene", &scene])

@@ -2,10 +2,12 @@
 
 use std::path::Path;
 use std::process::Stdio;
-use std::sync::{Mutex, OnceLock};
+use std::sync::Mutex;
 
 use rustix::process::Signal;
-use system_tests::{calot, finish, finish_child, said, signal, station_name, summary, wait_until};
+use system_tests::{
+    calot, compiled, finish, finish_child, said, signal, station_name, summary, wait_until,
+};
 
 /// Runs a task without pictures; returns its summary.
 fn work(words: &[&str], out: &Path) -> serde_json::Value {
@@ -91,25 +93,16 @@ const TRIES: usize = 4;
 /// A scripted surgeon works a task on Calot's triangle, for this long at most; the summary. What is
 /// recomputed from the recording is the same.
 fn operate(task: &str, hand: &str, seconds: &str) -> serde_json::Value {
-    static SCENE: OnceLock<tempfile::TempDir> = OnceLock::new();
     // One at a time: they need the machine.
     static TURN: Mutex<()> = Mutex::new(());
     let _turn = TURN
         .lock()
         .unwrap_or_else(std::sync::PoisonError::into_inner);
-    let folder = SCENE.get_or_init(|| {
-        let folder = tempfile::tempdir().expect("a folder");
-        let scene = folder.path().join("triangle.calot");
-        let output = finish(calot().args(["prepare", "triangle", "--out"]).arg(scene));
-        assert!(output.status.success(), "{}", said(&output));
-        folder
-    });
-    let scene = folder.path().join("triangle.calot");
-    let scene = scene.to_str().expect("a path in UTF-8");
+    let scene = compiled("triangle", None);
     let out = tempfile::tempdir().expect("a folder");
     let words = [
         "--scene",
-        scene,
+        &scene,
         "--task",
         task,
         "--hand",

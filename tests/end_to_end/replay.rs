@@ -5,7 +5,9 @@ use std::path::Path;
 use rustix::process::Signal;
 use shared_mem::message::{CommandMsg, ReplyMsg, StateFrame};
 use shared_mem::service::{Host, Station};
-use system_tests::{PATIENCE, calot, finish, said, signal, station_name, summary, wait_until};
+use system_tests::{
+    PATIENCE, calot, compiled, finish, said, signal, station_name, summary, wait_until,
+};
 
 /// Runs the station headless and without pictures until a session in `out` misses no tick: a machine
 /// that keeps a thread waiting for a second may lose some, and says so.
@@ -145,18 +147,7 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     assert!(out.join("frame_0000.png").exists(), "{said}");
 
     // Another scene is refused, and both are named.
-    let other = folder.path().join("other.calot");
-    let prepared = finish(
-        calot()
-            .args(["prepare", "built-in", "--spheres", "300", "--out"])
-            .arg(&other),
-    );
-    assert!(
-        prepared.status.success(),
-        "{}",
-        system_tests::said(&prepared)
-    );
-    let other = other.display().to_string();
+    let other = compiled("built-in", Some(300));
     let (code, _, said) = replay(&session, &["--scene", &other]);
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("the session ran on scene"), "{said}");

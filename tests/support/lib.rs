@@ -2,9 +2,11 @@
 
 pub mod screen;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How long anything may take before a test gives up on it. Generous: it is no performance limit.
@@ -19,15 +21,49 @@ pub fn root() -> PathBuf {
 /// The `calot` program, which cargo built beside this test.
 #[must_use]
 pub fn calot() -> Command {
-    let test = std::env::current_exe().expect("a test knows its own path");
-    let folder = test
-        .ancestors()
-        .nth(2)
-        .expect("target/PROFILE/deps/test")
-        .to_owned();
-    let mut command = Command::new(folder.join("calot"));
+    let mut command = Command::new(built().join("calot"));
     command.current_dir(root()).stdin(Stdio::null());
+    // What one run prepares is there for the next.
+    command.env("XDG_CACHE_HOME", built().join("cache"));
     command
+}
+
+/// Where cargo put what it built.
+fn built() -> PathBuf {
+    let test = std::env::current_exe().expect("a test knows its own path");
+    let folder = test.ancestors().nth(2);
+    folder.expect("target/PROFILE/deps/test").to_owned()
+}
+
+/// A recipe, compiled, in so many spheres if any are named; prepared once for all tests of a program.
+///
+/// # Panics
+/// When it cannot be prepared.
+#[must_use]
+pub fn compiled(recipe: &str, spheres: Option<u32>) -> String {
+    static MADE: Mutex<BTreeMap<String, String>> = Mutex::new(BTreeMap::new());
+    let name = spheres.map_or_else(|| recipe.to_owned(), |count| format!("{recipe}-{count}"));
+    // One at a time; the others wait for it.
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(path) = made.get(&name) {
+        return path.clone();
+    }
+    let folder = built().join("cache");
+    std::fs::create_dir_all(&folder).expect("a folder in target");
+    let begun = folder.join(format!("{name}-{}.calot", std::process::id()));
+    let path = folder.join(format!("{name}.calot"));
+    let mut command = calot();
+    command.args(["prepare", recipe, "--out"]).arg(&begun);
+    if let Some(count) = spheres {
+        command.args(["--spheres", &count.to_string()]);
+    }
+    let output = finish(&mut command);
+    assert!(output.status.success(), "{}", said(&output));
+    // Another program may read an older one of this name: it keeps it.
+    std::fs::rename(&begun, &path).expect("it was written");
+    let path = path.to_str().expect("a path in UTF-8").to_owned();
+    made.insert(name, path.clone());
+    path
 }
 
 /// A station name that no other test uses.

@@ -9,6 +9,7 @@ mod emulate;
 mod gallery;
 mod igtlink;
 mod jitter;
+mod kept;
 mod launcher;
 mod link;
 mod observe;

@@ -404,7 +404,7 @@ pub(crate) fn start(
             Some(recipe) if code == Some(DOES_NOT_FIT.into()) => {
                 say::note("calot: taking the next coarser level of the scene");
                 scene = folder.join(format!("coarser-{level}.calot"));
-                scene::prepare(&recipe)?.scene.write(&scene)?;
+                scene::bring(&recipe, &scene)?;
             }
             _ => return Err(problem),
         }

@@ -7,6 +7,7 @@ use scene_prepare::{Prepared, Progress, Recipe};
 use shared_mem::scene::{SceneData, SceneFile};
 
 use crate::cli::SceneArgs;
+use crate::kept::Kept;
 use crate::say;
 
 /// Coarser levels that are tried when a scene does not fit the machine.
@@ -15,7 +16,7 @@ const COARSER_LEVELS: u32 = 2;
 /// Anything that a command failed of, in words for the user.
 pub(crate) type Problem = Box<dyn std::error::Error>;
 
-/// Compiles the named scene to `target`, or points to it where it is compiled already.
+/// Brings the named scene, compiled, to `target`, or points to it where it is compiled already.
 pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Problem> {
     let named = Path::new(&args.scene);
     // `x.calot#1` is a level of it.
@@ -28,8 +29,21 @@ pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Proble
         return Ok(named.to_owned());
     }
     let recipe = recipe(&args.scene, args.meshes.as_deref(), None)?;
-    write(&levels(&recipe)?, target)?;
+    bring(&recipe, target)?;
     Ok(target.to_owned())
+}
+
+/// Brings a recipe's compiled scene to `target`: what was kept of it, or prepared anew and kept.
+pub(crate) fn bring(recipe: &Recipe, target: &Path) -> Result<(), Problem> {
+    let kept = Kept::of(recipe);
+    if kept.as_ref().is_some_and(|kept| kept.fetch(target)) {
+        return Ok(());
+    }
+    write(&levels(recipe)?, target)?;
+    if let Some(kept) = kept {
+        kept.keep(target);
+    }
+    Ok(())
 }
 
 /// The named scene's finest level, without a file where it is not compiled yet.

@@ -1,9 +1,11 @@
 //! The commands of a fresh machine: `cargo xtask demo`, `cargo xtask test` and others. No
 //! dependencies, so that it builds in a second and can say what the rest needs.
 
+mod checked;
 mod packages;
 mod steps;
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 const HELP: &str = "\
@@ -24,6 +26,10 @@ cargo xtask COMMAND
 Exit: 0 done, 1 something failed, 2 bad usage.";
 
 fn main() -> ExitCode {
+    let words: Vec<OsString> = std::env::args_os().skip(1).collect();
+    if let Some(compiled) = checked::compile(&words) {
+        return compiled;
+    }
     let args: Vec<String> = std::env::args().skip(1).collect();
     let (command, rest) = match args.split_first() {
         Some((command, rest)) => (command.as_str(), rest),

@@ -1,46 +1,51 @@
 //! What the commands run.
 
+use std::path::PathBuf;
 use std::process::Command;
 use std::time::Instant;
 
+use crate::checked;
 use crate::packages::on_path;
 
-type Step = (&'static str, &'static [&'static str]);
+struct Step {
+    name: &'static str,
+    args: &'static [&'static str],
+    /// Whether clippy and rustdoc look at what cargo compiles.
+    is_checked: bool,
+}
 
 /// Everything that must hold before a change lands, quickest first.
-const TESTS: [Step; 6] = [
-    ("format", &["fmt", "--all", "--check"]),
-    (
-        "lints",
-        &[
-            "clippy",
+const TESTS: [Step; 5] = [
+    Step {
+        name: "format",
+        args: &["fmt", "--all", "--check"],
+        is_checked: false,
+    },
+    Step {
+        name: "build, lints, documentation",
+        args: &[
+            "test",
             "--locked",
             "--workspace",
             "--all-targets",
-            "--",
-            "-D",
-            "warnings",
+            "--no-run",
         ],
-    ),
-    (
-        "documentation",
-        &[
-            "doc",
-            "--locked",
-            "--workspace",
-            "--no-deps",
-            "--document-private-items",
-        ],
-    ),
-    ("tests", &["test", "--locked", "--workspace"]),
+        is_checked: true,
+    },
+    Step {
+        name: "tests",
+        args: &["test", "--locked", "--workspace"],
+        is_checked: true,
+    },
     // Optimisation must not change a bit: the golden replays again, in release.
-    (
-        "golden replays, release",
-        &["test", "--locked", "--release", "-p", "rt-core"],
-    ),
-    (
-        "benches once",
-        &[
+    Step {
+        name: "golden replays, release",
+        args: &["test", "--locked", "--release", "-p", "rt-core"],
+        is_checked: false,
+    },
+    Step {
+        name: "benches once",
+        args: &[
             "test",
             "--locked",
             "--release",
@@ -48,13 +53,17 @@ const TESTS: [Step; 6] = [
             "rt-core",
             "--benches",
         ],
-    ),
+        is_checked: false,
+    },
 ];
 
 pub(crate) fn test() -> Result<(), String> {
     let start = Instant::now();
-    for (name, args) in TESTS {
-        step(name, args)?;
+    let checked = checked::environment()
+        .map_err(|error| format!("cannot put the compiler that checks into target: {error}"))?;
+    for it in TESTS {
+        let environment = if it.is_checked { &checked[..] } else { &[] };
+        step_in(it.name, it.args, environment)?;
     }
     if on_path("cargo-deny") {
         deny()?;
@@ -196,6 +205,10 @@ fn watched(seconds: &str) -> Result<(), String> {
 }
 
 fn step(name: &str, args: &[&str]) -> Result<(), String> {
+    step_in(name, args, &[])
+}
+
+fn step_in(name: &str, args: &[&str], environment: &[(&str, PathBuf)]) -> Result<(), String> {
     println!("\n== {name}: cargo {}", args.join(" "));
     let start = Instant::now();
     // The cargo that runs us, so that a pinned toolchain stays pinned.
@@ -203,6 +216,7 @@ fn step(name: &str, args: &[&str]) -> Result<(), String> {
     let status = Command::new(cargo)
         .args(args)
         .env("RUSTDOCFLAGS", "-D warnings")
+        .envs(environment.iter().map(|(name, value)| (name, value)))
         .status()
         .map_err(|error| format!("cannot run cargo: {error}"))?;
     if !status.success() {

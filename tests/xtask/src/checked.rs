@@ -1,0 +1,153 @@
+//! The compiler that `cargo xtask test` gives cargo for our own packages: it compiles, and looks at what it compiles as
+//! clippy and rustdoc do. All three then read dependencies that were compiled once; `cargo clippy` and
+//! `cargo doc` would go through the five hundred of them again, which takes longer than our own code.
+
+use std::ffi::OsString;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::process::{Command, ExitCode};
+
+/// Set while this program is the compiler; what clippy and rustdoc make goes to the folder that it names.
+const FOLDER: &str = "CALOT_CHECKED";
+/// Cargo's name for who compiles the workspace's own packages.
+const WRAPPER: &str = "RUSTC_WORKSPACE_WRAPPER";
+/// What clippy reads its arguments from, and what separates them.
+const CLIPPY: (&str, &str) = ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__");
+
+/// What cargo needs to know so that it compiles through a copy of this program.
+pub(crate) fn environment() -> io::Result<[(&'static str, PathBuf); 2]> {
+    let target =
+        std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
+    let folder = std::path::absolute(target)?.join("checked");
+    std::fs::create_dir_all(&folder)?;
+    // This program's own file is built again, too, while it runs.
+    let compiler = folder.join("compiler");
+    std::fs::copy(std::env::current_exe()?, &compiler)?;
+    Ok([(FOLDER, folder), (WRAPPER, compiler)])
+}
+
+/// Compiles if cargo asks for that: then what came of it. `args`: the compiler's path, and what it is to do.
+pub(crate) fn compile(args: &[OsString]) -> Option<ExitCode> {
+    let folder = PathBuf::from(std::env::var_os(FOLDER)?);
+    let (rustc, args) = args.split_first()?;
+    Some(match compile_and_look(Path::new(rustc), args, &folder) {
+        Ok(true) => ExitCode::SUCCESS,
+        Ok(false) => ExitCode::FAILURE,
+        Err(error) => {
+            eprintln!(
+                "cannot compile through {}: {error}",
+                Path::new(rustc).display()
+            );
+            ExitCode::FAILURE
+        }
+    })
+}
+
+fn compile_and_look(rustc: &Path, args: &[OsString], folder: &Path) -> io::Result<bool> {
+    let compiled = Command::new(rustc).args(args).status()?.success();
+    let unit = Unit::of(args);
+    if !compiled || !unit.is_ours {
+        return Ok(compiled);
+    }
+    // They stand beside cargo, in any toolchain.
+    let beside = |name: &str| {
+        let cargo = std::env::var_os("CARGO").map(PathBuf::from);
+        cargo.map_or_else(|| name.into(), |cargo| cargo.with_file_name(name))
+    };
+    let mut clippy = Command::new(beside("clippy-driver"));
+    clippy.arg(rustc).args(&unit.args).arg("--emit=metadata");
+    clippy.arg("--out-dir").arg(folder).env(CLIPPY.0, CLIPPY.1);
+    if !clippy.status()?.success() {
+        return Ok(false);
+    }
+    if !unit.is_documented {
+        return Ok(true);
+    }
+    let mut rustdoc = Command::new(beside("rustdoc"));
+    rustdoc.args(&unit.args).args(["-D", "warnings"]);
+    rustdoc.arg("--document-private-items");
+    rustdoc.arg("--out-dir").arg(folder.join("doc"));
+    Ok(rustdoc.status()?.success())
+}
+
+/// What is compiled.
+struct Unit {
+    /// What the compiler is told, but for what it is to make and where.
+    args: Vec<OsString>,
+    /// A crate of the workspace, and not what builds one.
+    is_ours: bool,
+    /// One that `cargo doc` documents: a library or a program, no test and no example.
+    is_documented: bool,
+}
+
+impl Unit {
+    fn of(args: &[OsString]) -> Self {
+        let mut unit = Self {
+            args: Vec::new(),
+            is_ours: false,
+            is_documented: true,
+        };
+        let mut left = args.iter();
+        while let Some(arg) = left.next() {
+            let text = arg.to_string_lossy();
+            match &*text {
+                "--out-dir" | "--emit" => {
+                    left.next();
+                    continue;
+                }
+                "--crate-name" => {
+                    let name = left.as_slice().first();
+                    unit.is_ours = name.is_some_and(|it| it != "build_script_build");
+                }
+                "--test" => unit.is_documented = false,
+                source if source.ends_with(".rs") && !source.starts_with('-') => {
+                    unit.is_documented &= !Path::new(source).iter().any(|it| it == "examples");
+                }
+                // Cargo takes what is said to be there for what it asked for.
+                json if json.starts_with("--json=") => {
+                    unit.args.push(json.replace(",artifacts", "").into());
+                    continue;
+                }
+                made if made.starts_with("--emit=") => continue,
+                _ => {}
+            }
+            unit.args.push(arg.clone());
+        }
+        unit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn unit(line: &str) -> Unit {
+        let args: Vec<OsString> = line.split(' ').map(OsString::from).collect();
+        Unit::of(&args)
+    }
+
+    #[test]
+    fn what_is_made_is_left_out() {
+        let unit = unit(
+            "--crate-name calot --json=diagnostic-rendered-ansi,artifacts src/main.rs --emit=link --out-dir target -L x",
+        );
+        let kept = [
+            "--crate-name",
+            "calot",
+            "--json=diagnostic-rendered-ansi",
+            "src/main.rs",
+            "-L",
+            "x",
+        ];
+        assert_eq!(unit.args, kept.map(OsString::from));
+        assert!(unit.is_ours && unit.is_documented);
+    }
+
+    #[test]
+    fn tests_examples_and_questions_are_told_apart() {
+        assert!(!unit("-vV").is_ours);
+        assert!(!unit("--crate-name build_script_build build.rs").is_ours);
+        assert!(!unit("--crate-name a src/lib.rs --test").is_documented);
+        assert!(!unit("--crate-name a examples/a.rs").is_documented);
+    }
+}
