@@ -64,7 +64,7 @@ impl AtWork {
 struct Processes {
     host: Host,
     hand: HandSender,
-    began: Instant,
+    looked: Instant,
     began_ns: u64,
     stop: Arc<AtomicBool>,
 }
@@ -75,7 +75,7 @@ impl Processes {
         Ok(Self {
             host: Host::open(station).map_err(text)?,
             hand: HandSender::open(station).map_err(text)?,
-            began: Instant::now(),
+            looked: Instant::now(),
             began_ns: monotonic_ns(),
             stop,
         })
@@ -90,11 +90,19 @@ impl Theatre for Processes {
             ..*asked
         });
         std::thread::sleep(LOOK_EVERY);
+        let before = seen.tools.tick;
         self.host.newest_state(&mut seen.state);
         self.host.newest_tools(&mut seen.tools);
+        // Time is the tissue's: a controller that misses ticks is behind the clock, and hands that go by the
+        // clock would run ahead of what they see.
+        let waited_s = self.looked.elapsed().as_secs_f64();
+        self.looked = Instant::now();
+        seen.at_s += match before {
+            0 => waited_s,
+            before => seen.tools.tick.saturating_sub(before) as f64 * 1e-3,
+        };
         let events = &mut seen.events;
         self.host.drain_events(|event| events.push(*event));
-        seen.at_s = self.began.elapsed().as_secs_f64();
         !self.stop.load(Ordering::Relaxed)
     }
 

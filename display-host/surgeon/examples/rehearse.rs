@@ -1,8 +1,9 @@
 //! A scripted surgeon works a task in the simulation alone, faster than real time, in Calot's triangle or a
-//! compiled scene; what the simulation took in can be kept.
+//! compiled scene; what the simulation took in can be kept. LATE_MS: it sees everything so late, as through a
+//! display.
 //!
 //! ```text
-//! cargo run --release -p surgeon --example rehearse -- SCENE.calot careful identify 600 [KEPT.inputs]
+//! cargo run --release -p surgeon --example rehearse -- SCENE.calot careful identify 600 [LATE_MS [KEPT.inputs]]
 //! ```
 #![allow(clippy::print_stdout)]
 
@@ -26,8 +27,8 @@ const SAY_EVERY_S: f64 = 10.0;
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();
-    let [scene, hand, task, seconds, kept @ ..] = words.as_slice() else {
-        println!("rehearse SCENE.calot HAND TASK SECONDS [KEPT.inputs]");
+    let [scene, hand, task, seconds, others @ ..] = words.as_slice() else {
+        println!("rehearse SCENE.calot HAND TASK SECONDS [LATE_MS [KEPT.inputs]]");
         return;
     };
     let scene = Path::new(scene);
@@ -40,10 +41,12 @@ fn main() {
     let scene = SceneFile::open(scene).expect("a compiled scene");
     let hand = Surgeon::from_str(hand, true).expect("a surgeon");
     let task = Task::from_name(task).expect("a task");
-    let seconds = seconds.parse().expect("seconds");
+    let seconds: f64 = seconds.parse().expect("seconds");
+    let late_ms: f64 = (others.first()).map_or(0.0, |late| late.parse().expect("milliseconds"));
+    let times_s = [seconds, late_ms * 1e-3];
     let began = Instant::now();
     let mut said_s = 0.0;
-    let came = theatre::work(hand, task, &scene, seconds, &mut |seen, assessment| {
+    let came = theatre::work(hand, task, &scene, times_s, &mut |seen, assessment| {
         for event in &seen.events {
             let is_told = !matches!(
                 event.kind,
@@ -98,7 +101,7 @@ fn main() {
     for alarm in &assessed.alarms {
         println!("{:8.2} {} {:?}", alarm.at_s, alarm.kind.name(), alarm.organ);
     }
-    if let [kept] = kept {
+    if let Some(kept) = others.get(1) {
         let (setup, records) = &came.recorded;
         recorded::write(Path::new(kept), setup, records).expect("it can be written");
         let (_, again) = recorded::read(Path::new(kept)).expect("it can be read again");

@@ -24,7 +24,13 @@ fn triangle() -> SceneFile {
 }
 
 fn operate(surgeon: Surgeon, task: Task, seconds: u64) -> Came {
-    let came = work(surgeon, task, &triangle(), seconds, &mut |_, _| {});
+    let came = work(
+        surgeon,
+        task,
+        &triangle(),
+        [seconds as f64, 0.0],
+        &mut |_, _| {},
+    );
     let it = &came.assessed;
     println!(
         "{task:?} by {surgeon:?}: {:?} {:.1} {:?} after {:.1} s; lost {:?}; it said {:?}",
@@ -106,8 +112,8 @@ fn the_burner_of_the_bile_duct_is_alarmed_and_does_not_pass() {
 /// change that is meant to change them, each is recorded anew, SCENE.calot being a file that is not there yet:
 ///
 /// ```text
-/// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful cut 150 display-host/surgeon/tests/recorded/cut.inputs
-/// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful disconnect 6 display-host/surgeon/tests/recorded/disconnect.inputs
+/// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful cut 150 0 display-host/surgeon/tests/recorded/cut.inputs
+/// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful disconnect 6 0 display-host/surgeon/tests/recorded/disconnect.inputs
 /// ```
 #[test]
 fn recorded_operations_come_out_the_same() {
@@ -169,7 +175,13 @@ fn what_is_cleared_before_a_task_counts() {
         told = assessment.clone().end().metrics.get(Metric::CvsTriangle);
     };
     // Nothing is taken away in this time.
-    work(Surgeon::Careful, Task::Clamp, &scene, 1, &mut watch);
+    work(
+        Surgeon::Careful,
+        Task::Clamp,
+        &scene,
+        [1.0, 0.0],
+        &mut watch,
+    );
     println!("{seen_gone} of the triangle is gone, {told} counts");
     assert!(seen_gone > 0.5, "{seen_gone}");
     assert!((seen_gone - told).abs() < 0.002, "{seen_gone}, {told}");

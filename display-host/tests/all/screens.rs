@@ -1,4 +1,4 @@
-//! Every screen in every language at two sizes: nothing is cut off, nothing over the picture covers another thing.
+//! Every screen in every language at four sizes: nothing is cut off, nothing over the picture covers another thing.
 //! `SCREENS=DIR cargo test -p display-host --test all screens` also draws them there: look at them.
 
 use std::path::PathBuf;
@@ -19,7 +19,12 @@ use egui_kittest::kittest::{NodeT as _, Queryable as _};
 use shared_mem::message::{DeviceHealth, ToolFrame};
 
 /// Width and height, pixels; size of the text, per cent.
-const SIZES: [[u16; 3]; 2] = [[1280, 720, 100], [1920, 1080, 100]];
+const SIZES: [[u16; 3]; 4] = [
+    [800, 600, 100],
+    [1280, 720, 100],
+    [1280, 720, 150],
+    [1920, 1080, 100],
+];
 
 enum Shown {
     Launcher(Box<Screen>),

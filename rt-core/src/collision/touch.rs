@@ -231,7 +231,8 @@ impl Touches {
     /// substep of `step_s` and before its constraints are solved.
     /// Friction does not: it would drag on what has slid on meanwhile, and shake.
     pub(crate) fn lean(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
-        for touch in self.near.iter().filter(|touch| touch.organ == organ) {
+        let presses = |touch: &&Touch| touch.organ == organ && touch.force_n > 0.0;
+        for touch in self.near.iter().filter(presses) {
             let push = touch.normal * (-touch.force_n * touch.answer.leans() * step_s * step_s);
             touch.patch.push(&push, bodies);
         }
@@ -242,7 +243,8 @@ impl Touches {
     pub(crate) fn press(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let squared = step_s * step_s;
         // The rest of the last forces first: what is left to find is the change.
-        for touch in self.near.iter().filter(|touch| touch.organ == organ) {
+        let presses = |touch: &&Touch| touch.organ == organ && touch.force_n > 0.0;
+        for touch in self.near.iter().filter(presses) {
             let left = (1.0 - touch.answer.leans()) * touch.force_n;
             let push = (touch.normal * left + touch.friction_n) * -squared;
             touch.patch.push(&push, bodies);
@@ -257,8 +259,12 @@ impl Touches {
                 let patch_m = touch.patch.at_m(bodies);
                 let height_m = touch.normal.dot(&(touch.center_m - patch_m));
                 // The gap as it were without this contact's own force.
-                let gap_m =
-                    height_m - touch.reach_m - yield_m_n * touch.force_n + beside.others_m(own);
+                let gap_m = height_m - touch.reach_m - yield_m_n * touch.force_n;
+                if gap_m >= 0.0 && touch.force_n <= 0.0 {
+                    // What did not press does not press now: others press the skin away, not towards it.
+                    continue;
+                }
+                let gap_m = gap_m + beside.others_m(own);
                 let (force_n, stiffness_n_m) = touch.answer.force_n(gap_m, yield_m_n);
                 // Along the skin the same: how far the tool is ahead without this contact's friction.
                 let ahead_m =

@@ -13,6 +13,9 @@ use crate::words::Words;
 /// Earlier sessions that are listed.
 const EARLIER_MAX: usize = 5;
 
+/// On a page that is narrower, points, everything stands in one column.
+const SIDE_BY_SIDE: f32 = 1100.0;
+
 /// What an operation came to.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Debrief {
@@ -106,6 +109,12 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     wishes.extend(keyed.map(|(_, wish)| wish).filter(offered));
     screen(ui, "debrief", Some(0), &buttons, wishes, |ui, _| {
         head(ui, words, debrief);
+        if ui.available_width() < SIDE_BY_SIDE {
+            wrong(ui, words, debrief);
+            table(ui, words, debrief);
+            past(ui, words, debrief);
+            return;
+        }
         ui.columns(2, |columns| {
             if let [left, right] = columns {
                 left.vertical(|ui| {

@@ -3,9 +3,10 @@
 use egui::{Align2, Color32, Frame, Rect, RichText, Ui, vec2};
 
 use super::super::panel::{Mark, line};
-use super::super::task;
-use super::super::{Asked, UiState, instrument_id};
+use super::super::task::{self, TaskEnd, TaskNote, TaskView};
+use super::super::{Asked, Link, UiState, instrument_id};
 use super::legible;
+use crate::words::Words;
 
 /// Size of the text, points.
 const TEXT: f32 = 22.0;
@@ -13,10 +14,29 @@ const TEXT: f32 = 22.0;
 const HELP: f32 = 14.0;
 /// Width of what stands at the left, points: the alarm stays clear of it.
 const SIDE: f32 = 236.0;
+/// Between what stands at the left and the alarm, margins and frames included, points.
+const CLEAR: f32 = 62.0;
+/// In a picture narrower than this, points, what stands in its middle would lie over what stands at its
+/// sides: that is left out.
+const NARROW: f32 = 900.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {
     foot(ui, place, state);
     let Some(task) = &state.task_view else { return };
+    let is_covered = task.end.is_some() || (state.link == Link::Live && state.is_paused());
+    if place.width() >= NARROW || !is_covered || state.instructor {
+        stands(ui, place, state, task);
+        if let Some(note) = &task.alarm {
+            alarm(ui, place, &state.words, note);
+        }
+    }
+    if let Some(end) = &task.end {
+        over(ui, place, state, (task, end), asked);
+    }
+}
+
+/// At the left: how things stand.
+fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
     let words = &state.words;
     card(ui, "hud", place, Align2::LEFT_TOP, |ui| {
         legible(ui);
@@ -38,36 +58,49 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
             ui.label(words.say("hud-camera-held"));
         }
     });
-    if let Some(alarm) = &task.alarm {
-        card(ui, "hud alarm", place, Align2::CENTER_TOP, |ui| {
-            ui.style_mut().override_font_id = Some(egui::FontId::proportional(TEXT));
-            ui.set_max_width((place.width() - 2.0 * (SIDE + 44.0)).max(SIDE));
-            let text = task::alarm(words, alarm).into();
-            line(
-                ui,
-                Mark::Bad,
-                &words.say_with("hud-alarm", &[("text", text)]),
-            );
-        });
-    }
-    if let Some(end) = &task.end {
-        card(ui, "hud over", place, Align2::CENTER_CENTER, |ui| {
-            legible(ui);
-            let outcome = words.say(&format!("outcome-{}", end.outcome));
-            ui.label(RichText::new(outcome).size(1.8 * TEXT).strong());
-            if let Some(score) = task.score {
-                let score = format!("{score:.0}").into();
-                big(ui, &words.say_with("task-score", &[("score", score)]));
-            }
-            for reason in &end.reasons {
-                ui.label(RichText::new(words.reason(reason)).size(TEXT));
-            }
-            // The end is the trainee's to choose.
-            if !state.instructor && ui.button(words.say("hud-end")).clicked() {
-                asked.push(Asked::Quit);
-            }
-        });
-    }
+}
+
+/// What was wrong last: in the middle, or where that leaves too little, at the right.
+fn alarm(ui: &Ui, place: Rect, words: &Words, note: &TaskNote) {
+    let middle = place.width() - 2.0 * (SIDE + CLEAR);
+    let (side, width) = match middle >= SIDE {
+        true => (Align2::CENTER_TOP, middle),
+        false => (Align2::RIGHT_TOP, place.width() - SIDE - CLEAR),
+    };
+    card(ui, "hud alarm", place, side, |ui| {
+        ui.style_mut().override_font_id = Some(egui::FontId::proportional(TEXT));
+        ui.set_max_width(width);
+        let text = task::alarm(words, note).into();
+        let text = words.say_with("hud-alarm", &[("text", text)]);
+        line(ui, Mark::Bad, &text);
+    });
+}
+
+/// In the middle: how it ended.
+fn over(
+    ui: &Ui,
+    place: Rect,
+    state: &UiState,
+    (task, end): (&TaskView, &TaskEnd),
+    asked: &mut Vec<Asked>,
+) {
+    let words = &state.words;
+    card(ui, "hud over", place, Align2::CENTER_CENTER, |ui| {
+        legible(ui);
+        let outcome = words.say(&format!("outcome-{}", end.outcome));
+        ui.label(RichText::new(outcome).size(1.8 * TEXT).strong());
+        if let Some(score) = task.score {
+            let score = format!("{score:.0}").into();
+            big(ui, &words.say_with("task-score", &[("score", score)]));
+        }
+        for reason in &end.reasons {
+            ui.label(RichText::new(words.reason(reason)).size(TEXT));
+        }
+        // The end is the trainee's to choose.
+        if !state.instructor && ui.button(words.say("hud-end")).clicked() {
+            asked.push(Asked::Quit);
+        }
+    });
 }
 
 /// Below: what is next, and what leads the instrument while it is in the user's hand.

@@ -1,6 +1,8 @@
 //! A theatre without processes: the simulation alone, faster than real time, and the assessment of what is
 //! done in it.
 
+use std::collections::VecDeque;
+
 use assess::{Anatomy, Assessed, Assessment, Difficulty, Rules, Task};
 use rt_process::rehearsal::{Rehearsal, rehearse};
 use session::{Entry, Movement, What};
@@ -32,6 +34,9 @@ struct Alone<'a, 'b> {
     ticks_max: u64,
     watch: &'a mut dyn FnMut(&Seen, &Assessment),
     said: Vec<String>,
+    /// What was to be seen and is not seen yet, the oldest first, and how late it is seen, s.
+    unseen: VecDeque<Seen>,
+    late_s: f64,
 }
 
 impl Alone<'_, '_> {
@@ -46,18 +51,33 @@ impl Theatre for Alone<'_, '_> {
         for _ in 0..LOOK_EVERY {
             self.rehearsal.tick(asked, self.command.take());
         }
-        *seen.state = *self.rehearsal.state();
-        *seen.tools = *self.rehearsal.tools();
-        seen.events = self.rehearsal.events();
-        seen.at_s = self.rehearsal.ticks() as f64 * 1e-3;
-        for event in &seen.events {
+        let mut now = Seen {
+            at_s: self.rehearsal.ticks() as f64 * 1e-3,
+            state: Box::new(*self.rehearsal.state()),
+            tools: Box::new(*self.rehearsal.tools()),
+            events: self.rehearsal.events(),
+        };
+        for event in &now.events {
             let (tick, at_ns, what) = (event.tick, event.at_ns, What::Event(*event));
             self.assessment.take(&Entry { tick, at_ns, what });
         }
-        if let Some(moved) = Movement::of(&seen.tools) {
+        if let Some(moved) = Movement::of(&now.tools) {
             self.note(What::Moved(moved));
         }
-        (self.watch)(seen, &self.assessment);
+        (self.watch)(&now, &self.assessment);
+        let at_s = now.at_s;
+        now.at_s += self.late_s;
+        self.unseen.push_back(now);
+        let mut events = Vec::new();
+        while self.unseen.front().is_some_and(|first| first.at_s <= at_s) {
+            if let Some(mut first) = self.unseen.pop_front() {
+                events.append(&mut first.events);
+                *seen = first;
+            }
+        }
+        // Events wait for nothing but to be seen; a clock is always there.
+        seen.events = events;
+        seen.at_s = at_s;
         !self.assessment.is_over() && self.rehearsal.ticks() < self.ticks_max
     }
 
@@ -71,12 +91,12 @@ impl Theatre for Alone<'_, '_> {
     }
 }
 
-/// A surgeon works a task for so long at most; `watch` sees all that it sees.
+/// A surgeon works a task for so long at most, s, and sees everything so late, s; `watch` sees it as it is.
 pub(crate) fn work(
     surgeon: Surgeon,
     task: Task,
     scene: &SceneFile,
-    seconds: u64,
+    [seconds, late_s]: [f64; 2],
     watch: &mut dyn FnMut(&Seen, &Assessment),
 ) -> Came {
     let bytes = scene.bytes().to_vec();
@@ -88,9 +108,11 @@ pub(crate) fn work(
             rehearsal,
             assessment,
             command: None,
-            ticks_max: seconds * 1000,
+            ticks_max: (seconds * 1e3) as u64,
             watch,
             said: Vec::new(),
+            unseen: VecDeque::new(),
+            late_s,
         };
         let start = [Task::Identify, Task::Clamp, Task::Cut, Task::Disconnect];
         if let Some(number) = start.iter().position(|it| *it == task) {
