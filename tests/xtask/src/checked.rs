@@ -96,8 +96,10 @@ impl Unit {
                     continue;
                 }
                 "--crate-name" => {
+                    // The second: cargo asks the compiler what it can do.
+                    let others = ["build_script_build", "___"];
                     let name = left.as_slice().first();
-                    unit.is_ours = name.is_some_and(|it| it != "build_script_build");
+                    unit.is_ours = name.is_some_and(|name| others.iter().all(|it| name != it));
                 }
                 "--test" => unit.is_documented = false,
                 source if source.ends_with(".rs") && !source.starts_with('-') => {
@@ -146,6 +148,7 @@ mod tests {
     #[test]
     fn tests_examples_and_questions_are_told_apart() {
         assert!(!unit("-vV").is_ours);
+        assert!(!unit("- --crate-name ___ --print=file-names").is_ours);
         assert!(!unit("--crate-name build_script_build build.rs").is_ours);
         assert!(!unit("--crate-name a src/lib.rs --test").is_documented);
         assert!(!unit("--crate-name a examples/a.rs").is_documented);

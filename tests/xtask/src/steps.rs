@@ -161,47 +161,37 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// What watchers elsewhere cost the tick: with and without them, in turns, and what one is in times the other.
+/// What watchers elsewhere cost the tick: alone, with them, and beside as many programs that only copy memory, which
+/// tells what of it is the machine's, in turns; and what each is in times the others.
 fn watched(seconds: &str) -> Result<(), String> {
     const TURNS: usize = 5;
+    const KINDS: [(&str, &[&str]); 3] = [
+        ("alone", &[]),
+        ("busy", &["--load", "cpu,memory"]),
+        ("watched", &["--load", "watch"]),
+    ];
     let folder = format!("target/jitter/{WATCHED}");
     let calot = ["run", "--locked", "--release", "-q", "-p", "calot", "--"];
     let jitter =
         |name: &str, words: &[&str]| step(name, &[&calot[..], &["jitter"], words].concat());
-    let turns = |kind: &str| -> Vec<String> {
-        let of = |turn| format!("{folder}/{kind}-{turn}");
-        (0..TURNS).map(of).collect()
-    };
-    let (alone, with) = (turns("alone"), turns("with"));
-    for (alone, with) in alone.iter().zip(&with) {
-        let station = "jitter-watched";
-        let common = [
-            "--scene",
-            "triangle",
-            "--seconds",
-            seconds,
-            "--station",
-            station,
-            "--out",
-        ];
-        jitter("alone", &[&common[..], &[alone]].concat())?;
-        jitter(
-            "with watchers",
-            &[&common[..], &[with, "--load", "watch"]].concat(),
-        )?;
+    for turn in 0..TURNS {
+        for (kind, load) in KINDS {
+            let out = format!("{folder}/{kind}-{turn}");
+            let words = ["--scene", "triangle", "--seconds", seconds, "--out", &out];
+            let station = ["--station", "jitter-watched"];
+            jitter(kind, &[&words[..], &station, load].concat())?;
+        }
     }
-    let sum = |kind: &str, turns: &[String]| {
-        let out = format!("{folder}/{kind}");
+    let sums = KINDS.map(|(kind, _)| format!("{folder}/{kind}"));
+    for sum in &sums {
+        let turns: Vec<String> = (0..TURNS).map(|turn| format!("{sum}-{turn}")).collect();
         let turns: Vec<&str> = turns.iter().map(String::as_str).collect();
-        jitter(
-            "sum",
-            &[&["--merge"], &turns[..], &["--out", &out]].concat(),
-        )
-    };
-    sum("alone", &alone)?;
-    sum("with", &with)?;
-    let [alone, with] = ["alone", "with"].map(|kind| format!("{folder}/{kind}"));
-    jitter("difference", &["--diff", &alone, &with])
+        jitter("sum", &[&["--merge"], &turns[..], &["--out", sum]].concat())?;
+    }
+    let [alone, busy, watched] = &sums;
+    jitter("watched against alone", &["--diff", alone, watched])?;
+    jitter("busy against alone", &["--diff", alone, busy])?;
+    jitter("watched against busy", &["--diff", busy, watched])
 }
 
 fn step(name: &str, args: &[&str]) -> Result<(), String> {
