@@ -130,7 +130,6 @@ fn bad_compiled_scenes_are_refused_by_the_controller() {
 
 #[test]
 fn missing_and_silent_devices_are_named() {
-    let folder = tempfile::tempdir().unwrap();
     let scene = &*compiled("built-in", None);
     let rt = |device: &str, path: &str, words: &[&str]| {
         let name = station_name("device");

@@ -144,7 +144,6 @@ fn a_second_station_and_a_second_controller_are_refused() {
     assert!(!run.status.success());
     assert!(said(&run).contains("runs already"), "{}", said(&run));
 
-    let folder = tempfile::tempdir().unwrap();
     let scene = compiled("built-in", None);
     let rt = finish(calot().args(["rt", "--station", &running.name, "--scene", &scene]));
     assert!(!rt.status.success());
