@@ -29,10 +29,9 @@ pub(crate) struct Beside {
 }
 
 impl Beside {
-    /// Those of `touches` that are with this organ, in their order.
-    pub(crate) fn of(organ: u8, touches: &[Touch]) -> Self {
+    /// Those of an organ, each with its number among all touches, in their order.
+    pub(crate) fn of<'a>(own: impl Iterator<Item = (usize, &'a Touch)>) -> Self {
         let mut pressers = Vec::new();
-        let own = (0u8..).zip(touches).filter(|(_, it)| it.organ == organ);
         for (index, touch) in own {
             let law = match touch.answer {
                 Answer::HalfSpace(law) => Some(law),
@@ -40,7 +39,7 @@ impl Beside {
             };
             // There is room: touches are no more.
             let _ = pressers.push(Presser {
-                touch: index,
+                touch: index as u8, // there are 64 at most
                 normal: touch.normal,
                 at_m: touch.at_m,
                 force_n: touch.force_n,

@@ -4,7 +4,7 @@
 
 use heapless::Vec;
 
-use crate::capacity::{INSTRUMENT_STATIONS, MAX_TOUCHES};
+use crate::capacity::{INSTRUMENT_STATIONS, MAX_ORGANS, MAX_TOUCHES};
 use crate::collision::beside::Beside;
 use crate::collision::friction::Bristle;
 use crate::collision::law::Law;
@@ -199,11 +199,40 @@ impl Touch {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Touches {
     near: Vec<Touch, MAX_TOUCHES>,
+    /// By organ, a bit for each of its touches: an organ without any is done at once, in every substep.
+    of_organs: [u64; MAX_ORGANS],
+}
+
+const _: () = assert!(MAX_TOUCHES <= 64, "a touch has a bit");
+
+/// The bits that are set, the lowest first.
+fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let lowest = (bits != 0).then(|| bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        lowest
+    })
 }
 
 impl Touches {
     pub(crate) fn clear(&mut self) {
         self.near.clear();
+        self.of_organs = [0; MAX_ORGANS];
+    }
+
+    /// The touches of an organ, each with its number, in their order.
+    fn of_organ(&self, organ: u8) -> impl Iterator<Item = (usize, &Touch)> {
+        let bits = self.of_organs.get(usize::from(organ));
+        let own = set_bits(bits.copied().unwrap_or(0));
+        own.filter_map(|number| Some((number, self.near.get(number)?)))
+    }
+
+    /// Notes that the touch with this number is with `organ`, or no longer.
+    fn note(&mut self, number: usize, organ: u8, is_there: bool) {
+        if let Some(bits) = self.of_organs.get_mut(usize::from(organ)) {
+            let bit = 1 << (number & 63);
+            *bits = if is_there { *bits | bit } else { *bits & !bit };
+        }
     }
 
     pub(crate) fn iter(&self) -> impl Iterator<Item = &Touch> {
@@ -212,17 +241,23 @@ impl Touches {
 
     /// Adds a touch; of too many the deepest stay.
     pub(crate) fn add(&mut self, found: Found, bodies: &Bodies, faults: &mut FaultSet) {
+        let (organ, number) = (found.organ, self.near.len());
         let Err(touch) = self.near.push(Touch::new(found, bodies)) else {
+            self.note(number, organ, true);
             return;
         };
         let mut lost_m = touch.gap_m;
         let shallowest = self
             .near
             .iter_mut()
-            .reduce(|a, b| if b.gap_m > a.gap_m { b } else { a });
-        if let Some(shallowest) = shallowest.filter(|shallowest| shallowest.gap_m > touch.gap_m) {
+            .enumerate()
+            .reduce(|a, b| if b.1.gap_m > a.1.gap_m { b } else { a });
+        if let Some((number, shallowest)) = shallowest.filter(|it| it.1.gap_m > touch.gap_m) {
             lost_m = shallowest.gap_m;
+            let gone = shallowest.organ;
             *shallowest = touch;
+            self.note(number, gone, false);
+            self.note(number, organ, true);
         }
         faults.raise_if(lost_m < 0.0, Fault::ContactOverflow);
     }
@@ -231,8 +266,8 @@ impl Touches {
     /// substep of `step_s` and before its constraints are solved.
     /// Friction does not: it would drag on what has slid on meanwhile, and shake.
     pub(crate) fn lean(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
-        let presses = |touch: &&Touch| touch.organ == organ && touch.force_n > 0.0;
-        for touch in self.near.iter().filter(presses) {
+        let presses = |(_, touch): &(usize, &Touch)| touch.force_n > 0.0;
+        for (_, touch) in self.of_organ(organ).filter(presses) {
             let push = touch.normal * (-touch.force_n * touch.answer.leans() * step_s * step_s);
             touch.patch.push(&push, bodies);
         }
@@ -243,13 +278,13 @@ impl Touches {
     pub(crate) fn press(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let squared = step_s * step_s;
         // The rest of the last forces first: what is left to find is the change.
-        let presses = |touch: &&Touch| touch.organ == organ && touch.force_n > 0.0;
-        for touch in self.near.iter().filter(presses) {
+        let presses = |(_, touch): &(usize, &Touch)| touch.force_n > 0.0;
+        for (_, touch) in self.of_organ(organ).filter(presses) {
             let left = (1.0 - touch.answer.leans()) * touch.force_n;
             let push = (touch.normal * left + touch.friction_n) * -squared;
             touch.patch.push(&push, bodies);
         }
-        let mut beside = Beside::of(organ, &self.near);
+        let mut beside = Beside::of(self.of_organ(organ));
         for _ in 0..PASSES {
             for own in 0..beside.len() {
                 let Some(touch) = beside.touch(own).and_then(|i| self.near.get(i)) else {
@@ -289,9 +324,11 @@ impl Touches {
             }
         }
         let share = step_s / TICK_S;
-        for touch in self.near.iter_mut().filter(|touch| touch.organ == organ) {
-            touch.felt_n += touch.force_n * share;
-            touch.felt_friction_n += touch.friction_n * share;
+        for own in 0..beside.len() {
+            if let Some(touch) = beside.touch(own).and_then(|i| self.near.get_mut(i)) {
+                touch.felt_n += touch.force_n * share;
+                touch.felt_friction_n += touch.friction_n * share;
+            }
         }
     }
 }
