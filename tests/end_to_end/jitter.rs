@@ -4,10 +4,11 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 
 use serde_json::Value;
-use system_tests::{calot, finish, said, station_name, wait_until};
+use system_tests::{calot, finish, said, station_name, turn, wait_until};
 
 /// Measures for a moment into `out`; gives what it printed.
 fn measure(out: &Path, more: &[&str]) -> Value {
+    let _turn = turn();
     let output = finish(
         calot()
             .args(["jitter", "--seconds", "2", "--json", "--station"])

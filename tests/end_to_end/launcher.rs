@@ -7,7 +7,7 @@ use std::process::{Child, Stdio};
 use session::Session;
 use shared_mem::message::CommandMsg;
 use system_tests::screen::VirtualScreen;
-use system_tests::{calot, finish, finish_child, said, station_name, summary, wait_until};
+use system_tests::{calot, finish, finish_child, said, station_name, summary, turn, wait_until};
 
 /// What is recorded by then is an operation, bytes.
 const WORKED_BYTES: u64 = 100_000;
@@ -43,6 +43,7 @@ fn text(path: &Path) -> &str {
 
 #[test]
 fn from_the_start_to_the_debrief_by_keyboard() {
+    let _turn = turn();
     let folder = tempfile::tempdir().expect("a folder");
     let Some(screen) = screen(folder.path()) else {
         return;

@@ -8,11 +8,12 @@ use shared_mem::message::{SphereState, StateFrame};
 use shared_mem::service::{Host, Station};
 use system_tests::{
     anatomy, calot, finish, finish_child, may_be_realtime, moved_pages_max, said, station_name,
-    summary,
+    summary, turn,
 };
 
 /// Runs the station headless; returns its summary, and how deep the instrument dented tissue, m.
 fn operate(scene: &[&str], seconds: &str, out: &Path) -> (serde_json::Value, f32) {
+    let _turn = turn();
     let name = station_name("job");
     let mut child = calot()
         .args([
@@ -180,8 +181,8 @@ fn check_pictures(out: &Path) {
 #[test]
 fn the_built_in_scene_is_operated_on() {
     let folder = tempfile::tempdir().unwrap();
-    let (s, dent_m) = operate(&[], "10", folder.path());
-    check_summary(&s, 10);
+    let (s, dent_m) = operate(&[], "20", folder.path());
+    check_summary(&s, 20);
     assert!(dent_m > 0.003, "the press dents the liver: {dent_m} m");
     check_pictures(folder.path());
     let report = std::fs::read_to_string(folder.path().join("report.html")).unwrap();

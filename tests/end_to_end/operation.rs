@@ -2,11 +2,10 @@
 
 use std::path::Path;
 use std::process::Stdio;
-use std::sync::Mutex;
 
 use rustix::process::Signal;
 use system_tests::{
-    calot, compiled, finish, finish_child, said, signal, station_name, summary, wait_until,
+    calot, compiled, finish, finish_child, said, signal, station_name, summary, turn, wait_until,
 };
 
 /// Runs a task without pictures; returns its summary.
@@ -93,11 +92,7 @@ const TRIES: usize = 4;
 /// A scripted surgeon works a task on Calot's triangle, for this long at most; the summary. What is
 /// recomputed from the recording is the same.
 fn operate(task: &str, hand: &str, seconds: &str) -> serde_json::Value {
-    // One at a time: they need the machine.
-    static TURN: Mutex<()> = Mutex::new(());
-    let _turn = TURN
-        .lock()
-        .unwrap_or_else(std::sync::PoisonError::into_inner);
+    let _turn = turn();
     let scene = compiled("triangle", None);
     let out = tempfile::tempdir().expect("a folder");
     let words = [

@@ -388,6 +388,31 @@ fn a_debrief_leads_on_by_pointer_and_key() {
     assert!(desk.state().wishes.is_empty());
 }
 
+/// A machine that is slow hears several keys at once: the last counts for a task, each for an answer.
+#[test]
+fn keys_of_one_frame_are_taken_in_their_order() {
+    let press = |desk: &mut Harness<'_, Seen>, keys: [Key; 2]| {
+        let event = |key| egui::Event::Key {
+            key,
+            physical_key: None,
+            pressed: true,
+            repeat: false,
+            modifiers: egui::Modifiers::NONE,
+        };
+        desk.input_mut().events.extend(keys.map(event));
+        desk.run();
+    };
+    let mut desk = harness(Screen::Start(start()));
+    desk.run();
+    press(&mut desk, [Key::Num7, Key::Num6]);
+    assert_eq!(form(&desk).task, "free");
+
+    let mut desk = harness(Screen::Points(points(0)));
+    desk.run();
+    press(&mut desk, [Key::Num5, Key::Num2]);
+    assert_eq!(desk.state().wishes, [Wish::Answer(5), Wish::Answer(2)]);
+}
+
 #[test]
 fn questions_are_answered_by_pointer_and_key_and_taken_back() {
     let mut desk = harness(Screen::Points(points(0)));

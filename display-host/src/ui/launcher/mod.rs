@@ -199,3 +199,14 @@ fn drop_repeats(ui: &Ui) {
 fn pressed(ui: &Ui, key: egui::Key) -> bool {
     ui.input(|input| input.key_pressed(key))
 }
+
+/// The keys that were pressed since the last frame, in their order: on a slow machine there are several.
+fn typed(ui: &Ui) -> Vec<egui::Key> {
+    let key = |event: &egui::Event| match event {
+        egui::Event::Key {
+            key, pressed: true, ..
+        } => Some(*key),
+        _ => None,
+    };
+    ui.input(|input| input.events.iter().filter_map(key).collect())
+}

@@ -2,7 +2,7 @@
 
 use egui::{Key, RichText, Ui};
 
-use super::{Wish, pressed, screen};
+use super::{Wish, pressed, screen, typed};
 use crate::ui::panel::{Mark, line};
 use crate::ui::screens::{BODY, title};
 use crate::words::Words;
@@ -110,8 +110,10 @@ pub(super) fn show(ui: &mut Ui, words: &Words, points: &Points, wishes: &mut Vec
 fn keys(ui: &Ui, points: &Points, wishes: &mut Vec<Wish>) {
     let numbers = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5];
     if points.at < points.items.len() {
-        let given = (1..).zip(numbers).find(|(_, key)| pressed(ui, *key));
-        wishes.extend(given.map(|(points, _)| Wish::Answer(points)));
+        let number = |key: egui::Key| numbers.iter().position(|it| *it == key);
+        let given = typed(ui).into_iter().filter_map(number);
+        let left = points.items.len() - points.at;
+        wishes.extend(given.take(left).map(|it| Wish::Answer(it as u8 + 1)));
     }
     if points.at > 0 && pressed(ui, Key::Backspace) {
         wishes.push(Wish::Previous);

@@ -2,7 +2,7 @@
 
 use egui::{Id, Key, RichText, TextEdit, Ui};
 
-use super::{Wish, pressed, screen};
+use super::{Wish, pressed, screen, typed};
 use crate::ui::panel::{Mark, line};
 use crate::ui::screens::{part, title};
 use crate::words::{Language, Words};
@@ -143,8 +143,9 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
 }
 
 fn keys(ui: &Ui, start: &Start, form: &mut StartForm, wishes: &mut Vec<Wish>) {
-    for (key, task) in NUMBERS.into_iter().zip(&start.tasks) {
-        if pressed(ui, key) {
+    for key in typed(ui) {
+        let number = NUMBERS.iter().position(|it| *it == key);
+        if let Some(task) = number.and_then(|it| start.tasks.get(it)) {
             form.task.clone_from(task);
         }
     }
