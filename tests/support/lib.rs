@@ -36,7 +36,6 @@ fn built() -> PathBuf {
 }
 
 /// One that has the machine to itself, beside small things, until what this gives is dropped.
-#[must_use]
 pub fn turn() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
