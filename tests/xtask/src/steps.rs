@@ -15,7 +15,7 @@ struct Step {
 }
 
 /// Everything that must hold before a change lands, quickest first.
-const TESTS: [Step; 4] = [
+const TESTS: [Step; 5] = [
     Step {
         name: "format",
         args: &["fmt", "--all", "--check"],
@@ -32,14 +32,20 @@ const TESTS: [Step; 4] = [
         ],
         is_checked: true,
     },
+    // Benches too, each once.
     Step {
         name: "tests",
-        args: &["test", "--locked", "--workspace"],
+        args: &["test", "--locked", "--workspace", "--all-targets"],
         is_checked: true,
     },
-    // Optimisation must not change a bit: the golden replays again, in release, and benches once.
     Step {
-        name: "golden replays and benches, release",
+        name: "the documentation's examples",
+        args: &["test", "--locked", "--workspace", "--doc"],
+        is_checked: true,
+    },
+    // Optimisation must not change a bit: the golden replays again, in release.
+    Step {
+        name: "golden replays, release",
         args: &[
             "test",
             "--locked",
@@ -48,7 +54,6 @@ const TESTS: [Step; 4] = [
             "rt-core",
             "--test",
             "replay",
-            "--benches",
         ],
         is_checked: false,
     },
