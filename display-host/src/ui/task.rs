@@ -74,13 +74,11 @@ pub(super) fn alarm(words: &Words, alarm: &TaskNote) -> String {
 
 pub(super) fn show(ui: &mut Ui, words: &Words, task: &TaskView) {
     ui.label(RichText::new(title(words, task)).strong());
-    ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(time(words, task)).monospace());
-        if let Some(score) = task.score {
-            let score = format!("{score:.0}").into();
-            ui.label(words.say_with("task-score", &[("score", score)]));
-        }
-    });
+    ui.label(RichText::new(time(words, task)).monospace());
+    if let Some(score) = task.score {
+        let score = format!("{score:.0}").into();
+        ui.label(words.say_with("task-score", &[("score", score)]));
+    }
     if let Some(end) = &task.end {
         let mark = if end.passed { Mark::Good } else { Mark::Bad };
         let outcome = words.say(&format!("outcome-{}", end.outcome));

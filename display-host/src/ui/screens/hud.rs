@@ -21,17 +21,21 @@ const CLEAR: f32 = 62.0;
 const NARROW: f32 = 900.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {
-    foot(ui, place, state);
-    let Some(task) = &state.task_view else { return };
-    let is_covered = task.end.is_some() || (state.link == Link::Live && state.is_paused());
-    if place.width() >= NARROW || !is_covered || state.instructor {
-        stands(ui, place, state, task);
-        if let Some(note) = &task.alarm {
+    let task = state.task_view.as_ref();
+    let end = task.and_then(|task| Some((task, task.end.as_ref()?)));
+    let is_paused = state.link == Link::Live && state.is_paused();
+    let is_covered = (end.is_some() || is_paused) && !state.instructor;
+    if place.width() >= NARROW || !is_covered {
+        foot(ui, place, state);
+        if let Some(task) = task {
+            stands(ui, place, state, task);
+        }
+        if let Some(note) = task.and_then(|task| task.alarm.as_ref()) {
             alarm(ui, place, &state.words, note);
         }
     }
-    if let Some(end) = &task.end {
-        over(ui, place, state, (task, end), asked);
+    if let Some(end) = end {
+        over(ui, place, state, end, asked);
     }
 }
 
