@@ -2,7 +2,7 @@
 
 use std::net::{Shutdown, TcpStream};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering::Relaxed};
+use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::sync::mpsc::{self, Receiver, RecvTimeoutError, SyncSender};
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
@@ -79,51 +79,87 @@ pub fn serve(
     };
     let start = Instant::now();
     let over = AtomicBool::new(false);
-    let connections = AtomicUsize::new(0);
-    // To cut off who takes an answer slowly, when it is over.
-    let mut lines: Vec<Weak<TcpStream>> = Vec::new();
+    let mut visitors = Visitors::default();
     // Each watcher waits for its answer before it can ask again: so many questions at most.
     let (asks, questions) = mpsc::sync_channel(CONNECTIONS_MAX);
     std::thread::scope(|scope| {
         while !stop.load(Relaxed) && seconds.is_none_or(|s| start.elapsed().as_secs_f64() < s) {
             for _ in 0..CONNECTIONS_MAX {
                 let Some(stream) = door.knock() else { break };
-                if connections.fetch_add(1, Relaxed) >= CONNECTIONS_MAX {
-                    connections.fetch_sub(1, Relaxed);
-                    continue;
-                }
-                let Ok(line) = stream.try_clone().map(Arc::new) else {
-                    connections.fetch_sub(1, Relaxed);
+                let Some(visit) = visitors.enter(&stream) else {
                     continue;
                 };
-                lines.retain(|it| it.strong_count() > 0);
-                lines.push(Arc::downgrade(&line));
                 let (porter, asks) = (door.porter(), asks.clone());
-                let (over, connections) = (&over, &connections);
-                let attend = move || {
-                    attend(&porter, stream, &asks, over);
-                    drop(line);
-                    connections.fetch_sub(1, Relaxed);
-                };
+                let over = &over;
+                let attend = move || attend(&porter, stream, &visit, &asks, over);
                 let builder = std::thread::Builder::new().name("calot-watcher".to_owned());
-                if builder.spawn_scoped(scope, attend).is_err() {
-                    connections.fetch_sub(1, Relaxed);
-                }
+                // Without a thread it is gone again.
+                let _ = builder.spawn_scoped(scope, attend);
             }
             stand.answer_all(&questions, places);
         }
         over.store(true, Relaxed);
         // Who waits for an answer gets none, and who takes one slowly no more of it.
         drop(questions);
-        for line in lines.iter().filter_map(Weak::upgrade) {
-            let _ = line.shutdown(Shutdown::Both);
-        }
+        visitors.cut_off();
     });
     Ok(stand.served)
 }
 
+/// Who is connected.
+#[derive(Default)]
+struct Visitors(Vec<Weak<Visit>>);
+
+/// A connection, as long as its thread has it.
+struct Visit {
+    line: TcpStream,
+    /// It was let in and has asked something.
+    is_known: AtomicBool,
+}
+
+impl Visitors {
+    /// A place for it. If all are taken it gets that of whoever has been a stranger for longest: who stays
+    /// without a question keeps nobody out.
+    fn enter(&mut self, stream: &TcpStream) -> Option<Arc<Visit>> {
+        self.0.retain(|it| it.strong_count() > 0);
+        if self.0.len() >= CONNECTIONS_MAX {
+            let is_stranger = |it: &Weak<Visit>| {
+                it.upgrade()
+                    .is_none_or(|visit| !visit.is_known.load(Relaxed))
+            };
+            let stranger = self.0.iter().position(is_stranger)?;
+            if let Some(visit) = self.0.remove(stranger).upgrade() {
+                visit.cut_off();
+            }
+        }
+        let visit = Arc::new(Visit {
+            line: stream.try_clone().ok()?,
+            is_known: AtomicBool::new(false),
+        });
+        self.0.push(Arc::downgrade(&visit));
+        Some(visit)
+    }
+
+    fn cut_off(&self) {
+        let here = self.0.iter().filter_map(Weak::upgrade);
+        here.for_each(|visit| visit.cut_off());
+    }
+}
+
+impl Visit {
+    fn cut_off(&self) {
+        let _ = self.line.shutdown(Shutdown::Both);
+    }
+}
+
 /// One watcher, on a thread of its own: whatever it does, it holds up itself alone.
-fn attend(porter: &Porter, stream: TcpStream, asks: &SyncSender<Question>, over: &AtomicBool) {
+fn attend(
+    porter: &Porter,
+    stream: TcpStream,
+    visit: &Visit,
+    asks: &SyncSender<Question>,
+    over: &AtomicBool,
+) {
     let is_over = || over.load(Relaxed);
     let Ok(mut line) = porter.let_in(stream, wire::ASK_MAX, &is_over) else {
         return;
@@ -133,6 +169,7 @@ fn attend(porter: &Porter, stream: TcpStream, asks: &SyncSender<Question>, over:
         match line.receive() {
             Ok(Some((kind, asked))) => {
                 heard = Instant::now();
+                visit.is_known.store(true, Relaxed);
                 if reply(&mut line, kind, asked, asks).is_none() {
                     return;
                 }
@@ -272,4 +309,47 @@ fn files(place: &Path) -> Vec<PathBuf> {
     let paths = entries.flatten().map(|entry| entry.path());
     let is_scene = |path: &PathBuf| path.extension().is_some_and(|it| it == "calot");
     paths.filter(is_scene).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io::Read as _;
+    use std::net::TcpListener;
+
+    #[test]
+    fn strangers_keep_nobody_out_and_who_has_asked_stays() {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = listener.local_addr().expect("an address");
+        let knock = || {
+            let theirs = TcpStream::connect(address).expect("it listens");
+            let (ours, _) = listener.accept().expect("it came");
+            (theirs, ours)
+        };
+        let mut visitors = Visitors::default();
+        let mut enter = |ours: &TcpStream| visitors.enter(ours);
+        let mut inside: Vec<_> = (0..CONNECTIONS_MAX)
+            .map(|_| {
+                let (theirs, ours) = knock();
+                let visit = enter(&ours).expect("there are places");
+                (theirs, ours, visit)
+            })
+            .collect();
+        let [first, second, ..] = &mut inside[..] else {
+            unreachable!("there are more");
+        };
+        first.2.is_known.store(true, Relaxed);
+
+        let (_theirs, ours) = knock();
+        let newcomer = enter(&ours).expect("a stranger gives way");
+        assert_eq!(second.0.read(&mut [0]).expect("it is cut off"), 0);
+        first.0.set_nonblocking(true).expect("set");
+        assert!(first.0.read(&mut [0]).is_err(), "who has asked stays");
+
+        for visit in inside.iter().map(|it| &it.2).chain([&newcomer]) {
+            visit.is_known.store(true, Relaxed);
+        }
+        let (_theirs, ours) = knock();
+        assert!(enter(&ours).is_none(), "all places are taken");
+    }
 }
