@@ -17,8 +17,8 @@ cargo xtask COMMAND
                unit, property and system tests, golden replays in debug and release
   jitter [idle|loaded|misses|soak|watched [SECONDS]]
                what the README says about time: build, and measure for 60, 60 and 300 seconds in turn
-               with other programs, for 600 seconds alone, and five times 30 seconds each alone, with
-               watchers elsewhere and beside busy programs, into target/jitter. Leave the machine alone!
+               with other programs, for 600 seconds alone, and five times 30 seconds each beside busy
+               programs with watchers elsewhere and without, into target/jitter. Leave the machine alone!
   setup        only set up: name the system packages that are missing and install them where
                this user may, else print the line to type
   deny         install cargo-deny (minutes) and check licences, sources and duplicates
