@@ -32,7 +32,7 @@ pub struct InputRecord {
     pub tracker_from_sensor: PoseMsg,
     /// Hash of the tools (`rt_core::sim::Digest`).
     pub tools_hash: u32,
-    /// Hash of the spheres whose turn it was.
+    /// Hash of the spheres.
     pub spheres_hash: u32,
     /// Bits of [`InputRecord`].
     pub bits: u32,
@@ -45,6 +45,8 @@ pub struct InputRecord {
     pub command: u8,
     /// Zero.
     pub reserved: u32,
+    /// Eight bits of the hash of each organ.
+    pub organ_hashes: [u8; 16],
 }
 
 impl InputRecord {
@@ -103,7 +105,7 @@ pub struct RunSetup {
 /// Service `inputs`: batches of records. Complete to itself: a recorder may join at any time.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.InputBatch.v1")]
+#[type_name("calot.InputBatch.v2")]
 pub struct InputBatch {
     /// What the run began with.
     pub setup: RunSetup,
@@ -127,7 +129,7 @@ impl InputBatch {
 
 // The layout is the contract: a change of size is a change of version.
 const _: () = {
-    assert!(size_of::<InputRecord>() == 128);
+    assert!(size_of::<InputRecord>() == 144);
     assert!(size_of::<RunSetup>() == 152);
-    assert!(size_of::<InputBatch>() == 168 + 128 * INPUT_BATCH);
+    assert!(size_of::<InputBatch>() == 168 + 144 * INPUT_BATCH);
 };

@@ -17,7 +17,7 @@ use crate::pack::pack;
 use crate::storage::{Outbox, Storage, Waiting};
 
 /// Version of what is in a session; a reader refuses another.
-pub const FILE_VERSION: u32 = 1;
+pub const FILE_VERSION: u32 = 2;
 
 /// Name of the attachment that is the compiled scene.
 pub(crate) const SCENE: &str = "scene.calot";

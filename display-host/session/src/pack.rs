@@ -2,9 +2,9 @@
 //!
 //! ```text
 //! u16 ticks, u64 first tick, u64 its time before the first distance, then each tick:
-//! u16 bits (those of InputRecord; 1 << 14 command, 1 << 15 long times)
+//! u16 bits (those of InputRecord; 1 << 13 hashes of organs, 1 << 14 command, 1 << 15 long times)
 //! time since the tick before: u32 ns, or u64 with long times
-//! u32 tools hash, u32 spheres hash, [u8 command]
+//! u32 tools hash, u32 spheres hash, [16 u8 hashes of organs, unless those of the tick before], [u8 command]
 //! [haptic device: age, 3 f32 position, 4 f32 orientation, [3 f32 velocity], u16 number, u8 buttons]
 //! [tracker: age, 3 f32, 4 f32]  [pedal: age]          ages as the time
 //! ```
@@ -15,6 +15,8 @@ use bytemuck::Zeroable as _;
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::PoseMsg;
 
+/// Bits of a packed tick beside those.
+const ORGANS: u16 = 1 << 13;
 const COMMAND: u16 = 1 << 14;
 const LONG: u16 = 1 << 15;
 /// Bits of a record that are kept.
@@ -35,18 +37,26 @@ pub fn pack(records: &[InputRecord], into: &mut Vec<u8>) -> usize {
     into.extend((together as u16).to_le_bytes());
     into.extend(first.tick.to_le_bytes());
     into.extend(first.now_ns.to_le_bytes());
-    let mut before_ns = first.now_ns;
+    let mut before = before_first(first.now_ns);
     for record in records.iter().take(together) {
-        pack_one(record, before_ns, into);
-        before_ns = record.now_ns;
+        pack_one(record, &before, into);
+        before = *record;
     }
     together
 }
 
-fn pack_one(record: &InputRecord, before_ns: u64, into: &mut Vec<u8>) {
+/// What the first tick of a message is packed against.
+fn before_first(now_ns: u64) -> InputRecord {
+    InputRecord {
+        now_ns,
+        ..InputRecord::zeroed()
+    }
+}
+
+fn pack_one(record: &InputRecord, before: &InputRecord, into: &mut Vec<u8>) {
     let has = |bit: u32| record.bits & bit != 0;
     let age = |at_ns: u64| record.now_ns.wrapping_sub(at_ns);
-    let passed_ns = record.now_ns.wrapping_sub(before_ns);
+    let passed_ns = record.now_ns.wrapping_sub(before.now_ns);
     let ages = [
         (InputRecord::DEVICE_FRESH, age(record.device_at_ns)),
         (InputRecord::TRACKER_FRESH, age(record.tracker_at_ns)),
@@ -55,8 +65,11 @@ fn pack_one(record: &InputRecord, before_ns: u64, into: &mut Vec<u8>) {
     let used = ages.iter().filter(|(bit, _)| has(*bit)).map(|(_, ns)| *ns);
     let is_long = used.chain([passed_ns]).any(|ns| u32::try_from(ns).is_err());
     let flag = |on: bool, bit: u16| if on { bit } else { 0 };
-    let bits =
-        (record.bits & BITS) as u16 | flag(record.command != 0, COMMAND) | flag(is_long, LONG);
+    let organs = record.organ_hashes != before.organ_hashes;
+    let bits = (record.bits & BITS) as u16
+        | flag(organs, ORGANS)
+        | flag(record.command != 0, COMMAND)
+        | flag(is_long, LONG);
     into.extend(bits.to_le_bytes());
     let time = |ns: u64, into: &mut Vec<u8>| match is_long {
         true => into.extend(ns.to_le_bytes()),
@@ -65,6 +78,9 @@ fn pack_one(record: &InputRecord, before_ns: u64, into: &mut Vec<u8>) {
     time(passed_ns, into);
     into.extend(record.tools_hash.to_le_bytes());
     into.extend(record.spheres_hash.to_le_bytes());
+    if organs {
+        into.extend(record.organ_hashes);
+    }
     if record.command != 0 {
         into.push(record.command);
     }
@@ -92,26 +108,30 @@ pub fn unpack(message: &[u8], into: &mut Vec<InputRecord>) -> Option<()> {
     let mut rest = Rest(message);
     let count = u16::from_le_bytes(rest.take()?);
     let first = u64::from_le_bytes(rest.take()?);
-    let mut before_ns = u64::from_le_bytes(rest.take()?);
+    let mut before = before_first(u64::from_le_bytes(rest.take()?));
     for i in 0..u64::from(count) {
-        let record = unpack_one(first.wrapping_add(i), before_ns, &mut rest)?;
-        before_ns = record.now_ns;
+        let record = unpack_one(first.wrapping_add(i), &before, &mut rest)?;
+        before = record;
         into.push(record);
     }
     rest.0.is_empty().then_some(())
 }
 
-fn unpack_one(tick: u64, before_ns: u64, rest: &mut Rest<'_>) -> Option<InputRecord> {
+fn unpack_one(tick: u64, before: &InputRecord, rest: &mut Rest<'_>) -> Option<InputRecord> {
     let bits = u16::from_le_bytes(rest.take()?);
     let is_long = bits & LONG != 0;
     let mut record = InputRecord {
         tick,
-        now_ns: before_ns.wrapping_add(rest.time(is_long)?),
+        now_ns: before.now_ns.wrapping_add(rest.time(is_long)?),
         bits: u32::from(bits) & BITS,
         tools_hash: u32::from_le_bytes(rest.take()?),
         spheres_hash: u32::from_le_bytes(rest.take()?),
+        organ_hashes: before.organ_hashes,
         ..InputRecord::zeroed()
     };
+    if bits & ORGANS != 0 {
+        record.organ_hashes = rest.take()?;
+    }
     let has = |bit: u32| u32::from(bits) & bit != 0;
     if bits & COMMAND != 0 {
         [record.command] = rest.take()?;
@@ -164,8 +184,12 @@ mod tests {
 
     /// A record as the controller makes them: what is not in it is zero.
     fn records() -> impl Strategy<Value = InputRecord> {
-        (prop::array::uniform32(any::<u32>()), 0u8..4).prop_map(|(words, times)| {
-            let mut record: InputRecord = bytemuck::cast(words);
+        let bytes = prop::collection::vec(any::<u8>(), size_of::<InputRecord>());
+        (bytes, 0u8..4, any::<bool>()).prop_map(|(bytes, times, at_rest)| {
+            let mut record: InputRecord = bytemuck::pod_read_unaligned(&bytes);
+            if at_rest {
+                record.organ_hashes = [7; 16];
+            }
             let has = |bits: u32, bit: u32| bits & bit != 0;
             record.bits &= BITS;
             record.reserved = 0;
@@ -234,6 +258,7 @@ mod tests {
     fn an_hour_of_a_1_khz_device_is_far_below_500_mb() {
         let record = InputRecord {
             bits: InputRecord::DEVICE_FRESH | InputRecord::HAS_VELOCITY,
+            organ_hashes: [1; 16],
             ..InputRecord::zeroed()
         };
         let tracked = InputRecord {
@@ -247,6 +272,6 @@ mod tests {
         };
         // A tracker at 140 Hz, a pedal at 50 Hz.
         let second = 1000 * size(&record) + 140 * (size(&tracked) - size(&record));
-        assert!(second * 3600 < 270_000_000, "{second} bytes a second");
+        assert!(second * 3600 < 330_000_000, "{second} bytes a second");
     }
 }

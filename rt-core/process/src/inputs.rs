@@ -70,6 +70,7 @@ pub(crate) fn seal(record: &mut InputRecord, tick: u64, digest: Digest) {
     record.tick = tick;
     record.tools_hash = digest.tools;
     record.spheres_hash = digest.spheres;
+    record.organ_hashes = digest.organs;
 }
 
 /// The samples of a record. Any record gives some: what it says wrongly is refused by the core as

@@ -1,18 +1,13 @@
-//! What a tick leaves of itself, in eight bytes: two runs with the same inputs agree in it.
+//! What a tick leaves of itself, in a few bytes: two runs with the same inputs agree in it.
 //!
-//! Hashing all spheres takes longer than a tick has to spare, so each tick hashes [`WINDOW`] of
-//! them, organ by organ; after at most 79 ticks ([`crate::capacity::MAX_SPHERES`], and a rest for each
-//! organ) every sphere had its turn.
+//! Every sphere counts in every tick, so that the first tick that differs is known, and the organ. A hash
+//! of them all would take longer than a tick has to spare; sums of their bits take microseconds.
 
-use crate::capacity::{MAX_ORGANS, MAX_SPHERES};
+use crate::capacity::MAX_ORGANS;
 use crate::hash::Hash;
-use crate::scene::Scene;
 use crate::sim::TickView;
-
-/// Spheres of one organ that a tick hashes.
-const WINDOW: u32 = 64;
-
-const _: () = assert!(MAX_SPHERES / WINDOW as usize + MAX_ORGANS - 1 == 79);
+use crate::soft_body::Node;
+use crate::state::SphereBits;
 
 /// Hashes of what a tick computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -20,30 +15,29 @@ pub struct Digest {
     /// Of the tools: poses, jaw, force and torque on the hand, counts, switches; and of what was done to
     /// cells of layered tissue.
     pub tools: u32,
-    /// Of the spheres whose turn it was: where they are, how fast, and their bits.
+    /// Of all spheres: where they are, how fast, and their bits.
     pub spheres: u32,
-    /// Their organ; none in a scene without organs.
-    pub organ: Option<u8>,
+    /// The same of each organ, eight bits: if an organ differs, its byte does but once in 256 times.
+    pub organs: [u8; MAX_ORGANS],
 }
 
 impl TickView<'_> {
-    /// What to compare with another run of the same inputs. Costs as much as hashing 64 spheres.
+    /// What to compare with another run of the same inputs. Reads all spheres once.
     #[must_use]
     pub fn digest(&self) -> Digest {
-        let turn = turn(self.scene, self.tick);
-        let mut spheres = Hash::new();
-        if let Some(Turn { first, count, .. }) = turn {
-            let nodes = self.bodies.nodes.range(first, count).iter();
-            for (node, bits) in nodes.zip(self.bodies.bits.range(first, count)) {
-                spheres.vector(&node.moved_m());
-                spheres.vector(&node.velocity_m_s());
-                spheres.word(u32::from(bits.0));
-            }
+        let mut all = Hash::new();
+        let mut organs = [0; MAX_ORGANS];
+        for (organ, into) in self.scene.organs.iter().zip(&mut organs) {
+            let (first, count) = (organ.sphere_start, organ.sphere_count);
+            let nodes = self.bodies.nodes.range(first, count);
+            let own = Sums::of(nodes, self.bodies.bits.range(first, count)).folded();
+            all.word(own);
+            *into = own.to_le_bytes().into_iter().fold(0, |a, b| a ^ b);
         }
         Digest {
             tools: self.tools_hash().folded(),
-            spheres: spheres.folded(),
-            organ: turn.map(|turn| turn.organ),
+            spheres: all.folded(),
+            organs,
         }
     }
 
@@ -74,30 +68,79 @@ impl TickView<'_> {
     }
 }
 
-/// Spheres `first` to `first + count`, all of one organ.
+/// Of a row of spheres, per lane, the sum of the words and the sum of that sum's course (as in Fletcher's
+/// checksum): one word that differs always shows, and so does an exchange. Additions alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Turn {
-    organ: u8,
-    first: u32,
-    count: u32,
+struct Sums {
+    sum: [u64; 4],
+    course: [u64; 4],
 }
 
-/// Whose turn it is in `tick`.
-fn turn(scene: &Scene<'_>, tick: u64) -> Option<Turn> {
-    let windows = |count: u32| count.div_ceil(WINDOW);
-    let all: u32 = scene.organs.iter().map(|it| windows(it.sphere_count)).sum();
-    let mut window = tick.checked_rem(u64::from(all))? as u32;
-    for (organ, record) in (0u8..).zip(scene.organs) {
-        let own = windows(record.sphere_count);
-        if window < own {
-            let done = window * WINDOW;
-            return Some(Turn {
-                organ,
-                first: record.sphere_start + done,
-                count: (record.sphere_count - done).min(WINDOW),
-            });
+impl Sums {
+    fn of(nodes: &[Node], bits: &[SphereBits]) -> Self {
+        let (mut sum, mut course) = ([0; 4], [0; 4]);
+        for (node, bits) in nodes.iter().zip(bits) {
+            let ([a, b], [c, d]) = (node.moved_bits(), node.velocity_bits());
+            // Beside the velocity is nothing.
+            sum = plus(sum, [a, b, c, d ^ (bits.0 as u64) << 32]);
+            course = plus(course, sum);
         }
-        window -= own;
+        Self { sum, course }
     }
-    None
+
+    fn folded(&self) -> u32 {
+        let mut hash = Hash::new();
+        for lanes in [self.sum, self.course] {
+            for lane in lanes {
+                hash.word(lane as u32);
+                hash.word((lane >> 32) as u32);
+            }
+        }
+        hash.folded()
+    }
+}
+
+/// Lane by lane.
+#[inline(always)]
+const fn plus(a: [u64; 4], b: [u64; 4]) -> [u64; 4] {
+    let ([a, b, c, d], [e, f, g, h]) = (a, b);
+    [
+        a.wrapping_add(e),
+        b.wrapping_add(f),
+        c.wrapping_add(g),
+        d.wrapping_add(h),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Vec3;
+
+    fn row() -> ([Node; 40], [SphereBits; 40]) {
+        let mut nodes = [Node::ZERO; 40];
+        for (i, node) in (0u8..).zip(&mut nodes) {
+            let x = f32::from(i) * 1.0e-3;
+            node.shift_by(&Vec3::new(x, 0.01 - x, 0.005));
+        }
+        (nodes, [SphereBits::default(); 40])
+    }
+
+    #[test]
+    fn the_least_change_of_any_sphere_and_an_exchange_show() {
+        let (nodes, bits) = row();
+        let sums = Sums::of(&nodes, &bits);
+        assert_eq!(sums, Sums::of(&nodes, &bits));
+        for i in 0..40 {
+            let mut moved = nodes;
+            moved[i].shift_by(&Vec3::new(0.0, 0.0, 1.0e-9));
+            assert_ne!(sums, Sums::of(&moved, &bits), "sphere {i} is elsewhere");
+            let mut burnt = bits;
+            burnt[i].0 ^= 1;
+            assert_ne!(sums, Sums::of(&nodes, &burnt), "sphere {i} has other bits");
+        }
+        let mut exchanged = nodes;
+        exchanged.swap(3, 17);
+        assert_ne!(sums.folded(), Sums::of(&exchanged, &bits).folded());
+    }
 }

@@ -39,6 +39,13 @@ impl Lanes {
         self.0
     }
 
+    /// The bits of all four, two and two.
+    #[inline(always)]
+    pub(crate) const fn to_bits(self) -> [u64; 2] {
+        let [x, y, z, spare] = self.0;
+        [pair(x, y), pair(z, spare)]
+    }
+
     /// Scalar product of x, y, z.
     #[inline(always)]
     pub(crate) fn dot(self, other: Self) -> f32 {
@@ -109,6 +116,11 @@ impl Lanes {
         let [x, y, z, _] = (self * self).0;
         x + y + z
     }
+}
+
+#[inline(always)]
+const fn pair(a: f32, b: f32) -> u64 {
+    a.to_bits() as u64 | (b.to_bits() as u64) << 32
 }
 
 impl Add for Lanes {

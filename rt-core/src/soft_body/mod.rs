@@ -82,7 +82,7 @@ pub(crate) struct Node {
 }
 
 impl Node {
-    const ZERO: Self = Self {
+    pub(crate) const ZERO: Self = Self {
         moved_m: Lanes::ZERO,
         step_m: Lanes::ZERO,
         rest_m: Lanes::ZERO,
@@ -114,6 +114,18 @@ impl Node {
     #[inline]
     pub(crate) fn velocity_m_s(&self) -> Vec3 {
         self.velocity_m_s.vec3()
+    }
+
+    /// Bits of the displacement from rest, and of what stands beside it.
+    #[inline(always)]
+    pub(crate) fn moved_bits(&self) -> [u64; 2] {
+        (self.moved_m + self.step_m).to_bits()
+    }
+
+    /// Bits of the velocity, and of the zero beside it.
+    #[inline(always)]
+    pub(crate) fn velocity_bits(&self) -> [u64; 2] {
+        self.velocity_m_s.to_bits()
     }
 
     /// Moves the sphere on, m.

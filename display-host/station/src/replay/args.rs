@@ -9,8 +9,8 @@ use crate::cli::{parse_seconds, parse_station};
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Exits with 0 if every tick in it came out the same, also if it is cut at its end (its recorder was
-killed); with 1 if one did not, ticks are missing, it is damaged, or it has none. A difference shows
-within 80 ticks of where it began.
+killed); with 1 if one did not, ticks are missing, it is damaged, or it has none. It names the first
+tick that differs, and the organ.
 
 Examples:
   calot run --headless --seconds 10 --out out    leaves out/session.mcap

@@ -19,9 +19,8 @@ use crate::say;
 use crate::scene::Problem;
 use args::ReplayArgs;
 
-/// After tools have differed, the organ that is behind it shows within as many ticks: by then each
-/// sphere had its turn (`rt_core::sim::Digest`).
-const UNTIL_EVERY_SPHERE: u64 = 80;
+/// After tools alone have differed, an organ is looked for in as many ticks.
+const LOOKED_ON: u64 = 1000;
 /// How often a waiting user is told how far it is.
 const PROGRESS: Duration = Duration::from_secs(1);
 
@@ -120,7 +119,7 @@ impl LeftOut {
     }
 }
 
-/// The first tick at which it shows that the runs differ: within 80 of where they began to.
+/// The first tick in which the runs differ.
 #[derive(Debug, Clone, Serialize)]
 struct Different {
     tick: u64,
@@ -128,8 +127,10 @@ struct Different {
     at_s: f64,
     /// `tools` or `organ`.
     what: &'static str,
-    /// An organ that differs then: within 80 ticks, in which every sphere is looked at once.
+    /// The organ that differs then, or first after the tools did.
     organ: Option<String>,
+    /// In which tick the organ does.
+    organ_tick: Option<u64>,
 }
 
 /// Replays, and says whether all came out the same.
@@ -289,13 +290,15 @@ impl Judge {
                     tick,
                     at_s,
                     what,
+                    organ_tick: organ.is_some().then_some(tick),
                     organ,
                 });
             }
             (Some(first), found) => {
                 first.organ = found.and_then(|it| organ(it, organs));
+                first.organ_tick = first.organ.is_some().then_some(tick);
                 self.is_done =
-                    first.organ.is_some() || tick >= first.tick.saturating_add(UNTIL_EVERY_SPHERE);
+                    first.organ.is_some() || tick >= first.tick.saturating_add(LOOKED_ON);
             }
         }
         !self.is_done
@@ -304,13 +307,14 @@ impl Judge {
 
 impl Different {
     fn in_words(&self) -> String {
-        let organ = self
-            .organ
-            .as_deref()
-            .map_or("no organ".to_owned(), printable);
-        let what = match self.what {
-            "tools" => format!("tools and force differ, and then {organ}"),
-            _ => format!("{organ} differs"),
+        let organ = self.organ.as_deref().map(printable);
+        let what = match (self.what, organ, self.organ_tick) {
+            ("tools", Some(organ), Some(tick)) => {
+                format!("tools or force differ, and in tick {tick} {organ}")
+            }
+            ("tools", ..) => "tools or force differ, and no organ soon after".to_owned(),
+            (_, Some(organ), _) => format!("{organ} differs"),
+            (_, None, _) => "an organ differs".to_owned(),
         };
         format!("tick {} ({:.3} s): {what}", self.tick, self.at_s)
     }
