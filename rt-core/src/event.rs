@@ -48,6 +48,8 @@ pub enum EventKind {
     /// A tube is divided, or off what it was grown to; value: share of its inside that clips leave open on
     /// the worse of both sides, up to where it ends or is divided already. 0: between clips that close it.
     Divided,
+    /// Everything is as it was at the start, or as a task begins; what was told before is void.
+    Reset,
 }
 
 /// An event of one tick. The tick's number and time stand in [`crate::sim::TickView`].

@@ -346,6 +346,8 @@ impl EventMsg {
     /// A tube is divided, or off what it was grown to; value: share of its inside that clips leave open on
     /// the worse of both sides, up to where it ends or is divided already. 0: between clips that close it.
     pub const DIVIDED: u32 = 16;
+    /// Everything is as it was at the start, or as a task begins; what was told before is void.
+    pub const RESET: u32 = 17;
 
     /// Its kind's name, for reports.
     #[must_use]
@@ -367,6 +369,7 @@ impl EventMsg {
             Self::CRUSH => "crush",
             Self::PERFORATION => "perforation",
             Self::DIVIDED => "divided",
+            Self::RESET => "reset",
             _ => "unknown",
         }
     }

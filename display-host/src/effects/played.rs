@@ -93,6 +93,9 @@ impl Course {
     }
 
     pub(crate) fn event(&mut self, event: &EventMsg) {
+        if event.kind == EventMsg::RESET {
+            self.clear();
+        }
         if let Some(effect) = self.causes.event(event) {
             self.begin(effect);
         }

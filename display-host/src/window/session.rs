@@ -225,9 +225,14 @@ impl Session {
         let now = self.start.elapsed().as_secs_f64();
         let (feed, ui, pending) = (&mut self.feed, &mut self.ui, &mut self.pending);
         let (causes, newest_clip) = (&self.causes, &mut self.newest_clip);
-        let heard = &mut self.heard;
+        let (heard, was_reset) = (&mut self.heard, &mut self.was_reset);
         self.host.drain_events(|event| {
             feed.note_event(event);
+            // Whoever asked for it: nothing bleeds any more, and nothing lies on the organs.
+            if event.kind == EventMsg::RESET {
+                pending.clear();
+                (*newest_clip, *was_reset) = (None, true);
+            }
             // While nothing is heard no click is due.
             if event.kind == EventMsg::CLIP
                 && newest_clip.replace(event.value as u32) != Some(event.value as u32)

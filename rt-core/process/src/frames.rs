@@ -128,6 +128,7 @@ pub(crate) fn event(event: &Event, sequence: u64, tick: u64, at_ns: u64) -> Even
             EventKind::Crush => EventMsg::CRUSH,
             EventKind::Perforation => EventMsg::PERFORATION,
             EventKind::Divided => EventMsg::DIVIDED,
+            EventKind::Reset => EventMsg::RESET,
         },
         organ: event.organ.unwrap_or(u32::MAX),
         at_m: event.at_m.into(),

@@ -18,7 +18,7 @@ use crate::capacity::{MAX_CAPSULES, MAX_ORGANS};
 use crate::cautery::Cautery;
 use crate::clip::Clips;
 use crate::collision::tool_contact::ToolContacts;
-use crate::event::Journal;
+use crate::event::{Event, EventKind, Journal};
 use crate::fault::{Fault, FaultCounters, FaultSet};
 use crate::force;
 use crate::grasp::Grasp;
@@ -195,6 +195,12 @@ impl<'a> Sim<'a> {
         self.state.bodies.rest(&self.scene);
         self.state.pairs.load(&self.scene);
         self.measure_bounds();
+        self.journal.raise(Event {
+            kind: EventKind::Reset,
+            organ: None,
+            at_m: self.tool.tip_m,
+            value: 0.0,
+        });
     }
 
     /// Device pose → instrument pose through the port, and its shapes; tracker → camera.

@@ -93,6 +93,8 @@ fn a_clip_on_the_bleeding_stump_stops_it_and_a_reset_takes_it_off() {
     bench.next_at(&AWAY, NONE).command = Some(Command::Reset);
     sim.tick(&mut bench);
     assert_eq!((bench.clips.len(), bench.clips_left), (0, 12));
+    let told = bench.events.iter().filter(|it| it.kind == EventKind::Reset);
+    assert_eq!(told.count(), 1);
 }
 
 #[test]

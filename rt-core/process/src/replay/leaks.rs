@@ -11,7 +11,7 @@ const KEPT: usize = 4096;
 enum Change {
     /// What an event says.
     Told(EventMsg),
-    /// The organs were put back to rest, of which no event tells.
+    /// The organs were put back to rest.
     AllClosed,
 }
 
