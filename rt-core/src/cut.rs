@@ -11,7 +11,7 @@ use crate::grasp::Jaws;
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::soft_body::Bodies;
-use crate::soft_body::part::{Apart, part_all};
+use crate::soft_body::part::{Apart, part_all, sparing_none};
 
 /// Cuts what is between these blades, which have closed by `closed` of their opening, but no clip and
 /// nothing under one (`clips`: links and places, world frame, m); `cut` hears
@@ -26,7 +26,7 @@ pub(crate) fn cut_all(
     cut: impl FnMut(Apart),
 ) -> bool {
     let mut is_cutting = false;
-    part_all(scene, bodies, cut, |bar, parted| {
+    part_all(scene, bodies, sparing_none, cut, |bar, parted| {
         let Some(crossing) = blades.crossing(&bar.ends_m, bar.radius_m) else {
             return parted;
         };

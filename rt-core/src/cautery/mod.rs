@@ -20,7 +20,7 @@ use crate::event::{Event, EventKind, Journal};
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::soft_body::Bodies;
-use crate::soft_body::part::{Apart, part_all};
+use crate::soft_body::part::{Apart, part_all, sparing_none};
 use crate::tool::Tool;
 use crate::vessel::Vessels;
 use wall::{HOLE_M2, Walls};
@@ -76,7 +76,7 @@ impl Cautery {
             vessels.note_change();
             journal.raise(apart.told(EventKind::Cut));
         };
-        part_all(scene, bodies, apart, |bar, parted| {
+        part_all(scene, bodies, sparing_none, apart, |bar, parted| {
             let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
             if parted >= 1.0 || is_layered {
                 return parted;
@@ -169,6 +169,7 @@ fn touched_bars_m2(
     part_all(
         scene,
         bodies,
+        sparing_none,
         |_| (),
         |bar, parted| {
             let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);

@@ -304,7 +304,7 @@ impl<'a> Sim<'a> {
                 bodies.halt(organ);
             }
             if let Some(bounds) = self.bounds.get_mut(usize::from(i)) {
-                *bounds = advanced.bounds;
+                *bounds = bodies.bounds(organ);
             }
         }
         bodies.carry_gone(scene);

@@ -68,8 +68,6 @@ impl Bounds {
 /// What a substep made of an organ.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Advanced {
-    /// The box around it.
-    pub(crate) bounds: Bounds,
     /// Speed of its fastest movable sphere, m/s.
     pub(crate) speed_max_m_s: f32,
     /// Spheres that were put back.
@@ -97,11 +95,8 @@ impl Bodies {
     /// was and rests.
     pub(crate) fn advance(&mut self, organ: &Organ, step_s: f32) -> Advanced {
         let (mut put_back, mut fastest) = (0, 0.0f32);
-        let (mut low_m, mut high_m) = (Lanes::splat(f32::MAX), Lanes::splat(f32::MIN));
-        let (start, count) = (organ.sphere_start, organ.sphere_count);
-        let radii = self.radius_m.range(start, count);
         let per_step = Lanes::splat(step_s.recip());
-        for (node, radius_m) in self.nodes.range_mut(start, count).iter_mut().zip(radii) {
+        for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
             let [x, y, z, _] = (node.moved_m + node.step_m).to_array();
             // Not `>`: a comparison with NaN is false. Not `&&`: all three at once are quicker.
             let is_in = |x: f32| x.abs() <= DISPLACEMENT_MAX_M;
@@ -117,13 +112,8 @@ impl Bodies {
                 put_back += 1;
             }
             node.step_m = Lanes::ZERO;
-            let (center_m, radius_m) = (node.center(), Lanes::splat(*radius_m));
-            low_m = (center_m - radius_m).min(low_m);
-            high_m = (center_m + radius_m).max(high_m);
         }
-        let (low_m, high_m) = (low_m.vec3(), high_m.vec3());
         Advanced {
-            bounds: Bounds { low_m, high_m },
             speed_max_m_s: math::sqrt(fastest),
             put_back,
         }

@@ -267,13 +267,16 @@ impl Bodies {
 
     /// The box around an organ as it lies now.
     pub(crate) fn bounds(&self, organ: &Organ) -> Bounds {
-        let mut bounds = Bounds::EMPTY;
+        let (mut low_m, mut high_m) = (Lanes::splat(f32::MAX), Lanes::splat(f32::MIN));
         let (start, count) = (organ.sphere_start, organ.sphere_count);
         let radii = self.radius_m.range(start, count);
         for (node, radius_m) in self.nodes.range(start, count).iter().zip(radii) {
-            bounds.add(&node.center_m(), *radius_m);
+            let (center_m, radius_m) = (node.center(), Lanes::splat(*radius_m));
+            low_m = (center_m - radius_m).min(low_m);
+            high_m = (center_m + radius_m).max(high_m);
         }
-        bounds
+        let (low_m, high_m) = (low_m.vec3(), high_m.vec3());
+        Bounds { low_m, high_m }
     }
 
     /// Puts every sphere back to rest, and joins what has torn.

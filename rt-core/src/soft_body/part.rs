@@ -164,12 +164,13 @@ impl Apart {
 /// After a tick: what is stretched too far parts. `torn` hears of what has parted in this tick.
 /// O(attachments and elastic links of organs that move).
 pub(crate) fn tear_all(scene: &Scene<'_>, bodies: &mut Bodies, torn: impl FnMut(Apart)) {
-    part_all(scene, bodies, torn, |bar, parted| {
+    // No root is needed to know that what is stretched by less than `whole_m` does not tear.
+    let is_whole = |ends_m: &[Vec3; 2], rest_length_m: f32, whole_m2: f32| {
+        let squared_m2 = (ends_m[0] - ends_m[1]).norm_squared();
+        squared_m2 <= rest_length_m * rest_length_m + ROUNDED * whole_m2
+    };
+    part_all(scene, bodies, is_whole, torn, |bar, parted| {
         let along_m = bar.ends_m[0] - bar.ends_m[1];
-        if along_m.norm_squared() <= bar.rest_length_m * bar.rest_length_m {
-            // No root is needed to know that what is slack does not tear.
-            return parted;
-        }
         let whole_m = math::sqrt(bar.tear_j * bar.compliance_m_n);
         let tears = whole_m > 0.0 && whole_m.is_finite();
         let stretch_m = math::norm(&along_m) - bar.rest_length_m;
@@ -181,11 +182,16 @@ pub(crate) fn tear_all(scene: &Scene<'_>, bodies: &mut Bodies, torn: impl FnMut(
     });
 }
 
+/// What is called whole at a glance is so by more than its computation rounds.
+const ROUNDED: f32 = 0.999;
+
 /// Parts every bar of organs that move as far as `part` says, which is given each with how far it
-/// has parted. `apart` hears of what that has severed.
+/// has parted, but those that `is_spared`, given ends, m, length at rest, m, and the square of how far they stretch
+/// before they tear, m². `apart` hears of what that has severed.
 pub(crate) fn part_all(
     scene: &Scene<'_>,
     bodies: &mut Bodies,
+    is_spared: impl Fn(&[Vec3; 2], f32, f32) -> bool,
     mut apart: impl FnMut(Apart),
     mut part: impl FnMut(&BarView, f32) -> f32,
 ) {
@@ -214,11 +220,13 @@ pub(crate) fn part_all(
             Anchor::World(at_m) => (at_m, false),
             Anchor::Sphere(other) => (nodes.at(other).center_m(), moves(other)),
         };
-        if moves(tie.sphere) || other_moves {
+        let ends_m = [nodes.at(tie.sphere).center_m(), other_m];
+        let is_spared = || is_spared(&ends_m, tie.rest_length_m, tie.tear_j * tie.compliance_m_n);
+        if (moves(tie.sphere) || other_moves) && !is_spared() {
             let bar = BarView {
                 organ: *organs.at(tie.sphere),
                 link: None,
-                ends_m: [nodes.at(tie.sphere).center_m(), other_m],
+                ends_m,
                 radius_m: *radius_m.at(tie.sphere),
                 area_m2: tie_area_m2(scene, organs, tie),
                 rest_length_m: tie.rest_length_m,
@@ -240,10 +248,14 @@ pub(crate) fn part_all(
         let links = (organ.link_start..).zip(scene.elastic_links_of(organ));
         for ((number, link), parted) in links.zip(own) {
             let squared_m2 = tear_m * link.rest_length_m;
+            let ends_m = [link.a, link.b].map(|sphere| nodes.at(sphere).center_m());
+            if is_spared(&ends_m, link.rest_length_m * shrunk, squared_m2) {
+                continue;
+            }
             let bar = BarView {
                 organ: index,
                 link: Some(number),
-                ends_m: [link.a, link.b].map(|sphere| nodes.at(sphere).center_m()),
+                ends_m,
                 radius_m: radius_m.at(link.a).min(*radius_m.at(link.b)),
                 area_m2: link.rest_length_m
                     / (young_pa * link.compliance_m_n).max(f32::MIN_POSITIVE),
@@ -254,6 +266,11 @@ pub(crate) fn part_all(
             note(bar, parted);
         }
     }
+}
+
+/// Spares no bar: see [`part_all`].
+pub(crate) const fn sparing_none(_ends_m: &[Vec3; 2], _rest_length_m: f32, _whole_m2: f32) -> bool {
+    false
 }
 
 /// Cross-section of a suture, m²: 3-0, 0.2 mm thick.

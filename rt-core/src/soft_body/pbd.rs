@@ -114,7 +114,7 @@ mod tests {
     use crate::math::Vec3;
     use crate::scene::Link;
     use crate::scene::tests::{organ, room, sphere};
-    use crate::soft_body::part::part_all;
+    use crate::soft_body::part::{part_all, sparing_none};
     use std::boxed::Box;
 
     #[test]
@@ -135,7 +135,7 @@ mod tests {
         let mut taken_m = |parted: f32| {
             bodies.load(&scene);
             bodies.begin(&scene, true);
-            part_all(&scene, &mut bodies, |_| (), |_, _| parted);
+            part_all(&scene, &mut bodies, sparing_none, |_| (), |_, _| parted);
             bodies.nodes.at_mut(1).move_by(&(Vec3::x() * 0.004));
             PaperPbd { iterations: 1 }.project(&scene, &organs[0], 0.001, &mut bodies);
             0.004 - bodies.nodes.at(1).from(bodies.nodes.at(0)).vec3().x + 0.02
