@@ -2,7 +2,7 @@
 
 use shared_mem::scene::{CellRecord, OrganKind, SceneFile, str_from_name};
 
-use crate::vector::{Vec3, sub, wide};
+use crate::vector::{Vec3, wide};
 
 /// How far around duct and artery the controller clears the triangle (`rt_core::sim`, `CLEARED_M`), m.
 const CLEARED_M: f64 = 0.008;
@@ -46,8 +46,6 @@ pub(crate) struct Organ {
     pub(crate) kind: Option<OrganKind>,
     /// Middle of its spheres at rest, m.
     pub(crate) middle_m: Vec3,
-    /// Direction in which its spheres at rest reach farthest; of unit length, or zero.
-    pub(crate) along: Vec3,
 }
 
 /// A scene's organs and its layered tissue.
@@ -77,7 +75,6 @@ impl Anatomy {
                 name: str_from_name(&record.name).unwrap_or_default().to_owned(),
                 kind: OrganKind::from_u32(record.kind),
                 middle_m: middle(&centers),
-                along: longest(&centers),
             }
         });
         let cells = scene.cells().iter().map(|cell| {
@@ -101,7 +98,6 @@ impl Anatomy {
             name: name.to_owned(),
             kind: Some(kind),
             middle_m: [0.0; 3],
-            along: [1.0, 0.0, 0.0],
         });
         let cells: Vec<_> = cells.iter().map(|region| (*region, 1.0)).collect();
         Self {
@@ -178,15 +174,4 @@ fn unit(v: Vec3) -> Vec3 {
 fn middle(points: &[Vec3]) -> Vec3 {
     let count = points.len().max(1) as f64;
     [0, 1, 2].map(|i| points.iter().map(|point| point[i]).sum::<f64>() / count)
-}
-
-/// From the point farthest from the first to the one farthest from that.
-fn longest(points: &[Vec3]) -> Vec3 {
-    let farthest = |from: Vec3| {
-        let far = |p: &&Vec3| crate::vector::distance(**p, from);
-        points.iter().max_by(|a, b| far(a).total_cmp(&far(b)))
-    };
-    let one = points.first().and_then(|first| farthest(*first));
-    let ends = one.and_then(|one| Some((*one, *farthest(*one)?)));
-    ends.map_or([0.0; 3], |(a, b)| unit(sub(b, a)))
 }

@@ -13,7 +13,7 @@ use crate::task::{Difficulty, Outcome, Task};
 use crate::vector::{Vec3, distance, wide};
 
 /// Version of the metrics' definitions and of what tasks ask beside their rules.
-pub const VERSION: u32 = 2;
+pub const VERSION: u32 = 3;
 /// As `CommandMsg::START` counts tasks: from here on the triangle is cleared.
 const START_CLAMP: u8 = 2;
 /// Alarms and moments that are kept.

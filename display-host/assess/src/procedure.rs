@@ -146,9 +146,9 @@ impl Procedure {
             },
             EventMsg::DIVIDED => {
                 if let Some(which) = vessel {
-                    self.divide(which, at_s, event, anatomy);
-                    let clips = self.vessels.get(which).map_or(0, Vessel::clips);
                     let is_closed = f64::from(event.value) <= rules.done.leak;
+                    self.divide(which, at_s, is_closed);
+                    let clips = self.vessels.get(which).map_or(0, Vessel::clips);
                     if (clips < rules.done.clips || !is_closed) && self.is_unclamped(which) {
                         say(AlarmKind::Unclamped);
                     }
@@ -168,7 +168,7 @@ impl Procedure {
             EventMsg::TEAR if !is_target(kind) => {
                 say(AlarmKind::Torn);
                 if let Some(which) = vessel {
-                    self.divide(which, at_s, event, anatomy);
+                    self.divide(which, at_s, true);
                     self.injure(which);
                     if self.is_unclamped(which) {
                         say(AlarmKind::Unclamped);
@@ -237,10 +237,9 @@ impl Procedure {
         }
     }
 
-    fn divide(&mut self, which: usize, at_s: f64, event: &EventMsg, anatomy: &Anatomy) {
-        let along = anatomy.organ(event.organ).map(|organ| organ.along);
+    fn divide(&mut self, which: usize, at_s: f64, is_closed: bool) {
         if let Some(vessel) = self.vessels.get_mut(which) {
-            vessel.divide(at_s, wide(event.at_m), along.unwrap_or_default());
+            vessel.divide(at_s, is_closed);
         }
     }
 

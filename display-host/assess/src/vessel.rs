@@ -1,6 +1,6 @@
 //! Cystic duct and artery: clips, and how they were divided.
 
-use crate::vector::{Vec3, distance, dot};
+use crate::vector::{Vec3, distance};
 
 /// Leaks as near as this to each other are one, m; so many are remembered.
 const SAME_LEAK_M: f64 = 0.000_1;
@@ -21,7 +21,7 @@ pub(crate) struct Vessel {
     pub(crate) given: usize,
     /// When it was first divided, s, and with how many clips on it.
     pub(crate) divided: Option<(f64, usize)>,
-    /// All clips were on one side of the place where it was divided.
+    /// It was divided with clips on it, but none that closes one of the sides.
     pub(crate) one_sided: bool,
     /// Where it leaks, m, and how much: every event of one leak has one place.
     leaking: Vec<(Vec3, f64)>,
@@ -40,17 +40,12 @@ impl Vessel {
         self.given + self.clips.len()
     }
 
-    /// It is divided here; `along` is its direction at rest.
-    pub(crate) fn divide(&mut self, at_s: f64, at_m: Vec3, along: Vec3) {
-        if self.divided.is_some() {
-            return;
+    /// It is divided, and this says whether clips close both sides.
+    pub(crate) fn divide(&mut self, at_s: f64, is_closed: bool) {
+        if self.divided.is_none() {
+            self.divided = Some((at_s, self.clips()));
+            self.one_sided = self.clips() > 0 && !is_closed;
         }
-        self.divided = Some((at_s, self.clips()));
-        let cut = dot(at_m, along);
-        let before = self.clips.iter().filter(|it| dot(it.at_m, along) < cut);
-        let (before, all) = (before.count(), self.clips.len());
-        // Where clips are that were there is not told.
-        self.one_sided = self.given == 0 && all > 0 && (before == 0 || before == all);
     }
 
     /// It leaks so much here from now on.

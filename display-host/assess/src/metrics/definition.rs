@@ -117,7 +117,7 @@ metrics! {
         "Least distance between two clips of one vessel, where each closed."
         "own"
     CutsOneSided "cuts_one_sided" "n"
-        "Vessels divided with all clips on one side, by the places along the vessel at rest."
+        "Vessels divided with clips on them, none of which closes one of the sides."
         "paper, task 3: between the clips"
     Unclamped "unclamped" "n"
         "Vessels divided with too few clips or a side that they do not close, or that leaked after it."
