@@ -372,6 +372,26 @@ mod tests {
     }
 
     #[test]
+    fn a_difference_is_told_with_its_tick_and_organ() {
+        let told = |what, organ: Option<&str>, organ_tick| {
+            let different = Different {
+                tick: 7,
+                at_s: 0.007,
+                what,
+                organ: organ.map(str::to_owned),
+                organ_tick,
+            };
+            different.in_words()
+        };
+        assert_eq!(
+            told("organ", Some("liver"), Some(7)),
+            "tick 7 (0.007 s): liver differs"
+        );
+        assert!(told("tools", Some("liver"), Some(9)).ends_with("in tick 9 liver"));
+        assert!(told("tools", None, None).ends_with("no organ soon after"));
+    }
+
+    #[test]
     fn what_is_left_out_is_said() {
         let whole = LeftOut {
             controller_ended: Some(true),

@@ -328,6 +328,7 @@ mod tests {
             at_s: 0.007,
             what: "organ",
             organ: Some("liver".to_owned()),
+            organ_tick: Some(7),
         };
         let gap = LeftOut {
             gap_at_tick: Some(9),
