@@ -164,7 +164,9 @@ fn a_killed_run_leaves_what_it_had() {
             .spawn()
             .expect("it starts");
         let file = folder.path().join("jitter.json");
-        wait_until("results are written", || file.exists());
+        wait_until("results are written", || {
+            file.exists() && read(&file)["wake_latency_ns"]["count"] != 0
+        });
         let pid = running.id().to_string();
         let sent = Command::new("kill").args([signal, &pid]).status();
         assert!(sent.expect("there is a kill").success());

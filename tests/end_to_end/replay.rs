@@ -179,8 +179,10 @@ fn alter(session: &Path, to: &Path) -> u64 {
     }
     let (chunk, data) = found[found.len() / 2];
     let first_tick = u64_at(data + 2);
+    // Bits, time, two hashes, those of organs if they are there, age, and then where the handle is.
+    let organs = if bytes[data + 19] & 0x20 != 0 { 16 } else { 0 };
     bytes[chunk + 24..chunk + 28].fill(0);
-    bytes[data + 18 + 14 + 5] ^= 0x10;
+    bytes[data + 18 + 14 + organs + 5] ^= 0x10;
     std::fs::write(to, bytes).expect("written");
     first_tick
 }
