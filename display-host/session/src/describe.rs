@@ -40,13 +40,14 @@ pub(crate) const SETUP: Topic = Topic {
 pub(crate) const INPUTS: Topic = Topic {
     name: "/inputs",
     encoding: OWN,
-    schema_name: "calot.Inputs.v1",
+    schema_name: "calot.Inputs.v2",
     schema_encoding: "x-text",
     schema: "u16 ticks, u64 first tick, u64 time before the first distance, ns. Each tick: u16 bits \
              (1 device fresh, 2 device lost, 4 tracker fresh, 8 tracker lost, 16 pedal fresh, 32 pedal \
              lost, 64 velocity, 128 cut, 256 coagulate, 512 camera lock, 1024 no self-collision, 2048 \
-             no far organs, 16384 command, 32768 long times), u32 ns since the tick before, u32 hash \
-             of the tools, u32 hash of spheres, [u8 command: kind + 16 argument], [device: u32 age ns, \
+             no far organs, 8192 organs, 16384 command, 32768 long times), u32 ns since the tick before, u32 hash \
+             of the tools, u32 hash of spheres, [16 u8 of each organ's hash, else as in the tick before, first 0], [u8 command: \
+             kind + 16 argument], [device: u32 age ns, \
              3 f32 m, 4 f32 x y z w, [3 f32 m/s], u16 number, u8 buttons], [tracker: u32 age ns, 3 f32 \
              m, 4 f32 x y z w], [pedal: u32 age ns]; times are u64 with long times. Little-endian.",
 };

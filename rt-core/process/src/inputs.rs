@@ -304,7 +304,7 @@ mod tests {
         }
 
         #[test]
-        fn any_record_gives_samples(bytes in prop::collection::vec(any::<u8>(), 128)) {
+        fn any_record_gives_samples(bytes in prop::collection::vec(any::<u8>(), size_of::<InputRecord>())) {
             let record: InputRecord = bytemuck::pod_read_unaligned(&bytes);
             let _ = samples(&record);
         }
