@@ -147,7 +147,7 @@ impl Procedure {
             EventMsg::DIVIDED => {
                 if let Some(which) = vessel {
                     let is_closed = f64::from(event.value) <= rules.done.leak;
-                    self.divide(which, at_s, is_closed);
+                    self.divide(which, at_s, Some(is_closed));
                     let clips = self.vessels.get(which).map_or(0, Vessel::clips);
                     if (clips < rules.done.clips || !is_closed) && self.is_unclamped(which) {
                         say(AlarmKind::Unclamped);
@@ -168,7 +168,7 @@ impl Procedure {
             EventMsg::TEAR if !is_target(kind) => {
                 say(AlarmKind::Torn);
                 if let Some(which) = vessel {
-                    self.divide(which, at_s, true);
+                    self.divide(which, at_s, None);
                     self.injure(which);
                     if self.is_unclamped(which) {
                         say(AlarmKind::Unclamped);
@@ -237,7 +237,7 @@ impl Procedure {
         }
     }
 
-    fn divide(&mut self, which: usize, at_s: f64, is_closed: bool) {
+    fn divide(&mut self, which: usize, at_s: f64, is_closed: Option<bool>) {
         if let Some(vessel) = self.vessels.get_mut(which) {
             vessel.divide(at_s, is_closed);
         }

@@ -23,6 +23,8 @@ pub(crate) struct Vessel {
     pub(crate) divided: Option<(f64, usize)>,
     /// It was divided with clips on it, but none that closes one of the sides.
     pub(crate) one_sided: bool,
+    /// That was told.
+    is_judged: bool,
     /// Where it leaks, m, and how much: every event of one leak has one place.
     leaking: Vec<(Vec3, f64)>,
     /// It was perforated or torn.
@@ -40,11 +42,13 @@ impl Vessel {
         self.given + self.clips.len()
     }
 
-    /// It is divided, and this says whether clips close both sides.
-    pub(crate) fn divide(&mut self, at_s: f64, is_closed: bool) {
-        if self.divided.is_none() {
-            self.divided = Some((at_s, self.clips()));
-            self.one_sided = self.clips() > 0 && !is_closed;
+    /// It is divided, and this says whether clips close both sides; of a tear that is told later.
+    pub(crate) fn divide(&mut self, at_s: f64, is_closed: Option<bool>) {
+        let clips = self.clips();
+        let (_, clips) = *self.divided.get_or_insert((at_s, clips));
+        if let (Some(is_closed), false) = (is_closed, self.is_judged) {
+            self.is_judged = true;
+            self.one_sided = clips > 0 && !is_closed;
         }
     }
 

@@ -121,6 +121,7 @@ impl Visitors {
     /// A place for it. If all are taken it gets that of whoever has been a stranger for longest: who stays
     /// without a question keeps nobody out.
     fn enter(&mut self, stream: &TcpStream) -> Option<Arc<Visit>> {
+        let line = stream.try_clone().ok()?;
         self.0.retain(|it| it.strong_count() > 0);
         if self.0.len() >= CONNECTIONS_MAX {
             let is_stranger = |it: &Weak<Visit>| {
@@ -133,7 +134,7 @@ impl Visitors {
             }
         }
         let visit = Arc::new(Visit {
-            line: stream.try_clone().ok()?,
+            line,
             is_known: AtomicBool::new(false),
         });
         self.0.push(Arc::downgrade(&visit));

@@ -1,4 +1,4 @@
-//! A tick's inputs in about 60 bytes: only what is there, times as distances.
+//! A tick's inputs in 60 to 80 bytes: only what is there, times as distances.
 //!
 //! ```text
 //! u16 ticks, u64 first tick, u64 its time before the first distance, then each tick:
