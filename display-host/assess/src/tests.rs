@@ -297,16 +297,6 @@ fn clips_on_one_side_of_the_cut_are_no_clamp() {
 }
 
 #[test]
-fn a_tear_is_judged_by_what_is_told_after_it() {
-    let mut assessment = begin(Task::Cut);
-    rest(&mut assessment, 0.0, 0.1);
-    clip(&mut assessment, 0.1, DUCT, 0.01, 0.0);
-    assessment.take(&event(0.3, EventMsg::TEAR, DUCT, 0.0, 0.002));
-    cut_open(&mut assessment, 0.3, DUCT, 1.0);
-    is(assessment.end().metrics.get(Metric::CutsOneSided), 1.0);
-}
-
-#[test]
 fn a_cut_that_divides_nothing_is_none_and_an_end_that_is_dry_hides_no_leak() {
     let mut assessment = begin(Task::Cut);
     rest(&mut assessment, 0.0, 0.1);
