@@ -69,7 +69,7 @@ impl TickView<'_> {
 }
 
 /// Of a row of spheres, per lane, the sum of the words and the sum of that sum's course (as in Fletcher's
-/// checksum): one word that differs always shows, and so does an exchange. Additions alone.
+/// checksum): one word that differs always shows, and an exchange nearly always. Additions alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Sums {
     sum: [u64; 4],

@@ -16,7 +16,7 @@ const CLEARED_M: f32 = 0.008;
 const DIVIDED_AT: f32 = 0.65;
 
 impl Sim<'_> {
-    /// Puts everything back to rest, and then to where `task` begins. Nothing of it is told: it is not
+    /// Puts everything back to rest, and then to where `task` begins. That it begins is told, nothing of how: it is not
     /// the trainee's.
     pub(super) fn start(&mut self, task: Task) {
         self.reset();
