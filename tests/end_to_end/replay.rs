@@ -114,7 +114,8 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     );
     assert_eq!(code, Some(0), "{said}");
     let [was, would] = [0, 1].map(|i| answer["force_max_n"][i].as_f64().expect("a force"));
-    assert!(was > 0.05 && (was - would).abs() > 0.01, "{answer:#}");
+    // A slow machine feels less of the emulated press: compared is the one solver with the other.
+    assert!((was - would).abs() > 0.1 * was.max(would), "{answer:#}");
     let page = std::fs::read_to_string(out.join("what_if.html")).expect("a page");
     assert_eq!(page.matches("<svg").count(), 4);
     let table = std::fs::read_to_string(out.join("what_if.csv")).expect("a table");
