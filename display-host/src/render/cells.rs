@@ -13,7 +13,7 @@ use shared_mem::scene::{CellRecord, NO_CELL, OrganKind, SceneFile, VertexRecord}
 
 use super::gpu::Gpu;
 use super::look::COOKED;
-use super::strands::Strands;
+use super::strands::{Anchors, Strands, Weave};
 use crate::skinning::motion::{Motion, moved};
 use crate::skinning::{RestVertex, SkinnedVertex, pairs};
 
@@ -51,8 +51,8 @@ pub(super) struct Cells {
     is_loose: Vec<bool>,
     now: Vec<SkinnedVertex>,
     pub(super) buffers: Option<Buffers>,
-    /// By cell: it is of connective tissue.
-    is_fibrous: Vec<bool>,
+    /// By cell: how much of it is fibres.
+    weaves: Vec<Weave>,
     pub(super) strands: Strands,
 }
 
@@ -105,9 +105,12 @@ impl Cells {
         };
         let corners: Vec<RestVertex> = scene.cell_corners().iter().map(corner).collect();
         let count = corners.len();
-        let fibrous = OrganKind::ConnectiveTissue as u32;
-        let is_fibrous = |cell: &CellRecord| kind_of(cell.spheres[0]) == fibrous;
-        let is_fibrous: Vec<bool> = cells.iter().map(is_fibrous).collect();
+        let weave = |cell: &CellRecord| match OrganKind::from_u32(kind_of(cell.spheres[0])) {
+            Some(OrganKind::ConnectiveTissue) => Weave::Dense,
+            Some(OrganKind::Fat) => Weave::Loose,
+            _ => Weave::Plain,
+        };
+        let weaves: Vec<Weave> = cells.iter().map(weave).collect();
         let mut made = Self {
             states: vec![0; cells.len()],
             over: over(scene, &cells, triangles),
@@ -116,7 +119,7 @@ impl Cells {
             is_loose: vec![false; count],
             now: vec![SkinnedVertex::zeroed(); count],
             buffers: None,
-            is_fibrous,
+            weaves,
             strands: Strands::default(),
             corners,
             cells,
@@ -126,8 +129,9 @@ impl Cells {
             let indices = made.cells.len() * 6 * 6;
             made.buffers = Some(Buffers::new(gpu, "cells", count, indices));
         }
-        if made.is_fibrous.contains(&true) {
-            made.strands = Strands::new(gpu, scene, &made.corners, &made.is_fibrous);
+        if made.weaves.iter().any(|it| *it != Weave::Plain) {
+            let anchors = Anchors::of(scene, &made.corners, &made.weaves);
+            made.strands = Strands::new(gpu, anchors);
         }
         made
     }
@@ -160,7 +164,7 @@ impl Cells {
         let states = &self.states;
         let is_gone = |cell: u16| states.get(usize::from(cell)) == Some(&StateFrame::GONE);
         self.strands
-            .grow(gpu, &self.cells, &self.corners, &self.is_fibrous, is_gone);
+            .grow(gpu, &self.cells, &self.corners, &self.weaves, is_gone);
     }
 
     fn is_gone(&self, cell: u16) -> bool {

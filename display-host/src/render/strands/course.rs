@@ -1,0 +1,141 @@
+//! A fibre as it is now: where it runs, how thick it is, and what is drawn of it and of the films beside it.
+
+use glam::Vec3;
+
+use super::net::{Film, Piece};
+use crate::skinning::SkinnedVertex;
+
+/// Corners of a fibre's section, on a circle.
+pub(super) const SIDES: usize = 3;
+const SECTION: [[f32; 2]; SIDES] = [[1.0, 0.0], [-0.5, 0.866_025_4], [-0.5, -0.866_025_4]];
+/// Along a piece: the flare of its root, the neck behind it, the middle.
+pub(super) const RINGS: [f32; 5] = [0.0, 0.16, 0.5, 0.84, 1.0];
+/// Places across a film, on each of its two sides.
+pub(super) const ACROSS: usize = 5;
+/// Corners of a fibre's piece, and of one side of a film.
+pub(super) const TUBE: usize = RINGS.len() * SIDES;
+pub(super) const SHEET: usize = 2 * ACROSS;
+/// How much wider a fibre is where it leaves tissue.
+const ROOT: f32 = 2.6;
+
+/// A piece as it is now.
+#[derive(Clone, Copy)]
+pub(super) struct Course {
+    ends: [Vec3; 2],
+    bow: Vec3,
+    /// Unit, across it.
+    across: Vec3,
+    radii_m: [f32; 2],
+    is_root: [bool; 2],
+}
+
+impl Course {
+    fn at(&self, share: f32) -> Vec3 {
+        let swing = (share * core::f32::consts::PI).sin();
+        self.ends[0].lerp(self.ends[1], share) + self.bow * (swing * swing)
+    }
+
+    fn radius_m(&self, share: f32) -> f32 {
+        let [a, b] = self.radii_m;
+        // Necks behind the roots, and a waist.
+        let flare = |is_root: bool, off: f32| match is_root {
+            true => 1.0 + (ROOT - 1.0) * (1.0 - off / 0.2).max(0.0).powi(2),
+            false => 1.0,
+        };
+        let waist = 1.0 - 0.25 * (share * core::f32::consts::PI).sin();
+        let flare = flare(self.is_root[0], share) * flare(self.is_root[1], 1.0 - share);
+        (a + (b - a) * share) * waist * flare
+    }
+}
+
+impl Piece {
+    pub(super) fn now(&self, length_m: f32, place: impl Fn(u32) -> Vec3 + Copy) -> Course {
+        let [a, b, c, d] = self.side.map(place);
+        let off = (c - a).cross(d - b).normalize_or(Vec3::Y);
+        let ends = self.ends.map(|end| end.on_side(place) + off * end.off_m);
+        let along = ends[1] - ends[0];
+        let across = off.cross(along).normalize_or(off.any_orthonormal_vector());
+        // Drawn out it is straight and thin, slack it bows.
+        let slack = (length_m / along.length().max(1e-6)).clamp(0.2, 1.15);
+        Course {
+            ends,
+            bow: (off * self.bow[0] + across * self.bow[1]) * (length_m * slack * slack),
+            across,
+            radii_m: self.ends.map(|end| end.radius_m * slack.sqrt()),
+            is_root: self.ends.map(|end| end.is_root),
+        }
+    }
+}
+
+impl Course {
+    pub(super) fn draw(&self, tube: &mut [SkinnedVertex]) {
+        let along = (self.ends[1] - self.ends[0]).normalize_or(Vec3::X);
+        let up = along.cross(self.across);
+        for (ring, share) in tube.chunks_mut(SIDES).zip(RINGS) {
+            let (middle, radius_m) = (self.at(share), self.radius_m(share));
+            for (vertex, [x, y]) in ring.iter_mut().zip(SECTION) {
+                let normal = self.across * x + up * y;
+                vertex.position = (middle + normal * radius_m).extend(0.0).to_array();
+                vertex.normal = normal.extend(0.0).to_array();
+            }
+        }
+    }
+}
+
+/// Both sides of a film; the second is the first turned over.
+pub(super) fn draw_film(film: &Film, first: &Course, second: &Course, sheet: &mut [SkinnedVertex]) {
+    let at = |across: f32, is_edge: bool| {
+        let height = film.height_at(across, is_edge);
+        first.at(height).lerp(second.at(height), across)
+    };
+    let [root, edge] = [at(0.5, false), at(0.5, true)];
+    let normal = (at(1.0, true) - at(0.0, true))
+        .cross(edge - root)
+        .normalize_or(Vec3::Y);
+    for (half, normal) in sheet.chunks_mut(SHEET).zip([normal, -normal]) {
+        for (k, vertex) in half.iter_mut().enumerate() {
+            let across = (k % ACROSS) as f32 / (ACROSS - 1) as f32;
+            let place = at(across, k >= ACROSS);
+            vertex.position = place.extend(0.0).to_array();
+            vertex.normal = normal.extend(0.0).to_array();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::net::End;
+    use super::*;
+
+    #[test]
+    fn a_fibre_is_thin_in_its_middle_and_thinner_when_drawn_out() {
+        let end = |corner: u32, is_root| End {
+            corners: [corner; 4],
+            shares: [0.5, 0.0],
+            off_m: 0.0,
+            radius_m: 1e-4,
+            is_root,
+        };
+        let piece = Piece {
+            side: [0, 1, 2, 3],
+            ends: [end(4, true), end(5, false)],
+            bow: [0.2, 0.1],
+        };
+        let drawn = |length_m: f32| {
+            let place = move |corner: u32| match corner {
+                4 => Vec3::ZERO,
+                5 => Vec3::X * length_m,
+                it => Vec3::new((it % 2) as f32, (it / 2) as f32, 0.0),
+            };
+            piece.now(1e-3, place)
+        };
+        let (slack, taut) = (drawn(1e-3), drawn(4e-3));
+        assert!(slack.radius_m(0.0) > 2.0 * slack.radius_m(0.5));
+        assert!(taut.radius_m(0.5) < 0.6 * slack.radius_m(0.5));
+        assert!(taut.bow.length() < 0.2 * slack.bow.length());
+        assert!(slack.at(0.0).distance(Vec3::ZERO) < 1e-9);
+        // And where nothing is left of the length there is no nonsense.
+        let none = drawn(0.0);
+        assert!(none.at(0.5).is_finite() && none.radius_m(0.5).is_finite());
+    }
+}
