@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use display_host::DisplayError;
 use display_host::headless::{Ended, Observed};
@@ -20,6 +20,14 @@ use shared_mem::service::{Controller, Station};
 const RINGS: usize = 32;
 /// Set in the process that opens the window; names the scene's file.
 const IN_CHILD: &str = "CALOT_WINDOW_TEST_SCENE";
+/// Set there too if the window is to meet with trouble, and its graphics device to be lost; names a file that
+/// ends it.
+const TROUBLED_UNTIL: &str = "CALOT_WINDOW_TEST_UNTIL";
+/// Pictures before the device is lost, and after.
+const LOST_AFTER: u64 = 4;
+const GOES_ON: usize = 3;
+/// How long something may take on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(90);
 
 /// A virtual screen that ends with its owner.
 struct VirtualScreen {
@@ -74,6 +82,93 @@ fn pixels(dir: &Path) -> image::RgbImage {
     })
 }
 
+/// Colours on the screen, beside the few of an empty one.
+fn colours(dir: &Path) -> usize {
+    let shown = pixels(dir);
+    let distinct: std::collections::HashSet<_> = shown.pixels().map(|p| p.0).collect();
+    distinct.len()
+}
+
+fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is_so() {
+        assert!(start.elapsed() < PATIENCE, "waited for {what}");
+        std::thread::sleep(Duration::from_millis(100));
+    }
+}
+
+/// Made smaller, taken off the screen and put back, stopped for a while, its graphics device lost: each time the
+/// picture comes back.
+#[test]
+fn a_window_in_trouble_goes_on() {
+    let dir = tempfile::tempdir().unwrap();
+    let Some(screen) = VirtualScreen::start(dir.path()) else {
+        eprintln!("SKIPPED: Xvfb is not installed (apt-get install xvfb); no window was tested");
+        return;
+    };
+    let tool = |words: &[&str]| {
+        let mut tool = Command::new("xdotool");
+        let output = tool.args(words).env("DISPLAY", &screen.display).output();
+        let output = output.ok()?;
+        Some(String::from_utf8_lossy(&output.stdout).trim().to_owned())
+    };
+    if tool(&["version"]).is_none() {
+        eprintln!(
+            "SKIPPED: xdotool is not installed (apt-get install xdotool); no trouble was made"
+        );
+        return;
+    }
+    let scene = dir.path().join("scene.calot");
+    std::fs::write(&scene, support::scene_bytes(RINGS)).unwrap();
+    let until = dir.path().join("until");
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args(["in_the_window_s_process", "--exact", "--nocapture"])
+        .env("DISPLAY", &screen.display)
+        .env_remove("WAYLAND_DISPLAY")
+        .env(IN_CHILD, &scene)
+        .env(TROUBLED_UNTIL, &until)
+        .spawn()
+        .unwrap();
+    // The window of before the loss, and that of after it.
+    let window = || tool(&["search", "--onlyvisible", "--name", "^Calot: "]).unwrap_or_default();
+    let is_colourful = || colours(dir.path()) > 2000;
+    wait_for("a picture", is_colourful);
+    let (mut lost, mut now) = (String::new(), window());
+    let lost_by = Instant::now();
+    while lost_by.elapsed() < PATIENCE {
+        let there = window();
+        if !there.is_empty() && there != now {
+            (lost, now) = (now, there);
+            break;
+        }
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert!(!lost.is_empty(), "no other window came after the loss");
+    wait_for("a picture after the loss", is_colourful);
+    tool(&["windowsize", &now, "500", "400"]);
+    wait_for("a smaller window, and the picture in it", || {
+        let shown = pixels(dir.path());
+        let is_dark = |x: u32, y: u32| shown.get_pixel(x, y).0 == [0; 3];
+        is_dark(900, 600) && is_dark(990, 20) && is_colourful()
+    });
+    tool(&["windowunmap", &now]);
+    wait_for("an empty screen", || colours(dir.path()) < 10);
+    tool(&["windowmap", &now]);
+    wait_for("the picture when it is seen again", is_colourful);
+    let pid = child.id().to_string();
+    let signal = |name: &str| Command::new("kill").args([name, &pid]).status().unwrap();
+    signal("-STOP");
+    std::thread::sleep(Duration::from_secs(2));
+    signal("-CONT");
+    let before = pixels(dir.path());
+    wait_for("another picture after the halt", || {
+        pixels(dir.path()) != before
+    });
+    std::fs::write(&until, "").unwrap();
+    let end = child.wait().unwrap();
+    assert!(end.success(), "the window's process failed: {end}");
+}
+
 #[test]
 fn a_window_shows_picture_and_panel() {
     let dir = tempfile::tempdir().unwrap();
@@ -94,12 +189,11 @@ fn a_window_shows_picture_and_panel() {
     let mut colourful = 0;
     let end = loop {
         std::thread::sleep(Duration::from_millis(200));
-        let shown = pixels(dir.path());
-        let distinct: std::collections::HashSet<_> = shown.pixels().map(|p| p.0).collect();
-        if distinct.len() > colourful {
-            colourful = distinct.len();
+        let now = colours(dir.path());
+        if now > colourful {
+            colourful = now;
             if let Some(path) = std::env::var_os("CALOT_WINDOW_PICTURE") {
-                shown.save(path).unwrap();
+                pixels(dir.path()).save(path).unwrap();
             }
         }
         if let Some(end) = child.try_wait().unwrap() {
@@ -140,6 +234,7 @@ fn in_the_window_s_process() {
             }
         }
     });
+    let until = std::env::var_os(TROUBLED_UNTIL).map(std::path::PathBuf::from);
     let config = WindowConfig {
         station,
         scene: path.into(),
@@ -147,7 +242,8 @@ fn in_the_window_s_process() {
         scope_angle: 0.0,
         cold_lens: false,
         muted: false,
-        seconds: Some(90.0),
+        seconds: Some(PATIENCE.as_secs_f64() * 4.0),
+        lose_device_after: until.is_some().then_some(LOST_AFTER),
         tick_cpu: None,
         language: Language::English,
         task: None,
@@ -159,13 +255,30 @@ fn in_the_window_s_process() {
     let (stop, mut states) = (AtomicBool::new(false), 0);
     let outcome = run(&config, &stop, &mut |seen| {
         states += u32::from(matches!(seen, Observed::State(_)));
-        stop.fetch_or(states >= 8, Ordering::Relaxed);
+        let is_enough = match &until {
+            Some(file) => file.exists(),
+            None => states >= 8,
+        };
+        stop.fetch_or(is_enough, Ordering::Relaxed);
     });
     over.store(true, Ordering::Relaxed);
     controller.join().unwrap();
     let outcome = outcome.unwrap();
     assert_eq!(outcome.ended, Ended::Stopped);
     assert!(outcome.adapter.is_some());
+    if until.is_some() {
+        assert!(
+            outcome.warnings.iter().any(|it| it.contains("lost")),
+            "{:?}",
+            outcome.warnings
+        );
+        let least = LOST_AFTER as usize + GOES_ON;
+        assert!(
+            outcome.frames.len() > least,
+            "{} frames",
+            outcome.frames.len()
+        );
+    }
     assert!(outcome.frames.len() >= 2, "{} frames", outcome.frames.len());
     // One that shows a tick again is not live.
     assert!(outcome.frames.iter().any(|frame| frame.live));
@@ -208,6 +321,7 @@ fn in_a_process_without_a_screen() {
         cold_lens: false,
         muted: false,
         seconds: Some(1.0),
+        lose_device_after: None,
         tick_cpu: None,
         language: Language::English,
         task: None,

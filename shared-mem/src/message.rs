@@ -135,8 +135,8 @@ pub struct StateFrame {
     pub clip_count: u32,
     /// How many of `cells` are used.
     pub cell_count: u32,
-    /// Zero.
-    pub reserved: u32,
+    /// Bit k: the k-th of the scene's first 32 sutures (`AttachmentRecord::is_thread`) is cut through.
+    pub cut_sutures: u32,
     /// The spheres, in the scene's order.
     pub spheres: [SphereState; MAX_SPHERES],
     /// The clips, in the order in which they were closed.

@@ -2,6 +2,8 @@
 
 mod bed;
 mod effect;
+mod held;
+mod hung;
 
 use glam::{Quat, Vec3};
 use shared_mem::message::{CapsuleMsg, ClipMsg, PoseMsg, SphereState, StateFrame, ToolFrame};
@@ -87,6 +89,8 @@ pub(super) struct Shot {
     /// What begins, and how long it has gone on when the picture is taken, s.
     effects: (Vec<Effect>, f32),
     clips: Vec<ClipMsg>,
+    /// Which sutures are cut through (`StateFrame::cut_sutures`).
+    cut_sutures: u32,
     /// What has become of the cells of layered tissue.
     cells: Vec<u8>,
     /// Where the tissue is, if it is not at rest.
@@ -105,6 +109,7 @@ impl Shot {
             lens: Lens::warm(),
             effects: (Vec::new(), 0.0),
             clips: Vec::new(),
+            cut_sutures: 0,
             cells: Vec::new(),
             spheres: None,
         }
@@ -137,6 +142,7 @@ impl Shot {
         *renderer.scope_mut() = self.scope;
         *renderer.lens_mut() = self.lens;
         renderer.set_clips(&self.clips, spheres);
+        renderer.set_cut_sutures(self.cut_sutures);
         renderer.show(self.shown);
         renderer.set_inside(gpu, self.inside);
     }
@@ -219,6 +225,8 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
         "Trocar",
         at_the_port(scene),
     ));
+    shots.extend(held::shot(scene));
+    shots.extend(hung::shots(scene));
     shots.extend(effect::all(scene));
     shots
 }
@@ -296,6 +304,13 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
                 ..Lens::warm()
             },
             ..view("Lens sooty".to_owned(), start)
+        },
+        Shot {
+            scope: Scope {
+                focus_m: 0.02,
+                ..Scope::default()
+            },
+            ..view("Focused too near".to_owned(), start)
         },
         view("Nearer to the target".to_owned(), nothing(scene, nearer)),
         Shot {
@@ -424,9 +439,14 @@ fn facing(
 /// An instrument before the target, seen from beside.
 fn close_up(scene: &SceneFile, instrument: u32, jaw: f32) -> ToolFrame {
     let room = scene.room();
-    let target = Vec3::from(room.target_m);
     let normal = Vec3::from(room.target_normal).normalize_or(Vec3::Y);
-    let tip = target + normal * 0.008;
+    let tip = Vec3::from(room.target_m) + normal * 0.008;
+    near(scene, (tip, normal), instrument, jaw)
+}
+
+/// An instrument whose tip is here, over skin that faces that way, seen from beside it.
+fn near(scene: &SceneFile, (tip, normal): (Vec3, Vec3), instrument: u32, jaw: f32) -> ToolFrame {
+    let room = scene.room();
     let port = Vec3::from(room.instrument_port_m);
     let back = (port - tip).normalize_or(normal);
     let joint = tip + back * 0.018;

@@ -6,6 +6,10 @@ use shared_mem::message::{PoseMsg, ToolFrame};
 
 use super::layout::{Frame, SHADING_CAPSULES};
 
+/// Where its camera can be focused, m, and how much farther a step of the ring goes.
+const FOCUS_M: [f32; 2] = [0.015, 0.3];
+const FOCUS_STEP: f32 = 1.25;
+
 /// A rigid endoscope's optics.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scope {
@@ -18,6 +22,8 @@ pub struct Scope {
     pub turned: f32,
     /// Radius of the circle in half heights of the picture.
     pub circle: f32,
+    /// Where the camera is focused, m before it.
+    pub focus_m: f32,
     /// The light's exit beside the lens, in the camera's frame, m.
     pub light_offset: Vec3,
     /// Strength of the light: irradiance at 1 m in arbitrary units; exposure is automatic.
@@ -37,6 +43,7 @@ impl Default for Scope {
             angle: 0.0,
             turned: 0.0,
             circle: 1.12,
+            focus_m: 0.07,
             light_offset: Vec3::new(0.0015, 0.0055, 0.0005),
             light_strength: 0.01,
             light_half_angle: 0.95,
@@ -47,6 +54,12 @@ impl Default for Scope {
 }
 
 impl Scope {
+    /// Turns the focus ring so many steps, farther if positive.
+    pub fn turn_focus(&mut self, steps: i8) {
+        let [nearest, farthest] = FOCUS_M;
+        self.focus_m = (self.focus_m * FOCUS_STEP.powi(steps.into())).clamp(nearest, farthest);
+    }
+
     /// What the scope sees, as seen from the world: along −z, y up. `world_from_camera` of the tools
     /// is its shaft.
     #[must_use]
@@ -172,7 +185,7 @@ pub fn frame(
             exposure.range[1],
         ],
         film: [exposure.grain, 0.0, 0.0, 0.0],
-        wear: [0.0; 4],
+        wear: [0.0, 0.0, 0.0, scope.focus_m],
         counts: [used.len().min(SHADING_CAPSULES) as u32, number, 0, 0],
         capsules,
     }

@@ -49,8 +49,10 @@ struct VertexOut {
     let over = cross(to_eye, right);
     let normal = normalize(right * in.corner.x + over * in.corner.y + to_eye * sqrt(max(1.0 - r * r, 0.0)));
     let l = to_light * inverseSqrt(d2);
-    let glint = pow(max(dot(normal, normalize(l + to_eye)), 0.0), 120.0) * 2.0;
-    let body = d.colour.rgb * (0.25 + 0.75 * max(dot(normal, l), 0.0)) / PI;
+    let glint = pow(max(dot(normal, normalize(l + to_eye)), 0.0), 500.0) * 0.6;
+    // Darker where more of it lies behind.
+    let deep = mix(1.0, 0.45, sqrt(max(1.0 - r * r, 0.0)));
+    let body = d.colour.rgb * deep * (0.25 + 0.75 * max(dot(normal, l), 0.0)) / PI;
     return vec4f((body + vec3f(glint)) * light, inside * d.colour.a);
   }
   // A puff: its noise is the room's, so that no disc is seen; it fades before the lens.

@@ -11,12 +11,17 @@ struct Frame {
   scope: vec4f,         // half angle at the circle's edge (rad), circle's radius (half heights), width, height (px)
   adapt: vec4f,         // share of the way that exposure goes this frame, key, exposure min, max
   film: vec4f,          // grain; of the front lens: fog, soot; haze, 1/m
-  wear: vec4f,          // of the instrument's working end: shares under char, blood, bile; 0
+  wear: vec4f,          // of the instrument's working end: shares under char, blood, bile; focus, m
   counts: vec4u,        // capsules, frame number, 0, 0
   capsules: array<vec4f, 8>, // ends of four capsules; w of the first end: radius
 }
 
 const PI = 3.14159265;
+
+// How far before the camera a place is, m. In the picture's light it is the alpha, for the focus; 0: always sharp.
+fn depth_of(world: vec3f) -> f32 {
+  return dot(world - frame.camera.xyz, frame.forward.xyz);
+}
 
 fn full_screen(index: u32) -> vec4f {
   return vec4f(f32(i32(index & 1u) * 4 - 1), f32(i32(index >> 1u) * 4 - 1), 0.0, 1.0);

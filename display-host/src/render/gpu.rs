@@ -78,11 +78,8 @@ impl Gpu {
         let (on_error, on_loss) = (fault.clone(), fault.clone());
         // The first fault is the cause; what follows it is noise.
         device.on_uncaptured_error(Arc::new(move |error| note(&on_error, &error.to_string())));
-        device.set_device_lost_callback(move |reason, detail| {
-            if !matches!(reason, wgpu::DeviceLostReason::Destroyed) {
-                note(&on_loss, &format!("lost: {detail}"));
-            }
-        });
+        device
+            .set_device_lost_callback(move |_, detail| note(&on_loss, &format!("lost: {detail}")));
         Ok(Self {
             instance,
             adapter,
@@ -124,6 +121,14 @@ impl Gpu {
     pub fn check(&self, doing: &'static str) -> Result<(), DisplayError> {
         let fault = self.fault.lock().map_or(None, |fault| fault.clone());
         fault.map_or(Ok(()), |detail| Err(DisplayError::Device { doing, detail }))
+    }
+
+    /// Fault injection: the device is lost, as by a driver that starts again.
+    pub fn lose(&self) {
+        self.device.destroy();
+        // The loss is told when the device is next looked at.
+        let _ = self.device.poll(wgpu::PollType::Poll);
+        note(&self.fault, "lost: on purpose");
     }
 
     /// Waits for all submitted work.

@@ -54,7 +54,7 @@ fn irradiance(world: vec3f) -> f32 {
 @fragment fn solid(in: Solid) -> @location(0) vec4f {
   let light = normalize(frame.light.xyz - in.world);
   let facing = max(dot(normalize(in.normal), light), 0.0);
-  return vec4f(in.colour * (0.12 + 0.88 * facing) * irradiance(in.world) / PI, 1.0);
+  return vec4f(in.colour * (0.12 + 0.88 * facing) * irradiance(in.world) / PI, 0.0);
 }
 
 struct GlassIn {

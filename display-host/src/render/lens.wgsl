@@ -9,6 +9,9 @@ struct Exposure { value: f32, unused0: f32, unused1: f32, unused2: f32 }
 @group(0) @binding(3) var linear: sampler;
 @group(0) @binding(4) var<storage, read> exposure: Exposure;
 
+// How wide open the endoscope is: small, so that much is in focus.
+const APERTURE_M = 0.00028;
+
 struct VertexOut { @builtin(position) clip: vec4f, @location(0) ndc: vec2f }
 
 @vertex fn vertex(@builtin(vertex_index) index: u32) -> VertexOut {
@@ -48,9 +51,20 @@ fn drops(at: vec2f) -> vec3f {
   let uv = through_lens(at);
   let texel = 1.0 / frame.scope.zw;
   let fringe = (uv - 0.5) * r * r * 0.003;
-  var c = textureSampleLevel(light, linear, uv, 0.0).rgb;
+  let straight = textureSampleLevel(light, linear, uv, 0.0);
+  var c = straight.rgb;
   c.r = textureSampleLevel(light, linear, uv + fringe, 0.0).r;
   c.b = textureSampleLevel(light, linear, uv - fringe, 0.0).b;
+  // Out of focus a place is a disc: an angle, over the half angle that half the picture is.
+  let disc = 0.5 * APERTURE_M * abs(1.0 / max(straight.a, 0.004) - 1.0 / frame.wear.w) * step(0.0001, straight.a);
+  let reach = vec2f(1.0 / frame.up.w, 1.0) * min(0.5 * disc * frame.scope.y / frame.scope.x, 0.02);
+  if (reach.y > 0.6 * texel.y) {
+    for (var i = 1u; i < 13u; i++) {
+      let turn = f32(i) * 2.399963;
+      c += textureSampleLevel(light, linear, uv + vec2f(cos(turn), sin(turn)) * sqrt(f32(i) / 12.0) * reach, 0.0).rgb;
+    }
+    c /= 13.0;
+  }
   // Fog is many small drops: each throws light from elsewhere, and all of it dims and greys.
   let fog = clamp(frame.film.y * (1.35 - 0.5 * r), 0.0, 1.0);
   let veil = max(fog, frame.film.z);

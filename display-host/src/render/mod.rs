@@ -11,6 +11,7 @@ pub mod camera;
 mod cavity;
 mod cells;
 mod clips;
+mod fibre;
 pub mod governor;
 pub mod gpu;
 pub mod inside;
@@ -27,6 +28,7 @@ mod quality;
 mod resource;
 mod solid;
 mod strands;
+mod sutures;
 mod targets;
 pub mod timing;
 mod trees;
@@ -46,6 +48,7 @@ use self::lens::Lens;
 use self::pipeline::{DEPTH, Layouts, Pipelines};
 pub use self::quality::Quality;
 use self::resource::{bind, cells_texture, noise_texture, sampler, target, volume};
+use self::sutures::Sutures;
 use self::targets::Targets;
 use self::timing::{PassTimes, Timing};
 use crate::DisplayError;
@@ -74,6 +77,7 @@ pub struct Renderer {
     mesh: SkinMesh,
     skinning: GpuSkinning,
     cells: cells::Cells,
+    sutures: Sutures,
     motions: Motions,
     effects: Effects,
     discs: particles::Discs,
@@ -186,6 +190,7 @@ impl Renderer {
         let skinning = GpuSkinning::new(gpu, &mesh, scene.spheres().len())?;
 
         let cells = cells::Cells::new(gpu, scene, &mesh.triangles);
+        let sutures = Sutures::of(gpu, scene);
 
         let device = &gpu.device;
         use wgpu::BufferUsages as Usage;
@@ -265,6 +270,7 @@ impl Renderer {
             mesh,
             skinning,
             cells,
+            sutures,
             motions: Motions::new(scene, Follow::Deform),
             effects: Effects::new(-Vec3::from(scene.room().gravity_m_s2)),
             discs: particles::Discs::new(gpu, &layouts),
@@ -370,6 +376,12 @@ impl Renderer {
     }
 
     /// The front lens.
+    #[must_use]
+    pub fn lens(&self) -> &Lens {
+        &self.lens
+    }
+
+    /// The same, to change.
     pub fn lens_mut(&mut self) -> &mut Lens {
         &mut self.lens
     }
@@ -432,6 +444,11 @@ impl Renderer {
         gpu.check("resizing")
     }
 
+    /// Which sutures are cut through (`StateFrame::cut_sutures`), from the next frame on.
+    pub fn set_cut_sutures(&mut self, cut: u32) {
+        self.sutures.set_cut(cut);
+    }
+
     /// Puts clips on the tubes of the frame that is drawn next.
     pub fn set_clips(&mut self, clips: &[ClipMsg], spheres: &[SphereState]) {
         self.clips = clips::places(clips, spheres, &self.rest);
@@ -447,6 +464,7 @@ impl Renderer {
         };
         self.skin(gpu, &mut encoder, &touch);
         self.cells.follow(gpu, self.motions.now());
+        self.sutures.follow(gpu, spheres, self.motions.now());
         if let (Some(inside), Some(model)) = (&self.inside, &self.inside_model) {
             model.upload(gpu, spheres, inside);
         }

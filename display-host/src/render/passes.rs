@@ -100,7 +100,11 @@ impl Renderer {
         if self.shown != Shown::Everything {
             return;
         }
-        let buffers = [&self.cells.buffers, &self.cells.strands.buffers];
+        let buffers = [
+            &self.cells.buffers,
+            &self.cells.strands.buffers,
+            &self.sutures.buffers,
+        ];
         for it in buffers.into_iter().flatten().filter(|it| it.count > 0) {
             pass.set_vertex_buffer(0, it.now.slice(..));
             if with_rest {

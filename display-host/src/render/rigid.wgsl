@@ -82,5 +82,5 @@ fn soiled(p: vec3f, part: u32, brushed: f32) -> vec3f {
     s.roughness = mix(s.roughness, 0.80, soil.x);
     s.film *= 1.0 - 0.8 * soil.x;
   }
-  return vec4f(through_haze(shade(s, in.world), in.world), 1.0);
+  return vec4f(through_haze(shade(s, in.world), in.world), depth_of(in.world));
 }

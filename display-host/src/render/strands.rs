@@ -12,13 +12,18 @@ use glam::Vec3;
 use shared_mem::scene::{CellRecord, OrganKind};
 
 pub(super) use self::anchors::Anchors;
-use self::course::{ACROSS, Course, RINGS, SHEET, SIDES, TUBE, draw_film};
+use self::course::{ACROSS, Course, RINGS, SHEET, TUBE, draw_film};
 pub(super) use self::net::Weave;
 use self::net::{End, FILMS, Net, PIECES};
 use super::cells::{Buffers, carried};
+use super::fibre::{SIDES, triangles};
 use super::gpu::Gpu;
 use crate::skinning::motion::Motion;
 use crate::skinning::{RestVertex, SkinnedVertex};
+
+/// Ambient light: fibres stand free in it, and films let more through than they send back.
+const FREE: f32 = 0.8;
+const SHEER: f32 = 0.35;
 
 /// Fibres of a scene's tissue, as they are now.
 #[derive(Default)]
@@ -70,13 +75,12 @@ impl Strands {
         self.lengths_m = rests.iter().map(|[a, b]| a.distance(*b)).collect();
         let mut rest: Vec<RestVertex> = Vec::new();
         let mut indices: Vec<u32> = Vec::new();
-        let painted = |piece: usize, share: f32| {
+        let painted = |piece: usize, share: f32, ambient: f32| {
             let [a, b] = rests[piece];
             let corner = vertex(pieces[piece].ends[usize::from(share > 0.5)].corners[0]);
             RestVertex {
                 position: a.lerp(b, share).to_array(),
-                // They stand free in the light.
-                ambient: 0.8,
+                ambient,
                 look: corner.look & !15 | OrganKind::ConnectiveTissue as u32,
                 ..corner
             }
@@ -84,16 +88,9 @@ impl Strands {
         for piece in 0..pieces.len() {
             let first = rest.len() as u32;
             for share in RINGS {
-                rest.extend([painted(piece, share); SIDES]);
+                rest.extend([painted(piece, share, FREE); SIDES]);
             }
-            for ring in 0..RINGS.len() as u32 - 1 {
-                for k in 0..SIDES as u32 {
-                    let ring = first + ring * SIDES as u32;
-                    let [a, b] = [ring + k, ring + (k + 1) % SIDES as u32];
-                    let [c, d] = [a, b].map(|it| it + SIDES as u32);
-                    indices.extend([a, b, d, a, d, c]);
-                }
-            }
+            indices.extend(triangles(first, RINGS.len()));
         }
         for film in &self.net.films {
             // Both sides: what is drawn faces the camera.
@@ -103,7 +100,7 @@ impl Strands {
                     for k in 0..ACROSS {
                         let across = k as f32 / (ACROSS - 1) as f32;
                         let nearer = film.pieces[usize::from(across > 0.5)];
-                        rest.push(painted(nearer, film.height_at(across, is_edge)));
+                        rest.push(painted(nearer, film.height_at(across, is_edge), SHEER));
                     }
                 }
                 for k in 0..ACROSS as u32 - 1 {

@@ -3,6 +3,9 @@
 // 1: two octaves, for software drivers; 2: four.
 override DETAIL: u32 = 2u;
 
+// No fibre is drawn finer than this radius, pixels.
+const FIBRE_PX = 0.65;
+
 struct VertexIn {
   @location(0) position: vec4f,
   @location(1) normal: vec4f,
@@ -21,12 +24,22 @@ struct VertexOut {
 
 @vertex fn vertex(v: VertexIn) -> VertexOut {
   var out: VertexOut;
-  out.clip = frame.clip_from_world * vec4f(v.position.xyz, 1.0);
   out.world = v.position.xyz;
   out.normal = v.normal.xyz;
+  if (v.position.w < 0.0) {
+    // A fibre, with its radius for a push: finer than a pixel it would have gaps.
+    let pixel = 2.0 * depth_of(out.world) * frame.forward.w / frame.scope.w;
+    let radius = -v.position.w / pixel;
+    out.world += out.normal * max(FIBRE_PX - radius, 0.0) * pixel;
+    // Nor is one of its sides to be seen in a pixel and another in the next: what is fine has the normal of all
+    // that is seen of it, and leans, for as a whole it shines in no one's eye.
+    let whole = normalize(normalize(frame.camera.xyz - out.world) + 0.8 * frame.up.xyz);
+    out.normal = normalize(mix(whole, out.normal, smoothstep(1.0, 3.0, radius)));
+  }
+  out.clip = frame.clip_from_world * vec4f(out.world, 1.0);
   out.rest_cm = v.rest * 100.0;
   out.look = v.look;
-  out.state = vec4f(v.ambient, v.normal.w, v.position.w, f32(v.look >> 16u) / 65535.0);
+  out.state = vec4f(v.ambient, v.normal.w, max(v.position.w, 0.0), f32(v.look >> 16u) / 65535.0);
   return out;
 }
 
@@ -91,16 +104,20 @@ fn between(a: Body, b: Body, t: f32) -> Body {
     mix(a.sheen, b.sheen, t), mix(a.scatter, b.scatter, t), mix(a.veil, b.veil, t));
 }
 
-// How much blood, bile and char lies here.
+// Optical depths of the thickest film of bile and of blood: red, green, blue.
+const BILE_DEPTHS = vec3f(0.7, 0.6, 3.0);
+const BLOOD_DEPTHS = vec3f(2.0, 7.0, 7.0);
+
+// How thick blood, bile and char lie here: 0 to 1.
 fn stained(p: vec3f) -> vec3f {
   var most = vec3f(0.0);
   if (stains.count.x == 0u) { return most; }
-  // An edge finer than any mesh: it runs where the tissue lets it.
-  let rough = 0.40 * noise(p * 7.0).w + 0.22 * noise(p * 19.0).w;
+  // An edge finer than any mesh: it runs where the tissue lets it, and thins out.
+  let rough = 0.34 * noise(p * 5.0).w + 0.13 * noise(p * 13.0).w;
   for (var i = 0u; i < min(stains.count.x, 64u); i++) {
     let to = p - stains.places[i].xyz;
     let r = length(to) / stains.places[i].w;
-    let there = 1.0 - smoothstep(0.78, 1.0, r + rough);
+    let there = 1.0 - smoothstep(0.55, 1.0, r + rough);
     let kind = u32(stains.kinds[i].x);
     most = max(most, there * vec3f(vec3u(kind) == vec3u(0u, 1u, 2u)));
   }
@@ -168,10 +185,11 @@ fn stained(p: vec3f) -> vec3f {
   let wet = stained(p);
   if (wet.x + wet.y + wet.z > 0.0) {
     // A film fills the tissue's bumps, and shines; char is dull and cracked.
-    let film = max(wet.x, wet.y);
+    let film = smoothstep(0.0, 0.35, max(wet.x, wet.y));
     s.albedo = mix(s.albedo, vec3f(0.012, 0.0095, 0.008), 0.95 * wet.z);
-    s.albedo = mix(s.albedo, vec3f(0.070, 0.068, 0.009), 0.72 * wet.y);
-    s.albedo = mix(s.albedo, vec3f(0.078, 0.0030, 0.0032), 0.94 * wet.x);
+    // The thicker, the less of the tissue comes back through it, by colour (Beer's law), and the more of itself.
+    s.albedo = s.albedo * exp(-wet.y * BILE_DEPTHS) + vec3f(0.036, 0.031, 0.003) * wet.y;
+    s.albedo = s.albedo * exp(-wet.x * BLOOD_DEPTHS) + vec3f(0.042, 0.0014, 0.0016) * wet.x;
     s.normal = normalize(mix(s.normal, s.smooth_normal, 0.6 * film));
     s.film_normal = normalize(mix(s.film_normal, s.smooth_normal, 0.7 * film));
     s.film_roughness = mix(s.film_roughness, 0.055, film);
@@ -180,5 +198,5 @@ fn stained(p: vec3f) -> vec3f {
     s.scatter = mix(s.scatter, vec3f(0.05), max(wet.z, 0.7 * film));
   }
   s.ambient = in.state.x * hidden_by_tools(in.world, s.smooth_normal) * (1.0 - 0.7 * pit);
-  return vec4f(through_haze(shade(s, in.world), in.world), 1.0);
+  return vec4f(through_haze(shade(s, in.world), in.world), depth_of(in.world));
 }

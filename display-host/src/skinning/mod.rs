@@ -62,7 +62,8 @@ pub struct RestVertex {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct SkinnedVertex {
-    /// Position, world frame, m; the fourth is how far a tool has pushed the skin here, m.
+    /// Position, world frame, m; the fourth is how far a tool has pushed the skin here, m; of a fibre of
+    /// connective tissue its radius, negative.
     pub position: [f32; 4],
     /// Unit normal; the fourth is how much more the skin is bent inwards than at rest, 1/m.
     pub normal: [f32; 4],

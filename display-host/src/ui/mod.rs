@@ -82,6 +82,8 @@ pub struct UiState {
     pub inside: bool,
     /// The endoscope's angle, and how far its cable is turned.
     pub scope_degrees: [f32; 2],
+    /// Where its camera is focused, mm before it.
+    pub focus_mm: f32,
     /// How much of the view fog and soot on its lens take: 0 none, 1 all.
     pub lens_veil: f32,
     /// How thick smoke hangs in the cavity: light that it takes from a beam, 1/m.

@@ -33,6 +33,8 @@ pub enum Asked {
     NextScope,
     /// Turn its light cable a step to the left (−1) or the right (1).
     TurnScope(i8),
+    /// Turn its camera's focus ring a step: nearer (−1) or farther (1).
+    TurnFocus(i8),
     /// Wipe its lens.
     WipeLens,
     /// Open the trocar's valve, so that smoke is drawn off, or close it.
@@ -74,6 +76,7 @@ impl Asked {
             | Self::ToggleFullScreen
             | Self::NextScope
             | Self::TurnScope(_)
+            | Self::TurnFocus(_)
             | Self::WipeLens
             | Self::ToggleSuction
             | Self::FreeView(_)
@@ -193,6 +196,8 @@ fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             (Key::S, Asked::NextScope),
             (Key::OpenBracket, Asked::TurnScope(-1)),
             (Key::CloseBracket, Asked::TurnScope(1)),
+            (Key::Comma, Asked::TurnFocus(-1)),
+            (Key::Period, Asked::TurnFocus(1)),
             (Key::W, Asked::WipeLens),
             (Key::D, Asked::ToggleSuction),
         ];
@@ -386,12 +391,16 @@ fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
 fn scope(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let words = &state.words;
     let [angle, turned] = state.scope_degrees.map(|it| format!("{it:.0}").into());
-    ui.label(words.say_with("scope", &[("angle", angle), ("turned", turned)]));
+    let focus = format!("{:.0}", state.focus_mm).into();
+    let told = [("angle", angle), ("turned", turned), ("focus", focus)];
+    ui.label(words.say_with("scope", &told));
     ui.horizontal_wrapped(|ui| {
         for (text, what) in [
             ("scope-next", Asked::NextScope),
             ("scope-left", Asked::TurnScope(-1)),
             ("scope-right", Asked::TurnScope(1)),
+            ("scope-nearer", Asked::TurnFocus(-1)),
+            ("scope-farther", Asked::TurnFocus(1)),
             ("scope-wipe", Asked::WipeLens),
             (
                 if state.is_smoke_drawn_off {

@@ -22,16 +22,20 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy}
 use winit::window::WindowId;
 
 pub use self::page::{Page, show_page};
-use self::screen::{Screen, Shown};
+use self::screen::{Kept, Screen, Shown};
 use self::session::Session;
 use crate::DisplayError;
 use crate::headless::{Ended, Observed, Outcome};
+use crate::render::camera::Scope;
+use crate::render::lens::Lens;
 use crate::sound::Sound;
 use crate::ui::{RecordingView, ReplayView, TaskView};
 use crate::words::Language;
 
 /// How long the window rests when it cannot be seen.
 const UNSEEN: Duration = Duration::from_millis(50);
+/// A graphics device that is lost more often than this in a run is given up.
+const LOSSES_MAX: u32 = 3;
 
 /// How to run a window.
 #[derive(Debug, Clone)]
@@ -50,6 +54,8 @@ pub struct WindowConfig {
     pub cold_lens: bool,
     /// End after this time; `None`: when the user closes it.
     pub seconds: Option<f64>,
+    /// Fault injection: the graphics device is lost once, after so many frames.
+    pub lose_device_after: Option<u64>,
     /// Core of the realtime thread, to stay off.
     pub tick_cpu: Option<usize>,
     /// The interface's language.
@@ -86,7 +92,8 @@ pub fn run(
     let event_loop = event_loop()?;
     let mut app = App {
         size: config.size,
-        scope: (config.scope_angle, config.cold_lens),
+        losses_left: LOSSES_MAX,
+        lose_device_after: config.lose_device_after,
         session: Session::new(
             &scene,
             host,
@@ -105,6 +112,17 @@ pub fn run(
             .seconds
             .map(|s| Instant::now() + Duration::from_secs_f64(s)),
         screen: None,
+        first: Some(Kept {
+            scope: Scope {
+                angle: config.scope_angle,
+                ..Scope::default()
+            },
+            lens: match config.cold_lens {
+                true => Lens::cold(),
+                false => Lens::warm(),
+            },
+            ..Kept::default()
+        }),
         ended: Ended::Stopped,
         error: None,
     };
@@ -139,8 +157,9 @@ fn event_loop() -> Result<EventLoop<accesskit_winit::Event>, DisplayError> {
 
 struct App<'a> {
     size: [u32; 2],
-    /// Its angle, and whether it comes cold.
-    scope: (f32, bool),
+    /// How many more times the graphics device may be lost.
+    losses_left: u32,
+    lose_device_after: Option<u64>,
     scene: SceneFile,
     session: Session,
     stop: &'a AtomicBool,
@@ -148,6 +167,8 @@ struct App<'a> {
     proxy: EventLoopProxy<accesskit_winit::Event>,
     end: Option<Instant>,
     screen: Option<Screen>,
+    /// How the screen begins, until it has.
+    first: Option<Kept>,
     ended: Ended,
     error: Option<DisplayError>,
 }
@@ -164,6 +185,13 @@ impl App<'_> {
         let Some(screen) = &mut self.screen else {
             return;
         };
+        if self
+            .lose_device_after
+            .is_some_and(|after| self.session.drawn() >= after)
+        {
+            self.lose_device_after = None;
+            screen.lose_device();
+        }
         match screen.show(&self.scene, &mut self.session) {
             Ok(Shown::Frame { asked, quit }) => {
                 self.session.carry_out(&asked, self.observer);
@@ -178,6 +206,36 @@ impl App<'_> {
             Ok(Shown::Unseen) => {
                 events.set_control_flow(ControlFlow::wait_duration(UNSEEN));
             }
+            Err(error) => self.mend(events, error),
+        }
+    }
+
+    /// A graphics device that is lost, with all that was on it, is opened anew, in a new window.
+    fn mend(&mut self, events: &ActiveEventLoop, error: DisplayError) {
+        let is_device = matches!(error, DisplayError::Device { .. });
+        match self
+            .screen
+            .take()
+            .filter(|_| is_device && self.losses_left > 0)
+        {
+            Some(screen) => {
+                self.losses_left -= 1;
+                let warning = format!("{error}; it is opened anew");
+                (self.session).warn(warning, self.observer);
+                self.open(events, screen.close());
+            }
+            None => self.fail(events, error),
+        }
+    }
+
+    fn open(&mut self, events: &ActiveEventLoop, kept: Kept) {
+        let title = format!("Calot: {}", self.scene.name());
+        let (size, scene) = (self.size, &self.scene);
+        match Screen::open(events, &self.proxy, &title, size, kept, scene) {
+            Ok(screen) => {
+                self.session.set_adapter(screen.adapter());
+                self.screen = Some(screen);
+            }
             Err(error) => self.fail(events, error),
         }
     }
@@ -188,21 +246,8 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
         if self.screen.is_some() {
             return;
         }
-        let title = format!("Calot: {}", self.scene.name());
-        match Screen::open(
-            events,
-            &self.proxy,
-            &title,
-            self.size,
-            self.scope,
-            &self.scene,
-        ) {
-            Ok(screen) => {
-                self.session.set_adapter(screen.adapter());
-                self.screen = Some(screen);
-            }
-            Err(error) => self.fail(events, error),
-        }
+        let first = self.first.take().unwrap_or_default();
+        self.open(events, first);
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {

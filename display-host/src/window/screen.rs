@@ -10,7 +10,9 @@ use winit::window::{CursorGrabMode, Fullscreen};
 use super::canvas::Canvas;
 use super::session::Session;
 use crate::DisplayError;
+use crate::effects::Effects;
 use crate::latency::{FrameRecord, now_ns};
+use crate::render::camera::Scope;
 use crate::render::governor::Governor;
 use crate::render::inside::Inside;
 use crate::render::lens::Lens;
@@ -35,6 +37,15 @@ pub(super) enum Shown {
     Unseen,
 }
 
+/// What outlasts a screen whose graphics device is lost.
+#[derive(Default)]
+pub(super) struct Kept {
+    pub(super) scope: Scope,
+    pub(super) lens: Lens,
+    pub(super) effects: Option<Effects>,
+    pub(super) is_full: bool,
+}
+
 pub(super) struct Screen {
     canvas: Canvas,
     renderer: Renderer,
@@ -54,17 +65,20 @@ impl Screen {
         proxy: &EventLoopProxy<accesskit_winit::Event>,
         title: &str,
         size: [u32; 2],
-        (scope_angle, cold_lens): (f32, bool),
+        kept: Kept,
         scene: &SceneFile,
     ) -> Result<Self, DisplayError> {
         let mut canvas = Canvas::open(events, proxy, title, size)?;
         let gpu = &canvas.gpu;
         let governor = governor(&canvas);
         let mut renderer = Renderer::new(gpu, scene, Quality::live(gpu))?;
-        renderer.scope_mut().angle = scope_angle;
-        if cold_lens {
-            *renderer.lens_mut() = Lens::cold();
+        *renderer.scope_mut() = kept.scope;
+        *renderer.lens_mut() = kept.lens;
+        if let Some(effects) = kept.effects {
+            *renderer.effects_mut() = effects;
         }
+        let full = Fullscreen::Borderless(None);
+        canvas.window.set_fullscreen(kept.is_full.then_some(full));
         let picture = canvas.register(renderer.picture());
         canvas.show();
         Ok(Self {
@@ -77,6 +91,21 @@ impl Screen {
             drawn_tick: None,
             mouse_held: false,
         })
+    }
+
+    /// Closes it; what is not to be lost with it.
+    pub(super) fn close(self) -> Kept {
+        Kept {
+            scope: *self.renderer.scope(),
+            lens: *self.renderer.lens(),
+            effects: Some(self.renderer.effects().clone()),
+            is_full: self.canvas.window.fullscreen().is_some(),
+        }
+    }
+
+    /// Fault injection: its graphics device is lost.
+    pub(super) fn lose_device(&self) {
+        self.canvas.gpu.lose();
     }
 
     pub(super) fn adapter(&self) -> String {
@@ -182,6 +211,7 @@ impl Screen {
         self.renderer.set_cells(&self.canvas.gpu, cells);
         let inside = session.ui.inside.then_some(Inside::VIEW);
         self.renderer.set_inside(&self.canvas.gpu, inside);
+        self.renderer.set_cut_sutures(state.cut_sutures);
         (self.renderer).set_clips(state.clips().unwrap_or(&[]), spheres);
         self.renderer
             .render(&self.canvas.gpu, spheres, &tools, session.time_s());
@@ -230,6 +260,7 @@ impl Screen {
                     let turned = scope.turned.to_degrees() + TURN_DEGREES * f32::from(way);
                     scope.turned = ((turned + 180.0).rem_euclid(360.0) - 180.0).to_radians();
                 }
+                Asked::TurnFocus(steps) => scope.turn_focus(steps),
                 Asked::WipeLens => self.renderer.lens_mut().wipe(),
                 Asked::ToggleSuction => {
                     let is_on = self.renderer.effects().is_drawn_off();
@@ -240,6 +271,7 @@ impl Screen {
         }
         let scope = self.renderer.scope();
         session.ui.scope_degrees = [scope.angle, scope.turned].map(|a| a.to_degrees().round());
+        session.ui.focus_mm = scope.focus_m * 1e3;
         let lens = self.renderer.lens_mut();
         session.ui.lens_veil = lens.fog.max(lens.soot);
         let effects = self.renderer.effects();

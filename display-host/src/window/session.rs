@@ -412,6 +412,7 @@ impl Session {
                 // The window's own.
                 Asked::NextScope
                 | Asked::TurnScope(_)
+                | Asked::TurnFocus(_)
                 | Asked::WipeLens
                 | Asked::ToggleSuction
                 | Asked::ToggleFullScreen
@@ -469,6 +470,17 @@ impl Session {
             self.frames.drain(..FRAMES_KEPT / 2);
         }
         self.frames.push(frame);
+    }
+
+    /// Says what the user should know, and goes on.
+    pub(super) fn warn(&mut self, warning: String, observer: &mut dyn FnMut(Observed<'_>)) {
+        observer(Observed::Warning(&warning));
+        self.warnings.push(warning);
+    }
+
+    /// How many pictures were drawn.
+    pub(super) fn drawn(&self) -> u64 {
+        self.frames.len() as u64
     }
 
     pub(super) fn outcome(

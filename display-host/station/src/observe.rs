@@ -70,6 +70,7 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
         cold_lens: false,
         muted: !args.sound,
         seconds: args.seconds,
+        lose_device_after: None,
         tick_cpu: None,
         language: LanguageName::or_users(args.language),
         task: None,

@@ -303,6 +303,7 @@ fn show(
         cold_lens: args.cold_lens,
         muted: args.mute,
         seconds: args.seconds,
+        lose_device_after: None,
         tick_cpu: args.controller.realtime.core,
         language: LanguageName::or_users(args.language),
         task: task.map(|task| task.view.clone()),

@@ -55,7 +55,10 @@ pub(crate) fn fill_state(
         *to = *from;
     }
     frame.cell_count = cells.len() as u32;
-    frame.reserved = 0;
+    frame.cut_sutures = 0;
+    for (suture, is_cut) in view.sutures().take(32).enumerate() {
+        frame.cut_sutures |= u32::from(is_cut) << suture;
+    }
     let mut count = 0;
     for (to, from) in frame.spheres.iter_mut().zip(view.spheres()) {
         *to = SphereState {

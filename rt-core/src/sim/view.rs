@@ -84,6 +84,14 @@ impl<'a> TickView<'a> {
         self.bodies.cells.shown(self.scene.layers.cells.len())
     }
 
+    /// Whether each suture is cut through, in the order of the scene's attachments.
+    pub fn sutures(&self) -> impl Iterator<Item = bool> + use<'a> {
+        let parted = &self.bodies.parted;
+        let ties = self.scene.attachments.iter().enumerate();
+        ties.filter(|(_, tie)| tie.is_thread)
+            .map(|(tie, _)| parted.left_of_tie(tie) <= 0.0)
+    }
+
     /// The spheres, in the scene's order.
     pub fn spheres(&self) -> impl ExactSizeIterator<Item = SphereView> + use<'a> {
         let count = self.scene.spheres.len() as u32;

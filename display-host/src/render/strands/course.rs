@@ -2,12 +2,10 @@
 
 use glam::Vec3;
 
+use super::super::fibre::{SIDES, section};
 use super::net::{Film, Piece};
 use crate::skinning::SkinnedVertex;
 
-/// Corners of a fibre's section, on a circle.
-pub(super) const SIDES: usize = 3;
-const SECTION: [[f32; 2]; SIDES] = [[1.0, 0.0], [-0.5, 0.866_025_4], [-0.5, -0.866_025_4]];
 /// Along a piece: the flare of its root, the neck behind it, the middle.
 pub(super) const RINGS: [f32; 5] = [0.0, 0.16, 0.5, 0.84, 1.0];
 /// Places across a film, on each of its two sides.
@@ -72,12 +70,12 @@ impl Course {
         let along = (self.ends[1] - self.ends[0]).normalize_or(Vec3::X);
         let up = along.cross(self.across);
         for (ring, share) in tube.chunks_mut(SIDES).zip(RINGS) {
-            let (middle, radius_m) = (self.at(share), self.radius_m(share));
-            for (vertex, [x, y]) in ring.iter_mut().zip(SECTION) {
-                let normal = self.across * x + up * y;
-                vertex.position = (middle + normal * radius_m).extend(0.0).to_array();
-                vertex.normal = normal.extend(0.0).to_array();
-            }
+            section(
+                ring,
+                self.at(share),
+                [self.across, up],
+                self.radius_m(share),
+            );
         }
     }
 }

@@ -125,6 +125,7 @@ pub(super) fn run(
                     muted: false,
                     cold_lens: false,
                     seconds: None,
+                    lose_device_after: None,
                     tick_cpu: None,
                     language: crate::cli::LanguageName::or_users(None),
                     task: None,
