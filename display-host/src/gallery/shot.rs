@@ -307,7 +307,7 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
         },
         Shot {
             scope: Scope {
-                focus_m: 0.02,
+                focus_m: 0.015,
                 ..Scope::default()
             },
             ..view("Focused too near".to_owned(), start)

@@ -3,6 +3,8 @@
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;
 
+use bytemuck::Zeroable as _;
+use rt_core::event::{Event, EventKind};
 use rt_core::port::LineCounters;
 use rt_core::sim::Sim;
 use rt_core::state::State;
@@ -93,6 +95,7 @@ pub fn show<I: Iterator<Item = InputRecord>>(
         leaks: Leaks::default(),
         shown_tick: 0,
         again_ns: None,
+        was_reset: false,
     };
     let mut state = Box::new(State::new());
     let (device, parameters) = (
@@ -180,6 +183,8 @@ struct Stage {
     shown_tick: u64,
     /// When leaks are told of again after a jump.
     again_ns: Option<u64>,
+    /// Whether what was run on the way to where it shows was put back to its start.
+    was_reset: bool,
 }
 
 impl Stage {
@@ -194,6 +199,8 @@ impl Stage {
     ) {
         self.at_ns = passed_ns;
         if self.seek_ns.is_some_and(|seek_ns| passed_ns < seek_ns) {
+            let is_reset = |event: &Event| event.kind == EventKind::Reset;
+            self.was_reset |= tick.view.events.iter().any(is_reset);
             if tick.view.tick.is_multiple_of(LOOK_EVERY_TICKS) {
                 self.serve(stop);
                 self.send_again_if_due();
@@ -204,6 +211,13 @@ impl Stage {
         self.shown_tick = tick.view.tick;
         if self.seek_ns.take().is_some() {
             self.show(tick);
+            if core::mem::take(&mut self.was_reset) {
+                self.tell(EventMsg {
+                    kind: EventMsg::RESET,
+                    organ: u32::MAX,
+                    ..EventMsg::zeroed()
+                });
+            }
             self.tell_leaks();
             // A display that took these events before it saw that it has gone back forgets them with the rest.
             self.again_ns = Some(monotonic_ns().saturating_add(STILL_ALIVE_NS));
@@ -248,15 +262,20 @@ impl Stage {
     /// events from before.
     fn tell_leaks(&mut self) {
         for event in self.leaks.at(self.shown_tick) {
-            let event = EventMsg {
-                sequence: self.next_event,
-                tick: self.shown_tick,
-                at_ns: monotonic_ns(),
-                ..event
-            };
-            self.next_event += 1;
-            let _ = self.controller.events.send_copy(event);
+            self.tell(event);
         }
+    }
+
+    /// Tells of something at the tick that stands.
+    fn tell(&mut self, event: EventMsg) {
+        let event = EventMsg {
+            sequence: self.next_event,
+            tick: self.shown_tick,
+            at_ns: monotonic_ns(),
+            ..event
+        };
+        self.next_event += 1;
+        let _ = self.controller.events.send_copy(event);
     }
 
     fn tell_again_if_due(&mut self) {
