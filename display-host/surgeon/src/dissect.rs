@@ -3,20 +3,21 @@
 use shared_mem::scene::CellRecord;
 
 use crate::hold::{BEND_M, ELECTRODE_M, Hook, WORKS, electrode_room_m, turns};
+use crate::nearing::Nearing;
 use crate::sight::{Bar, off_line};
 use crate::work::{BACK_M, COAGULATE, Vec3, Work};
 
 /// Current that comes this near to what must not be burnt is cut off, m.
-const CLEAR_M: f64 = 0.0006;
+const CLEAR_M: f64 = 0.001;
 /// As near as this it comes no faster than what takes it so far in a quarter of a second, m: pedal and picture
 /// lag.
 const CLOSE_M: f64 = 0.003;
 const SLOW_M: f64 = 0.003;
 /// The hook is not held nearer than this to what it must not touch, m; it turns more slowly within the
 /// other, and comes nearer by no more than so much of the room that is left in a quarter of a second.
-const ROOM_M: f64 = 0.0006;
+const ROOM_M: f64 = 0.001;
 const SHY_M: f64 = 0.0015;
-const SLOWS: f64 = 8.0;
+const SLOWS: f64 = 3.0;
 /// It turns no faster than this, rad/s.
 const TURN_RAD_S: f64 = 1.9;
 /// A cell farther from the hook's end than this is come to from in front, m.
@@ -277,6 +278,7 @@ impl Work<'_> {
     /// Moves and turns for so long, the slower the nearer it comes to what it must not touch.
     fn go_gently(&mut self, way: Vec3, bend: Vec3, seconds: f64) {
         let (room_m, away) = self.room();
+        let room_m = self.nearing.soon(room_m, seconds);
         let towards_m = (-way.dot(&away)).max(0.0);
         let most_m = SLOWS * (room_m - ROOM_M);
         let way = way + away * (towards_m - most_m).max(0.0);
@@ -326,6 +328,7 @@ impl Work<'_> {
         // How far the hand has gone ahead.
         let (mut pulled, mut tip) = (Vec3::zeros(), self.works());
         let mut gone = false;
+        let mut nearing = Nearing::default();
         self.look_for(f64::MAX, |work| {
             let seconds = (work.seen.at_s - before_s).clamp(0.0, 0.05);
             before_s = work.seen.at_s;
@@ -347,7 +350,7 @@ impl Work<'_> {
             }
             let near = work.sight.delicate(work.works(), 0.012, &work.seen.state);
             let room_m = electrode_room_m(electrode, &near);
-            let is_clear = room_m > CLEAR_M;
+            let is_clear = nearing.soon(room_m, seconds) > CLEAR_M;
             let reach_m = radius_m + ELECTRODE_M;
             let touches = off_m < reach_m + REACHED_M;
             // What lies before it on the way is burnt, too: else it would be pushed along.

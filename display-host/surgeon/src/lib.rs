@@ -10,6 +10,7 @@
 mod dissect;
 mod field;
 mod hold;
+mod nearing;
 mod plan;
 mod sight;
 mod work;

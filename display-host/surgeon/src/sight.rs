@@ -25,11 +25,45 @@ pub(crate) struct Bar {
 #[derive(Debug)]
 pub(crate) struct Sight {
     scene: SceneFile,
+    /// Of each sphere of a tube, how far the skin is off the middle from there to the next, m; of others nothing.
+    /// Spheres lie within the skin, and that is what is seen and touched.
+    thick_m: Vec<f64>,
 }
 
 impl Sight {
     pub(crate) fn new(scene: SceneFile) -> Self {
-        Self { scene }
+        let mut sight = Self {
+            thick_m: vec![0.0; scene.spheres().len()],
+            scene,
+        };
+        (0..sight.scene.organs().len()).for_each(|organ| sight.measure(organ));
+        sight
+    }
+
+    /// How thick a tube is, from its skin at rest.
+    fn measure(&mut self, organ: usize) {
+        let Some(record) = self.scene.organs().get(organ) else {
+            return;
+        };
+        let own = self.spheres_of(organ);
+        if !is_tube(record.kind) || own.is_empty() {
+            return;
+        }
+        let [first, count] = record.vertices.map(|number| number as usize);
+        let steps = own.start..own.end - 1;
+        for vertex in self.scene.vertices().iter().skip(first).take(count) {
+            let at = wide(vertex.position_m);
+            let offs = steps.clone().map(|sphere| {
+                let ends = [self.rest(sphere), self.rest(sphere + 1)];
+                (off_line(at, ends), sphere)
+            });
+            let Some((off_m, sphere)) = offs.min_by(|a, b| a.0.total_cmp(&b.0)) else {
+                continue;
+            };
+            if let Some(thick_m) = self.thick_m.get_mut(sphere) {
+                *thick_m = thick_m.max(off_m);
+            }
+        }
     }
 
     pub(crate) fn port(&self) -> Vec3 {
@@ -102,15 +136,7 @@ impl Sight {
         let mut bars = Vec::new();
         for (index, organ) in self.scene.organs().iter().enumerate() {
             let kind = OrganKind::from_u32(organ.kind);
-            let is_tube = matches!(
-                kind,
-                Some(
-                    OrganKind::CysticDuct
-                        | OrganKind::CysticArtery
-                        | OrganKind::BileDuct
-                        | OrganKind::Vessel
-                )
-            );
+            let is_tube = is_tube(organ.kind);
             let is_bowel = matches!(kind, Some(OrganKind::Stomach | OrganKind::Intestine));
             let is_own = matches!(kind, Some(OrganKind::CysticDuct | OrganKind::CysticArtery));
             if !is_tube && !is_bowel {
@@ -129,10 +155,11 @@ impl Sight {
                     .scene
                     .spheres()
                     .get(if next { sphere + 1 } else { sphere });
+                let thick_m = self.thick_m.get(sphere).copied().unwrap_or_default();
                 let radii = [radius, other].into_iter().flatten();
                 bars.push(Bar {
                     ends: [at, self.now(if next { sphere + 1 } else { sphere }, state)],
-                    radius_m: radii.fold(0.0, |most, it| f64::max(most, it.radius_m.into())),
+                    radius_m: radii.fold(thick_m, |most, it| f64::max(most, it.radius_m.into())),
                     is_touchy: !is_own,
                 });
             }
@@ -159,6 +186,18 @@ impl Sight {
         };
         spheres.map(bar).collect()
     }
+}
+
+fn is_tube(kind: u32) -> bool {
+    matches!(
+        OrganKind::from_u32(kind),
+        Some(
+            OrganKind::CysticDuct
+                | OrganKind::CysticArtery
+                | OrganKind::BileDuct
+                | OrganKind::Vessel
+        )
+    )
 }
 
 /// How far a point is from a straight line from end to end, m.

@@ -7,6 +7,7 @@ use shared_mem::message::{CommandMsg, EventMsg, HandMsg, PoseMsg};
 use shared_mem::scene::{OrganKind, SceneFile};
 
 use crate::field::Field;
+use crate::nearing::Nearing;
 use crate::plan::{Act, CLIPS, HOOK, SCISSORS, Surgeon};
 use crate::sight::{Place, Sight};
 use crate::{Seen, Theatre};
@@ -19,6 +20,8 @@ const JAW_M: f64 = 0.015;
 const BITE: f64 = 0.7;
 /// So far back along the shaft it moves from place to place, m.
 pub(crate) const BACK_M: f64 = 0.03;
+/// And so far, m, to be exchanged.
+const OUT_M: f64 = 0.05;
 /// A movement is over within this, m and rad; or it is given up, s.
 const THERE_M: f64 = 0.0015;
 const ALIGNED_RAD: f64 = 0.12;
@@ -55,6 +58,7 @@ pub fn operate(
         clipped: Vec::new(),
         divided: Vec::new(),
         is_over: false,
+        nearing: Nearing::default(),
     };
     let is_there =
         |work: &mut Work<'_>| work.seen.state.sphere_count > 0 && work.seen.tools.capsule_count > 0;
@@ -89,6 +93,8 @@ pub(crate) struct Work<'a> {
     clipped: Vec<u32>,
     divided: Vec<u32>,
     pub(crate) is_over: bool,
+    /// Room to what must not be touched.
+    pub(crate) nearing: Nearing,
 }
 
 /// It was ended from outside.
@@ -183,7 +189,11 @@ impl Work<'_> {
         self.goes_on()
     }
 
+    /// Out of the way of everything first: the next one is of another shape, and comes from the port.
     fn take(&mut self, instrument: u32) -> Result<(), String> {
+        // However far it comes.
+        let _ = self.retreat(OUT_M);
+        self.goes_on()?;
         self.theatre.command(CommandMsg {
             kind: CommandMsg::INSTRUMENT,
             argument: instrument,

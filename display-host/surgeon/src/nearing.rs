@@ -1,0 +1,54 @@
+//! Room that gets less while nobody moves: tissue that gives way springs back faster than a picture is seen and a
+//! hand answers.
+
+/// How late picture and hand are together, s.
+const LATE_S: f64 = 0.03;
+/// Nothing is taken to come faster, m/s.
+const SPEED_MAX_M_S: f64 = 0.05;
+/// Nothing is farther, m.
+const FAR_M: f64 = 0.1;
+/// Share of a new speed that is believed at once.
+const BELIEVED: f64 = 0.5;
+
+/// How a room has been changing.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Nearing {
+    last_m: Option<f64>,
+    speed_m_s: f64,
+}
+
+impl Nearing {
+    /// What will be left of a room, m, `seconds` after it was last asked of, when the hand can answer.
+    pub(crate) fn soon(&mut self, room_m: f64, seconds: f64) -> f64 {
+        let room_m = room_m.min(FAR_M);
+        if let Some(last_m) = self.last_m.filter(|_| seconds > 0.0) {
+            let speed_m_s = (room_m - last_m) / seconds;
+            self.speed_m_s += BELIEVED * (speed_m_s - self.speed_m_s);
+        }
+        self.last_m = Some(room_m);
+        room_m + self.speed_m_s.clamp(-SPEED_MAX_M_S, 0.0) * LATE_S
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_comes_nearer_is_nearer_soon_and_what_goes_is_where_it_is() {
+        let mut nearing = Nearing::default();
+        let mut soon_m = 0.0;
+        for look in 0..20 {
+            soon_m = nearing.soon(0.01 - 0.0001 * f64::from(look), 0.005);
+        }
+        assert!(
+            (soon_m - (0.0081 - 0.02 * LATE_S)).abs() < 1.0e-5,
+            "{soon_m}"
+        );
+        for look in 0..20 {
+            soon_m = nearing.soon(0.01 + 0.0001 * f64::from(look), 0.005);
+        }
+        assert!((soon_m - 0.0119).abs() < 1.0e-9, "{soon_m}");
+        assert!(nearing.soon(f64::MAX, 0.005).is_finite());
+    }
+}
