@@ -2,20 +2,20 @@
 
 use shared_mem::scene::CellRecord;
 
-use crate::hold::{BEND_M, ELECTRODE_M, Hook, WORKS, electrode_room_m, turns};
+use crate::hold::{BEND_M, ELECTRODE_M, Hook, WORKS, electrode_room_m, free_side, turns};
 use crate::nearing::Nearing;
-use crate::sight::{Bar, off_line};
+use crate::sight::{Bar, between, off_line};
 use crate::work::{BACK_M, COAGULATE, Vec3, Work};
 
 /// Current that comes this near to what must not be burnt is cut off, m.
-const CLEAR_M: f64 = 0.001;
+const CLEAR_M: f64 = 0.0007;
 /// As near as this it comes no faster than what takes it so far in a quarter of a second, m: pedal and picture
 /// lag.
 const CLOSE_M: f64 = 0.003;
 const SLOW_M: f64 = 0.003;
 /// The hook is not held nearer than this to what it must not touch, m; it turns more slowly within the
 /// other, and comes nearer by no more than so much of the room that is left in a quarter of a second.
-const ROOM_M: f64 = 0.001;
+const ROOM_M: f64 = 0.0007;
 const SHY_M: f64 = 0.0015;
 const SLOWS: f64 = 3.0;
 /// It turns no faster than this, rad/s.
@@ -30,6 +30,10 @@ const LOOK_M: f64 = 0.04;
 const BESIDE_M: f64 = 0.012;
 /// What is in the way and need not go otherwise counts as so much farther, m.
 const OTHER_M: f64 = 0.02;
+/// And a cell at which the hook has no room.
+const CRAMPED_M: f64 = 0.1;
+/// So deep the electrode goes into what it burns, m.
+const SUNK_M: f64 = 0.0004;
 /// Candidates that are looked at closely, and ways to hold the hook.
 const CLOSELY: usize = 16;
 const TURNS: u32 = 12;
@@ -155,7 +159,7 @@ impl Work<'_> {
             } else {
                 OTHER_M
             };
-            let (held_m, bend) = self.hold(&now, at)?;
+            let (held_m, bend) = self.hold(&now, at, cell.radius_m)?;
             let far_m = (at - tip).norm() + 0.5 * (at - port).norm();
             Some(Choice {
                 cost_m: far_m
@@ -194,20 +198,17 @@ impl Work<'_> {
     }
 
     /// The best way to turn the hook for a cell, and what it costs, as m of a detour.
-    fn hold(&self, now: &Now, at: Vec3) -> Option<(f64, Vec3)> {
+    fn hold(&self, now: &Now, at: Vec3, radius_m: f64) -> Option<(f64, Vec3)> {
         let [heel, end] = self.electrode()?;
         let port = self.sight.port();
         let out = (port - at).normalize();
         let line = [at, at + out * LOOK_M];
-        let near = now.delicate.iter().filter(|bar| {
-            let off_m = bar.ends.map(|end| off_line(end, line));
-            off_m[0].min(off_m[1]) - bar.radius_m < BESIDE_M
-        });
+        let near = now.delicate.iter();
+        let near = near.filter(|bar| between(line, bar.ends).norm() - bar.radius_m < BESIDE_M);
         let near: Vec<&Bar> = near.collect();
         let touchy: Vec<&Bar> = near.iter().copied().filter(|bar| bar.is_touchy).collect();
-        // It comes from the side that is free.
-        let (_, away) = Hook::held(at, out, port).room(near.iter().copied());
-        let held = at + away * 0.001;
+        let off_m = radius_m + ELECTRODE_M - SUNK_M;
+        let held = free_side(at, off_m, CLOSE_M, near.iter().copied());
         let mut best: Option<(f64, Vec3)> = None;
         for (bend, angle) in turns((end - heel).normalize(), -out, TURNS) {
             let hook = Hook::held(held, bend, port);
@@ -216,7 +217,11 @@ impl Work<'_> {
             let burns_m = electrode_room_m([from, from + bend * BEND_M], near.iter().copied());
             // Where there is no room at all the hook pushes aside what can be: it comes there last.
             let tight_m = |room_m: f64| 4.0 * (0.002 - room_m).clamp(0.0, 0.004);
-            let cost_m = 0.008 * angle.abs() + tight_m(room_m) + tight_m(burns_m);
+            let is_cramped = room_m < ROOM_M || burns_m < CLEAR_M;
+            let cost_m = 0.008 * angle.abs()
+                + tight_m(room_m)
+                + tight_m(burns_m)
+                + if is_cramped { CRAMPED_M } else { 0.0 };
             if best.is_none_or(|(least, _)| cost_m < least) {
                 best = Some((cost_m, bend));
             }
@@ -359,7 +364,8 @@ impl Work<'_> {
             if burns && touches {
                 better_s = work.seen.at_s;
             }
-            let way = at - work.works();
+            let held = free_side(at, reach_m - SUNK_M, CLOSE_M, &near);
+            let way = held - work.works();
             let mut way = if off_m < reach_m - 0.0002 {
                 Vec3::zeros()
             } else if touches {

@@ -1,6 +1,6 @@
 //! How a hook is held: which way its bent end turns, and what its parts pass on the way to a place.
 
-use crate::sight::{Bar, off_line};
+use crate::sight::{Bar, between};
 use crate::work::Vec3;
 
 /// From the heel to the end, and from the heel to the shaft, m; radii, m (`rt_core::tool`).
@@ -14,10 +14,10 @@ const SEEN_M: f64 = 0.05;
 /// Which part of the bent end works, from the heel.
 pub(crate) const WORKS: f64 = 0.7;
 
-/// A hook as a surgeon thinks of it: places along its middle, and how thick it is there, m.
+/// A hook as a surgeon thinks of it: the middles of its parts, end to end, and how thick each is, m.
 #[derive(Debug, Clone)]
 pub(crate) struct Hook {
-    places: [(Vec3, f64); 15],
+    parts: [([Vec3; 2], f64); 3],
 }
 
 impl Hook {
@@ -35,27 +35,20 @@ impl Hook {
     fn along(heel: Vec3, end: Vec3, port: Vec3) -> Self {
         let out = (port - heel).normalize();
         let joint = heel + out * STEM_M;
-        let places = std::array::from_fn(|number| match number {
-            0..=2 => (heel.lerp(&end, 0.5 * number as f64), ELECTRODE_M),
-            3..=6 => (heel.lerp(&joint, 0.25 * (number - 2) as f64), NECK_M),
-            _ => {
-                let share = (number - 6) as f64 / 8.0;
-                (joint + out * (SEEN_M * share * share), SHAFT_M)
-            }
-        });
-        Self { places }
+        let parts = [
+            ([heel, end], ELECTRODE_M),
+            ([heel, joint], NECK_M),
+            ([joint, joint + out * SEEN_M], SHAFT_M),
+        ];
+        Self { parts }
     }
 
     /// How much room there is between it and the nearest of these, m, and the way from there.
     pub(crate) fn room<'a>(&self, bars: impl IntoIterator<Item = &'a Bar>) -> (f64, Vec3) {
         let mut least = (f64::MAX, Vec3::zeros());
         for bar in bars {
-            let [a, b] = bar.ends;
-            let way = b - a;
-            let squared = way.norm_squared().max(1e-12);
-            for (place, radius_m) in &self.places {
-                let share = ((place - a).dot(&way) / squared).clamp(0.0, 1.0);
-                let off = place - a - way * share;
+            for (ends, radius_m) in self.parts {
+                let off = between(ends, bar.ends);
                 let room_m = off.norm() - radius_m - bar.radius_m;
                 if room_m < least.0 {
                     least = (room_m, off);
@@ -82,12 +75,29 @@ pub(crate) fn turns(bend: Vec3, along: Vec3, count: u32) -> impl Iterator<Item =
 
 /// Room between an electrode's side and the nearest of these bars, m.
 pub(crate) fn electrode_room_m<'a>(
-    [a, b]: [Vec3; 2],
+    ends: [Vec3; 2],
     bars: impl IntoIterator<Item = &'a Bar>,
 ) -> f64 {
-    let room_m = bars.into_iter().flat_map(|bar| {
-        let places = (0..=4).map(move |step| a.lerp(&b, f64::from(step) / 4.0));
-        places.map(|at| off_line(at, bar.ends) - bar.radius_m - ELECTRODE_M)
-    });
+    let room_m = bars
+        .into_iter()
+        .map(|bar| between(ends, bar.ends).norm() - bar.radius_m - ELECTRODE_M);
     room_m.fold(f64::MAX, f64::min)
+}
+
+/// Where the hook takes a cell: from the side that looks away from the nearest of these bars, if one is near;
+/// the electrode's middle is then so far off the cell's, m.
+pub(crate) fn free_side<'a>(
+    at: Vec3,
+    off_m: f64,
+    near_m: f64,
+    bars: impl IntoIterator<Item = &'a Bar>,
+) -> Vec3 {
+    let offs = bars.into_iter().map(|bar| {
+        let off = between([at; 2], bar.ends);
+        (off.norm() - bar.radius_m, off)
+    });
+    let nearest = offs.min_by(|a, b| a.0.total_cmp(&b.0));
+    let away = nearest.filter(|(room_m, _)| *room_m < near_m);
+    let away = away.and_then(|(_, off)| off.try_normalize(1e-9));
+    at + away.unwrap_or_default() * off_m
 }

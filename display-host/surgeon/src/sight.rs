@@ -1,7 +1,7 @@
 //! Where organs are now: a compiled scene as the newest frame of it shows it.
 
 use shared_mem::message::StateFrame;
-use shared_mem::scene::{OrganKind, SceneFile};
+use shared_mem::scene::{AttachmentRecord, OrganKind, SceneFile, WORLD};
 
 use crate::work::Vec3;
 
@@ -25,45 +25,23 @@ pub(crate) struct Bar {
 #[derive(Debug)]
 pub(crate) struct Sight {
     scene: SceneFile,
-    /// Of each sphere of a tube, how far the skin is off the middle from there to the next, m; of others nothing.
-    /// Spheres lie within the skin, and that is what is seen and touched.
-    thick_m: Vec<f64>,
+    /// What fastens ducts and vessels to other organs: a band burns as the tube does from which it runs, and as wide.
+    bands: Vec<AttachmentRecord>,
 }
 
 impl Sight {
     pub(crate) fn new(scene: SceneFile) -> Self {
         let mut sight = Self {
-            thick_m: vec![0.0; scene.spheres().len()],
+            bands: Vec::new(),
             scene,
         };
-        (0..sight.scene.organs().len()).for_each(|organ| sight.measure(organ));
+        let organs = 0..sight.scene.organs().len();
+        let tubes = organs.filter(|organ| sight.is_tube(*organ));
+        let own: Vec<_> = tubes.map(|organ| sight.spheres_of(organ)).collect();
+        let all = sight.scene.attachments().iter();
+        let of_tubes = all.filter(|band| own.iter().any(|own| own.contains(&(band.a as usize))));
+        sight.bands = of_tubes.copied().collect();
         sight
-    }
-
-    /// How thick a tube is, from its skin at rest.
-    fn measure(&mut self, organ: usize) {
-        let Some(record) = self.scene.organs().get(organ) else {
-            return;
-        };
-        let own = self.spheres_of(organ);
-        if !is_tube(record.kind) || own.is_empty() {
-            return;
-        }
-        let [first, count] = record.vertices.map(|number| number as usize);
-        let steps = own.start..own.end - 1;
-        for vertex in self.scene.vertices().iter().skip(first).take(count) {
-            let at = wide(vertex.position_m);
-            let offs = steps.clone().map(|sphere| {
-                let ends = [self.rest(sphere), self.rest(sphere + 1)];
-                (off_line(at, ends), sphere)
-            });
-            let Some((off_m, sphere)) = offs.min_by(|a, b| a.0.total_cmp(&b.0)) else {
-                continue;
-            };
-            if let Some(thick_m) = self.thick_m.get_mut(sphere) {
-                *thick_m = thick_m.max(off_m);
-            }
-        }
     }
 
     pub(crate) fn port(&self) -> Vec3 {
@@ -74,6 +52,19 @@ impl Sight {
     pub(crate) fn organ(&self, kind: OrganKind) -> Option<usize> {
         let mut organs = self.scene.organs().iter();
         organs.position(|organ| organ.kind == kind as u32)
+    }
+
+    fn is_tube(&self, organ: usize) -> bool {
+        let organ = self.scene.organs().get(organ);
+        matches!(
+            organ.and_then(|it| OrganKind::from_u32(it.kind)),
+            Some(
+                OrganKind::CysticDuct
+                    | OrganKind::CysticArtery
+                    | OrganKind::BileDuct
+                    | OrganKind::Vessel
+            )
+        )
     }
 
     fn spheres_of(&self, organ: usize) -> std::ops::Range<usize> {
@@ -131,12 +122,12 @@ impl Sight {
         })
     }
 
-    /// Ducts, vessels and bowels near a place: what current must not touch.
+    /// Ducts, vessels, what fastens them, and bowels near a place: what current must not touch.
     pub(crate) fn delicate(&self, near: Vec3, within_m: f64, state: &StateFrame) -> Vec<Bar> {
         let mut bars = Vec::new();
         for (index, organ) in self.scene.organs().iter().enumerate() {
             let kind = OrganKind::from_u32(organ.kind);
-            let is_tube = is_tube(organ.kind);
+            let is_tube = self.is_tube(index);
             let is_bowel = matches!(kind, Some(OrganKind::Stomach | OrganKind::Intestine));
             let is_own = matches!(kind, Some(OrganKind::CysticDuct | OrganKind::CysticArtery));
             if !is_tube && !is_bowel {
@@ -155,16 +146,31 @@ impl Sight {
                     .scene
                     .spheres()
                     .get(if next { sphere + 1 } else { sphere });
-                let thick_m = self.thick_m.get(sphere).copied().unwrap_or_default();
                 let radii = [radius, other].into_iter().flatten();
                 bars.push(Bar {
                     ends: [at, self.now(if next { sphere + 1 } else { sphere }, state)],
-                    radius_m: radii.fold(thick_m, |most, it| f64::max(most, it.radius_m.into())),
+                    radius_m: radii.fold(0.0, |most, it| f64::max(most, it.radius_m.into())),
                     is_touchy: !is_own,
                 });
             }
         }
+        let bands = self.bands.iter().map(|band| self.band(band, state));
+        bars.extend(bands.filter(|bar| off_line(near, bar.ends) - bar.radius_m < within_m));
         bars
+    }
+
+    fn band(&self, band: &AttachmentRecord, state: &StateFrame) -> Bar {
+        let from = self.scene.spheres().get(band.a as usize);
+        let to = match band.b {
+            WORLD => wide(band.anchor_m),
+            sphere => self.now(sphere as usize, state),
+        };
+        Bar {
+            ends: [self.now(band.a as usize, state), to],
+            radius_m: from.map_or(0.0, |it| f64::from(it.radius_m)),
+            // An instrument goes through it.
+            is_touchy: false,
+        }
     }
 
     /// What must not even be touched.
@@ -188,23 +194,26 @@ impl Sight {
     }
 }
 
-fn is_tube(kind: u32) -> bool {
-    matches!(
-        OrganKind::from_u32(kind),
-        Some(
-            OrganKind::CysticDuct
-                | OrganKind::CysticArtery
-                | OrganKind::BileDuct
-                | OrganKind::Vessel
-        )
-    )
-}
-
 /// How far a point is from a straight line from end to end, m.
 pub(crate) fn off_line(point: Vec3, [a, b]: [Vec3; 2]) -> f64 {
     let way = b - a;
     let share = (point - a).dot(&way) / way.norm_squared().max(1e-12);
     (point - a - way * share.clamp(0.0, 1.0)).norm()
+}
+
+/// The shortest way from the second of two straight lines, end to end, to the first.
+pub(crate) fn between([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> Vec3 {
+    let (own, other, apart) = (b - a, d - c, a - c);
+    let (own2, other2) = (own.norm_squared(), other.norm_squared());
+    let (along, on_own, on_other) = (own.dot(&other), own.dot(&apart), other.dot(&apart));
+    let share = |way: f64, whole: f64| (way / whole.max(1e-12)).clamp(0.0, 1.0);
+    let s = share(
+        along * on_other - on_own * other2,
+        own2 * other2 - along * along,
+    );
+    let t = share(on_other + s * along, other2);
+    let s = share(t * along - on_own, own2);
+    apart + own * s - other * t
 }
 
 pub(crate) fn wide(v: [f32; 3]) -> Vec3 {
