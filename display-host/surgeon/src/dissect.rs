@@ -8,7 +8,7 @@ use crate::sight::{Bar, between, off_line};
 use crate::work::{BACK_M, COAGULATE, Vec3, Work};
 
 /// Current that comes this near to what must not be burnt is cut off, m.
-const CLEAR_M: f64 = 0.0007;
+const CLEAR_M: f64 = 0.001;
 /// As near as this it comes no faster than what takes it so far in a quarter of a second, m: pedal and picture
 /// lag.
 const CLOSE_M: f64 = 0.003;
@@ -43,9 +43,11 @@ const LAG_M: f64 = 0.006;
 const PUSH_M: f64 = 0.005;
 /// What has gone so far from where it was hangs on nothing any more, m.
 const ADRIFT_M: f64 = 0.025;
-/// A cell that does not get nearer or warmer for so long is left, s.
+/// A cell that does not get nearer or warmer for so long is left, s; so is a way to one.
 const STUCK_S: f64 = 0.7;
 const LONG_S: f64 = 4.0;
+/// Less than this is not nearer, m.
+const CLOSER_M: f64 = 0.0002;
 /// What is nearer than this to a cell may lie before it, m; the electrode touches what is so near to it, m.
 const AROUND_M: f64 = 0.010;
 const REACHED_M: f64 = 0.0002;
@@ -260,10 +262,18 @@ impl Work<'_> {
         seconds: f64,
     ) -> Result<(), String> {
         let mut before_s = self.seen.at_s;
+        let (mut nearest_m, mut nearer_s) = (f64::MAX, before_s);
         self.look_for(seconds, |work| {
             let passed_s = (work.seen.at_s - before_s).clamp(0.0, 0.05);
             before_s = work.seen.at_s;
             let way = to(work) - work.works();
+            if way.norm() < nearest_m - CLOSER_M {
+                (nearest_m, nearer_s) = (way.norm(), work.seen.at_s);
+            }
+            // What it must not touch is in the way, or it is there.
+            if work.seen.at_s - nearer_s > STUCK_S {
+                return true;
+            }
             work.go_gently(way * 2.5, bend, passed_s);
             let off = work.turned_off(bend);
             way.norm() < 0.002 && off.abs() < 1.0
@@ -325,6 +335,9 @@ impl Work<'_> {
             self.withdraw(0.012)?;
             let out = (self.sight.port() - place(self)).normalize();
             self.travel(&|work| place(work) + out * 0.006, bend, 2.0)?;
+            if (place(self) - self.works()).norm() > NEAR_M {
+                return Ok(false);
+            }
         }
         let (mut before_s, mut better_s) = (self.seen.at_s, self.seen.at_s);
         let around = self.field.around(index, AROUND_M);
@@ -349,7 +362,7 @@ impl Work<'_> {
             let warm = (work.seen.state.cells.get(index))
                 .copied()
                 .unwrap_or_default();
-            if off_m < nearest_m - 0.0002 || warm > warmest {
+            if off_m < nearest_m - CLOSER_M || warm > warmest {
                 (nearest_m, warmest) = (nearest_m.min(off_m), warmest.max(warm));
                 better_s = work.seen.at_s;
             }

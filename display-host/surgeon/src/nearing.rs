@@ -2,13 +2,13 @@
 //! hand answers.
 
 /// How late picture and hand are together, s.
-const LATE_S: f64 = 0.03;
+const LATE_S: f64 = 0.05;
 /// Nothing is taken to come faster, m/s.
-const SPEED_MAX_M_S: f64 = 0.05;
+const SPEED_MAX_M_S: f64 = 0.15;
 /// Nothing is farther, m.
 const FAR_M: f64 = 0.1;
 /// Share of a new speed that is believed at once.
-const BELIEVED: f64 = 0.5;
+const BELIEVED: f64 = 0.7;
 
 /// How a room has been changing.
 #[derive(Debug, Clone, Copy, Default)]

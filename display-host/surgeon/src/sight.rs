@@ -219,3 +219,24 @@ pub(crate) fn between([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> Vec3 {
 pub(crate) fn wide(v: [f32; 3]) -> Vec3 {
     Vec3::from(v.map(f64::from))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_are_as_far_apart_as_their_nearest_places() {
+        let line = |a: [f64; 3], b: [f64; 3]| [Vec3::from(a), Vec3::from(b)];
+        let level = line([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
+        for (other, way) in [
+            // Across it, in line with it, beside it, and a place.
+            (line([0.3, -1.0, 2.0], [0.3, 1.0, 2.0]), [0.0, 0.0, -2.0]),
+            (line([3.0, 0.0, 0.0], [4.0, 0.0, 0.0]), [-2.0, 0.0, 0.0]),
+            (line([-1.0, 1.0, 0.0], [1.0, 1.0, 0.0]), [0.0, -1.0, 0.0]),
+            (line([0.5, 0.5, 0.0], [0.5, 0.5, 0.0]), [0.0, -0.5, 0.0]),
+        ] {
+            let found = between(level, other);
+            assert!((found - Vec3::from(way)).norm() < 1.0e-9, "{found}");
+        }
+    }
+}
