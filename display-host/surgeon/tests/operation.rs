@@ -87,7 +87,7 @@ fn the_careful_takes_tissue_away_without_harm_and_it_comes_to_the_same_bits_agai
         (came.ticks, came.hash)
     };
     begin(Task::Identify, 12, Metric::CvsTriangle, 0.02);
-    let bed = || begin(Task::Disconnect, 8, Metric::Bed, 0.04);
+    let bed = || begin(Task::Disconnect, 12, Metric::Bed, 0.04);
     assert_eq!(bed(), bed());
 }
 
