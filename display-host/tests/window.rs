@@ -27,7 +27,7 @@ const TROUBLED_UNTIL: &str = "CALOT_WINDOW_TEST_UNTIL";
 const LOST_AFTER: u64 = 4;
 const GOES_ON: usize = 3;
 /// How long something may take on a busy machine.
-const PATIENCE: Duration = Duration::from_secs(90);
+const PATIENCE: Duration = Duration::from_secs(180);
 
 /// A virtual screen that ends with its owner.
 struct VirtualScreen {

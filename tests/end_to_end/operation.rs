@@ -84,8 +84,10 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
     assert!(!ask(&["export"]).contains("Ada"));
 }
 
-/// Longer than any task takes a scripted surgeon, s; a run ends when its task is over.
+/// Longer than clips and scissors take a scripted surgeon, and than the hook does in the bed, s; a run ends when
+/// its task is over.
 const LONG_S: &str = "150";
+const LONGER_S: &str = "240";
 /// So often a surgeon may try: tissue lies otherwise each time, and the machine may be busy.
 const TRIES: usize = 4;
 
@@ -114,10 +116,10 @@ fn operate(task: &str, hand: &str, seconds: &str) -> serde_json::Value {
 }
 
 /// Tries until a run comes to this.
-fn operate_until(task: &str, hand: &str, is_so: fn(&serde_json::Value) -> bool) {
+fn operate_until(task: &str, hand: &str, seconds: &str, is_so: fn(&serde_json::Value) -> bool) {
     let mut came_to = Vec::new();
     for _ in 0..TRIES {
-        let summary = operate(task, hand, LONG_S);
+        let summary = operate(task, hand, seconds);
         if is_so(&summary) {
             return;
         }
@@ -145,14 +147,26 @@ fn clips_that_a_surgeon_drops_sound_and_cost_and_are_in_the_recording() {
 
 #[test]
 fn a_careful_surgeon_clamps_duct_and_artery() {
-    operate_until("clamp", "careful", is_passed);
+    operate_until("clamp", "careful", LONG_S, is_passed);
 }
 
 #[test]
 fn a_careful_surgeon_divides_both_between_clips_and_beside_them_it_fails_at_once() {
-    operate_until("cut", "careful", is_passed);
-    operate_until("cut", "unclamped", |summary| {
+    operate_until("cut", "careful", LONG_S, is_passed);
+    operate_until("cut", "unclamped", LONG_S, |summary| {
         summary["outcome"] == "failed" && has_alarm(summary, "unclamped")
+    });
+}
+
+#[test]
+fn a_careful_surgeon_takes_the_gallbladder_off_its_bed() {
+    operate_until("disconnect", "careful", LONGER_S, is_passed);
+}
+
+#[test]
+fn who_burns_the_bile_duct_is_alarmed_and_does_not_pass() {
+    operate_until("identify", "burner", "25", |summary| {
+        has_alarm(summary, "burnt") && summary["outcome"] != "passed"
     });
 }
 
@@ -166,12 +180,9 @@ fn a_careful_surgeon_completes_the_whole_procedure_through_the_processes() {
 
 #[test]
 #[ignore = "minutes: run it after changes of cautery, contact or rules"]
-fn a_burner_is_alarmed_and_the_hurried_come_to_less() {
-    for task in ["identify", "disconnect"] {
-        let burnt = operate(task, "burner", "25");
-        assert!(has_alarm(&burnt, "burnt"), "{burnt:#}");
-        assert_ne!(burnt["outcome"], "passed");
-    }
+fn a_careful_surgeon_identifies_and_the_hurried_come_to_less() {
+    let identified = operate("identify", "careful", "300");
+    assert!(is_passed(&identified), "{identified:#}");
     let hurried = operate("clamp", "hurried", "60");
     let alarms = hurried["alarms"].as_array().map_or(0, Vec::len);
     assert!(alarms > 0 || hurried["score"].as_f64() < Some(98.0));

@@ -58,11 +58,13 @@ fn main() {
             );
             if is_told {
                 println!(
-                    "{:8.3} {} organ {} {}",
+                    "{:8.3} {} organ {} {} by {} at {:.1?} mm",
                     seen.at_s,
                     event.name(),
                     event.organ as i32,
-                    event.value
+                    event.value,
+                    seen.tools.instrument,
+                    event.at_m.map(|it| it * 1e3),
                 );
             }
         }

@@ -2,6 +2,7 @@
 
 use shared_mem::scene::CellRecord;
 
+use crate::gentle::{CLOSER_M, ROOM_M, STUCK_S};
 use crate::hold::{BEND_M, ELECTRODE_M, Hook, WORKS, electrode_room_m, free_side, turns};
 use crate::nearing::Nearing;
 use crate::sight::{Bar, between, off_line};
@@ -13,13 +14,6 @@ const CLEAR_M: f64 = 0.001;
 /// lag.
 const CLOSE_M: f64 = 0.003;
 const SLOW_M: f64 = 0.003;
-/// The hook is not held nearer than this to what it must not touch, m; it turns more slowly within the
-/// other, and comes nearer by no more than so much of the room that is left in a quarter of a second.
-const ROOM_M: f64 = 0.0007;
-const SHY_M: f64 = 0.0015;
-const SLOWS: f64 = 3.0;
-/// It turns no faster than this, rad/s.
-const TURN_RAD_S: f64 = 1.9;
 /// A cell farther from the hook's end than this is come to from in front, m.
 const NEAR_M: f64 = 0.010;
 /// What lies so near to the way of shaft and hook is in the way, m.
@@ -43,11 +37,8 @@ const LAG_M: f64 = 0.006;
 const PUSH_M: f64 = 0.005;
 /// What has gone so far from where it was hangs on nothing any more, m.
 const ADRIFT_M: f64 = 0.025;
-/// A cell that does not get nearer or warmer for so long is left, s; so is a way to one.
-const STUCK_S: f64 = 0.7;
+/// A cell is left after so long, s.
 const LONG_S: f64 = 4.0;
-/// Less than this is not nearer, m.
-const CLOSER_M: f64 = 0.0002;
 /// What is nearer than this to a cell may lie before it, m; the electrode touches what is so near to it, m.
 const AROUND_M: f64 = 0.010;
 const REACHED_M: f64 = 0.0002;
@@ -229,78 +220,6 @@ impl Work<'_> {
             }
         }
         best
-    }
-
-    /// Where the hook works.
-    fn works(&self) -> Vec3 {
-        match self.electrode() {
-            Some([heel, end]) => heel.lerp(&end, WORKS),
-            None => self.tip(),
-        }
-    }
-
-    /// How far the hook is off a way to turn, about the shaft, rad.
-    fn turned_off(&self, bend: Vec3) -> f64 {
-        let local = self.to_instrument(bend);
-        local.x.atan2(-local.y)
-    }
-
-    /// Back along the shaft, without current.
-    fn withdraw(&mut self, by_m: f64) -> Result<(), String> {
-        self.asked.switches = 0;
-        let (to, Some([heel, end])) = (self.works() - self.along() * by_m, self.electrode()) else {
-            return Ok(());
-        };
-        self.travel(&|_| to, (end - heel).normalize(), 1.0)
-    }
-
-    /// The hook goes to a place, as far as there is room, and turns; for so long at most.
-    fn travel(
-        &mut self,
-        to: &dyn Fn(&Self) -> Vec3,
-        bend: Vec3,
-        seconds: f64,
-    ) -> Result<(), String> {
-        let mut before_s = self.seen.at_s;
-        let (mut nearest_m, mut nearer_s) = (f64::MAX, before_s);
-        self.look_for(seconds, |work| {
-            let passed_s = (work.seen.at_s - before_s).clamp(0.0, 0.05);
-            before_s = work.seen.at_s;
-            let way = to(work) - work.works();
-            if way.norm() < nearest_m - CLOSER_M {
-                (nearest_m, nearer_s) = (way.norm(), work.seen.at_s);
-            }
-            // What it must not touch is in the way, or it is there.
-            if work.seen.at_s - nearer_s > STUCK_S {
-                return true;
-            }
-            work.go_gently(way * 2.5, bend, passed_s);
-            let off = work.turned_off(bend);
-            way.norm() < 0.002 && off.abs() < 1.0
-        });
-        self.goes_on()
-    }
-
-    /// How much room the hook has to what it must not touch, m, and the way from there.
-    fn room(&self) -> (f64, Vec3) {
-        let Some(electrode) = self.electrode() else {
-            return (f64::MAX, Vec3::zeros());
-        };
-        let hook = Hook::seen(electrode, self.sight.port());
-        hook.room(&self.sight.touchy(self.works(), 0.07, &self.seen.state))
-    }
-
-    /// Moves and turns for so long, the slower the nearer it comes to what it must not touch.
-    fn go_gently(&mut self, way: Vec3, bend: Vec3, seconds: f64) {
-        let (room_m, away) = self.room();
-        let room_m = self.nearing.soon(room_m, seconds);
-        let towards_m = (-way.dot(&away)).max(0.0);
-        let most_m = SLOWS * (room_m - ROOM_M);
-        let way = way + away * (towards_m - most_m).max(0.0);
-        self.go(way, seconds);
-        let share = ((room_m - ROOM_M) / SHY_M).clamp(0.1, 1.0);
-        let off = self.turned_off(bend);
-        self.turn_within(off, seconds * share, TURN_RAD_S);
     }
 
     /// Whether an electrode touches any of these cells.

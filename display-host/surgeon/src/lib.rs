@@ -9,6 +9,7 @@
 
 mod dissect;
 mod field;
+mod gentle;
 mod hold;
 mod nearing;
 mod plan;

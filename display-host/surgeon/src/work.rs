@@ -227,6 +227,9 @@ impl Work<'_> {
 
     /// Back along the shaft.
     pub(crate) fn retreat(&mut self, by_m: f64) -> Result<(), String> {
+        if self.surgeon == Surgeon::Careful && self.seen.tools.instrument == HOOK {
+            return self.come_out(by_m);
+        }
         let to = self.tip() - self.along() * by_m;
         let place = Place {
             at: to,
