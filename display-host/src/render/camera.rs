@@ -24,6 +24,8 @@ pub struct Scope {
     pub circle: f32,
     /// Where the camera is focused, m before it.
     pub focus_m: f32,
+    /// It is no endoscope's camera but an eye in the room, which sees everything sharp.
+    pub is_free_eye: bool,
     /// The light's exit beside the lens, in the camera's frame, m.
     pub light_offset: Vec3,
     /// Strength of the light: irradiance at 1 m in arbitrary units; exposure is automatic.
@@ -44,6 +46,7 @@ impl Default for Scope {
             turned: 0.0,
             circle: 1.12,
             focus_m: 0.07,
+            is_free_eye: false,
             light_offset: Vec3::new(0.0015, 0.0055, 0.0005),
             light_strength: 0.01,
             light_half_angle: 0.95,
@@ -185,7 +188,16 @@ pub fn frame(
             exposure.range[1],
         ],
         film: [exposure.grain, 0.0, 0.0, 0.0],
-        wear: [0.0, 0.0, 0.0, scope.focus_m],
+        wear: [
+            0.0,
+            0.0,
+            0.0,
+            if scope.is_free_eye {
+                0.0
+            } else {
+                scope.focus_m
+            },
+        ],
         counts: [used.len().min(SHADING_CAPSULES) as u32, number, 0, 0],
         capsules,
     }

@@ -56,7 +56,8 @@ fn drops(at: vec2f) -> vec3f {
   c.r = textureSampleLevel(light, linear, uv + fringe, 0.0).r;
   c.b = textureSampleLevel(light, linear, uv - fringe, 0.0).b;
   // Out of focus a place is a disc: an angle, over the half angle that half the picture is.
-  let disc = 0.5 * APERTURE_M * abs(1.0 / max(straight.a, 0.004) - 1.0 / frame.wear.w) * step(0.0001, straight.a);
+  let disc = 0.5 * APERTURE_M * abs(1.0 / max(straight.a, 0.004) - 1.0 / max(frame.wear.w, 0.004))
+    * step(0.0001, straight.a) * step(0.0001, frame.wear.w);
   let reach = vec2f(1.0 / frame.up.w, 1.0) * min(0.5 * disc * frame.scope.y / frame.scope.x, 0.02);
   if (reach.y > 0.6 * texel.y) {
     for (var i = 1u; i < 13u; i++) {
@@ -86,7 +87,8 @@ fn drops(at: vec2f) -> vec3f {
     + textureSampleLevel(light, linear, uv - vec2f(texel.x, 0.0), 0.0).g
     + textureSampleLevel(light, linear, uv + vec2f(0.0, texel.y), 0.0).g
     + textureSampleLevel(light, linear, uv - vec2f(0.0, texel.y), 0.0).g;
-  c *= 1.0 + 0.3 * (1.0 - veil) * clamp((c.g * 4.0 - around) / max(c.g * 4.0 + around, 1e-4), -0.6, 0.6);
+  let sharp = (1.0 - veil) * (1.0 - smoothstep(0.3, 1.0, reach.y / texel.y));
+  c *= 1.0 + 0.3 * sharp * clamp((c.g * 4.0 - around) / max(c.g * 4.0 + around, 1e-4), -0.6, 0.6);
   c *= exposure.value;
   if (BLOOM) { c += textureSampleLevel(glare, linear, uv, 0.0).rgb * 0.09; }
   c *= 1.0 - 0.42 * smoothstep(0.35, 1.05, r);

@@ -134,7 +134,8 @@ pub(super) fn colour(view: &wgpu::TextureView) -> Option<wgpu::RenderPassColorAt
         depth_slice: None,
         resolve_target: None,
         ops: wgpu::Operations {
-            load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+            // Where nothing is drawn nothing is out of focus.
+            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
             store: wgpu::StoreOp::Store,
         },
     })

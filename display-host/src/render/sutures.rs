@@ -23,6 +23,7 @@ const UNDER_M: f32 = 0.000_6;
 const BEYOND_M: f32 = 0.12;
 /// What hangs of it at the organ and at the wall when it is cut, m.
 const TAIL_M: f32 = 0.014;
+const NOWHERE_M: [f32; 3] = [10.0; 3];
 /// Points along each half of a strand.
 const POINTS: usize = 8;
 /// Two strands of two halves.
@@ -63,8 +64,9 @@ impl Sutures {
         for suture in &sutures {
             for half in 0..HALVES {
                 indices.extend(triangles(rest.len() as u32, POINTS));
-                // It has no place in any tissue; what it is made of looks the same everywhere.
+                // It has no place in any tissue, and nothing that lies on one lies on it.
                 let painted = RestVertex {
+                    position: NOWHERE_M,
                     look: INSULATION,
                     ambient: 0.8,
                     ..suture.leaves[half % 2]

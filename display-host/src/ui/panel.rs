@@ -196,8 +196,10 @@ fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             (Key::S, Asked::NextScope),
             (Key::OpenBracket, Asked::TurnScope(-1)),
             (Key::CloseBracket, Asked::TurnScope(1)),
-            (Key::Comma, Asked::TurnFocus(-1)),
-            (Key::Period, Asked::TurnFocus(1)),
+            (Key::Minus, Asked::TurnFocus(-1)),
+            // Wherever the plus lies.
+            (Key::Plus, Asked::TurnFocus(1)),
+            (Key::Equals, Asked::TurnFocus(1)),
             (Key::W, Asked::WipeLens),
             (Key::D, Asked::ToggleSuction),
         ];

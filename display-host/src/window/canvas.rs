@@ -174,6 +174,8 @@ impl Canvas {
         frame: wgpu::SurfaceTexture,
         laid: Laid,
     ) -> Result<(), DisplayError> {
+        // egui's painter panics on a device that is lost.
+        self.gpu.check("drawing a picture")?;
         self.paint(&frame, laid);
         self.window.pre_present_notify();
         self.gpu.queue.present(frame);

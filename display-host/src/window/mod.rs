@@ -222,6 +222,8 @@ impl App<'_> {
                 self.losses_left -= 1;
                 let warning = format!("{error}; it is opened anew");
                 (self.session).warn(warning, self.observer);
+                // What is let go of meanwhile is told to no window.
+                self.session.operate.let_go();
                 self.open(events, screen.close());
             }
             None => self.fail(events, error),
@@ -230,7 +232,7 @@ impl App<'_> {
 
     fn open(&mut self, events: &ActiveEventLoop, kept: Kept) {
         let title = format!("Calot: {}", self.scene.name());
-        let (size, scene) = (self.size, &self.scene);
+        let (size, scene) = (kept.size.unwrap_or(self.size), &self.scene);
         match Screen::open(events, &self.proxy, &title, size, kept, scene) {
             Ok(screen) => {
                 self.session.set_adapter(screen.adapter());
@@ -250,8 +252,10 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
         self.open(events, first);
     }
 
-    fn window_event(&mut self, events: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
-        let Some(screen) = &mut self.screen else {
+    fn window_event(&mut self, events: &ActiveEventLoop, window: WindowId, event: WindowEvent) {
+        // What still comes of a window that went with its graphics device is nobody's.
+        let own = |screen: &&mut Screen| screen.window_id() == window;
+        let Some(screen) = self.screen.as_mut().filter(own) else {
             return;
         };
         if !self.session.operate.take_event(&event) {
@@ -279,7 +283,8 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
     }
 
     fn user_event(&mut self, _: &ActiveEventLoop, event: accesskit_winit::Event) {
-        if let Some(screen) = &mut self.screen {
+        let own = |screen: &&mut Screen| screen.window_id() == event.window_id;
+        if let Some(screen) = self.screen.as_mut().filter(own) {
             screen.take_accessibility(event);
         }
     }

@@ -5,7 +5,7 @@ use std::time::Instant;
 use shared_mem::scene::SceneFile;
 use winit::event::WindowEvent;
 use winit::event_loop::{ActiveEventLoop, EventLoopProxy};
-use winit::window::{CursorGrabMode, Fullscreen};
+use winit::window::{CursorGrabMode, Fullscreen, WindowId};
 
 use super::canvas::Canvas;
 use super::session::Session;
@@ -44,6 +44,9 @@ pub(super) struct Kept {
     pub(super) lens: Lens,
     pub(super) effects: Option<Effects>,
     pub(super) is_full: bool,
+    /// Inner size of its window, pixels.
+    pub(super) size: Option<[u32; 2]>,
+    pub(super) drawn_tick: Option<u64>,
 }
 
 pub(super) struct Screen {
@@ -57,6 +60,8 @@ pub(super) struct Screen {
     /// The newest tick that was drawn.
     drawn_tick: Option<u64>,
     mouse_held: bool,
+    /// Fault injection: in the midst of the next frame.
+    loses_device: bool,
 }
 
 impl Screen {
@@ -88,8 +93,9 @@ impl Screen {
             last_frame: None,
             since_last_s: None,
             governor,
-            drawn_tick: None,
+            drawn_tick: kept.drawn_tick,
             mouse_held: false,
+            loses_device: false,
         })
     }
 
@@ -100,12 +106,14 @@ impl Screen {
             lens: *self.renderer.lens(),
             effects: Some(self.renderer.effects().clone()),
             is_full: self.canvas.window.fullscreen().is_some(),
+            size: Some(self.canvas.window.inner_size().into()),
+            drawn_tick: self.drawn_tick,
         }
     }
 
     /// Fault injection: its graphics device is lost.
-    pub(super) fn lose_device(&self) {
-        self.canvas.gpu.lose();
+    pub(super) fn lose_device(&mut self) {
+        self.loses_device = true;
     }
 
     pub(super) fn adapter(&self) -> String {
@@ -114,6 +122,10 @@ impl Screen {
 
     pub(super) fn is_software(&self) -> bool {
         self.canvas.gpu.is_software()
+    }
+
+    pub(super) fn window_id(&self) -> WindowId {
+        self.canvas.window.id()
     }
 
     pub(super) fn redraw(&self) {
@@ -156,6 +168,9 @@ impl Screen {
             return Ok(Shown::Unseen);
         };
         let drawn = self.draw_picture(session);
+        if core::mem::take(&mut self.loses_device) {
+            self.canvas.gpu.lose();
+        }
         let [width, height] = self.renderer.quality().size;
         let aspect = width as f32 / height as f32;
         session.ui.picture = drawn.as_ref().map(|_| (self.picture, aspect));
@@ -206,6 +221,7 @@ impl Screen {
         let (state, tools) = session.moment()?;
         let tools = session.seen_tools(tools);
         let spheres = state.spheres().unwrap_or(&[]);
+        self.renderer.scope_mut().is_free_eye = session.ui.is_view_free;
         self.renderer.play(spheres, &effects, played_s);
         let cells = state.cells().unwrap_or(&[]);
         self.renderer.set_cells(&self.canvas.gpu, cells);

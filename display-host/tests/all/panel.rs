@@ -62,7 +62,7 @@ fn every_control_works_by_pointer() {
         ),
         ("Scissors (3)", Asked::Instrument(2)),
         ("Next endoscope (S)", Asked::NextScope),
-        ("Focus nearer (,)", Asked::TurnFocus(-1)),
+        ("Focus nearer (-)", Asked::TurnFocus(-1)),
         ("Wipe lens (W)", Asked::WipeLens),
         ("Quit (Esc)", Asked::Quit),
     ] {
@@ -87,8 +87,8 @@ fn every_control_works_by_key() {
         (egui::Key::S, Asked::NextScope),
         (egui::Key::OpenBracket, Asked::TurnScope(-1)),
         (egui::Key::CloseBracket, Asked::TurnScope(1)),
-        (egui::Key::Comma, Asked::TurnFocus(-1)),
-        (egui::Key::Period, Asked::TurnFocus(1)),
+        (egui::Key::Minus, Asked::TurnFocus(-1)),
+        (egui::Key::Plus, Asked::TurnFocus(1)),
         (egui::Key::W, Asked::WipeLens),
         (egui::Key::Escape, Asked::Quit),
     ] {

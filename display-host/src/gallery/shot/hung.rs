@@ -14,8 +14,9 @@ const ACROSS: f32 = 0.6;
 
 /// None if nothing hangs by a suture.
 pub(super) fn shots(scene: &SceneFile) -> Vec<Shot> {
-    let is_suture = |tie: &&AttachmentRecord| tie.is_thread != 0 && tie.b == WORLD;
-    let Some(first) = scene.attachments().iter().find(is_suture) else {
+    let threads = scene.attachments().iter().filter(|tie| tie.is_thread != 0);
+    let to_wall = |(_, tie): &(usize, &AttachmentRecord)| tie.b == WORLD;
+    let Some((bit, first)) = threads.take(32).enumerate().find(to_wall) else {
         return Vec::new();
     };
     let [from, to] = [
@@ -36,5 +37,5 @@ pub(super) fn shots(scene: &SceneFile) -> Vec<Shot> {
         cut_sutures,
         ..Shot::new(Chapter::Instruments, title, tools)
     };
-    vec![shot("Sutures", 0), shot("A suture cut through", 1)]
+    vec![shot("Sutures", 0), shot("A suture cut through", 1 << bit)]
 }

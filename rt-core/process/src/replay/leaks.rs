@@ -41,6 +41,13 @@ impl Leaks {
         self.0.extend(changes.take(room).map(|it| (tick, it)));
     }
 
+    /// Whether the organs were put back in the ticks after `from` and before `to`.
+    pub(super) fn were_put_back(&self, from: u64, to: u64) -> bool {
+        let mut changes = self.0.iter();
+        changes
+            .any(|(at, change)| matches!(change, Change::AllClosed) && (from + 1..to).contains(at))
+    }
+
     /// All places that ever leak, each as it is at a tick: what leaks only later, or did before, does not. Those
     /// that leak come last, for whoever keeps the newest alone.
     pub(super) fn at(&self, tick: u64) -> Vec<EventMsg> {
@@ -95,6 +102,9 @@ mod tests {
         assert_eq!(at(10), [(2.0, 0.0), (3.0, 0.0), (1.0, 0.5)]);
         assert_eq!(at(29), [(1.0, 0.0), (3.0, 0.0), (2.0, 1.0)]);
         assert_eq!(at(30), [(1.0, 0.0), (2.0, 0.0), (3.0, 0.25)]);
+        let put_back = [(0, 30), (0, 31), (29, 40), (30, 40), (40, 10)];
+        let put_back = put_back.map(|(from, to)| leaks.were_put_back(from, to));
+        assert_eq!(put_back, [false, true, true, false, false]);
         for tick in 0..2 * KEPT as u64 {
             leaks.keep(tick, &none, [leak(1.0, 1.0)].into_iter());
         }

@@ -4,7 +4,6 @@ use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;
 
 use bytemuck::Zeroable as _;
-use rt_core::event::{Event, EventKind};
 use rt_core::port::LineCounters;
 use rt_core::sim::Sim;
 use rt_core::state::State;
@@ -95,7 +94,6 @@ pub fn show<I: Iterator<Item = InputRecord>>(
         leaks: Leaks::default(),
         shown_tick: 0,
         again_ns: None,
-        was_reset: false,
     };
     let mut state = Box::new(State::new());
     let (device, parameters) = (
@@ -183,8 +181,6 @@ struct Stage {
     shown_tick: u64,
     /// When leaks are told of again after a jump.
     again_ns: Option<u64>,
-    /// Whether what was run on the way to where it shows was put back to its start.
-    was_reset: bool,
 }
 
 impl Stage {
@@ -199,8 +195,6 @@ impl Stage {
     ) {
         self.at_ns = passed_ns;
         if self.seek_ns.is_some_and(|seek_ns| passed_ns < seek_ns) {
-            let is_reset = |event: &Event| event.kind == EventKind::Reset;
-            self.was_reset |= tick.view.events.iter().any(is_reset);
             if tick.view.tick.is_multiple_of(LOOK_EVERY_TICKS) {
                 self.serve(stop);
                 self.send_again_if_due();
@@ -208,10 +202,11 @@ impl Stage {
             }
             return;
         }
-        self.shown_tick = tick.view.tick;
+        let before = core::mem::replace(&mut self.shown_tick, tick.view.tick);
         if self.seek_ns.take().is_some() {
             self.show(tick);
-            if core::mem::take(&mut self.was_reset) {
+            // A jump over a reset is one, for every display.
+            if self.leaks.were_put_back(before, self.shown_tick) {
                 self.tell(EventMsg {
                     kind: EventMsg::RESET,
                     organ: u32::MAX,
