@@ -15,6 +15,7 @@ use iceoryx2::port::client::Client;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::server::Server;
 use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::port::update_connections::UpdateConnections as _;
 use iceoryx2::prelude::{
     BackpressureStrategy, FileName, LogLevel, Path, SemanticString, SignalHandlingMode,
     ZeroCopySend, ipc, set_log_level,
@@ -353,6 +354,13 @@ impl Controller {
                 .map_err(|error| station.transport("serving commands", &error))?,
             node,
         })
+    }
+
+    /// Gives hosts that have come the last events, which they would get with the next one otherwise. Takes
+    /// next to nothing when none came.
+    pub fn greet(&self) {
+        // What cannot be connected now is tried again with the next event.
+        let _ = self.events.update_connections();
     }
 
     /// The next command, if any.

@@ -62,6 +62,27 @@ fn a_host_that_comes_later_gets_the_newest_state_at_once() {
 }
 
 #[test]
+fn a_host_that_comes_later_gets_the_last_events_without_waiting_for_another() {
+    let station = station("past");
+    let controller = Controller::open(&station).unwrap();
+    let event = |sequence| EventMsg {
+        sequence,
+        ..EventMsg::zeroed()
+    };
+    for sequence in 0..100 {
+        controller.events.send_copy(event(sequence)).unwrap();
+    }
+    for _ in 0..2 {
+        let host = Host::open(&station).unwrap();
+        controller.greet();
+        controller.greet();
+        let mut seen = Vec::new();
+        host.drain_events(|event| seen.push(event.sequence));
+        assert_eq!(seen, (36..100).collect::<Vec<_>>(), "the last, once");
+    }
+}
+
+#[test]
 fn a_full_event_buffer_shows_as_a_gap_in_sequence() {
     let station = station("gap");
     let controller = Controller::open(&station).unwrap();

@@ -276,6 +276,7 @@ impl Show {
             self.watched.events += 1;
             let _ = self.controller.events.send_copy(event);
         }
+        self.controller.greet();
         for batch in fresh.batches {
             let _ = self.controller.timing.send_copy(batch);
         }

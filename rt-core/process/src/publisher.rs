@@ -67,6 +67,7 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
             // Sending fails only when the service is gone; the reader then sees the gap.
             let _ = controller.events.send_copy(event);
         }
+        controller.greet();
         timing.send_full(controller, shared);
         inputs.send_full(controller, shared);
         desk.serve(controller, shared);

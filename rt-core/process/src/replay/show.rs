@@ -306,6 +306,7 @@ impl Stage {
         // Each fails only when the service is gone.
         let _ = self.controller.state.send_copy(*self.state);
         let _ = self.controller.tools.send_copy(*self.tools);
+        self.controller.greet();
     }
 
     fn shown(&self) -> Shown {
