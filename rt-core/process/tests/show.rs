@@ -288,7 +288,8 @@ fn at_any_moment_leaks_what_leaks_then_and_nothing_later() {
                     display.tick.abs_diff(at_ms.into()) < 10 && display.open == wanted
                 });
             }
-            // Who joins is told the last events from before.
+            // Who joins is told the last events from before, also when nothing more is to be told.
+            std::thread::sleep(Duration::from_millis(200));
             let mut late = Display::join(station, true);
             wait_until("who joins sees the same", || {
                 late.look();
