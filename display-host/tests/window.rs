@@ -70,6 +70,16 @@ impl Drop for VirtualScreen {
     }
 }
 
+/// A process that ends with its test, however that ends.
+struct Killed(Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 /// The screen's pixels as Xvfb keeps them (XWD: a header of big-endian words, then rows).
 fn pixels(dir: &Path) -> image::RgbImage {
     let bytes = std::fs::read(dir.join("Xvfb_screen0")).expect("Xvfb keeps its pixels there");
@@ -123,7 +133,7 @@ fn a_window_in_trouble_goes_on() {
     let scene = dir.path().join("scene.calot");
     std::fs::write(&scene, support::scene_bytes(RINGS)).unwrap();
     let until = dir.path().join("until");
-    let mut child = Command::new(std::env::current_exe().unwrap())
+    let child = Command::new(std::env::current_exe().unwrap())
         .args(["in_the_window_s_process", "--exact", "--nocapture"])
         .env("DISPLAY", &screen.display)
         .env_remove("WAYLAND_DISPLAY")
@@ -131,10 +141,15 @@ fn a_window_in_trouble_goes_on() {
         .env(TROUBLED_UNTIL, &until)
         .spawn()
         .unwrap();
+    let mut child = Killed(child);
     let window = || tool(&["search", "--onlyvisible", "--name", "^Calot: "]).unwrap_or_default();
     let is_colourful = || colours(dir.path()) > 2000;
     let lost = until.with_extension(LOST);
-    wait_for("the loss of the device", || lost.exists());
+    wait_for("the loss of the device", || {
+        let end = child.0.try_wait().unwrap();
+        assert!(end.is_none(), "the window's process failed: {end:?}");
+        lost.exists()
+    });
     let mut now = String::new();
     wait_for("one window after the loss", || {
         now = window();
@@ -151,7 +166,7 @@ fn a_window_in_trouble_goes_on() {
     wait_for("an empty screen", || colours(dir.path()) < 10);
     tool(&["windowmap", &now]);
     wait_for("the picture when it is seen again", is_colourful);
-    let pid = child.id().to_string();
+    let pid = child.0.id().to_string();
     let signal = |name: &str| Command::new("kill").args([name, &pid]).status().unwrap();
     signal("-STOP");
     std::thread::sleep(Duration::from_secs(2));
@@ -161,7 +176,7 @@ fn a_window_in_trouble_goes_on() {
         pixels(dir.path()) != before
     });
     std::fs::write(&until, "").unwrap();
-    let end = child.wait().unwrap();
+    let end = child.0.wait().unwrap();
     assert!(end.success(), "the window's process failed: {end}");
 }
 

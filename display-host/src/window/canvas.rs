@@ -172,10 +172,13 @@ impl Canvas {
     pub(super) fn present(
         &mut self,
         frame: wgpu::SurfaceTexture,
-        laid: Laid,
+        mut laid: Laid,
     ) -> Result<(), DisplayError> {
         // egui's painter panics on a device that is lost.
-        self.gpu.check("drawing a picture")?;
+        if let Err(lost) = self.gpu.check("drawing a picture") {
+            laid.textures.clear();
+            return Err(lost);
+        }
         self.paint(&frame, laid);
         self.window.pre_present_notify();
         self.gpu.queue.present(frame);
