@@ -1,5 +1,6 @@
 //! A window with a surface that egui paints on: what the display's and the launcher's window share.
 
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 
 use winit::dpi::PhysicalSize;
@@ -177,6 +178,7 @@ impl Canvas {
         // egui's painter panics on a device that is lost.
         if let Err(lost) = self.gpu.check("drawing a picture") {
             laid.textures.clear();
+            give_up(frame);
             return Err(lost);
         }
         self.paint(&frame, laid);
@@ -230,6 +232,16 @@ impl Canvas {
             self.painter.free_texture(&id);
         }
     }
+}
+
+/// Lets go of a frame whose device is lost. wgpu 30 does so only while it unwinds (its issue 8243); else the
+/// surface's own end panics.
+fn give_up(frame: wgpu::SurfaceTexture) {
+    let unwinds = move || {
+        let _frame = frame;
+        resume_unwind(Box::new(()))
+    };
+    let _: Result<(), _> = catch_unwind(AssertUnwindSafe(unwinds));
 }
 
 fn configure(
