@@ -12,7 +12,7 @@ use system_tests::{calot, finish, finish_child, said, station_name, summary, tur
 /// What is recorded by then is an operation, bytes.
 const WORKED_BYTES: u64 = 100_000;
 
-fn screen(folder: &Path) -> Option<VirtualScreen> {
+pub(crate) fn screen(folder: &Path) -> Option<VirtualScreen> {
     let screen = VirtualScreen::start(folder);
     if screen.is_none() {
         eprintln!(
@@ -22,7 +22,7 @@ fn screen(folder: &Path) -> Option<VirtualScreen> {
     screen
 }
 
-fn on(screen: &VirtualScreen, words: &[&str]) -> Child {
+pub(crate) fn on(screen: &VirtualScreen, words: &[&str]) -> Child {
     calot()
         .args(words)
         .env("DISPLAY", &screen.display)
@@ -33,11 +33,11 @@ fn on(screen: &VirtualScreen, words: &[&str]) -> Child {
         .expect("it starts")
 }
 
-fn only_folder(of: &Path) -> Option<PathBuf> {
+pub(crate) fn only_folder(of: &Path) -> Option<PathBuf> {
     Some(std::fs::read_dir(of).ok()?.next()?.ok()?.path())
 }
 
-fn text(path: &Path) -> &str {
+pub(crate) fn text(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
 }
 

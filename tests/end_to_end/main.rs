@@ -2,6 +2,7 @@
 
 mod bad_input;
 mod devices;
+mod drill;
 mod elsewhere;
 mod failures;
 mod jitter;

@@ -1,4 +1,4 @@
-//! A virtual screen (Xvfb), its windows by title, its keyboard (xdotool), and its pixels.
+//! A virtual screen (Xvfb), its windows by title, its keyboard and mouse (xdotool), and its pixels.
 
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
@@ -81,6 +81,28 @@ impl VirtualScreen {
         let before = self.pixels();
         self.press(window, key);
         wait_until("another picture", || self.pixels() != before);
+    }
+
+    /// Puts the mouse in the middle of a window.
+    pub fn point_at(&self, window: &str) {
+        self.tool(&["mousemove", "--polar", "--window", window, "0", "0"]);
+    }
+
+    /// Moves the mouse by so many counts to the right and down.
+    pub fn move_mouse(&self, [right, down]: [i32; 2]) {
+        let (right, down) = (right.to_string(), down.to_string());
+        self.tool(&["mousemove_relative", "--", &right, &down]);
+    }
+
+    /// Presses a button of the mouse, or lets it go: 1 is the left, 2 the middle, 3 the right.
+    pub fn hold_button(&self, button: u8, down: bool) {
+        let verb = if down { "mousedown" } else { "mouseup" };
+        self.tool(&[verb, &button.to_string()]);
+    }
+
+    /// Turns its wheel by a notch, away from the person or towards.
+    pub fn turn_wheel(&self, away: bool) {
+        self.tool(&["click", if away { "4" } else { "5" }]);
     }
 
     /// The screen as it is now.

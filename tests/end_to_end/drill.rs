@@ -1,0 +1,159 @@
+//! A whole task at the window, as a person works it: begun by the keyboard, worked by the mouse, debriefed.
+
+use assess::Step;
+use bytemuck::Zeroable as _;
+use display_host::ui::Bulletin;
+use nalgebra::{Quaternion, UnitQuaternion, Vector3};
+use shared_mem::message::ToolFrame;
+use shared_mem::scene::{SceneFile, str_from_name};
+use shared_mem::service::{HandReceiver, Host, Station, TaskReceiver};
+use shared_mem::task::TaskMsg;
+use system_tests::screen::VirtualScreen;
+use system_tests::{compiled, finish_child, said, station_name, summary, turn, wait_until};
+
+use crate::launcher::{on, only_folder, screen, text};
+
+/// A count of the mouse turns the endoscope by so much, rad.
+const RAD_COUNT: f64 = 1.0e-3;
+/// Share of what is left that is done at once: the picture shows it later.
+const SHARE: f64 = 0.04;
+const COUNTS_MAX: f64 = 20.0;
+/// Seen well from here to there, m.
+const NEAR_M: f64 = 0.05;
+const FAR_M: f64 = 0.2;
+
+/// Where a place lies in the endoscope's picture: to the right and up, rad, and how far away, m.
+fn seen_from(tools: &ToolFrame, place_m: Vector3<f64>) -> ([f64; 2], f64) {
+    let camera = &tools.world_from_camera;
+    let [x, y, z, w] = camera.orientation.map(f64::from);
+    let turned = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
+    let to = turned.inverse() * (place_m - Vector3::from(camera.position_m.map(f64::from)));
+    let off = [to.x, to.y].map(|aside| aside.atan2(-to.z));
+    (off, to.norm())
+}
+
+/// The middle of the organ of this name, m.
+fn middle(scene: &SceneFile, name: &str) -> Vector3<f64> {
+    let mut organs = scene.organs().iter();
+    let organ = organs.find(|organ| str_from_name(&organ.name) == Some(name));
+    let organ = organ.expect("an organ of that name");
+    let [first, count] = organ.spheres.map(|number| number as usize);
+    let own = scene.spheres().iter().skip(first).take(count);
+    let sum: Vector3<f64> = own
+        .map(|it| Vector3::from(it.center_m.map(f64::from)))
+        .sum();
+    sum / count as f64
+}
+
+/// Moves the mouse a little, so that this place comes to the middle of the picture.
+fn lead(screen: &VirtualScreen, tools: &ToolFrame, place_m: Vector3<f64>) {
+    let ([right, up], far_m) = seen_from(tools, place_m);
+    let counts = [right, -up].map(|off| {
+        let counts = SHARE * off / RAD_COUNT;
+        counts.clamp(-COUNTS_MAX, COUNTS_MAX).round() as i32
+    });
+    screen.move_mouse(counts);
+    match far_m {
+        far if far > FAR_M => screen.turn_wheel(true),
+        far if far < NEAR_M => screen.turn_wheel(false),
+        _ => {}
+    }
+}
+
+#[test]
+fn the_endoscope_is_led_from_organ_to_organ_by_the_mouse() {
+    let _turn = turn();
+    let folder = tempfile::tempdir().expect("a folder");
+    let Some(screen) = screen(folder.path()) else {
+        return;
+    };
+    let scene = SceneFile::open(compiled("built-in", None).as_ref()).expect("a scene");
+    let name = station_name("drill");
+    let station = Station::new(&name).expect("a name");
+    let (store, sessions) = (
+        folder.path().join("store.sqlite"),
+        folder.path().join("sessions"),
+    );
+    let words = [
+        "start",
+        "--station",
+        &name,
+        "--store",
+        text(&store),
+        "--sessions",
+        text(&sessions),
+        "--scene",
+        "built-in",
+        "--language",
+        "en",
+        "--",
+        "--no-realtime",
+        "--mute",
+        "--size",
+        "640x480",
+    ];
+    let launcher = on(&screen, &words);
+    let desk = &screen.window("Calot: Start");
+    screen.press_and_see(desk, "7");
+    screen.press_and_see(desk, "n");
+    for letter in ["e", "v", "e"] {
+        screen.press_and_see(desk, letter);
+    }
+    screen.press_and_see(desk, "Return");
+    let own = || screen.windows().into_iter().find(|it| it.0 != *desk);
+    wait_until("the operation's window", || {
+        if screen.windows().iter().any(|it| it.1 == "Calot: Start") {
+            screen.press(desk, "Return");
+        }
+        own().is_some()
+    });
+    let window = own().expect("it is there").0;
+
+    let host = Host::open(&station).expect("a host");
+    let bulletins = TaskReceiver::open(&station).expect("a receiver");
+    let hand = HandReceiver::open(&station).expect("a receiver");
+    let mut tools = Box::new(ToolFrame::zeroed());
+    wait_until("a picture", || host.newest_tools(&mut tools));
+    screen.point_at(&window);
+    screen.press(&window, "m");
+    wait_until("the mouse leads", || hand.newest().is_some());
+    // Its middle button: the endoscope instead of the instrument.
+    screen.hold_button(2, true);
+    let mut told = bytemuck::zeroed_box::<TaskMsg>();
+    let mut end = None;
+    wait_until("the end of the drill", || {
+        host.newest_tools(&mut tools);
+        bulletins.newest(&mut told);
+        let bulletin = told.text().and_then(Bulletin::parse);
+        let Some(task) = bulletin.map(|it| it.task) else {
+            return false;
+        };
+        if let Some((Step::Show { organ }, _)) = task.steps.iter().find(|(_, done)| !done) {
+            lead(&screen, &tools, middle(&scene, organ));
+        }
+        end = task.end;
+        end.is_some()
+    });
+    screen.hold_button(2, false);
+    let end = end.expect("it ended");
+    assert!(end.passed, "{end:?}");
+
+    let is_debriefed = || screen.windows().iter().any(|it| it.1 == "Calot: Debrief");
+    wait_until("the debrief", || {
+        if let Some((window, _)) = own() {
+            screen.press(&window, "Escape");
+        }
+        is_debriefed()
+    });
+    let came_to = summary(&only_folder(&sessions).expect("the session's folder"));
+    assert_eq!(
+        (&came_to["task"], &came_to["outcome"]),
+        (&"scope".into(), &"passed".into()),
+        "{came_to:#}"
+    );
+    screen.press(desk, "Escape");
+    let _ = screen.window("Calot: Start");
+    screen.press(desk, "Escape");
+    let output = finish_child(launcher);
+    assert!(output.status.success(), "{}", said(&output));
+}
