@@ -11,6 +11,7 @@ mod dissect;
 mod field;
 mod gentle;
 mod hold;
+mod jaws;
 mod nearing;
 mod plan;
 mod sight;

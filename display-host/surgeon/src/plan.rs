@@ -67,7 +67,7 @@ impl Surgeon {
                 if does(Task::Cut) {
                     // Task `cut` begins with clips: two on the body's side of 0.65, one on the other.
                     plan.push(Act::Take(SCISSORS));
-                    plan.extend(vessels.map(|kind| Act::Work(kind, 0.65)));
+                    plan.extend(vessels.map(|kind| Act::Work(kind, CUT)));
                 }
                 if does(Task::Disconnect) {
                     plan.extend([
@@ -102,6 +102,8 @@ impl Surgeon {
     }
 }
 
+/// Share of the way along a vessel where it is cut; clips come on both sides.
+pub(crate) const CUT: f64 = 0.65;
 /// Shares of regions that are taken away, a little more than the pass rules ask (`rules.toml`).
 const VIEW: f64 = 0.91;
 const WHOLE: f64 = 0.985;

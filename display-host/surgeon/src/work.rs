@@ -26,10 +26,6 @@ const OUT_M: f64 = 0.05;
 const THERE_M: f64 = 0.0015;
 const ALIGNED_RAD: f64 = 0.12;
 const GIVE_UP_S: f64 = 8.0;
-/// A clip that closes less of a vessel does not close it.
-const CLOSED: f32 = 0.99;
-/// How often a vessel that was missed is tried.
-const ATTEMPTS: u32 = 4;
 /// The jaws take so long to close or open, s.
 const JAWS_S: f64 = 0.9;
 const TURN_RAD_S: f64 = 1.5;
@@ -57,6 +53,7 @@ pub fn operate(
         seen: Seen::nothing(),
         clipped: Vec::new(),
         divided: Vec::new(),
+        closed: Vec::new(),
         is_over: false,
         nearing: Nearing::default(),
     };
@@ -68,13 +65,28 @@ pub fn operate(
             false => Err("no controller".to_owned()),
         };
     }
+    let mut missed = Vec::new();
     for act in surgeon.plan(task) {
-        let done = work.act(act);
-        if work.is_over {
-            return Ok(());
-        }
-        if let Err(why) = done {
-            work.theatre.tell(&format!("{act:?}: {why}"));
+        // Tissue lies otherwise by now: with the instrument still in hand it is tried again.
+        let again = match act {
+            Act::Take(_) if surgeon == Surgeon::Careful => std::mem::take(&mut missed),
+            _ => Vec::new(),
+        };
+        for (act, is_again) in again
+            .into_iter()
+            .map(|act| (act, true))
+            .chain([(act, false)])
+        {
+            let done = work.act(act);
+            if work.is_over {
+                return Ok(());
+            }
+            if let Err(why) = done {
+                work.theatre.tell(&format!("{act:?}: {why}"));
+                if matches!(act, Act::Work(..)) && !is_again {
+                    missed.push(act);
+                }
+            }
         }
     }
     // It lets go of nothing: the hand holds still until the run ends.
@@ -83,15 +95,17 @@ pub fn operate(
 }
 
 pub(crate) struct Work<'a> {
-    surgeon: Surgeon,
+    pub(crate) surgeon: Surgeon,
     pub(crate) sight: Sight,
     pub(crate) field: Field,
     pub(crate) theatre: &'a mut dyn Theatre,
     pub(crate) asked: HandMsg,
     pub(crate) seen: Seen,
     /// Organs that were clipped, and that were divided, event by event: one that is cut in part is not.
-    clipped: Vec<u32>,
-    divided: Vec<u32>,
+    pub(crate) clipped: Vec<u32>,
+    pub(crate) divided: Vec<u32>,
+    /// Vessels it clipped, and whether on the body's side of the cut.
+    pub(crate) closed: Vec<(OrganKind, bool)>,
     pub(crate) is_over: bool,
     /// Room to what must not be touched.
     pub(crate) nearing: Nearing,
@@ -101,41 +115,11 @@ pub(crate) struct Work<'a> {
 const OVER: &str = "it is over";
 
 impl Work<'_> {
-    fn act(&mut self, act: Act) -> Result<(), String> {
+    pub(crate) fn act(&mut self, act: Act) -> Result<(), String> {
         match act {
             Act::Take(instrument) => self.take(instrument),
-            Act::Reach(kind, share) => {
-                let place = |work: &Self| work.sight.along(kind, share, &work.seen.state);
-                // Beside it first, so that nothing is swept along on the way.
-                self.reach(&place, BACK_M, true)?;
-                self.reach(&place, 0.0, false)
-            }
-            Act::Work(kind, share) => {
-                let before = match self.seen.tools.instrument {
-                    // Both vessels may have lain between the blades.
-                    SCISSORS if self.worked(kind) > 0 => return Ok(()),
-                    _ => self.worked(kind),
-                };
-                // Tissue gives way: what was missed is tried again, a little deeper and beside it.
-                for attempt in 0..ATTEMPTS {
-                    let side = if attempt % 2 == 0 { 0.02 } else { -0.02 };
-                    let missed = self.act(Act::Reach(kind, share + side * f64::from(attempt)));
-                    self.goes_on()?;
-                    self.act(Act::Close)?;
-                    let done = self.worked(kind) > before;
-                    self.retreat(BACK_M)?;
-                    match (done, missed) {
-                        (true, _) if self.is_open_behind_its_clip(kind) => {
-                            self.theatre
-                                .tell("the clip does not close it: another beside it");
-                        }
-                        (true, _) => return Ok(()),
-                        (false, Err(why)) => self.theatre.tell(&why),
-                        (false, Ok(())) => {}
-                    }
-                }
-                Err(format!("nothing came of {ATTEMPTS} attempts"))
-            }
+            Act::Reach(kind, share) => self.approach(kind, share, 0),
+            Act::Work(kind, share) => self.bite(kind, share),
             Act::Close => {
                 self.asked.buttons = 1;
                 self.wait(JAWS_S)?;
@@ -206,25 +190,6 @@ impl Work<'_> {
         }
     }
 
-    /// Whether a careful surgeon sees that what it clipped last is not closed by that clip.
-    fn is_open_behind_its_clip(&self, kind: OrganKind) -> bool {
-        let closes = self.sight.last_clip_closes(kind, &self.seen.state);
-        self.surgeon == Surgeon::Careful
-            && self.seen.tools.instrument == CLIPS
-            && closes.is_some_and(|share| share < CLOSED)
-    }
-
-    /// How often an organ was clipped, or with scissors in hand: divided.
-    fn worked(&self, kind: OrganKind) -> usize {
-        let organ = self.sight.organ(kind);
-        let of = |index: &&u32| Some(**index as usize) == organ;
-        let done = match self.seen.tools.instrument {
-            SCISSORS => &self.divided,
-            _ => &self.clipped,
-        };
-        done.iter().filter(of).count()
-    }
-
     /// Back along the shaft.
     pub(crate) fn retreat(&mut self, by_m: f64) -> Result<(), String> {
         if self.surgeon == Surgeon::Careful && self.seen.tools.instrument == HOOK {
@@ -247,34 +212,36 @@ impl Work<'_> {
     ) -> Result<(), String> {
         let line_up = line_up && self.surgeon != Surgeon::Hurried;
         let mut before_s = self.seen.at_s;
-        let there = self.look_for(GIVE_UP_S, |work| {
+        let mut is_there = false;
+        self.look_for(GIVE_UP_S, |work| {
             let seconds = (work.seen.at_s - before_s).clamp(0.0, LOOK_MAX_S);
             before_s = work.seen.at_s;
             let Some(Place { at, along: runs }) = place(work) else {
-                return false;
+                return true;
             };
             // A place with a direction is to lie between the jaws; else the tip goes there.
-            let past_m = if runs.is_some() && work.has_jaws() {
-                (1.0 - BITE) * JAW_M
-            } else {
-                0.0
+            let from = match runs.is_some() && work.has_jaws() {
+                true => work.bite_at(),
+                false => work.tip(),
             };
-            let way = at + work.along() * (past_m - before_m) - work.tip();
+            let way = at - work.along() * before_m - from;
             work.go(way, seconds);
             let off = match runs.filter(|_| line_up) {
                 Some(runs) => work.off(runs),
                 None => 0.0,
             };
             work.turn(off, seconds);
-            way.norm() < THERE_M && off.abs() < ALIGNED_RAD
+            is_there = way.norm() < THERE_M && off.abs() < ALIGNED_RAD;
+            is_there
         });
         self.goes_on()?;
-        match there {
-            true => Ok(()),
-            false => {
-                let missed = place(self).map_or(f64::NAN, |place| (place.at - self.tip()).norm());
-                Err(format!("{:.1} mm from where it wanted to be", missed * 1e3))
-            }
+        match place(self) {
+            _ if is_there => Ok(()),
+            Some(place) => Err(format!(
+                "{:.1} mm from where it wanted to be",
+                (place.at - self.tip()).norm() * 1e3
+            )),
+            None => Err("it is not there, or is pushed away".to_owned()),
         }
     }
 
@@ -318,7 +285,7 @@ impl Work<'_> {
         rotation(&self.seen.tools.world_from_instrument).inverse() * way
     }
 
-    fn has_jaws(&self) -> bool {
+    pub(crate) fn has_jaws(&self) -> bool {
         matches!(self.seen.tools.instrument, SCISSORS | CLIPS)
     }
 
@@ -342,6 +309,11 @@ impl Work<'_> {
                 .map(f64::from),
         );
         joint + self.along() * JAW_M
+    }
+
+    /// What of the jaws takes a vessel.
+    pub(crate) fn bite_at(&self) -> Vec3 {
+        self.tip() - self.along() * ((1.0 - BITE) * JAW_M)
     }
 
     /// The hook's bare part, from its heel to its end.
