@@ -11,7 +11,7 @@ use shared_mem::task::TaskMsg;
 use system_tests::screen::VirtualScreen;
 use system_tests::{compiled, finish_child, said, station_name, summary, turn, wait_until};
 
-use crate::launcher::{on, only_folder, screen, text};
+use crate::launcher::{only_folder, screen, start};
 
 /// A count of the mouse turns the endoscope by so much, rad.
 const RAD_COUNT: f64 = 1.0e-3;
@@ -70,29 +70,7 @@ fn the_endoscope_is_led_from_organ_to_organ_by_the_mouse() {
     let scene = SceneFile::open(compiled("built-in", None).as_ref()).expect("a scene");
     let name = station_name("drill");
     let station = Station::new(&name).expect("a name");
-    let (store, sessions) = (
-        folder.path().join("store.sqlite"),
-        folder.path().join("sessions"),
-    );
-    let words = [
-        "start",
-        "--station",
-        &name,
-        "--store",
-        text(&store),
-        "--sessions",
-        text(&sessions),
-        "--scene",
-        "built-in",
-        "--language",
-        "en",
-        "--",
-        "--no-realtime",
-        "--mute",
-        "--size",
-        "640x480",
-    ];
-    let launcher = on(&screen, &words);
+    let (launcher, _, sessions) = start(&screen, &name, folder.path());
     let desk = &screen.window("Calot: Start");
     screen.press_and_see(desk, "7");
     screen.press_and_see(desk, "n");

@@ -22,7 +22,7 @@ pub(crate) fn screen(folder: &Path) -> Option<VirtualScreen> {
     screen
 }
 
-pub(crate) fn on(screen: &VirtualScreen, words: &[&str]) -> Child {
+fn on(screen: &VirtualScreen, words: &[&str]) -> Child {
     calot()
         .args(words)
         .env("DISPLAY", &screen.display)
@@ -33,11 +33,39 @@ pub(crate) fn on(screen: &VirtualScreen, words: &[&str]) -> Child {
         .expect("it starts")
 }
 
+/// The launcher with the scene of four organs; its store, and where it keeps sessions.
+pub(crate) fn start(
+    screen: &VirtualScreen,
+    station: &str,
+    folder: &Path,
+) -> (Child, PathBuf, PathBuf) {
+    let (store, sessions) = (folder.join("store.sqlite"), folder.join("sessions"));
+    let words = [
+        "start",
+        "--station",
+        station,
+        "--store",
+        text(&store),
+        "--sessions",
+        text(&sessions),
+        "--scene",
+        "built-in",
+        "--language",
+        "en",
+        "--",
+        "--no-realtime",
+        "--mute",
+        "--size",
+        "640x480",
+    ];
+    (on(screen, &words), store, sessions)
+}
+
 pub(crate) fn only_folder(of: &Path) -> Option<PathBuf> {
     Some(std::fs::read_dir(of).ok()?.next()?.ok()?.path())
 }
 
-pub(crate) fn text(path: &Path) -> &str {
+fn text(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
 }
 
@@ -48,32 +76,8 @@ fn from_the_start_to_the_debrief_by_keyboard() {
     let Some(screen) = screen(folder.path()) else {
         return;
     };
-    let (store, sessions) = (
-        folder.path().join("store.sqlite"),
-        folder.path().join("sessions"),
-    );
     let station = station_name("start");
-    let launcher = on(
-        &screen,
-        &[
-            "start",
-            "--station",
-            &station,
-            "--store",
-            text(&store),
-            "--sessions",
-            text(&sessions),
-            "--scene",
-            "built-in",
-            "--language",
-            "en",
-            "--",
-            "--no-realtime",
-            "--mute",
-            "--size",
-            "640x480",
-        ],
-    );
+    let (launcher, store, sessions) = start(&screen, &station, folder.path());
     let desk = &screen.window("Calot: Start");
     // The seventh task is the endoscope's, the sixth free practice; N goes to the name.
     screen.press_and_see(desk, "7");
