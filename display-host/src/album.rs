@@ -88,7 +88,7 @@ impl Album {
         let spheres = state.spheres().unwrap_or(&[]);
         self.renderer
             .set_cells(&self.gpu, state.cells().unwrap_or(&[]));
-        self.renderer.set_cut_sutures(state.cut_sutures);
+        self.renderer.set_sutures(state.sutures());
         self.renderer
             .set_clips(state.clips().unwrap_or(&[]), spheres);
         self.renderer.render(&self.gpu, spheres, &tools, 0.0);

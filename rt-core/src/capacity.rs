@@ -11,6 +11,8 @@ pub const MAX_LINKS: usize = 8 * MAX_SPHERES;
 pub const MAX_BATCHES: usize = MAX_SPHERES;
 /// What ties organs to each other and to the world.
 pub const MAX_ATTACHMENTS: usize = 1024;
+/// Sutures in a scene that hang organs on the abdominal wall.
+pub const MAX_SUTURES: usize = 8;
 /// Capsules of all tools together.
 pub const MAX_CAPSULES: usize = 16;
 /// Spheres under a contact skin near tools that one tick keeps; the deepest stay.

@@ -48,6 +48,10 @@ pub enum EventKind {
     /// A tube is divided, or off what it was grown to; value: share of its inside that clips leave open on
     /// the worse of both sides, up to where it ends or is divided already. 0: between clips that close it.
     Divided,
+    /// A suture goes through an organ, there; value: the suture's number in the scene, from 0.
+    Stitch,
+    /// A suture hangs an organ on the abdominal wall, there; value: the suture's number in the scene, from 0.
+    Hung,
     /// Everything is as it was at the start, or as a task begins; what was told before is void.
     Reset,
 }

@@ -116,10 +116,46 @@ impl ClipMsg {
     }
 }
 
+/// Sutures that a [`StateFrame`] holds. Equals `rt_core::capacity::MAX_SUTURES` (asserted in `rt-process`).
+pub const MAX_SUTURES: usize = 8;
+
+/// A suture that hangs an organ on the abdominal wall.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+pub struct SutureMsg {
+    /// The sphere that it goes through, in the scene's order.
+    pub sphere: u32,
+    /// One of the `SutureMsg` constants.
+    pub placed: u32,
+    /// Where its other end is, in the wall or at the instrument's tip, world frame, m.
+    pub at_m: [f32; 3],
+    /// How long it is once it is drawn in, m.
+    pub length_m: f32,
+}
+
+impl SutureMsg {
+    /// It is not placed yet.
+    pub const AWAY: u32 = 0;
+    /// It goes through the organ and to the instrument's tip.
+    pub const AT_HAND: u32 = 1;
+    /// It hangs the organ on the wall.
+    pub const HUNG: u32 = 2;
+    /// It did, and is cut through.
+    pub const CUT: u32 = 3;
+
+    /// Whether it goes through a sphere that there is, and is finite.
+    fn is_sane(&self, sphere_count: u32) -> bool {
+        self.sphere < sphere_count
+            && self.placed <= Self::CUT
+            && self.at_m.iter().all(|x| x.abs() < 1e3)
+            && (0.0..=10.0).contains(&self.length_m)
+    }
+}
+
 /// Service `state`: the newest wins.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
-#[type_name("calot.StateFrame.v3")]
+#[type_name("calot.StateFrame.v4")]
 pub struct StateFrame {
     /// Tick that wrote it.
     pub tick: u64,
@@ -135,8 +171,10 @@ pub struct StateFrame {
     pub clip_count: u32,
     /// How many of `cells` are used.
     pub cell_count: u32,
-    /// Bit k: the k-th of the scene's first 32 sutures (`AttachmentRecord::is_thread`) is cut through.
-    pub cut_sutures: u32,
+    /// How many of `sutures` are used.
+    pub suture_count: u32,
+    /// The sutures to the world (`AttachmentRecord::is_thread`), in the scene's order.
+    pub sutures: [SutureMsg; MAX_SUTURES],
     /// The spheres, in the scene's order.
     pub spheres: [SphereState; MAX_SPHERES],
     /// The clips, in the order in which they were closed.
@@ -163,6 +201,15 @@ impl StateFrame {
         let spheres = self.spheres.get(..self.sphere_count as usize)?;
         let sane = |s: &SphereState| s.center_m.iter().all(|x| x.abs() < 1e3);
         spheres.iter().all(sane).then_some(spheres)
+    }
+
+    /// The used sutures, or `None` if the frame is malformed: too many, one through a sphere that there is not, or
+    /// one that is not finite.
+    #[must_use]
+    pub fn sutures(&self) -> Option<&[SutureMsg]> {
+        let sutures = self.sutures.get(..self.suture_count as usize)?;
+        let sane = |it: &SutureMsg| it.is_sane(self.sphere_count.min(MAX_SPHERES as u32));
+        sutures.iter().all(sane).then_some(sutures)
     }
 
     /// The used clips, or `None` if the frame is malformed: too many, one between spheres that there
@@ -348,6 +395,10 @@ impl EventMsg {
     pub const DIVIDED: u32 = 16;
     /// Everything is as it was at the start, or as a task begins; what was told before is void.
     pub const RESET: u32 = 17;
+    /// A suture goes through an organ, there; value: the suture's number in the scene, from 0.
+    pub const STITCH: u32 = 18;
+    /// A suture hangs an organ on the abdominal wall, there; value: the suture's number in the scene, from 0.
+    pub const HUNG: u32 = 19;
 
     /// Its kind's name, for reports.
     #[must_use]
@@ -370,6 +421,8 @@ impl EventMsg {
             Self::PERFORATION => "perforation",
             Self::DIVIDED => "divided",
             Self::RESET => "reset",
+            Self::STITCH => "stitch",
+            Self::HUNG => "hung",
             _ => "unknown",
         }
     }
@@ -501,7 +554,7 @@ impl CommandMsg {
     pub const INSTRUMENT: u32 = 4;
     /// End the controller cleanly.
     pub const STOP: u32 = 5;
-    /// Put every organ to where a task begins: 1 identify, 2 clamp (the triangle is cleared), 3 cut (duct and
+    /// Put every organ to where a task begins: 0 hang (the sutures are not placed yet), 1 identify, 2 clamp (the triangle is cleared), 3 cut (duct and
     /// artery are clipped), 4 disconnect (both are divided).
     pub const START: u32 = 6;
     /// Of a replay: go to this time from its start, ms.
@@ -538,7 +591,9 @@ impl ReplyMsg {
 const _: () = {
     assert!(size_of::<SphereState>() == 16);
     assert!(size_of::<ClipMsg>() == 32);
-    assert!(size_of::<StateFrame>() == 56 + 16 * MAX_SPHERES + 32 * MAX_CLIPPED + MAX_CELLS);
+    assert!(size_of::<SutureMsg>() == 24);
+    let (spheres, clips, sutures) = (16 * MAX_SPHERES, 32 * MAX_CLIPPED, 24 * MAX_SUTURES);
+    assert!(size_of::<StateFrame>() == 56 + spheres + clips + sutures + MAX_CELLS);
     assert!(size_of::<CapsuleMsg>() == 32);
     assert!(size_of::<DeviceHealth>() == 32);
     assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 3 * 32);

@@ -1,6 +1,6 @@
 //! What an assessment needs to know of a scene.
 
-use shared_mem::scene::{CellRecord, OrganKind, SceneFile, str_from_name};
+use shared_mem::scene::{AttachmentRecord, CellRecord, OrganKind, SceneFile, WORLD, str_from_name};
 
 use crate::vector::{Vec3, wide};
 
@@ -58,6 +58,8 @@ pub struct Anatomy {
     pub(crate) cleared: Vec<usize>,
     /// Volume of each region, m³.
     pub(crate) volume_in: [f64; Region::COUNT],
+    /// Sutures that hang organs on the abdominal wall.
+    pub(crate) sutures: usize,
     /// Against gravity, of unit length, or zero.
     pub(crate) up: Vec3,
 }
@@ -67,6 +69,8 @@ impl Anatomy {
     #[must_use]
     pub fn of(scene: &SceneFile) -> Self {
         let gravity = wide(scene.room().gravity_m_s2);
+        let is_suture = |tie: &&AttachmentRecord| tie.is_thread != 0 && tie.b == WORLD;
+        let sutures = scene.attachments().iter().filter(is_suture).count();
         let organs = scene.organs().iter().map(|record| {
             let [first, count] = record.spheres.map(|number| number as usize);
             let spheres = scene.spheres().iter().skip(first).take(count);
@@ -87,6 +91,7 @@ impl Anatomy {
             cleared: cleared(scene),
             volume_in: volumes(&cells),
             cells,
+            sutures,
             up: unit(gravity.map(|x| -x)),
         }
     }
@@ -105,8 +110,15 @@ impl Anatomy {
             cleared: Vec::new(),
             volume_in: volumes(&cells),
             cells,
+            sutures: 0,
             up: [0.0, 0.0, 1.0],
         }
+    }
+
+    /// How many sutures hang organs on the abdominal wall.
+    #[must_use]
+    pub fn sutures(&self) -> usize {
+        self.sutures
     }
 
     pub(crate) fn organ(&self, index: u32) -> Option<&Organ> {

@@ -215,6 +215,7 @@ impl Assessment {
         let room = KEPT_MAX.saturating_sub(self.alarms.len());
         self.alarms.extend(wrong.0.into_iter().take(room));
         let shown = [
+            EventMsg::HUNG,
             EventMsg::GRASP,
             EventMsg::ELECTRO,
             EventMsg::TEAR,

@@ -20,7 +20,8 @@ const VESSELS: [(OrganKind, &str); 2] = [
     (OrganKind::CysticArtery, "cystic artery"),
 ];
 
-/// As `CommandMsg::START` counts tasks: from here on the vessels are clipped, from here on divided.
+/// As `CommandMsg::START` counts tasks: nothing is hung yet; from here on the vessels are clipped, from here on divided.
+const START_HANG: u8 = 0;
 const START_CUT: u8 = 3;
 const START_DISCONNECT: u8 = 4;
 /// Clips on each vessel then (`rt_core::sim`, `CLIPS_AT`).
@@ -31,6 +32,10 @@ const GIVEN_CLIPS: usize = 3;
 pub(crate) struct Procedure {
     task: Task,
     vessels: [Vessel; 2],
+    /// The sutures are the trainee's to place.
+    hangs: bool,
+    /// Which are, bit by bit.
+    hung: u32,
     /// The critical view of safety has been there.
     had_view: bool,
     drill: ScopeDrill,
@@ -54,6 +59,8 @@ impl Procedure {
         Self {
             task,
             vessels: Default::default(),
+            hangs: false,
+            hung: 0,
             had_view: false,
             drill: ScopeDrill::new(anatomy),
             touches_wrong: 0,
@@ -68,6 +75,7 @@ impl Procedure {
 
     /// The controller has prepared what comes before a task (`CommandMsg::START`).
     pub(crate) fn prepare(&mut self, task: u8) {
+        self.hangs = task == START_HANG;
         for vessel in &mut self.vessels {
             if task >= START_CUT {
                 vessel.given = GIVEN_CLIPS;
@@ -180,6 +188,10 @@ impl Procedure {
                 if let Some(which) = vessel {
                     self.injure(which);
                 }
+            }
+            EventMsg::HUNG => {
+                let number = event.value.clamp(0.0, 31.0) as u32;
+                self.hung |= 1 << number;
             }
             EventMsg::CRUSH if !is_target(kind) => say(AlarmKind::Crushed),
             EventMsg::LEAK => {
@@ -301,6 +313,11 @@ impl Procedure {
     ) -> Vec<(Step, bool)> {
         let mut steps = Vec::new();
         let wants = |task: Task| self.task == task || self.task == Task::Full;
+        if self.hangs && wants(Task::Identify) {
+            let count = anatomy.sutures;
+            let hung = self.hung.count_ones() as usize;
+            steps.push((Step::Hang { count }, hung >= count));
+        }
         if wants(Task::Identify) {
             let [triangle, lower_bed] = self.cleared(anatomy, rules, tally);
             // In the whole operation the view is there once; then the vessels are divided.

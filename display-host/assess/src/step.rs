@@ -9,6 +9,11 @@ use crate::metrics::Metric;
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Step {
+    /// The gallbladder is hung on the abdominal wall.
+    Hang {
+        /// Sutures.
+        count: usize,
+    },
     /// Calot's triangle is cleared.
     Triangle,
     /// The lower third of the gallbladder's bed is free.
@@ -39,6 +44,7 @@ pub enum Step {
 impl fmt::Display for Step {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
+            Self::Hang { count } => write!(to, "Hang the gallbladder by {count} sutures"),
             Self::Triangle => to.write_str("Clear Calot's triangle"),
             Self::LowerBed => to.write_str("Free the lower third of the gallbladder's bed"),
             Self::LeaveWhole => to.write_str("Leave cystic duct and artery whole"),
@@ -54,6 +60,7 @@ impl Step {
     /// The instrument that it is done with; none: the endoscope.
     pub(crate) fn instrument(&self) -> Option<Instrument> {
         match self {
+            Self::Hang { .. } => Some(Instrument::Grasper),
             Self::Triangle | Self::LowerBed | Self::Free => Some(Instrument::Hook),
             Self::Clip { .. } => Some(Instrument::ClipApplier),
             Self::Divide { .. } => Some(Instrument::Scissors),
@@ -66,6 +73,8 @@ impl Step {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Instrument {
+    /// The grasper.
+    Grasper,
     /// The cautery hook.
     Hook,
     /// The scissors.
@@ -79,6 +88,7 @@ impl Instrument {
     #[must_use]
     pub fn number(self) -> u8 {
         match self {
+            Self::Grasper => 0,
             Self::Hook => 1,
             Self::Scissors => 2,
             Self::ClipApplier => 3,
@@ -87,6 +97,7 @@ impl Instrument {
 
     fn name(self) -> &'static str {
         match self {
+            Self::Grasper => "grasper",
             Self::Hook => "cautery hook",
             Self::Scissors => "scissors",
             Self::ClipApplier => "clip applier",
@@ -122,6 +133,12 @@ impl fmt::Display for Hint {
             Advice::Take(it) => {
                 let key = it.number() + 1;
                 write!(to, "{step}: take the {} ({key}).", it.name())
+            }
+            Advice::Use(Instrument::Grasper) => {
+                write!(
+                    to,
+                    "{step}: touch it, press the pedal, carry the thread towards the wall, press again."
+                )
             }
             Advice::Use(Instrument::Hook) => {
                 write!(
@@ -296,6 +313,9 @@ mod tests {
         for reason in [
             Reason::NotDone { step: clip() },
             Reason::NotDone { step: Step::Free },
+            Reason::NotDone {
+                step: Step::Hang { count: 2 },
+            },
             Reason::NotWhole,
             limits(None),
             limits(Some(Metric::CvsBed)),

@@ -70,6 +70,12 @@ impl Task {
         }
     }
 
+    /// Whether the trainee may place the sutures in it: whether it begins with nothing done.
+    #[must_use]
+    pub fn may_hang(self) -> bool {
+        matches!(self, Self::Identify | Self::Full | Self::Free)
+    }
+
     /// What it needs and a scene lacks, if anything.
     #[must_use]
     pub fn lacks(self, anatomy: &Anatomy) -> Option<String> {

@@ -211,6 +211,7 @@ impl Answer {
 /// Adds the used part of a state; how many bytes that were.
 pub(crate) fn put_state(to: &mut Vec<u8>, frame: &StateFrame) -> Option<u32> {
     let (spheres, clips, cells) = (frame.spheres()?, frame.clips()?, frame.cells()?);
+    frame.sutures()?;
     let before = to.len();
     to.extend_from_slice(bytemuck::bytes_of(frame).get(..STATE_HEAD)?);
     to.extend_from_slice(bytemuck::cast_slice(spheres));
@@ -245,6 +246,7 @@ fn state(mut bytes: &[u8]) -> Result<Box<StateFrame>, LinkError> {
     let is_sane = bytes.is_empty()
         && frame.spheres().is_some()
         && frame.clips().is_some()
+        && frame.sutures().is_some()
         && frame.cells().is_some();
     is_sane.then_some(frame).ok_or(WHAT)
 }

@@ -6,7 +6,9 @@ mod held;
 mod hung;
 
 use glam::{Quat, Vec3};
-use shared_mem::message::{CapsuleMsg, ClipMsg, PoseMsg, SphereState, StateFrame, ToolFrame};
+use shared_mem::message::{
+    CapsuleMsg, ClipMsg, PoseMsg, SphereState, StateFrame, SutureMsg, ToolFrame,
+};
 use shared_mem::scene::{OrganKind, OrganRecord, SceneFile, str_from_name};
 
 use crate::effects::Effect;
@@ -89,8 +91,8 @@ pub(super) struct Shot {
     /// What begins, and how long it has gone on when the picture is taken, s.
     effects: (Vec<Effect>, f32),
     clips: Vec<ClipMsg>,
-    /// Which sutures are cut through (`StateFrame::cut_sutures`).
-    cut_sutures: u32,
+    /// Sutures, if they are not as the scene has them.
+    sutures: Option<Vec<SutureMsg>>,
     /// What has become of the cells of layered tissue.
     cells: Vec<u8>,
     /// Where the tissue is, if it is not at rest.
@@ -109,7 +111,7 @@ impl Shot {
             lens: Lens::warm(),
             effects: (Vec::new(), 0.0),
             clips: Vec::new(),
-            cut_sutures: 0,
+            sutures: None,
             cells: Vec::new(),
             spheres: None,
         }
@@ -142,7 +144,7 @@ impl Shot {
         *renderer.scope_mut() = self.scope;
         *renderer.lens_mut() = self.lens;
         renderer.set_clips(&self.clips, spheres);
-        renderer.set_cut_sutures(self.cut_sutures);
+        renderer.set_sutures(self.sutures.as_deref());
         renderer.show(self.shown);
         renderer.set_inside(gpu, self.inside);
     }

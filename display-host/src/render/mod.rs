@@ -28,7 +28,7 @@ mod quality;
 mod resource;
 mod solid;
 mod strands;
-mod sutures;
+pub(crate) mod sutures;
 mod targets;
 pub mod timing;
 mod trees;
@@ -37,7 +37,7 @@ use std::ops::Range;
 
 use bytemuck::{Zeroable as _, bytes_of, cast_slice};
 use glam::{Mat4, Vec3};
-use shared_mem::message::{ClipMsg, MAX_CLIPPED, SphereState, ToolFrame};
+use shared_mem::message::{ClipMsg, MAX_CLIPPED, SphereState, SutureMsg, ToolFrame};
 use shared_mem::scene::{SceneFile, SphereRecord};
 use wgpu::util::DeviceExt;
 
@@ -444,9 +444,9 @@ impl Renderer {
         gpu.check("resizing")
     }
 
-    /// Which sutures are cut through (`StateFrame::cut_sutures`), from the next frame on.
-    pub fn set_cut_sutures(&mut self, cut: u32) {
-        self.sutures.set_cut(cut);
+    /// Where sutures hang organs on the abdominal wall, from the next frame on; none: where the scene has them.
+    pub fn set_sutures(&mut self, sutures: Option<&[SutureMsg]>) {
+        self.sutures.set(sutures);
     }
 
     /// Puts clips on the tubes of the frame that is drawn next.

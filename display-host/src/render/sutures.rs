@@ -3,8 +3,8 @@
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
-use shared_mem::message::SphereState;
-use shared_mem::scene::{AttachmentRecord, SceneFile, VertexRecord, WORLD};
+use shared_mem::message::{SphereState, SutureMsg};
+use shared_mem::scene::{AttachmentRecord, SceneFile, SphereRecord, VertexRecord, WORLD};
 
 use super::cells::{Buffers, carried};
 use super::fibre::{SIDES, triangles, tube};
@@ -29,39 +29,90 @@ const POINTS: usize = 8;
 /// Two strands of two halves.
 const HALVES: usize = 4;
 const CORNERS: usize = HALVES * POINTS * SIDES;
-/// More are not told when they are cut (`StateFrame::cut_sutures`), and not drawn.
-const MOST: usize = 32;
+
+/// A scene's sutures to the world, as it gives them.
+pub(crate) fn given(scene: &SceneFile) -> Vec<SutureMsg> {
+    let is_suture = |tie: &&AttachmentRecord| tie.is_thread != 0 && tie.b == WORLD;
+    let suture = |tie: &AttachmentRecord| SutureMsg {
+        sphere: tie.a,
+        placed: SutureMsg::HUNG,
+        at_m: tie.anchor_m,
+        length_m: tie.rest_length_m,
+    };
+    let all = scene.attachments().iter().filter(is_suture);
+    all.map(suture).collect()
+}
+
+/// An organ that a scene hangs.
+struct Organ {
+    kind: u32,
+    first_sphere: u32,
+    spheres: Vec<SphereRecord>,
+    skin: Vec<VertexRecord>,
+}
+
+impl Organ {
+    fn of(scene: &SceneFile, sphere: u32) -> Option<Self> {
+        let owns = |[first, count]: [u32; 2]| (first..first + count).contains(&sphere);
+        let organ = scene.organs().iter().find(|it| owns(it.spheres))?;
+        let range = |[first, count]: [u32; 2]| first as usize..(first + count) as usize;
+        Some(Self {
+            kind: organ.kind,
+            first_sphere: organ.spheres[0],
+            spheres: scene.spheres().get(range(organ.spheres))?.to_vec(),
+            skin: scene.vertices().get(range(organ.vertices))?.to_vec(),
+        })
+    }
+
+    /// Where the two strands of a suture leave its skin; none if it has none, or another's sphere is meant.
+    fn leaves(&self, suture: &SutureMsg) -> Option<[RestVertex; 2]> {
+        let own = suture.sphere.checked_sub(self.first_sphere)?;
+        let sphere = self.spheres.get(own as usize)?;
+        let center = Vec3::from(sphere.center_m);
+        let out = (Vec3::from(suture.at_m) - center).normalize_or(Vec3::Y);
+        let aside = out.any_orthonormal_vector() * (0.5 * BITE_M);
+        let leaves = |side: Vec3| {
+            let at = center + out * sphere.radius_m + side;
+            let far = |v: &&VertexRecord| Vec3::from(v.position_m).distance_squared(at);
+            let nearest = (self.skin.iter()).min_by(|a, b| far(a).total_cmp(&far(b)))?;
+            let under = Vec3::from(nearest.position_m) - Vec3::from(nearest.normal) * UNDER_M;
+            Some(RestVertex {
+                position: under.to_array(),
+                look: self.kind,
+                normal: nearest.normal,
+                ambient: 1.0,
+                spheres: pairs(nearest.spheres),
+                weights: pairs(nearest.weights),
+            })
+        };
+        Some([leaves(aside)?, leaves(-aside)?])
+    }
+}
 
 struct Suture {
-    /// Which bit tells that it is cut.
-    bit: usize,
-    sphere: usize,
-    /// Where its two strands leave the organ's skin.
+    organ: Organ,
+    given: SutureMsg,
+    now: SutureMsg,
     leaves: [RestVertex; 2],
-    anchor: Vec3,
-    length_m: f32,
 }
 
 /// A scene's sutures to the world.
 pub(super) struct Sutures {
-    sutures: Vec<Suture>,
+    /// None where the scene hangs nothing that can be seen.
+    sutures: Vec<Option<Suture>>,
     up: Vec3,
-    cut: u32,
     now: Vec<SkinnedVertex>,
     pub(super) buffers: Option<Buffers>,
 }
 
 impl Sutures {
     pub(super) fn of(gpu: &Gpu, scene: &SceneFile) -> Self {
-        let threads = scene.attachments().iter().filter(|tie| tie.is_thread != 0);
-        let threads = threads.enumerate().take(MOST);
-        let to_wall = threads.filter(|(_, tie)| tie.b == WORLD);
-        let sutures: Vec<Suture> = to_wall
-            .filter_map(|(bit, tie)| Suture::of(scene, bit, tie))
+        let sutures: Vec<Option<Suture>> = (given(scene).into_iter())
+            .map(|given| Suture::of(Organ::of(scene, given.sphere)?, given))
             .collect();
         let mut rest: Vec<RestVertex> = Vec::new();
         let mut indices: Vec<u32> = Vec::new();
-        for suture in &sutures {
+        for suture in sutures.iter().flatten() {
             for half in 0..HALVES {
                 indices.extend(triangles(rest.len() as u32, POINTS));
                 // It has no place in any tissue, and nothing that lies on one lies on it.
@@ -74,7 +125,7 @@ impl Sutures {
                 rest.extend([painted; POINTS * SIDES]);
             }
         }
-        let buffers = (!sutures.is_empty()).then(|| {
+        let buffers = (!rest.is_empty()).then(|| {
             let mut buffers = Buffers::new(gpu, "sutures", rest.len(), indices.len());
             buffers.count = indices.len() as u32;
             gpu.queue.write_buffer(&buffers.rest, 0, cast_slice(&rest));
@@ -86,14 +137,18 @@ impl Sutures {
             now: vec![SkinnedVertex::zeroed(); rest.len()],
             sutures,
             up: (-Vec3::from(scene.room().gravity_m_s2)).normalize_or(Vec3::Y),
-            cut: 0,
             buffers,
         }
     }
 
-    /// Takes which of them are cut through (`StateFrame::cut_sutures`).
-    pub(super) fn set_cut(&mut self, cut: u32) {
-        self.cut = cut;
+    /// Takes where they are; none: as the scene gives them.
+    pub(super) fn set(&mut self, told: Option<&[SutureMsg]>) {
+        for (number, suture) in self.sutures.iter_mut().enumerate() {
+            if let Some(suture) = suture {
+                let told = told.and_then(|told| told.get(number));
+                suture.set(*told.unwrap_or(&suture.given));
+            }
+        }
     }
 
     /// Moves them with what they hold.
@@ -101,12 +156,13 @@ impl Sutures {
         let Some(buffers) = &self.buffers else {
             return;
         };
-        for (suture, now) in self.sutures.iter().zip(self.now.chunks_mut(CORNERS)) {
-            let center = spheres.get(suture.sphere).map(|it| it.center_m.into());
+        let all = self.sutures.iter().flatten();
+        for (suture, now) in all.zip(self.now.chunks_mut(CORNERS)) {
+            let told = &suture.now;
+            let center = spheres.get(told.sphere as usize);
+            let center = center.map_or(Vec3::from(told.at_m), |it| it.center_m.into());
             let leaves = suture.leaves.map(|it| carried(&it, motions));
-            let is_cut = self.cut >> suture.bit & 1 != 0;
-            let center = center.unwrap_or(suture.anchor);
-            let halves = suture.course(center, leaves, self.up, is_cut);
+            let halves = course(told, center, leaves, self.up);
             for (path, now) in halves.iter().zip(now.chunks_mut(POINTS * SIDES)) {
                 tube(path, RADIUS_M, now);
             }
@@ -117,83 +173,81 @@ impl Sutures {
 }
 
 impl Suture {
-    /// `None` if it is tied to no organ's skin.
-    fn of(scene: &SceneFile, bit: usize, tie: &AttachmentRecord) -> Option<Self> {
-        let owns = |[first, count]: [u32; 2]| (first..first + count).contains(&tie.a);
-        let organ = scene.organs().iter().find(|it| owns(it.spheres))?;
-        let [first, count] = organ.vertices.map(|it| it as usize);
-        let skin = scene.vertices().get(first..first + count)?;
-        let sphere = scene.spheres().get(tie.a as usize)?;
-        let (center, anchor) = (Vec3::from(sphere.center_m), Vec3::from(tie.anchor_m));
-        let out = (anchor - center).normalize_or(Vec3::Y);
-        let aside = out.any_orthonormal_vector() * (0.5 * BITE_M);
-        let leaves = |side: Vec3| {
-            let at = center + out * sphere.radius_m + side;
-            let far = |v: &&VertexRecord| Vec3::from(v.position_m).distance_squared(at);
-            let nearest = skin.iter().min_by(|a, b| far(a).total_cmp(&far(b)))?;
-            let under = Vec3::from(nearest.position_m) - Vec3::from(nearest.normal) * UNDER_M;
-            Some(RestVertex {
-                position: under.to_array(),
-                look: organ.kind,
-                normal: nearest.normal,
-                ambient: 1.0,
-                spheres: pairs(nearest.spheres),
-                weights: pairs(nearest.weights),
-            })
-        };
+    fn of(organ: Organ, given: SutureMsg) -> Option<Self> {
         Some(Self {
-            bit,
-            sphere: tie.a as usize,
-            leaves: [leaves(aside)?, leaves(-aside)?],
-            anchor,
-            length_m: tie.rest_length_m,
+            leaves: organ.leaves(&given)?,
+            organ,
+            given,
+            now: given,
         })
     }
 
-    /// Where its strands run: of each the half at the organ, then of each the half at the wall.
-    fn course(
-        &self,
-        center: Vec3,
-        leaves: [Vec3; 2],
-        up: Vec3,
-        is_cut: bool,
-    ) -> [[Vec3; POINTS]; HALVES] {
-        let way = self.anchor - center;
-        let out = way.normalize_or(up);
-        let wall = self.anchor + out * BEYOND_M;
-        let slack_m = (self.length_m - way.length()).max(0.0);
-        // A flat parabola that is so much longer than its chord.
-        let sag_m = (0.375 * way.length() * slack_m).sqrt();
-        core::array::from_fn(|half| {
-            let from = leaves[half % 2];
-            let is_at_wall = half >= 2;
-            core::array::from_fn(|point| {
-                let share = point as f32 / (POINTS - 1) as f32;
-                if is_cut {
-                    let tail_m = TAIL_M * share;
-                    return match is_at_wall {
-                        // First the way that it went, then down.
-                        false => from + (out * (1.0 - share) - up * share) * tail_m,
-                        true => wall.lerp(self.anchor, share) - up * (tail_m * share),
-                    };
-                }
-                let along = 0.5 * (share + f32::from(u8::from(is_at_wall)));
-                from.lerp(wall, along) - up * (4.0 * sag_m * along * (1.0 - along))
-            })
-        })
+    fn set(&mut self, told: SutureMsg) {
+        let goes = |it: &SutureMsg| (it.placed, it.sphere, it.at_m.map(f32::to_bits));
+        let (was, is) = (goes(&self.now), goes(&told));
+        // While the tip leads it, its leaves stay where they are: they would leap about.
+        let is_led = told.placed == SutureMsg::AT_HAND && (was.0, was.1) == (is.0, is.1);
+        if was != is && !is_led {
+            self.leaves = self.organ.leaves(&told).unwrap_or(self.leaves);
+        }
+        self.now = told;
     }
+}
+
+/// Where its strands run: of each the half at the organ, then of each the half at the wall.
+fn course(
+    suture: &SutureMsg,
+    center: Vec3,
+    leaves: [Vec3; 2],
+    up: Vec3,
+) -> [[Vec3; POINTS]; HALVES] {
+    let (anchor, is_cut) = (Vec3::from(suture.at_m), suture.placed == SutureMsg::CUT);
+    let way = anchor - center;
+    let out = way.normalize_or(up);
+    let wall = match suture.placed {
+        SutureMsg::AT_HAND => anchor,
+        _ => anchor + out * BEYOND_M,
+    };
+    let slack_m = match suture.placed {
+        SutureMsg::HUNG => (suture.length_m - way.length()).max(0.0),
+        _ => 0.0,
+    };
+    // A flat parabola that is so much longer than its chord.
+    let sag_m = (0.375 * way.length() * slack_m).sqrt();
+    core::array::from_fn(|half| {
+        let from = match suture.placed {
+            SutureMsg::AWAY => Vec3::from(NOWHERE_M),
+            _ => leaves[half % 2],
+        };
+        let is_at_wall = half >= 2;
+        core::array::from_fn(|point| {
+            let share = point as f32 / (POINTS - 1) as f32;
+            if suture.placed == SutureMsg::AWAY {
+                return from + up * (TAIL_M * share);
+            }
+            if is_cut {
+                let tail_m = TAIL_M * share;
+                return match is_at_wall {
+                    // First the way that it went, then down.
+                    false => from + (out * (1.0 - share) - up * share) * tail_m,
+                    true => wall.lerp(anchor, share) - up * (tail_m * share),
+                };
+            }
+            let along = 0.5 * (share + f32::from(u8::from(is_at_wall)));
+            from.lerp(wall, along) - up * (4.0 * sag_m * along * (1.0 - along))
+        })
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn suture() -> Suture {
-        Suture {
-            bit: 0,
+    fn suture(placed: u32) -> SutureMsg {
+        SutureMsg {
             sphere: 0,
-            leaves: [RestVertex::zeroed(); 2],
-            anchor: Vec3::Y * 0.1,
+            placed,
+            at_m: [0.0, 0.1, 0.0],
             length_m: 0.1,
         }
     }
@@ -201,19 +255,32 @@ mod tests {
     #[test]
     fn a_taut_suture_is_straight_and_a_slack_one_sags() {
         let leaves = [Vec3::X * 0.003, Vec3::X * -0.003];
-        let [a, _, b, _] = suture().course(Vec3::ZERO, leaves, Vec3::Z, false);
+        let hung = suture(SutureMsg::HUNG);
+        let [a, _, b, _] = course(&hung, Vec3::ZERO, leaves, Vec3::Z);
         assert!(a[0].distance(leaves[0]) < 1e-6 && a[POINTS - 1].distance(b[0]) < 1e-6);
         assert!(a.iter().chain(&b).all(|it| it.z.abs() < 1e-6));
         assert!(b[POINTS - 1].y > 0.2, "through the wall: {}", b[POINTS - 1]);
         // 10 mm nearer to the wall than it is long.
-        let [a, _, b, _] = suture().course(Vec3::Y * 0.01, leaves, Vec3::Z, false);
+        let [a, _, b, _] = course(&hung, Vec3::Y * 0.01, leaves, Vec3::Z);
         assert!(a[POINTS - 1].z < -0.01 && b[POINTS - 1].z.abs() < 1e-6);
+    }
+
+    #[test]
+    fn one_that_is_led_ends_at_the_tip_and_one_that_is_away_is_out_of_sight() {
+        let leaves = [Vec3::X * 0.003, Vec3::X * -0.003];
+        let led = course(&suture(SutureMsg::AT_HAND), Vec3::ZERO, leaves, Vec3::Z);
+        for half in &led[2..] {
+            assert!(half[POINTS - 1].distance(Vec3::Y * 0.1) < 1e-6);
+        }
+        assert!(led[0][0].distance(leaves[0]) < 1e-6);
+        let away = course(&suture(SutureMsg::AWAY), Vec3::ZERO, leaves, Vec3::Z);
+        assert!(away.as_flattened().iter().all(|it| it.length() > 10.0));
     }
 
     #[test]
     fn a_cut_suture_hangs_at_both_ends_and_holds_nothing() {
         let leaves = [Vec3::ZERO; 2];
-        let halves = suture().course(Vec3::ZERO, leaves, Vec3::Z, true);
+        let halves = course(&suture(SutureMsg::CUT), Vec3::ZERO, leaves, Vec3::Z);
         let ends = halves.map(|it| it[POINTS - 1]);
         assert!(ends.iter().all(|it| it.z < -0.01), "{ends:?}");
         assert!(ends[0].distance(ends[2]) > 0.05);

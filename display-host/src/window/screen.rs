@@ -227,7 +227,7 @@ impl Screen {
         self.renderer.set_cells(&self.canvas.gpu, cells);
         let inside = session.ui.inside.then_some(Inside::VIEW);
         self.renderer.set_inside(&self.canvas.gpu, inside);
-        self.renderer.set_cut_sutures(state.cut_sutures);
+        self.renderer.set_sutures(state.sutures());
         (self.renderer).set_clips(state.clips().unwrap_or(&[]), spheres);
         self.renderer
             .render(&self.canvas.gpu, spheres, &tools, session.time_s());

@@ -11,6 +11,9 @@ impl Words {
         let with_organ =
             |id, organ: &str| self.say_with(id, &[("organ", self.organ(organ).into())]);
         match step {
+            Step::Hang { count } => {
+                self.say_with("step-hang", &[("count", count.to_string().into())])
+            }
             Step::Triangle => self.say("step-triangle"),
             Step::LowerBed => self.say("step-lower-bed"),
             Step::LeaveWhole => self.say("step-leave-whole"),
@@ -32,6 +35,7 @@ impl Words {
         let id = match hint.advice {
             Advice::Take(instrument) => {
                 let name = match instrument {
+                    Instrument::Grasper => "hint-instrument-grasper",
                     Instrument::Hook => "hint-instrument-hook",
                     Instrument::Scissors => "hint-instrument-scissors",
                     Instrument::ClipApplier => "hint-instrument-clip-applier",
@@ -40,6 +44,7 @@ impl Words {
                 let values = [step, ("instrument", self.say(name).into()), ("key", key)];
                 return self.say_with("hint-take", &values);
             }
+            Advice::Use(Instrument::Grasper) => "hint-grasper",
             Advice::Use(Instrument::Hook) => "hint-hook",
             Advice::Use(Instrument::Scissors) => "hint-scissors",
             Advice::Use(Instrument::ClipApplier) => "hint-clip-applier",
@@ -117,6 +122,7 @@ mod tests {
     fn all() -> (Vec<Step>, Vec<Hint>, Vec<Reason>) {
         let organ = || "cystic artery".to_owned();
         let steps = vec![
+            Step::Hang { count: 2 },
             Step::Triangle,
             Step::LowerBed,
             Step::LeaveWhole,
@@ -126,6 +132,7 @@ mod tests {
             Step::Show { organ: organ() },
         ];
         let tools = [
+            Instrument::Grasper,
             Instrument::Hook,
             Instrument::Scissors,
             Instrument::ClipApplier,

@@ -67,6 +67,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     folder.tell(&scene)?;
     let assignment = assigned.as_ref().map(Assigned::assignment);
     let task = assigned.as_ref().map(Assigned::task);
+    let begins = assigned.as_ref().and_then(Assigned::start);
     let live = assigned.map(|it| it.begin(&SceneFile::open(&scene)?, &station));
     let (live, course) = live.transpose()?.unzip();
     let recording = match listening {
@@ -80,8 +81,8 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
         None => None,
     };
     let watch = Watch::begin(children, stop.clone());
-    if let Some(task) = task
-        && let Err(problem) = task::start(task, &station)
+    if let Some(begins) = begins
+        && let Err(problem) = task::start(begins, &station)
     {
         watch.end();
         return Err(problem);

@@ -1,6 +1,6 @@
 //! A scripted surgeon works a task in the simulation alone, faster than real time, in Calot's triangle or a
 //! compiled scene; what the simulation took in can be kept. LATE_MS: it sees everything so late, as through a
-//! display.
+//! display. `hang+full` for `full`: it places the sutures first.
 //!
 //! ```text
 //! cargo run --release -p surgeon --example rehearse -- SCENE.calot careful identify 600 [LATE_MS [KEPT.inputs]]
@@ -22,6 +22,8 @@ use shared_mem::message::EventMsg;
 use shared_mem::scene::SceneFile;
 use surgeon::Surgeon;
 
+/// Before a task's name: the sutures are to be placed first.
+const HANGS: &str = "hang+";
 /// How often it says how things are, s.
 const SAY_EVERY_S: f64 = 10.0;
 
@@ -40,55 +42,67 @@ fn main() {
     }
     let scene = SceneFile::open(scene).expect("a compiled scene");
     let hand = Surgeon::from_str(hand, true).expect("a surgeon");
-    let task = Task::from_name(task).expect("a task");
+    let hung = task.strip_prefix(HANGS);
+    let task = Task::from_name(hung.unwrap_or(task)).expect("a task");
+    let start = match hung {
+        Some(_) => Some(0),
+        None => theatre::start(task),
+    };
     let seconds: f64 = seconds.parse().expect("seconds");
     let late_ms: f64 = (others.first()).map_or(0.0, |late| late.parse().expect("milliseconds"));
     let times_s = [seconds, late_ms * 1e-3];
     let began = Instant::now();
     let mut said_s = 0.0;
-    let came = theatre::work(hand, task, &scene, times_s, &mut |seen, assessment| {
-        for event in &seen.events {
-            let is_told = !matches!(
-                event.kind,
-                EventMsg::REMOVED
-                    | EventMsg::BURN
-                    | EventMsg::ELECTRO
-                    | EventMsg::CONTACT
-                    | EventMsg::RELEASE
-            );
-            if is_told {
+    let came = theatre::work(
+        start,
+        hand,
+        task,
+        &scene,
+        times_s,
+        &mut |seen, assessment| {
+            for event in &seen.events {
+                let is_told = !matches!(
+                    event.kind,
+                    EventMsg::REMOVED
+                        | EventMsg::BURN
+                        | EventMsg::ELECTRO
+                        | EventMsg::CONTACT
+                        | EventMsg::RELEASE
+                );
+                if is_told {
+                    println!(
+                        "{:8.3} {} organ {} {} by {} at {:.1?} mm",
+                        seen.at_s,
+                        event.name(),
+                        event.organ as i32,
+                        event.value,
+                        seen.tools.instrument,
+                        event.at_m.map(|it| it * 1e3),
+                    );
+                }
+            }
+            if seen.at_s - said_s >= SAY_EVERY_S {
+                said_s = seen.at_s;
+                let status = assessment.status();
+                let metrics = assessment.clone().end().metrics;
+                let of = |metric| metrics.get(metric);
                 println!(
-                    "{:8.3} {} organ {} {} by {} at {:.1?} mm",
-                    seen.at_s,
-                    event.name(),
-                    event.organ as i32,
-                    event.value,
-                    seen.tools.instrument,
-                    event.at_m.map(|it| it * 1e3),
+                    "{said_s:6.1} s ({:.0} s) score {:.1} alarms {} triangle {:.3} lower {:.3} bed {:.3} burns {} of {:.1} J, on {:.0} s, in air {:.1} s, force {:.2?}",
+                    began.elapsed().as_secs_f64(),
+                    status.score,
+                    status.alarms,
+                    of(Metric::CvsTriangle),
+                    of(Metric::CvsBed),
+                    of(Metric::Bed),
+                    of(Metric::BurnsWrong),
+                    of(Metric::BurnWrong),
+                    of(Metric::CauteryOn),
+                    of(Metric::CauteryAir),
+                    seen.tools.force_n,
                 );
             }
-        }
-        if seen.at_s - said_s >= SAY_EVERY_S {
-            said_s = seen.at_s;
-            let status = assessment.status();
-            let metrics = assessment.clone().end().metrics;
-            let of = |metric| metrics.get(metric);
-            println!(
-                "{said_s:6.1} s ({:.0} s) score {:.1} alarms {} triangle {:.3} lower {:.3} bed {:.3} burns {} of {:.1} J, on {:.0} s, in air {:.1} s, force {:.2?}",
-                began.elapsed().as_secs_f64(),
-                status.score,
-                status.alarms,
-                of(Metric::CvsTriangle),
-                of(Metric::CvsBed),
-                of(Metric::Bed),
-                of(Metric::BurnsWrong),
-                of(Metric::BurnWrong),
-                of(Metric::CauteryOn),
-                of(Metric::CauteryAir),
-                seen.tools.force_n,
-            );
-        }
-    });
+        },
+    );
     for line in &came.said {
         println!("said: {line}");
     }

@@ -10,6 +10,7 @@
 mod dissect;
 mod field;
 mod gentle;
+mod hang;
 mod hold;
 mod jaws;
 mod nearing;

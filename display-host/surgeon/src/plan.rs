@@ -5,6 +5,7 @@ use clap::ValueEnum;
 use shared_mem::scene::{CellRecord, OrganKind};
 
 /// Instruments, as `ToolFrame::instrument` counts.
+pub(crate) const GRASPER: u32 = 0;
 pub(crate) const HOOK: u32 = 1;
 pub(crate) const SCISSORS: u32 = 2;
 pub(crate) const CLIPS: u32 = 3;
@@ -27,6 +28,8 @@ pub enum Surgeon {
 /// What it does next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Act {
+    /// The sutures that are not placed yet.
+    Hang,
     Take(u32),
     /// To this share of the way along an organ.
     Reach(OrganKind, f64),

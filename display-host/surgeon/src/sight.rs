@@ -48,6 +48,12 @@ impl Sight {
         wide(self.scene.room().instrument_port_m)
     }
 
+    /// Against gravity, of unit length; z where there is none.
+    pub(crate) fn up(&self) -> Vec3 {
+        let down = wide(self.scene.room().gravity_m_s2);
+        (-down).try_normalize(1e-9).unwrap_or_else(Vec3::z)
+    }
+
     /// The first organ of a kind.
     pub(crate) fn organ(&self, kind: OrganKind) -> Option<usize> {
         let mut organs = self.scene.organs().iter();

@@ -66,7 +66,9 @@ pub fn operate(
         };
     }
     let mut missed = Vec::new();
-    for act in surgeon.plan(task) {
+    let hangs = work.must_hang() && matches!(surgeon, Surgeon::Careful | Surgeon::Hurried);
+    let first = hangs.then_some(Act::Hang);
+    for act in first.into_iter().chain(surgeon.plan(task)) {
         // Tissue lies otherwise by now: with the instrument still in hand it is tried again.
         let again = match act {
             Act::Take(_) if surgeon == Surgeon::Careful => std::mem::take(&mut missed),
@@ -117,6 +119,7 @@ const OVER: &str = "it is over";
 impl Work<'_> {
     pub(crate) fn act(&mut self, act: Act) -> Result<(), String> {
         match act {
+            Act::Hang => self.hang(),
             Act::Take(instrument) => self.take(instrument),
             Act::Reach(kind, share) => self.approach(kind, share, 0),
             Act::Work(kind, share) => self.bite(kind, share),
@@ -174,7 +177,7 @@ impl Work<'_> {
     }
 
     /// Out of the way of everything first: the next one is of another shape, and comes from the port.
-    fn take(&mut self, instrument: u32) -> Result<(), String> {
+    pub(crate) fn take(&mut self, instrument: u32) -> Result<(), String> {
         // However far it comes.
         let _ = self.retreat(OUT_M);
         self.goes_on()?;

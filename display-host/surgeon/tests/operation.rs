@@ -5,13 +5,13 @@ mod theatre;
 
 use std::sync::OnceLock;
 
-use assess::{AlarmKind, Assessment, Metric, Outcome, Region, Task};
+use assess::{AlarmKind, Assessment, Metric, Outcome, Region, Step, Task};
 use rt_process::replay::Replay;
 use scene_prepare::{Recipe, prepare};
-use shared_mem::message::StateFrame;
+use shared_mem::message::{StateFrame, SutureMsg};
 use shared_mem::scene::SceneFile;
 use surgeon::{Seen, Surgeon};
-use theatre::{Came, work};
+use theatre::{Came, start, work};
 
 fn triangle() -> SceneFile {
     static BYTES: OnceLock<Vec<u8>> = OnceLock::new();
@@ -25,6 +25,7 @@ fn triangle() -> SceneFile {
 
 fn operate(surgeon: Surgeon, task: Task, seconds: u64) -> Came {
     let came = work(
+        start(task),
         surgeon,
         task,
         &triangle(),
@@ -71,6 +72,55 @@ fn the_careful_divides_between_clips_and_beside_them_it_fails() {
     assert_eq!(failed.assessed.outcome, Outcome::Failed);
     let mut alarms = failed.assessed.alarms.iter();
     assert!(alarms.any(|it| it.kind == AlarmKind::Unclamped));
+}
+
+#[test]
+fn the_careful_hangs_the_gallbladder_where_nothing_does_and_the_dropper_does_not() {
+    let hang = |surgeon, seconds| {
+        let mut sutures = Vec::new();
+        let times_s = [seconds, 0.0];
+        let came = work(
+            Some(0),
+            surgeon,
+            Task::Full,
+            &triangle(),
+            times_s,
+            &mut |seen, _| {
+                sutures = seen.state.sutures().expect("sound").to_vec();
+            },
+        );
+        let (step, is_done) = came.assessed.steps[0].clone();
+        assert_eq!(step, Step::Hang { count: 2 });
+        println!(
+            "{surgeon:?}: {:?}, it said {:?}",
+            came.assessed.lost, came.said
+        );
+        (sutures, is_done, came.assessed)
+    };
+    let (sutures, is_done, assessed) = hang(Surgeon::Careful, 20.0);
+    assert!(is_done, "{sutures:?}");
+    assert!(sutures.iter().all(|it| it.placed == SutureMsg::HUNG));
+    let hung = assessed.moments.iter().filter(|it| it.what == "hung");
+    assert_eq!(hung.count(), 2);
+    // No current flowed.
+    assert!(!assessed.moments.iter().any(|it| it.what == "electro"));
+    // Where the scene has them: the wall is the same, to a hand's breadth.
+    for (own, given) in sutures.iter().zip(
+        triangle()
+            .attachments()
+            .iter()
+            .filter(|it| it.is_thread == 1),
+    ) {
+        let off: f32 = own
+            .at_m
+            .iter()
+            .zip(given.anchor_m)
+            .map(|(a, b)| (a - b).powi(2))
+            .sum();
+        assert!(off.sqrt() < 0.03, "{own:?} {given:?}");
+    }
+    let (sutures, is_done, _) = hang(Surgeon::Dropper, 3.0);
+    assert!(!is_done && sutures.iter().all(|it| it.placed == SutureMsg::AWAY));
 }
 
 /// The beginnings of the long tasks, which [`the_careful_completes_the_long_tasks`] works to their ends.
@@ -176,6 +226,7 @@ fn what_is_cleared_before_a_task_counts() {
     };
     // Nothing is taken away in this time.
     work(
+        start(Task::Clamp),
         Surgeon::Careful,
         Task::Clamp,
         &scene,

@@ -66,6 +66,7 @@ fn start() -> Start {
             "free",
             "scope",
         ]),
+        hanging: texts(&["identify", "full", "free"]),
         difficulties: texts(&["beginner", "trainee", "exam"]),
         scopes: vec![0, 30, 45],
         scenes: texts(&["triangle", "built-in", "/home/ada/liver.calot"]),

@@ -69,6 +69,7 @@ fn start(problem: bool) -> Screen {
             "free",
             "scope",
         ]),
+        hanging: texts(&["identify", "full", "free"]),
         difficulties: texts(&["beginner", "trainee", "exam"]),
         scopes: vec![0, 30, 45],
         scenes: texts(&["triangle", "triangle-variant", "built-in"]),

@@ -4,10 +4,11 @@ use rt_core::event::{Event, EventKind};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::LineCounters;
 use rt_core::sim::{Status, TickView};
+use rt_core::soft_body::suture::Placed;
 use rt_core::tool::{Capsule, Switches};
 use shared_mem::message::{
-    CapsuleMsg, ClipMsg, EventMsg, MAX_CAPSULES, MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, PoseMsg,
-    SphereState, StateFrame, TickRecord, ToolFrame,
+    CapsuleMsg, ClipMsg, EventMsg, MAX_CAPSULES, MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES,
+    PoseMsg, SphereState, StateFrame, SutureMsg, TickRecord, ToolFrame,
 };
 
 use crate::devices;
@@ -16,6 +17,7 @@ use crate::devices;
 const _: () = {
     assert!(MAX_SPHERES == rt_core::capacity::MAX_SPHERES);
     assert!(MAX_CLIPPED == rt_core::capacity::MAX_CLIPPED);
+    assert!(MAX_SUTURES == rt_core::capacity::MAX_SUTURES);
     assert!(MAX_CELLS == rt_core::capacity::MAX_CELLS);
     assert!(StateFrame::GONE == rt_core::cells::GONE);
     assert!(SphereState::GONE == rt_core::state::SphereBits::GONE.0 as u32);
@@ -55,10 +57,23 @@ pub(crate) fn fill_state(
         *to = *from;
     }
     frame.cell_count = cells.len() as u32;
-    frame.cut_sutures = 0;
-    for (suture, is_cut) in view.sutures().take(32).enumerate() {
-        frame.cut_sutures |= u32::from(is_cut) << suture;
+    let mut suture_count = 0;
+    for (to, (from, is_cut)) in frame.sutures.iter_mut().zip(view.sutures()) {
+        let (placed, at_m) = match from.placed {
+            Placed::Away => (SutureMsg::AWAY, from.at_m),
+            Placed::AtHand => (SutureMsg::AT_HAND, view.tool.tip_m),
+            Placed::Hung if is_cut => (SutureMsg::CUT, from.at_m),
+            Placed::Hung => (SutureMsg::HUNG, from.at_m),
+        };
+        *to = SutureMsg {
+            sphere: from.sphere,
+            placed,
+            at_m: at_m.into(),
+            length_m: from.length_m,
+        };
+        suture_count += 1;
     }
+    frame.suture_count = suture_count;
     let mut count = 0;
     for (to, from) in frame.spheres.iter_mut().zip(view.spheres()) {
         *to = SphereState {
@@ -131,6 +146,8 @@ pub(crate) fn event(event: &Event, sequence: u64, tick: u64, at_ns: u64) -> Even
             EventKind::Crush => EventMsg::CRUSH,
             EventKind::Perforation => EventMsg::PERFORATION,
             EventKind::Divided => EventMsg::DIVIDED,
+            EventKind::Stitch => EventMsg::STITCH,
+            EventKind::Hung => EventMsg::HUNG,
             EventKind::Reset => EventMsg::RESET,
         },
         organ: event.organ.unwrap_or(u32::MAX),

@@ -2,12 +2,15 @@
 
 use core::fmt;
 
-use crate::capacity::{MAX_ATTACHMENTS, MAX_BATCHES, MAX_LINKS, MAX_ORGANS, MAX_SPHERES};
+use crate::capacity::{
+    MAX_ATTACHMENTS, MAX_BATCHES, MAX_LINKS, MAX_ORGANS, MAX_SPHERES, MAX_SUTURES,
+};
 use crate::math::{self, Pose, Vec3};
 use crate::scene::{
     Anchor, Attachment, Layers, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, Skin,
     TetraBatch,
 };
+use crate::soft_body::suture::is_suture;
 
 /// Why [`Scene::new`] refused. Indices are the caller's.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -222,6 +225,8 @@ impl<'a> Scene<'a> {
     /// When one names a sphere that does not exist or itself, or a value is out of range.
     pub fn with_attachments(mut self, attachments: &'a [Attachment]) -> Result<Self, SceneError> {
         at_most("attachments", attachments.len(), MAX_ATTACHMENTS)?;
+        let sutures = attachments.iter().filter(|it| is_suture(it)).count();
+        at_most("sutures to the world", sutures, MAX_SUTURES)?;
         for (i, attachment) in attachments.iter().enumerate() {
             check_attachment(i, attachment, self.spheres.len())?;
         }

@@ -64,6 +64,7 @@ impl TickView<'_> {
         if !self.scene.layers.cells.is_empty() {
             hash.word(self.bodies.cells.history());
         }
+        self.bodies.sutures.add_to(&mut hash);
         hash
     }
 }

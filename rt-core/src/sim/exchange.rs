@@ -23,7 +23,9 @@ pub enum Command {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Task {
-    /// Nothing.
+    /// Nothing; not even the sutures are placed that hang an organ.
+    Hang = 0,
+    /// They are.
     Identify = 1,
     /// The triangle is cleared.
     Clamp = 2,
@@ -38,6 +40,7 @@ impl Task {
     #[must_use]
     pub const fn from_number(number: u32) -> Option<Self> {
         Some(match number {
+            0 => Self::Hang,
             1 => Self::Identify,
             2 => Self::Clamp,
             3 => Self::Cut,

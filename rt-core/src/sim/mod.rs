@@ -4,6 +4,7 @@ mod checkpoint;
 mod digest;
 mod exchange;
 mod procedure;
+mod sew;
 mod start;
 mod view;
 
@@ -315,6 +316,10 @@ impl<'a> Sim<'a> {
     fn moving_organs(&mut self, far_organs: bool) -> [bool; MAX_ORGANS] {
         let worked = self.worked_organs();
         let mut moves = worked;
+        let bodies = &mut self.state.bodies;
+        for sphere in bodies.sutures.stirring(&self.scene, &bodies.parted) {
+            self.sleep.wake((*bodies.organ.at(sphere)).into());
+        }
         for (i, (organ, moves)) in self.scene.organs.iter().zip(&mut moves).enumerate() {
             let breathes = self.scene.room.breath_s > 0.0 && organ.breath_m != Vec3::zeros();
             if *moves || breathes || self.is_stirred(i) {
@@ -461,6 +466,7 @@ impl<'a> Sim<'a> {
         if !self.scene.layers.cells.is_empty() {
             hash.word(bodies.cells.history());
         }
+        bodies.sutures.add_to(&mut hash);
         hash.finish()
     }
 }

@@ -41,6 +41,7 @@ impl Sim<'_> {
         }
         self.hold(closing);
         self.tool.grasped_count = self.grasp.count();
+        self.sew();
     }
 
     /// What the hook's current does where its bare tip touches.
@@ -182,10 +183,10 @@ impl Sim<'_> {
         self.tool.contact_count = own.count() as u32;
         self.journal
             .note_contacts(list, self.scene.organs, math::norm(&self.tool.force_n));
-        let pedal = &self.tool.switches.pedal;
+        let pedal = self.tool.switches.pedal;
         faults.raise_if(pedal.cut && pedal.coagulate, Fault::BothElectrodes);
-        self.journal
-            .note_electro(&self.tool.switches.pedal, self.tool.tip_m);
+        let pedal = self.electric_pedal();
+        self.journal.note_electro(&pedal, self.tool.tip_m);
         self.journal.note_faults(faults, self.tool.tip_m);
     }
 }

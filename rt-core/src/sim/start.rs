@@ -20,6 +20,10 @@ impl Sim<'_> {
     /// the trainee's.
     pub(super) fn start(&mut self, task: Task) {
         self.reset();
+        if task == Task::Hang {
+            self.state.bodies.sutures.take_down();
+            return;
+        }
         if task == Task::Identify {
             return;
         }

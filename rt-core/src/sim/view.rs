@@ -7,6 +7,7 @@ use crate::math::Vec3;
 use crate::port::TimeNs;
 use crate::scene::Scene;
 use crate::soft_body::Bodies;
+use crate::soft_body::suture::{Suture, is_suture};
 use crate::state::SphereBits;
 use crate::tool::ToolState;
 
@@ -84,12 +85,14 @@ impl<'a> TickView<'a> {
         self.bodies.cells.shown(self.scene.layers.cells.len())
     }
 
-    /// Whether each suture is cut through, in the order of the scene's attachments.
-    pub fn sutures(&self) -> impl Iterator<Item = bool> + use<'a> {
+    /// The sutures that hang organs on the abdominal wall, in the order of the scene's attachments, each with
+    /// whether it is cut through.
+    pub fn sutures(&self) -> impl Iterator<Item = (&'a Suture, bool)> + use<'a> {
         let parted = &self.bodies.parted;
         let ties = self.scene.attachments.iter().enumerate();
-        ties.filter(|(_, tie)| tie.is_thread)
-            .map(|(tie, _)| parted.left_of_tie(tie) <= 0.0)
+        let own = ties.filter(|(_, tie)| is_suture(tie));
+        let is_cut = own.map(|(tie, _)| parted.left_of_tie(tie) <= 0.0);
+        self.bodies.sutures.all().iter().zip(is_cut)
     }
 
     /// The spheres, in the scene's order.

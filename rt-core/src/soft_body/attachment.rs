@@ -1,34 +1,27 @@
 //! What ties organs to each other and to the world.
 
-use crate::math;
 use crate::scene::{Anchor, Scene};
 use crate::soft_body::Bodies;
 use crate::soft_body::bar::Bar;
 use crate::soft_body::lanes::Lanes;
 
-/// What a tick draws of a suture to the world that is shorter than its ends are apart at rest: it is as
-/// short as it will be after two seconds.
-pub(crate) const DRAWN_STEP: f32 = 0.000_5;
-
 /// Projects every attachment as a bar in the last substep of its first sphere's organ; a thread
 /// only while it is taut, and none that has parted. Those held together at length zero are drawn into one place.
 pub(crate) fn project_all(scene: &Scene<'_>, bodies: &mut Bodies) {
+    let mut sutures = 0;
     for (i, tie) in scene.attachments.iter().enumerate() {
+        let Some(tie) = bodies.sutures.now(tie, &mut sutures) else {
+            continue;
+        };
         let left = bodies.parted.left_of_tie(i);
         if left <= 0.0 {
             continue;
         }
         let step_s = scene.step_s_of(*bodies.organ.at(tie.sphere));
         let a = *bodies.nodes.at(tie.sphere);
-        let mut length_m = tie.rest_length_m;
+        let length_m = tie.rest_length_m;
         let (difference, step, other) = match tie.to {
-            Anchor::World(at_m) => {
-                if tie.is_thread && bodies.drawn < 1.0 {
-                    let apart_m = math::norm(&(a.rest_m() - at_m));
-                    length_m += (apart_m - length_m).max(0.0) * (1.0 - bodies.drawn);
-                }
-                (Lanes::new(&(a.center_m() - at_m), 0.0), a.step_m, None)
-            }
+            Anchor::World(at_m) => (Lanes::new(&(a.center_m() - at_m), 0.0), a.step_m, None),
             Anchor::Sphere(sphere) => {
                 let b = *bodies.nodes.at(sphere);
                 // Equal impulses: what moves in a shorter step moves less.

@@ -21,6 +21,7 @@ pub mod pbd;
 pub(crate) mod per_sphere;
 pub(crate) mod sleep;
 pub mod stretch;
+pub mod suture;
 mod tissue;
 
 pub(crate) use integrate::Bounds;
@@ -37,6 +38,7 @@ use neo_hookean::NeoHookean;
 use part::Parted;
 use pbd::{PaperPbd, PaperSphere};
 use per_sphere::PerSphere;
+use suture::Sutures;
 
 /// Corrects the predicted displacements of one organ by its inner constraints. Contacts are not
 /// its business.
@@ -194,8 +196,8 @@ pub struct Bodies {
     pub(crate) cells: Cells,
     /// Where tools meet organs without a contact skin.
     pub(crate) beads: Beads,
-    /// How far sutures to the world are drawn in, 0 to 1.
-    drawn: f32,
+    /// What hangs organs on the abdominal wall.
+    pub(crate) sutures: Sutures,
 }
 
 impl Bodies {
@@ -212,7 +214,7 @@ impl Bodies {
             parted: Parted::NONE,
             cells: Cells::new(),
             beads: Beads::new(),
-            drawn: 0.0,
+            sutures: Sutures::NONE,
         }
     }
 
@@ -234,7 +236,7 @@ impl Bodies {
     /// Starts a tick: every organ is simulated, or none, and nothing is touched yet.
     pub(crate) fn begin(&mut self, scene: &Scene<'_>, is_awake: bool) {
         if is_awake {
-            self.drawn = (self.drawn + attachment::DRAWN_STEP).min(1.0);
+            self.sutures.draw_in();
         }
         for bits in self.bits.range_mut(0, scene.spheres.len() as u32) {
             let awake = if is_awake {
@@ -283,7 +285,7 @@ impl Bodies {
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
         self.parted.heal(scene);
         self.cells.rest(scene);
-        self.drawn = 0.0;
+        self.sutures.rest(scene);
         for (i, rest) in (0u32..).zip(scene.spheres) {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());

@@ -12,6 +12,7 @@ use crate::math::{self, Vec3};
 use crate::scene::{Anchor, Attachment, Material, Organ, Scene};
 use crate::soft_body::Bodies;
 use crate::soft_body::per_sphere::PerSphere;
+use crate::soft_body::suture::is_suture;
 use crate::state::SphereBits;
 
 /// Ticks that a tear takes at least: fibres part at a finite speed, and what they bore is not let
@@ -201,6 +202,7 @@ pub(crate) fn part_all(
         bits,
         radius_m,
         organ: organs,
+        sutures,
         ..
     } = bodies;
     let moves = |sphere: u32| bits.at(sphere).contains(SphereBits::AWAKE);
@@ -215,20 +217,25 @@ pub(crate) fn part_all(
             });
         }
     };
+    let mut count = 0;
     for (tie, parted) in scene.attachments.iter().zip(&mut parted.ties) {
+        let Some(tie) = sutures.now(tie, &mut count) else {
+            continue;
+        };
         let (other_m, other_moves) = match tie.to {
             Anchor::World(at_m) => (at_m, false),
             Anchor::Sphere(other) => (nodes.at(other).center_m(), moves(other)),
         };
         let ends_m = [nodes.at(tie.sphere).center_m(), other_m];
         let is_spared = || is_spared(&ends_m, tie.rest_length_m, tie.tear_j * tie.compliance_m_n);
-        if (moves(tie.sphere) || other_moves) && !is_spared() {
+        // A thread is cut beside an organ that sleeps, too.
+        if (moves(tie.sphere) || other_moves || is_suture(&tie)) && !is_spared() {
             let bar = BarView {
                 organ: *organs.at(tie.sphere),
                 link: None,
                 ends_m,
                 radius_m: *radius_m.at(tie.sphere),
-                area_m2: tie_area_m2(scene, organs, tie),
+                area_m2: tie_area_m2(scene, organs, &tie),
                 rest_length_m: tie.rest_length_m,
                 tear_j: tie.tear_j,
                 compliance_m_n: tie.compliance_m_n,

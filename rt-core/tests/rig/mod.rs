@@ -17,6 +17,7 @@ use rt_core::scene::{
 use rt_core::sim::{Digest, Ports, Samples, Stage, TickView};
 use rt_core::soft_body::Method;
 use rt_core::soft_body::pbd::PaperPbd;
+use rt_core::soft_body::suture::Suture;
 use rt_core::state::SphereBits;
 use rt_core::tool::{Instrument, Kinematics};
 
@@ -391,6 +392,7 @@ pub(crate) struct Bench {
     pub(crate) jaw: f32,
     pub(crate) clips: Vec<Clip>,
     pub(crate) clips_left: u32,
+    pub(crate) sutures: Vec<(Suture, bool)>,
     pub(crate) camera: Pose,
     pub(crate) tip_m: Vec3,
     pub(crate) instrument: Instrument,
@@ -420,6 +422,7 @@ impl Bench {
             grasped_count: 0,
             jaw: 1.0,
             clips: Vec::new(),
+            sutures: Vec::new(),
             clips_left: 0,
             camera: Pose::identity(),
             tip_m: Vec3::zeros(),
@@ -471,6 +474,7 @@ impl Ports for Bench {
         self.jaw = view.tool.jaw;
         self.clips = view.clips.to_vec();
         self.clips_left = view.clips_left;
+        self.sutures = view.sutures().map(|(it, is_cut)| (*it, is_cut)).collect();
         self.camera = view.tool.world_from_camera;
         self.tip_m = view.tool.tip_m;
         self.instrument = view.tool.instrument;

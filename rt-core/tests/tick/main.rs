@@ -11,6 +11,7 @@ mod motion;
 mod proxy;
 #[path = "../rig/mod.rs"]
 mod rig;
+mod sew;
 mod start;
 mod tear;
 mod touch;

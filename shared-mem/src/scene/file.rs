@@ -11,7 +11,7 @@ use super::{
     LinkRecord, MAGIC, NO_CELL, NO_CONTACT_VERTEX, OrganKind, OrganRecord, RoomRecord, SceneId,
     SphereRecord, TetraRecord, VertexRecord, WEIGHT_SUM, WORLD, str_from_name,
 };
-use crate::message::{MAX_CELLS, MAX_SPHERES};
+use crate::message::{MAX_CELLS, MAX_SPHERES, MAX_SUTURES};
 
 /// Why a compiled scene is refused.
 #[derive(Debug, thiserror::Error)]
@@ -616,6 +616,9 @@ impl SceneFile {
 
     fn check_attachments(&self) -> Result<(), SceneError> {
         let exists = |sphere: u32| (sphere as usize) < self.spheres().len();
+        let is_suture = |it: &&AttachmentRecord| it.is_thread == 1 && it.b == WORLD;
+        let sutures = self.attachments().iter().filter(is_suture).count();
+        count("sutures to the world", sutures, 0, MAX_SUTURES)?;
         for (i, band) in self.attachments().iter().enumerate() {
             let ends_ok = exists(band.a) && (exists(band.b) || band.b == WORLD) && band.a != band.b;
             let numbers_ok = band.anchor_m.iter().all(|x| x.is_finite() && x.abs() < 1e3)

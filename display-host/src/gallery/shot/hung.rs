@@ -1,10 +1,12 @@
-//! The sutures that hang an organ on the abdominal wall: as they hold it, and one of them cut.
+//! The sutures that hang an organ on the abdominal wall: as they hold it, one of them cut, one not there yet.
 
 use glam::Vec3;
-use shared_mem::scene::{AttachmentRecord, SceneFile, WORLD};
+use shared_mem::message::SutureMsg;
+use shared_mem::scene::SceneFile;
 
 use super::{Chapter, Shot, is_free, nothing, sides};
 use crate::render::camera::looking;
+use crate::render::sutures::given;
 
 /// Distance of the camera, m; it looks at a place so far along the first suture, of its length.
 const FAR_M: f32 = 0.055;
@@ -14,14 +16,13 @@ const ACROSS: f32 = 0.6;
 
 /// None if nothing hangs by a suture.
 pub(super) fn shots(scene: &SceneFile) -> Vec<Shot> {
-    let threads = scene.attachments().iter().filter(|tie| tie.is_thread != 0);
-    let to_wall = |(_, tie): &(usize, &AttachmentRecord)| tie.b == WORLD;
-    let Some((bit, first)) = threads.take(32).enumerate().find(to_wall) else {
+    let given = given(scene);
+    let Some(first) = given.first() else {
         return Vec::new();
     };
     let [from, to] = [
-        Vec3::from(scene.spheres()[first.a as usize].center_m),
-        Vec3::from(first.anchor_m),
+        Vec3::from(scene.spheres()[first.sphere as usize].center_m),
+        Vec3::from(first.at_m),
     ];
     let (middle, out) = (from.lerp(to, ALONG), (to - from).normalize_or(Vec3::Y));
     let eye = Vec3::from(scene.room().world_from_camera.position_m);
@@ -33,9 +34,24 @@ pub(super) fn shots(scene: &SceneFile) -> Vec<Shot> {
     let nearest = |a: &Vec3, b: &Vec3| a.dot(home).total_cmp(&b.dot(home));
     let side = sides().filter(seen).max_by(nearest).unwrap_or(home);
     let tools = nothing(scene, looking(middle + side * FAR_M, middle));
-    let shot = |title: &str, cut_sutures: u32| Shot {
-        cut_sutures,
-        ..Shot::new(Chapter::Instruments, title, tools)
+    let shot = |title: &str, placed: u32, at_m: Vec3| {
+        let mut sutures = given.clone();
+        sutures[0].placed = placed;
+        sutures[0].at_m = at_m.into();
+        Shot {
+            sutures: Some(sutures),
+            ..Shot::new(Chapter::Instruments, title, tools)
+        }
     };
-    vec![shot("Sutures", 0), shot("A suture cut through", 1 << bit)]
+    // As if a tip that is not in the picture had carried it there.
+    let carried = middle.lerp(to, 0.2) + side.cross(out) * 0.01;
+    vec![
+        shot("Sutures", SutureMsg::HUNG, to),
+        shot("A suture cut through", SutureMsg::CUT, to),
+        shot(
+            "A suture on its way to the wall",
+            SutureMsg::AT_HAND,
+            carried,
+        ),
+    ]
 }

@@ -31,6 +31,8 @@ pub struct StartForm {
     pub task: String,
     /// How much help is given: a difficulty's name.
     pub difficulty: String,
+    /// The trainee places the sutures.
+    pub own_sutures: bool,
     /// The endoscope's angle, degrees.
     pub scope_degrees: u16,
     /// The scene's name, or its file.
@@ -52,6 +54,8 @@ pub struct Start {
     pub trainees: Vec<String>,
     /// What may be chosen: tasks, difficulties, angles in degrees, scenes.
     pub tasks: Vec<String>,
+    /// Tasks in which the trainee may place the sutures.
+    pub hanging: Vec<String>,
     /// See [`Start::tasks`].
     pub difficulties: Vec<String>,
     /// See [`Start::tasks`].
@@ -195,6 +199,9 @@ fn task(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm) {
     }
     let asks = words.say(&format!("start-asks-{}", form.task));
     ui.label(RichText::new(asks).italics());
+    if start.hanging.contains(&form.task) {
+        ui.checkbox(&mut form.own_sutures, words.say("start-own-sutures"));
+    }
 }
 
 fn help(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartForm) {

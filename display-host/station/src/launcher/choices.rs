@@ -26,6 +26,12 @@ fn needs_triangle(task: &str) -> bool {
     !matches!(Task::from_name(task), Some(Task::Free | Task::Scope))
 }
 
+/// The tasks in which the trainee may place the sutures.
+pub(super) fn hanging() -> Vec<&'static str> {
+    let tasks = Task::ALL.into_iter().filter(|it| it.may_hang());
+    tasks.map(Task::name).collect()
+}
+
 /// The new choices, with what else must change to go with what was changed.
 pub(super) fn fitting(before: &StartForm, mut form: StartForm) -> StartForm {
     if form.scene == "built-in" && needs_triangle(&form.task) {
@@ -34,6 +40,8 @@ pub(super) fn fitting(before: &StartForm, mut form: StartForm) -> StartForm {
             false => form.scene = TRIANGLE.to_owned(),
         }
     }
+    let may_hang = form.scene != "built-in" && hanging().contains(&form.task.as_str());
+    form.own_sutures &= may_hang;
     form
 }
 
@@ -60,5 +68,16 @@ mod tests {
             },
         );
         assert_eq!((&*clamp.task, &*clamp.scene), ("clamp", TRIANGLE));
+        let own = |task: &str, scene: &str| {
+            let form = StartForm {
+                task: task.to_owned(),
+                scene: scene.to_owned(),
+                own_sutures: true,
+                ..usual()
+            };
+            fitting(&form.clone(), form).own_sutures
+        };
+        assert!(own("full", TRIANGLE) && own("free", "triangle-variant"));
+        assert!(!own("cut", TRIANGLE) && !own("free", "built-in"));
     }
 }

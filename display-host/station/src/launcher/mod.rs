@@ -141,6 +141,7 @@ impl Desk {
             difficulties: names(&Difficulty::ALL.map(Difficulty::name)),
             scopes: choices::SCOPES.to_vec(),
             scenes: names(&choices::SCENES),
+            hanging: names(&choices::hanging()),
             store: self.store.as_ref().map_or_else(
                 || words.say("store-no-home"),
                 |path| path.display().to_string(),
@@ -299,6 +300,9 @@ impl Desk {
         }
         if let Some(rules) = &self.args.rules {
             option("--rules", rules);
+        }
+        if form.own_sutures {
+            option("--sutures", &"own");
         }
         words.extend(self.args.more.iter().cloned());
         words

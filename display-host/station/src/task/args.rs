@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use assess::{Difficulty, Task};
-use clap::Args;
+use clap::{Args, ValueEnum};
 
 use crate::people::args::StoreFile;
 use surgeon::Surgeon;
@@ -19,6 +19,16 @@ pub(crate) struct TaskArgs {
     /// beginner: hints; trainee: alarms and progress; exam: time alone [default: trainee]
     #[arg(long, value_name = "HOW", value_parser = parse_difficulty, requires = "task")]
     pub(crate) difficulty: Option<Difficulty>,
+    /// Who has placed the sutures that hang the gallbladder: given: they are there; own: the trainee
+    /// places them, with grasper and pedal (identify, full, free) [default: given]
+    #[arg(
+        long,
+        value_name = "WHOSE",
+        value_enum,
+        default_value_t,
+        requires = "task"
+    )]
+    pub(crate) sutures: Sutures,
     /// Pass rules and weights (TOML) [default: the built-in ones, see `calot report --rules-file`]
     #[arg(long, value_name = "FILE", requires = "task")]
     pub(crate) rules: Option<PathBuf>,
@@ -30,6 +40,16 @@ pub(crate) struct TaskArgs {
     pub(crate) trainee: Option<String>,
     #[command(flatten)]
     pub(crate) store: StoreFile,
+}
+
+/// Whose sutures hang the gallbladder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(crate) enum Sutures {
+    /// The scene's.
+    #[default]
+    Given,
+    /// The trainee's.
+    Own,
 }
 
 pub(crate) fn parse_trainee(text: &str) -> Result<String, String> {

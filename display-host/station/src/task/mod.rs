@@ -24,7 +24,7 @@ use shared_mem::service::{Host, Station};
 
 use store::Store;
 
-use self::args::TaskArgs;
+use self::args::{Sutures, TaskArgs};
 use self::board::Board;
 use crate::build::build;
 use crate::people::{now_unix_s, past, record};
@@ -40,6 +40,7 @@ const START_PATIENCE: Duration = Duration::from_secs(20);
 #[derive(Debug, Clone)]
 pub(crate) struct Assigned {
     task: Task,
+    sutures: Sutures,
     difficulty: Difficulty,
     rules: Rules,
     /// The session's own name.
@@ -54,6 +55,13 @@ impl Assigned {
         let Some(task) = args.task else {
             return Ok(None);
         };
+        if args.sutures == Sutures::Own && !task.may_hang() {
+            return Err(format!(
+                "--sutures own: task '{}' begins with the gallbladder hung; place them yourself in identify, full or free",
+                task.name()
+            )
+            .into());
+        }
         let rules = args.rules.as_deref().map(Rules::read).transpose()?;
         let keep = match &args.trainee {
             Some(name) => {
@@ -65,6 +73,7 @@ impl Assigned {
         };
         Ok(Some(Self {
             task,
+            sutures: args.sutures,
             difficulty: args.difficulty.unwrap_or_default(),
             rules: rules.unwrap_or_default(),
             id: store::new_id(),
@@ -75,6 +84,18 @@ impl Assigned {
     /// The task.
     pub(crate) fn task(&self) -> Task {
         self.task
+    }
+
+    /// Where it begins, as [`CommandMsg::START`] counts; none of one that begins with the organs at rest.
+    pub(crate) fn start(&self) -> Option<u32> {
+        match (self.sutures, self.task) {
+            (Sutures::Own, _) => Some(0),
+            (Sutures::Given, Task::Identify) => Some(1),
+            (Sutures::Given, Task::Clamp) => Some(2),
+            (Sutures::Given, Task::Cut) => Some(3),
+            (Sutures::Given, Task::Disconnect) => Some(4),
+            (Sutures::Given, Task::Full | Task::Free | Task::Scope) => None,
+        }
     }
 
     /// The session's own name.
@@ -108,10 +129,17 @@ impl Assigned {
             )
             .into());
         }
+        if self.sutures == Sutures::Own && anatomy.sutures() == 0 {
+            return Err(format!(
+                "--sutures own: scene '{}' hangs nothing by sutures. Take another with --scene, e.g. triangle",
+                scene.name()
+            )
+            .into());
+        }
         let (sender, course) = mpsc::channel();
         let view = Arc::new(Mutex::new(TaskView {
             task: self.task.name().to_owned(),
-            start: number(self.task),
+            start: self.start(),
             ..TaskView::default()
         }));
         let over = Arc::new(AtomicBool::new(false));
@@ -222,22 +250,8 @@ fn follow(
     assessment.end()
 }
 
-/// A task as [`CommandMsg::START`] counts; none of one that begins with the organs at rest.
-fn number(task: Task) -> Option<u32> {
-    match task {
-        Task::Identify => Some(1),
-        Task::Clamp => Some(2),
-        Task::Cut => Some(3),
-        Task::Disconnect => Some(4),
-        Task::Full | Task::Free | Task::Scope => None,
-    }
-}
-
 /// Has the controller put the organs to where a task begins.
-pub(crate) fn start(task: Task, station: &Station) -> Result<(), Problem> {
-    let Some(argument) = number(task) else {
-        return Ok(());
-    };
+pub(crate) fn start(argument: u32, station: &Station) -> Result<(), Problem> {
     let kind = CommandMsg::START;
     let command = CommandMsg { kind, argument };
     let reply = Host::open(station)?.command(command, START_PATIENCE)?;

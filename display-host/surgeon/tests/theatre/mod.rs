@@ -91,8 +91,17 @@ impl Theatre for Alone<'_, '_> {
     }
 }
 
-/// A surgeon works a task for so long at most, s, and sees everything so late, s; `watch` sees it as it is.
+/// Where a task begins, as `CommandMsg::START` counts; none: with the organs at rest.
+pub(crate) fn start(task: Task) -> Option<u8> {
+    let start = [Task::Identify, Task::Clamp, Task::Cut, Task::Disconnect];
+    let start = start.iter().position(|it| *it == task)?;
+    Some(start as u8 + 1)
+}
+
+/// A surgeon works a task from this start on for so long at most, s, and sees everything so late, s; `watch` sees
+/// it as it is.
 pub(crate) fn work(
+    start: Option<u8>,
     surgeon: Surgeon,
     task: Task,
     scene: &SceneFile,
@@ -114,14 +123,12 @@ pub(crate) fn work(
             unseen: VecDeque::new(),
             late_s,
         };
-        let start = [Task::Identify, Task::Clamp, Task::Cut, Task::Disconnect];
-        if let Some(number) = start.iter().position(|it| *it == task) {
-            let number = number as u32 + 1;
+        if let Some(task) = start {
             alone.command = Some(CommandMsg {
                 kind: CommandMsg::START,
-                argument: number,
+                argument: task.into(),
             });
-            alone.note(What::Start { task: number as u8 });
+            alone.note(What::Start { task });
         }
         operate(surgeon, task, own, &mut alone).expect("a controller");
         Came {

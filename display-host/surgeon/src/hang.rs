@@ -1,0 +1,95 @@
+//! Sutures that are the trainee's to place: the surgeon places them where the scene has them.
+
+use shared_mem::message::SutureMsg;
+
+use crate::plan::GRASPER;
+use crate::sight::{Place, wide};
+use crate::work::{COAGULATE, Vec3, Work};
+
+/// It comes from so far above, m.
+const ABOVE_M: f64 = 0.025;
+/// And carries the thread so far towards the wall, m.
+const CARRIED_M: f64 = 0.03;
+/// The foot is so long on the pedal, and off it, s.
+const STEP_S: f64 = 0.15;
+/// It is given up after so long, s.
+const GIVE_UP_S: f64 = 6.0;
+/// So often a needle that has met nothing is tried again.
+const TRIES: usize = 3;
+
+impl Work<'_> {
+    /// Whether there is a suture to be placed.
+    pub(crate) fn must_hang(&self) -> bool {
+        let sutures = self.seen.state.sutures().unwrap_or(&[]);
+        sutures.iter().any(|it| it.placed == SutureMsg::AWAY)
+    }
+
+    /// Places each suture that is away.
+    pub(crate) fn hang(&mut self) -> Result<(), String> {
+        if self.seen.tools.instrument != GRASPER {
+            self.take(GRASPER)?;
+        }
+        for number in 0..self.seen.state.suture_count as usize {
+            let given = self.suture(number)?;
+            if given.placed == SutureMsg::AWAY {
+                self.stitch(number, given.sphere as usize)?;
+                self.fasten(number, &given)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn suture(&self, number: usize) -> Result<SutureMsg, String> {
+        let sutures = self.seen.state.sutures().unwrap_or(&[]);
+        (sutures.get(number).copied()).ok_or_else(|| format!("there is no suture {number}"))
+    }
+
+    /// Through the organ at a sphere, from above.
+    fn stitch(&mut self, number: usize, sphere: usize) -> Result<(), String> {
+        let up = self.sight.up();
+        let above = |work: &Self| Place {
+            at: work.sight.now(sphere, &work.seen.state) + up * ABOVE_M,
+            along: None,
+        };
+        for _ in 0..TRIES {
+            self.reach(&|work| Some(above(work)), 0.0, false)?;
+            let mut before_s = self.seen.at_s;
+            let touched = self.look_for(GIVE_UP_S, |work| {
+                let seconds = work.seen.at_s - before_s;
+                before_s = work.seen.at_s;
+                let way = work.sight.now(sphere, &work.seen.state) - work.tip();
+                work.go(way * 0.5, seconds.clamp(0.0, STEP_S));
+                work.seen.tools.contact_count > 0
+            });
+            self.goes_on()?;
+            if touched {
+                self.step()?;
+            }
+            if self.suture(number)?.placed == SutureMsg::AT_HAND {
+                return Ok(());
+            }
+        }
+        Err(format!("the needle of suture {number} met nothing"))
+    }
+
+    /// Towards where the scene has it in the wall.
+    fn fasten(&mut self, number: usize, given: &SutureMsg) -> Result<(), String> {
+        let from = self.sight.now(given.sphere as usize, &self.seen.state);
+        let way = (wide(given.at_m) - from).try_normalize(1e-9);
+        let at = from + way.unwrap_or_else(Vec3::z) * CARRIED_M;
+        self.reach(&|_| Some(Place { at, along: None }), 0.0, false)?;
+        self.step()?;
+        match self.suture(number)?.placed {
+            SutureMsg::HUNG => Ok(()),
+            _ => Err(format!("suture {number} did not reach the wall")),
+        }
+    }
+
+    fn step(&mut self) -> Result<(), String> {
+        self.asked.switches = COAGULATE;
+        let pressed = self.wait(STEP_S);
+        self.asked.switches = 0;
+        pressed?;
+        self.wait(STEP_S)
+    }
+}

@@ -1,0 +1,129 @@
+//! The trainee hangs an organ on the abdominal wall: through what the grasper's tip touches, by the pedal; then
+//! towards where the tip is carried, by the pedal again.
+
+use crate::event::{Event, EventKind};
+use crate::math::{self, Vec3};
+use crate::port::PedalSample;
+use crate::scene::Anchor;
+use crate::sim::Sim;
+use crate::soft_body::suture::{Placed, Suture, is_suture};
+use crate::tool::{Instrument, Tool};
+
+/// A needle is no longer than this: so near to the tip it goes through what is touched, m.
+const NEEDLE_M: f32 = 0.012;
+/// The tip is carried so far at least before it shows a direction, m.
+const CARRIED_M: f32 = 0.01;
+/// The thread rises to the wall by this share of its length at least: not along it.
+const RISES: f32 = 0.5;
+/// And is no longer than this, m.
+const THREAD_M: f32 = 0.2;
+
+impl Sim<'_> {
+    /// Whether the pedal leads a needle and not current.
+    pub(super) fn is_sewing(&self) -> bool {
+        self.tool.instrument == Instrument::Grasper && self.state.bodies.sutures.are_awaited()
+    }
+
+    /// The pedal as the generator has it.
+    pub(super) fn electric_pedal(&self) -> PedalSample {
+        let pedal = self.tool.switches.pedal;
+        PedalSample {
+            cut: pedal.cut && !self.is_sewing(),
+            coagulate: pedal.coagulate && !self.is_sewing(),
+            ..pedal
+        }
+    }
+
+    /// Places the next suture, or half of it, when the pedal is pressed. What cannot be is not done: no word, no suture.
+    pub(super) fn sew(&mut self) {
+        let pedal = self.tool.switches.pedal;
+        let is_down = pedal.cut || pedal.coagulate;
+        let is_pressed = self.state.bodies.sutures.is_pressed(is_down);
+        if !is_pressed || !self.is_sewing() || self.tool.switches.paused {
+            return;
+        }
+        let Some((number, suture)) = self.state.bodies.sutures.next() else {
+            return;
+        };
+        let suture = *suture;
+        let placed = match suture.placed {
+            Placed::Away => self.through(suture),
+            Placed::AtHand => self.to_wall(number, suture),
+            Placed::Hung => None,
+        };
+        let (Some((placed, kind, at_m)), Some((_, suture))) =
+            (placed, self.state.bodies.sutures.next())
+        else {
+            return;
+        };
+        *suture = placed;
+        let organ = *self.state.bodies.organ.at(placed.sphere);
+        self.sleep.wake(organ.into());
+        self.journal.raise(Event {
+            kind,
+            organ: Some(organ.into()),
+            at_m,
+            value: number as f32,
+        });
+    }
+
+    /// Through the place of its organ that the tip touches: through the sphere that is nearest to it.
+    fn through(&self, mut suture: Suture) -> Option<(Suture, EventKind, Vec3)> {
+        let bodies = &self.state.bodies;
+        let own = *bodies.organ.at(suture.sphere);
+        let organ = self.scene.organs.get(usize::from(own))?;
+        let from_tip = |at_m: &Vec3| (at_m - self.tool.tip_m).norm_squared();
+        let touched = self.contacts.list.iter();
+        let touched = touched.filter(|it| it.tool == Tool::Instrument && it.organ == Some(own));
+        let held = self
+            .grasp
+            .spheres()
+            .filter(|it| *bodies.organ.at(*it) == own);
+        let places = touched.map(|it| it.at_m);
+        let places = places.chain(held.map(|it| bodies.nodes.at(it).center_m()));
+        let at_m = places.min_by(|a, b| from_tip(a).total_cmp(&from_tip(b)))?;
+        if from_tip(&at_m) > NEEDLE_M * NEEDLE_M {
+            return None;
+        }
+        let spheres = organ.sphere_start..organ.sphere_start + organ.sphere_count;
+        let free = spheres.filter(|it| bodies.nodes.at(*it).inverse_mass_per_kg() > 0.0);
+        let far = |it: &u32| (bodies.nodes.at(*it).center_m() - at_m).norm_squared();
+        suture.sphere = free.min_by(|a, b| far(a).total_cmp(&far(b)))?;
+        suture.placed = Placed::AtHand;
+        Some((suture, EventKind::Stitch, at_m))
+    }
+
+    /// From there past the tip to the wall, which is as high as where the scene has this suture.
+    fn to_wall(&self, number: usize, mut suture: Suture) -> Option<(Suture, EventKind, Vec3)> {
+        let mut given = self.scene.attachments.iter().filter(|it| is_suture(it));
+        let given = given.nth(number)?;
+        let Anchor::World(given_m) = given.to else {
+            return None;
+        };
+        let given_from_m = self.scene.spheres.get(given.sphere as usize)?.center_m;
+        let given_apart_m = math::norm(&(given_m - given_from_m));
+        let gravity = self.scene.room().gravity_m_s2;
+        let up = match math::norm(&gravity) {
+            some if some > 0.0 => -gravity / some,
+            _ => (given_m - given_from_m) / given_apart_m.max(f32::MIN_POSITIVE),
+        };
+        let from_m = self.state.bodies.nodes.at(suture.sphere).center_m();
+        let way_m = self.tool.tip_m - from_m;
+        let rise_m = way_m.dot(&up);
+        let carried_m = math::norm(&way_m);
+        if carried_m < CARRIED_M || rise_m < RISES * carried_m {
+            return None;
+        }
+        let at_m = from_m + way_m * ((given_m - from_m).dot(&up) / rise_m);
+        let apart_m = math::norm(&(at_m - from_m));
+        if !(at_m - from_m).dot(&up).is_sign_positive() || apart_m > THREAD_M {
+            return None;
+        }
+        suture.hang(
+            at_m,
+            apart_m,
+            (given_apart_m - given.rest_length_m).max(0.0),
+        );
+        Some((suture, EventKind::Hung, at_m))
+    }
+}

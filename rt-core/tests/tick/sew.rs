@@ -1,0 +1,197 @@
+//! The trainee hangs an organ, where the tip has touched it and in the direction in which it was carried.
+
+use super::grip::count;
+use super::*;
+use rt_core::port::{PedalSample, Polled};
+use rt_core::scene::{Anchor, Attachment};
+use rt_core::sim::Task;
+use rt_core::soft_body::suture::Placed;
+use rt_core::tool::Instrument;
+
+/// The wall is so high, m.
+const WALL_M: f32 = 0.12;
+/// Above the liver's top, beside where the scene sews.
+const BESIDE: Vec3 = Vec3::new(0.02, 0.0, 0.1);
+/// Deep enough in it to touch.
+const TOUCHES: Vec3 = Vec3::new(0.02, 0.0, 0.043);
+
+/// The liver, hung by two sutures that are drawn in by 8 mm and 4 mm.
+fn hung_liver() -> Anatomy {
+    let mut liver = Anatomy::liver();
+    let top = |x: f32| {
+        let far = |it: &RestSphere| norm(&(it.center_m - Vec3::new(x, 0.0, 0.04)));
+        let spheres = liver.spheres.iter().enumerate();
+        let nearest = spheres.min_by(|a, b| far(a.1).total_cmp(&far(b.1)));
+        nearest.expect("spheres").0
+    };
+    let ties = [(-0.03, 0.008), (-0.01, 0.004)].map(|(x, drawn_m)| {
+        let sphere = top(x);
+        let center_m = liver.spheres[sphere].center_m;
+        let at_m = Vec3::new(center_m.x, center_m.y, WALL_M);
+        Attachment {
+            sphere: sphere as u32,
+            to: Anchor::World(at_m),
+            rest_length_m: norm(&(at_m - center_m)) - drawn_m,
+            compliance_m_n: 1.0e-3,
+            is_thread: true,
+            tear_j: 0.0,
+        }
+    });
+    liver.attachments.extend(ties);
+    liver
+}
+
+/// A foot on the pedal, at this place.
+fn step(sim: &mut Sim<'_>, bench: &mut Bench, at: &Vec3) {
+    for tick in 0..200 {
+        let samples = bench.next_at(at, NONE);
+        samples.pedal = Polled::Fresh(PedalSample {
+            cut: false,
+            coagulate: tick < 100,
+            camera_lock: false,
+            at_ns: samples.now_ns,
+        });
+        sim.tick(bench);
+    }
+}
+
+fn placed(bench: &Bench) -> Vec<Placed> {
+    bench.sutures.iter().map(|(it, _)| it.placed).collect()
+}
+
+fn command(sim: &mut Sim<'_>, bench: &mut Bench, command: Command) {
+    bench.next_at(&AWAY, NONE).command = Some(command);
+    sim.tick(bench);
+}
+
+#[test]
+fn a_scene_hangs_by_itself_and_the_trainee_is_given_it_down() {
+    let anatomy = hung_liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
+    assert_eq!(placed(&bench), [Placed::Hung; 2]);
+    assert!(moved_m(&bench, &anatomy) > 0.003, "drawn up");
+    command(&mut sim, &mut bench, Command::Start(Task::Hang));
+    assert_eq!(placed(&bench), [Placed::Away; 2]);
+    stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
+    assert!(moved_m(&bench, &anatomy) < 1.0e-4, "nothing holds it");
+    command(&mut sim, &mut bench, Command::Reset);
+    assert_eq!(placed(&bench), [Placed::Hung; 2]);
+}
+
+#[test]
+fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
+    let anatomy = hung_liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    command(&mut sim, &mut bench, Command::Start(Task::Hang));
+    // In the air there is nothing to go through.
+    step(&mut sim, &mut bench, &AWAY);
+    assert_eq!(placed(&bench), [Placed::Away; 2]);
+    go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
+    step(&mut sim, &mut bench, &TOUCHES);
+    assert_eq!(placed(&bench), [Placed::AtHand, Placed::Away]);
+    let through = bench.sutures[0].0.sphere;
+    let off_m = norm(&(bench.centers_m[through as usize] - TOUCHES));
+    assert!(off_m < 0.02, "{off_m}");
+    // Where it lies it shows no way; along the liver there is no wall.
+    step(&mut sim, &mut bench, &TOUCHES);
+    let aside = Vec3::new(0.1, 0.0, 0.055);
+    go(&mut sim, &mut bench, &BESIDE, &aside, 200, NONE);
+    step(&mut sim, &mut bench, &aside);
+    assert_eq!(placed(&bench), [Placed::AtHand, Placed::Away]);
+    go(&mut sim, &mut bench, &aside, &BESIDE, 200, NONE);
+    stay(&mut sim, &mut bench, &BESIDE, 1000, NONE);
+    let before_m = bench.centers_m[through as usize];
+    step(&mut sim, &mut bench, &BESIDE);
+    assert_eq!(placed(&bench), [Placed::Hung, Placed::Away]);
+    let at_m = bench.sutures[0].0.at_m;
+    assert!((at_m.z - WALL_M).abs() < 1.0e-5, "{at_m}");
+    let carried = (BESIDE - before_m).normalize();
+    assert!(
+        (at_m - before_m).normalize().dot(&carried) > 0.999,
+        "{at_m}"
+    );
+    // It sleeps, and is drawn in all the same.
+    stay(&mut sim, &mut bench, &AWAY, 4000, NONE);
+    let now_m = bench.centers_m[through as usize];
+    let drawn_m = norm(&(at_m - before_m)) - norm(&(at_m - now_m));
+    assert!((0.005..0.009).contains(&drawn_m), "{drawn_m} of 8 mm");
+    let told = [EventKind::Stitch, EventKind::Hung].map(|kind| count(&bench, kind));
+    assert_eq!(told, [1, 1]);
+    assert_eq!(count(&bench, EventKind::Electro), 0, "no current");
+}
+
+#[test]
+fn a_hook_sews_nothing_and_scissors_cut_what_the_trainee_has_sewn() {
+    let anatomy = hung_liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    command(&mut sim, &mut bench, Command::Start(Task::Hang));
+    command(&mut sim, &mut bench, Command::Instrument(Instrument::Hook));
+    go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
+    step(&mut sim, &mut bench, &TOUCHES);
+    assert_eq!(placed(&bench), [Placed::Away; 2]);
+    assert!(count(&bench, EventKind::Electro) > 0, "its current flows");
+    go(&mut sim, &mut bench, &TOUCHES, &BESIDE, 500, NONE);
+    command(
+        &mut sim,
+        &mut bench,
+        Command::Instrument(Instrument::Grasper),
+    );
+    go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
+    step(&mut sim, &mut bench, &TOUCHES);
+    // Aslant, across the blades that come from above.
+    let aslant = Vec3::new(0.055, 0.0, 0.07);
+    go(&mut sim, &mut bench, &TOUCHES, &aslant, 500, NONE);
+    step(&mut sim, &mut bench, &aslant);
+    assert_eq!(placed(&bench), [Placed::Hung, Placed::Away]);
+    stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
+    command(
+        &mut sim,
+        &mut bench,
+        Command::Instrument(Instrument::Scissors),
+    );
+    let thread = bench.sutures[0].0;
+    let end_m = bench.centers_m[thread.sphere as usize];
+    // The blades reach beyond the thread's middle.
+    let across = (end_m + thread.at_m) * 0.5 - Vec3::z() * 0.004;
+    go(&mut sim, &mut bench, &AWAY, &across, 500, NONE);
+    stay(&mut sim, &mut bench, &across, 300, Buttons::GRASP);
+    stay(&mut sim, &mut bench, &across, 300, NONE);
+    assert!(
+        bench.sutures[0].1,
+        "cut through: {end_m:?} {thread:?} {across:?} {:?}", bench.tip_m
+    );
+    assert!(!bench.sutures[1].1);
+    stay(&mut sim, &mut bench, &AWAY, 3000, NONE);
+    assert!(moved_m(&bench, &anatomy) < 2.0e-3, "let go");
+}
+
+#[test]
+fn a_checkpoint_keeps_what_is_sewn_and_the_digest_tells_of_it() {
+    let anatomy = hung_liver();
+    let mut state = store();
+    let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+    let mut bench = Bench::new();
+    command(&mut sim, &mut bench, Command::Start(Task::Hang));
+    let down = bench.digests.last().expect("a tick").tools;
+    go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
+    let kept = sim.checkpoint();
+    let samples = bench.samples;
+    let mut sewn = |sim: &mut Sim<'_>| {
+        bench.samples = samples;
+        bench.digests.clear();
+        step(sim, &mut bench, &TOUCHES);
+        (bench.digests.clone(), placed(&bench))
+    };
+    let first = sewn(&mut sim);
+    sim.go_back(&kept);
+    let again = sewn(&mut sim);
+    assert_eq!(first.1, [Placed::AtHand, Placed::Away]);
+    assert!(first == again && first.0.iter().all(|it| it.tools != down));
+}
