@@ -64,6 +64,8 @@ pub enum Observed<'a> {
     Tools(&'a ToolFrame),
     /// The newest state; checked.
     State(&'a StateFrame),
+    /// The endoscope looks another way off its shaft: how far, and how far it is turned about it, rad.
+    Scope([f32; 2]),
     /// The first state is there, and pictures can be drawn: the run's time begins.
     Begun,
     /// Something to tell a waiting user, at most twice a second.

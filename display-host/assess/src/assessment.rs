@@ -10,7 +10,7 @@ use crate::procedure::Procedure;
 use crate::rules::{Lost, Rules};
 use crate::step::{Hint, Reason, Step, plain_steps, plainly};
 use crate::task::{Difficulty, Outcome, Task};
-use crate::vector::{Vec3, distance, wide};
+use crate::vector::{Vec3, distance, looking_off, wide};
 
 /// Version of the metrics' definitions and of what tasks ask beside their rules.
 pub const VERSION: u32 = 3;
@@ -108,6 +108,8 @@ pub struct Assessment {
     paths: [Path; 2],
     began_ns: Option<u64>,
     newest: Option<Movement>,
+    /// How far the endoscope looks off its shaft, and which way, rad.
+    sight_rad: [f64; 2],
     restarts: u32,
     is_prepared: bool,
     /// Number of the next event, once there was one.
@@ -132,6 +134,7 @@ impl Assessment {
             paths: [Vec::new(), Vec::new()],
             began_ns: None,
             newest: None,
+            sight_rad: [0.0; 2],
             restarts: 0,
             is_prepared: false,
             next_event: None,
@@ -162,6 +165,10 @@ impl Assessment {
                     self.tally.clear(&self.anatomy);
                 }
             }
+            What::Sight {
+                off_rad,
+                turned_rad,
+            } => self.sight_rad = [*off_rad, *turned_rad].map(f64::from),
             What::Moved(moved) => self.moved(entry.at_ns, moved),
             What::Event(event) => self.event(event),
         }
@@ -185,6 +192,11 @@ impl Assessment {
 
     fn moved(&mut self, at_ns: u64, moved: &Movement) {
         self.began_ns.get_or_insert(at_ns);
+        // What is in the picture is judged by the picture, not by the shaft.
+        let moved = &Movement {
+            world_from_camera: looking_off(&moved.world_from_camera, self.sight_rad),
+            ..*moved
+        };
         let (rules, anatomy) = (&self.rules, &self.anatomy);
         let seconds = self.tally.moved(at_ns, moved, anatomy, rules);
         self.procedure.moved(moved, seconds, anatomy, rules);

@@ -501,6 +501,73 @@ fn whoever_has_a_task_prepared_again_begins_again_with_its_clips() {
 }
 
 #[test]
+fn whoever_is_to_place_the_sutures_begins_with_that() {
+    let mut hung = anatomy();
+    hung.sutures = 2;
+    for (task, hangs) in [
+        (Task::Full, true),
+        (Task::Identify, true),
+        (Task::Free, false),
+    ] {
+        let rules = Rules::default();
+        let mut assessment = Assessment::new(task, Difficulty::Trainee, rules, hung.clone());
+        let start = |task| Entry {
+            tick: 0,
+            at_ns: 0,
+            what: What::Start { task },
+        };
+        assessment.take(&start(0));
+        let step = |assessment: &Assessment| {
+            let steps = assessment.status().steps;
+            let mut own = steps.into_iter();
+            own.find(|(step, _)| matches!(step, Step::Hang { count: 2 }))
+        };
+        assert_eq!(step(&assessment).is_some(), hangs, "{task:?}");
+        // The same one twice hangs it once.
+        for (number, is_done) in [(0.0, false), (0.0, false), (1.0, hangs)] {
+            assessment.take(&event(1.0, EventMsg::STITCH, LIVER, 0.0, number));
+            assessment.take(&event(2.0, EventMsg::HUNG, LIVER, 0.0, number));
+            let done = step(&assessment).is_some_and(|(_, done)| done);
+            assert_eq!(done, is_done, "{task:?} {number}");
+        }
+        // Clips that nobody put on are nobody's.
+        assert!(assessment.status().steps.iter().all(|(step, done)| {
+            !*done || matches!(step, Step::Hang { .. } | Step::LeaveWhole)
+        }));
+        assessment.take(&start(1));
+        assert!(step(&assessment).is_none(), "they are given");
+    }
+}
+
+#[test]
+fn what_an_angled_endoscope_sees_is_in_view_and_what_lies_ahead_of_its_shaft_is_not() {
+    let away_s = |looks_off: Option<f32>, tip_m: [f32; 3]| {
+        let mut assessment = begin(Task::Free);
+        if let Some(degrees) = looks_off {
+            let (off_rad, turned_rad) = (degrees.to_radians(), 0.0);
+            let what = What::Sight {
+                off_rad,
+                turned_rad,
+            };
+            assessment.take(&Entry {
+                tick: 0,
+                at_ns: 0,
+                what,
+            });
+        }
+        for step in 0..=20 {
+            assessment.take(&moved(0.1 * f64::from(step), here(tip_m)));
+        }
+        assessment.end().metrics.get(Metric::OutOfView)
+    };
+    let (ahead, below) = ([0.0, 0.0, -0.1], [0.0, -0.1, -0.1]);
+    is(away_s(None, ahead), 0.0);
+    is(away_s(Some(0.0), below), 2.0);
+    is(away_s(Some(45.0), below), 0.0);
+    is(away_s(Some(45.0), ahead), 2.0);
+}
+
+#[test]
 fn it_takes_too_long_at_last() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 601.0);

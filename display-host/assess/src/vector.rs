@@ -46,6 +46,24 @@ pub(crate) fn axis(pose: &PoseMsg, which: usize) -> Vec3 {
     }
 }
 
+/// What an endoscope sees whose shaft stands so, which looks so far off it, turned so far about it, rad (at 0 down).
+pub(crate) fn looking_off(shaft: &PoseMsg, [off_rad, turned_rad]: [f64; 2]) -> PoseMsg {
+    let [x, y, z, w] = shaft.orientation.map(f64::from);
+    let (sin, cos) = (-0.5 * off_rad).sin_cos();
+    // About an axis across the shaft: no part along it.
+    let [a, b] = [sin * turned_rad.cos(), sin * turned_rad.sin()];
+    let orientation = [
+        w * a + x * cos - z * b,
+        w * b + y * cos + z * a,
+        z * cos + x * b - y * a,
+        w * cos - x * a - y * b,
+    ];
+    PoseMsg {
+        orientation: orientation.map(|it| it as f32),
+        ..*shaft
+    }
+}
+
 /// How far a place lies off the line of sight (−z) of a camera, rad, and how far away, m.
 pub(crate) fn off_sight(camera: &PoseMsg, place: Vec3) -> (f64, f64) {
     let to = sub(place, wide(camera.position_m));
@@ -57,6 +75,30 @@ pub(crate) fn off_sight(camera: &PoseMsg, place: Vec3) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_angled_one_looks_down_and_where_it_is_turned_to() {
+        let angle = 30f64.to_radians();
+        let see = |turned: f64| looking_off(&PoseMsg::IDENTITY, [angle, turned.to_radians()]);
+        let (sin, cos) = angle.sin_cos();
+        for (turned, place) in [
+            (0.0, [0.0, -sin, -cos]),
+            (180.0, [0.0, sin, -cos]),
+            (90.0, [sin, 0.0, -cos]),
+            (-90.0, [-sin, 0.0, -cos]),
+        ] {
+            assert!(off_sight(&see(turned), place).0 < 1e-6, "{turned}");
+        }
+        // On any shaft: as seen from it.
+        let half = 0.5f32.sqrt();
+        let turned = PoseMsg {
+            orientation: [0.0, half, 0.0, half],
+            ..PoseMsg::IDENTITY
+        };
+        assert!(off_sight(&looking_off(&turned, [angle, 0.0]), [-cos, -sin, 0.0]).0 < 1e-6);
+        let straight = looking_off(&turned, [0.0, 1.0]);
+        assert!(off_sight(&straight, [-1.0, 0.0, 0.0]).0 < 1e-6);
+    }
 
     #[test]
     fn a_camera_sees_along_minus_z() {

@@ -9,9 +9,12 @@
 //! 3 device:   f32 greatest force N
 //! 4 reset
 //! 5 start:    u8 task, as `CommandMsg::START` counts
+//! 6 sight:    f32 off the shaft, f32 turned about it, rad
 //! ```
 //!
 //! All little-endian.
+
+use std::f32::consts::{FRAC_PI_2, TAU};
 
 use shared_mem::message::{DeviceHealth, EventMsg, PoseMsg, ToolFrame};
 
@@ -22,6 +25,7 @@ const EVENT: u8 = 2;
 const DEVICE: u8 = 3;
 const RESET: u8 = 4;
 const START: u8 = 5;
+const SIGHT: u8 = 6;
 /// Longest entry.
 #[cfg(test)]
 const LONGEST_BYTES: usize = 17 + 3 * 28 + 2 * 12 + 4 + 5;
@@ -117,7 +121,14 @@ pub enum What {
     },
     /// The organs were put back to rest.
     Reset,
-    /// The organs were put to where a task begins: 1 identify, 2 clamp, 3 cut, 4 disconnect.
+    /// The endoscope looks another way off its shaft; at first it looks along it.
+    Sight {
+        /// How far off it, rad: 0 to a quarter turn.
+        off_rad: f32,
+        /// Which way: how far its light cable is turned about the shaft, rad; at 0 it looks down.
+        turned_rad: f32,
+    },
+    /// The organs were put to where a task begins: 0 hang, 1 identify, 2 clamp, 3 cut, 4 disconnect.
     Start {
         /// Which.
         task: u8,
@@ -143,6 +154,7 @@ impl Entry {
             What::Device { .. } => DEVICE,
             What::Reset => RESET,
             What::Start { .. } => START,
+            What::Sight { .. } => SIGHT,
         };
         into.push(kind);
         into.extend(self.tick.to_le_bytes());
@@ -172,6 +184,13 @@ impl Entry {
             What::Device { force_max_n } => into.extend(force_max_n.to_le_bytes()),
             What::Reset => {}
             What::Start { task } => into.push(*task),
+            What::Sight {
+                off_rad,
+                turned_rad,
+            } => {
+                into.extend(off_rad.to_le_bytes());
+                into.extend(turned_rad.to_le_bytes());
+            }
         }
     }
 
@@ -221,6 +240,11 @@ impl Entry {
                 let [task] = rest.take()?;
                 What::Start { task }
             }
+            SIGHT => {
+                let off_rad = f32::from_le_bytes(rest.take()?);
+                let turned_rad = f32::from_le_bytes(rest.take()?);
+                sight(off_rad, turned_rad)?
+            }
             _ => return None,
         };
         rest.0.is_empty().then_some(Self { tick, at_ns, what })
@@ -243,6 +267,15 @@ impl Entry {
             what: What::Moved(Movement::of(tools)?),
         })
     }
+}
+
+/// An endoscope's line of sight; `None` when there is no such.
+pub(crate) fn sight(off_rad: f32, turned_rad: f32) -> Option<What> {
+    let is_sane = (0.0..=FRAC_PI_2).contains(&off_rad) && turned_rad.abs() <= TAU;
+    is_sane.then_some(What::Sight {
+        off_rad,
+        turned_rad,
+    })
 }
 
 fn is_sane(event: &EventMsg) -> bool {
@@ -301,7 +334,11 @@ mod tests {
         );
         let device = (0.0f32..100.0).prop_map(|force_max_n| What::Device { force_max_n });
         let start = any::<u8>().prop_map(|task| What::Start { task });
-        prop_oneof![moved, event, device, start, Just(What::Reset)]
+        let sight = (0.0f32..1.5, -3.2f32..3.2).prop_map(|(off_rad, turned_rad)| What::Sight {
+            off_rad,
+            turned_rad,
+        });
+        prop_oneof![moved, event, device, start, sight, Just(What::Reset)]
     }
 
     proptest! {
@@ -321,13 +358,16 @@ mod tests {
 
         #[test]
         fn any_bytes_are_sane_or_refused(
-            kind in 0u8..7,
+            kind in 0u8..8,
             bytes in prop::collection::vec(any::<u8>(), 0..160),
         ) {
             let message: Vec<u8> = [kind].into_iter().chain(bytes).collect();
             match Entry::unpack(&message).map(|entry| entry.what) {
                 Some(What::Moved(moved)) => prop_assert!(moved.is_sane()),
                 Some(What::Event(event)) => prop_assert!(is_sane(&event)),
+                Some(What::Sight { off_rad, turned_rad }) => {
+                    prop_assert!((0.0..1.6).contains(&off_rad) && turned_rad.abs() < 6.3);
+                }
                 _ => {}
             }
         }

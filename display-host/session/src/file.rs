@@ -10,7 +10,7 @@ use shared_mem::inputs::InputBatch;
 use shared_mem::message::{CommandMsg, EventMsg, TimingBatch, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
 
-use crate::course::{Entry, What};
+use crate::course::{self, Entry, What};
 use crate::describe::{self, Topic};
 use crate::info::{self, Assignment, Finish, Info};
 use crate::pack::pack;
@@ -261,6 +261,16 @@ impl SessionFile {
     /// Adds where the hands are.
     pub(crate) fn moved(&mut self, tools: &ToolFrame) -> Result<(), Error> {
         Entry::of_tools(tools).map_or(Ok(()), |entry| self.course(&entry))
+    }
+
+    /// Adds which way the endoscope looks from these tools on; what cannot be is left out.
+    pub(crate) fn sight(
+        &mut self,
+        [off, turned]: [f32; 2],
+        tools: &ToolFrame,
+    ) -> Result<(), Error> {
+        let (tick, at_ns) = (tools.tick, tools.at_ns);
+        course::sight(off, turned).map_or(Ok(()), |what| self.course(&Entry { tick, at_ns, what }))
     }
 
     /// Adds where the tools are, for viewers.

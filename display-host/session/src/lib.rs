@@ -42,7 +42,7 @@ pub use health::{Health, Recorded, Standing};
 pub use info::{Assignment, Finish, Info, hex, printable};
 pub use operation::Operation;
 pub use read::{End, ReadError, Session};
-pub use record::{Config, Listening, Recording};
+pub use record::{Config, Listening, Recording, Sight};
 pub use storage::{Storage, create_private, is_being_recorded};
 
 #[cfg(test)]

@@ -43,6 +43,26 @@ enum Item {
     Timing(Box<TimingBatch>),
 }
 
+/// Which way the endoscope looks off its shaft, told by whoever shows its picture.
+#[derive(Debug, Clone, Default)]
+pub struct Sight(Arc<AtomicU64>);
+
+impl Sight {
+    /// Takes it: how far off the shaft, and how far turned about it, rad.
+    pub fn tell(&self, [off_rad, turned_rad]: [f32; 2]) {
+        let (off, turned) = (
+            u64::from(off_rad.to_bits()),
+            u64::from(turned_rad.to_bits()),
+        );
+        self.0.store(off << 32 | turned, Relaxed);
+    }
+
+    fn now(&self) -> [f32; 2] {
+        let bits = self.0.load(Relaxed);
+        [bits >> 32, bits].map(|bits| f32::from_bits(bits as u32))
+    }
+}
+
 /// Where and how to record.
 pub struct Config {
     /// The file; replaced if it is there.
@@ -53,6 +73,8 @@ pub struct Config {
     pub scene: SceneFile,
     /// What it is for, if it is for a task.
     pub assignment: Option<Assignment>,
+    /// Which way the endoscope looks off its shaft.
+    pub sight: Sight,
     /// Who is told the course of the operation as it is written: entry by entry what the file has.
     pub course: Option<Sender<Entry>>,
 }
@@ -341,7 +363,7 @@ fn write(
         None => Ok(()),
     };
     let outcome = assigned
-        .and_then(|()| take_all(items, &mut file, health))
+        .and_then(|()| take_all(items, &config.sight, &mut file, health))
         .and_then(|()| file.finish());
     recorded.bytes = file.outbox.written;
     recorded.ticks = file.ticks.on_disk;
@@ -357,13 +379,24 @@ fn write(
     recorded
 }
 
-fn take_all(items: &Items, file: &mut SessionFile, health: &Mutex<Health>) -> Result<(), Error> {
+fn take_all(
+    items: &Items,
+    sight: &Sight,
+    file: &mut SessionFile,
+    health: &Mutex<Health>,
+) -> Result<(), Error> {
+    let mut seen = Sight::default().now().map(f32::to_bits);
     let mut flushed = Instant::now();
     let mut refused = None;
     loop {
         match items.next() {
             Ok(Item::Inputs(batch)) => file.inputs(&batch)?,
             Ok(Item::Tools(tools, shown)) => {
+                let now = sight.now();
+                if seen != now.map(f32::to_bits) {
+                    seen = now.map(f32::to_bits);
+                    file.sight(now, &tools)?;
+                }
                 file.moved(&tools)?;
                 if shown {
                     file.tools(&tools)?;
@@ -479,6 +512,7 @@ mod tests {
             build: "a test".to_owned(),
             scene: crate::tests::scene(),
             assignment: None,
+            sight: Sight::default(),
             course: None,
         }
     }

@@ -102,6 +102,7 @@ impl Recorder {
             }
             Observed::Begun
             | Observed::State(_)
+            | Observed::Scope(_)
             | Observed::Progress(_)
             | Observed::Warning(_)
             | Observed::Over => {}

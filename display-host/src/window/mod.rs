@@ -194,6 +194,7 @@ impl App<'_> {
         }
         match screen.show(&self.scene, &mut self.session) {
             Ok(Shown::Frame { asked, quit }) => {
+                (self.observer)(Observed::Scope(screen.scope_rad()));
                 self.session.carry_out(&asked, self.observer);
                 screen.hold_mouse(self.session.operate.is_on());
                 if quit {

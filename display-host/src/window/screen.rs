@@ -266,6 +266,12 @@ impl Screen {
         Ok(())
     }
 
+    /// How far the endoscope looks off its shaft, and how far it is turned about it, rad.
+    pub(super) fn scope_rad(&self) -> [f32; 2] {
+        let scope = self.renderer.scope();
+        [scope.angle, scope.turned]
+    }
+
     /// Does what was asked of the endoscope.
     fn turn_scope(&mut self, asked: &[Asked], session: &mut Session) {
         for asked in asked {

@@ -10,7 +10,7 @@ use display_host::headless::{self, Ended, HeadlessConfig, Observed, Outcome};
 use display_host::report::{Machine, Recorder, write};
 use display_host::window::{self, WindowConfig};
 use hardware::station::StationFile;
-use session::{Listening, Recorded, Recording};
+use session::{Listening, Recorded, Recording, Sight};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
@@ -70,12 +70,14 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
     let begins = assigned.as_ref().and_then(Assigned::start);
     let live = assigned.map(|it| it.begin(&SceneFile::open(&scene)?, &station));
     let (live, course) = live.transpose()?.unzip();
+    let sight = Sight::default();
     let recording = match listening {
         Some((path, listening)) => Some(listening.record(session::Config {
             path,
             build: build(),
             scene: SceneFile::open(&scene)?,
             assignment,
+            sight: sight.clone(),
             course,
         })?),
         None => None,
@@ -102,6 +104,7 @@ pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
         out: out.as_deref(),
         task: live.as_ref(),
         recording: recording.as_ref(),
+        sight: &sight,
     };
     let outcome = show(args, &shown, &stop, &watch.over, &mut recorder);
     let dead = watch.end();
@@ -251,6 +254,7 @@ struct Shown<'a> {
     out: Option<&'a Path>,
     task: Option<&'a Live>,
     recording: Option<&'a Recording>,
+    sight: &'a Sight,
 }
 
 /// The display, in this process.
@@ -262,6 +266,7 @@ fn show(
         out,
         task,
         recording,
+        sight,
     }: &Shown<'_>,
     stop: &AtomicBool,
     over: &AtomicBool,
@@ -275,6 +280,7 @@ fn show(
                 said = std::time::Instant::now();
             }
             Observed::Warning(text) => say::note(format_args!("warning: {text}")),
+            Observed::Scope(rad) => sight.tell(*rad),
             // The controller ends while the last pictures are drawn.
             Observed::Over => over.store(true, Ordering::Relaxed),
             _ => {}

@@ -6,8 +6,8 @@ use crate::plan::GRASPER;
 use crate::sight::{Place, wide};
 use crate::work::{COAGULATE, Vec3, Work};
 
-/// It comes from so far above, m.
-const ABOVE_M: f64 = 0.025;
+/// It begins so far before the organ, m.
+const BEFORE_M: f64 = 0.03;
 /// And carries the thread so far towards the wall, m.
 const CARRIED_M: f64 = 0.03;
 /// The foot is so long on the pedal, and off it, s.
@@ -44,22 +44,27 @@ impl Work<'_> {
         (sutures.get(number).copied()).ok_or_else(|| format!("there is no suture {number}"))
     }
 
-    /// Through the organ at a sphere, from above.
+    /// Through the organ at a sphere, straight in from the port: what lies beside the way stays where it is.
     fn stitch(&mut self, number: usize, sphere: usize) -> Result<(), String> {
-        let up = self.sight.up();
-        let above = |work: &Self| Place {
-            at: work.sight.now(sphere, &work.seen.state) + up * ABOVE_M,
-            along: None,
+        let port = self.sight.port();
+        let before = |work: &Self| {
+            let at = work.sight.now(sphere, &work.seen.state);
+            let out = (port - at).try_normalize(1e-9).unwrap_or_else(Vec3::z);
+            Some(Place {
+                at: at + out * BEFORE_M,
+                along: None,
+            })
         };
         for _ in 0..TRIES {
-            self.reach(&|work| Some(above(work)), 0.0, false)?;
+            self.retreat(BEFORE_M)?;
+            self.reach(&before, 0.0, false)?;
             let mut before_s = self.seen.at_s;
             let touched = self.look_for(GIVE_UP_S, |work| {
                 let seconds = work.seen.at_s - before_s;
                 before_s = work.seen.at_s;
                 let way = work.sight.now(sphere, &work.seen.state) - work.tip();
                 work.go(way * 0.5, seconds.clamp(0.0, STEP_S));
-                work.seen.tools.contact_count > 0
+                work.sight.is_touched(sphere, &work.seen.state)
             });
             self.goes_on()?;
             if touched {
@@ -74,7 +79,8 @@ impl Work<'_> {
 
     /// Towards where the scene has it in the wall.
     fn fasten(&mut self, number: usize, given: &SutureMsg) -> Result<(), String> {
-        let from = self.sight.now(given.sphere as usize, &self.seen.state);
+        let sphere = self.suture(number)?.sphere as usize;
+        let from = self.sight.now(sphere, &self.seen.state);
         let way = (wide(given.at_m) - from).try_normalize(1e-9);
         let at = from + way.unwrap_or_else(Vec3::z) * CARRIED_M;
         self.reach(&|_| Some(Place { at, along: None }), 0.0, false)?;

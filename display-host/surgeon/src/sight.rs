@@ -1,6 +1,6 @@
 //! Where organs are now: a compiled scene as the newest frame of it shows it.
 
-use shared_mem::message::StateFrame;
+use shared_mem::message::{SphereState, StateFrame};
 use shared_mem::scene::{AttachmentRecord, OrganKind, SceneFile, WORLD};
 
 use crate::work::Vec3;
@@ -48,10 +48,14 @@ impl Sight {
         wide(self.scene.room().instrument_port_m)
     }
 
-    /// Against gravity, of unit length; z where there is none.
-    pub(crate) fn up(&self) -> Vec3 {
-        let down = wide(self.scene.room().gravity_m_s2);
-        (-down).try_normalize(1e-9).unwrap_or_else(Vec3::z)
+    /// Whether an instrument touches the organ of a sphere.
+    pub(crate) fn is_touched(&self, sphere: usize, state: &StateFrame) -> bool {
+        let organs = 0..self.scene.organs().len();
+        let mut own = organs.map(|organ| self.spheres_of(organ));
+        let spheres = own.find(|own| own.contains(&sphere));
+        let spheres = spheres.and_then(|own| state.spheres.get(own));
+        let touched = |it: &SphereState| it.bits & SphereState::CONTACT != 0;
+        spheres.is_some_and(|spheres| spheres.iter().any(touched))
     }
 
     /// The first organ of a kind.

@@ -182,6 +182,22 @@ fn everything_at_the_start_is_chosen_by_pointer() {
 }
 
 #[test]
+fn the_sutures_are_the_trainees_where_nothing_is_done_before() {
+    let own = "Place the sutures that hang the gallbladder myself";
+    let mut desk = harness(Screen::Start(start()));
+    desk.run();
+    desk.get_by_label(own).click();
+    desk.run();
+    assert!(form(&desk).own_sutures);
+    desk.key_press(Key::Num3);
+    desk.run();
+    assert!(
+        desk.query_by_label(own).is_none(),
+        "they are there when one cuts"
+    );
+}
+
+#[test]
 fn enter_begins_numbers_choose_the_task_and_n_writes_a_name() {
     let mut desk = harness(Screen::Start(start()));
     desk.run();

@@ -19,17 +19,18 @@ const RISES: f32 = 0.5;
 const THREAD_M: f32 = 0.2;
 
 impl Sim<'_> {
-    /// Whether the pedal leads a needle and not current.
-    pub(super) fn is_sewing(&self) -> bool {
+    /// Whether there is a needle in the instrument, which the pedal leads.
+    fn is_sewing(&self) -> bool {
         self.tool.instrument == Instrument::Grasper && self.state.bodies.sutures.are_awaited()
     }
 
     /// The pedal as the generator has it.
     pub(super) fn electric_pedal(&self) -> PedalSample {
         let pedal = self.tool.switches.pedal;
+        let is_needle = self.is_sewing() || self.state.bodies.sutures.leads_needle();
         PedalSample {
-            cut: pedal.cut && !self.is_sewing(),
-            coagulate: pedal.coagulate && !self.is_sewing(),
+            cut: pedal.cut && !is_needle,
+            coagulate: pedal.coagulate && !is_needle,
             ..pedal
         }
     }
@@ -38,8 +39,9 @@ impl Sim<'_> {
     pub(super) fn sew(&mut self) {
         let pedal = self.tool.switches.pedal;
         let is_down = pedal.cut || pedal.coagulate;
-        let is_pressed = self.state.bodies.sutures.is_pressed(is_down);
-        if !is_pressed || !self.is_sewing() || self.tool.switches.paused {
+        let is_sewing = self.is_sewing();
+        let is_pressed = (self.state.bodies.sutures).is_pressed(is_down, is_sewing);
+        if !is_pressed || self.tool.switches.paused {
             return;
         }
         let Some((number, suture)) = self.state.bodies.sutures.next() else {

@@ -57,6 +57,8 @@ pub(crate) fn is_suture(tie: &Attachment) -> bool {
 pub(crate) struct Sutures {
     all: Vec<Suture, MAX_SUTURES>,
     is_pedal_down: bool,
+    /// It was pressed for a needle, and is until it is let go.
+    leads_needle: bool,
 }
 
 impl Sutures {
@@ -64,6 +66,7 @@ impl Sutures {
     pub(crate) const NONE: Self = Self {
         all: Vec::new(),
         is_pedal_down: false,
+        leads_needle: false,
     };
 
     /// All as the scene has them, not yet drawn in.
@@ -131,10 +134,18 @@ impl Sutures {
         &self.all
     }
 
-    /// Takes whether a pedal is down; says whether it was just pressed.
-    pub(crate) fn is_pressed(&mut self, is_pedal_down: bool) -> bool {
+    /// Takes whether a pedal is down, and whether there is a needle in the instrument; says whether it was just
+    /// pressed for that.
+    pub(crate) fn is_pressed(&mut self, is_pedal_down: bool, is_sewing: bool) -> bool {
         let was_down = core::mem::replace(&mut self.is_pedal_down, is_pedal_down);
-        is_pedal_down && !was_down
+        let is_pressed = is_pedal_down && !was_down && is_sewing;
+        self.leads_needle = is_pedal_down && (self.leads_needle || is_pressed);
+        is_pressed
+    }
+
+    /// Whether the pedal that is down was pressed for a needle.
+    pub(crate) const fn leads_needle(&self) -> bool {
+        self.leads_needle
     }
 
     /// The one that is to be placed next, and its number.

@@ -120,8 +120,14 @@ fn pedal_and_grasper_hang_it_where_the_hand_shows_and_draw_it_in() {
     let now_m = bench.centers_m[through as usize];
     let drawn_m = norm(&(at_m - before_m)) - norm(&(at_m - now_m));
     assert!((0.005..0.009).contains(&drawn_m), "{drawn_m} of 8 mm");
+    go(&mut sim, &mut bench, &BESIDE, &TOUCHES, 500, NONE);
+    step(&mut sim, &mut bench, &TOUCHES);
+    go(&mut sim, &mut bench, &TOUCHES, &BESIDE, 500, NONE);
+    step(&mut sim, &mut bench, &BESIDE);
+    assert_eq!(placed(&bench), [Placed::Hung; 2]);
+    // Nothing is left to be sewn, and the foot was on the pedal when that was so.
     let told = [EventKind::Stitch, EventKind::Hung].map(|kind| count(&bench, kind));
-    assert_eq!(told, [1, 1]);
+    assert_eq!(told, [2, 2]);
     assert_eq!(count(&bench, EventKind::Electro), 0, "no current");
 }
 
@@ -165,7 +171,8 @@ fn a_hook_sews_nothing_and_scissors_cut_what_the_trainee_has_sewn() {
     stay(&mut sim, &mut bench, &across, 300, NONE);
     assert!(
         bench.sutures[0].1,
-        "cut through: {end_m:?} {thread:?} {across:?} {:?}", bench.tip_m
+        "cut through: {end_m:?} {thread:?} {across:?} {:?}",
+        bench.tip_m
     );
     assert!(!bench.sutures[1].1);
     stay(&mut sim, &mut bench, &AWAY, 3000, NONE);

@@ -144,7 +144,7 @@ impl Assigned {
         }));
         let over = Arc::new(AtomicBool::new(false));
         let (shown, decided) = (view.clone(), over.clone());
-        let (task, difficulty) = (self.task, self.difficulty);
+        let (task, difficulty, start) = (self.task, self.difficulty, self.start());
         let assessment = Assessment::new(self.task, self.difficulty, self.rules, anatomy);
         let station = station.clone();
         let thread = Builder::new()
@@ -153,7 +153,10 @@ impl Assigned {
                 let board = Board::open(&station);
                 follow(assessment, &course, &decided, |assessment| {
                     board.post(task, difficulty, assessment);
-                    let view = view_of(task, difficulty, assessment.status());
+                    let view = TaskView {
+                        start,
+                        ..view_of(task, difficulty, assessment.status())
+                    };
                     *shown.lock().unwrap_or_else(PoisonError::into_inner) = view;
                 })
             })
@@ -261,7 +264,7 @@ pub(crate) fn start(argument: u32, station: &Station) -> Result<(), Problem> {
     }
 }
 
-/// What the trainee sees of it.
+/// What the trainee sees of it; where it began is known to whoever began it.
 fn view_of(task: Task, difficulty: Difficulty, status: Status) -> TaskView {
     let is_over = status.outcome != Outcome::Running;
     let open = is_over || difficulty != Difficulty::Exam;
@@ -283,7 +286,7 @@ fn view_of(task: Task, difficulty: Difficulty, status: Status) -> TaskView {
         score: open.then_some(status.score),
         hint: status.hint,
         end,
-        start: number(task),
+        start: None,
     }
 }
 
