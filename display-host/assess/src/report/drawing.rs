@@ -57,6 +57,7 @@ pub(super) fn step(length: f64, count: f64) -> f64 {
 /// What happened, on a line of time: a lane for each kind.
 pub(super) fn time_line(assessed: &Assessed, seconds: f64) -> String {
     let shown = [
+        "hung",
         "electro",
         "grasp",
         "clip",
