@@ -51,8 +51,8 @@ struct Asked {
     /// on which settings are calibrated.
     #[arg(long, value_name = "TEXT")]
     case: Option<String>,
-    /// Of `force` only the cases whose reference lies in DIR/reference already: solving all takes
-    /// half an hour of two cores.
+    /// Of `force` only the cases whose reference lies in DIR/reference or in the repository already, of
+    /// whichever mesher: nothing is solved.
     #[arg(long)]
     kept: bool,
 }
@@ -125,6 +125,7 @@ fn run(asked: &Asked, [trust, speed, limits, feel, meet, still]: [bool; 6]) -> R
         let measured = force::run(out, quick, only, asked.kept)?;
         write(out, "force.csv", &force::csv(&measured.rows))?;
         write(out, "force_depth.csv", &force::depth_csv(&measured.rows))?;
+        write(out, "force_reference.csv", &measured.references)?;
         write(out, "force_steps.csv", &force::steps_csv(&measured.steps))?;
         let svg = force::chart(&measured.rows)?;
         write(out, "force.svg", &svg)?;

@@ -109,10 +109,12 @@ pub(crate) struct Measured {
     pub(crate) rows: Vec<Row>,
     /// How smooth the product's is.
     pub(crate) steps: Vec<Step>,
+    /// The references, [`reference::csv`].
+    pub(crate) references: String,
 }
 
-/// Measures all cases whose name contains `only`. References are kept in `out` and not solved
-/// again; with `kept` none is solved.
+/// Measures all cases whose name contains `only`. References that are kept in `out` or in the repository
+/// are not solved again; with `kept` none is solved, and those of older meshes are taken too.
 ///
 /// # Errors
 /// In words.
@@ -123,6 +125,9 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
         case.name().contains(only) && (!kept || reference::found(case, &folder, quick).is_some())
     });
     let curves = references(&cases, &folder, quick, kept)?;
+    let known = cases.iter().zip(&curves);
+    let known = known.filter_map(|(case, curve)| Some((case, curve.as_ref().ok()?)));
+    let references = reference::csv(known);
     let counts: &[usize] = if quick {
         &[250, 581]
     } else {
@@ -131,6 +136,7 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
     let mut measured = Measured {
         rows: Vec::new(),
         steps: Vec::new(),
+        references,
     };
     let mut sites: Vec<Site> = Vec::new();
     for case in &cases {

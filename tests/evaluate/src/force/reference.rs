@@ -161,8 +161,8 @@ pub(crate) fn rms_pct(values: &[f64], truth: &[f64]) -> f64 {
     100.0 * (squares / off.len().max(1) as f64).sqrt()
 }
 
-/// The curve of a case: out of `folder` if it was found before, on today's meshes or with
-/// `any_mesher`, else solved and kept there.
+/// The curve of a case: out of `folder` or of the repository ([`RECORDED`]) if it was found before, on
+/// today's meshes or with `any_mesher`, else solved and kept in `folder`.
 ///
 /// # Errors
 /// In words.
@@ -197,10 +197,65 @@ pub(crate) fn curve(
     Ok(curve)
 }
 
-/// The curve that was found before.
+/// Every curve that the repository keeps, as [`csv`] writes them: solving them takes an hour.
+const RECORDED: &str = include_str!("../../../results/force_reference.csv");
+
+/// The curve that was found before: in `folder`, else in the repository.
 pub(crate) fn found(case: &Case, folder: &Path, quick: bool) -> Option<Curve> {
     let text = std::fs::read_to_string(place(case, folder, quick));
-    text.ok().and_then(|text| read(&text))
+    let kept = text.ok().and_then(|text| read(&text));
+    kept.or_else(|| recorded(case, RECORDED).filter(|_| !quick))
+}
+
+/// `force_reference.csv`: the references themselves. Nodes are 0 where they were not kept, and a depth that the
+/// coarser mesh did not reach is empty.
+pub(crate) fn csv<'a>(curves: impl Iterator<Item = (&'a Case, &'a Curve)>) -> String {
+    let mut text = "organ,site,tool,mesher,coarser_nodes,nodes,depth_mm,reference_n,\
+                    coarser_reference_n\n"
+        .to_owned();
+    for (case, curve) in curves {
+        let [before, nodes] = curve.nodes;
+        for (i, (depth, force)) in DEPTHS_MM.iter().zip(&curve.force_n).enumerate() {
+            let coarse = curve.coarse_n.get(i);
+            text += &format!(
+                "{},{},{before},{nodes},{depth},{force:.5},{}\n",
+                columns(case),
+                curve.mesher,
+                coarse.map_or_else(String::new, |f| format!("{f:.5}")),
+            );
+        }
+    }
+    text
+}
+
+/// What names a case in a table.
+fn columns(case: &Case) -> String {
+    let (subject, site) = (case.site.subject.name(), case.site.name);
+    format!("{subject},{site},\"{}\"", case.tool.name())
+}
+
+/// The curve of a case in a table that [`csv`] wrote.
+fn recorded(case: &Case, table: &str) -> Option<Curve> {
+    let columns = columns(case) + ",";
+    let own = table.lines().filter_map(|line| line.strip_prefix(&columns));
+    let mut curve: Option<Curve> = None;
+    for line in own {
+        let words: Vec<&str> = line.split(',').collect();
+        let [mesher, before, nodes, _, force, coarse] = words[..] else {
+            return None;
+        };
+        let nodes = [before.parse().ok()?, nodes.parse().ok()?];
+        let curve = curve.get_or_insert_with(|| Curve {
+            force_n: Vec::new(),
+            coarse_n: Vec::new(),
+            nodes,
+            mesher: 0,
+        });
+        curve.mesher = mesher.parse().ok()?;
+        curve.force_n.push(force.parse().ok()?);
+        curve.coarse_n.extend(coarse.parse::<f64>().ok());
+    }
+    curve
 }
 
 fn place(case: &Case, folder: &Path, quick: bool) -> PathBuf {
@@ -320,6 +375,33 @@ fn solve(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_table_gives_back_what_it_was_given() {
+        let cases = Case::all();
+        let curve = |nodes: usize| Curve {
+            force_n: vec![0.02, 0.05, 0.09123],
+            coarse_n: vec![0.021, 0.049],
+            nodes: [4000, nodes],
+            mesher: MESHER,
+        };
+        let curves: Vec<Curve> = (1..=cases.len()).map(curve).collect();
+        let table = csv(cases.iter().zip(&curves));
+        for (case, curve) in cases.iter().zip(&curves) {
+            assert_eq!(recorded(case, &table).as_ref(), Some(curve), "{table}");
+        }
+        assert_eq!(recorded(&cases[0], "nothing"), None);
+    }
+
+    /// What the repository keeps is of cases that there are, all of it.
+    #[test]
+    fn what_is_recorded_is_read() {
+        let lines = RECORDED.lines().count() - 1;
+        let cases = Case::all();
+        let curves = cases.iter().filter_map(|case| recorded(case, RECORDED));
+        let depths: usize = curves.map(|curve| curve.force_n.len()).sum();
+        assert_eq!(depths, lines);
+    }
 
     #[test]
     fn a_kept_curve_is_read_as_it_was() {
