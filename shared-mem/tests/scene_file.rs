@@ -18,6 +18,7 @@ fn contact_vertex(i: u16) -> ContactVertexRecord {
         weights: [1.5, -0.5, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
         fan: [u32::from(i), 1],
         patch_m: 0.01,
+        curvature_per_m: 20.0,
     }
 }
 

@@ -545,6 +545,7 @@ fn append_skin(scene: &mut SceneData, skin: &ContactSkin, first_sphere: u32, sph
             weights: v.weights,
             fan: [v.fan_start + first_fan, v.fan_count],
             patch_m: v.patch_m,
+            curvature_per_m: v.curvature_per_m,
         }));
     let fans = skin.fans.iter().map(|corners| corners.map(shifted));
     scene.contact_fans.extend(fans);

@@ -169,6 +169,7 @@ fn skin_vertex(record: &ContactVertexRecord) -> SkinVertex {
         fan_start: record.fan[0],
         fan_count: record.fan[1],
         patch_m: record.patch_m,
+        curvature_per_m: record.curvature_per_m,
     }
 }
 

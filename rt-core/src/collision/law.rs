@@ -20,6 +20,9 @@ pub(crate) enum Shape {
     Bar { radius_m: f32, length_m: f32 },
 }
 
+/// A hollow blunts a tool by half at most: what lies closer around it is beyond the law of a half-space.
+const HOLLOW: f32 = -0.5;
+
 /// A neo-Hookean half-space is softer than a linear one by this share for a dent of a radius:
 /// Hertz's force times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014), over Sneddon's. It is so
 /// up to δ = R; beyond it is carried on.
@@ -42,6 +45,8 @@ struct Dent {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Law {
     shape: Shape,
+    /// Mean curvature of the skin at rest over the tool's: what of the gap around the contact is the skin's.
+    bulge: f32,
     /// `E / (1 − ν²)`, Pa.
     modulus_pa: f32,
     /// c: what the spheres yield by themselves, m/N.
@@ -54,16 +59,20 @@ pub(crate) struct Law {
 }
 
 impl Law {
-    /// On tissue of this modulus (Pa), whose spheres spread a force over this patch (m).
-    pub(crate) fn new(shape: Shape, modulus_pa: f32, patch_m: f32) -> Self {
+    /// On tissue of this modulus (Pa), whose spheres spread a force over this patch (m), and whose skin has this
+    /// mean curvature (1/m) at rest, positive where it bulges outwards. Along a bar the force hardly asks for it.
+    pub(crate) fn new(shape: Shape, modulus_pa: f32, patch_m: f32, curvature_per_m: f32) -> Self {
         // The mean dent of a Gaussian load under itself.
         let supplied_m_n = GAUSSIAN / (modulus_pa * patch_m);
-        let buried_m = match shape {
-            Shape::Ball { radius_m } => BURIED * radius_m,
-            Shape::Bar { radius_m, length_m } => radius_m.min(length_m),
+        let (buried_m, bulge) = match shape {
+            Shape::Ball { radius_m } => {
+                (BURIED * radius_m, (curvature_per_m * radius_m).max(HOLLOW))
+            }
+            Shape::Bar { radius_m, length_m } => (radius_m.min(length_m), 0.0),
         };
         let mut law = Self {
             shape,
+            bulge,
             modulus_pa,
             supplied_m_n,
             patch_m,
@@ -84,6 +93,11 @@ impl Law {
             Shape::Ball { radius_m } => {
                 let x = half_width_m / radius_m;
                 let (force, depth, slope) = sneddon(x);
+                // The dent of a punch and its force are sums over its profile (Sneddon 1965), and what the
+                // skin falls off from the contact adds to it as a paraboloid.
+                let fall = self.bulge * x;
+                let force = force + 4.0 / 3.0 * fall * x * x;
+                let (depth, slope) = (depth + fall * x, slope + 2.0 * fall);
                 let soft = 1.0 + SOFTENING * depth;
                 let force = force / soft;
                 Dent {
@@ -195,9 +209,13 @@ impl Law {
         let near_m = WITHIN * half_width_m;
         let reach_m = math::sqrt(distance_m * distance_m + near_m * near_m);
         let direct = (core::f32::consts::PI * self.modulus_pa * reach_m.max(1.0e-5)).recip();
-        let z = distance_m * distance_m / (4.0 * self.patch_m * self.patch_m);
-        (direct - self.supplied_m_n * bessel(z)).max(0.0)
+        (direct - self.supplied_m_n * fades(distance_m, self.patch_m)).max(0.0)
     }
+}
+
+/// What a force over a patch does to another such patch this far off, share of what it does to itself.
+pub(crate) fn fades(distance_m: f32, patch_m: f32) -> f32 {
+    bessel(distance_m * distance_m / (4.0 * patch_m * patch_m))
 }
 
 /// Mean of 1/(π r) over two points of a Gaussian `exp(−r²/A²)`, times A: `1 / √(2π)`.
@@ -272,7 +290,7 @@ mod tests {
 
     /// A grid so fine that it supplies nothing, and one that does not move in the step.
     fn alone(shape: Shape) -> Law {
-        Law::new(shape, MODULUS_PA, 100.0)
+        Law::new(shape, MODULUS_PA, 100.0, 0.0)
     }
 
     #[test]
@@ -287,6 +305,21 @@ mod tests {
                 (stiffness_n_m / slope - 1.0).abs() < 0.03,
                 "{stiffness_n_m} {slope}"
             );
+        }
+    }
+
+    /// On a ball it is as Hertz has two balls, in a hollow as he has a ball in a cup.
+    #[test]
+    fn a_shallow_ball_on_curved_skin_is_hertz() {
+        let radius_m = 0.005f32;
+        for curvature_per_m in [150.0f32, 60.0, -60.0] {
+            let law = Law::new(Shape::Ball { radius_m }, MODULUS_PA, 100.0, curvature_per_m);
+            let relative_m = (radius_m.recip() + curvature_per_m).recip();
+            for depth_m in [1.0e-5f32, 1.0e-4] {
+                let (force_n, _) = law.force_n(-depth_m, 0.0);
+                let hertz = 4.0 / 3.0 * MODULUS_PA * relative_m.sqrt() * depth_m.powf(1.5);
+                assert!((force_n / hertz - 1.0).abs() < 0.01, "{force_n} {hertz}");
+            }
         }
     }
 
@@ -338,8 +371,9 @@ mod tests {
         #[test]
         fn deeper_is_more_and_never_a_step(
             shape in shape(), patch_m in 0.003f32..0.03, gap_m in 1.0e-5f32..0.03, yields in 1.0e-6f32..1.0e-3,
+            curvature_per_m in -600.0f32..600.0,
         ) {
-            let law = Law::new(shape, MODULUS_PA, patch_m);
+            let law = Law::new(shape, MODULUS_PA, patch_m, curvature_per_m);
             let (force_n, _) = law.force_n(-gap_m, yields);
             let (more_n, _) = law.force_n(-gap_m * 1.01, yields);
             prop_assert!(force_n > 0.0 && force_n.is_finite());
@@ -351,7 +385,7 @@ mod tests {
         /// What one contact does to another is never more than to itself, and fades.
         #[test]
         fn others_do_less(shape in shape(), patch_m in 0.003f32..0.03, near in 0.0f32..0.01, far in 0.02f32..0.05) {
-            let law = Law::new(shape, MODULUS_PA, patch_m);
+            let law = Law::new(shape, MODULUS_PA, patch_m, 0.0);
             prop_assert!(law.beside_m_n(far, 0.001) <= law.beside_m_n(near, 0.001));
         }
     }

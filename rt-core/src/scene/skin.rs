@@ -25,6 +25,8 @@ pub struct SkinVertex {
     /// A force on this vertex reaches the spheres as if spread over a Gaussian `exp(−r²/A²)` of
     /// the skin: A, m.
     pub patch_m: f32,
+    /// Mean curvature of the skin at rest, 1/m: positive where it bulges outwards.
+    pub curvature_per_m: f32,
 }
 
 /// The contact skins of all organs. Organs without tetrahedra have none: their spheres collide.
@@ -134,6 +136,15 @@ impl<'a> Scene<'a> {
         }
         if !(1.0e-4..=1.0).contains(&vertex.patch_m) {
             return Err(value(what, index, vertex.patch_m, "a patch of 1e-4 to 1 m"));
+        }
+        let curvature = vertex.curvature_per_m;
+        if !(-1.0e4..=1.0e4).contains(&curvature) {
+            return Err(value(
+                what,
+                index,
+                curvature,
+                "a curvature of -1e4 to 1e4 per m",
+            ));
         }
         Ok(())
     }

@@ -215,6 +215,7 @@ impl Anatomy {
                 fan_start,
                 fan_count: self.skin_fans.len() as u32 - fan_start,
                 patch_m: 0.012,
+                curvature_per_m: 0.0,
             });
         }
         let organ_of = |sphere: u32| {

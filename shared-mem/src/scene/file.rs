@@ -593,7 +593,8 @@ impl SceneFile {
                 && first.checked_add(n).is_some_and(|end| end <= fans.len())
                 && v.weights.iter().all(|w| w.abs() <= 8.0)
                 && (sum - 1.0).abs() <= 1e-3
-                && (1e-4..=1.0).contains(&v.patch_m);
+                && (1e-4..=1.0).contains(&v.patch_m)
+                && v.curvature_per_m.abs() <= 1e4;
             if !good {
                 return Err(record("contact vertex", i, format!("out of range: {v:?}")));
             }

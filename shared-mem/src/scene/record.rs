@@ -230,6 +230,8 @@ pub struct ContactVertexRecord {
     pub fan: [u32; 2],
     /// A force on it reaches the spheres as if spread over a Gaussian `exp(−r²/A²)`: A, m.
     pub patch_m: f32,
+    /// Mean curvature of the skin at rest, 1/m: positive where it bulges outwards.
+    pub curvature_per_m: f32,
 }
 
 /// Cells under one contact vertex, at most.

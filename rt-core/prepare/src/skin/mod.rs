@@ -1,6 +1,7 @@
 //! The contact skin: what tools meet. A coarser closed surface than the one that is drawn, its
 //! vertices following the spheres exactly under every affine motion.
 
+mod curve;
 mod patch;
 
 use nalgebra::{Matrix4, Vector4};
@@ -87,6 +88,7 @@ impl ContactSkin {
                 fan_start,
                 fan_count: skin.fans.len() as u32 - fan_start,
                 patch_m: interior.spacing_m as f32,
+                curvature_per_m: 0.0,
             });
         }
         let nearest = |ball: &Ball| {
@@ -103,6 +105,7 @@ impl ContactSkin {
             spacing_m: interior.spacing_m,
         };
         patch::bake(&mut skin, &rest, &tissue);
+        curve::bake(&mut skin, &rest);
         skin
     }
 

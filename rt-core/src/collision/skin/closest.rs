@@ -2,6 +2,7 @@
 
 use heapless::Vec;
 
+use crate::collision::law;
 use crate::collision::patch::{Builder, Patch};
 use crate::collision::skin::corners::Corners;
 use crate::math::{self, Vec3};
@@ -38,6 +39,8 @@ pub(crate) struct Closest {
     pub(crate) vertex: u16,
     /// A of the patch, m.
     pub(crate) patch_m: f32,
+    /// Mean curvature at rest, 1/m.
+    pub(crate) curvature_per_m: f32,
 }
 
 impl Closest {
@@ -75,7 +78,10 @@ impl Closest {
             under.add(corners, shares, around);
         }
         self.patch = under.patch(skin);
-        self.patch_m = math::sqrt(self.patch_m * self.patch_m + width_m * width_m);
+        // The gap is looked at in the middle, which sinks as under a patch of this width: by its own share and
+        // by what the ring does to it.
+        let between = law::fades(radius_m, self.patch_m);
+        self.patch_m /= middle + (1.0 - middle) * between;
     }
 }
 
@@ -215,17 +221,18 @@ fn finish(
 ) -> Option<Closest> {
     let [i, j, k] = found.corners;
     let mut corner = |index: u16| {
-        let patch_m = skin.vertex(index)?.patch_m;
+        let vertex = skin.vertex(index)?;
         let normal = known.normal(index, skin, bodies)?;
-        Some((known.at_m(index, skin, bodies)?, normal, patch_m))
+        Some((known.at_m(index, skin, bodies)?, normal, vertex))
     };
     let corners = [corner(i)?, corner(j)?, corner(k)?];
     let mut flat_m = Vec3::zeros();
-    let (mut blended, mut patch_m) = (Vec3::zeros(), 0.0);
-    for ((at_m, normal, own_patch_m), share) in corners.iter().zip(found.shares) {
+    let (mut blended, mut patch_m, mut curvature_per_m) = (Vec3::zeros(), 0.0, 0.0);
+    for ((at_m, normal, vertex), share) in corners.iter().zip(found.shares) {
         flat_m += at_m * share;
         blended += normal * share;
-        patch_m += own_patch_m * share;
+        patch_m += vertex.patch_m * share;
+        curvature_per_m += vertex.curvature_per_m * share;
     }
     let normal = math::unit(&blended)?;
     // Phong tessellation (Boubekeur and Alexa 2008), half of it: on a sphere the arc's height.
@@ -243,6 +250,7 @@ fn finish(
         at_m: flat_m + normal * bulge_m,
         vertex: found.corner(),
         patch_m,
+        curvature_per_m,
     })
 }
 

@@ -155,6 +155,7 @@ mod tests {
                 fan_start: i * 4,
                 fan_count: 4,
                 patch_m: 0.01,
+                curvature_per_m: 0.0,
             }).collect();
             let fans: List<_> = (0..12_000).map(|_| [random(3000) as u16, random(3000) as u16]).collect();
             let nearest = [0u16; 40];

@@ -339,7 +339,8 @@ fn touched(
     track: &Track,
 ) -> Found {
     let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
-    let law = Law::new(station.shape, modulus_pa, closest.patch_m);
+    let (patch_m, curvature_per_m) = (closest.patch_m, closest.curvature_per_m);
+    let law = Law::new(station.shape, modulus_pa, patch_m, curvature_per_m);
     Found {
         organ,
         place,

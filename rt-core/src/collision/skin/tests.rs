@@ -52,6 +52,7 @@ impl Octahedron {
                 fan_start: fans.len() as u32,
                 fan_count: 4,
                 patch_m: 0.01,
+                curvature_per_m: 0.0,
             });
             for k in 0..4 {
                 fans.push([ring[k], ring[(k + 1) % 4]]);
@@ -182,6 +183,7 @@ fn no_sphere_under_a_wide_ball_bears_the_others_part() {
             fan_start,
             fan_count: fans.len() as u32 - fan_start,
             patch_m: 0.002,
+            curvature_per_m: 0.0,
         });
     }
     let nearest: List<u16> = (0..SIDE * SIDE).collect();

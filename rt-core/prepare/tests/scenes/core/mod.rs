@@ -111,6 +111,7 @@ impl Prepared {
                     fan_start: v.fan[0],
                     fan_count: v.fan[1],
                     patch_m: v.patch_m,
+                    curvature_per_m: v.curvature_per_m,
                 })
                 .collect(),
             skin_fans: data.contact_fans.clone(),
