@@ -82,7 +82,8 @@ impl Field {
                 };
             }
         }
-        gone / all
+        // What is not there is gone.
+        if all > 0.0 { gone / all } else { 1.0 }
     }
 
     /// None was given up.
