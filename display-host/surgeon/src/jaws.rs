@@ -1,11 +1,17 @@
 //! With scissors and clip applier: where along a vessel there is a way to it, there and back.
 
+use shared_mem::message::CapsuleMsg;
 use shared_mem::scene::OrganKind;
 
 use crate::plan::{Act, CLIPS, CUT, SCISSORS, Surgeon};
-use crate::sight::{Place, between};
-use crate::work::{BACK_M, Work};
+use crate::sight::{Bar, Place, between, wide};
+use crate::work::{BACK_M, BITE, JAW_M, Vec3, Work};
 
+/// `CapsuleMsg::role` of the jaws.
+const UPPER_JAW: u32 = 1;
+const LOWER_JAW: u32 = 2;
+/// How thick a jaw is, m (`rt_core::tool`).
+const JAW_RADIUS_M: f64 = 0.0015;
 /// How often a vessel that was missed is tried.
 const ATTEMPTS: u32 = 4;
 /// A clip that closes less of a vessel does not close it.
@@ -22,6 +28,9 @@ const WAY_M: f64 = 0.05;
 const ROOM_M: f64 = 0.008;
 /// What is beside the place by a whole length counts as so much less room, m.
 const ASIDE_M: f64 = 0.01;
+/// Other tubes that are farther than this from the middle between the jaws stay outside, m: half their opening,
+/// and how far they lie off where they aim.
+const ALONE_M: f64 = 0.006;
 /// A place that goes away by so much while one comes near it is pushed, m; each time more is borne.
 const PUSHED_M: f64 = 0.008;
 /// Farther off than this jaws would close on nothing, m.
@@ -30,6 +39,9 @@ const MISSED_M: f64 = 0.004;
 impl Work<'_> {
     /// Clips or cuts at a share of the way along an organ; again, beside it, until something came of it.
     pub(crate) fn bite(&mut self, kind: OrganKind, share: f64) -> Result<(), String> {
+        if self.sight.along(kind, share, &self.seen.state).is_none() {
+            return Err("there is none".to_owned());
+        }
         let before = match self.seen.tools.instrument {
             // Both vessels may have lain between the blades.
             SCISSORS if self.worked(kind) > 0 => return Ok(()),
@@ -43,7 +55,9 @@ impl Work<'_> {
             let at = self.attempted(kind, share, attempt, &bitten);
             let missed = self.approach(kind, at, attempt).err();
             self.goes_on()?;
-            if self.is_worth_closing(kind, at) {
+            // Where nothing else helps it takes what lies beside it, too.
+            let is_last = attempt + 1 == ATTEMPTS;
+            if self.is_worth_closing(kind, at) && (is_last || !self.takes_another(kind)) {
                 self.act(Act::Close)?;
             }
             let done = self.worked(kind) > before;
@@ -87,7 +101,7 @@ impl Work<'_> {
         self.reach(&unless_pushed, 0.0, false)
     }
 
-    /// Where it is tried this time: tissue gives way, and other tubes may lie before a place.
+    /// Where it is tried this time: tissue gives way, and other tubes may lie before a place or beside it.
     fn attempted(&self, kind: OrganKind, share: f64, attempt: u32, bitten: &[f64]) -> f64 {
         if !self.looks_first() {
             let side = if attempt.is_multiple_of(2) {
@@ -97,21 +111,30 @@ impl Work<'_> {
             };
             return share + side * f64::from(attempt);
         }
-        // First where it was meant, then where there is most room.
         let is_cut = self.seen.tools.instrument == SCISSORS;
-        let fits = |place: f64| match is_cut {
-            true => (place - share).abs() < CUT_ASIDE,
-            false => (place - CUT).abs() > CLIP_APART && (place < CUT) == (share < CUT),
-        };
-        let places = (2..STEPS).map(|step| f64::from(step) / f64::from(STEPS));
-        let is_new = |place: f64| bitten.iter().all(|it| (it - place).abs() > BITTEN_APART);
-        let fitting = places.filter(|it| attempt > 0 && fits(*it) && is_new(*it));
-        let rated = fitting.map(|place| {
+        // First where it was meant, if nothing else lies there, then where there is most room.
+        if attempt == 0 && self.alone_m(kind, share) > ALONE_M {
+            return share;
+        }
+        roomiest(share, is_cut, bitten, |place| {
+            let alone_m = self.alone_m(kind, place).min(ALONE_M);
             let room_m = self.room_on_the_way(kind, place).min(ROOM_M);
-            (room_m - ASIDE_M * (place - share).abs(), place)
-        });
-        let best = rated.max_by(|one, other| one.0.total_cmp(&other.0));
-        best.map_or(share, |best| best.1)
+            alone_m + room_m
+        })
+    }
+
+    /// How far other tubes are from where the jaws would take this one, m.
+    fn alone_m(&self, kind: OrganKind, share: f64) -> f64 {
+        let state = &self.seen.state;
+        let Some(Place { at, .. }) = self.sight.along(kind, share, state) else {
+            return 0.0;
+        };
+        let along = (at - self.sight.port()).try_normalize(1e-9);
+        let taken = jaws_at(at, along.unwrap_or_default());
+        let others = self.sight.tubes_beside(kind, state);
+        let room_m = others.iter();
+        let room_m = room_m.map(|bar| between(taken, bar.ends).norm() - bar.radius_m);
+        room_m.fold(f64::MAX, f64::min)
     }
 
     /// How far what must not be touched is from the straight way between port and place, m.
@@ -133,7 +156,7 @@ impl Work<'_> {
     fn is_cut_unclipped(&self, kind: OrganKind) -> bool {
         let is_cut = self.seen.tools.instrument == SCISSORS;
         // Of clips that were there before it came it knows nothing.
-        let has_clipped = !self.clipped.is_empty();
+        let has_clipped = self.clipped.iter().any(|organ| *organ != u32::MAX);
         let is_closed = [true, false].map(|side| self.closed.contains(&(kind, side)));
         self.looks_first() && is_cut && has_clipped && is_closed != [true; 2]
     }
@@ -147,6 +170,20 @@ impl Work<'_> {
         let place = self.sight.along(kind, share, &self.seen.state);
         let is_near = |place: Place| (place.at - self.bite_at()).norm() < MISSED_M;
         !self.looks_first() || place.is_some_and(is_near)
+    }
+
+    /// Whether a careful surgeon sees another tube between the jaws.
+    fn takes_another(&self, kind: OrganKind) -> bool {
+        let tools = &self.seen.tools;
+        let jaws: Vec<&CapsuleMsg> = (tools.capsules.iter().take(tools.capsule_count as usize))
+            .filter(|part| matches!(part.role, UPPER_JAW | LOWER_JAW))
+            .collect();
+        let &[upper, lower] = jaws.as_slice() else {
+            return false;
+        };
+        let others = self.sight.tubes_beside(kind, &self.seen.state);
+        let jaws = [upper, lower].map(|jaw| [jaw.a_m, jaw.b_m].map(wide));
+        self.looks_first() && others.iter().any(|bar| lies_between(jaws, bar))
     }
 
     /// Whether a careful surgeon sees that what it clipped last is not closed by that clip.
@@ -166,5 +203,114 @@ impl Work<'_> {
             _ => &self.clipped,
         };
         done.iter().filter(of).count()
+    }
+}
+
+/// The place along a vessel with the most room, as `room_m` has it, among those where a clip or a cut that is meant
+/// for `share` may come, none of them near those `bitten`.
+fn roomiest(share: f64, is_cut: bool, bitten: &[f64], room_m: impl Fn(f64) -> f64) -> f64 {
+    let fits = |place: f64| match is_cut {
+        true => (place - share).abs() < CUT_ASIDE,
+        false => (place - CUT).abs() > CLIP_APART && (place < CUT) == (share < CUT),
+    };
+    let is_new = |place: f64| bitten.iter().all(|it| (it - place).abs() > BITTEN_APART);
+    let places = (2..STEPS).map(|step| f64::from(step) / f64::from(STEPS));
+    let rated = places
+        .filter(|place| fits(*place) && is_new(*place))
+        .map(|place| (room_m(place) - ASIDE_M * (place - share).abs(), place));
+    let best = rated.max_by(|one, other| one.0.total_cmp(&other.0));
+    best.map_or(share, |best| best.1)
+}
+
+/// The middle between jaws that take a vessel at a place and come along this way, from their hinge to their end.
+fn jaws_at(place: Vec3, along: Vec3) -> [Vec3; 2] {
+    [-BITE, 1.0 - BITE].map(|share| place + along * (share * JAW_M))
+}
+
+/// Whether open jaws, each from hinge to end, have some of this between them.
+fn lies_between([upper, lower]: [[Vec3; 2]; 2], bar: &Bar) -> bool {
+    let ends = [upper[1], lower[1]];
+    let hinge = (upper[0] + lower[0]) * 0.5;
+    let (middle, across) = (ends[0].lerp(&ends[1], 0.5), ends[0] - ends[1]);
+    let off = between([hinge, middle], bar.ends);
+    let aside = across.try_normalize(1e-9).unwrap_or_default();
+    // Off the middle along the opening, and off the plane in which they close.
+    let opened_m = off.dot(&aside).abs();
+    let out_m = (off - aside * off.dot(&aside)).norm();
+    opened_m < 0.5 * across.norm() && out_m < JAW_RADIUS_M + bar.radius_m
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const WIDE: [[Vec3; 2]; 2] = [
+        [Vec3::new(0.0, 0.0, 0.0), Vec3::new(0.0, 0.004, -0.014)],
+        [Vec3::new(0.0, 0.0, 0.0), Vec3::new(0.0, -0.004, -0.014)],
+    ];
+
+    fn tube(at: [f64; 3]) -> Bar {
+        let (at, half) = (Vec3::from(at), Vec3::x() * 0.01);
+        Bar {
+            ends: [at - half, at + half],
+            radius_m: 0.001,
+            is_touchy: false,
+        }
+    }
+
+    #[test]
+    fn jaws_take_what_lies_between_them_and_nothing_else() {
+        for (at, is_taken) in [
+            ([0.0, 0.0, -0.010], true),
+            ([0.0, 0.003, -0.012], true),
+            // Beside a jaw, before their ends, behind the hinge, beside both.
+            ([0.0, 0.006, -0.010], false),
+            ([0.0, 0.0, -0.020], false),
+            ([0.0, 0.0, 0.005], false),
+            ([0.015, 0.0, -0.010], false),
+        ] {
+            assert_eq!(lies_between(WIDE, &tube(at)), is_taken, "{at:?}");
+        }
+        let closed = WIDE.map(|[hinge, end]| [hinge, Vec3::new(0.0, 0.0, end.z)]);
+        assert!(!lies_between(closed, &tube([0.0, 0.0, -0.010])));
+    }
+
+    #[test]
+    fn a_clip_comes_where_there_is_room_on_its_own_side_of_the_cut() {
+        let everywhere = |_: f64| 0.0;
+        assert!((roomiest(0.45, false, &[], everywhere) - 0.45).abs() < 0.02);
+        // All the room is at the far end: each stays on its side, away from the cut.
+        let far = |place: f64| place;
+        let body = roomiest(0.45, false, &[], far);
+        assert!(body > 0.45 && body < CUT - CLIP_APART, "{body}");
+        let near = |place: f64| -place;
+        let bag = roomiest(0.8, false, &[], near);
+        assert!(bag > CUT + CLIP_APART && bag < 0.8 + 0.04, "{bag}");
+        // The cut stays near where it was meant, whatever the room.
+        let cut = roomiest(CUT, true, &[], far);
+        assert!(cut > CUT && cut < CUT + CUT_ASIDE, "{cut}");
+    }
+
+    #[test]
+    fn another_clip_comes_beside_those_that_are_there() {
+        let everywhere = |_: f64| 0.0;
+        let mut bitten = Vec::new();
+        for _ in 0..4 {
+            let place = roomiest(0.45, false, &bitten, everywhere);
+            let apart = bitten.iter().map(|it: &f64| (it - place).abs());
+            assert!(apart.fold(f64::MAX, f64::min) > BITTEN_APART, "{place}");
+            bitten.push(place);
+        }
+        // Where no place is left it is where it was meant.
+        let all: Vec<f64> = (0..100).map(|it| 0.01 * f64::from(it)).collect();
+        let last = roomiest(0.45, false, &all, everywhere);
+        assert!((last - 0.45).abs() < 1.0e-9, "{last}");
+    }
+
+    #[test]
+    fn jaws_reach_over_the_place_from_both_sides() {
+        let [hinge, end] = jaws_at(Vec3::zeros(), -Vec3::z());
+        assert!(hinge.z > 0.0 && end.z < 0.0, "{hinge} {end}");
+        assert!(((hinge - end).norm() - JAW_M).abs() < 1.0e-9);
     }
 }

@@ -120,16 +120,39 @@ impl Sight {
         };
         let last = own.end.checked_sub(1)?;
         let is_back = to_bag_m(own.start) < to_bag_m(last);
-        let exact = share * own.len().saturating_sub(2) as f64;
-        let at = |place: usize| match is_back {
-            true => self.now(last.saturating_sub(place), state),
-            false => self.now(own.start + place, state),
+        let links = own.len().checked_sub(1)?;
+        let exact = share.clamp(0.0, 1.0) * links.saturating_sub(1) as f64;
+        let at = |place: usize| match (is_back, place.min(links)) {
+            (true, place) => self.now(last - place, state),
+            (false, place) => self.now(own.start + place, state),
         };
         let (a, b) = (at(exact as usize), at(exact as usize + 1));
         Some(Place {
             at: a.lerp(&b, exact.fract()),
-            along: Some((b - a).normalize()),
+            along: (b - a).try_normalize(1e-9),
         })
+    }
+
+    /// Every duct and vessel but the first organ of a kind, piece by piece.
+    pub(crate) fn tubes_beside(&self, kind: OrganKind, state: &StateFrame) -> Vec<Bar> {
+        let wanted = self.organ(kind);
+        let organs = 0..self.scene.organs().len();
+        let others = organs.filter(|organ| self.is_tube(*organ) && Some(*organ) != wanted);
+        let pieces = others.flat_map(|organ| {
+            let own = self.spheres_of(organ);
+            let last = own.end.saturating_sub(1);
+            own.map(move |sphere| [sphere, (sphere + 1).min(last)])
+        });
+        let radius_m = |sphere: usize| {
+            let sphere = self.scene.spheres().get(sphere);
+            sphere.map_or(0.0, |it| f64::from(it.radius_m))
+        };
+        let bar = |piece: [usize; 2]| Bar {
+            ends: piece.map(|sphere| self.now(sphere, state)),
+            radius_m: piece.map(radius_m).into_iter().fold(0.0, f64::max),
+            is_touchy: false,
+        };
+        pieces.map(bar).collect()
     }
 
     /// Ducts, vessels, what fastens them, and bowels near a place: what current must not touch.

@@ -15,9 +15,9 @@ use crate::{Seen, Theatre};
 pub(crate) type Vec3 = Vector3<f64>;
 
 /// Length of the jaws of scissors and clip applier, m (`rt_core::tool::Instrument`).
-const JAW_M: f64 = 0.015;
+pub(crate) const JAW_M: f64 = 0.015;
 /// Which part of the jaws takes the vessel.
-const BITE: f64 = 0.7;
+pub(crate) const BITE: f64 = 0.7;
 /// So far back along the shaft it moves from place to place, m.
 pub(crate) const BACK_M: f64 = 0.03;
 /// And so far, m, to be exchanged.
