@@ -24,8 +24,11 @@ const LOOK_M: f64 = 0.04;
 const BESIDE_M: f64 = 0.012;
 /// What is in the way and need not go otherwise counts as so much farther, m.
 const OTHER_M: f64 = 0.02;
-/// And a cell at which the hook has no room.
+/// And a cell at which the hook has no room; one where it has less than so much, m, comes after those where it has
+/// more.
 const CRAMPED_M: f64 = 0.1;
+const ROOMY_M: f64 = 0.0015;
+const NARROW_M: f64 = 0.04;
 /// So deep the electrode goes into what it burns, m.
 const SUNK_M: f64 = 0.0004;
 /// Candidates that are looked at closely, and ways to hold the hook.
@@ -214,7 +217,11 @@ impl Work<'_> {
             let cost_m = 0.008 * angle.abs()
                 + tight_m(room_m)
                 + tight_m(burns_m)
-                + if is_cramped { CRAMPED_M } else { 0.0 };
+                + match (is_cramped, room_m < ROOMY_M) {
+                    (true, _) => CRAMPED_M,
+                    (false, true) => NARROW_M,
+                    (false, false) => 0.0,
+                };
             if best.is_none_or(|(least, _)| cost_m < least) {
                 best = Some((cost_m, bend));
             }

@@ -1,6 +1,7 @@
 //! With the hook among what must not be touched: slower the nearer it comes, and back out again.
 
 use crate::hold::{Hook, WORKS};
+use crate::sight::Bar;
 use crate::work::{Vec3, Work};
 
 /// The hook is not held nearer than this to what it must not touch, m; it turns more slowly within the
@@ -20,6 +21,9 @@ const UNHOOKS: u32 = 5;
 /// A way out is over within so much, m, or so long, s.
 const OUT_ENOUGH_M: f64 = 0.006;
 const LONG_WAY_S: f64 = 6.0;
+/// A duct or vessel that is as near to the hook as this may hang on it, m; if it has come along by so much it does, m.
+const HANGS_M: f64 = 0.0012;
+const COMES_ALONG_M: f64 = 0.004;
 
 impl Work<'_> {
     /// Where the hook works.
@@ -39,10 +43,27 @@ impl Work<'_> {
     /// Back along the shaft, without current.
     pub(crate) fn withdraw(&mut self, by_m: f64) -> Result<(), String> {
         self.asked.switches = 0;
-        let (to, Some([heel, end])) = (self.works() - self.along() * by_m, self.electrode()) else {
-            return Ok(());
-        };
-        self.travel(&|_| to, (end - heel).normalize(), 1.0)
+        let out = -self.along();
+        let to = self.works() + out * by_m;
+        for _ in 0..UNHOOKS {
+            let Some([heel, end]) = self.electrode() else {
+                return Ok(());
+            };
+            let bend = (end - heel).normalize();
+            if !self.travel(&|_| to, bend, 1.0)? {
+                return Ok(());
+            }
+            self.unhook(out, bend)?;
+        }
+        Ok(())
+    }
+
+    /// In again, and a quarter round, where something hangs on the hook that came out this way.
+    fn unhook(&mut self, out: Vec3, bend: Vec3) -> Result<(), String> {
+        let (caught, turned) = (self.works(), out.cross(&bend));
+        self.travel(&|_| caught - out * UNHOOK_M, bend, 1.0)?;
+        self.travel(&|_| caught - out * UNHOOK_M, turned, 1.5)?;
+        Ok(())
     }
 
     /// Far back along the shaft. Where its bent end is caught behind a tube, to pull would tear that: it goes in
@@ -56,25 +77,25 @@ impl Work<'_> {
                 return Ok(());
             };
             let bend = (end - heel).normalize();
-            self.travel(&|_| to, bend, LONG_WAY_S)?;
-            if (to - self.works()).dot(&out) < OUT_ENOUGH_M {
+            let hangs = self.travel(&|_| to, bend, LONG_WAY_S)?;
+            if !hangs && (to - self.works()).dot(&out) < OUT_ENOUGH_M {
                 return Ok(());
             }
-            let (caught, turned) = (self.works(), out.cross(&bend));
-            self.travel(&|_| caught - out * UNHOOK_M, bend, 1.0)?;
-            self.travel(&|_| caught - out * UNHOOK_M, turned, 1.5)?;
+            self.unhook(out, bend)?;
         }
         Err("the hook is caught".to_owned())
     }
 
-    /// The hook goes to a place, as far as there is room, and turns; for so long at most.
+    /// The hook goes to a place, as far as there is room, and turns; for so long at most. Whether it stopped for
+    /// something that came along.
     pub(crate) fn travel(
         &mut self,
         to: &dyn Fn(&Self) -> Vec3,
         bend: Vec3,
         seconds: f64,
-    ) -> Result<(), String> {
+    ) -> Result<bool, String> {
         let mut before_s = self.seen.at_s;
+        let (mut hanging, mut hangs) = (None, false);
         let (mut nearest_m, mut nearer_s) = (f64::MAX, before_s);
         self.look_for(seconds, |work| {
             let passed_s = (work.seen.at_s - before_s).clamp(0.0, 0.05);
@@ -82,6 +103,10 @@ impl Work<'_> {
             let way = to(work) - work.works();
             if way.norm() < nearest_m - CLOSER_M {
                 (nearest_m, nearer_s) = (way.norm(), work.seen.at_s);
+            }
+            hangs = work.comes_along(&mut hanging);
+            if hangs {
+                return true;
             }
             // What it must not touch is in the way, or it is there.
             if work.seen.at_s - nearer_s > STUCK_S {
@@ -91,7 +116,30 @@ impl Work<'_> {
             let off = work.turned_off(bend);
             way.norm() < 0.002 && off.abs() < 1.0
         });
-        self.goes_on()
+        self.goes_on()?;
+        Ok(hangs)
+    }
+
+    /// Whether the duct or vessel that is nearest to the hook has come along with it: `hanging` keeps its sphere, and
+    /// where that was when the hook came to it.
+    fn comes_along(&self, hanging: &mut Option<(usize, Vec3)>) -> bool {
+        let (Some(electrode), state) = (self.electrode(), &self.seen.state) else {
+            return false;
+        };
+        let hook = Hook::seen(electrode, self.sight.port());
+        let tubes = self.sight.delicate(self.works(), 0.03, state);
+        let tubes = tubes.iter().filter(|bar| bar.tube.is_some());
+        let room_m = |bar: &&Bar| hook.room([*bar]).0;
+        let nearest = tubes.min_by(|a, b| room_m(a).total_cmp(&room_m(b)));
+        let near = nearest.filter(|bar| room_m(bar) < HANGS_M);
+        *hanging = match (near, *hanging) {
+            (None, _) => None,
+            (Some(_), Some(known)) => Some(known),
+            (Some(bar), None) => bar.tube.map(|sphere| (sphere, bar.ends[0])),
+        };
+        hanging.is_some_and(|(sphere, was)| {
+            (self.sight.now(sphere, state) - was).norm() > COMES_ALONG_M
+        })
     }
 
     /// How much room the hook has to what it must not touch, m, and the way from there.

@@ -255,6 +255,7 @@ mod tests {
             ends: [at - half, at + half],
             radius_m: 0.001,
             is_touchy: false,
+            tube: None,
         }
     }
 

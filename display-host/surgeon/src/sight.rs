@@ -19,6 +19,8 @@ pub(crate) struct Bar {
     pub(crate) radius_m: f64,
     /// Not even an instrument may touch it.
     pub(crate) is_touchy: bool,
+    /// Of a duct or vessel: the sphere of its first end.
+    pub(crate) tube: Option<usize>,
 }
 
 /// What a surgeon knows of a scene.
@@ -151,6 +153,7 @@ impl Sight {
             ends: piece.map(|sphere| self.now(sphere, state)),
             radius_m: piece.map(radius_m).into_iter().fold(0.0, f64::max),
             is_touchy: false,
+            tube: None,
         };
         pieces.map(bar).collect()
     }
@@ -184,6 +187,7 @@ impl Sight {
                     ends: [at, self.now(if next { sphere + 1 } else { sphere }, state)],
                     radius_m: radii.fold(0.0, |most, it| f64::max(most, it.radius_m.into())),
                     is_touchy: !is_own,
+                    tube: is_tube.then_some(sphere),
                 });
             }
         }
@@ -203,6 +207,7 @@ impl Sight {
             radius_m: from.map_or(0.0, |it| f64::from(it.radius_m)),
             // An instrument goes through it.
             is_touchy: false,
+            tube: None,
         }
     }
 
@@ -222,6 +227,7 @@ impl Sight {
             ends: [self.now(sphere, state); 2],
             radius_m: (self.scene.spheres().get(sphere)).map_or(0.0, |it| f64::from(it.radius_m)),
             is_touchy: false,
+            tube: None,
         };
         spheres.map(bar).collect()
     }
