@@ -84,9 +84,10 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
     assert!(!ask(&["export"]).contains("Ada"));
 }
 
-/// Longer than clips and scissors take a scripted surgeon, and than the whole procedure does, s; a run ends when
+/// Longer than clips and scissors take a scripted surgeon, than the hook does in the bed, and the whole, s; a run ends when
 /// its task is over.
 const LONG_S: &str = "150";
+const LONGER_S: &str = "240";
 const WHOLE_S: &str = "700";
 /// So often a surgeon may try: tissue lies otherwise each time, and the machine may be busy.
 const TRIES: usize = 4;
@@ -216,15 +217,16 @@ fn sutures_are_ones_own_only_where_nothing_is_done_before() {
     }
 }
 
-/// The last task begins with both divided; the hurried tear and burn there what the careful do not.
 #[test]
-fn the_hurried_come_to_less_where_the_gallbladder_is_freed() {
-    let summary = operate("disconnect", "hurried", "40");
-    let alarms = summary["alarms"].as_array().map_or(0, Vec::len);
-    assert!(
-        alarms > 0 || summary["score"].as_f64() < Some(98.0),
-        "{summary:#}"
-    );
+fn a_careful_surgeon_takes_the_gallbladder_off_its_bed() {
+    operate_until("disconnect", "careful", LONGER_S, is_passed);
+}
+
+#[test]
+fn the_hurried_are_alarmed_where_the_careful_clamp() {
+    operate_until("clamp", "hurried", "40", |summary| {
+        has_alarm(summary, "torn") || has_alarm(summary, "touched")
+    });
 }
 
 /// The store breaks while a task is worked: nothing else is lost, and it is said. Without `--out` the session

@@ -75,6 +75,15 @@ fn the_careful_divides_between_clips_and_beside_them_it_fails() {
 }
 
 #[test]
+fn the_hurried_tears_where_the_careful_clamps() {
+    let came = operate(Surgeon::Hurried, Task::Clamp, 30);
+    let mut alarms = came.assessed.alarms.iter();
+    assert!(alarms.any(|it| it.kind == AlarmKind::Torn));
+    assert_ne!(came.assessed.outcome, Outcome::Passed);
+    assert_passed(Task::Clamp, 60);
+}
+
+#[test]
 fn the_careful_hangs_the_gallbladder_where_nothing_does_and_the_dropper_does_not() {
     let hang = |surgeon, seconds| {
         let mut sutures = Vec::new();
