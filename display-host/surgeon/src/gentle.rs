@@ -132,14 +132,8 @@ impl Work<'_> {
         let room_m = |bar: &&Bar| hook.room([*bar]).0;
         let nearest = tubes.min_by(|a, b| room_m(a).total_cmp(&room_m(b)));
         let near = nearest.filter(|bar| room_m(bar) < HANGS_M);
-        *hanging = match (near, *hanging) {
-            (None, _) => None,
-            (Some(_), Some(known)) => Some(known),
-            (Some(bar), None) => bar.tube.map(|sphere| (sphere, bar.ends[0])),
-        };
-        hanging.is_some_and(|(sphere, was)| {
-            (self.sight.now(sphere, state) - was).norm() > COMES_ALONG_M
-        })
+        let near = near.and_then(|bar| bar.tube.map(|sphere| (sphere, bar.ends[0])));
+        hangs(hanging, near, |sphere| self.sight.now(sphere, state))
     }
 
     /// How much room the hook has to what it must not touch, m, and the way from there.
@@ -162,5 +156,38 @@ impl Work<'_> {
         let share = ((room_m - ROOM_M) / SHY_M).clamp(0.1, 1.0);
         let off = self.turned_off(bend);
         self.turn_within(off, seconds * share, TURN_RAD_S);
+    }
+}
+
+/// Whether what was near first, and something has been since, has gone far from where it was then: `near` is a sphere
+/// that is near now, if one is, and where it is.
+fn hangs(
+    hanging: &mut Option<(usize, Vec3)>,
+    near: Option<(usize, Vec3)>,
+    now: impl Fn(usize) -> Vec3,
+) -> bool {
+    *hanging = near.map(|near| hanging.unwrap_or(near));
+    hanging.is_some_and(|(sphere, was)| (now(sphere) - was).norm() > COMES_ALONG_M)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_duct_hangs_on_the_hook_once_it_has_come_along() {
+        let at = |mm: f64| Vec3::x() * (mm * 1e-3);
+        let mut hanging = None;
+        let mut look = |sphere: Option<usize>, moved_mm: f64| {
+            hangs(&mut hanging, sphere.map(|it| (it, at(moved_mm))), |_| {
+                at(moved_mm)
+            })
+        };
+        // It came near at 2 mm; another sphere of it may be the nearest later.
+        assert!(!look(Some(7), 2.0) && !look(Some(8), 5.0));
+        assert!(look(Some(8), 6.5));
+        // What the hook has left hangs no more, however far it goes.
+        assert!(!look(None, 20.0) && !look(Some(7), 20.0) && !look(Some(7), 17.0));
+        assert!(look(Some(7), 15.5));
     }
 }

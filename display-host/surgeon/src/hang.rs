@@ -8,8 +8,8 @@ use crate::work::{COAGULATE, Vec3, Work};
 
 /// It begins so far before the organ, m.
 const BEFORE_M: f64 = 0.03;
-/// And carries the thread so far towards the wall, m.
-const CARRIED_M: f64 = 0.03;
+/// And carries the thread so far towards the wall, m: the farther, the truer the way that it goes on.
+const CARRIED_M: f64 = 0.06;
 /// The foot is so long on the pedal, and off it, s.
 const STEP_S: f64 = 0.15;
 /// It is given up after so long, s.
