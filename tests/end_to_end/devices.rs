@@ -13,9 +13,7 @@ use bytemuck::Zeroable as _;
 use serde_json::Value;
 use shared_mem::message::{DeviceHealth, HandMsg, ToolFrame};
 use shared_mem::service::{HandSender, Host, Station};
-use system_tests::{
-    calot, compiled, finish, finish_child, said, station_name, summary, wait_until,
-};
+use system_tests::{calot, compiled, finish, said, station_name, summary, wait_until};
 
 /// So often a device that does not answer in two seconds is asked again.
 const TRIES: usize = 10;
@@ -240,7 +238,7 @@ fn calibrated(file: &Path, lead: &Lead, residual_mm: &str) -> (Vec<[f64; 3]>, St
             measured.extend(<[f64; 3]>::try_from(numbers));
         }
     }
-    let output = finish_child(child);
+    let output = child.wait_with_output().expect("it ends");
     let text = String::from_utf8_lossy(&output.stdout).into_owned();
     (measured, text, output.status.success())
 }

@@ -9,7 +9,7 @@ use shared_mem::scene::{SceneFile, str_from_name};
 use shared_mem::service::{HandReceiver, Host, Station, TaskReceiver};
 use shared_mem::task::TaskMsg;
 use system_tests::screen::VirtualScreen;
-use system_tests::{compiled, finish_child, said, station_name, summary, turn, wait_until};
+use system_tests::{compiled, said, station_name, summary, turn, wait_until};
 
 use crate::launcher::{only_folder, screen, start};
 
@@ -70,7 +70,7 @@ fn the_endoscope_is_led_from_organ_to_organ_by_the_mouse() {
     let scene = SceneFile::open(compiled("built-in", None).as_ref()).expect("a scene");
     let name = station_name("drill");
     let station = Station::new(&name).expect("a name");
-    let (launcher, _, sessions) = start(&screen, &name, folder.path());
+    let (mut launcher, _, sessions) = start(&screen, &name, folder.path());
     let desk = &screen.window("Calot: Start");
     screen.press_and_see(desk, "7");
     screen.press_and_see(desk, "n");
@@ -129,9 +129,7 @@ fn the_endoscope_is_led_from_organ_to_organ_by_the_mouse() {
         (&"scope".into(), &"passed".into()),
         "{came_to:#}"
     );
-    screen.press(desk, "Escape");
-    let _ = screen.window("Calot: Start");
-    screen.press(desk, "Escape");
-    let output = finish_child(launcher);
+    screen.leave(desk, &mut launcher);
+    let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
 }

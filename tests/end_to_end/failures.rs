@@ -1,20 +1,19 @@
 //! Processes that die, are stopped, or meet another: each ends or goes on in a defined way.
 
 use std::path::Path;
-use std::process::{Child, Stdio};
+use std::process::Stdio;
 
 use rustix::process::Signal;
 use shared_mem::message::StateFrame;
 use shared_mem::service::{Host, Station};
 use system_tests::{
-    calot, compiled, finish, finish_child, processes, said, signal, station_name, summary,
-    wait_until,
+    Program, calot, compiled, finish, processes, said, signal, station_name, summary, wait_until,
 };
 
 /// A station that runs in the background, without pictures.
 struct Running {
     name: String,
-    child: Child,
+    run: Program,
     folder: tempfile::TempDir,
 }
 
@@ -25,7 +24,8 @@ impl Running {
 
     fn named(name: String) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
-        let child = calot()
+        let mut calot = calot();
+        calot
             .args([
                 "run",
                 "--headless",
@@ -37,22 +37,15 @@ impl Running {
                 &name,
             ])
             .arg("--out")
-            .arg(folder.path())
-            .stdout(Stdio::piped())
-            .stderr(Stdio::piped())
-            .spawn()
-            .expect("it starts");
+            .arg(folder.path());
+        let run = Program::start(&mut calot);
         wait_for_ticks(&name);
-        Self {
-            name,
-            child,
-            folder,
-        }
+        Self { name, run, folder }
     }
 
     /// The station's child that runs `command`.
     fn process(&self, command: &str) -> u32 {
-        let parent = self.child.id();
+        let parent = self.run.id();
         let mine = processes(&[command, "--with-parent"]);
         *mine
             .iter()
@@ -62,8 +55,8 @@ impl Running {
 
     /// Waits for the end; returns whether it succeeded, what it said, and its summary.
     fn end(self) -> (bool, String, serde_json::Value) {
-        let parent = self.child.id();
-        let output = finish_child(self.child);
+        let parent = self.run.id();
+        let output = self.run.finish();
         let left: Vec<u32> = processes(&["--with-parent"])
             .into_iter()
             .filter(|pid| parent_of(*pid) == Some(parent))
@@ -99,7 +92,7 @@ fn wait_for_ticks(name: &str) {
 fn ctrl_c_ends_it_cleanly_with_the_report() {
     let running = Running::start("ctrl-c");
     // A terminal sends it to the whole group, and the station is the head of its own.
-    signal(running.child.id(), Signal::INT);
+    signal(running.run.id(), Signal::INT);
     let (ok, said, summary) = running.end();
     assert!(ok, "{said}");
     assert!(
@@ -122,7 +115,7 @@ fn a_killed_controller_ends_it_with_the_report_and_the_station_starts_again() {
     assert!(summary["ticks"].as_u64() > Some(0), "{summary:#}");
 
     let again = Running::named(name);
-    signal(again.child.id(), Signal::TERM);
+    signal(again.run.id(), Signal::TERM);
     let (ok, said, _) = again.end();
     assert!(ok, "{said}");
 }
@@ -153,17 +146,17 @@ fn a_second_station_and_a_second_controller_are_refused() {
         said(&rt)
     );
 
-    signal(running.child.id(), Signal::INT);
+    signal(running.run.id(), Signal::INT);
     let (ok, said, _) = running.end();
     assert!(ok, "the first goes on: {said}");
 }
 
 #[test]
 fn a_station_that_is_killed_takes_its_children_along() {
-    let mut running = Running::start("orphans");
+    let running = Running::start("orphans");
     let (rt, emulate) = (running.process("rt"), running.process("emulate"));
-    signal(running.child.id(), Signal::KILL);
-    running.child.wait().unwrap();
+    signal(running.run.id(), Signal::KILL);
+    let _ = running.run.finish();
     let gone = |pid: u32| !Path::new(&format!("/proc/{pid}")).exists();
     wait_until("the children end", || gone(rt) && gone(emulate));
 }

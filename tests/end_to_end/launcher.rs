@@ -2,12 +2,11 @@
 //! to debrief, questionnaire and sheet; and an instructor who watches.
 
 use std::path::{Path, PathBuf};
-use std::process::{Child, Stdio};
 
 use session::Session;
 use shared_mem::message::CommandMsg;
 use system_tests::screen::VirtualScreen;
-use system_tests::{calot, finish, finish_child, said, station_name, summary, turn, wait_until};
+use system_tests::{Program, calot, finish, said, station_name, summary, turn, wait_until};
 
 /// What is recorded by then is an operation, bytes.
 const WORKED_BYTES: u64 = 100_000;
@@ -22,15 +21,10 @@ pub(crate) fn screen(folder: &Path) -> Option<VirtualScreen> {
     screen
 }
 
-fn on(screen: &VirtualScreen, words: &[&str]) -> Child {
-    calot()
-        .args(words)
-        .env("DISPLAY", &screen.display)
-        .env_remove("WAYLAND_DISPLAY")
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("it starts")
+fn on(screen: &VirtualScreen, words: &[&str]) -> Program {
+    let mut calot = calot();
+    calot.args(words).env("DISPLAY", &screen.display);
+    Program::start(calot.env_remove("WAYLAND_DISPLAY"))
 }
 
 /// The launcher with the scene of four organs; its store, and where it keeps sessions.
@@ -38,7 +32,7 @@ pub(crate) fn start(
     screen: &VirtualScreen,
     station: &str,
     folder: &Path,
-) -> (Child, PathBuf, PathBuf) {
+) -> (Program, PathBuf, PathBuf) {
     let (store, sessions) = (folder.join("store.sqlite"), folder.join("sessions"));
     let words = [
         "start",
@@ -77,7 +71,7 @@ fn from_the_start_to_the_debrief_by_keyboard() {
         return;
     };
     let station = station_name("start");
-    let (launcher, store, sessions) = start(&screen, &station, folder.path());
+    let (mut launcher, store, sessions) = start(&screen, &station, folder.path());
     let desk = &screen.window("Calot: Start");
     // The seventh task is the endoscope's, the sixth free practice; N goes to the name.
     screen.press_and_see(desk, "7");
@@ -142,10 +136,9 @@ fn from_the_start_to_the_debrief_by_keyboard() {
     let sheet = &ask(&["export", "ada"])["trainees"][0]["sessions"][0]["sheet"];
     assert_eq!(sheet["Tissue handling"], 3, "{sheet}");
 
-    screen.press(desk, "Escape");
-    let _ = screen.window("Calot: Start");
-    screen.press(desk, "Escape");
-    let output = finish_child(launcher);
+    // From the debrief, or from what went wrong, to the start, and out.
+    screen.leave(desk, &mut launcher);
+    let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
 }
 
@@ -162,7 +155,7 @@ fn an_operation_that_cannot_begin_leads_back_to_the_start() {
         "[haptic]\ndriver = \"rig\"\npath = \"/nowhere/rig\"\n",
     )
     .expect("written");
-    let launcher = on(
+    let mut launcher = on(
         &screen,
         &[
             "start",
@@ -181,10 +174,9 @@ fn an_operation_that_cannot_begin_leads_back_to_the_start() {
     let desk = &screen.window("Calot: Start");
     screen.press(desk, "Return");
     let _ = screen.window("Calot: No operation");
-    screen.press(desk, "Escape");
-    let _ = screen.window("Calot: Start");
-    screen.press(desk, "Escape");
-    let output = finish_child(launcher);
+    // From the debrief, or from what went wrong, to the start, and out.
+    screen.leave(desk, &mut launcher);
+    let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
     assert!(said(&output).contains("/nowhere/rig"), "{}", said(&output));
 }
@@ -213,7 +205,8 @@ fn instructors_come_and_go_and_change_nothing() {
     };
     let early = observe();
     let out = folder.path().join("out");
-    let run = calot()
+    let mut calot = calot();
+    calot
         .args([
             "run",
             "--headless",
@@ -224,12 +217,9 @@ fn instructors_come_and_go_and_change_nothing() {
             "600",
         ])
         .args(["--task", "free", "--station", &station, "--out"])
-        .arg(&out)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("it starts");
-    let leave = |observer: Child| {
+        .arg(&out);
+    let run = Program::start(&mut calot);
+    let leave = |mut observer: Program| {
         let window = || screen.windows().into_iter().next().map(|it| it.0);
         wait_until("the instructor's window", || window().is_some());
         let shown = window().expect("it is there");
@@ -240,14 +230,14 @@ fn instructors_come_and_go_and_change_nothing() {
             let colours: std::collections::HashSet<_> = pixels.chunks(4).collect();
             colours.len() > 1500
         });
-        screen.press(&shown, "Escape");
-        let output = finish_child(observer);
+        screen.leave(&shown, &mut observer);
+        let output = observer.finish();
         assert!(output.status.success(), "{}", said(&output));
     };
     leave(early);
     leave(observe());
     system_tests::signal(run.id(), rustix::process::Signal::TERM);
-    let output = finish_child(run);
+    let output = run.finish();
     assert!(output.status.success(), "{}", said(&output));
     let came_to = summary(&out);
     assert_eq!(came_to["outcome"], "practised", "{came_to:#}");

@@ -1,21 +1,21 @@
 //! The main job, as a newcomer runs it: real processes, real ptys, real shared memory, pictures.
 
 use std::path::Path;
-use std::process::{Child, Stdio};
 use std::time::Duration;
 
 use shared_mem::message::{SphereState, StateFrame};
 use shared_mem::service::{Host, Station};
 use system_tests::{
-    anatomy, calot, finish, finish_child, may_be_realtime, moved_pages_max, said, station_name,
-    summary, turn,
+    Program, anatomy, calot, finish, may_be_realtime, moved_pages_max, said, station_name, summary,
+    turn,
 };
 
 /// Runs the station headless; returns its summary, and how deep the instrument dented tissue, m.
 fn operate(scene: &[&str], seconds: &str, out: &Path) -> (serde_json::Value, f32) {
     let _turn = turn();
     let name = station_name("job");
-    let mut child = calot()
+    let mut calot = calot();
+    calot
         .args([
             "run",
             "--headless",
@@ -28,29 +28,22 @@ fn operate(scene: &[&str], seconds: &str, out: &Path) -> (serde_json::Value, f32
         ])
         .args(["--station", &name, "--out"])
         .arg(out)
-        .args(scene)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("it starts");
-    let dent_m = watch_dent(&name, &mut child);
-    let output = finish_child(child);
+        .args(scene);
+    let mut run = Program::start(&mut calot);
+    let dent_m = watch_dent(&name, &mut run);
+    let output = run.finish();
     assert!(output.status.success(), "{}", said(&output));
     (summary(out), dent_m)
 }
 
 /// The farthest that a sphere is moved while the instrument touches and nothing is grasped.
-fn watch_dent(station: &str, child: &mut Child) -> f32 {
+fn watch_dent(station: &str, run: &mut Program) -> f32 {
     let host = Station::new(station)
         .and_then(|s| Host::open(&s))
         .expect("a station");
     let mut state: Box<StateFrame> = bytemuck::zeroed_box();
     let (mut rest, mut dent_m) = (Vec::new(), 0.0f32);
-    while child
-        .try_wait()
-        .expect("a child can be waited for")
-        .is_none()
-    {
+    while run.ended().is_none() {
         if host.newest_state(&mut state)
             && let Some(spheres) = state.spheres()
         {

@@ -1,11 +1,10 @@
 //! Tasks through the real processes: what is said while they run is what the recording comes to.
 
 use std::path::Path;
-use std::process::Stdio;
 
 use rustix::process::Signal;
 use system_tests::{
-    calot, compiled, finish, finish_child, said, signal, station_name, summary, turn, wait_until,
+    Program, calot, compiled, finish, said, signal, station_name, summary, turn, wait_until,
 };
 
 /// Runs a task without pictures; returns its summary.
@@ -88,7 +87,7 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
 /// its task is over.
 const LONG_S: &str = "150";
 const LONGER_S: &str = "240";
-const WHOLE_S: &str = "700";
+const WHOLE_S: &str = "560";
 /// So often a surgeon may try: tissue lies otherwise each time, and the machine may be busy.
 const TRIES: usize = 4;
 /// The whole procedure, which takes minutes.
@@ -248,21 +247,19 @@ fn what_the_store_does_not_take_is_said_and_is_in_the_debrief() {
         "--seconds",
         "4",
     ];
-    let child = calot()
+    let mut calot = calot();
+    calot
         .args(["run", "--station", &station_name("store")])
         .args(words)
         .args(["--trainee", "Ada", "--store"])
         .arg(&store)
-        .current_dir(folder.path())
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("it starts");
+        .current_dir(folder.path());
+    let run = Program::start(&mut calot);
     let out = || Some(std::fs::read_dir(&sessions).ok()?.next()?.ok()?.path());
     let recording = || out().map(|out| out.join("session.mcap"));
     wait_until("a recording", || recording().is_some_and(|it| it.exists()));
     std::fs::write(&store, "no store any more").expect("written");
-    let output = finish_child(child);
+    let output = run.finish();
     assert_eq!(output.status.code(), Some(1), "{}", said(&output));
     assert!(
         said(&output).contains("not kept in the store"),

@@ -1,13 +1,16 @@
 //! Fixtures shared by the system tests: the real program, its stations, its pictures.
 
+mod program;
 pub mod screen;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::process::{Child, Command, Output, Stdio};
+use std::process::{Command, Output, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+
+pub use program::Program;
 
 /// How long anything may take before a test gives up on it. Generous: it is no performance limit.
 pub const PATIENCE: Duration = Duration::from_secs(600);
@@ -83,52 +86,10 @@ pub fn station_name(test: &str) -> String {
 /// Runs a command to its end.
 ///
 /// # Panics
-/// When it does not end in time; it is killed then.
+/// When it does not end in time; it is killed then, and what it said is shown.
+#[track_caller]
 pub fn finish(command: &mut Command) -> Output {
-    let child = command
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .expect("it starts");
-    finish_child(child)
-}
-
-/// Waits for a child to end, reading what it says.
-///
-/// # Panics
-/// When it does not end in time; it is killed then.
-#[must_use]
-pub fn finish_child(mut child: Child) -> Output {
-    // Both pipes are read at once, so that neither fills while the child writes the other.
-    let read = |stream: Option<Box<dyn std::io::Read + Send>>| {
-        std::thread::spawn(move || {
-            let mut bytes = Vec::new();
-            if let Some(mut stream) = stream {
-                let _ = stream.read_to_end(&mut bytes);
-            }
-            bytes
-        })
-    };
-    let stdout = read(child.stdout.take().map(|s| Box::new(s) as _));
-    let stderr = read(child.stderr.take().map(|s| Box::new(s) as _));
-    let start = Instant::now();
-    let status = loop {
-        if let Some(status) = child.try_wait().expect("a child can be waited for") {
-            break status;
-        }
-        if start.elapsed() > PATIENCE {
-            let _ = child.kill();
-            let _ = child.wait();
-            let said = String::from_utf8_lossy(&stderr.join().unwrap_or_default()).into_owned();
-            panic!("did not end within {PATIENCE:?}; it said:\n{said}");
-        }
-        std::thread::sleep(Duration::from_millis(10));
-    };
-    Output {
-        status,
-        stdout: stdout.join().unwrap_or_default(),
-        stderr: stderr.join().unwrap_or_default(),
-    }
+    Program::start(command).finish()
 }
 
 /// Page faults that the kernel may cause in locked memory, because it moves pages to get larger free blocks.
@@ -163,6 +124,7 @@ pub fn summary(folder: &Path) -> serde_json::Value {
 ///
 /// # Panics
 /// When it does not hold in time.
+#[track_caller]
 pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     let start = Instant::now();
     while !holds() {

@@ -4,7 +4,7 @@ use std::io::{BufRead as _, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use crate::wait_until;
+use crate::{Program, wait_until};
 
 /// A virtual screen that ends with its owner.
 pub struct VirtualScreen {
@@ -22,6 +22,8 @@ impl VirtualScreen {
         Command::new("xdotool").arg("version").output().ok()?;
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1300x900x24"])
+            // Else it begins anew, and throws out who comes just then, when its last client goes: each xdotool is one.
+            .arg("-noreset")
             .args(["-nolisten", "tcp", "-fbdir"])
             .arg(folder)
             .stdout(Stdio::piped())
@@ -61,6 +63,7 @@ impl VirtualScreen {
 
     /// The window whose title is this, once there is one.
     #[must_use]
+    #[track_caller]
     pub fn window(&self, title: &str) -> String {
         let mut found = None;
         wait_until(title, || {
@@ -69,6 +72,14 @@ impl VirtualScreen {
             found.is_some()
         });
         found.map(|it| it.0).unwrap_or_default()
+    }
+
+    /// Presses Esc in a window until its program has ended, as a person does who wants to leave.
+    pub fn leave(&self, window: &str, program: &mut Program) {
+        wait_until("the program's end by Esc", || {
+            self.press(window, "Escape");
+            program.ended().is_some()
+        });
     }
 
     /// Presses a key, by its X name, in a window. One that has just gone takes none.
@@ -117,6 +128,9 @@ impl VirtualScreen {
 
 impl Drop for VirtualScreen {
     fn drop(&mut self) {
+        if std::thread::panicking() {
+            eprintln!("Windows on the test's screen: {:?}", self.windows());
+        }
         let _ = self.server.kill();
         let _ = self.server.wait();
     }

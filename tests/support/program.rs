@@ -1,0 +1,94 @@
+//! A program that runs beside a test.
+
+use std::io::Read;
+use std::process::{Child, Command, ExitStatus, Output, Stdio};
+use std::thread::JoinHandle;
+
+use crate::wait_until;
+
+/// What a stream says, read while it does, so that it never fills.
+type Told = Option<JoinHandle<Vec<u8>>>;
+
+/// A program that ends with its owner; of a test that fails it tells what it said.
+pub struct Program {
+    child: Child,
+    stdout: Told,
+    stderr: Told,
+}
+
+impl Program {
+    /// Starts one whose output is read.
+    ///
+    /// # Panics
+    /// When it cannot be started.
+    pub fn start(command: &mut Command) -> Self {
+        let command = command.stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = command.spawn().expect("it starts");
+        Self {
+            stdout: child.stdout.take().map(read),
+            stderr: child.stderr.take().map(read),
+            child,
+        }
+    }
+
+    /// Its process.
+    #[must_use]
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// How it ended, if it did.
+    ///
+    /// # Panics
+    /// When it cannot be asked.
+    pub fn ended(&mut self) -> Option<ExitStatus> {
+        self.child.try_wait().expect("a child can be waited for")
+    }
+
+    /// Waits for its end.
+    ///
+    /// # Panics
+    /// When it does not end in time.
+    #[must_use]
+    pub fn finish(mut self) -> Output {
+        let mut status = None;
+        wait_until("the program's end", || {
+            status = self.ended();
+            status.is_some()
+        });
+        Output {
+            status: status.unwrap_or_default(),
+            stdout: whole(&mut self.stdout),
+            stderr: whole(&mut self.stderr),
+        }
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        let before = self.child.try_wait();
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        if std::thread::panicking() {
+            let [out, err] = [&mut self.stdout, &mut self.stderr].map(whole);
+            eprintln!(
+                "A program beside this test (how it had ended: {before:?}) said:\n{}{}",
+                String::from_utf8_lossy(&err),
+                String::from_utf8_lossy(&out)
+            );
+        }
+    }
+}
+
+fn read(mut stream: impl Read + Send + 'static) -> JoinHandle<Vec<u8>> {
+    std::thread::spawn(move || {
+        let mut bytes = Vec::new();
+        let _ = stream.read_to_end(&mut bytes);
+        bytes
+    })
+}
+
+fn whole(told: &mut Told) -> Vec<u8> {
+    let told = told.take().map(JoinHandle::join);
+    told.and_then(Result::ok).unwrap_or_default()
+}
