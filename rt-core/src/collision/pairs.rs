@@ -1,6 +1,9 @@
 //! Organ against organ, and an organ against itself: overlapping spheres that are not linked are
 //! moved apart along the line of centres (the paper's projection).
 //!
+//! The surface decides how far apart: inner spheres lie under the skin, so a sphere reaches about as far as
+//! the skin that it is the nearest to lies from it at rest, and not only as far as its radius.
+//!
 //! Inner spheres of one organ overlap at rest by construction. So within an organ only pairs
 //! that were apart at rest are kept apart; spheres of two organs are not let nearer than they
 //! were at rest. The paper does not say how it tells these cases.
@@ -42,6 +45,9 @@ const HAS_CLOSED: f32 = 0.95;
 /// from there.
 const MAY_CLOSE: f32 = 0.96;
 
+/// A sphere reaches no farther than this many of its radii: one beside a thin rim is not the rim.
+const REACH_MAX: f32 = 1.5;
+
 /// Where no sphere is: one that was never searched.
 const NEVER: Vec3 = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
 
@@ -59,6 +65,34 @@ struct Pair {
     apart_m: f32,
 }
 
+/// The skin that a sphere is the nearest to.
+#[derive(Debug, Clone, Copy)]
+struct Beside {
+    vertices: f32,
+    sum_m: f32,
+    nearest_m: f32,
+}
+
+impl Beside {
+    const NOTHING: Self = Self {
+        vertices: 0.0,
+        sum_m: 0.0,
+        nearest_m: f32::MAX,
+    };
+
+    fn add(&mut self, away_m: f32) {
+        self.vertices += 1.0;
+        self.sum_m += away_m;
+        self.nearest_m = self.nearest_m.min(away_m);
+    }
+
+    /// How far its sphere reaches, m: between the nearest of it and the mean. Balls that touch so let the skins between
+    /// them come in as far as they hold those over them off.
+    fn reach_m(&self) -> Option<f32> {
+        (self.vertices > 0.0).then(|| 0.5 * (self.nearest_m + self.sum_m / self.vertices))
+    }
+}
+
 /// The pairs in use and those being collected.
 #[derive(Debug, Clone)]
 pub(crate) struct Pairs {
@@ -66,6 +100,8 @@ pub(crate) struct Pairs {
     /// Spheres that something can meet: those nearest to the skin, where there is one. The others
     /// lie behind them.
     outer: Vec<u16, MAX_SPHERES>,
+    /// How far each of those reaches from its centre, m.
+    reach_m: PerSphere<f32>,
     current: Vec<Pair, MAX_SPHERE_PAIRS>,
     next: Vec<Pair, MAX_SPHERE_PAIRS>,
     /// Where each sphere was when it was last searched, m.
@@ -81,6 +117,7 @@ impl Pairs {
         Self {
             grid: Grid::new(),
             outer: Vec::new(),
+            reach_m: PerSphere::new(0.0),
             current: Vec::new(),
             next: Vec::new(),
             searched_m: PerSphere::new(NEVER),
@@ -92,17 +129,21 @@ impl Pairs {
     /// Starts anew with `scene`, whose spheres `bodies` holds.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.outer.clear();
-        // Those that have no skin, or are the nearest to some of it.
-        let mut is_outer = PerSphere::new(false);
+        let mut beside = PerSphere::new(Beside::NOTHING);
         for vertex in scene.skin.vertices {
-            if let Some(nearest) = vertex.spheres.first() {
-                *is_outer.at_mut(u32::from(*nearest)) = true;
+            let number = u32::from(vertex.spheres[0]);
+            if let Some(sphere) = scene.spheres.get(number as usize) {
+                let away_m = math::norm(&(scene.skin_at_rest_m(vertex) - sphere.center_m));
+                beside.at_mut(number).add(away_m);
             }
         }
-        for sphere in 0..scene.spheres.len() as u32 {
-            let covered = scene.skin.near_sphere(sphere).is_some();
-            if !covered || *is_outer.at(sphere) {
-                let _ = self.outer.push(sphere as u16); // has room for every sphere
+        for (number, sphere) in (0..).zip(scene.spheres) {
+            let skin_m = beside.at(number).reach_m();
+            *self.reach_m.at_mut(number) =
+                (skin_m.unwrap_or(0.0)).clamp(sphere.radius_m, REACH_MAX * sphere.radius_m);
+            // Those that have no skin, or are the nearest to some of it.
+            if scene.skin.near_sphere(number).is_none() || skin_m.is_some() {
+                let _ = self.outer.push(number as u16); // has room for every sphere
             }
         }
         self.current.clear();
@@ -126,9 +167,9 @@ impl Pairs {
                     faults.raise_if(self.next.push(*pair).is_err(), Fault::PairOverflow);
                 }
             }
-            let radii = &bodies.radius_m;
+            let reach_m = &self.reach_m;
             self.grid
-                .build(bodies, &self.outer, |sphere| *radii.at(sphere));
+                .build(bodies, &self.outer, |sphere| *reach_m.at(sphere));
         }
         let share = self.outer.iter().skip(self.phase as usize);
         for a in share.step_by(CYCLE as usize).map(|&a| u32::from(a)) {
@@ -137,7 +178,7 @@ impl Pairs {
             }
             let center_m = bodies.nodes.at(a).center_m();
             *self.searched_m.at_mut(a) = center_m;
-            let (at, reach_m) = (center_m.into(), bodies.radius_m.at(a) + MARGIN_M + GONE_M);
+            let (at, reach_m) = (center_m.into(), self.reach_m.at(a) + MARGIN_M + GONE_M);
             for run in self.grid.near(&center_m, reach_m) {
                 for seen in run {
                     if !seen.is_near(&at, reach_m) {
@@ -148,7 +189,7 @@ impl Pairs {
                     if b <= a && (b == a || !*self.is_still.at(b)) {
                         continue;
                     }
-                    if let Some(pair) = near_pair(bodies, a.min(b), a.max(b)) {
+                    if let Some(pair) = near_pair(bodies, &self.reach_m, a.min(b), a.max(b)) {
                         faults.raise_if(self.next.push(pair).is_err(), Fault::PairOverflow);
                         if bodies.organ.at(a) != bodies.organ.at(b) {
                             // At once, too: twice in the list is moved apart once.
@@ -224,9 +265,9 @@ fn is_gone(bodies: &Bodies, pair: &Pair) -> bool {
 }
 
 /// The pair, if it is near and must be kept apart.
-fn near_pair(bodies: &Bodies, a: u32, b: u32) -> Option<Pair> {
+fn near_pair(bodies: &Bodies, reach_m: &PerSphere<f32>, a: u32, b: u32) -> Option<Pair> {
     let (node_a, node_b) = (bodies.nodes.at(a), bodies.nodes.at(b));
-    let reach = bodies.radius_m.at(a) + bodies.radius_m.at(b);
+    let reach = reach_m.at(a) + reach_m.at(b);
     let squared = node_a.from(node_b).norm_squared();
     if squared >= (reach + MARGIN_M) * (reach + MARGIN_M) {
         return None;
@@ -491,7 +532,7 @@ mod tests {
         let mut expected = List::new();
         for a in 0..400 {
             for b in a + 1..400 {
-                if near_pair(&bodies, a, b).is_some() {
+                if near_pair(&bodies, &pairs.reach_m, a, b).is_some() {
                     expected.push((a as u16, b as u16));
                 }
             }

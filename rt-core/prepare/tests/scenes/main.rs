@@ -7,6 +7,7 @@ mod built_in;
 mod core;
 mod dissect;
 mod mechanics;
+mod meeting;
 mod meshes;
 mod packing;
 mod press;
