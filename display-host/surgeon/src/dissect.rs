@@ -101,7 +101,7 @@ impl Work<'_> {
             };
             if !self.take_away(&choice)? {
                 self.field.give_up(choice.cell);
-                // Out of what held it up.
+                // Out of what held it up, or came along.
                 self.withdraw(0.01)?;
             }
             self.goes_on()?;
@@ -272,7 +272,7 @@ impl Work<'_> {
         // How far the hand has gone ahead.
         let (mut pulled, mut tip) = (Vec3::zeros(), self.works());
         let mut gone = false;
-        let mut nearing = Nearing::default();
+        let (mut nearing, mut hanging) = (Nearing::default(), None);
         self.look_for(f64::MAX, |work| {
             let seconds = (work.seen.at_s - before_s).clamp(0.0, 0.05);
             before_s = work.seen.at_s;
@@ -281,6 +281,9 @@ impl Work<'_> {
             };
             gone = !work.field.is_left(index, &work.seen.state);
             if gone {
+                return true;
+            }
+            if work.comes_along(&mut hanging) {
                 return true;
             }
             let at = place(work);

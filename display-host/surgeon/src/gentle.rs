@@ -15,15 +15,25 @@ const TURN_RAD_S: f64 = 1.9;
 pub(crate) const STUCK_S: f64 = 0.7;
 /// Less than this is not nearer, m.
 pub(crate) const CLOSER_M: f64 = 0.0002;
-/// Where it is caught it goes in by so much, m, and turns a quarter; so often.
+/// Where it is caught it goes in by so much, m, takes what hangs on it back by so much at most, m, and turns a
+/// quarter; so often.
 const UNHOOK_M: f64 = 0.005;
+const HOME_M: f64 = 0.02;
 const UNHOOKS: u32 = 5;
+/// As near as this is there, m; as little off as this is turned, rad; what a short way and a turn take at most, s.
+const THERE_M: f64 = 0.0015;
+const TURNED_RAD: f64 = 0.3;
+const SHORT_WAY_S: f64 = 1.0;
+const TURN_WAY_S: f64 = 1.5;
 /// A way out is over within so much, m, or so long, s.
 const OUT_ENOUGH_M: f64 = 0.006;
 const LONG_WAY_S: f64 = 6.0;
 /// A duct or vessel that is as near to the hook as this may hang on it, m; if it has come along by so much it does, m.
 const HANGS_M: f64 = 0.0012;
 const COMES_ALONG_M: f64 = 0.004;
+
+/// A sphere of a duct or vessel that may hang on the hook, and where it was when the hook came to it.
+pub(crate) type Hanging = (usize, Vec3);
 
 impl Work<'_> {
     /// Where the hook works.
@@ -42,58 +52,70 @@ impl Work<'_> {
 
     /// Back along the shaft, without current.
     pub(crate) fn withdraw(&mut self, by_m: f64) -> Result<(), String> {
-        self.asked.switches = 0;
-        let out = -self.along();
-        let to = self.works() + out * by_m;
-        for _ in 0..UNHOOKS {
-            let Some([heel, end]) = self.electrode() else {
-                return Ok(());
-            };
-            let bend = (end - heel).normalize();
-            if !self.travel(&|_| to, bend, 1.0)? {
-                return Ok(());
-            }
-            self.unhook(out, bend)?;
-        }
-        Ok(())
+        self.back(by_m, f64::MAX, SHORT_WAY_S).map(|_| ())
     }
 
-    /// In again, and a quarter round, where something hangs on the hook that came out this way.
-    fn unhook(&mut self, out: Vec3, bend: Vec3) -> Result<(), String> {
-        let (caught, turned) = (self.works(), out.cross(&bend));
-        self.travel(&|_| caught - out * UNHOOK_M, bend, 1.0)?;
-        self.travel(&|_| caught - out * UNHOOK_M, turned, 1.5)?;
-        Ok(())
-    }
-
-    /// Far back along the shaft. Where its bent end is caught behind a tube, to pull would tear that: it goes in
-    /// again, turns, and tries anew.
+    /// Far back along the shaft.
     pub(crate) fn come_out(&mut self, by_m: f64) -> Result<(), String> {
+        match self.back(by_m, OUT_ENOUGH_M, LONG_WAY_S)? {
+            true => Ok(()),
+            false => Err("the hook is caught".to_owned()),
+        }
+    }
+
+    /// Back along the shaft, within so much of the whole way. Where the bent end is caught behind a tube, to pull
+    /// would tear that: it is let go of first. Whether it came out.
+    fn back(&mut self, by_m: f64, enough_m: f64, seconds: f64) -> Result<bool, String> {
         self.asked.switches = 0;
         let out = -self.along();
         let to = self.works() + out * by_m;
+        let mut free = None;
         for _ in 0..UNHOOKS {
             let Some([heel, end]) = self.electrode() else {
-                return Ok(());
+                return Ok(true);
             };
             let bend = (end - heel).normalize();
-            let hangs = self.travel(&|_| to, bend, LONG_WAY_S)?;
-            if !hangs && (to - self.works()).dot(&out) < OUT_ENOUGH_M {
-                return Ok(());
+            let hanging = self.travel(&|_| to, bend, seconds)?;
+            if hanging.is_none() && (to - self.works()).dot(&out) < enough_m {
+                return Ok(true);
             }
-            self.unhook(out, bend)?;
+            // The same place each time, turned farther: else what hangs there is led away step by step.
+            let free = *free.get_or_insert_with(|| self.loose(hanging) - out * UNHOOK_M);
+            self.steer(free, bend, SHORT_WAY_S)?;
+            self.steer(free, out.cross(&bend), TURN_WAY_S)?;
         }
-        Err("the hook is caught".to_owned())
+        Ok(false)
     }
 
-    /// The hook goes to a place, as far as there is room, and turns; for so long at most. Whether it stopped for
-    /// something that came along.
+    /// Where the hook works when what hangs on it is back where it was, m.
+    fn loose(&self, hanging: Option<Hanging>) -> Vec3 {
+        let home = hanging.map(|(sphere, was)| was - self.sight.now(sphere, &self.seen.state));
+        self.works() + home.unwrap_or_default().cap_magnitude(HOME_M)
+    }
+
+    /// The hook goes to a place and turns, for so long at most, whatever it touches: to keep clear of a duct in its
+    /// crook would drag that along.
+    fn steer(&mut self, to: Vec3, bend: Vec3, seconds: f64) -> Result<(), String> {
+        let mut before_s = self.seen.at_s;
+        self.look_for(seconds, |work| {
+            let passed_s = (work.seen.at_s - before_s).clamp(0.0, 0.05);
+            before_s = work.seen.at_s;
+            let (way, off) = (to - work.works(), work.turned_off(bend));
+            work.go(way * 2.5, passed_s);
+            work.turn_within(off, passed_s, TURN_RAD_S);
+            way.norm() < THERE_M && off.abs() < TURNED_RAD
+        });
+        self.goes_on()
+    }
+
+    /// The hook goes to a place, as far as there is room, and turns; for so long at most. What came along, for
+    /// which it stopped.
     pub(crate) fn travel(
         &mut self,
         to: &dyn Fn(&Self) -> Vec3,
         bend: Vec3,
         seconds: f64,
-    ) -> Result<bool, String> {
+    ) -> Result<Option<Hanging>, String> {
         let mut before_s = self.seen.at_s;
         let (mut hanging, mut hangs) = (None, false);
         let (mut nearest_m, mut nearer_s) = (f64::MAX, before_s);
@@ -117,12 +139,11 @@ impl Work<'_> {
             way.norm() < 0.002 && off.abs() < 1.0
         });
         self.goes_on()?;
-        Ok(hangs)
+        Ok(hanging.filter(|_| hangs))
     }
 
-    /// Whether the duct or vessel that is nearest to the hook has come along with it: `hanging` keeps its sphere, and
-    /// where that was when the hook came to it.
-    fn comes_along(&self, hanging: &mut Option<(usize, Vec3)>) -> bool {
+    /// Whether the duct or vessel that is nearest to the hook has come along with it.
+    pub(crate) fn comes_along(&self, hanging: &mut Option<Hanging>) -> bool {
         let (Some(electrode), state) = (self.electrode(), &self.seen.state) else {
             return false;
         };
@@ -162,8 +183,8 @@ impl Work<'_> {
 /// Whether what was near first, and something has been since, has gone far from where it was then: `near` is a sphere
 /// that is near now, if one is, and where it is.
 fn hangs(
-    hanging: &mut Option<(usize, Vec3)>,
-    near: Option<(usize, Vec3)>,
+    hanging: &mut Option<Hanging>,
+    near: Option<Hanging>,
     now: impl Fn(usize) -> Vec3,
 ) -> bool {
     *hanging = near.map(|near| hanging.unwrap_or(near));
