@@ -21,8 +21,11 @@ pub(crate) const BAUD: u32 = 115_200;
 const ANSWER: Duration = Duration::from_millis(500);
 /// Tries per question: bytes of an old stream may stand before the first answer.
 const TRIES: u32 = 4;
-/// A stream that was told to stop is over when the line has been quiet for so long.
+/// A stream that was told to stop is over when the line has been quiet for so long; after each try that came to
+/// nothing for so many times as long: on a busy computer an emulated bird is late, and old answers stand before new
+/// ones.
 const QUIET: Duration = Duration::from_millis(30);
+const QUIETER: u32 = 4;
 /// Most bytes that one poll reads: 36 records.
 const BYTES_PER_POLL: usize = 512;
 /// An endoscope is never moved faster than this, m/s…
@@ -145,7 +148,7 @@ impl BirdTracker {
             bird.tell(&[command::CHANGE, parameter::GROUP_MODE, 0])?;
             bird.tell_bird(setup.bird, &[command::POSITION_QUATERNION])?;
         }
-        bird.drain()?;
+        bird.drain(QUIET)?;
         let point = [command::TO_BIRD | setup.bird, command::POINT];
         let begun = if bird.is_group() {
             bird.line.begin(&[command::POINT])
@@ -251,9 +254,10 @@ impl BirdTracker {
 
     /// Asks for a parameter until an answer of exactly `N` bytes stands alone on the line.
     fn ask<const N: usize>(&mut self, parameter: u8) -> Result<[u8; N], HardwareError> {
-        let mut heard = 0;
+        let began = Instant::now();
+        let (mut heard, mut quiet) = (0, QUIET);
         for _ in 0..TRIES {
-            heard += self.drain()?;
+            heard += self.drain(quiet)?;
             self.tell(&[command::EXAMINE, parameter])?;
             let mut answer = [0; N];
             let mut have = 0;
@@ -266,29 +270,32 @@ impl BirdTracker {
                 }
             }
             heard += have as u64;
-            let rest = self.drain()?;
+            let rest = self.drain(quiet)?;
             heard += rest;
             if have == N && rest == 0 {
                 return Ok(answer);
             }
-            // More than the answer: a stream that is still on.
-            self.tell(&[command::POINT])?;
+            if rest > 0 {
+                // More than the answer: a stream that is still on.
+                self.tell(&[command::POINT])?;
+            }
+            quiet = ANSWER.min(quiet * QUIETER);
         }
         Err(HardwareError::Silent {
             path: self.path().to_path_buf(),
             expected: NAME,
-            waited_ms: (ANSWER * TRIES).as_millis() as u64,
+            waited_ms: began.elapsed().as_millis() as u64,
             heard,
         })
     }
 
-    /// Throws away what comes until the line is quiet, or for half a second; says how much.
-    fn drain(&mut self) -> Result<u64, HardwareError> {
+    /// Throws away what comes until the line is quiet for so long, or for so long and half a second; says how much.
+    fn drain(&mut self, quiet: Duration) -> Result<u64, HardwareError> {
         let start = Instant::now();
         let mut last = start;
         let mut dropped = 0;
         let mut bytes = [0; BYTES_PER_POLL];
-        while last.elapsed() < QUIET && start.elapsed() < ANSWER {
+        while last.elapsed() < quiet && start.elapsed() < ANSWER + quiet {
             match self.line.read(&mut bytes) {
                 Read::Bytes(count, _) => {
                     dropped += count as u64;
@@ -390,7 +397,10 @@ impl Gate {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::VecDeque;
+
     use super::*;
+    use crate::bird::device::Bird;
     use nalgebra::UnitQuaternion;
 
     fn at(x: f32) -> Record {
@@ -398,6 +408,77 @@ mod tests {
             position_m: [x, 0.0, 0.0],
             rotation: UnitQuaternion::identity(),
         }
+    }
+
+    /// An emulated bird whose answers come so late.
+    #[derive(Debug)]
+    struct Late {
+        bird: Bird,
+        by: Duration,
+        answers: VecDeque<(Instant, Vec<u8>)>,
+    }
+
+    impl Transport for Late {
+        fn path(&self) -> &Path {
+            Path::new("late")
+        }
+
+        fn is_lost(&self) -> bool {
+            false
+        }
+
+        fn read(&mut self, buffer: &mut [u8]) -> Read {
+            let Some((due, bytes)) = self.answers.front_mut() else {
+                return Read::Empty;
+            };
+            if *due > Instant::now() {
+                return Read::Empty;
+            }
+            let count = bytes.len().min(buffer.len());
+            buffer[..count].copy_from_slice(&bytes[..count]);
+            bytes.drain(..count);
+            if bytes.is_empty() {
+                self.answers.pop_front();
+            }
+            Read::Bytes(count, 0)
+        }
+
+        fn write(&mut self, bytes: &[u8]) -> Written {
+            let due = Instant::now() + self.by;
+            let answers = &mut self.answers;
+            self.bird
+                .receive(bytes, |answer| answers.push_back((due, answer.to_vec())));
+            Written::All
+        }
+
+        fn begin(&mut self, _: &[u8]) -> Written {
+            self.write(&[command::STREAM])
+        }
+
+        fn is_addressed(&self) -> bool {
+            false
+        }
+    }
+
+    #[test]
+    fn a_bird_that_answers_late_is_found_and_a_silent_one_is_not() {
+        let start = |by_ms: u64| {
+            let late = Late {
+                bird: Bird::new(at(0.3)),
+                by: Duration::from_millis(by_ms),
+                answers: VecDeque::new(),
+            };
+            BirdTracker::start(Box::new(late), BirdSetup::default())
+        };
+        for by_ms in [0, 60, 150, 300] {
+            let begun = start(by_ms);
+            assert!(begun.is_ok(), "{by_ms} ms late: {begun:?}");
+        }
+        let told = start(10_000);
+        assert!(
+            matches!(&told, Err(HardwareError::Silent { heard: 0, .. })),
+            "{told:?}"
+        );
     }
 
     #[test]
