@@ -47,7 +47,7 @@ fn operate(surgeon: Surgeon, task: Task, seconds: u64) -> Came {
 
 /// The tasks of the hook, and how long they may take, s.
 const LONG: [(Task, u64); 3] = [
-    (Task::Identify, 240),
+    (Task::Identify, 400),
     (Task::Disconnect, 300),
     (Task::Full, 900),
 ];
@@ -143,7 +143,7 @@ fn the_careful_takes_tissue_away_without_harm_and_it_comes_to_the_same_bits_agai
         assert!(metrics.get(Metric::Perforations) < 0.5, "{task:?}");
         (came.ticks, came.hash)
     };
-    begin(Task::Identify, 12, Metric::CvsTriangle, 0.02);
+    begin(Task::Identify, 30, Metric::CvsTriangle, 0.05);
     let bed = || begin(Task::Disconnect, 12, Metric::Bed, 0.04);
     assert_eq!(bed(), bed());
 }
