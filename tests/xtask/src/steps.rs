@@ -32,10 +32,16 @@ const TESTS: [Step; 5] = [
         ],
         is_checked: true,
     },
-    // Benches too, each once.
+    // Benches too, each once. All of them, so that everything that fails is known at once.
     Step {
         name: "tests",
-        args: &["test", "--locked", "--workspace", "--all-targets"],
+        args: &[
+            "test",
+            "--locked",
+            "--workspace",
+            "--all-targets",
+            "--no-fail-fast",
+        ],
         is_checked: true,
     },
     Step {
