@@ -139,8 +139,8 @@ impl Pairs {
         }
         for (number, sphere) in (0..).zip(scene.spheres) {
             let skin_m = beside.at(number).reach_m();
-            *self.reach_m.at_mut(number) =
-                (skin_m.unwrap_or(0.0)).clamp(sphere.radius_m, REACH_MAX * sphere.radius_m);
+            let reach_m = skin_m.unwrap_or(0.0).max(sphere.radius_m);
+            *self.reach_m.at_mut(number) = reach_m.min(REACH_MAX * sphere.radius_m);
             // Those that have no skin, or are the nearest to some of it.
             if scene.skin.near_sphere(number).is_none() || skin_m.is_some() {
                 let _ = self.outer.push(number as u16); // has room for every sphere
