@@ -1,5 +1,6 @@
 //! The panel: a pure function from what is known to widgets, and to what the user asks for.
 
+mod asked;
 mod health;
 mod instructor;
 pub mod launcher;
@@ -10,10 +11,11 @@ mod replay;
 mod screens;
 mod task;
 
+pub use asked::{Asked, FreeView};
 pub use health::TickHealth;
 pub use instructor::{BULLETIN_ALARMS, Bulletin};
 pub use overlay::{Circle, Line, Mark, Notes, Overlay};
-pub use panel::{Asked, FreeView, ui};
+pub use panel::ui;
 pub use recording::RecordingView;
 pub use replay::ReplayView;
 pub use screens::Settings;

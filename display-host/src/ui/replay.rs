@@ -2,8 +2,7 @@
 
 use egui::{Key, Slider, Ui};
 
-use super::panel::Asked;
-use super::{FreeView, UiState};
+use super::{Asked, FreeView, UiState};
 
 /// Steps of the keys and buttons, s.
 const STEPS_S: [i32; 4] = [-10, -1, 1, 10];

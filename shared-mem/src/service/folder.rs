@@ -1,0 +1,55 @@
+//! The folder of a user's stations, and who may look into their files.
+
+use std::path::PathBuf;
+
+use super::ServiceError;
+
+/// Leaves a file to its owner, if that is this user. What a name points to is not followed: anybody can
+/// put a link into /dev/shm. One that another process has just removed needs no closing.
+pub(super) fn close(path: &std::path::Path) {
+    use rustix::fs::{Mode, OFlags};
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    let flags = OFlags::RDONLY | OFlags::NOFOLLOW | OFlags::NONBLOCK | OFlags::CLOEXEC;
+    let Ok(file) = rustix::fs::open(path, flags, Mode::empty()).map(std::fs::File::from) else {
+        return;
+    };
+    let Ok(meta) = file.metadata() else { return };
+    let mode = meta.permissions().mode();
+    let is_ours = meta.uid() == user() && (meta.is_file() || meta.is_dir());
+    if is_ours && mode & 0o077 != 0 {
+        let _ = file.set_permissions(std::fs::Permissions::from_mode(mode & 0o700));
+    }
+}
+
+/// Whom this process runs as.
+fn user() -> u32 {
+    rustix::process::geteuid().as_raw()
+}
+
+/// The folder of this user's stations: made private, and refused if somebody else could have
+/// put things into it (a name in the temporary folder can be guessed).
+///
+/// # Errors
+/// [`ServiceError::Folder`] says what is wrong with it.
+pub fn user_folder() -> Result<PathBuf, ServiceError> {
+    use std::os::unix::fs::{DirBuilderExt, MetadataExt};
+    let user = user();
+    let path = std::env::temp_dir().join(format!("calot-{user}"));
+    let refused = |problem: String| ServiceError::Folder {
+        path: path.clone(),
+        problem,
+    };
+    match std::fs::DirBuilder::new().mode(0o700).create(&path) {
+        Err(error) if error.kind() != std::io::ErrorKind::AlreadyExists => {
+            return Err(refused(error.to_string()));
+        }
+        _ => {}
+    }
+    let meta = std::fs::symlink_metadata(&path).map_err(|error| refused(error.to_string()))?;
+    if !meta.is_dir() || meta.uid() != user || meta.mode() & 0o022 != 0 {
+        return Err(refused(
+            "it is not a folder that only this user can write to".into(),
+        ));
+    }
+    Ok(path)
+}
