@@ -13,6 +13,8 @@ use scene_prepare::Recipe;
 use scene_prepare::recipe::Surface;
 use shared_mem::scene::SceneFile;
 
+use crate::home;
+
 /// Scenes that are kept.
 const MOST: usize = 12;
 
@@ -25,11 +27,7 @@ pub(crate) struct Kept {
 impl Kept {
     /// `None`: there is no folder for it, or the recipe's meshes cannot be looked at.
     pub(crate) fn of(recipe: &Recipe) -> Option<Self> {
-        let set = |name: &str| std::env::var_os(name).filter(|it| !it.is_empty());
-        let cache = set("XDG_CACHE_HOME")
-            .map(PathBuf::from)
-            .or_else(|| Some(PathBuf::from(set("HOME")?).join(".cache")))?;
-        Self::within(&cache.join("calot/scenes"), recipe)
+        Self::within(&home::cache()?.join("scenes"), recipe)
     }
 
     fn within(folder: &Path, recipe: &Recipe) -> Option<Self> {

@@ -7,6 +7,7 @@ mod cli;
 mod devices;
 mod emulate;
 mod gallery;
+mod home;
 mod igtlink;
 mod jitter;
 mod kept;

@@ -13,6 +13,7 @@ use assess::{Assessed, Difficulty, Metric, Outcome, Rules, Task};
 use store::{Questionnaire, SessionRecord, Store, StoreError};
 
 use self::args::{StoreArgs, StoreFile, What};
+use crate::home;
 use crate::report::{self, utc};
 use crate::say;
 use crate::scene::Problem;
@@ -26,12 +27,9 @@ impl StoreFile {
         if let Some(path) = &self.store {
             return Ok(path.clone());
         }
-        let set = |name: &str| std::env::var_os(name).filter(|it| !it.is_empty());
-        let data = set("XDG_DATA_HOME")
-            .map(PathBuf::from)
-            .or_else(|| Some(PathBuf::from(set("HOME")?).join(".local/share")));
-        let data = data.ok_or("there is no home folder; name the store's file with --store")?;
-        Ok(data.join("calot/store.sqlite"))
+        let data =
+            home::data().ok_or("there is no home folder; name the store's file with --store")?;
+        Ok(data.join("store.sqlite"))
     }
 
     pub(crate) fn open(&self) -> Result<Store, Problem> {
