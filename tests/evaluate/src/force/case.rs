@@ -167,6 +167,8 @@ pub(crate) enum Shaped {
     TwoTips,
 }
 
+/// A bar is looked at in so many places and one more.
+const PLACES: u32 = 160;
 /// How far a bar reaches out of the body, m.
 const LENGTH_M: f64 = 0.08;
 const SHAFT_RADIUS_M: f64 = 0.0025;
@@ -203,23 +205,12 @@ impl Shaped {
         matches!(self, Self::OpenJaws | Self::TwoTips)
     }
 
-    /// Between its radius and another length, m: what elements are measured by. Thin jaws are
-    /// pressed deep for their radius.
+    /// What the reach of small elements is measured by, m: a mean of a tip's radius and another length. Around
+    /// the line of jaws or a shaft it is the radius.
     pub(crate) fn mean_m(self, other_m: f64) -> f64 {
         match self {
-            Self::Jaws | Self::OpenJaws => self.radius_m(),
-            _ => (self.radius_m() * other_m).sqrt(),
-        }
-    }
-
-    /// How far from the site it touches, along it and across, at little depth, m.
-    fn reach_m(self) -> [f64; 2] {
-        match self {
-            Self::Tip(_) => [0.0; 2],
-            Self::Shaft => [0.020, 0.0],
-            Self::Jaws => [JAW_M / 2.0, 0.0],
-            Self::OpenJaws => [0.0, OPEN_M],
-            Self::TwoTips => [APART_M, 0.0],
+            Self::Shaft | Self::Jaws | Self::OpenJaws => self.radius_m(),
+            Self::Tip(_) | Self::TwoTips => (self.radius_m() * other_m).sqrt(),
         }
     }
 }
@@ -244,8 +235,25 @@ pub(crate) struct Placed {
     pub(crate) along: Point,
     /// Its parts where they touch, m.
     pub(crate) bars: Vec<Bar>,
-    /// How far it touches along each axis of the world, m.
-    pub(crate) reach_m: Point,
+    /// Along the line on which it touches, of length 1.
+    pub(crate) line: Point,
+}
+
+impl Placed {
+    /// Half the length of the line on which it touches at a depth, m; 0 of one round end. `distance_m` is
+    /// the signed distance to the body's surface.
+    pub(crate) fn half_m(&self, depth_m: f64, distance_m: impl Fn(&Point) -> f64) -> f64 {
+        let touches = |bar: &Bar| {
+            let [a, b] = bar.ends_m;
+            let places =
+                (0..=PLACES).map(move |i| a + (b - a) * (f64::from(i) / f64::from(PLACES)));
+            let radius_m = bar.radius_m;
+            let sunk = places.filter(|p| distance_m(&(p - self.outward * depth_m)) < radius_m);
+            sunk.map(|p| (p - self.at_m).dot(&self.line).abs())
+                .fold(0.0, f64::max)
+        };
+        self.bars.iter().map(touches).fold(0.0, f64::max)
+    }
 }
 
 impl Case {
@@ -317,13 +325,15 @@ impl Case {
                 [1.0, -1.0].map(|s| bar(joint, end(s))).into()
             }
         };
-        let [long, wide] = self.tool.reach_m();
         Ok(Placed {
             at_m,
             outward,
             along,
             bars,
-            reach_m: along.abs() * long + across.abs() * wide,
+            line: match self.tool {
+                Shaped::OpenJaws => across,
+                _ => along,
+            },
         })
     }
 }
@@ -355,6 +365,35 @@ fn meet(mesh: &Mesh, at: &Point, from: &Point) -> Option<(Point, Point)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_line_is_as_long_as_what_it_touches() {
+        for case in Case::all() {
+            let placed = case.placed(&case.site.subject.mesh().expect("built in"));
+            let placed = placed.expect("a place");
+            // On a cylinder that lies across the line.
+            let round_m = 0.030;
+            let axis = placed.outward.cross(&placed.line);
+            let distance_m = |p: &Point| {
+                let arm = p - placed.at_m + placed.outward * round_m;
+                (arm - axis * axis.dot(&arm)).norm() - round_m
+            };
+            let half_m = placed.half_m(0.008, distance_m);
+            let expected_m = match case.tool {
+                Shaped::Tip(_) => 0.0,
+                Shaped::Jaws => 0.010,
+                Shaped::OpenJaws => 0.006,
+                Shaped::TwoTips => 0.0125,
+                // Its axis stands 2.5 mm over the top and goes down 8 mm.
+                Shaped::Shaft => (0.0325_f64.powi(2) - 0.0245_f64.powi(2)).sqrt(),
+            };
+            assert!(
+                (half_m - expected_m).abs() < 1.1e-3,
+                "{}: {half_m} {expected_m}",
+                case.name()
+            );
+        }
+    }
 
     #[test]
     fn every_tool_touches_where_it_is_put() {

@@ -7,7 +7,7 @@ use nalgebra::Vector3;
 use scene_prepare::field::{Field, Grid, Nearest, Sign};
 use scene_prepare::mesh::Mesh;
 
-use super::case::{Case, Placed};
+use super::case::{Case, Placed, Shaped, Subject};
 use crate::body::Tissue;
 
 type Point = Vector3<f64>;
@@ -15,44 +15,60 @@ type Point = Vector3<f64>;
 /// Depths, mm.
 pub(crate) const DEPTHS_MM: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 
-/// Size of the smallest elements over the mean of the tool's radius and [`MEAN_M`]: the coarser
-/// mesh and the finer.
+/// Size of the smallest elements over the tool's radius or, if that is less, [`MEAN_M`]: the coarser mesh and
+/// the finer.
 const SIZES: [f64; 2] = [1.2, 0.9];
+/// The same under tips on what is small enough for finer ones.
+const FINE_SIZES: [f64; 2] = [0.9, 0.7];
 const MEAN_M: f64 = 0.005;
-/// Up to about this distance from the tool elements keep their size, over the same mean; farther off
+/// Up to about this distance from the tool elements keep their size, over [`Shaped::mean_m`]; farther off
 /// they grow with the distance. With less a free lobe bends up to 70 % too far.
 const NEAR_SIZES: f64 = 2.7;
+/// Along what lies on its side, elements are longer by this: there forces hardly change.
+const STRETCH: f64 = 3.0;
 /// Steps of the load below this share of it end a curve.
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
 
-/// Space drawn together around a place: elements grow with the distance from it.
+/// Space drawn together around a line, or a place where the line has no length: elements grow with the
+/// distance from it.
 struct Focus {
+    /// Its middle.
     around: Point,
+    /// Of length 1.
+    along: Point,
+    /// Half of its length, m.
+    half_m: f64,
     /// Up to about this distance elements keep their size, m.
     near_m: f64,
-    /// How much longer they are along each axis.
-    stretch: Point,
+    /// How much longer they are along the line.
+    stretch: f64,
 }
 
 impl Focus {
+    /// The nearest place of a line of this half length to what lies there from its middle, and the way on from it.
+    fn nearest(&self, arm: &Point, half_m: f64) -> (Point, Point) {
+        let foot = self.along * self.along.dot(arm).clamp(-half_m, half_m);
+        (foot, arm - foot)
+    }
+
     fn out(&self, p: &Point) -> Point {
-        let arm = p - self.around;
+        let (foot, arm) = self.nearest(&(p - self.around), self.half_m / self.stretch);
         let q = arm.norm() / self.near_m;
         let far = if q > 1e-9 { q.sinh() / q } else { 1.0 };
-        self.around + arm.component_mul(&self.stretch) * far
+        self.around + foot * self.stretch + arm * far
     }
 
     /// How much longer elements are at a place than at the focus.
     fn growth(&self, p: &Point) -> f64 {
-        let arm = (p - self.around).component_div(&self.stretch);
+        let (_, arm) = self.nearest(&(p - self.around), self.half_m);
         (1.0 + (arm.norm() / self.near_m).powi(2)).sqrt()
     }
 
     fn back(&self, p: &Point) -> Point {
-        let arm = (p - self.around).component_div(&self.stretch);
+        let (foot, arm) = self.nearest(&(p - self.around), self.half_m);
         let x = arm.norm() / self.near_m;
         let close = if x > 1e-9 { x.asinh() / x } else { 1.0 };
-        self.around + arm * close
+        self.around + foot / self.stretch + arm * close
     }
 
     /// A box that holds what another box becomes.
@@ -73,13 +89,12 @@ impl Focus {
 /// Fills what of a closed surface lies beyond the plane up to which it is held.
 fn fill(
     surface: &Mesh,
+    field: &Field,
     focus: &Focus,
     (axis, plane_m): (usize, f64),
     size_m: f64,
 ) -> Result<fem_reference::Mesh, fem_reference::FemError> {
     let mut bounds = surface.bounds();
-    let cell = (bounds[1] - bounds[0]).max() / 160.0;
-    let field = Field::new(surface, Grid::around(bounds, cell, 4), Sign::Closed);
     bounds[0][axis] = plane_m;
     let [min, max] = focus.bounds(bounds);
     let distance = |p: &Point| field.at(p).max(plane_m - p[axis]);
@@ -120,8 +135,15 @@ fn fill(
 /// What is this near to the plane lies on it, m.
 const ON_PLANE_M: f64 = 2e-4;
 
-/// Goes up when [`fill`] makes other meshes. The first cut off the edge of what is held.
-const MESHER: usize = 2;
+/// Which mesher makes a case's meshes. The first cut off the edge of what is held. The second let elements grow
+/// along the line on which a tool touches, and had them too large under thin tips and thick ones; under
+/// those of 5 mm it makes what the third makes, but for the gallbladder's.
+fn mesher(case: &Case) -> usize {
+    match (case.site.subject, case.tool) {
+        (Subject::Liver | Subject::Stomach, Shaped::Tip(5.0)) => 2,
+        _ => 3,
+    }
+}
 
 /// Force over depth.
 #[derive(Debug, Clone, PartialEq)]
@@ -133,7 +155,7 @@ pub(crate) struct Curve {
     pub(crate) coarse_n: Vec<f64>,
     /// Nodes of both meshes, the finer last.
     pub(crate) nodes: [usize; 2],
-    /// Which mesher made the meshes; the one of today is [`MESHER`].
+    /// Which mesher made the meshes; the one of today is [`mesher`].
     pub(crate) mesher: usize,
 }
 
@@ -172,17 +194,23 @@ pub(crate) fn curve(
     quick: bool,
     any_mesher: bool,
 ) -> Result<Curve, String> {
-    if let Some(curve) = found(case, folder, quick).filter(|c| any_mesher || c.mesher == MESHER) {
+    if let Some(curve) =
+        found(case, folder, quick).filter(|c| any_mesher || c.mesher == mesher(case))
+    {
         return Ok(curve);
     }
     let kept = place(case, folder, quick);
     let surface = case.site.subject.mesh()?;
     let placed = case.placed(&surface)?;
-    let sizes = if quick { [2.0, 1.6] } else { SIZES };
-    let mean_m = case.tool.mean_m(MEAN_M);
+    let sizes = match (case.site.subject, case.tool) {
+        _ if quick => [2.0, 1.6],
+        (Subject::Gallbladder, Shaped::Tip(_)) => FINE_SIZES,
+        _ => SIZES,
+    };
+    let unit_m = case.tool.radius_m().min(MEAN_M);
     let mut solved = Vec::new();
     for size in sizes {
-        solved.push(solve(case, &surface, &placed, size * mean_m)?);
+        solved.push(solve(case, &surface, &placed, size * unit_m)?);
     }
     let [(nodes_before, coarse_n), (nodes, force_n)] = solved
         .try_into()
@@ -191,7 +219,7 @@ pub(crate) fn curve(
         force_n,
         coarse_n,
         nodes: [nodes_before, nodes],
-        mesher: MESHER,
+        mesher: mesher(case),
     };
     std::fs::write(&kept, text(&curve)).map_err(|e| format!("{}: {e}", kept.display()))?;
     Ok(curve)
@@ -307,25 +335,23 @@ fn solve(
 ) -> Result<(usize, Vec<f64>), String> {
     let words = |e: fem_reference::FemError| format!("{}: {e}", case.name());
     let radius_m = case.tool.radius_m();
-    // Two ends need small elements between them too; along a bar they may be long.
-    let (near_m, stretch) = if case.tool.has_two_ends() {
-        (
-            1.5 * radius_m + 0.5 * placed.reach_m.max(),
-            Point::repeat(1.0),
-        )
-    } else {
-        let near_m = NEAR_SIZES * case.tool.mean_m(MEAN_M);
-        let long = |reach: f64| (1.0 + reach / near_m).sqrt();
-        (near_m, placed.reach_m.map(long))
-    };
+    let bounds = surface.bounds();
+    let cell = (bounds[1] - bounds[0]).max() / 160.0;
+    let field = Field::new(surface, Grid::around(bounds, cell, 4), Sign::Closed);
+    let deepest_m = DEPTHS_MM[DEPTHS_MM.len() - 1] * 1e-3;
     let focus = Focus {
         around: placed.at_m,
-        near_m,
-        stretch,
+        along: placed.line,
+        half_m: placed.half_m(deepest_m, |p| field.at(p)),
+        near_m: NEAR_SIZES * case.tool.mean_m(MEAN_M),
+        stretch: if case.tool.has_two_ends() {
+            1.0
+        } else {
+            STRETCH
+        },
     };
     let (axis, plane) = case.site.held_below;
-    let mesh = fill(surface, &focus, (axis, plane), size_m).map_err(words)?;
-    let deepest_m = DEPTHS_MM[DEPTHS_MM.len() - 1] * 1e-3;
+    let mesh = fill(surface, &field, &focus, (axis, plane), size_m).map_err(words)?;
     let reach = 3.0 * radius_m + 0.008;
     let may_touch = |p: &Point| {
         let from_bar = |bar: &fem_reference::Bar| {
@@ -362,8 +388,9 @@ fn solve(
         .map(|s| s.tool_force_n.dot(&outward))
         .collect();
     eprintln!(
-        "  reference, {}: {} nodes, {:.0} s, {:.4?} N{}",
+        "  reference, {}: line of {:.0} mm, {} nodes, {:.0} s, {:.4?} N{}",
         case.name(),
+        focus.half_m * 2e3,
         mesh.nodes.len(),
         start.elapsed().as_secs_f64(),
         force_n,
@@ -383,7 +410,7 @@ mod tests {
             force_n: vec![0.02, 0.05, 0.09123],
             coarse_n: vec![0.021, 0.049],
             nodes: [4000, nodes],
-            mesher: MESHER,
+            mesher: 3,
         };
         let curves: Vec<Curve> = (1..=cases.len()).map(curve).collect();
         let table = csv(cases.iter().zip(&curves));
@@ -409,7 +436,7 @@ mod tests {
             force_n: vec![0.02, 0.05, 0.0912345],
             coarse_n: vec![0.021, 0.049],
             nodes: [4000, 7000],
-            mesher: MESHER,
+            mesher: 3,
         };
         assert_eq!(read(&text(&curve)), Some(curve));
         assert_eq!(read("nonsense"), None);
