@@ -143,13 +143,16 @@ const BODY: Site = site(
     [-0.012, 0.0, 0.0],
     (2, -0.008),
 );
-const NECK: Site = site(
-    Subject::Gallbladder,
-    "neck",
-    TOP,
-    [0.018, 0.0, 0.0],
-    (2, -0.006),
-);
+const NECK: Site = Site {
+    seen: true,
+    ..site(
+        Subject::Gallbladder,
+        "neck",
+        TOP,
+        [0.018, 0.0, 0.0],
+        (2, -0.006),
+    )
+};
 /// Held by its middle: a plane 10 mm lower takes a few millimetres off the fundus, and there finite elements are
 /// held while spheres, whose centres lie half a spacing under the skin, are not.
 const WALL: Site = site(Subject::Stomach, "front", TOP, [0.0, 0.0, 0.0], (2, 0.0));

@@ -78,7 +78,7 @@ touches; sizes are <b>radii</b>. The force along its way is compared with that o
 tetrahedra of the same neo-Hookean tissue, frictionless contact). A curve ends where the reference finds no \
 equilibrium any more. Every reference is solved on two meshes; where they differ by more than {DOUBT_MAX_PCT} % the \
 panel says by how much, and nothing is concluded. The goal is the just noticeable difference of force, {GOAL_PCT} % \
-rms.</p><p>“right lobe” is the site on which the contact law’s constants were looked at; all other sites are unseen. \
+rms.</p><p>On “right lobe” and “neck” constants of the contact law were chosen; all other sites are unseen. \
 <b>{kept} of {} rows at unseen sites with a reference to be trusted are within the goal.</b></p>{svg}{}\
 <p>Steps of the product’s force from one tick to the next, 5 mm radius: pressed to 5 mm, and slid over 40 mm at a depth \
 of 4 mm, at the largest of all sites and sphere counts.</p>{}<details><summary>All figures</summary>{}</details>",
