@@ -315,10 +315,11 @@ fn look(
 /// Least patch under a tip, its radii: narrower ones would be pushed in ahead of the skin around
 /// them as soon as the contact is as wide as they are.
 const PATCH_RADII: f32 = 0.8;
-/// Least patch under a round end, m. Under a narrower one spheres that are closer together than that are strained,
-/// a few millimetres deep, as the law does not know them: chosen by a 3 mm tip on a gallbladder's neck of 2500, which
-/// was 17 % too stiff.
-const PATCH_MIN_M: f32 = 0.004;
+/// The same under a thin round end, up to [`THIN_M`]: spheres that are as close together as it is wide are strained, a
+/// few millimetres deep, as the law does not know them. Chosen by a 3 mm tip on a gallbladder's neck of 2500, which was
+/// 17 % too stiff.
+const THIN_PATCH_RADII: f32 = 1.3;
+const THIN_M: f32 = 0.004;
 
 fn spread_under(
     station: &Station,
@@ -327,7 +328,9 @@ fn spread_under(
     known: &mut Corners,
 ) -> Closest {
     let least_m = match station.shape {
-        Shape::Ball { radius_m } => (PATCH_RADII * radius_m).max(PATCH_MIN_M),
+        Shape::Ball { radius_m } => (THIN_PATCH_RADII * radius_m)
+            .min(THIN_M)
+            .max(PATCH_RADII * radius_m),
         Shape::Bar { radius_m, .. } => PATCH_RADII * radius_m,
     };
     let missing_m2 = least_m * least_m - closest.patch_m * closest.patch_m;
