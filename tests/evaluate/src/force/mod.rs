@@ -268,14 +268,22 @@ pub(crate) fn motion(step: &Step) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use case::Placed;
+    use scene_prepare::mesh::Mesh;
+
+    /// The case of this name.
+    fn known(name: &str) -> (Case, Mesh, Placed) {
+        let of = |case: &Case| case.name() == name;
+        let case = Case::all().into_iter().find(of).expect("in the list");
+        let surface = case.site.subject.mesh().expect("built in");
+        let placed = case.placed(&surface).expect("a place");
+        (case, surface, placed)
+    }
 
     /// Against what the full run found at 2, 4 and 6 mm.
     #[test]
     fn ours_is_near_the_reference_and_a_rigid_skin_is_not() {
-        let of = |case: &Case| case.name() == "liver left lobe: tip 5 mm";
-        let case = Case::all().into_iter().find(of).expect("in the list");
-        let surface = case.site.subject.mesh().expect("built in");
-        let placed = case.placed(&surface).expect("a place");
+        let (case, surface, placed) = known("liver left lobe: tip 5 mm");
         let mut rig = Rig::new(&surface, 250, &case.site).expect("packed");
         let mut error = |law| {
             let force = rig.press(&placed, law, 6).expect("pressed");
@@ -292,10 +300,7 @@ mod tests {
     /// Against what the full run found at 3 mm: with a patch as narrow as the tip, 2500 spheres were 19 % too stiff.
     #[test]
     fn a_thin_tip_meets_many_spheres_as_it_meets_few() {
-        let of = |case: &Case| case.name() == "gallbladder neck: tip 3 mm";
-        let case = Case::all().into_iter().find(of).expect("in the list");
-        let surface = case.site.subject.mesh().expect("built in");
-        let placed = case.placed(&surface).expect("a place");
+        let (case, surface, placed) = known("gallbladder neck: tip 3 mm");
         for spheres in [250, 2500] {
             let mut rig = Rig::new(&surface, spheres, &case.site).expect("packed");
             let force_n = rig.press(&placed, Law::Ours, 3).expect("pressed");
