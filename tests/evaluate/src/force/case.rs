@@ -238,7 +238,7 @@ pub(crate) struct Placed {
     pub(crate) outward: Point,
     /// Along the surface.
     pub(crate) along: Point,
-    /// Its parts where they touch, m.
+    /// Its parts where they touch, m; the free end of each first.
     pub(crate) bars: Vec<Bar>,
     /// Along the line on which it touches, of length 1.
     pub(crate) line: Point,
@@ -273,6 +273,8 @@ impl Case {
             (LEFT_LOBE, Shaped::TwoTips),
             (LEFT_LOBE, Shaped::Jaws),
             (LEFT_LOBE, Shaped::OpenJaws),
+            (BODY, Shaped::Jaws),
+            (BODY, Shaped::OpenJaws),
             (NECK, Shaped::Tip(3.0)),
         ];
         let all = [with(5.0), with(10.0)].concat().into_iter();
@@ -322,12 +324,12 @@ impl Case {
             Shaped::Jaws => {
                 let joint = low - along * (JAW_M / 2.0);
                 let end = |side: f64| joint + along * JAW_M + across * (side * 0.001);
-                [1.0, -1.0].map(|s| bar(joint, end(s))).into()
+                [1.0, -1.0].map(|s| bar(end(s), joint)).into()
             }
             Shaped::OpenJaws => {
                 let joint = low + outward * JAW_M;
                 let end = |side: f64| low + across * (side * OPEN_M);
-                [1.0, -1.0].map(|s| bar(joint, end(s))).into()
+                [1.0, -1.0].map(|s| bar(end(s), joint)).into()
             }
         };
         Ok(Placed {

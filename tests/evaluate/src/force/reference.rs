@@ -20,6 +20,8 @@ pub(crate) const DEPTHS_MM: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 const SIZES: [f64; 2] = [1.2, 0.9];
 /// The same under tips on what is small enough for finer ones.
 const FINE_SIZES: [f64; 2] = [0.9, 0.7];
+/// The same under jaws on the liver: twenty of their radii long, they would need more elements than can be solved.
+const JAWS_SIZES: [f64; 2] = [1.6, 1.2];
 const MEAN_M: f64 = 0.005;
 /// Up to about this distance from the tool elements keep their size, over [`Shaped::mean_m`]; farther off
 /// they grow with the distance. With less a free lobe bends up to 70 % too far.
@@ -205,6 +207,7 @@ pub(crate) fn curve(
     let sizes = match (case.site.subject, case.tool) {
         _ if quick => [2.0, 1.6],
         (Subject::Gallbladder, Shaped::Tip(_)) => FINE_SIZES,
+        (Subject::Liver, Shaped::Jaws | Shaped::OpenJaws) => JAWS_SIZES,
         _ => SIZES,
     };
     let unit_m = case.tool.radius_m().min(MEAN_M);
