@@ -218,6 +218,15 @@ pub(crate) fn fades(distance_m: f32, patch_m: f32) -> f32 {
     bessel(distance_m * distance_m / (4.0 * patch_m * patch_m))
 }
 
+/// The same as spheres do it: beyond its patch a force carries more over than on a half-space, most at two.
+pub(crate) fn carries(distance_m: f32, patch_m: f32) -> f32 {
+    let patches = distance_m / patch_m;
+    let beyond = 4.0 * (patches - 1.0).max(0.0) / (patches * patches).max(1.0);
+    fades(distance_m, patch_m) + SHOULDER * beyond
+}
+
+/// Read off 250 spheres against 2500 under a 10 mm tip on a gallbladder's body, which was 10 % too soft.
+const SHOULDER: f32 = 0.04;
 /// Mean of 1/(π r) over two points of a Gaussian `exp(−r²/A²)`, times A: `1 / √(2π)`.
 const GAUSSIAN: f32 = 0.398_942_3;
 /// Dent in the middle of a contact of half-width a: that of a point this share of a away (Hertz:
@@ -364,6 +373,16 @@ mod tests {
                 length_m: by * radius_m
             }),
         ]
+    }
+
+    /// Under its own patch and far off spheres are as a half-space is.
+    #[test]
+    fn spheres_carry_more_only_beyond_a_patch() {
+        let more = |patches: f32| carries(patches * 0.004, 0.004) - fades(patches * 0.004, 0.004);
+        assert!(more(0.0).abs() < 1.0e-6 && more(1.0).abs() < 1.0e-6 && more(100.0) < 0.002);
+        assert!(
+            (more(2.0) - SHOULDER).abs() < 1.0e-5 && more(1.7) < more(2.0) && more(2.5) < more(2.0)
+        );
     }
 
     proptest! {

@@ -80,7 +80,7 @@ impl Closest {
         self.patch = under.patch(skin);
         // The gap is looked at in the middle, which sinks as under a patch of this width: by its own share and
         // by what the ring does to it.
-        let between = law::fades(radius_m, self.patch_m);
+        let between = law::carries(radius_m, self.patch_m);
         self.patch_m /= middle + (1.0 - middle) * between;
     }
 }
