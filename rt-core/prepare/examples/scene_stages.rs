@@ -1,7 +1,9 @@
 //! What each stage of the tick costs in a whole scene with the instrument at work on it: `cargo run
 //! --release -p scene-prepare --example scene_stages`; with `-- --by-spheres`, what contact costs by their
 //! number. The tip is pressed 6 mm into the target and drawn
-//! over it; the shaft lies on what it lies on, and the endoscope stands far in. Also the largest step of the force in a tick.
+//! over it; the shaft lies on what it lies on, and the endoscope presses as deep into the largest organ. Also the
+//! largest step of the force in a tick, and what all of contact takes: finding, pressing (what the solve takes longer
+//! than with both tools away, where every organ stays awake) and the force.
 
 #[path = "../tests/scenes/core/mod.rs"]
 mod core;
@@ -13,7 +15,7 @@ use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled, TrackerSample,
 };
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
-use rt_core::state::State;
+use rt_core::state::{SphereBits, State};
 use rt_core::tool::Kinematics;
 use scene_prepare::{Recipe, prepare};
 use shared_mem::scene::SceneData;
@@ -35,8 +37,32 @@ const TOUCH: DeviceCapabilities = DeviceCapabilities {
     rate_hz: 1000.0,
 };
 
-/// The endoscope stands this much farther in than where it looks from: it lies on something, m.
-const SCOPE_AHEAD_M: f32 = 0.06;
+/// Both tools go so far into what they touch, m.
+const PRESSED_M: f32 = 0.006;
+
+/// Which tools are at work; the others are away from everything.
+#[derive(Clone, Copy)]
+struct At {
+    instrument: bool,
+    endoscope: bool,
+}
+
+impl At {
+    const WORK: Self = Self {
+        instrument: true,
+        endoscope: true,
+    };
+    const REST: Self = Self {
+        instrument: false,
+        endoscope: false,
+    };
+}
+
+/// How far from the target an instrument is that is away, m.
+const AWAY_M: f32 = 0.05;
+
+/// The endoscope presses on what is so far from the instrument's shaft, m.
+const BESIDE_M: f32 = 0.05;
 
 struct Timed {
     samples: Samples,
@@ -45,6 +71,8 @@ struct Timed {
     force_n: Vec3,
     step_n: f32,
     contacts: u32,
+    /// Spheres that a tool touches, and that are awake.
+    touched: [usize; 2],
 }
 
 impl Ports for Timed {
@@ -60,6 +88,10 @@ impl Ports for Timed {
 
     fn publish(&mut self, view: &TickView<'_>) {
         self.contacts = view.tool.contact_count;
+        if view.tick % 100 == 0 {
+            let count = |bit| view.spheres().filter(|it| it.bits.contains(bit)).count();
+            self.touched = [SphereBits::CONTACT, SphereBits::AWAKE].map(count);
+        }
     }
 
     fn stamp(&mut self, stage: Stage) {
@@ -75,6 +107,8 @@ struct Seen {
     largest_n: [f32; 2],
     mean_n: f32,
     contacts: u32,
+    /// Means over the ticks that were looked at.
+    touched: [f32; 2],
 }
 
 impl Seen {
@@ -90,7 +124,7 @@ fn middle(times_us: &[f64]) -> f64 {
     times_us[times_us.len() / 2]
 }
 
-fn work(scene: &SceneData) -> Seen {
+fn work(scene: &SceneData, at: At) -> Seen {
     let room = scene.room.expect("every scene has a room");
     let loaded = core::Prepared::new(scene);
     let mut state = Box::new(State::new());
@@ -106,11 +140,23 @@ fn work(scene: &SceneData) -> Seen {
     };
     let (target, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
     let along = normal.cross(&(lever.port_m - target)).normalize();
-    let camera = room.world_from_camera;
-    let [x, y, z, w] = camera.orientation;
-    let turn = Quat::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
-    let ahead = turn * Vec3::new(0.0, 0.0, -SCOPE_AHEAD_M);
-    let camera = Pose::from_parts((Vec3::from(camera.position_m) + ahead).into(), turn);
+    // The endoscope goes straight into the largest organ, beside the instrument's shaft.
+    let scope_port_m = Vec3::from(room.endoscope_port_m);
+    let largest = scene.organs.iter().max_by_key(|it| it.spheres[1]);
+    let [first, count] = largest.expect("every scene has organs").spheres;
+    let own = scene.spheres.iter().skip(first as usize);
+    let shaft = (target - lever.port_m).normalize();
+    let is_beside = |at_m: Vec3| (at_m - target).cross(&shaft).norm() > BESIDE_M;
+    let own = own.take(count as usize);
+    let ways_m = own.filter(|it| is_beside(it.center_m.into())).map(|it| {
+        let way_m = Vec3::from(it.center_m) - scope_port_m;
+        (way_m, way_m.norm() - it.radius_m)
+    });
+    let (way_m, there_m) = ways_m
+        .min_by(|a, b| a.1.total_cmp(&b.1))
+        .expect("some of it lies beside the shaft");
+    let tracker_from_world = loaded.scene().room().world_from_tracker.inverse();
+    let looks = Quat::rotation_between(&-Vec3::z(), &way_m).unwrap_or_else(Quat::identity);
     let mut timed = Timed {
         samples: Samples {
             now_ns: 0,
@@ -124,19 +170,29 @@ fn work(scene: &SceneData) -> Seen {
         force_n: Vec3::zeros(),
         step_n: 0.0,
         contacts: 0,
+        touched: [0; 2],
     };
     let (mut largest_n, mut mean_n, mut contacts) = ([0.0f32; 2], 0.0, 0);
+    let mut touched = [0.0; 2];
     for t in 0..TICKS {
         let share = (f64::from(t) / f64::from(APPROACH)).min(1.0) as f32;
         let slide = f64::from(t.saturating_sub(APPROACH)) * 1e-3;
         let off_m = 0.008 * libm::sin(slide * 2.0) as f32;
-        let tip_m = target + normal * (0.020 - 0.026 * share) + along * off_m;
+        let tip_m = match at.instrument {
+            true => target + normal * (0.026 * (1.0 - share) - PRESSED_M) + along * off_m,
+            false => target + normal * AWAY_M,
+        };
         timed.samples.now_ns += 1_000_000;
         let up = Vec3::y();
-        timed.samples.tracker = Polled::Fresh(TrackerSample {
-            tracker_from_sensor: camera,
-            at_ns: timed.samples.now_ns,
-        });
+        if at.endoscope {
+            let front_m =
+                scope_port_m + way_m.normalize() * (there_m + PRESSED_M - 0.026 * (1.0 - share));
+            let camera = Pose::from_parts(front_m.into(), looks);
+            timed.samples.tracker = Polled::Fresh(TrackerSample {
+                tracker_from_sensor: tracker_from_world * camera,
+                at_ns: timed.samples.now_ns,
+            });
+        }
         timed.samples.device = Polled::Fresh(DeviceSample {
             device_from_handle: lever.handle_from_tip(&tip_m, &up),
             velocity_m_s: None,
@@ -150,6 +206,9 @@ fn work(scene: &SceneData) -> Seen {
         if phase == 1 {
             mean_n += timed.force_n.norm() / (TICKS - APPROACH) as f32;
             contacts = contacts.max(timed.contacts);
+            for (mean, count) in touched.iter_mut().zip(timed.touched) {
+                *mean += count as f32 / (TICKS - APPROACH) as f32;
+            }
         }
     }
     Seen {
@@ -157,6 +216,7 @@ fn work(scene: &SceneData) -> Seen {
         largest_n,
         mean_n,
         contacts,
+        touched,
     }
 }
 
@@ -185,7 +245,10 @@ fn by_spheres(recipe: &Recipe) {
         };
         let mut sum_us = vec![0.0; (TICKS - APPROACH) as usize];
         for _ in 0..scenes {
-            for (sum_us, us) in sum_us.iter_mut().zip(work(&built.scene).of(Stage::Contact)) {
+            for (sum_us, us) in sum_us
+                .iter_mut()
+                .zip(work(&built.scene, At::WORK).of(Stage::Contact))
+            {
                 *sum_us += us;
             }
         }
@@ -209,7 +272,13 @@ fn main() {
     let recipe = Recipe::triangle(has("--full")).expect("a built-in recipe");
     let built = prepare(&recipe, &mut |_| {}).expect("a built-in recipe");
     let scene = &built.scene;
-    let seen = work(scene);
+    let seen = work(scene, At::WORK);
+    let without_scope = At {
+        endoscope: false,
+        ..At::WORK
+    };
+    let alone = work(scene, without_scope);
+    let rest = work(scene, At::REST);
     let Seen {
         largest_n,
         mean_n,
@@ -228,7 +297,11 @@ fn main() {
         1e3 * largest_n[0],
         1e3 * largest_n[1]
     );
-    let (mut sum, mut contact_us) = ((0.0, 0.0), 0.0);
+    println!(
+        "spheres touched by both tools {:.1}, by the instrument alone {:.1}, by none {:.1}; awake {:.0}, and {:.0} with both away",
+        seen.touched[0], alone.touched[0], rest.touched[0], seen.touched[1], rest.touched[1]
+    );
+    let mut sum = (0.0, 0.0);
     for stage in Stage::ALL {
         let times_us = seen.of(stage);
         let (least, median) = (times_us[0], middle(&times_us));
@@ -236,14 +309,20 @@ fn main() {
             "  {:<10} min {least:7.1} µs  p50 {median:7.1} µs",
             format!("{stage:?}")
         );
-        if stage == Stage::Contact {
-            contact_us = median;
-        }
         sum = (sum.0 + least, sum.1 + median);
     }
     println!("  {:<10} min {:7.1} µs  p50 {:7.1} µs", "sum", sum.0, sum.1);
+    let of = |seen: &Seen, stage| middle(&seen.of(stage));
+    let parts_us = [
+        of(&seen, Stage::Contact),
+        (of(&seen, Stage::Solve) - of(&rest, Stage::Solve)).max(0.0),
+        of(&seen, Stage::Force),
+    ];
     println!(
-        "a tick's budget: 1000 µs; contact is {:.1} % of it at p50",
-        contact_us / 10.0
+        "contact in all: {:.1} µs at p50: found {:.1}, pressed {:.1}, felt {:.1}",
+        parts_us.iter().sum::<f64>(),
+        parts_us[0],
+        parts_us[1],
+        parts_us[2]
     );
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use parry3d::glamx;
-use parry3d::shape::{Capsule as Bar, TriMesh};
+use parry3d::shape::{Capsule as Bar, TriMesh, TriMeshFlags};
 use rt_core::collision::cylinder;
 use rt_core::tool::Capsule;
 use scene_prepare::field::{Field, Grid, Nearest, Sign};
@@ -49,6 +49,37 @@ pub(crate) fn vertices(vertices: &[V3], parts: &[Capsule]) -> Found {
         }
     }
     found
+}
+
+/// How the mesh follows its spheres: each vertex by the four that are nearest at rest.
+pub(crate) struct Skinning(Vec<[(u32, f32); 4]>);
+
+impl Skinning {
+    /// Of these vertices on these spheres; none where there are fewer than four.
+    pub(crate) fn new(vertices: &[V3], spheres: &[(V3, f32)]) -> Option<Self> {
+        let near = |at_m: &V3| {
+            let mut all: Vec<(u32, f32)> = (0..)
+                .zip(spheres)
+                .map(|(i, (center_m, _))| (i, (center_m - at_m).norm()))
+                .collect();
+            if all.len() > 4 {
+                all.select_nth_unstable_by(3, |a, b| a.1.total_cmp(&b.1));
+            }
+            let nearest: [(u32, f32); 4] = all.get(..4)?.try_into().ok()?;
+            let whole: f32 = nearest.iter().map(|(_, m)| m.max(1e-6).recip()).sum();
+            Some(nearest.map(|(i, m)| (i, m.max(1e-6).recip() / whole)))
+        };
+        vertices.iter().map(near).collect::<Option<_>>().map(Self)
+    }
+
+    /// Where the vertices are when the spheres have moved so.
+    pub(crate) fn moved(&self, rest_m: &[V3], moves_m: &[V3], out_m: &mut Vec<V3>) {
+        out_m.clear();
+        out_m.extend(rest_m.iter().zip(&self.0).map(|(at_m, parts)| {
+            let way = |&(i, weight): &(u32, f32)| moves_m[i as usize] * weight;
+            parts.iter().map(way).fold(*at_m, |sum, part| sum + part)
+        }));
+    }
 }
 
 /// An octree over the faces, each in every leaf that its box meets (the paper's "adaptive octree").
@@ -211,7 +242,18 @@ impl Hierarchy {
     /// Over all faces; none if there are none.
     pub(crate) fn new(vertices: &[V3], triangles: &[[u32; 3]]) -> Option<Self> {
         let vertices = vertices.iter().map(single).collect();
-        TriMesh::new(vertices, triangles.to_vec()).ok().map(Self)
+        let flags = TriMeshFlags::DEFORMABLE;
+        let mesh = TriMesh::with_flags(vertices, triangles.to_vec(), flags);
+        mesh.ok().map(Self)
+    }
+
+    /// Takes in where the vertices are now: boxes are refitted, the tree stays.
+    pub(crate) fn follow(&mut self, vertices: &[V3]) {
+        self.0.update_vertices(|own| {
+            for (own, now) in own.iter_mut().zip(vertices) {
+                *own = single(now);
+            }
+        });
     }
 
     /// parry's distance between the mesh and a line, less the radius: what a part's surface does.
@@ -317,6 +359,38 @@ mod tests {
         }
         assert!(agreed >= 54, "{agreed} of 60");
         assert!((10..60).contains(&touched), "{touched}");
+    }
+
+    /// A mesh that is moved with its spheres is where they have gone, and the tree over it finds what a new one does.
+    #[test]
+    fn mesh_and_tree_follow_the_spheres() {
+        let mesh = scene_prepare::shape::Shape::from(scene_prepare::shape::Form::Stomach).mesh();
+        let rest: Vec<V3> = mesh.vertices.iter().map(|p| p.cast()).collect();
+        let spheres: Vec<(V3, f32)> = rest.iter().step_by(40).map(|p| (p * 0.8, 0.01)).collect();
+        let skinning = Skinning::new(&rest, &spheres).expect("spheres");
+        let mut moved = Vec::new();
+        let shift = V3::new(0.01, -0.02, 0.005);
+        skinning.moved(&rest, &vec![shift; spheres.len()], &mut moved);
+        let off = rest.iter().zip(&moved).map(|(a, b)| (b - a - shift).norm());
+        assert!(off.fold(0.0, f32::max) < 1e-6);
+        assert!(Skinning::new(&rest, &spheres[..3]).is_none());
+        let squeeze = |(c, _): &(V3, f32)| V3::new(0.0, 0.0, -0.3 * c.z);
+        let moves: Vec<V3> = spheres.iter().map(squeeze).collect();
+        skinning.moved(&rest, &moves, &mut moved);
+        let mut refitted = Hierarchy::new(&rest, &mesh.triangles).expect("faces");
+        refitted.follow(&moved);
+        let anew = Hierarchy::new(&moved, &mesh.triangles).expect("faces");
+        let motion = super::super::motion::motion(&mesh, 100).expect("a mesh");
+        let mut touched = 0;
+        for parts in &motion {
+            let (a, b) = (refitted.find(parts), anew.find(parts));
+            assert!(
+                (a.unwrap_or(0.0) - b.unwrap_or(0.0)).abs() < 1e-6,
+                "{a:?} {b:?}"
+            );
+            touched += usize::from(b.is_some());
+        }
+        assert!((5..100).contains(&touched), "{touched}");
     }
 
     #[test]
