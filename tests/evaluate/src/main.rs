@@ -16,6 +16,7 @@ mod case;
 mod chart;
 mod collision;
 mod convergence;
+mod focus;
 mod force;
 mod haptics;
 mod methods;

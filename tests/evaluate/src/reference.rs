@@ -5,7 +5,8 @@ use nalgebra::Vector3;
 use scene_prepare::field::{Field, Grid, Nearest, Sign};
 
 use crate::body::{Body, Tissue, V3};
-use crate::scene::{Kind, Scene};
+use crate::focus::{Focus, MEAN_M, NEAR_SIZES, ON_PLANE_M, fill};
+use crate::scene::{Kind, Press, Scene};
 
 type Point = Vector3<f64>;
 
@@ -29,34 +30,6 @@ pub(crate) struct Solved {
     pub(crate) growth: f64,
 }
 
-/// Space drawn together around a point, so that elements grow with the distance from it, along each
-/// axis by itself: planes stay planes.
-struct Drawn {
-    around: Point,
-    /// Within about this elements keep their size, m; none: everywhere.
-    near_m: Option<f64>,
-}
-
-impl Drawn {
-    fn new(scene: &Scene) -> Self {
-        let press = scene.press.as_ref();
-        Self {
-            around: press.map_or_else(Point::zeros, |p| p.site_m),
-            near_m: press.map(|p| 4.0 * p.radius_m),
-        }
-    }
-
-    fn out(&self, p: &Point) -> Point {
-        let Some(near) = self.near_m else { return *p };
-        self.around + (p - self.around).map(|q| near * (q / near).sinh())
-    }
-
-    fn back(&self, p: &Point) -> Point {
-        let Some(near) = self.near_m else { return *p };
-        self.around + (p - self.around).map(|x| near * (x / near).asinh())
-    }
-}
-
 /// Fills a closed surface with elements that have a layer of corners on each of the scene's two
 /// planes and `layers` spaces between them: a plane between two layers would hold the body
 /// half an element too early, whatever the size.
@@ -66,15 +39,8 @@ fn mesh(
     layers: usize,
 ) -> Result<Mesh, FemError> {
     let bounds = surface.bounds();
-    let drawn = Drawn::new(scene);
-    let [mut min, max] = bounds.map(|p| drawn.back(&p));
-    let mut plane = drawn.around;
-    plane[scene.axis] = scene.fixed_below_m;
-    let fixed = drawn.back(&plane)[scene.axis];
-    let space = match drawn.near_m {
-        Some(near) => 3.0 * near / layers as f64,
-        None => (scene.free_below_m - scene.fixed_below_m) / layers as f64,
-    };
+    let [mut min, max] = bounds;
+    let space = (scene.free_below_m - scene.fixed_below_m) / layers as f64;
     let size = 2.0 * space;
     let field = Field::new(
         surface,
@@ -83,18 +49,49 @@ fn mesh(
     );
     // The lattice starts 1.5 sizes before `min`.
     let start = min[scene.axis] - 1.5 * size;
-    let before = ((fixed - start) / space).ceil();
-    min[scene.axis] = fixed - before * space + 1.5 * size;
-    let mut mesh = lattice(min, max, size, |p| field.at(&drawn.out(p)))?;
-    if drawn.near_m.is_some() {
-        mesh = mesh.mapped(|p| drawn.out(p));
-    }
+    let before = ((scene.fixed_below_m - start) / space).ceil();
+    min[scene.axis] = scene.fixed_below_m - before * space + 1.5 * size;
+    let mut mesh = lattice(min, max, size, |p| field.at(p))?;
     // Chords lie inside: without this the body is too small by the square of the size.
     if let Some(nearest) = Nearest::new(surface) {
         mesh.curve_boundary(|p| nearest.point(p));
     }
     Ok(mesh)
 }
+
+/// Fills what of a closed surface lies above the plane up to which it is held. Elements are small where a
+/// ball presses: its radius holds a tenth of `layers` of them.
+fn pressed_mesh(
+    surface: &scene_prepare::mesh::Mesh,
+    scene: &Scene,
+    press: &Press,
+    layers: usize,
+) -> Result<Mesh, FemError> {
+    let bounds = surface.bounds();
+    let size = RADIUS_LAYERS * press.radius_m / layers as f64;
+    let field = Field::new(
+        surface,
+        Grid::around(bounds, cell_m(bounds, 0.0), 4),
+        Sign::Closed,
+    );
+    let focus = Focus {
+        around: press.site_m,
+        along: Point::x(),
+        half_m: 0.0,
+        near_m: NEAR_SIZES * (press.radius_m * MEAN_M).sqrt(),
+        stretch: 1.0,
+    };
+    fill(
+        surface,
+        &field,
+        &focus,
+        (scene.axis, scene.fixed_below_m),
+        size,
+    )
+}
+
+/// So many layers are one element a ball's radius.
+const RADIUS_LAYERS: f64 = 10.0;
 
 /// Edge of the cells in which the distance to the surface is kept, m.
 fn cell_m([min, max]: [Point; 2], size_m: f64) -> f64 {
@@ -106,8 +103,8 @@ pub(crate) fn tell(share: f64) {
     eprintln!("  reference: {:.1} % of the load", share * 100.0);
 }
 
-/// Solves a scene with so many layers of elements between its planes. `progress` hears the share
-/// of the load that is carried.
+/// Solves a scene with so many layers of elements between its planes, or ten times as many as lie on a ball's
+/// radius. `progress` hears the share of the load that is carried.
 pub(crate) fn solve(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -115,14 +112,21 @@ pub(crate) fn solve(
     layers: usize,
     progress: &mut dyn FnMut(f64),
 ) -> Result<Solved, FemError> {
-    let mesh = mesh(surface, scene, layers)?;
+    let mesh = match &scene.press {
+        Some(press) => pressed_mesh(surface, scene, press, layers)?,
+        None => mesh(surface, scene, layers)?,
+    };
+    let is_fixed = |p: &Point| match scene.press {
+        Some(_) => p[scene.axis] < scene.fixed_below_m + ON_PLANE_M,
+        None => scene.is_fixed(p),
+    };
     eprintln!("  reference: {} nodes", mesh.nodes.len());
     let problem = Problem {
         mesh: &mesh,
         material: Material::new(tissue.young_pa, tissue.poisson, tissue.density_kg_m3)?,
         gravity_m_s2: scene.gravity(),
         holds: vec![
-            Hold::fixed(mesh.nodes_where(|p| scene.is_fixed(p))),
+            Hold::fixed(mesh.nodes_where(is_fixed)),
             Hold::moved(mesh.nodes_where(|p| scene.is_moved(p)), |p, share| {
                 scene.motion(p, share)
             }),
@@ -155,7 +159,9 @@ pub(crate) fn solve(
     } else {
         scene.load(nodes.map(|((x, u), r)| (scene.is_moved(x), *x, *u, -r)))
     };
-    let growth = mesh.volume_m3(Some(&end.displacement_m))? / mesh.volume_m3(None)? - 1.0;
+    let grown_m3 = mesh.volume_m3(Some(&end.displacement_m))? - mesh.volume_m3(None)?;
+    // What lies below a press is held, and not in its mesh.
+    let growth = grown_m3 / surface.volume();
     drop(problem);
     Ok(Solved {
         mesh,

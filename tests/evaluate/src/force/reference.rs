@@ -2,13 +2,14 @@
 
 use std::path::{Path, PathBuf};
 
-use fem_reference::{Hold, Material, Problem, Tool, lattice};
+use fem_reference::{Hold, Material, Problem, Tool};
 use nalgebra::Vector3;
-use scene_prepare::field::{Field, Grid, Nearest, Sign};
+use scene_prepare::field::{Field, Grid, Sign};
 use scene_prepare::mesh::Mesh;
 
 use super::case::{Case, Placed, Shaped, Subject};
 use crate::body::Tissue;
+use crate::focus::{Focus, MEAN_M, NEAR_SIZES, ON_PLANE_M, fill};
 
 type Point = Vector3<f64>;
 
@@ -22,120 +23,10 @@ const SIZES: [f64; 2] = [1.2, 0.9];
 const FINE_SIZES: [f64; 2] = [0.9, 0.7];
 /// The same under jaws on the liver: twenty of their radii long, they would need more elements than can be solved.
 const JAWS_SIZES: [f64; 2] = [1.6, 1.2];
-const MEAN_M: f64 = 0.005;
-/// Up to about this distance from the tool elements keep their size, over [`Shaped::mean_m`]; farther off
-/// they grow with the distance. With less a free lobe bends up to 70 % too far.
-const NEAR_SIZES: f64 = 2.7;
 /// Along what lies on its side, elements are longer by this: there forces hardly change.
 const STRETCH: f64 = 3.0;
 /// Steps of the load below this share of it end a curve.
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
-
-/// Space drawn together around a line, or a place where the line has no length: elements grow with the
-/// distance from it.
-struct Focus {
-    /// Its middle.
-    around: Point,
-    /// Of length 1.
-    along: Point,
-    /// Half of its length, m.
-    half_m: f64,
-    /// Up to about this distance elements keep their size, m.
-    near_m: f64,
-    /// How much longer they are along the line.
-    stretch: f64,
-}
-
-impl Focus {
-    /// The nearest place of a line of this half length to what lies there from its middle, and the way on from it.
-    fn nearest(&self, arm: &Point, half_m: f64) -> (Point, Point) {
-        let foot = self.along * self.along.dot(arm).clamp(-half_m, half_m);
-        (foot, arm - foot)
-    }
-
-    fn out(&self, p: &Point) -> Point {
-        let (foot, arm) = self.nearest(&(p - self.around), self.half_m / self.stretch);
-        let q = arm.norm() / self.near_m;
-        let far = if q > 1e-9 { q.sinh() / q } else { 1.0 };
-        self.around + foot * self.stretch + arm * far
-    }
-
-    /// How much longer elements are at a place than at the focus.
-    fn growth(&self, p: &Point) -> f64 {
-        let (_, arm) = self.nearest(&(p - self.around), self.half_m);
-        (1.0 + (arm.norm() / self.near_m).powi(2)).sqrt()
-    }
-
-    fn back(&self, p: &Point) -> Point {
-        let (foot, arm) = self.nearest(&(p - self.around), self.half_m);
-        let x = arm.norm() / self.near_m;
-        let close = if x > 1e-9 { x.asinh() / x } else { 1.0 };
-        self.around + foot / self.stretch + arm * close
-    }
-
-    /// A box that holds what another box becomes.
-    fn bounds(&self, [min, max]: [Point; 2]) -> [Point; 2] {
-        let mut held = [Point::repeat(f64::MAX), Point::repeat(f64::MIN)];
-        // Directions from the focus shrink towards it: the box's faces bulge, farthest where they
-        // are nearest.
-        for i in 0..4096 {
-            let share = |shift: u32| f64::from(i >> shift & 15) / 15.0;
-            let at = Point::new(share(0), share(4), share(8));
-            let q = self.back(&(min + (max - min).component_mul(&at)));
-            held = [held[0].inf(&q), held[1].sup(&q)];
-        }
-        held
-    }
-}
-
-/// Fills what of a closed surface lies beyond the plane up to which it is held.
-fn fill(
-    surface: &Mesh,
-    field: &Field,
-    focus: &Focus,
-    (axis, plane_m): (usize, f64),
-    size_m: f64,
-) -> Result<fem_reference::Mesh, fem_reference::FemError> {
-    let mut bounds = surface.bounds();
-    bounds[0][axis] = plane_m;
-    let [min, max] = focus.bounds(bounds);
-    let distance = |p: &Point| field.at(p).max(plane_m - p[axis]);
-    let mut mesh = lattice(min, max, size_m, |p| distance(&focus.out(p)))?.mapped(|p| focus.out(p));
-    let Some(nearest) = Nearest::new(surface) else {
-        return Ok(mesh);
-    };
-    // Where plane and surface meet, chords cut the edge off, and what is held with it: the nodes of
-    // the plane's rim go out to the surface.
-    let on_plane = |p: &Point| p[axis] < plane_m + ON_PLANE_M;
-    let to_edge = |p: &Point| {
-        let mut q = *p;
-        for _ in 0..12 {
-            let mut slope = field.outward(&q);
-            slope[axis] = 0.0;
-            q -= slope * (field.at(&q) / slope.norm_squared().max(0.1));
-        }
-        q
-    };
-    mesh.stretch_corners(|p, beside| {
-        let is_rim = on_plane(p) && beside.iter().any(|other| !on_plane(other));
-        let edge = if is_rim { to_edge(p) } else { *p };
-        let size_m = size_m * focus.growth(p);
-        if (edge - p).norm() < size_m { edge } else { *p }
-    });
-    // Chords lie inside: without this the body is too small by the square of the size.
-    mesh.curve_boundary(|p| {
-        let is_rim = || field.at(p).abs() < 0.12 * size_m * focus.growth(p);
-        match on_plane(p) {
-            false => nearest.point(p),
-            true if is_rim() => to_edge(p),
-            true => *p,
-        }
-    });
-    Ok(mesh)
-}
-
-/// What is this near to the plane lies on it, m.
-const ON_PLANE_M: f64 = 2e-4;
 
 /// Which mesher makes a case's meshes. The first cut off the edge of what is held. The second let elements grow
 /// along the line on which a tool touches, and had them too large under thin tips and thick ones; under
