@@ -7,12 +7,6 @@ use scene_prepare::mesh::Mesh;
 
 type Point = Vector3<f64>;
 
-/// What a tool's radius is measured by, m.
-pub(crate) const MEAN_M: f64 = 0.005;
-/// Up to about this distance from the tool elements keep their size, over the mean of a tip's radius and [`MEAN_M`]; farther off
-/// they grow with the distance. With less a free lobe bends up to 70 % too far.
-pub(crate) const NEAR_SIZES: f64 = 2.7;
-
 /// Space drawn together around a line, or a place where the line has no length: elements grow with the
 /// distance from it.
 pub(crate) struct Focus {

@@ -148,7 +148,10 @@ below). A line joins a method's sphere counts; a cross on the upper edge is a co
 hold, and one spacing beyond it, are led as the reference has them, for every method: what is measured is the \
 tissue, not how sharply a hold can be put between spheres. Dimensionless stiffnesses (“k fitted”) are fitted on the \
 first scene only, the sag, by the mean displacement, and kept in all others. All other settings follow from E, ν and \
-density; the share of E that Calot's tetrahedra get was fitted there too, once.</p><p>In the presses a rigid, frictionless ball goes into the top by its radius, and every method moves the spheres, as large as they lie within the skin, clear of it at the end of a step. Spheres of 581 lie 13 mm apart: <b>the force on a ball smaller than that is a matter of where it hits</b>.</p><p>“Calot” is the product's own solver as it ships, “inner spheres” the paper's method as the product \
+density; the share of E that Calot's tetrahedra get was fitted there too, once.</p><p>In the presses a rigid, frictionless ball goes into the top by its radius. Calot meets it \
+with its contact skin, as it ships; every other method moves the spheres, as large as they lie within the skin, clear of it at \
+the end of a step. Spheres of 581 lie 13 mm apart: <b>the force of those on a ball smaller than that is a matter of where it \
+hits</b>.</p><p>“Calot” is the product's own solver as it ships, “inner spheres” the paper's method as the product \
 keeps it to compare; the other methods are written plainly, one thread, no vector instructions by hand. Methods take \
 turns, and times are medians over the turns: compare times within a panel. A case that is missing had no reference: \
 the finite elements found no equilibrium, or the organ's mesh is not at hand.</p>{svg}\

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use scene_prepare::field::{Field, Grid, Nearest, Sign};
 
 use crate::body::{Body, Tissue, V3};
-use crate::focus::{Focus, MEAN_M, NEAR_SIZES, ON_PLANE_M, fill};
+use crate::focus::{Focus, ON_PLANE_M, fill};
 use crate::scene::{Kind, Press, Scene};
 
 type Point = Vector3<f64>;
@@ -60,7 +60,7 @@ fn mesh(
 }
 
 /// Fills what of a closed surface lies above the plane up to which it is held. Elements are small where a
-/// ball presses: its radius holds a tenth of `layers` of them.
+/// ball presses: its radius holds `layers` of them over [`RADIUS_LAYERS`].
 fn pressed_mesh(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -78,7 +78,7 @@ fn pressed_mesh(
         around: press.site_m,
         along: Point::x(),
         half_m: 0.0,
-        near_m: NEAR_SIZES * (press.radius_m * MEAN_M).sqrt(),
+        near_m: NEAR_RADII * press.radius_m,
         stretch: 1.0,
     };
     fill(
@@ -91,7 +91,9 @@ fn pressed_mesh(
 }
 
 /// So many layers are one element a ball's radius.
-const RADIUS_LAYERS: f64 = 10.0;
+const RADIUS_LAYERS: f64 = 11.0;
+/// Up to about so many radii from the ball elements keep their size: it goes in by one, and nothing bends.
+const NEAR_RADII: f64 = 3.5;
 
 /// Edge of the cells in which the distance to the surface is kept, m.
 fn cell_m([min, max]: [Point; 2], size_m: f64) -> f64 {
@@ -103,8 +105,8 @@ pub(crate) fn tell(share: f64) {
     eprintln!("  reference: {:.1} % of the load", share * 100.0);
 }
 
-/// Solves a scene with so many layers of elements between its planes, or ten times as many as lie on a ball's
-/// radius. `progress` hears the share of the load that is carried.
+/// Solves a scene with so many layers of elements between its planes, or [`RADIUS_LAYERS`] times as many as
+/// lie on a ball's radius. `progress` hears the share of the load that is carried.
 pub(crate) fn solve(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,

@@ -9,7 +9,7 @@ use scene_prepare::mesh::Mesh;
 
 use super::case::{Case, Placed, Shaped, Subject};
 use crate::body::Tissue;
-use crate::focus::{Focus, MEAN_M, NEAR_SIZES, ON_PLANE_M, fill};
+use crate::focus::{Focus, ON_PLANE_M, fill};
 
 type Point = Vector3<f64>;
 
@@ -23,6 +23,10 @@ const SIZES: [f64; 2] = [1.2, 0.9];
 const FINE_SIZES: [f64; 2] = [0.9, 0.7];
 /// The same under jaws on the liver: twenty of their radii long, they would need more elements than can be solved.
 const JAWS_SIZES: [f64; 2] = [1.6, 1.2];
+const MEAN_M: f64 = 0.005;
+/// Up to about this distance from the tool elements keep their size, over [`Shaped::mean_m`]; farther off
+/// they grow with the distance. With less a free lobe bends up to 70 % too far.
+const NEAR_SIZES: f64 = 2.7;
 /// Along what lies on its side, elements are longer by this: there forces hardly change.
 const STRETCH: f64 = 3.0;
 /// Steps of the load below this share of it end a curve.
