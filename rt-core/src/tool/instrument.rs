@@ -7,6 +7,8 @@ use crate::math::{self, Pose, Vec3};
 
 /// Radius of the shaft, m: a 5 mm instrument.
 const SHAFT_RADIUS_M: f32 = 0.0025;
+/// Radius of a jaw, m.
+const JAW_RADIUS_M: f32 = 0.0015;
 /// Radius of the endoscope, m: a 10 mm laparoscope.
 const ENDOSCOPE_RADIUS_M: f32 = 0.005;
 
@@ -96,7 +98,7 @@ impl Role {
     }
 }
 
-/// A round bar, world frame. Collision takes its ends as flat (paper Algorithm 1).
+/// A round bar, world frame. Its ends are round as well, of its radius: they reach so far beyond the axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Capsule {
     /// One end of the axis, m.
@@ -110,7 +112,8 @@ pub struct Capsule {
 }
 
 /// The capsules of `instrument` (the paper's three: two blades and the shaft), world frame.
-/// `jaw` is its opening, 0 closed to 1 open. A shaft that is not in the body yet is left out.
+/// `jaw` is its opening, 0 closed to 1 open. Round ends of jaws reach to their tips. A shaft that is not in the body
+/// yet is left out.
 #[must_use]
 pub fn capsules(
     instrument: Instrument,
@@ -147,22 +150,24 @@ pub fn capsules(
     } else {
         let off = instrument.jaw_opening_m() * jaw.clamp(0.0, 1.0);
         let reach = -math::sqrt(length * length - off * off);
+        let axis = 1.0 - JAW_RADIUS_M / length;
         // Closed jaws lie beside each other, not in each other.
-        let off = off + 0.001;
-        add(joint, world(0.0, off, reach), 0.0015, Role::UpperJaw);
-        add(joint, world(0.0, -off, reach), 0.0015, Role::LowerJaw);
+        let (off, reach) = (axis * off + 0.001, axis * reach);
+        add(joint, world(0.0, off, reach), JAW_RADIUS_M, Role::UpperJaw);
+        add(joint, world(0.0, -off, reach), JAW_RADIUS_M, Role::LowerJaw);
     }
     parts
 }
 
-/// The endoscope, from its port to the camera's front; `None` while the camera is not in the body.
+/// The endoscope, from its port to the camera's front, to which its round end reaches; `None` while the camera is not
+/// in the body.
 #[must_use]
 pub fn endoscope(port_m: &Vec3, world_from_camera: &Pose) -> Option<Capsule> {
     let front_m = world_from_camera.translation.vector;
     let ahead = world_from_camera.rotation * Vec3::new(0.0, 0.0, -1.0);
-    ((front_m - port_m).dot(&ahead) > ENDOSCOPE_RADIUS_M).then_some(Capsule {
+    ((front_m - port_m).dot(&ahead) > 2.0 * ENDOSCOPE_RADIUS_M).then_some(Capsule {
         a_m: *port_m,
-        b_m: front_m,
+        b_m: front_m - ahead * ENDOSCOPE_RADIUS_M,
         radius_m: ENDOSCOPE_RADIUS_M,
         role: Role::Endoscope,
     })
@@ -195,9 +200,38 @@ mod tests {
             let pose = LEVER.instrument(&h, instrument.jaw_length_m());
             let parts = capsules(instrument, &pose, &LEVER.port_m, 0.0);
             assert_eq!(parts.len(), 3);
-            let to_tip = |c: &Capsule| math::norm(&(c.b_m - LEVER.tip(&h)));
-            assert!(parts.iter().any(|c| to_tip(c) < 0.0045), "{instrument:?}");
+            // How far each part reaches along the shaft beyond the tip.
+            let axis = LEVER.axis(&h);
+            let beyond_m = |c: &Capsule| (c.b_m - LEVER.tip(&h)).dot(&axis) + c.radius_m;
+            let farthest_m = parts.iter().map(beyond_m).fold(f32::MIN, f32::max);
+            let is_jawed = instrument.jaw_opening_m() > 0.0;
+            let allowed_m = if is_jawed { 1.0e-6 } else { 0.001_001 };
+            assert!(farthest_m.abs() < allowed_m, "{instrument:?} {farthest_m}");
             assert!(parts.iter().all(|c| c.radius_m > 0.0));
         }
+    }
+
+    #[test]
+    fn open_jaws_turn_about_their_joint() {
+        let h = handle(0.01, -0.02, 0.25);
+        let pose = LEVER.instrument(&h, Instrument::Grasper.jaw_length_m());
+        let ends = [0.0, 0.5, 1.0].map(|jaw| {
+            let parts = capsules(Instrument::Grasper, &pose, &LEVER.port_m, jaw);
+            let end = pose.inverse_transform_point(&parts[1].b_m.into()).coords;
+            math::norm(&(end - Vec3::new(0.0, 0.001, 0.0)))
+        });
+        assert!(ends.iter().all(|m| (m - 0.0185).abs() < 1.0e-6), "{ends:?}");
+    }
+
+    #[test]
+    fn the_endoscope_reaches_to_its_camera_s_front() {
+        let camera = Pose::from_parts(Vec3::new(0.0, 0.0, -0.05).into(), Quat::identity());
+        let scope = endoscope(&LEVER.port_m, &camera).expect("in the body");
+        assert!(
+            (scope.b_m.z - scope.radius_m + 0.05).abs() < 1.0e-6,
+            "{scope:?}"
+        );
+        let outside = Pose::from_parts(Vec3::new(0.0, 0.0, 0.095).into(), Quat::identity());
+        assert!(endoscope(&LEVER.port_m, &outside).is_none());
     }
 }

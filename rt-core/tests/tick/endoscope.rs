@@ -23,7 +23,7 @@ fn it_presses_on_tissue_and_the_hand_does_not_feel_it() {
     let mut state = store();
     let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
     let mut bench = Bench::new();
-    let (over, on) = (Vec3::new(0.02, 0.0, 0.09), Vec3::new(0.02, 0.0, 0.045));
+    let (over, on) = (Vec3::new(0.02, 0.0, 0.09), Vec3::new(0.02, 0.0, 0.040));
     go(&mut sim, &mut bench, [AWAY; 2], [over; 2], 100);
     let before = moved_m(&bench, &anatomy);
     go(&mut sim, &mut bench, [AWAY; 2], [over, on], 500);

@@ -5,7 +5,7 @@ use rt_core::fault::Fault;
 use rt_core::port::DeviceCapabilities;
 
 /// Just in the liver's top, so that the jaws have some of it between them.
-const BITTEN: Vec3 = Vec3::new(0.0, 0.0, 0.044);
+const BITTEN: Vec3 = Vec3::new(0.0, 0.0, 0.0425);
 
 /// A device whose own damping bears this stiffness.
 fn bearing(stiffness_n_m: f32) -> DeviceCapabilities {

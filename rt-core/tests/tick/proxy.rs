@@ -32,8 +32,8 @@ fn ball() -> Anatomy {
 
 /// Above it; just in it, and 8 mm in it.
 const ABOVE: Vec3 = Vec3::new(0.0, 0.0, 0.07);
-const LIGHT: Vec3 = Vec3::new(0.0, 0.0, 0.0485);
-const DEEP: Vec3 = Vec3::new(0.0, 0.0, 0.042);
+const LIGHT: Vec3 = Vec3::new(0.0, 0.0, 0.0472);
+const DEEP: Vec3 = Vec3::new(0.0, 0.0, 0.0405);
 
 /// Where the tip is behind the hand's, tick by tick, on the way there.
 fn behind(sim: &mut Sim<'_>, bench: &mut Bench, ends: (&Vec3, &Vec3), ticks: usize) -> Vec<Vec3> {
