@@ -42,7 +42,7 @@ pub(crate) fn run(layers: &[usize], spheres: usize, only: &str) -> Result<Vec<Ro
         let mut solved = Vec::new();
         // Contact with finer elements takes hours.
         let most = if scene.press.is_some() {
-            12
+            9
         } else {
             usize::MAX
         };
