@@ -41,11 +41,7 @@ pub(crate) fn run(layers: &[usize], spheres: usize, only: &str) -> Result<Vec<Ro
         let held = body.held(&scene, false);
         let mut solved = Vec::new();
         // Contact with finer elements takes hours.
-        let most = if scene.press.is_some() {
-            9
-        } else {
-            usize::MAX
-        };
+        let most = if scene.press.is_some() { 9 } else { usize::MAX };
         for &layers in layers.iter().filter(|&&layers| layers <= most) {
             eprintln!("reference, {}, {layers} layers …", kind.name());
             let one = reference::solve(&surface, &scene, &tissue, layers, &mut tell)
