@@ -88,7 +88,7 @@ impl Ports for Timed {
 
     fn publish(&mut self, view: &TickView<'_>) {
         self.contacts = view.tool.contact_count;
-        if view.tick % 100 == 0 {
+        if view.tick.is_multiple_of(100) {
             let count = |bit| view.spheres().filter(|it| it.bits.contains(bit)).count();
             self.touched = [SphereBits::CONTACT, SphereBits::AWAKE].map(count);
         }
