@@ -29,8 +29,10 @@ pub const MAX_BEADS: usize = 4 * MAX_SPHERES;
 pub const MAX_TUBE_CONTACTS: usize = 128;
 /// Places where tools touch tissue that one tick keeps; the deepest stay.
 pub const MAX_TOUCHES: usize = 64;
-/// Pairs of overlapping, unlinked spheres that one tick projects apart.
-pub const MAX_SPHERE_PAIRS: usize = 2048;
+/// Pairs of unlinked spheres that are near each other; the first found stay.
+pub const MAX_SPHERE_PAIRS: usize = 4096;
+/// Pairs of them that may touch in a tick; the first found stay.
+pub const MAX_CLOSE_PAIRS: usize = 1024;
 /// Events that one tick can raise; more are counted, not kept.
 pub const MAX_EVENTS_PER_TICK: usize = 32;
 /// Clips in the applier.

@@ -159,21 +159,25 @@ impl Clips {
         places
     }
 
-    /// Holds what they are on together, after the organs' own constraints, and turns with it.
-    pub(crate) fn carry(&mut self, scene: &Scene<'_>, bodies: &mut Bodies) {
+    /// Holds what they are on together, after the constraints of organ `organ` in a substep, and turns with it;
+    /// that of every organ if none is given.
+    pub(crate) fn carry(&mut self, organ: Option<u8>, scene: &Scene<'_>, bodies: &mut Bodies) {
         for clip in &mut self.on {
             let [a, b] = clip.spheres;
+            let own = *bodies.organ.at(a);
             let Some(link) = scene.links.get(clip.link as usize) else {
                 continue;
             };
-            let organ = *bodies.organ.at(a);
+            if organ.is_some_and(|organ| organ != own) {
+                continue;
+            }
             if bodies.parted.left_of_link(clip.link) > 0.0 {
                 let stiff = Link {
-                    rest_length_m: link.rest_length_m * bodies.parted.shrunk(organ),
+                    rest_length_m: link.rest_length_m * bodies.parted.shrunk(own),
                     compliance_m_n: link.compliance_m_n * STIFF,
                     ..*link
                 };
-                let step_s = scene.step_s_of(organ);
+                let step_s = scene.step_s_of(own);
                 bar::project(&mut bodies.nodes, &stiff, 1.0, 0.0, step_s);
             }
             let along = bodies.nodes.at(b).center_m() - bodies.nodes.at(a).center_m();

@@ -1,15 +1,17 @@
 //! What changes while the simulation runs, in storage of fixed size.
 
+use crate::collision::between::Between;
 use crate::collision::pairs::Pairs;
 use crate::soft_body::Bodies;
 use crate::vessel::Vessels;
 
-/// Everything per sphere. More than a megabyte, all zeros at first: build it in a `static`
+/// Everything per sphere. More than a megabyte: build it in a `static`
 /// ([`State::new`] is `const`) or on the heap.
 #[derive(Debug, Clone)]
 pub struct State {
     pub(crate) bodies: Bodies,
     pub(crate) pairs: Pairs,
+    pub(crate) between: Between,
     pub(crate) vessels: Vessels,
 }
 
@@ -20,6 +22,7 @@ impl State {
         Self {
             bodies: Bodies::new(),
             pairs: Pairs::new(),
+            between: Between::new(),
             vessels: Vessels::new(),
         }
     }

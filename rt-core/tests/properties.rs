@@ -87,7 +87,7 @@ fn parts() -> impl Strategy<Value = Parts> {
             links,
             tetrahedra,
             material(),
-            1u32..=16,
+            (0u32..=4).prop_map(|twice| 1 << twice),
         )
     };
     prop::collection::vec(drawn(), 1..3).prop_map(|organs| {

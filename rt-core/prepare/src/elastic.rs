@@ -85,10 +85,11 @@ pub(crate) fn elastic(
     }
 }
 
-/// `⌈√(Co²/0.2)⌉`: substeps, not iterations, make a stiff organ stiff.
+/// `⌈√(Co²/0.2)⌉`, the next power of two: substeps, not iterations, make a stiff organ stiff, and those of
+/// organs that are tied together end at the same times.
 fn substeps(stiffness_number: f64) -> u32 {
     let steps = (stiffness_number / STIFFNESS_NUMBER_MAX).sqrt().ceil();
-    (steps as u32).clamp(1, SUBSTEPS_MAX)
+    (steps as u32).clamp(1, SUBSTEPS_MAX).next_power_of_two()
 }
 
 fn tetra_edges(t: &Tetra) -> [[u32; 2]; 3] {
@@ -107,6 +108,7 @@ mod tests {
         assert_eq!(substeps(0.0), 1);
         assert_eq!(substeps(0.2), 1);
         assert_eq!(substeps(0.21), 2);
+        assert_eq!(substeps(1.7), 4);
         assert_eq!(substeps(3.0), 4);
         assert_eq!(substeps(1e9), SUBSTEPS_MAX);
     }

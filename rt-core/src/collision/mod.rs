@@ -1,7 +1,8 @@
 //! What meets what: the instrument and the skin of organs (`skin`) or organs that have none
-//! (`tube`), with what follows where they touch (`touch`); the instrument and the endoscope (`rigid`); spheres and spheres (`pairs`).
+//! (`tube`), with what follows where they touch (`touch`); the instrument and the endoscope (`rigid`); organs and organs (`pairs`, `between`).
 
 mod beside;
+pub(crate) mod between;
 pub mod cylinder;
 mod friction;
 mod gap;

@@ -1,5 +1,5 @@
-//! Organ against organ, and an organ against itself: overlapping spheres that are not linked are
-//! moved apart along the line of centres (the paper's projection).
+//! Organ against organ, and an organ against itself: which spheres are near each other that are not linked. What
+//! they do to each other is [`crate::collision::between`]'s.
 //!
 //! The surface decides how far apart: inner spheres lie under the skin, so a sphere reaches about as far as
 //! the skin that it is the nearest to lies from it at rest, and not only as far as its radius.
@@ -23,7 +23,6 @@ use crate::math::{self, Vec3};
 use crate::scene::Scene;
 use crate::soft_body::Bodies;
 use crate::soft_body::per_sphere::PerSphere;
-use crate::state::SphereBits;
 
 /// Ticks in which every sphere is searched once.
 const CYCLE: u32 = 16;
@@ -51,18 +50,13 @@ const REACH_MAX: f32 = 1.5;
 /// Where no sphere is: one that was never searched.
 const NEVER: Vec3 = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
 
-/// Organs that lay in each other already part this fast at most, m/s: a duct that has slipped far into an
-/// organ comes out of it, and is not shot out. Slower, and organs that a hand presses on each other sink
-/// into each other.
-const PART_M_S: f32 = 0.5;
-
 /// Two spheres that may come to overlap.
 #[derive(Debug, Clone, Copy, PartialEq)]
-struct Pair {
-    a: u16,
-    b: u16,
+pub(crate) struct Pair {
+    pub(crate) a: u16,
+    pub(crate) b: u16,
     /// Their centres are kept this far apart, m.
-    apart_m: f32,
+    pub(crate) apart_m: f32,
 }
 
 /// The skin that a sphere is the nearest to.
@@ -202,66 +196,10 @@ impl Pairs {
         self.phase = (self.phase + 1) % CYCLE;
     }
 
-    /// Keeps pairs from closing, at the end of each organ's last substep, so that both take up the same
-    /// momentum, and moves apart what overlaps; those of an organ that is not simulated stay.
-    pub(crate) fn project(&self, scene: &Scene<'_>, bodies: &mut Bodies) {
-        for pair in &self.current {
-            let (a, b) = (
-                bodies.nodes.at(u32::from(pair.a)),
-                bodies.nodes.at(u32::from(pair.b)),
-            );
-            let difference = a.from(b).vec3();
-            if difference.norm_squared() >= pair.apart_m * pair.apart_m {
-                continue;
-            }
-            let were_m = math::sqrt(a.away_at_start(b).norm_squared());
-            let organs = [pair.a, pair.b].map(|sphere| *bodies.organ.at(sphere.into()));
-            let [wa, wb] = [pair.a, pair.b].map(|sphere| bodies.weight_per_kg(u32::from(sphere)));
-            // A way within a shorter substep is more speed.
-            let [step_a_s, step_b_s] = organs.map(|organ| scene.step_s_of(organ));
-            let (way_a, way_b) = (wa * step_a_s, wb * step_b_s);
-            if wa + wb <= 0.0 {
-                continue;
-            }
-            // Folds of one organ part at once, with an impulse: its own springs could hold them in each
-            // other.
-            let is_fold = organs[0] == organs[1];
-            let apart_m = if is_fold {
-                pair.apart_m
-            } else {
-                let part_m = PART_M_S * (way_a + way_b) / (wa + wb);
-                pair.apart_m.min(were_m + part_m)
-            };
-            if difference.norm_squared() >= apart_m * apart_m || is_gone(bodies, pair) {
-                continue;
-            }
-            // Organs come no nearer than they were, which is an impulse; what they lay in each other already
-            // they come out of without speed: else what cannot part bounces for ever.
-            let still_m = if is_fold {
-                apart_m
-            } else {
-                were_m.min(apart_m)
-            };
-            let near_m = math::norm(&difference);
-            let direction = math::unit(&difference).unwrap_or_else(|| Vec3::new(1.0, 0.0, 0.0));
-            let [a, b] = [pair.a, pair.b].map(u32::from);
-            let (stop_m, part_m) = ((still_m - near_m).max(0.0), apart_m - still_m.max(near_m));
-            let stop = direction * (stop_m / (way_a + way_b));
-            let part = direction * (part_m.max(0.0) / (wa + wb));
-            bodies.nodes.at_mut(a).move_by(&(stop * way_a));
-            bodies.nodes.at_mut(b).move_by(&(stop * -way_b));
-            bodies.nodes.at_mut(a).shift_by(&(part * wa));
-            bodies.nodes.at_mut(b).shift_by(&(part * -wb));
-        }
+    /// Those that are near.
+    pub(crate) fn near(&self) -> impl Iterator<Item = &Pair> {
+        self.current.iter()
     }
-}
-
-/// Whether one of the two is layered tissue of which nothing is left.
-fn is_gone(bodies: &Bodies, pair: &Pair) -> bool {
-    [pair.a, pair.b].iter().any(|&i| {
-        let bits = bodies.bits.at(u32::from(i));
-        bits.contains(SphereBits::GONE)
-    })
 }
 
 /// The pair, if it is near and must be kept apart.

@@ -20,6 +20,7 @@ use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::Scene;
 use crate::soft_body::lanes::Lanes;
+use crate::soft_body::substeps::Outside;
 use crate::soft_body::{Bodies, Bounds};
 use crate::state::SphereBits;
 use crate::tool::{Capsule, Tool};
@@ -195,16 +196,6 @@ impl ToolContacts {
         faults.raise_if(lost.depth_m > 0.0, Fault::ContactOverflow);
     }
 
-    /// Lets the tools lean on organ `organ`, within a substep of `step_s`, before it is solved.
-    pub(crate) fn lean(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
-        self.touches.lean(organ, step_s, bodies);
-    }
-
-    /// Presses the tools against organ `organ`, within a substep of `step_s`.
-    pub(crate) fn push_organ(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
-        self.touches.press(organ, step_s, bodies);
-    }
-
     /// Presses the tools against every organ, in its last substep, and lists what they do to it.
     pub(crate) fn push_out(&mut self, scene: &Scene<'_>, bodies: &mut Bodies) {
         for (organ, _) in (0u8..).zip(scene.organs) {
@@ -238,6 +229,16 @@ impl ToolContacts {
                 friction_stiffness_n_m: touch.friction_stiffness_n_m,
             }); // as many as touches
         }
+    }
+}
+
+impl Outside for ToolContacts {
+    fn lean(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        self.touches.lean(organ, step_s, bodies);
+    }
+
+    fn press(&mut self, organ: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
+        self.touches.press(organ, step_s, bodies);
     }
 }
 

@@ -268,9 +268,10 @@ fn check_compliance(i: usize, compliance_m_n: f32) -> Result<(), SceneError> {
 
 fn check_organ(i: usize, organ: &Organ) -> Result<(), SceneError> {
     check_material(i, &organ.material)?;
-    let substeps = organ.substeps as f32;
-    let allowed = (1.0, SUBSTEPS_MAX as f32);
-    in_range("substeps", i, substeps, allowed, "1 to 16")?;
+    // The nearest that is allowed: only that is within itself.
+    let allowed = organ.substeps.clamp(1, SUBSTEPS_MAX).next_power_of_two() as f32;
+    let is = organ.substeps as f32;
+    in_range("substeps", i, is, (allowed, allowed), "1, 2, 4, 8 or 16")?;
     let elastic = organ.elastic_links as f32;
     let links = (0.0, organ.link_count as f32);
     in_range("elastic links", i, elastic, links, "0 to the organ's links")?;

@@ -70,7 +70,8 @@ pub struct Organ {
     pub batch_start: u32,
     /// How many.
     pub batch_count: u32,
-    /// Steps in a tick that its stiffness needs, 1 to [`SUBSTEPS_MAX`].
+    /// Steps in a tick that its stiffness needs: a power of two, so that those of organs that are tied
+    /// together end at the same times, 1 to [`SUBSTEPS_MAX`].
     pub substeps: u32,
     /// Share of gravity that acts on it: 0 if its shape at rest is the one in the body, where its
     /// weight is in balance; 1 if that shape is the unloaded one.
@@ -251,10 +252,21 @@ impl<'a> Scene<'a> {
             .map_or(Material::NONE, |organ| organ.material)
     }
 
+    /// How many substeps the organ with this index takes.
+    pub(crate) fn substeps_of(&self, organ: u8) -> u32 {
+        let organ = self.organs.get(usize::from(organ));
+        organ.map_or(1, |organ| organ.substeps.max(1))
+    }
+
     /// Length of a substep of the organ with this index, s.
     pub(crate) fn step_s_of(&self, organ: u8) -> f32 {
-        let organ = self.organs.get(usize::from(organ));
-        TICK_S / organ.map_or(1, |organ| organ.substeps.max(1)) as f32
+        TICK_S / self.substeps_of(organ) as f32
+    }
+
+    /// In how many steps the organ that takes the most goes through a tick.
+    pub(crate) fn finest(&self) -> u32 {
+        let substeps = self.organs.iter().map(|organ| organ.substeps);
+        substeps.fold(1, u32::max)
     }
 
     /// Where things stand.

@@ -3,6 +3,7 @@
 mod checkpoint;
 mod digest;
 mod exchange;
+mod outside;
 mod procedure;
 mod sew;
 mod start;
@@ -14,6 +15,7 @@ pub use exchange::{Command, Optional, Ports, Samples, Stage, Task};
 pub use view::{Health, SphereView, Status, TickView};
 
 use heapless::Vec;
+use outside::Tools;
 
 use crate::capacity::{MAX_CAPSULES, MAX_ORGANS};
 use crate::cautery::Cautery;
@@ -31,7 +33,7 @@ use crate::proxy::Proxy;
 use crate::sample::Inputs;
 use crate::scene::{Anchor, Attachment, Scene};
 use crate::soft_body::sleep::Sleep;
-use crate::soft_body::{Bounds, Method, Node, Solver, attachment};
+use crate::soft_body::{Bounds, Method, Node, substeps};
 use crate::state::State;
 use crate::tool::{Capsule, Kinematics, ToolState, capsules, endoscope};
 
@@ -150,7 +152,7 @@ impl<'a> Sim<'a> {
         ports.stamp(Stage::Contact);
 
         let far_organs = ports.may(Optional::FarOrgans);
-        self.solve(self_collision, far_organs, &mut faults);
+        self.solve(far_organs, &mut faults);
         ports.stamp(Stage::Solve);
 
         let command = self.render_force(&mut faults);
@@ -247,51 +249,42 @@ impl<'a> Sim<'a> {
                 .find(&parts, scene, &self.bounds, bodies, faults);
             let mut organs = 0..scene.organs.len();
             let sleeps = |organ| self.sleep.is_asleep(organ);
+            self.state.between.clear();
             if self_collision && !organs.all(sleeps) {
                 self.state.pairs.find(bodies, faults);
+                let near = self.state.pairs.near();
+                self.state.between.choose(near, scene, bodies, faults);
             }
         }
     }
 
     /// One position-based step of every organ that is awake, each in its substeps, contacts
     /// included.
-    fn solve(&mut self, self_collision: bool, far_organs: bool, faults: &mut FaultSet) {
+    fn solve(&mut self, far_organs: bool, faults: &mut FaultSet) {
         if self.tool.switches.paused {
             return;
         }
         let moves = self.moving_organs(far_organs);
         let (scene, bodies) = (&self.scene, &mut self.state.bodies);
         let jaws = &self.tool.world_from_instrument;
-        for (organ, _) in scene.organs.iter().zip(moves).filter(|(_, moves)| !moves) {
-            bodies.stand(organ);
-        }
-        let moving = || {
-            (0u8..)
-                .zip(scene.organs)
-                .zip(moves)
-                .filter(|(_, moves)| *moves)
-        };
-        for ((i, organ), _) in moving() {
-            bodies.breathe(scene, organ, self.tick);
-            let step_s = scene.step_s_of(i);
-            for substep in 1..organ.substeps {
-                let share = substep as f32 / organ.substeps as f32;
-                bodies.predict(scene, organ, step_s);
-                self.contacts.lean(i, step_s, bodies);
-                self.solver.project(scene, organ, step_s, bodies);
-                self.grasp.carry(Some(i), share, jaws, scene, bodies);
-                self.contacts.push_organ(i, step_s, bodies);
-                bodies.advance(organ, step_s);
+        for (organ, moves) in scene.organs.iter().zip(moves) {
+            match moves {
+                true => bodies.breathe(scene, organ, self.tick),
+                false => bodies.stand(organ),
             }
-            bodies.predict(scene, organ, step_s);
-            self.contacts.lean(i, step_s, bodies);
-            self.solver.project(scene, organ, step_s, bodies);
         }
-        if self_collision {
-            self.state.pairs.project(scene, bodies);
-        }
-        attachment::project_all(scene, bodies);
-        self.clips.carry(scene, bodies);
+        let mut outside = Tools {
+            scene,
+            jaws,
+            between: &self.state.between,
+            contacts: &mut self.contacts,
+            clips: &mut self.clips,
+            grasp: &mut self.grasp,
+        };
+        let put_back = substeps::run(scene, &self.solver, &moves, &mut outside, bodies);
+        faults.raise_if(put_back > 0, Fault::BadSphere);
+        // Where all have come to the tick's end.
+        self.clips.carry(None, scene, bodies);
         self.grasp.carry(None, 1.0, jaws, scene, bodies);
         self.contacts.push_out(scene, bodies);
         for ((i, organ), moves) in (0u8..).zip(scene.organs).zip(moves) {

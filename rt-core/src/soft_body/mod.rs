@@ -1,8 +1,8 @@
 //! Soft tissue: inner spheres moved by position-based dynamics.
 //!
 //! A tick moves an organ in its number of substeps. Each lets every sphere fly (`predict`), lets a
-//! [`Solver`] and the contacts correct where it lands, and makes the correction its velocity
-//! (`advance`).
+//! [`Solver`], ties and the contacts correct where it lands, and makes the correction its velocity
+//! (`advance`). Organs go side by side ([`substeps`]).
 //!
 //! A centre is stored as rest position, displacement, and the displacement's change in this
 //! substep. Displacement and change are small, so that they keep the bits which a centre far from
@@ -16,11 +16,13 @@ mod integrate;
 pub mod lanes;
 pub mod laplacian;
 pub mod neo_hookean;
+pub(crate) mod pace;
 pub(crate) mod part;
 pub mod pbd;
 pub(crate) mod per_sphere;
 pub(crate) mod sleep;
 pub mod stretch;
+pub(crate) mod substeps;
 pub mod suture;
 mod tissue;
 
@@ -33,6 +35,7 @@ use crate::math::Vec3;
 use crate::scene::{Organ, RestSphere, Scene};
 use crate::state::SphereBits;
 pub(crate) use adjacency::Adjacency;
+use attachment::Ties;
 use lanes::Lanes;
 use neo_hookean::NeoHookean;
 use part::Parted;
@@ -198,6 +201,7 @@ pub struct Bodies {
     pub(crate) beads: Beads,
     /// What hangs organs on the abdominal wall.
     pub(crate) sutures: Sutures,
+    ties: Ties,
 }
 
 impl Bodies {
@@ -215,6 +219,7 @@ impl Bodies {
             cells: Cells::new(),
             beads: Beads::new(),
             sutures: Sutures::NONE,
+            ties: Ties::NONE,
         }
     }
 
@@ -227,6 +232,8 @@ impl Bodies {
                 .range_mut(organ.sphere_start, organ.sphere_count)
                 .fill(index);
         }
+        let organs = &self.organ;
+        self.ties.build(scene, |sphere| *organs.at(sphere));
         for (i, rest) in (0u32..).zip(scene.spheres) {
             self.nodes.at_mut(i).rest_m = Lanes::new(&rest.center_m, 0.0);
         }

@@ -12,7 +12,7 @@ use crate::math::{self, Vec3};
 use crate::scene::{Anchor, Attachment, Material, Organ, Scene};
 use crate::soft_body::Bodies;
 use crate::soft_body::per_sphere::PerSphere;
-use crate::soft_body::suture::is_suture;
+use crate::soft_body::suture::{is_suture, numbered};
 use crate::state::SphereBits;
 
 /// Ticks that a tear takes at least: fibres part at a finite speed, and what they bore is not let
@@ -217,9 +217,8 @@ pub(crate) fn part_all(
             });
         }
     };
-    let mut count = 0;
-    for (tie, parted) in scene.attachments.iter().zip(&mut parted.ties) {
-        let Some(tie) = sutures.now(tie, &mut count) else {
+    for ((tie, suture), parted) in numbered(scene.attachments.iter()).zip(&mut parted.ties) {
+        let Some(tie) = sutures.now(tie, suture) else {
             continue;
         };
         let (other_m, other_moves) = match tie.to {

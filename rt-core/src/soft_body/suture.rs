@@ -47,6 +47,18 @@ pub struct Suture {
     is_cut: bool,
 }
 
+/// The attachments of a scene, each with its number if it is a suture.
+pub(crate) fn numbered<'a>(
+    ties: impl Iterator<Item = &'a Attachment>,
+) -> impl Iterator<Item = (&'a Attachment, Option<u8>)> {
+    let mut next = 0;
+    ties.map(move |tie| {
+        let number = is_suture(tie).then_some(next);
+        next += u8::from(number.is_some());
+        (tie, number)
+    })
+}
+
 /// Whether an attachment is one.
 pub(crate) fn is_suture(tie: &Attachment) -> bool {
     tie.is_thread && matches!(tie.to, Anchor::World(_))
@@ -111,13 +123,11 @@ impl Sutures {
         }
     }
 
-    /// How an attachment is now, where it is a suture; none where that holds nothing. `sutures` counts them: 0 before
-    /// the scene's first attachment.
+    /// How an attachment is now, which is a suture with this number or none at all; none where that holds nothing.
     #[inline]
-    pub(crate) fn now(&self, tie: &Attachment, sutures: &mut usize) -> Option<Attachment> {
-        if is_suture(tie) {
-            let suture = self.all.get(*sutures)?;
-            *sutures += 1;
+    pub(crate) fn now(&self, tie: &Attachment, suture: Option<u8>) -> Option<Attachment> {
+        if let Some(number) = suture {
+            let suture = self.all.get(usize::from(number))?;
             (suture.placed == Placed::Hung).then(|| Attachment {
                 sphere: suture.sphere,
                 to: Anchor::World(suture.at_m),

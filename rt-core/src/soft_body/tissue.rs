@@ -1,12 +1,12 @@
 //! Tissue alone, without instrument or devices: for studies, tests and preparation.
 
 use crate::capacity::MAX_ORGANS;
-use crate::collision::tool_contact::ToolContacts;
+use crate::collision::tool_contact::{Contact, ToolContacts};
 use crate::fault::FaultSet;
 use crate::math::Vec3;
 use crate::scene::Scene;
-use crate::sim::TICK_S;
-use crate::soft_body::{Bodies, Bounds, Method, Solver, attachment, inverse_mass_per_kg, part};
+use crate::soft_body::substeps::{self, Outside};
+use crate::soft_body::{Bodies, Bounds, Method, inverse_mass_per_kg, part};
 use crate::tool::Capsule;
 
 /// A scene's organs, stepped as the tick steps them, each in its substeps.
@@ -18,6 +18,9 @@ pub struct Tissue<'a> {
     contacts: ToolContacts,
     tick: u64,
 }
+
+/// Every organ moves.
+const ALL: [bool; MAX_ORGANS] = [true; MAX_ORGANS];
 
 /// What a tool feels of a tick.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -85,71 +88,59 @@ impl<'a> Tissue<'a> {
 
     /// One tick; `correct` sees every organ's tissue after its constraints, in each substep of
     /// this length, s, and may move spheres: a contact.
-    pub fn step_with(&mut self, mut correct: impl FnMut(&mut Correction<'_>, f32)) -> u32 {
-        let mut put_back = 0;
-        let (scene, bodies) = (self.scene, &mut *self.bodies);
-        bodies.begin(&scene, true);
-        for organ in scene.organs {
-            bodies.breathe(&scene, organ, self.tick);
-            let substeps = organ.substeps.max(1);
-            let step_s = TICK_S / substeps as f32;
-            for substep in 1..=substeps {
-                bodies.predict(&scene, organ, step_s);
-                self.method.project(&scene, organ, step_s, bodies);
-                correct(&mut Correction { bodies }, step_s);
-                if substep < substeps {
-                    put_back += bodies.advance(organ, step_s).put_back;
-                }
-            }
+    pub fn step_with(&mut self, correct: impl FnMut(&mut Correction<'_>, f32)) -> u32 {
+        let mut corrected = Corrected(correct);
+        self.bodies.begin(&self.scene, true);
+        self.breathe();
+        let (scene, bodies) = (&self.scene, &mut *self.bodies);
+        let mut put_back = substeps::run(scene, &self.method, &ALL, &mut corrected, bodies);
+        for (i, _) in (0u8..).zip(scene.organs) {
+            corrected.press(i, 1.0, scene.step_s_of(i), bodies);
         }
-        attachment::project_all(&scene, bodies);
-        for organ in scene.organs {
-            let step_s = TICK_S / organ.substeps.max(1) as f32;
-            put_back += bodies.advance(organ, step_s).put_back;
-            bodies.stop_leading(organ);
-        }
-        part::tear_all(&scene, bodies, |_| ());
-        self.tick = self.tick.wrapping_add(1);
+        put_back += self.end();
         put_back
     }
 
     /// One tick with these parts of a tool pressed against the tissue, as the tick of the whole
     /// simulation does it.
     pub fn press(&mut self, parts: &[Capsule]) -> Pressed {
-        let (scene, bodies, contacts) = (self.scene, &mut *self.bodies, &mut self.contacts);
-        let (mut pressed, mut faults) = (Pressed::default(), FaultSet::NONE);
-        bodies.begin(&scene, true);
+        self.bodies.begin(&self.scene, true);
+        self.breathe();
+        let (scene, bodies, contacts) = (&self.scene, &mut *self.bodies, &mut self.contacts);
         let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
         for (organ, bounds) in scene.organs.iter().zip(&mut bounds) {
             *bounds = bodies.bounds(organ);
         }
-        contacts.find(parts, &scene, &bounds, bodies, &mut faults);
-        for (i, organ) in (0u8..).zip(scene.organs) {
-            bodies.breathe(&scene, organ, self.tick);
-            let step_s = scene.step_s_of(i);
-            for substep in 1..=organ.substeps.max(1) {
-                bodies.predict(&scene, organ, step_s);
-                contacts.lean(i, step_s, bodies);
-                self.method.project(&scene, organ, step_s, bodies);
-                if substep < organ.substeps {
-                    contacts.push_organ(i, step_s, bodies);
-                    pressed.put_back += bodies.advance(organ, step_s).put_back;
-                }
-            }
+        let mut faults = FaultSet::NONE; // what is left out is felt in its force
+        contacts.find(parts, scene, &bounds, bodies, &mut faults);
+        let mut put_back = substeps::run(scene, &self.method, &ALL, contacts, bodies);
+        contacts.push_out(scene, bodies);
+        put_back += self.end();
+        let list = &self.contacts.list;
+        Pressed {
+            force_n: list.iter().map(Contact::whole_force_n).sum(),
+            contacts: list.len(),
+            put_back,
         }
-        attachment::project_all(&scene, bodies);
-        contacts.push_out(&scene, bodies);
+    }
+
+    fn breathe(&mut self) {
+        for organ in self.scene.organs {
+            self.bodies.breathe(&self.scene, organ, self.tick);
+        }
+    }
+
+    /// Ends the last substeps.
+    fn end(&mut self) -> u32 {
+        let (scene, bodies) = (self.scene, &mut *self.bodies);
+        let mut put_back = 0;
         for (i, organ) in (0u8..).zip(scene.organs) {
-            pressed.put_back += bodies.advance(organ, scene.step_s_of(i)).put_back;
+            put_back += bodies.advance(organ, scene.step_s_of(i)).put_back;
             bodies.stop_leading(organ);
         }
-        for contact in &contacts.list {
-            pressed.force_n += contact.whole_force_n();
-        }
-        pressed.contacts = contacts.list.len();
         part::tear_all(&scene, bodies, |_| ());
         self.tick = self.tick.wrapping_add(1);
-        pressed
+        put_back
     }
 
     /// How deep these parts of a tool lie in the tissue at the deepest place, m, found as the tick
@@ -183,6 +174,17 @@ impl<'a> Tissue<'a> {
     pub fn is_held(&self, sphere: u32) -> bool {
         let rest = self.scene.spheres.get(sphere as usize);
         rest.is_some_and(|rest| inverse_mass_per_kg(rest) <= 0.0)
+    }
+}
+
+/// A correction in every substep.
+struct Corrected<F>(F);
+
+impl<F: FnMut(&mut Correction<'_>, f32)> Outside for Corrected<F> {
+    fn lean(&mut self, _: u8, _: f32, _: &mut Bodies) {}
+
+    fn press(&mut self, _: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
+        self.0(&mut Correction { bodies }, step_s);
     }
 }
 

@@ -711,5 +711,9 @@ fn check_material(organ: &OrganRecord) -> Result<(), String> {
             return Err(format!("{name} is {value}, allowed are {min} to {max}"));
         }
     }
+    if !organ.substeps.is_power_of_two() {
+        let substeps = organ.substeps;
+        return Err(format!("substeps is {substeps}, allowed are 1, 2, 4, 8 and 16"));
+    }
     Ok(())
 }

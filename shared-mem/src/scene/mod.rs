@@ -29,7 +29,7 @@ pub use write::SceneData;
 /// First eight bytes of a compiled scene.
 pub const MAGIC: [u8; 8] = *b"CALOTSCN";
 /// Changes with any record.
-pub const LAYOUT_VERSION: u32 = 6;
+pub const LAYOUT_VERSION: u32 = 7;
 /// Stands for no contact vertex.
 pub const NO_CONTACT_VERTEX: u16 = u16::MAX;
 /// Stands for no cell.

@@ -83,7 +83,7 @@ fn the_force_is_that_of_many_more_substeps() {
     let mut built = organ("gallbladder", 250, 0.6);
     let last = |built: &Prepared| press(built, 0.005, 0.004, 400).last().copied();
     let felt_n = last(&built).unwrap();
-    built.scene.organs[0].substeps *= 10;
+    built.scene.organs[0].substeps *= 8;
     let exact_n = last(&built).unwrap();
     let share = felt_n / exact_n;
     assert!(

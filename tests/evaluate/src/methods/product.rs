@@ -116,7 +116,7 @@ impl Parts {
             substeps: if paper.is_some() {
                 1
             } else {
-                substeps.clamp(1, SUBSTEPS_MAX)
+                substeps.clamp(1, SUBSTEPS_MAX).next_power_of_two()
             },
             gravity_share: 1.0,
             breath_m: V3::zeros(),

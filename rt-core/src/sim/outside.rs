@@ -1,0 +1,37 @@
+//! What tools, clips and other organs do to organs within the tick.
+
+use crate::clip::Clips;
+use crate::collision::between::Between;
+use crate::collision::tool_contact::ToolContacts;
+use crate::grasp::Grasp;
+use crate::math::Pose;
+use crate::scene::Scene;
+use crate::soft_body::Bodies;
+use crate::soft_body::substeps::Outside;
+
+/// All that touches organs.
+pub(super) struct Tools<'a> {
+    pub(super) scene: &'a Scene<'a>,
+    pub(super) jaws: &'a Pose,
+    pub(super) between: &'a Between,
+    pub(super) contacts: &'a mut ToolContacts,
+    pub(super) clips: &'a mut Clips,
+    pub(super) grasp: &'a mut Grasp,
+}
+
+impl Outside for Tools<'_> {
+    fn lean(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        self.contacts.lean(organ, step_s, bodies);
+    }
+
+    fn between(&mut self, now: u32, bodies: &mut Bodies) {
+        self.between.press_due(now, self.scene, bodies);
+    }
+
+    fn press(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies) {
+        self.clips.carry(Some(organ), self.scene, bodies);
+        self.grasp
+            .carry(Some(organ), share, self.jaws, self.scene, bodies);
+        self.contacts.press(organ, share, step_s, bodies);
+    }
+}
