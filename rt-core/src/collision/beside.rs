@@ -35,7 +35,7 @@ impl Beside {
         for (index, touch) in own {
             let law = match touch.answer {
                 Answer::HalfSpace(law) => Some(law),
-                Answer::Spring { .. } => None,
+                Answer::Wall { .. } => None,
             };
             // There is room: touches are no more.
             let _ = pressers.push(Presser {

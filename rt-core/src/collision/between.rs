@@ -1,8 +1,7 @@
 //! What spheres of organs do to each other that have come together: they press each other apart, and rub.
 //!
-//! The contact is soft: a share of how deep they lie in each other is taken back in each of the finer organ's
-//! substeps, and with it the speed at which they come. So where a sphere is squeezed between others, pushes
-//! come to a balance, as forces do; were each to have its way in turn, none would ever rest.
+//! The contact is a damped spring (XPBD, Macklin 2016) in each of the finer organ's substeps. So where a sphere is
+//! squeezed between others, pushes come to a balance; were each to have its way in turn, none would ever rest.
 
 use heapless::Vec;
 
@@ -19,7 +18,12 @@ use crate::state::SphereBits;
 /// Pairs nearer than this to touching at the beginning of a tick may touch within it, m: what comes together
 /// faster than at half a metre a second does so a tick later.
 const CLOSE_M: f32 = 0.000_5;
-/// Share of an overlap that is taken back in a substep.
+/// Stiffness of the contact of two spheres, N/m: a gallbladder that is pressed on the liver with 1 N lies a quarter of a
+/// millimetre in it.
+const STIFFNESS_N_M: f32 = 200.0;
+/// How much the speed at which an overlap grows counts beside it, s: so much that nothing bounces.
+const DAMPED_S: f32 = 0.001;
+/// Share of an overlap that is taken back in a substep at most: light spheres are not shot out.
 const SOFT: f32 = 0.4;
 /// Organs that lie in each other part this fast at most, m/s: a duct that has slipped far into an organ comes
 /// out of it, and is not shot out.
@@ -127,9 +131,14 @@ fn press(pair: &Pair, at: &Moment, scene: &Scene<'_>, bodies: &mut Bodies) {
     }
     let before = (start + (pace_a.way_before(&node_a) - pace_b.way_before(&node_b))).vec3();
     let direction = math::unit(&now).unwrap_or_else(Vec3::x);
-    let came_m = (math::norm(&before) - near_m).max(0.0);
-    let wanted_m = SOFT * (pair.apart_m - near_m + came_m);
-    let push_m = wanted_m.min(came_m + PART_M_S * at.step_s());
+    let came_m = math::norm(&before) - near_m;
+    let step_s = at.step_s();
+    let rate = DAMPED_S / step_s;
+    // How far it goes apart for being so deep, were it as heavy as this.
+    let softness = (STIFFNESS_N_M * step_s * step_s * weight_per_kg).recip();
+    let answer = ((1.0 + rate) + softness).recip().min(SOFT);
+    let wanted_m = answer * (pair.apart_m - near_m + rate * came_m);
+    let push_m = wanted_m.min(came_m.max(0.0) + PART_M_S * step_s).max(0.0);
     // Along the surfaces they hold each other back by a share of that.
     let slid = now - before;
     let slid = slid - direction * direction.dot(&slid);

@@ -60,6 +60,16 @@ impl Patch {
         self.parts().map(yields).sum()
     }
 
+    /// Takes so large a share of the way of its spheres in this step, each by its weight.
+    pub(crate) fn calm(&self, share: f32, bodies: &mut Bodies) {
+        for (sphere, weight) in &self.parts {
+            let node = bodies.nodes.at_mut(u32::from(*sphere));
+            if node.inverse_mass_per_kg() > 0.0 {
+                node.slow(1.0 - share * weight);
+            }
+        }
+    }
+
     /// Pushes it: an impulse times the step, kg m.
     pub(crate) fn push(&self, push_kg_m: &Vec3, bodies: &mut Bodies) {
         for (sphere, weight) in &self.parts {

@@ -13,6 +13,8 @@ const STIFFNESS_N_M: f32 = 2000.0;
 /// Nearer than this the side on which a part is is remembered, m: what both go in a tick.
 const NEAR_M: f32 = 0.0065;
 
+/// Steel that is farther apart does not push, m.
+const OWED_M: f32 = 0.000_5;
 /// Both together do not go farther in a tick, m; what does was unplugged, or stood still.
 const LEAP_M: f32 = 0.02;
 
@@ -107,7 +109,7 @@ fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track
     }
     let gap = last.zip(way_m).map_or_else(
         || Gap::first(gap_m),
-        |(last, way_m)| last.gap.next(gap_m, way_m),
+        |(last, way_m)| last.gap.next(gap_m, way_m, OWED_M),
     );
     Some(Track {
         part: part.role,

@@ -139,10 +139,10 @@ impl Node {
         self.step_m = self.step_m + Lanes::new(step_m, 0.0);
     }
 
-    /// Moves the sphere without giving it speed, m.
+    /// Leaves so much of its way in this substep.
     #[inline]
-    pub(crate) fn shift_by(&mut self, shift_m: &Vec3) {
-        self.moved_m = self.moved_m + Lanes::new(shift_m, 0.0);
+    pub(crate) fn slow(&mut self, keep: f32) {
+        self.step_m = self.step_m.scaled(keep);
     }
 
     /// Predicted centre, world frame, m.

@@ -713,7 +713,9 @@ fn check_material(organ: &OrganRecord) -> Result<(), String> {
     }
     if !organ.substeps.is_power_of_two() {
         let substeps = organ.substeps;
-        return Err(format!("substeps is {substeps}, allowed are 1, 2, 4, 8 and 16"));
+        return Err(format!(
+            "substeps is {substeps}, allowed are 1, 2, 4, 8 and 16"
+        ));
     }
     Ok(())
 }

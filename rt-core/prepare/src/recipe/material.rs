@@ -66,6 +66,12 @@ impl Material {
             OrganKind::ConnectiveTissue => (0.3, 75.0),
             OrganKind::AbdominalWall => (0.1, 2000.0),
         };
+        // Tubes lie in fat and fluid: a chain without bending would swing about.
+        let damping_per_s = match kind {
+            OrganKind::CysticDuct | OrganKind::BileDuct => 60.0,
+            OrganKind::CysticArtery | OrganKind::Vessel => 60.0,
+            _ => 4.0,
+        };
         let (density_kg_m3, young_pa, contact_stiffness_n_m) = match kind {
             OrganKind::Liver => (1060.0, 5400.0, 120.0),
             OrganKind::Gallbladder => (1020.0, 15_000.0, 200.0),
@@ -83,7 +89,7 @@ impl Material {
             poisson: 0.45,
             stretch_stiffness: 0.6,
             laplacian_stiffness: 0.1,
-            damping_per_s: 4.0,
+            damping_per_s,
             retardation_s: VISCOSITY_PA_S / young_pa,
             contact_stiffness_n_m,
             friction,

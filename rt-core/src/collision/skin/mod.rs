@@ -36,6 +36,8 @@ const TISSUE_M: f32 = 0.0005;
 /// A tool that slips off an edge goes over the skin by this a tick, and twice its own way, m.
 pub(crate) const SLIP_M: f32 = 0.000_01;
 
+/// The most by which a gap that opens at once still counts as closed, m.
+const OWED_M: f32 = 0.001;
 /// What a force changes by in a tick where nothing but its direction turns, N: skin that folds, or a
 /// touch that leaps from fold to fold, would turn it at once. Several places of a tool may turn at once, and
 /// the lever may double what the hand feels of it.
@@ -108,7 +110,7 @@ impl Track {
         if self.is_near {
             self.way_m = center_m - self.center_m;
             let way_m = math::norm(&self.way_m);
-            self.gap = self.gap.next(gap_m, way_m);
+            self.gap = self.gap.next(gap_m, way_m, OWED_M);
             if self.carried.force_n > 0.0 {
                 // A tool turns round an edge by its way over its radius.
                 let most = (2.0 * way_m / station.radius_m).max(turn_at_rest(self.carried.force_n));

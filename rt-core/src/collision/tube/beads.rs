@@ -27,6 +27,11 @@ pub(crate) struct Bead {
 }
 
 impl Bead {
+    /// Whether this one follows it along the same tube.
+    pub(crate) fn leads_to(&self, next: &Self) -> bool {
+        self.link.is_some() && next.link.is_some() && (self.link == next.link || self.b == next.a)
+    }
+
     /// Where it is now.
     pub(crate) fn now(&self, bodies: &Bodies) -> Ball {
         let (a, b) = (u32::from(self.a), u32::from(self.b));

@@ -35,6 +35,13 @@ const FOLLOW_M: f32 = 0.0065;
 /// moves in a tick.
 const NEAR_M: f32 = 0.003;
 
+/// A tube is flat when it is pressed by so many of its radii: its walls are as thick as the rest.
+const FLAT_RADII: f32 = 1.6;
+/// A part whose axis has gone so many reaches beyond where it touches is on the other side.
+const THROUGH: f32 = 2.0;
+/// A gap that opens at once still counts as closed by this at most, m.
+const OWED_M: f32 = 0.000_3;
+
 /// What the jaws take hold of stops pushing them, and what they let go of begins to, by this share a
 /// tick: three quarters within 0.2 s.
 const LOOSEN: f32 = 0.007;
@@ -50,6 +57,15 @@ struct Track {
     carried: Carried,
     /// Share of its stiffness with which the bead answers: nothing while the jaws hold it.
     loose: f32,
+    /// The same with where along the tube the part lies, and what is left of it.
+    weight: f32,
+}
+
+impl Track {
+    /// How much of the tool the bead bears, as far as its wall is alike: a depth, m.
+    fn bears(&self) -> f32 {
+        self.weight * (-self.gap.gap_m).max(0.0)
+    }
 }
 
 /// Every bead near the tools.
@@ -101,10 +117,9 @@ impl TubeContacts {
                 while known.as_slice().first().is_some_and(|t| t.bead < number) {
                     let _ = known.next();
                 }
-                let same = known.as_slice().iter().take_while(|t| t.bead == number);
+                let known = (&before[..], before.len() - known.len());
                 for part in near.iter().filter(|part| is_near(part, &ball)) {
-                    let last = same.clone().find(|track| track.part == part.role);
-                    let (mut track, way_m) = self.meet(part, number, &ball, last);
+                    let (mut track, way_m) = self.meet(part, (number, bead), &ball, known, bodies);
                     let is_held = is_held(bead, bodies);
                     let loose = if is_held { 0.0 } else { 1.0 };
                     // What does not touch yet has nothing to lose, and is not to be squeezed out.
@@ -118,7 +133,7 @@ impl TubeContacts {
                         .map_or(1.0, |link| bodies.parted.left_of_link(link));
                     let [a, b] = [bead.a, bead.b].map(|i| bodies.cells.left_of(i.into()));
                     let left = left * a.min(b);
-                    let weight = left
+                    track.weight = left
                         * track.loose
                         * track.side.weight(
                             &axis(part),
@@ -126,14 +141,19 @@ impl TubeContacts {
                             &ball.along,
                             ball.radius_m + part.radius_m,
                         );
-                    let is_near = track.gap.gap_m < NEAR_M && weight > 0.0;
+                    let is_near = track.gap.gap_m < NEAR_M && track.weight > 0.0;
                     if is_near {
                         let place = Place::Tube {
                             bead: number,
                             part: part.role,
                         };
-                        let found =
-                            touched((organ, &it.material), place, (bead, weight), part, &track);
+                        let found = touched(
+                            (organ, &it.material),
+                            place,
+                            (bead, track.weight),
+                            (part, ball.radius_m),
+                            &track,
+                        );
                         touches.add(Found { way_m, ..found }, bodies, faults);
                     }
                     self.keep(track, faults);
@@ -144,41 +164,88 @@ impl TubeContacts {
         let _ = self.parts.extend_from_slice(parts); // as many as there can be
     }
 
-    /// How a part and a bead lie to each other now, and how the place of the
-    /// part has gone, m.
-    fn meet(&self, part: &Capsule, bead: u16, ball: &Ball, last: Option<&Track>) -> (Track, Vec3) {
+    /// How a part and a bead lie to each other now, and how the place of the part has gone, m. `known` are the last
+    /// tick's tracks, and the first of them that is not of a bead before this one.
+    fn meet(
+        &self,
+        part: &Capsule,
+        (number, bead): (u16, &Bead),
+        ball: &Ball,
+        known: (&[Track], usize),
+        bodies: &Bodies,
+    ) -> (Track, Vec3) {
         let reach_m = ball.radius_m + part.radius_m;
         let gap_m = |side: &Side| side.gap_m(&axis(part), &ball.center_m, reach_m);
+        let is_own = |track: &&Track| track.bead == number && track.part == part.role;
+        let last = known.0.iter().skip(known.1);
+        let last = last.take_while(|track| track.bead == number).find(is_own);
         let before = self.parts.iter().find(|before| before.role == part.role);
-        if let Some((last, before)) = last.zip(before) {
-            let motion = Motion {
-                axis: [axis(before), axis(part)],
-                bead_m: [last.bead_m, ball.center_m],
-                along: ball.along,
-                reach_m,
-                slip_m: SLIP_M,
-            };
-            if let Some(side) = last.side.follow(&motion) {
-                let track = Track {
+        let motion = last.zip(before).map(|(last, before)| Motion {
+            axis: [axis(before), axis(part)],
+            bead_m: [last.bead_m, ball.center_m],
+            along: ball.along,
+            reach_m,
+            slip_m: SLIP_M,
+        });
+        // What has gone past altogether, farther than a wall lets it, has nothing to do with the side it came from.
+        let is_this_side = |side: &Side| gap_m(side) > -THROUGH * reach_m;
+        let side = last
+            .zip(motion)
+            .and_then(|(last, motion)| last.side.follow(&motion))
+            .filter(is_this_side);
+        let way_m = before.map_or_else(Vec3::zeros, |before| {
+            let nearest = Side::first(&axis(part), &ball.center_m, &ball.along);
+            way_m(before, part, side.unwrap_or(nearest).share)
+        });
+        // A tube lies on one side of a tool: a bead takes that of its neighbour that bears more, where the two
+        // differ, and where nothing of it bore on the tool yet.
+        let leader = leading(known, (number, bead), part.role, bodies);
+        let led = leader.map(|it| it.side.beside(&axis(part), &ball.center_m, &ball.along));
+        let bore = last.filter(|last| last.weight > 0.0);
+        let differs = |side: &Side, leader: &Track| {
+            let is_stronger = bore.is_none_or(|own| own.bears() < leader.bears());
+            is_stronger && side.normal.dot(&leader.side.normal) < 0.0
+        };
+        let new = Track {
+            bead: number,
+            part: part.role,
+            side: Side::first(&axis(part), &ball.center_m, &ball.along),
+            bead_m: ball.center_m,
+            gap: Gap::NONE,
+            carried: Carried::NOTHING,
+            loose: last.map_or(1.0, |last| last.loose),
+            weight: 0.0,
+        };
+        let track = match (side, bore, leader, led) {
+            (Some(side), _, Some(leader), Some(led)) if differs(&side, leader) => Track {
+                side: led,
+                gap: Gap::first(gap_m(&led)),
+                ..new
+            },
+            (Some(side), Some(last), _, _) => {
+                let way_m = motion.as_ref().map_or(0.0, Side::way_m);
+                Track {
                     side,
                     bead_m: ball.center_m,
-                    gap: last.gap.next(gap_m(&side), Side::way_m(&motion)),
+                    gap: last.gap.next(gap_m(&side), way_m, OWED_M),
                     ..*last
-                };
-                return (track, way_m(before, part, side.share));
+                }
             }
-        }
-        let side = Side::first(&axis(part), &ball.center_m, &ball.along);
-        let track = Track {
-            bead,
-            part: part.role,
-            side,
-            bead_m: ball.center_m,
-            gap: Gap::first(gap_m(&side)),
-            carried: Carried::NOTHING,
-            loose: 1.0,
+            (_, _, Some(leader), Some(led)) => Track {
+                side: led,
+                gap: leader.gap.at(gap_m(&led)),
+                ..new
+            },
+            (side, ..) => {
+                let side = side.unwrap_or(new.side);
+                Track {
+                    side,
+                    gap: Gap::first(gap_m(&side)),
+                    ..new
+                }
+            }
         };
-        (track, Vec3::zeros())
+        (track, way_m)
     }
 
     /// Follows a part past a bead from now on; of too many the deepest stay, in the order of beads.
@@ -211,12 +278,40 @@ impl TubeContacts {
     }
 }
 
+/// The track in which the same part bears on the bead before or after one; of both the one that bears more.
+fn leading<'a>(
+    (tracks, at): (&'a [Track], usize),
+    (number, bead): (u16, &Bead),
+    part: Role,
+    bodies: &Bodies,
+) -> Option<&'a Track> {
+    let (before, after) = tracks.split_at(at.min(tracks.len()));
+    let beads = &bodies.beads;
+    let last = number.checked_sub(1).filter(|last| {
+        let last = beads.get(*last);
+        last.is_some_and(|last| last.leads_to(bead))
+    });
+    let next = number.checked_add(1).filter(|next| {
+        let next = beads.get(*next);
+        next.is_some_and(|next| bead.leads_to(next))
+    });
+    let bears = |it: &&Track| it.part == part && it.weight > 0.0;
+    let before = before.iter().rev();
+    let before = before.take_while(|it| Some(it.bead) == last).find(bears);
+    let after = after.iter().skip_while(|it| it.bead == number);
+    let after = after.take_while(|it| Some(it.bead) == next).find(bears);
+    match (before, after) {
+        (Some(before), Some(after)) if after.bears() > before.bears() => Some(after),
+        (before, after) => before.or(after),
+    }
+}
+
 /// The touch of a part on a bead that answers with this weight.
 fn touched(
     (organ, material): (u8, &Material),
     place: Place,
     (bead, weight): (&Bead, f32),
-    part: &Capsule,
+    (part, ball_radius_m): (&Capsule, f32),
     track: &Track,
 ) -> Found {
     let mut patch = Patch::default();
@@ -231,7 +326,10 @@ fn touched(
         normal: track.side.normal,
         center_m,
         at_m: center_m - track.side.normal * part.radius_m,
-        answer: Answer::Spring { wall_n_m },
+        answer: Answer::Wall {
+            wall_n_m,
+            flat_m: FLAT_RADII * ball_radius_m,
+        },
         gap_m: track.gap.gap_m,
         way_m: Vec3::zeros(),
         friction: material.friction,

@@ -86,6 +86,14 @@ impl Side {
         }
     }
 
+    /// The same side of a bead beside this one.
+    pub(crate) fn beside(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3) -> Self {
+        Self {
+            normal: math::unit(&across(&self.normal, along)).unwrap_or(self.normal),
+            share: axis.nearest(bead_m),
+        }
+    }
+
     /// The way that the tool has gone along this side at the most, m; what the bead has gone included.
     pub(crate) fn way_m(motion: &Motion) -> f32 {
         let [from, to] = &motion.axis;

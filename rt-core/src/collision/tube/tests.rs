@@ -128,7 +128,7 @@ fn walls_n_m(tubes: &mut TubeContacts, scene: &Scene<'_>, bodies: &Bodies) -> f3
     let on_it = hook(Vec3::z() * 0.0015, Vec3::y() * 0.004);
     tubes.find(&[on_it], scene, &bounds, bodies, &mut touches, &mut faults);
     let wall = |touch: &Touch| match touch.answer {
-        Answer::Spring { wall_n_m } => wall_n_m,
+        Answer::Wall { wall_n_m, .. } => wall_n_m,
         Answer::HalfSpace(_) => 0.0,
     };
     touches.iter().map(wall).sum()
