@@ -99,7 +99,7 @@ mod tests {
                 let next = gap.next(to_m, 0.0, OWED_M);
                 let goes_m = (next.gap_m - gap.gap_m).abs();
                 assert!(
-                    next.gap_m > 0.0 || goes_m < JUMP_M + 0.000_03,
+                    next.gap_m > 0.0 || goes_m < JUMP_M + (1.0 - KEEP_OWED) * OWED_M + 1.0e-8,
                     "{gap:?} {next:?}"
                 );
                 gap = next;

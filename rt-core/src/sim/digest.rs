@@ -122,7 +122,7 @@ mod tests {
         let mut nodes = [Node::ZERO; 40];
         for (i, node) in (0u8..).zip(&mut nodes) {
             let x = f32::from(i) * 1.0e-3;
-            node.shift_by(&Vec3::new(x, 0.01 - x, 0.005));
+            node.put(&Vec3::new(x, 0.01 - x, 0.005), &Vec3::zeros());
         }
         (nodes, [SphereBits::default(); 40])
     }
@@ -134,7 +134,8 @@ mod tests {
         assert_eq!(sums, Sums::of(&nodes, &bits));
         for i in 0..40 {
             let mut moved = nodes;
-            moved[i].shift_by(&Vec3::new(0.0, 0.0, 1.0e-9));
+            let there_m = moved[i].moved_m() + Vec3::z() * 1.0e-9;
+            moved[i].put(&there_m, &Vec3::zeros());
             assert_ne!(sums, Sums::of(&moved, &bits), "sphere {i} is elsewhere");
             let mut burnt = bits;
             burnt[i].0 ^= 1;
