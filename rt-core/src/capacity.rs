@@ -15,8 +15,9 @@ pub const MAX_ATTACHMENTS: usize = 1024;
 pub const MAX_SUTURES: usize = 8;
 /// Capsules of all tools together.
 pub const MAX_CAPSULES: usize = 16;
-/// Spheres under a contact skin near tools that one tick keeps; the deepest stay.
-pub const MAX_CONTACTS: usize = 128;
+/// Spheres under a contact skin near tools that one tick keeps; the deepest stay. Both tools on organs of the most
+/// spheres are near to 700.
+pub const MAX_CONTACTS: usize = 1024;
 /// Vertices of all contact skins together.
 pub const MAX_SKIN_VERTICES: usize = 32_768;
 /// Places along the instrument at which the skin is looked for.

@@ -20,6 +20,7 @@ pub mod clip;
 pub mod collision;
 mod cut;
 pub mod event;
+mod fade;
 pub mod fault;
 mod force;
 mod grasp;

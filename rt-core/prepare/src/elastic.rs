@@ -13,7 +13,7 @@ const TICK_S: f64 = 0.001;
 /// of the material's stiffness.
 pub(crate) const STIFFNESS_NUMBER_MAX: f64 = 0.2;
 /// Steps in a tick, at most.
-const SUBSTEPS_MAX: u32 = 16;
+pub(crate) const SUBSTEPS_MAX: u32 = 16;
 
 /// An organ's links, sorted and with their compliance.
 #[derive(Debug, Clone, PartialEq)]

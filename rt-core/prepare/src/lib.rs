@@ -36,6 +36,7 @@ pub mod pack;
 mod prepare;
 pub mod room;
 pub mod skin;
+mod steady;
 mod surface_nets;
 pub mod tetra;
 

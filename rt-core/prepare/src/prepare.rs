@@ -18,7 +18,7 @@ use crate::recipe::{OrganPlan, Packing, Pieces, Recipe, Surface};
 use crate::report::{OrganReport, Report};
 use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
-use crate::{Vec3, attach, bind, cost, held, links, room};
+use crate::{Vec3, attach, bind, cost, held, links, room, steady};
 
 /// How far the preparation is.
 #[derive(Debug, Clone, PartialEq)]
@@ -149,7 +149,7 @@ fn assemble(
         doing(i, plan);
         let first_sphere = scene.spheres.len() as u32;
         let planes = held::planes(plan, &skins[i], &gravity);
-        let organ = build(plan, &surfaces[i].mended, count, &planes, first_sphere)?;
+        let mut organ = build(plan, &surfaces[i].mended, count, &planes, first_sphere)?;
         let held = held::held(
             plan,
             &skins[i],
@@ -158,11 +158,16 @@ fn assemble(
             skins,
             &gravity,
         );
+        append(&mut scene, plan, &surfaces[i].mended, &organ, &held);
+        let substeps = steady::substeps(&scene, i);
+        let finer = f64::from(substeps) / f64::from(organ.elastic.substeps);
+        organ.elastic.stiffness_number /= finer * finer;
+        organ.elastic.substeps = substeps;
+        scene.organs[i].substeps = substeps;
         report.organs.push(OrganReport {
             build_s: begun.elapsed().as_secs_f64(),
             ..figures(plan, &surfaces[i], &organ, &held)
         });
-        append(&mut scene, plan, &surfaces[i].mended, &organ, &held);
         tetrahedra.push(organ.tets);
     }
     let tied = attach::attach(&recipe.organs, skins, &mut scene)?;

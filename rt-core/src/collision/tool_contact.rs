@@ -188,12 +188,11 @@ impl ToolContacts {
         let Some(mut shallowest) = self.near.peek_mut() else {
             return;
         };
-        let lost = if near > *shallowest {
-            core::mem::replace(&mut *shallowest, near)
-        } else {
-            near
-        };
-        faults.raise_if(lost.depth_m > 0.0, Fault::ContactOverflow);
+        if near > *shallowest {
+            *shallowest = near;
+        }
+        // The skin over one that is lost may touch.
+        faults.raise(Fault::ContactOverflow);
     }
 
     /// Presses the tools against every organ, in its last substep, and lists what they do to it.

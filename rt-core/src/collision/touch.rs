@@ -30,6 +30,9 @@ const LEANS: f32 = 0.75;
 /// tool, where fluid and the tissue around it hold it. At 15 mm/s it costs the hand 1 mN.
 const CALM_PER_S: f32 = 1500.0;
 
+/// What is no farther apart may touch before the tick ends, m.
+pub(crate) const MAY_TOUCH_M: f32 = 0.001;
+
 /// Which place of which tool touches what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Place {
@@ -284,7 +287,7 @@ impl Touches {
             self.note(number, gone, false);
             self.note(number, organ, true);
         }
-        faults.raise_if(lost_m < 0.0, Fault::ContactOverflow);
+        faults.raise_if(lost_m < MAY_TOUCH_M, Fault::ContactOverflow);
     }
 
     /// Lets the tools lean on organ `organ` with a share of the last forces ([`LEANS`]), within a

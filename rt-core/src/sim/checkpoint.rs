@@ -6,6 +6,7 @@ use crate::cautery::Cautery;
 use crate::clip::Clips;
 use crate::collision::tool_contact::ToolContacts;
 use crate::event::Journal;
+use crate::fade::Fade;
 use crate::fault::FaultCounters;
 use crate::grasp::Grasp;
 use crate::output_limit::OutputLimit;
@@ -31,6 +32,7 @@ pub struct Checkpoint {
     grasp: Grasp,
     cautery: Cautery,
     clips: Clips,
+    fade: Fade,
     limit: OutputLimit,
     renders_torque: bool,
     journal: Journal,
@@ -57,6 +59,7 @@ impl Sim<'_> {
             grasp,
             cautery,
             clips,
+            fade,
             limit,
             renders_torque,
             journal,
@@ -76,6 +79,7 @@ impl Sim<'_> {
             grasp: grasp.clone(),
             cautery: cautery.clone(),
             clips: clips.clone(),
+            fade: *fade,
             limit: *limit,
             renders_torque: *renders_torque,
             journal: journal.clone(),
@@ -100,6 +104,7 @@ impl Sim<'_> {
             grasp,
             cautery,
             clips,
+            fade,
             limit,
             renders_torque,
             journal,
@@ -118,6 +123,7 @@ impl Sim<'_> {
         self.grasp = grasp.clone();
         self.cautery = cautery.clone();
         self.clips = clips.clone();
+        self.fade = *fade;
         self.limit = *limit;
         self.renders_torque = *renders_torque;
         self.journal = journal.clone();

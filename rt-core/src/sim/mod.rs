@@ -22,6 +22,7 @@ use crate::cautery::Cautery;
 use crate::clip::Clips;
 use crate::collision::tool_contact::ToolContacts;
 use crate::event::{Event, EventKind, Journal};
+use crate::fade::Fade;
 use crate::fault::{Fault, FaultCounters, FaultSet};
 use crate::force;
 use crate::grasp::Grasp;
@@ -80,6 +81,7 @@ pub struct Sim<'a> {
     grasp: Grasp,
     cautery: Cautery,
     clips: Clips,
+    fade: Fade,
     limit: OutputLimit,
     renders_torque: bool,
     journal: Journal,
@@ -117,6 +119,7 @@ impl<'a> Sim<'a> {
             grasp: Grasp::default(),
             cautery: Cautery::default(),
             clips: Clips::default(),
+            fade: Fade::NOTHING,
             limit,
             renders_torque: device.renders_torque(),
             journal: Journal::default(),
@@ -139,6 +142,7 @@ impl<'a> Sim<'a> {
         self.inputs.take(&samples, &mut faults);
         if self.inputs.has_leapt() {
             self.limit.restart();
+            self.fade = Fade::NOTHING;
             self.contacts.clear();
         }
         self.obey(samples.command);
@@ -177,7 +181,10 @@ impl<'a> Sim<'a> {
 
     fn obey(&mut self, command: Option<Command>) {
         match command {
-            Some(Command::Pause(paused)) => self.tool.switches.paused = paused,
+            Some(Command::Pause(paused)) => {
+                self.tool.switches.paused = paused;
+                self.fade.leap();
+            }
             Some(Command::EnableForce(enabled)) => self.limit.enable(enabled),
             Some(Command::Instrument(instrument)) => self.change_instrument(instrument),
             Some(Command::Reset) => self.reset(),
@@ -189,6 +196,7 @@ impl<'a> Sim<'a> {
     /// Everything as it was at the start.
     fn reset(&mut self) {
         self.let_go();
+        self.fade.leap();
         self.contacts.clear();
         self.sleep = Sleep::AWAKE;
         self.proxy = Proxy::AT_HAND;
@@ -291,10 +299,11 @@ impl<'a> Sim<'a> {
             if !moves {
                 continue;
             }
-            let advanced = bodies.advance(organ, scene.step_s_of(i));
+            let put_back = bodies.advance(organ, scene.step_s_of(i));
             bodies.stop_leading(organ);
-            faults.raise_if(advanced.put_back > 0, Fault::BadSphere);
-            if self.sleep.note_speed(i.into(), advanced.speed_max_m_s) {
+            faults.raise_if(put_back > 0, Fault::BadSphere);
+            let pace_m_s = bodies.pace_m_s(organ);
+            if self.sleep.note_speed(i.into(), pace_m_s) {
                 bodies.halt(organ);
             }
             if let Some(bounds) = self.bounds.get_mut(usize::from(i)) {
@@ -369,10 +378,11 @@ impl<'a> Sim<'a> {
             &self.proxy.handle(&self.tool.world_from_handle),
             self.renders_torque,
         );
+        let wrench = self.fade.felt(&felt.wrench);
         let world_from_device = &self.scene.room().world_from_device.rotation;
         let demand = Demand {
-            force_n: world_from_device.inverse() * felt.wrench.force_n,
-            torque_n_m: world_from_device.inverse() * felt.wrench.torque_n_m,
+            force_n: world_from_device.inverse() * wrench.force_n,
+            torque_n_m: world_from_device.inverse() * wrench.torque_n_m,
             stiffness_n_m: felt.stiffness_n_m,
             handle_m: self.inputs.fresh_handle_m(),
             speed_m_s: math::norm(&self.tool.handle_velocity_m_s),

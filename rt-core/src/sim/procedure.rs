@@ -171,6 +171,7 @@ impl Sim<'_> {
 
     pub(super) fn change_instrument(&mut self, instrument: Instrument) {
         self.let_go();
+        self.fade.leap();
         // Its places are others: none has gone there from where one of the last was.
         self.contacts.clear();
         self.tool.instrument = instrument;

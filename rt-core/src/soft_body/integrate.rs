@@ -12,6 +12,9 @@ const SPEED_MAX_M_S: f32 = 3.0;
 /// No sphere leaves this distance from its rest position, m.
 const DISPLACEMENT_MAX_M: f32 = 10.0;
 
+/// Ticks that a sphere's trail is behind it.
+const TRAIL_TICKS: f32 = 32.0;
+
 /// The box around an organ's spheres, world frame, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bounds {
@@ -65,15 +68,6 @@ impl Bounds {
     }
 }
 
-/// What a substep made of an organ.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Advanced {
-    /// Speed of its fastest movable sphere, m/s.
-    pub(crate) speed_max_m_s: f32,
-    /// Spheres that were put back.
-    pub(crate) put_back: u32,
-}
-
 impl Bodies {
     /// Velocity takes damping, then gravity (which damping must not weaken), displacement takes
     /// velocity. Immovable spheres go where they are led.
@@ -93,8 +87,9 @@ impl Bodies {
     /// What the constraints made of the prediction becomes the state: `v = d / dt`, at most
     /// [`SPEED_MAX_M_S`]. A sphere that is not finite, or left the room, goes back to where it
     /// was and rests.
-    pub(crate) fn advance(&mut self, organ: &Organ, step_s: f32) -> Advanced {
-        let (mut put_back, mut fastest) = (0, 0.0f32);
+    /// Returns how many did.
+    pub(crate) fn advance(&mut self, organ: &Organ, step_s: f32) -> u32 {
+        let mut put_back = 0;
         let per_step = Lanes::splat(step_s.recip());
         for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
             let [x, y, z, _] = (node.moved_m + node.step_m).to_array();
@@ -103,9 +98,7 @@ impl Bodies {
             if is_in(x) & is_in(y) & is_in(z) {
                 node.moved_m = node.moved_m + node.step_m;
                 if node.inverse_mass_per_kg() > 0.0 {
-                    let (velocity, squared) = limited(node.step_m * per_step);
-                    node.velocity_m_s = velocity;
-                    fastest = fastest.max(squared);
+                    node.velocity_m_s = limited(node.step_m * per_step);
                 }
             } else {
                 node.velocity_m_s = Lanes::ZERO;
@@ -113,10 +106,24 @@ impl Bodies {
             }
             node.step_m = Lanes::ZERO;
         }
-        Advanced {
-            speed_max_m_s: math::sqrt(fastest),
-            put_back,
+        put_back
+    }
+
+    /// How fast the fastest sphere of an organ that is free goes, m/s, over the last ticks. Where much is tied and pressed
+    /// spheres alternate between a few places, some micrometres apart: what counts is where that leads.
+    pub(crate) fn pace_m_s(&mut self, organ: &Organ) -> f32 {
+        let (start, count) = (organ.sphere_start, organ.sphere_count);
+        let trails = self.trail_m.range_mut(start, count).iter_mut();
+        let mut farthest = 0.0f32;
+        for (trail_m, node) in trails.zip(self.nodes.range(start, count)) {
+            let behind_m = node.moved_m - *trail_m;
+            *trail_m = *trail_m + behind_m.scaled(TRAIL_TICKS.recip());
+            if node.inverse_mass_per_kg() > 0.0 {
+                farthest = farthest.max(behind_m.norm_squared());
+            }
         }
+        // What goes evenly is so many of its ticks' ways from where its trail was.
+        math::sqrt(farthest) / (TRAIL_TICKS * TICK_S)
     }
 
     /// Ends a tick for an organ: nobody leads its immovable spheres any more.
@@ -143,13 +150,12 @@ impl Bodies {
     }
 }
 
-/// The velocity, limited, and its squared length.
-fn limited(velocity_m_s: Lanes) -> (Lanes, f32) {
+/// The velocity, limited.
+fn limited(velocity_m_s: Lanes) -> Lanes {
     let squared = velocity_m_s.norm_squared();
     if squared > SPEED_MAX_M_S * SPEED_MAX_M_S {
-        let slower = velocity_m_s.scaled(SPEED_MAX_M_S / math::sqrt(squared));
-        (slower, SPEED_MAX_M_S * SPEED_MAX_M_S)
+        velocity_m_s.scaled(SPEED_MAX_M_S / math::sqrt(squared))
     } else {
-        (velocity_m_s, squared)
+        velocity_m_s
     }
 }

@@ -202,6 +202,8 @@ pub struct Bodies {
     /// What hangs organs on the abdominal wall.
     pub(crate) sutures: Sutures,
     ties: Ties,
+    /// What follows each sphere's displacement some ticks behind, m.
+    trail_m: PerSphere<Lanes>,
 }
 
 impl Bodies {
@@ -220,6 +222,7 @@ impl Bodies {
             beads: Beads::new(),
             sutures: Sutures::NONE,
             ties: Ties::NONE,
+            trail_m: PerSphere::new(Lanes::ZERO),
         }
     }
 
@@ -297,6 +300,7 @@ impl Bodies {
             let node = self.nodes.at_mut(i);
             node.put(&Vec3::zeros(), &Vec3::zeros());
             node.set_inverse_mass_per_kg(inverse_mass_per_kg(rest));
+            *self.trail_m.at_mut(i) = node.moved_m;
             *self.radius_m.at_mut(i) = rest.radius_m;
             *self.bits.at_mut(i) = SphereBits(0);
         }

@@ -34,9 +34,9 @@ impl Sleep {
     }
 
     /// After a tick that it was awake in. Says whether it falls asleep now.
-    pub(crate) fn note_speed(&mut self, organ: usize, speed_max_m_s: f32) -> bool {
+    pub(crate) fn note_speed(&mut self, organ: usize, speed_m_s: f32) -> bool {
         if let Some(ticks) = self.still_ticks.get_mut(organ) {
-            let still = speed_max_m_s < STILL_M_S;
+            let still = speed_m_s < STILL_M_S;
             *ticks = if still { ticks.saturating_add(1) } else { 0 };
         }
         self.is_asleep(organ)

@@ -42,7 +42,7 @@ pub(crate) fn run(
                 let step_s = scene.step_s_of(i);
                 let share = ended as f32 / finest as f32;
                 outside.press(i, share, step_s, bodies);
-                put_back += bodies.advance(organ, step_s).put_back;
+                put_back += bodies.advance(organ, step_s);
             }
         }
     }

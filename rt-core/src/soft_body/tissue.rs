@@ -135,7 +135,7 @@ impl<'a> Tissue<'a> {
         let (scene, bodies) = (self.scene, &mut *self.bodies);
         let mut put_back = 0;
         for (i, organ) in (0u8..).zip(scene.organs) {
-            put_back += bodies.advance(organ, scene.step_s_of(i)).put_back;
+            put_back += bodies.advance(organ, scene.step_s_of(i));
             bodies.stop_leading(organ);
         }
         part::tear_all(&scene, bodies, |_| ());

@@ -124,6 +124,18 @@ impl Wrench {
             ..*self
         }
     }
+
+    /// This and so much of another.
+    pub(crate) fn plus(&self, other: &Self, share: f32) -> Self {
+        Self {
+            force_n: self.force_n + other.force_n * share,
+            torque_n_m: self.torque_n_m + other.torque_n_m * share,
+        }
+    }
+
+    pub(crate) fn is_finite(&self) -> bool {
+        math::is_finite(&self.force_n) && math::is_finite(&self.torque_n_m)
+    }
 }
 
 impl core::ops::AddAssign for Wrench {

@@ -203,3 +203,17 @@ fn after_a_fast_press_nothing_is_felt() {
     assert!(felt[1].largest_n > 0.1 && felt[1].awake > 0, "{felt:?}");
     assert!(felt[4].largest_n < 1.0e-6, "{felt:?}");
 }
+
+/// What nobody touches comes to rest, and costs nothing from then on.
+#[test]
+fn scenes_that_are_left_alone_sleep() {
+    let away = Leg(4000, [20.0, 0.0], OPEN);
+    for built in [
+        prepared_triangle(false),
+        prepared_triangle(true),
+        prepared_built_in(),
+    ] {
+        let all = work(built, std::slice::from_ref(&away));
+        assert_eq!(all[0].awake, 0);
+    }
+}

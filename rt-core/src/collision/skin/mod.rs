@@ -37,7 +37,7 @@ const TISSUE_M: f32 = 0.0005;
 pub(crate) const SLIP_M: f32 = 0.000_01;
 
 /// The most by which a gap that opens at once still counts as closed, m.
-const OWED_M: f32 = 0.001;
+const OWED_M: f32 = 0.003;
 /// What a force changes by in a tick where nothing but its direction turns, N: skin that folds, or a
 /// touch that leaps from fold to fold, would turn it at once. Several places of a tool may turn at once, and
 /// the lever may double what the hand feels of it.

@@ -20,7 +20,7 @@ use crate::collision::gap::Gap;
 use crate::collision::patch::Patch;
 use crate::collision::skin::SLIP_M;
 use crate::collision::tool_contact::part_box;
-use crate::collision::touch::{Answer, Carried, Found, Place, Touches};
+use crate::collision::touch::{Answer, Carried, Found, MAY_TOUCH_M, Place, Touches};
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::{Material, Scene};
@@ -265,7 +265,7 @@ impl TubeContacts {
             });
             let _ = self.tracks.push(track); // there is room for one
         }
-        faults.raise_if(lost_m < 0.0, Fault::ContactOverflow);
+        faults.raise_if(lost_m < MAY_TOUCH_M, Fault::ContactOverflow);
     }
 
     /// Remembers what a part leaves on a bead.
