@@ -7,7 +7,7 @@ use rt_core::fault::Fault;
 use rt_core::math::{Vec3, norm};
 use rt_core::port::Buttons;
 use rt_core::scene::{RestSphere, Scene};
-use rt_core::sim::{Command, Sim};
+use rt_core::sim::{Command, Sim, Task};
 use rt_core::state::SphereBits;
 use rt_core::tool::Instrument;
 
@@ -71,6 +71,41 @@ fn pressing_dents_the_organ_pushes_the_hand_back_and_ends() {
         .zip(&before)
         .map(|(a, b)| norm(&(a - b)));
     assert!(back.fold(0.0, f32::max) < 2.0e-4);
+}
+
+/// Pauses, another instrument and a new beginning are decided while the hand presses.
+#[test]
+fn what_a_command_ends_fades() {
+    let anatomy = Anatomy::liver();
+    for command in [
+        Command::Pause(true),
+        Command::Instrument(Instrument::Scissors),
+        Command::Reset,
+        Command::Start(Task::Identify),
+    ] {
+        let mut state = store();
+        let mut sim = Sim::new(anatomy.scene(), &mut state, TOUCH, OPEN);
+        let mut bench = Bench::new();
+        go(&mut sim, &mut bench, &AWAY, &PRESSED, 500, NONE);
+        stay(&mut sim, &mut bench, &PRESSED, 100, NONE);
+        let pressed_n = norm(&bench.force_n);
+        assert!(pressed_n > 0.1, "{pressed_n}");
+        let mut last_n = bench.force_n;
+        for tick in 0..30 {
+            bench.next_at(&PRESSED, NONE).command = (tick == 0).then_some(command);
+            sim.tick(&mut bench);
+            // A twentieth a tick, and of a pause, which closes the way out as well, two.
+            let step_n = norm(&(bench.force_n - last_n));
+            assert!(
+                step_n < 0.11 * pressed_n,
+                "{command:?} tick {tick}: {step_n} of {pressed_n} N"
+            );
+            last_n = bench.force_n;
+        }
+        if command == Command::Pause(true) {
+            assert!(norm(&last_n) < f32::EPSILON);
+        }
+    }
 }
 
 #[test]
