@@ -47,7 +47,7 @@ pub(crate) enum Place {
 pub(crate) enum Answer {
     /// As a half-space under a tool of this shape.
     HalfSpace(Law),
-    /// As the wall of a tube: a spring that stiffens without bound as the tube is pressed flat.
+    /// As the wall of a tube: a spring that stiffens as the tube is pressed flat.
     Wall {
         /// Where it begins to give way, N/m.
         wall_n_m: f32,
@@ -77,26 +77,17 @@ impl Answer {
     }
 }
 
-/// Force and stiffness of a wall that is pressed by `d` with `F = k d / (1 − d / D)`, where the sphere behind it gives
-/// way to the force within the step: `d + y F = deep`, a square equation in `F`.
+/// Force and stiffness of a wall that is pressed by `d` with `F = k d (1 + d / D)`, where the sphere behind it gives
+/// way to the force within the step: `d + y F = deep`, a square equation in `d`.
 fn wall(k_n_m: f32, flat_m: f32, deep_m: f32, yield_m_n: f32) -> (f32, f32) {
-    let flat_m = flat_m.max(1.0e-6);
-    let a = yield_m_n.max(LEAST_YIELD_M_N) / flat_m;
-    let b = 1.0 + yield_m_n * k_n_m - deep_m / flat_m;
-    let c = k_n_m * deep_m;
-    let root = math::sqrt(b * b + 4.0 * a * c);
-    // Of the two ways to write the root the one that does not cancel.
-    let force_n = if b > 0.0 {
-        2.0 * c / (b + root)
-    } else {
-        (root - b) / (2.0 * a)
-    };
-    let stiffening = 1.0 + force_n / (k_n_m * flat_m).max(f32::MIN_POSITIVE);
-    (force_n, k_n_m * stiffening * stiffening)
+    let per_m = flat_m.max(1.0e-6).recip();
+    let a = yield_m_n * k_n_m * per_m;
+    let b = 1.0 + yield_m_n * k_n_m;
+    // Written so that nothing cancels.
+    let pressed_m = 2.0 * deep_m / (b + math::sqrt(b * b + 4.0 * a * deep_m));
+    let force_n = k_n_m * pressed_m * (1.0 + pressed_m * per_m);
+    (force_n, k_n_m * (1.0 + 2.0 * pressed_m * per_m))
 }
-
-/// What does not move gives way by this all the same, m/N: a wall that is flat is no stiffer than steel.
-const LEAST_YIELD_M_N: f32 = 1.0e-5;
 
 /// What a touch leaves to the next tick.
 #[derive(Debug, Clone, Copy, PartialEq)]

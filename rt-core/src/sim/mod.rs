@@ -196,7 +196,6 @@ impl<'a> Sim<'a> {
     /// Everything as it was at the start.
     fn reset(&mut self) {
         self.let_go();
-        self.fade.leap();
         self.contacts.clear();
         self.sleep = Sleep::AWAKE;
         self.proxy = Proxy::AT_HAND;

@@ -82,7 +82,10 @@ impl Sim<'_> {
         });
         match (is_cutting, self.grasp.count()) {
             (true, 0) => self.grasp.close(&blades, |_| true, scene, bodies, faults),
-            (false, 1..) => self.grasp.open(bodies),
+            (false, 1..) => {
+                self.grasp.open(bodies);
+                self.fade.leap();
+            }
             _ => {}
         }
     }
@@ -145,12 +148,14 @@ impl Sim<'_> {
         } else if self.grasp.count() == 0 {
             self.tell(EventKind::LetGo, first, held as f32);
             self.grasp.open(&mut self.state.bodies);
+            self.fade.leap();
         }
     }
 
     pub(super) fn let_go(&mut self) {
         self.tell_of_grasp(EventKind::LetGo, self.grasp.count() as f32);
         self.grasp.open(&mut self.state.bodies);
+        self.fade.leap();
     }
 
     fn tell_of_grasp(&mut self, kind: EventKind, value: f32) {
@@ -171,7 +176,6 @@ impl Sim<'_> {
 
     pub(super) fn change_instrument(&mut self, instrument: Instrument) {
         self.let_go();
-        self.fade.leap();
         // Its places are others: none has gone there from where one of the last was.
         self.contacts.clear();
         self.tool.instrument = instrument;
