@@ -68,8 +68,8 @@ impl Material {
         };
         // Tubes lie in fat and fluid: a chain without bending would swing about.
         let damping_per_s = match kind {
-            OrganKind::CysticDuct | OrganKind::BileDuct => 60.0,
-            OrganKind::CysticArtery | OrganKind::Vessel => 60.0,
+            OrganKind::CysticDuct | OrganKind::BileDuct => 200.0,
+            OrganKind::CysticArtery | OrganKind::Vessel => 200.0,
             _ => 4.0,
         };
         let (density_kg_m3, young_pa, contact_stiffness_n_m) = match kind {

@@ -35,6 +35,9 @@ const FOLLOW_M: f32 = 0.0065;
 /// moves in a tick.
 const NEAR_M: f32 = 0.003;
 
+/// Share by which a tick follows a tube that turns under a tool. A push that turned with it at once would be a follower
+/// load, which makes a thin tube flutter (Beck's column, Bolotin 1963).
+const TURNS: f32 = 0.02;
 /// A tube is flat when it is pressed by so many of its radii: its walls are as thick as the rest.
 const FLAT_RADII: f32 = 1.6;
 /// A part whose axis has gone so many reaches beyond where it touches is on the other side.
@@ -53,6 +56,8 @@ struct Track {
     part: Role,
     side: Side,
     bead_m: Vec3,
+    /// Along the tube there.
+    along: Vec3,
     gap: Gap,
     carried: Carried,
     /// Share of its stiffness with which the bead answers: nothing while the jaws hold it.
@@ -119,6 +124,9 @@ impl TubeContacts {
                 }
                 let known = (&before[..], before.len() - known.len());
                 for part in near.iter().filter(|part| is_near(part, &ball)) {
+                    let last = known_of(known, number, part.role);
+                    let along = last.map_or(ball.along, |last| turned(&last.along, &ball.along));
+                    let ball = Ball { along, ..ball };
                     let (mut track, way_m) = self.meet(part, (number, bead), &ball, known, bodies);
                     let is_held = is_held(bead, bodies);
                     let loose = if is_held { 0.0 } else { 1.0 };
@@ -176,9 +184,7 @@ impl TubeContacts {
     ) -> (Track, Vec3) {
         let reach_m = ball.radius_m + part.radius_m;
         let gap_m = |side: &Side| side.gap_m(&axis(part), &ball.center_m, reach_m);
-        let is_own = |track: &&Track| track.bead == number && track.part == part.role;
-        let last = known.0.iter().skip(known.1);
-        let last = last.take_while(|track| track.bead == number).find(is_own);
+        let last = known_of(known, number, part.role);
         let before = self.parts.iter().find(|before| before.role == part.role);
         let motion = last.zip(before).map(|(last, before)| Motion {
             axis: [axis(before), axis(part)],
@@ -211,6 +217,7 @@ impl TubeContacts {
             part: part.role,
             side: Side::first(&axis(part), &ball.center_m, &ball.along),
             bead_m: ball.center_m,
+            along: ball.along,
             gap: Gap::NONE,
             carried: Carried::NOTHING,
             loose: last.map_or(1.0, |last| last.loose),
@@ -227,6 +234,7 @@ impl TubeContacts {
                 Track {
                     side,
                     bead_m: ball.center_m,
+                    along: ball.along,
                     gap: last.gap.next(gap_m(&side), way_m, OWED_M),
                     ..*last
                 }
@@ -276,6 +284,18 @@ impl TubeContacts {
             track.carried = carried;
         }
     }
+}
+
+/// What is known of a part and a bead from the last tick.
+fn known_of<'a>((tracks, at): (&'a [Track], usize), bead: u16, part: Role) -> Option<&'a Track> {
+    let own = tracks.get(at..)?.iter();
+    let mut own = own.take_while(|track| track.bead == bead);
+    own.find(|track| track.part == part)
+}
+
+/// A direction along a tube a tick later.
+fn turned(last: &Vec3, now: &Vec3) -> Vec3 {
+    math::unit(&(last + (now - last) * TURNS)).unwrap_or(*now)
 }
 
 /// The track in which the same part bears on the bead before or after one; of both the one that bears more.
