@@ -116,13 +116,13 @@ impl Alone {
         };
         let mut bodies = Box::new(Bodies::new());
         let mut tissue = Tissue::new(scene, &mut bodies, Method::NeoHookean);
-        let spheres = 0..self.spheres.len() as u32;
+        let mut spheres = 0..self.spheres.len() as u32;
         for i in spheres.clone().filter(|i| !self.spheres[*i as usize].held) {
             // By the golden ratio: no two alike, and every time the same.
-            let turn = i as f32 * 2.399_963;
+            let (sin, cos) = libm::sincosf(i as f32 * 2.399_963);
             let up = (i as f32 * 0.618_034).fract() * 2.0 - 1.0;
             let level = (1.0 - up * up).sqrt();
-            let way = Vec3::new(level * turn.cos(), level * turn.sin(), up);
+            let way = Vec3::new(level * cos, level * sin, up);
             tissue.put(i, &Vec3::zeros(), &(way * SHAKEN_M_S));
         }
         let mut put_back = 0;
@@ -130,7 +130,7 @@ impl Alone {
             put_back += tissue.step();
         }
         let is_slow = |i: u32| norm(&tissue.velocity_m_s(i)) < SHAKES_M_S;
-        put_back == 0 && spheres.clone().all(is_slow)
+        put_back == 0 && spheres.all(is_slow)
     }
 }
 

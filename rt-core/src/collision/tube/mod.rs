@@ -287,7 +287,7 @@ impl TubeContacts {
 }
 
 /// What is known of a part and a bead from the last tick.
-fn known_of<'a>((tracks, at): (&'a [Track], usize), bead: u16, part: Role) -> Option<&'a Track> {
+fn known_of((tracks, at): (&[Track], usize), bead: u16, part: Role) -> Option<&Track> {
     let own = tracks.get(at..)?.iter();
     let mut own = own.take_while(|track| track.bead == bead);
     own.find(|track| track.part == part)
