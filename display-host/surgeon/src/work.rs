@@ -20,6 +20,8 @@ pub(crate) const JAW_M: f64 = 0.015;
 pub(crate) const BITE: f64 = 0.7;
 /// So far back along the shaft it moves from place to place, m.
 pub(crate) const BACK_M: f64 = 0.03;
+/// A hurried one is on its way out so far when it opens the jaws, m.
+const AWAY_M: f64 = 0.12;
 /// And so far, m, to be exchanged.
 const OUT_M: f64 = 0.05;
 /// A movement is over within this, m and rad; or it is given up, s.
@@ -126,6 +128,10 @@ impl Work<'_> {
             Act::Close => {
                 self.asked.buttons = 1;
                 self.wait(JAWS_S)?;
+                if self.surgeon == Surgeon::Hurried {
+                    // Away before they have opened, and what they hold comes along.
+                    self.retreat(AWAY_M)?;
+                }
                 self.asked.buttons = 0;
                 self.wait(JAWS_S)
             }
