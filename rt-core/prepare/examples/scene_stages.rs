@@ -3,7 +3,7 @@
 //! number. The tip is pressed 6 mm into the target and drawn
 //! over it; the shaft lies on what it lies on, and the endoscope presses as deep into the largest organ. Also the
 //! largest step of the force in a tick, and what all of contact takes: finding, pressing (what the solve takes longer
-//! than with both tools away, where every organ stays awake) and the force.
+//! than with both tools away and every organ kept awake) and the force.
 
 #[path = "../tests/scenes/core/mod.rs"]
 mod core;
@@ -14,7 +14,7 @@ use rt_core::math::{Pose, Quat, Vec3, norm};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled, TrackerSample,
 };
-use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
+use rt_core::sim::{Command, Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::{SphereBits, State};
 use rt_core::tool::Kinematics;
 use scene_prepare::{Recipe, prepare};
@@ -57,6 +57,9 @@ impl At {
         endoscope: false,
     };
 }
+
+/// What nobody touches falls asleep after more ticks than this; a reset wakes it.
+const AWAKE: u32 = 25;
 
 /// How far from the target an instrument is that is away, m.
 const AWAY_M: f32 = 0.05;
@@ -183,6 +186,8 @@ fn work(scene: &SceneData, at: At) -> Seen {
             false => target + normal * AWAY_M,
         };
         timed.samples.now_ns += 1_000_000;
+        let is_away = !at.instrument && !at.endoscope;
+        timed.samples.command = (is_away && t % AWAKE == 0).then_some(Command::Reset);
         let up = Vec3::y();
         if at.endoscope {
             let front_m =
