@@ -2,7 +2,7 @@
 //!
 //! A tick moves an organ in its number of substeps. Each lets every sphere fly (`predict`), lets a
 //! [`Solver`], ties and the contacts correct where it lands, and makes the correction its velocity
-//! (`advance`). Organs go side by side ([`substeps`]).
+//! (`advance`). Organs go side by side (`substeps`).
 //!
 //! A centre is stored as rest position, displacement, and the displacement's change in this
 //! substep. Displacement and change are small, so that they keep the bits which a centre far from
