@@ -4,9 +4,9 @@ use crate::core;
 use crate::{prepared_built_in, prepared_triangle};
 use rt_core::math::{Vec3, norm};
 use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled};
-use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
+use rt_core::sim::{Command, Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::{SphereBits, State};
-use rt_core::tool::Kinematics;
+use rt_core::tool::{Instrument, Kinematics};
 use scene_prepare::Prepared;
 
 /// A Touch-class device.
@@ -49,6 +49,25 @@ impl Ports for Hand {
     fn stamp(&mut self, _: Stage) {}
 }
 
+/// Where and with what is worked, world frame, m.
+struct Site {
+    target_m: Vec3,
+    normal: Vec3,
+    instrument: Instrument,
+}
+
+impl Site {
+    /// A scene's target, with the instrument that it begins with.
+    fn target(built: &Prepared) -> Self {
+        let room = built.scene.room.expect("a room");
+        Self {
+            target_m: Vec3::from(room.target_m),
+            normal: Vec3::from(room.target_normal),
+            instrument: Instrument::default(),
+        }
+    }
+}
+
 /// A part of the hand's way from 20 mm above the target, which begins and ends gently: ticks, where the
 /// tip is at its end (out of the tissue, along it), mm, and the handle's buttons.
 struct Leg(u16, [f32; 2], Buttons);
@@ -65,6 +84,10 @@ struct Felt {
 }
 
 fn work(built: &Prepared, legs: &[Leg]) -> Vec<Felt> {
+    work_at(built, &Site::target(built), legs)
+}
+
+fn work_at(built: &Prepared, site: &Site, legs: &[Leg]) -> Vec<Felt> {
     let room = built.scene.room.expect("a room");
     let loaded = core::Prepared::new(&built.scene);
     let mut state = Box::new(State::new());
@@ -78,7 +101,7 @@ fn work(built: &Prepared, legs: &[Leg]) -> Vec<Felt> {
         port_m: Vec3::from(room.instrument_port_m),
         length_m: room.instrument_length_m,
     };
-    let (target, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
+    let (target, normal) = (site.target_m, site.normal);
     let along = normal.cross(&(lever.port_m - target)).normalize();
     let mut hand = Hand {
         samples: Samples {
@@ -86,7 +109,7 @@ fn work(built: &Prepared, legs: &[Leg]) -> Vec<Felt> {
             device: Polled::Nothing,
             tracker: Polled::Nothing,
             pedal: Polled::Nothing,
-            command: None,
+            command: Some(Command::Instrument(site.instrument)),
         },
         force_n: Vec3::zeros(),
         step_n: Vec3::zeros(),
@@ -117,6 +140,7 @@ fn work(built: &Prepared, legs: &[Leg]) -> Vec<Felt> {
             });
             let before_n = hand.step_n;
             sim.tick(&mut hand);
+            hand.samples.command = None;
             felt.largest_step_n = felt.largest_step_n.max(norm(&hand.step_n));
             felt.largest_knock_n = felt.largest_knock_n.max(norm(&(hand.step_n - before_n)));
             felt.largest_n = felt.largest_n.max(norm(&hand.force_n));
@@ -216,4 +240,51 @@ fn scenes_that_are_left_alone_sleep() {
         let all = work(built, std::slice::from_ref(&away));
         assert_eq!(all[0].awake, 0);
     }
+}
+
+/// A thin duct that a hand holds aside comes to rest: a push that turned with it at once would make it flutter.
+#[test]
+fn a_duct_under_a_tool_does_not_flutter() {
+    let built = prepared_triangle(false);
+    let room = built.scene.room.expect("a room");
+    let port_m = Vec3::from(room.instrument_port_m);
+    let duct = built
+        .report
+        .organs
+        .iter()
+        .position(|it| it.name == "cystic duct");
+    let [first, count] = built.scene.organs[duct.expect("it has one")].spheres;
+    let legs = [
+        Leg(2600, [-8.0, 0.0], OPEN),
+        Leg(700, [-8.0, 6.0], OPEN),
+        Leg(1000, [-8.0, 6.0], OPEN),
+        Leg(300, [-8.0, 6.0], OPEN),
+        Leg(900, [-8.0, -4.0], OPEN),
+        Leg(1000, [-8.0, -4.0], OPEN),
+        Leg(300, [-8.0, -4.0], OPEN),
+    ];
+    let mut most_n = 0.0f32;
+    for eighth in [3, 4] {
+        for instrument in [Instrument::Hook, Instrument::ClipApplier] {
+            let sphere = &built.scene.spheres[(first + count * eighth / 8) as usize];
+            let center_m = Vec3::from(sphere.center_m);
+            let normal = (port_m - center_m).normalize();
+            let site = Site {
+                target_m: center_m + normal * sphere.radius_m,
+                normal,
+                instrument,
+            };
+            let all = work_at(built, &site, &legs);
+            for held in [3, 6] {
+                most_n = most_n.max(all[held].largest_n);
+                println!("{eighth} {instrument:?}: {:?}", all[held]);
+                assert!(
+                    all[held].largest_step_n < 0.5 * STEP_N,
+                    "{eighth} {instrument:?}: {:?}",
+                    all[held]
+                );
+            }
+        }
+    }
+    assert!(most_n > 0.001, "{most_n}");
 }
