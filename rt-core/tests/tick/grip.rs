@@ -69,8 +69,8 @@ fn a_grasp_begins_and_carries_on_without_a_knock() {
     assert!(bench.grasped_count > 0);
     // The jaws bite after 98 ticks; before, they move against the tissue.
     let step = largest_step(&closing[90..]);
-    // Jaws that go on closing push the tissue at 50 mm/s.
-    assert!(step < 0.008, "closing: {step} N in a tick");
+    // Jaws that go on closing push the tissue at 50 mm/s; these spheres, which have no skin, stiffen as tubes do.
+    assert!(step < 0.012, "closing: {step} N in a tick");
     // 10 mm in 2 s.
     let lifting = felt(
         &mut sim,

@@ -192,22 +192,24 @@ fn block(n: usize) -> SceneData {
             mass_kg: 0.5 / (n * n * n) as f32,
             held: u32::from(z == 0),
         });
-        let mut link = |b| {
-            links.push(LinkRecord {
-                a: index(x, y, z),
-                b,
-                rest_length_m: step_m,
-                compliance_m_n: 0.01,
-            });
-        };
-        if x + 1 < n {
-            link(index(x + 1, y, z));
-        }
-        if y + 1 < n {
-            link(index(x, y + 1, z));
-        }
-        if z + 1 < n {
-            link(index(x, y, z + 1));
+        // Along the edges, and across the faces: without those it would shear like a deck of cards.
+        for (dx, dy, dz) in [
+            (1, 0, 0),
+            (0, 1, 0),
+            (0, 0, 1),
+            (1, 1, 0),
+            (1, 0, 1),
+            (0, 1, 1),
+        ] {
+            if x + dx < n && y + dy < n && z + dz < n {
+                let steps = (dx + dy + dz) as f32;
+                links.push(LinkRecord {
+                    a: index(x, y, z),
+                    b: index(x + dx, y + dy, z + dz),
+                    rest_length_m: step_m * steps.sqrt(),
+                    compliance_m_n: 0.01,
+                });
+            }
         }
     }
     let organ = OrganRecord {
