@@ -1,5 +1,7 @@
 //! A whole task at the window, as a person works it: begun by the keyboard, worked by the mouse, debriefed.
 
+use std::time::{Duration, Instant};
+
 use assess::Step;
 use bytemuck::Zeroable as _;
 use display_host::ui::Bulletin;
@@ -21,6 +23,8 @@ const COUNTS_MAX: f64 = 20.0;
 /// Seen well from here to there, m.
 const NEAR_M: f64 = 0.05;
 const FAR_M: f64 = 0.2;
+/// The endoscope's button is pressed anew after so long.
+const HELD_ANEW: Duration = Duration::from_secs(10);
 
 /// Where a place lies in the endoscope's picture: to the right and up, rad, and how far away, m.
 fn seen_from(tools: &ToolFrame, place_m: Vector3<f64>) -> ([f64; 2], f64) {
@@ -99,7 +103,14 @@ fn the_endoscope_is_led_from_organ_to_organ_by_the_mouse() {
     screen.hold_button(2, true);
     let mut told = bytemuck::zeroed_box::<TaskMsg>();
     let mut end = None;
+    let mut held = Instant::now();
     wait_until("the end of the drill", || {
+        // On a busy screen a press may be lost.
+        if held.elapsed() > HELD_ANEW {
+            screen.hold_button(2, false);
+            screen.hold_button(2, true);
+            held = Instant::now();
+        }
         host.newest_tools(&mut tools);
         bulletins.newest(&mut told);
         let bulletin = told.text().and_then(Bulletin::parse);
