@@ -178,7 +178,7 @@ mod tests {
     /// Two spheres of 0.2 g whose centres lay 5 cm apart at rest, each an organ, or both one; nothing else acts.
     struct Two {
         organs: std::vec::Vec<Organ>,
-        spheres: [RestSphere; 2],
+        spheres: std::vec::Vec<RestSphere>,
         pairs: Box<Pairs>,
         between: Box<Between>,
         bodies: Box<Bodies>,
@@ -213,7 +213,7 @@ mod tests {
         fn new(organs: &[Organ], apart_m: f32, speed_m_s: [f32; 2]) -> Self {
             let mut two = Self {
                 organs: organs.to_vec(),
-                spheres: [at(0.0), at(0.05)],
+                spheres: std::vec![at(0.0), at(0.05)],
                 pairs: Box::new(Pairs::new()),
                 between: Box::new(Between::new()),
                 bodies: Box::new(Bodies::new()),
@@ -312,12 +312,12 @@ mod tests {
     #[test]
     fn spheres_pressed_together_come_to_rest_as_springs_would() {
         // Between two walls of spheres 0.2 mm too near for one that is free between them.
-        let mut spheres = [at(0.0), at(0.05), at(0.1)];
-        spheres[0].held = true;
-        spheres[2].held = true;
-        let organs = [free(0, 1, 1), free(1, 1, 8), free(2, 1, 2)];
-        let scene = Scene::new(&organs, &spheres, &[], room()).unwrap();
         let mut two = Two::new(&kinds()[0], 0.05, [0.0, 0.0]);
+        two.spheres = std::vec![at(0.0), at(0.05), at(0.1)];
+        two.spheres[0].held = true;
+        two.spheres[2].held = true;
+        two.organs = std::vec![free(0, 1, 1), free(1, 1, 8), free(2, 1, 2)];
+        let scene = Scene::new(&two.organs, &two.spheres, &[], room()).unwrap();
         two.bodies.load(&scene);
         two.pairs.load(&scene);
         let put = [0.0, 0.0199 - 0.05, 0.0397 - 0.1];
@@ -327,19 +327,8 @@ mod tests {
         }
         let mut last_m = 0.0;
         for tick in 0..300 {
-            let mut faults = FaultSet::NONE;
-            two.bodies.begin(&scene, true);
-            two.pairs.find(&two.bodies, &mut faults);
-            two.between
-                .choose(two.pairs.near(), &scene, &two.bodies, &mut faults);
-            let mut only = Only(&two.between, &scene);
-            let moves = [true; MAX_ORGANS];
-            let bodies = &mut two.bodies;
-            let _ = substeps::run(&scene, &Method::NeoHookean, &moves, &mut only, bodies);
-            for (organ, number) in organs.iter().zip(0..) {
-                let _ = bodies.advance(organ, scene.step_s_of(number));
-            }
-            let now_m = bodies.nodes.at(1).center_m().x;
+            two.tick();
+            let now_m = two.bodies.nodes.at(1).center_m().x;
             assert!(tick < 250 || (now_m - last_m).abs() < 1.0e-8, "{now_m}");
             last_m = now_m;
         }
@@ -351,7 +340,7 @@ mod tests {
     fn organs_that_overlap_at_rest_stay_as_they_are() {
         let organs = [free(0, 1, 1), free(1, 1, 1)];
         let mut two = Two::new(&organs, 0.05, [0.0, 0.0]);
-        two.spheres = [at(0.0), at(0.012)];
+        two.spheres = std::vec![at(0.0), at(0.012)];
         let scene = Scene::new(&two.organs, &two.spheres, &[], room()).unwrap();
         two.bodies.load(&scene);
         two.pairs.load(&scene);

@@ -27,7 +27,8 @@ const PASSES: u32 = 4;
 const LEANS: f32 = 0.75;
 
 /// What a tool on a tube takes of its speed, per second: a thin tube on a wall of its own would ring, and hop on the
-/// tool, where fluid and the tissue around it hold it. At 15 mm/s it costs the hand 1 mN.
+/// tool, where fluid and the tissue around it hold it. It acts on the
+/// speed in the room: what is carried along is held back by its mass times this and its speed, a few mN of a duct.
 const CALM_PER_S: f32 = 1500.0;
 
 /// What is no farther apart may touch before the tick ends, m.
