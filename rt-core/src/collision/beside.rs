@@ -16,8 +16,8 @@ struct Presser {
     normal: Vec3,
     at_m: Vec3,
     force_n: f32,
-    /// How wide it is under this force, m.
-    half_width_m: f32,
+    /// How near it is to itself under this force, m ([`Law::near_m`]).
+    near_m: f32,
     /// None of a spring: a tube's wall gives way by itself.
     law: Option<Law>,
 }
@@ -43,7 +43,7 @@ impl Beside {
                 normal: touch.normal,
                 at_m: touch.at_m,
                 force_n: touch.force_n,
-                half_width_m: half_width_m(law.as_ref(), touch.force_n),
+                near_m: near_m(law.as_ref(), touch.force_n),
                 law,
             });
         }
@@ -64,7 +64,7 @@ impl Beside {
     pub(crate) fn press(&mut self, own: usize, force_n: f32) {
         if let Some(presser) = self.pressers.get_mut(own) {
             presser.force_n = force_n;
-            presser.half_width_m = half_width_m(presser.law.as_ref(), force_n);
+            presser.near_m = near_m(presser.law.as_ref(), force_n);
         }
     }
 
@@ -86,15 +86,15 @@ impl Beside {
                 continue;
             }
             let distance_m = math::norm(&(other.at_m - pressed.at_m));
-            sum_m += along * other.force_n * law.beside_m_n(distance_m, other.half_width_m);
+            sum_m += along * other.force_n * law.beside_m_n(distance_m, other.near_m);
         }
         sum_m
     }
 }
 
-fn half_width_m(law: Option<&Law>, force_n: f32) -> f32 {
+fn near_m(law: Option<&Law>, force_n: f32) -> f32 {
     match law {
-        Some(law) if force_n > 0.0 => law.half_width_m(force_n),
+        Some(law) if force_n > 0.0 => law.near_m(force_n),
         _ => 0.0,
     }
 }

@@ -203,10 +203,22 @@ impl Law {
         friction::stiffness_n_m(self.modulus_pa, poisson, half_width_m, self.supplied_m_n)
     }
 
-    /// Dent per force that another contact, this far off on the same skin, makes here beyond what
-    /// the spheres carry over, m/N. `half_width_m` is the wider of the two contacts'.
-    pub(crate) fn beside_m_n(&self, distance_m: f32, half_width_m: f32) -> f32 {
-        let near_m = WITHIN * half_width_m;
+    /// How near the contact is to itself under this force, m: a point that far off would dent it as its own load
+    /// does. Of a bar the load is as long as the bar.
+    pub(crate) fn near_m(&self, force_n: f32) -> f32 {
+        let half_width_m = self.half_width_m(force_n);
+        match self.shape {
+            Shape::Ball { .. } => WITHIN * half_width_m,
+            Shape::Bar { length_m, .. } if half_width_m > 0.0 => {
+                length_m / (2.0 * ln(2.0 * length_m / half_width_m) + 1.0)
+            }
+            Shape::Bar { .. } => 0.0,
+        }
+    }
+
+    /// Dent per force that another contact, this far off on the same skin and this near to itself
+    /// ([`Law::near_m`]), makes here beyond what the spheres carry over, m/N.
+    pub(crate) fn beside_m_n(&self, distance_m: f32, near_m: f32) -> f32 {
         let reach_m = math::sqrt(distance_m * distance_m + near_m * near_m);
         let direct = (core::f32::consts::PI * self.modulus_pa * reach_m.max(1.0e-5)).recip();
         (direct - self.supplied_m_n * fades(distance_m, self.patch_m)).max(0.0)
@@ -401,7 +413,19 @@ mod tests {
             prop_assert!(more_n - force_n <= 0.011 * gap_m / yields + 1.0e-4 * force_n);
         }
 
-        /// What one contact does to another is never more than to itself, and fades.
+        /// What one contact does to another is what it does to itself where they are one, and fades: were it more, of
+        /// two places of a tool at one point the one that came first would keep the other from it, until it snaps.
+        #[test]
+        fn at_one_place_as_to_itself(shape in shape(), shallow in 0.001f32..0.1) {
+            let (Shape::Ball { radius_m } | Shape::Bar { radius_m, .. }) = shape;
+            let law = alone(shape);
+            let depth_m = shallow * radius_m;
+            let (force_n, _) = law.force_n(-depth_m, 0.0);
+            let beside_m = force_n * law.beside_m_n(0.0, law.near_m(force_n));
+            prop_assert!((beside_m / depth_m - 1.0).abs() < 0.1, "{beside_m} {depth_m}");
+        }
+
+        /// What one contact does to another fades.
         #[test]
         fn others_do_less(shape in shape(), patch_m in 0.003f32..0.03, near in 0.0f32..0.01, far in 0.02f32..0.05) {
             let law = Law::new(shape, MODULUS_PA, patch_m, 0.0);
