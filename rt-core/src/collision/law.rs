@@ -217,10 +217,11 @@ impl Law {
     }
 
     /// Dent per force that another contact, this far off on the same skin and this near to itself
-    /// ([`Law::near_m`]), makes here beyond what the spheres carry over, m/N.
+    /// ([`Law::near_m`]), makes here beyond what the spheres carry over, m/N. Around a round contact that is what Hertz
+    /// gives to 3 % at half its radius, and 15 % at its rim.
     pub(crate) fn beside_m_n(&self, distance_m: f32, near_m: f32) -> f32 {
-        let reach_m = math::sqrt(distance_m * distance_m + near_m * near_m);
-        let direct = (core::f32::consts::PI * self.modulus_pa * reach_m.max(1.0e-5)).recip();
+        let reach_m = distance_m.max(near_m).max(1.0e-5);
+        let direct = (core::f32::consts::PI * self.modulus_pa * reach_m).recip();
         (direct - self.supplied_m_n * fades(distance_m, self.patch_m)).max(0.0)
     }
 }
