@@ -60,13 +60,12 @@ impl Patch {
         self.parts().map(yields).sum()
     }
 
-    /// Takes so large a share of what its spheres go beyond `drift_m` in this step, each by its weight.
-    pub(crate) fn calm(&self, share: f32, drift_m: &Vec3, bodies: &mut Bodies) {
+    /// Takes so large a share of the way of its spheres in this step, each by its weight.
+    pub(crate) fn calm(&self, share: f32, bodies: &mut Bodies) {
         for (sphere, weight) in &self.parts {
             let node = bodies.nodes.at_mut(u32::from(*sphere));
             if node.inverse_mass_per_kg() > 0.0 {
                 node.slow(1.0 - share * weight);
-                node.move_by(&(drift_m * (share * weight)));
             }
         }
     }

@@ -27,8 +27,8 @@ const PASSES: u32 = 4;
 const LEANS: f32 = 0.75;
 
 /// What a tool on a tube takes of its speed, per second: a thin tube on a wall of its own would ring, and hop on the
-/// tool, where fluid and the tissue around it hold it. It acts on how much faster the tube goes than it went of late:
-/// what is carried along is not held back, and what is started is only heavier.
+/// tool, where fluid and the tissue around it hold it. It acts on the
+/// speed in the room: what is carried along is held back by its mass times this and its speed, a few mN of a duct.
 const CALM_PER_S: f32 = 1500.0;
 
 /// What is no farther apart may touch before the tick ends, m.
@@ -54,8 +54,6 @@ pub(crate) enum Answer {
         wall_n_m: f32,
         /// How far it is pressed when it is flat, m.
         flat_m: f32,
-        /// How it went of late, m a tick.
-        drift_m: Vec3,
     },
 }
 
@@ -72,9 +70,9 @@ impl Answer {
     fn force_n(&self, gap_m: f32, yield_m_n: f32) -> (f32, f32) {
         match self {
             Self::HalfSpace(law) => law.force_n(gap_m, yield_m_n),
-            Self::Wall {
-                wall_n_m, flat_m, ..
-            } if gap_m < 0.0 => wall(*wall_n_m, *flat_m, -gap_m, yield_m_n),
+            Self::Wall { wall_n_m, flat_m } if gap_m < 0.0 => {
+                wall(*wall_n_m, *flat_m, -gap_m, yield_m_n)
+            }
             Self::Wall { .. } => (0.0, 0.0),
         }
     }
@@ -290,11 +288,8 @@ impl Touches {
     pub(crate) fn lean(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let presses = |(_, touch): &(usize, &Touch)| touch.force_n > 0.0;
         for (_, touch) in self.of_organ(organ).filter(presses) {
-            if let Answer::Wall { drift_m, .. } = &touch.answer {
-                let drift_m = drift_m * (step_s / TICK_S);
-                touch
-                    .patch
-                    .calm((CALM_PER_S * step_s).min(1.0), &drift_m, bodies);
+            if let Answer::Wall { .. } = touch.answer {
+                touch.patch.calm((CALM_PER_S * step_s).min(1.0), bodies);
                 continue;
             }
             let push = touch.normal * (-touch.force_n * touch.answer.leans() * step_s * step_s);

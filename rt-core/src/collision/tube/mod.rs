@@ -38,8 +38,6 @@ const NEAR_M: f32 = 0.003;
 /// Share by which a tick follows a tube that turns under a tool. A push that turned with it at once would be a follower
 /// load, which makes a thin tube flutter (Beck's column, Bolotin 1963).
 const TURNS: f32 = 0.02;
-/// Share by which a tick's way counts in how a bead goes on the whole: within 20 ms.
-const DRIFTS: f32 = 0.05;
 /// A tube is flat when it is pressed by so many of its radii: its walls are as thick as the rest.
 const FLAT_RADII: f32 = 1.6;
 /// A part whose axis has gone so many reaches beyond where it touches is on the other side.
@@ -58,8 +56,6 @@ struct Track {
     part: Role,
     side: Side,
     bead_m: Vec3,
-    /// How it went of late, m a tick.
-    drift_m: Vec3,
     /// Along the tube there.
     along: Vec3,
     gap: Gap,
@@ -71,12 +67,6 @@ struct Track {
 }
 
 impl Track {
-    /// How the bead, which is here a tick later, goes on the whole, m a tick.
-    fn drift_m(&self, bead_m: &Vec3) -> Vec3 {
-        let way_m = bead_m - self.bead_m;
-        self.drift_m + (way_m - self.drift_m) * DRIFTS
-    }
-
     /// How much of the tool the bead bears, as far as its wall is alike: a depth, m.
     fn bears(&self) -> f32 {
         self.weight * (-self.gap.gap_m).max(0.0)
@@ -227,7 +217,6 @@ impl TubeContacts {
             part: part.role,
             side: Side::first(&axis(part), &ball.center_m, &ball.along),
             bead_m: ball.center_m,
-            drift_m: last.map_or_else(Vec3::zeros, |last| last.drift_m(&ball.center_m)),
             along: ball.along,
             gap: Gap::NONE,
             carried: Carried::NOTHING,
@@ -245,7 +234,6 @@ impl TubeContacts {
                 Track {
                     side,
                     bead_m: ball.center_m,
-                    drift_m: new.drift_m,
                     along: ball.along,
                     gap: last.gap.next(gap_m(&side), way_m, OWED_M),
                     ..*last
@@ -361,7 +349,6 @@ fn touched(
         answer: Answer::Wall {
             wall_n_m,
             flat_m: FLAT_RADII * ball_radius_m,
-            drift_m: track.drift_m,
         },
         gap_m: track.gap.gap_m,
         way_m: Vec3::zeros(),
