@@ -22,6 +22,11 @@ pub(crate) enum Shape {
 
 /// A hollow blunts a tool by half at most: what lies closer around it is beyond the law of a half-space.
 const HOLLOW: f32 = -0.5;
+/// What is three times as sharp as the tool is a point to it.
+const POINT: f32 = 3.0;
+/// By how much of its end's stiffness a buried ball is stiffer before the end, and per bulge more: what softens it
+/// grows faster there.
+const BEFORE_END: f32 = 0.01;
 
 /// A neo-Hookean half-space is softer than a linear one by this share for a dent of a radius:
 /// Hertz's force times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014), over Sneddon's. It is so
@@ -65,9 +70,10 @@ impl Law {
         // The mean dent of a Gaussian load under itself.
         let supplied_m_n = GAUSSIAN / (modulus_pa * patch_m);
         let (buried_m, bulge) = match shape {
-            Shape::Ball { radius_m } => {
-                (BURIED * radius_m, (curvature_per_m * radius_m).max(HOLLOW))
-            }
+            Shape::Ball { radius_m } => (
+                BURIED * radius_m,
+                (curvature_per_m * radius_m).clamp(HOLLOW, POINT),
+            ),
             Shape::Bar { radius_m, length_m } => (radius_m.min(length_m), 0.0),
         };
         let mut law = Self {
@@ -78,9 +84,10 @@ impl Law {
             patch_m,
             half_width_max_m: buried_m,
         };
+        let most = 1.0 - BEFORE_END * (1.0 + bulge.max(0.0));
         for _ in 0..SHORTENINGS {
             let end = law.dent(law.half_width_max_m);
-            if end.stiffness_n_m * supplied_m_n <= 1.0 {
+            if end.stiffness_n_m * supplied_m_n <= most {
                 break;
             }
             law.half_width_max_m *= 0.8;
@@ -179,15 +186,22 @@ impl Law {
 
     /// Half-width of the contact under this force, m; roughly.
     pub(crate) fn half_width_m(&self, force_n: f32) -> f32 {
-        let (radius_m, share) = match self.shape {
-            Shape::Ball { radius_m } => {
-                let cubed = 0.75 * force_n * radius_m / self.modulus_pa;
-                return cube_root(cubed).min(radius_m);
+        match self.shape {
+            Shape::Ball { radius_m } => cube_root(self.ball_m3(radius_m, force_n)).min(radius_m),
+            Shape::Bar { radius_m, length_m } => {
+                math::sqrt(self.bar_m2(radius_m, length_m, force_n)).min(radius_m)
             }
-            Shape::Bar { radius_m, length_m } => (radius_m, force_n / length_m),
-        };
-        let squared = 4.0 * share * radius_m / (core::f32::consts::PI * self.modulus_pa);
-        math::sqrt(squared).min(radius_m)
+        }
+    }
+
+    /// Cube of the half-width of a ball on flat skin (Hertz).
+    fn ball_m3(&self, radius_m: f32, force_n: f32) -> f32 {
+        0.75 * force_n * radius_m / self.modulus_pa
+    }
+
+    /// Square of the half-width of a bar (Hertz).
+    fn bar_m2(&self, radius_m: f32, length_m: f32, force_n: f32) -> f32 {
+        4.0 * force_n * radius_m / (core::f32::consts::PI * self.modulus_pa * length_m)
     }
 
     /// Stiffness of the contact along the skin under this force, beyond what the spheres yield, N/m.
@@ -204,23 +218,33 @@ impl Law {
     }
 
     /// How near the contact is to itself under this force, m: a point that far off would dent it as its own load
-    /// does. Of a bar the load is as long as the bar.
+    /// does. Of a bar the load is as long as the bar. A ball's is Hertz's also where it is buried: its own dent grows
+    /// faster there.
     pub(crate) fn near_m(&self, force_n: f32) -> f32 {
-        let half_width_m = self.half_width_m(force_n);
+        if force_n <= 0.0 || force_n.is_nan() {
+            return 0.0;
+        }
         match self.shape {
-            Shape::Ball { .. } => WITHIN * half_width_m,
-            Shape::Bar { length_m, .. } if half_width_m > 0.0 => {
-                length_m / (2.0 * ln(2.0 * length_m / half_width_m) + 1.0)
+            Shape::Ball { radius_m } => {
+                WITHIN * cube_root(self.ball_m3(radius_m, force_n) / (1.0 + self.bulge))
             }
-            Shape::Bar { .. } => 0.0,
+            Shape::Bar { radius_m, length_m } => {
+                let squared_m2 = self.bar_m2(radius_m, length_m, force_n);
+                let half_width_m = math::sqrt(squared_m2).min(self.half_width_max_m);
+                // Beyond the end the dent grows as it does there.
+                let share = half_width_m * half_width_m / squared_m2;
+                length_m / (2.0 * ln(2.0 * length_m / half_width_m) + share)
+            }
         }
     }
 
     /// Dent per force that another contact, this far off on the same skin and this near to itself
     /// ([`Law::near_m`]), makes here beyond what the spheres carry over, m/N. Around a round contact that is what Hertz
-    /// gives to 3 % at half its radius, and 15 % at its rim.
+    /// gives to 3 % at twice its radius, and a sixth less at its rim. It grows with the force no faster than the
+    /// other's own dent, to 2 %: else each of two places side by side could hold the other off, and they would snap.
     pub(crate) fn beside_m_n(&self, distance_m: f32, near_m: f32) -> f32 {
-        let reach_m = distance_m.max(near_m).max(1.0e-5);
+        let cubed = |m: f32| m * m * m;
+        let reach_m = cube_root(cubed(distance_m) + cubed(near_m)).max(1.0e-5);
         let direct = (core::f32::consts::PI * self.modulus_pa * reach_m).recip();
         (direct - self.supplied_m_n * fades(distance_m, self.patch_m)).max(0.0)
     }
@@ -424,6 +448,21 @@ mod tests {
             let (force_n, _) = law.force_n(-depth_m, 0.0);
             let beside_m = force_n * law.beside_m_n(0.0, law.near_m(force_n));
             prop_assert!((beside_m / depth_m - 1.0).abs() < 0.1, "{beside_m} {depth_m}");
+        }
+
+        /// What one contact does to another grows with its force as its own dent does at most, at any distance: else two
+        /// side by side would have two answers.
+        #[test]
+        fn beside_it_never_faster_than_in_it(
+            shape in shape(), deep in 0.01f32..3.0, aside in 0.0f32..5.0, curvature_per_m in -300.0f32..300.0,
+        ) {
+            let (Shape::Ball { radius_m } | Shape::Bar { radius_m, .. }) = shape;
+            let law = Law::new(shape, MODULUS_PA, 100.0, curvature_per_m);
+            let beside_m = |force_n: f32| force_n * law.beside_m_n(aside * radius_m, law.near_m(force_n));
+            let (depth_m, more_m) = (deep * radius_m, 1.05 * deep * radius_m);
+            let (force_n, more_n) = (law.force_n(-depth_m, 0.0).0, law.force_n(-more_m, 0.0).0);
+            let grown_m = beside_m(more_n) - beside_m(force_n);
+            prop_assert!(grown_m < 1.1 * (more_m - depth_m), "{grown_m} {}", more_m - depth_m);
         }
 
         /// What one contact does to another fades.
