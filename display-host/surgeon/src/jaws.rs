@@ -20,9 +20,11 @@ const CLOSED: f32 = 0.99;
 /// of the cut and so far from it, the cut nearer to where it was meant, as shares of its length.
 const STEPS: u32 = 25;
 const CLIP_APART: f64 = 0.12;
-const CUT_ASIDE: f64 = 0.06;
-/// A clip that does not close gets another so far beside it.
+const CUT_ASIDE: f64 = 0.11;
+/// A clip that does not close gets another so far beside it, and so does a cut of which nothing came.
 const BITTEN_APART: f64 = 0.035;
+/// Scissors do not cut under a clip, also not under one on another vessel: nearer to one there is no room, m.
+const GUARDED_M: f64 = 0.0035;
 /// The way there is looked at for so long, m; more room than this is enough.
 const WAY_M: f64 = 0.05;
 const ROOM_M: f64 = 0.008;
@@ -57,11 +59,12 @@ impl Work<'_> {
             self.goes_on()?;
             // Where nothing else helps it takes what lies beside it, too.
             let is_last = attempt + 1 == ATTEMPTS;
-            if self.is_worth_closing(kind, at) && (is_last || !self.takes_another(kind)) {
+            let closes = self.is_worth_closing(kind, at) && (is_last || !self.takes_another(kind));
+            if closes {
                 self.act(Act::Close)?;
             }
             let done = self.worked(kind) > before;
-            bitten.extend(done.then_some(at));
+            bitten.extend((done || closes && self.has_scissors()).then_some(at));
             self.retreat(BACK_M)?;
             match (done, missed) {
                 (true, _) if self.is_open_behind_its_clip(kind) => {
@@ -111,16 +114,31 @@ impl Work<'_> {
             };
             return share + side * f64::from(attempt);
         }
-        let is_cut = self.seen.tools.instrument == SCISSORS;
+        let is_cut = self.has_scissors();
+        let is_guarded = |place: f64| is_cut && self.clip_m(kind, place) < GUARDED_M;
         // First where it was meant, if nothing else lies there, then where there is most room.
-        if attempt == 0 && self.alone_m(kind, share) > ALONE_M {
+        if attempt == 0 && self.alone_m(kind, share) > ALONE_M && !is_guarded(share) {
             return share;
         }
         roomiest(share, is_cut, bitten, |place| {
             let alone_m = self.alone_m(kind, place).min(ALONE_M);
             let room_m = self.room_on_the_way(kind, place).min(ROOM_M);
+            if is_guarded(place) {
+                return -ROOM_M;
+            }
             alone_m + room_m
         })
+    }
+
+    /// How far the nearest clip is from a place along an organ, m.
+    fn clip_m(&self, kind: OrganKind, share: f64) -> f64 {
+        let state = &self.seen.state;
+        let Some(Place { at, .. }) = self.sight.along(kind, share, state) else {
+            return 0.0;
+        };
+        let clips = self.sight.clips(state);
+        let away_m = clips.iter().map(|clip| (clip - at).norm());
+        away_m.fold(f64::MAX, f64::min)
     }
 
     /// How far other tubes are from where the jaws would take this one, m.
@@ -154,11 +172,15 @@ impl Work<'_> {
 
     /// Whether a careful surgeon would cut what its clips do not close on both sides.
     fn is_cut_unclipped(&self, kind: OrganKind) -> bool {
-        let is_cut = self.seen.tools.instrument == SCISSORS;
+        let is_cut = self.has_scissors();
         // Of clips that were there before it came it knows nothing.
         let has_clipped = self.clipped.iter().any(|organ| *organ != u32::MAX);
         let is_closed = [true, false].map(|side| self.closed.contains(&(kind, side)));
         self.looks_first() && is_cut && has_clipped && is_closed != [true; 2]
+    }
+
+    fn has_scissors(&self) -> bool {
+        self.seen.tools.instrument == SCISSORS
     }
 
     fn looks_first(&self) -> bool {

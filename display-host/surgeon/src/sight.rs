@@ -1,6 +1,6 @@
 //! Where organs are now: a compiled scene as the newest frame of it shows it.
 
-use shared_mem::message::{SphereState, StateFrame};
+use shared_mem::message::{ClipMsg, SphereState, StateFrame};
 use shared_mem::scene::{AttachmentRecord, OrganKind, SceneFile, WORLD};
 
 use crate::work::Vec3;
@@ -91,6 +91,16 @@ impl Sight {
         let clips = state.clips()?.iter();
         let on_it = clips.filter(|clip| own.contains(&(clip.spheres[0] as usize)));
         on_it.max_by_key(|clip| clip.number).map(|clip| clip.closed)
+    }
+
+    /// Where clips are now.
+    pub(crate) fn clips(&self, state: &StateFrame) -> Vec<Vec3> {
+        let clips = state.clips().into_iter().flatten();
+        let place = |clip: &ClipMsg| {
+            let [a, b] = clip.spheres.map(|sphere| self.now(sphere as usize, state));
+            a.lerp(&b, clip.share.into())
+        };
+        clips.map(place).collect()
     }
 
     fn rest(&self, sphere: usize) -> Vec3 {
