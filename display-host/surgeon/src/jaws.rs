@@ -20,7 +20,7 @@ const CLOSED: f32 = 0.99;
 /// of the cut and so far from it, the cut nearer to where it was meant, as shares of its length.
 const STEPS: u32 = 25;
 const CLIP_APART: f64 = 0.12;
-const CUT_ASIDE: f64 = 0.11;
+const CUT_ASIDE: f64 = 0.1;
 /// A clip that does not close gets another so far beside it, and so does a cut of which nothing came.
 const BITTEN_APART: f64 = 0.035;
 /// Scissors do not cut under a clip, also not under one on another vessel: nearer to one there is no room, m.
