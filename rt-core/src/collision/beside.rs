@@ -86,7 +86,9 @@ impl Beside {
                 continue;
             }
             let distance_m = math::norm(&(other.at_m - pressed.at_m));
-            sum_m += along * other.force_n * law.beside_m_n(distance_m, other.near_m);
+            // What one load does to another is what that does to it (Betti): the wider of both counts.
+            let near_m = other.near_m.max(pressed.near_m);
+            sum_m += along * other.force_n * law.beside_m_n(distance_m, near_m);
         }
         sum_m
     }
@@ -96,5 +98,40 @@ fn near_m(law: Option<&Law>, force_n: f32) -> f32 {
     match law {
         Some(law) if force_n > 0.0 => law.near_m(force_n),
         _ => 0.0,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::collision::law::Shape;
+    use proptest::prelude::*;
+
+    fn presser(shape: Shape, at_m: Vec3, force_n: f32) -> Presser {
+        let law = Law::new(shape, 6000.0, 0.1, 0.0);
+        Presser {
+            touch: 0,
+            normal: Vec3::z(),
+            at_m,
+            force_n,
+            near_m: law.near_m(force_n),
+            law: Some(law),
+        }
+    }
+
+    proptest! {
+        /// What a force at one place does to another is what the same force there does to it (Betti): were it more, the
+        /// lightest touch of a tip would lift a shaft off that lies beside it.
+        #[test]
+        fn each_does_to_the_other_what_that_does_to_it(
+            apart_m in 0.0f32..0.01, tip_n in 1.0e-5f32..0.5, shaft_n in 1.0e-5f32..0.5,
+        ) {
+            let tip = presser(Shape::Ball { radius_m: 0.0025 }, Vec3::zeros(), tip_n);
+            let shaft = Shape::Bar { radius_m: 0.0025, length_m: 0.005 };
+            let shaft = presser(shaft, Vec3::x() * apart_m, shaft_n);
+            let beside = Beside { pressers: [tip, shaft].into_iter().collect() };
+            let (by_shaft, by_tip) = (beside.others_m(0) / shaft_n, beside.others_m(1) / tip_n);
+            prop_assert!(by_tip > 0.0 && (by_shaft / by_tip - 1.0).abs() < 1.0e-4, "{by_shaft} {by_tip}");
+        }
     }
 }

@@ -183,11 +183,13 @@ impl TubeContacts {
         bodies: &Bodies,
     ) -> (Track, Vec3) {
         let reach_m = ball.radius_m + part.radius_m;
-        let gap_m = |side: &Side| side.gap_m(&axis(part), &ball.center_m, reach_m);
+        let now = axis(part);
+        let first = Side::first(&now, &ball.center_m, &ball.along);
+        let gap_m = |side: &Side| side.gap_m(&now, &ball.center_m, reach_m);
         let last = known_of(known, number, part.role);
         let before = self.parts.iter().find(|before| before.role == part.role);
         let motion = last.zip(before).map(|(last, before)| Motion {
-            axis: [axis(before), axis(part)],
+            axis: [axis(before), now],
             bead_m: [last.bead_m, ball.center_m],
             along: ball.along,
             reach_m,
@@ -200,13 +202,13 @@ impl TubeContacts {
             .and_then(|(last, motion)| last.side.follow(&motion))
             .filter(is_this_side);
         let way_m = before.map_or_else(Vec3::zeros, |before| {
-            let nearest = Side::first(&axis(part), &ball.center_m, &ball.along);
-            way_m(before, part, side.unwrap_or(nearest).share)
+            way_m(before, part, side.unwrap_or(first).share)
         });
         // A tube lies on one side of a tool: a bead takes that of its neighbour that bears more, where the two
         // differ, and where nothing of it bore on the tool yet.
         let leader = leading(known, (number, bead), part.role, bodies);
-        let led = leader.map(|it| it.side.beside(&axis(part), &ball.center_m, &ball.along));
+        let led = leader.map(|it| it.side.beside(&now, &ball.center_m, &ball.along, reach_m));
+        let led = led.filter(is_this_side);
         let bore = last.filter(|last| last.weight > 0.0);
         let differs = |side: &Side, leader: &Track| {
             let is_stronger = bore.is_none_or(|own| own.bears() < leader.bears());
@@ -215,7 +217,7 @@ impl TubeContacts {
         let new = Track {
             bead: number,
             part: part.role,
-            side: Side::first(&axis(part), &ball.center_m, &ball.along),
+            side: first,
             bead_m: ball.center_m,
             along: ball.along,
             gap: Gap::NONE,

@@ -37,10 +37,14 @@ impl Axis {
 
     /// Where on it, 0 to 1, it is nearest to a point.
     fn nearest(&self, point_m: &Vec3) -> f32 {
+        self.abreast(point_m).clamp(0.0, 1.0)
+    }
+
+    /// The same if it had no ends.
+    fn abreast(&self, point_m: &Vec3) -> f32 {
         let along_m = self.b_m - self.a_m;
         let squared = along_m.norm_squared().max(1.0e-12);
-        let share = (point_m - self.a_m).dot(&along_m) / squared;
-        share.clamp(0.0, 1.0)
+        (point_m - self.a_m).dot(&along_m) / squared
     }
 }
 
@@ -86,11 +90,46 @@ impl Side {
         }
     }
 
-    /// The same side of a bead beside this one.
-    pub(crate) fn beside(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3) -> Self {
-        Self {
-            normal: math::unit(&across(&self.normal, along)).unwrap_or(self.normal),
+    /// The same side of a bead beside this one, where [`Side::follow`] would have come to.
+    pub(crate) fn beside(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> Self {
+        let normal = math::unit(&across(&self.normal, along)).unwrap_or(self.normal);
+        let nearest = Self {
+            normal,
             share: axis.nearest(bead_m),
+        };
+        if !nearest.is_engaged(axis, bead_m, along, reach_m) {
+            return nearest;
+        }
+        // Lifting an axis that leans moves the place along it, which is then lifted by another height: where that ends.
+        let axis_m = axis.b_m - axis.a_m;
+        let lean_m = normal.dot(&axis_m);
+        let flat_m2 = (axis_m.norm_squared() - lean_m * lean_m).max(1.0e-12);
+        let share = axis.abreast(bead_m);
+        let deep_m = -Self { normal, share }.gap_m(axis, bead_m, reach_m);
+        Self {
+            normal,
+            share: (share - lean_m * deep_m / flat_m2).clamp(0.0, 1.0),
+        }
+    }
+
+    /// Whether a tool is in the tube, or before it.
+    fn is_engaged(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> bool {
+        let away_m = axis.at(self.share) - bead_m;
+        // Beside it along the tube, too: the side is the same for all of a tube that lies before a tool.
+        let is_before = along.dot(&away_m).abs() < reach_m + BESIDE_M;
+        self.normal.dot(&away_m) < reach_m && is_before
+    }
+
+    /// The axis of a tool that is in the tube, lifted out to where it touches.
+    fn lifted(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> Axis {
+        if !self.is_engaged(axis, bead_m, along, reach_m) {
+            return *axis;
+        }
+        let height_m = self.normal.dot(&(axis.at(self.share) - bead_m));
+        let lift_m = self.normal * (reach_m - height_m);
+        Axis {
+            a_m: axis.a_m + lift_m,
+            b_m: axis.b_m + lift_m,
         }
     }
 
@@ -128,20 +167,12 @@ impl Side {
     fn step(&self, axis: &Axis, bead_m: &Vec3, motion: &Motion, slip_m: f32) -> Self {
         let along = &motion.along;
         let normal = math::unit(&across(&self.normal, along)).unwrap_or(self.normal);
-        let away_m = axis.at(self.share) - bead_m;
-        let height_m = normal.dot(&away_m);
-        // Beside it along the tube, too: the side is the same for all of a tube that lies before a tool.
-        let is_before = along.dot(&away_m).abs() < motion.reach_m + BESIDE_M;
-        let is_engaged = height_m < motion.reach_m && is_before;
-        let lift_m = if is_engaged {
-            normal * (motion.reach_m - height_m)
-        } else {
-            Vec3::zeros()
+        let from = Self {
+            normal,
+            share: self.share,
         };
-        let lifted = Axis {
-            a_m: axis.a_m + lift_m,
-            b_m: axis.b_m + lift_m,
-        };
+        let is_engaged = from.is_engaged(axis, bead_m, along, motion.reach_m);
+        let lifted = from.lifted(axis, bead_m, along, motion.reach_m);
         let share = lifted.nearest(bead_m);
         let away_m = across(&(lifted.at(share) - bead_m), along);
         let away = math::unit(&away_m).unwrap_or(normal);
@@ -252,6 +283,24 @@ mod tests {
             let motion = Motion { along: Vec3::zeros(), ..motion(from, to) };
             let side = Side::first(&from, &Vec3::zeros(), &Vec3::zeros()).follow(&motion).unwrap();
             prop_assert!(side.gap_m(&to, &Vec3::zeros(), REACH_M) > 0.0, "{side:?}");
+        }
+
+        /// A bead that is led lies where it would come to were it followed there: else it would leave the tool and come
+        /// back with a step, each time nothing is left of its weight.
+        #[test]
+        fn who_is_led_comes_where_who_follows_does(deep_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
+            let leader = Side { normal: Vec3::z(), share: 0.5 };
+            let still = rod(Vec3::new(middle.x, middle.y, REACH_M - deep_m), half);
+            let motion = Motion { slip_m: 0.0, ..motion(still, still) };
+            let led = leader.beside(&still, &Vec3::zeros(), &motion.along, REACH_M);
+            let engaged = |side: &Side| side.is_engaged(&still, &Vec3::zeros(), &motion.along, REACH_M);
+            prop_assume!(engaged(&led) && engaged(&Side { share: still.nearest(&Vec3::zeros()), ..led }));
+            prop_assume!(half.z.abs() < 0.7 * math::norm(&half));
+            let mut side = led;
+            for _ in 0..100 {
+                side = side.follow(&motion).unwrap();
+            }
+            prop_assert!((side.share - led.share).abs() < 1.0e-3, "{led:?} {side:?}");
         }
 
         /// Slow motion changes the gap no faster than the tool moves: no step in the force.
