@@ -34,6 +34,11 @@ impl Gap {
         }
     }
 
+    /// As it was found, m.
+    pub(crate) fn found_m(&self) -> f32 {
+        self.gap_m - self.forgiven_m
+    }
+
     /// Of another place of the same contact, of which as much is forgiven.
     pub(crate) fn at(&self, gap_m: f32) -> Self {
         let forgiven_m = self.forgiven_m.max(0.0);
@@ -47,7 +52,7 @@ impl Gap {
     /// more does not push.
     pub(crate) fn next(&self, gap_m: f32, way_m: f32, owed_m: f32) -> Self {
         let most_m = 2.0 * way_m + JUMP_M;
-        let goes_m = gap_m - (self.gap_m - self.forgiven_m);
+        let goes_m = gap_m - self.found_m();
         let goes_m = goes_m.max(-most_m).min(most_m);
         let keep = if self.forgiven_m < 0.0 {
             KEEP_OWED

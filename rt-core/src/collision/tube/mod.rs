@@ -42,6 +42,8 @@ const TURNS: f32 = 0.02;
 const FLAT_RADII: f32 = 1.6;
 /// A part whose axis has gone so many reaches beyond where it touches is on the other side.
 const THROUGH: f32 = 2.0;
+/// And so many of the ways that both go in the tick.
+const AHEAD: f32 = 2.0;
 /// A gap that opens at once still counts as closed by this at most, m.
 const OWED_M: f32 = 0.000_3;
 
@@ -195,8 +197,14 @@ impl TubeContacts {
             reach_m,
             slip_m: SLIP_M,
         });
-        // What has gone past altogether, farther than a wall lets it, has nothing to do with the side it came from.
-        let is_this_side = |side: &Side| gap_m(side) > -THROUGH * reach_m;
+        // What has gone past altogether, farther than a wall lets it, has nothing to do with the side it came from. What
+        // went too fast for the tube to keep up has not, nor what the tube comes back to.
+        let fast_m = motion.as_ref().map_or(0.0, Side::way_m);
+        let was_m = last.map_or(0.0, |last| last.gap.found_m());
+        let is_this_side = |side: &Side| {
+            let gap_m = gap_m(side);
+            gap_m > -THROUGH * reach_m - AHEAD * fast_m || gap_m > was_m
+        };
         let side = last
             .zip(motion)
             .and_then(|(last, motion)| last.side.follow(&motion))

@@ -6,6 +6,8 @@ use std::boxed::Box;
 use std::vec::Vec as List;
 
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
 
 use crate::capacity::MAX_ORGANS;
 use crate::collision::touch::{Answer, Touch, Touches};
@@ -161,29 +163,71 @@ fn jaws_do_not_push_what_they_hold() {
     }
 }
 
+/// A hook that crosses the duct, from one side to the other, and stays there a while.
+#[derive(Debug, Clone, Copy)]
+struct Crossing {
+    speed_m_s: f32,
+    /// Where along the duct, m.
+    place_m: f32,
+    /// Share of a tick's way at which it starts.
+    start: f32,
+    /// Out of the plane across the duct, of the hook and of its way; round the duct, rad.
+    lean: f32,
+    turn: f32,
+    along: f32,
+}
+
+/// Whether it was felt, and whether the duct is pushed ahead of it in the end; `None` where it would end off the duct.
+fn crossed(it: &Crossing) -> Option<[bool; 2]> {
+    let way = Vec3::new(0.0, it.turn.cos(), it.turn.sin());
+    let across = Vec3::new(it.lean, -it.turn.sin(), it.turn.cos()).normalize();
+    let step_m = (way + Vec3::x() * it.along) * (it.speed_m_s * 1.0e-3);
+    let ticks = (0.020 / (it.speed_m_s * 1.0e-3)) as u16;
+    let from_m = Vec3::x() * it.place_m - way * 0.010 - step_m * it.start;
+    let at_m = |t: u16| from_m + step_m * f32::from(t.min(ticks));
+    if at_m(ticks).x.abs() >= 0.010 {
+        return None; // between the held ends
+    }
+    let felt = Duct::new().meet((0..ticks + 60).map(|t| hook(at_m(t), across * 0.005)));
+    let is_felt = felt.iter().any(|(force_n, _)| force_n.dot(&way) < 0.0);
+    let (force_n, middle_m) = felt.last()?;
+    let is_pushed = force_n.dot(&way) < 0.0 && middle_m.dot(&way) > 0.001;
+    Some([is_felt, is_pushed])
+}
+
+prop_compose! {
+    fn crossing(speed_m_s: core::ops::Range<f32>)(
+        speed_m_s in speed_m_s, place_m in -0.008f32..0.008, start in 0.0f32..1.0,
+        lean in -0.5f32..0.5, turn in 0.0f32..6.2, along in -0.4f32..0.4,
+    ) -> Crossing {
+        Crossing { speed_m_s, place_m, start, lean, turn, along }
+    }
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
-    /// However a hook crosses the duct, at up to 3 m/s: the duct is not left behind.
+    /// However a hook crosses the duct, at up to 2 m/s: the duct is not left behind.
     #[test]
-    fn no_hook_passes_through(
-        speed_m_s in 0.05f32..3.0, place in -0.008f32..0.008, start in 0.0f32..1.0,
-        lean in -0.5f32..0.5, turn in 0.0f32..6.2, along in -0.4f32..0.4,
-    ) {
-        let way = Vec3::new(0.0, turn.cos(), turn.sin());
-        let across = Vec3::new(lean, -turn.sin(), turn.cos()).normalize();
-        let step_m = (way + Vec3::x() * along) * (speed_m_s * 1.0e-3);
-        let ticks = (0.020 / (speed_m_s * 1.0e-3)) as u16;
-        let from_m = Vec3::x() * place - way * 0.010 - step_m * start;
-        // To the other side, and a while there.
-        let at_m = |t: u16| from_m + step_m * f32::from(t.min(ticks));
-        let end_m = at_m(ticks);
-        prop_assume!(end_m.x.abs() < 0.010); // between the held ends
-        let felt = Duct::new().meet((0..ticks + 60).map(|t| hook(at_m(t), across * 0.005)));
-        let touched = felt.iter().any(|(force_n, _)| force_n.dot(&way) < 0.0);
-        prop_assert!(touched, "went through unfelt");
-        // The duct is pushed ahead of the hook, if not thrown.
-        let (force_n, middle_m) = felt.last().unwrap();
-        let is_pushed = force_n.dot(&way) < 0.0 && middle_m.dot(&way) > 0.001;
-        prop_assert!(is_pushed || speed_m_s > 1.0, "{force_n} {middle_m}");
+    fn no_hook_passes_through(it in crossing(0.05..2.0)) {
+        let crossed = crossed(&it);
+        prop_assume!(crossed.is_some());
+        prop_assert!(crossed == Some([true; 2]), "{crossed:?}");
     }
+}
+
+/// The hand's fastest: always felt; and where the duct, drawn 8 mm aside, is pressed flat and slips off, which happens, it
+/// is once in a few hundred.
+#[test]
+fn at_3_m_s_hardly_a_hook_passes_through() {
+    let mut runner = TestRunner::deterministic();
+    let [mut all, mut passed] = [0u32; 2];
+    for _ in 0..400 {
+        let it = crossing(2.9..3.0).new_tree(&mut runner).unwrap().current();
+        if let Some([is_felt, is_pushed]) = crossed(&it) {
+            assert!(is_felt, "{it:?}");
+            all += 1;
+            passed += u32::from(!is_pushed);
+        }
+    }
+    assert!(all > 300 && passed * 100 <= all, "{passed} of {all}");
 }
