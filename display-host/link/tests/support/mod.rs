@@ -1,5 +1,5 @@
 //! A station of one organ that nobody simulates, and keys.
-#![allow(dead_code)]
+#![allow(dead_code)] // each test file uses its part
 
 use std::io::{Read, Write};
 use std::net::{Shutdown, TcpListener, TcpStream};
