@@ -1,155 +1,27 @@
 //! An instrument at work in whole scenes: what the hand feels has no step, and tissue comes to rest.
 
-use crate::core;
+use crate::hand::{Felt, Leg, OPEN, Site, work_at};
 use crate::{prepared_built_in, prepared_triangle};
-use rt_core::math::{Vec3, norm};
-use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled};
-use rt_core::sim::{Command, Parameters, Ports, Samples, Sim, Stage, TickView};
-use rt_core::state::{SphereBits, State};
-use rt_core::tool::{Instrument, Kinematics};
+use rt_core::math::Vec3;
+use rt_core::port::Buttons;
+use rt_core::tool::Instrument;
 use scene_prepare::Prepared;
 
-/// A Touch-class device.
-const TOUCH: DeviceCapabilities = DeviceCapabilities {
-    force_max_n: 3.3,
-    force_continuous_n: 0.88,
-    torque_max_n_m: 0.0,
-    stiffness_max_n_m: 1000.0,
-    damping_max_n_s_m: 5.0,
-    damping_n_s_m: 1.8,
-    delay_s: 0.001,
-    workspace_radius_m: 0.2,
-    rate_hz: 1000.0,
-};
-
-const OPEN: Buttons = Buttons(0);
-
-struct Hand {
-    samples: Samples,
-    force_n: Vec3,
-    step_n: Vec3,
-    awake: usize,
-}
-
-impl Ports for Hand {
-    fn sample(&mut self) -> Samples {
-        self.samples
+/// A scene's target, with the instrument that it begins with.
+fn target(built: &Prepared) -> Site {
+    let room = built.scene.room.expect("a room");
+    let (target_m, normal) = (Vec3::from(room.target_m), Vec3::from(room.target_normal));
+    let out_m = Vec3::from(room.instrument_port_m) - target_m;
+    Site {
+        target_m,
+        normal,
+        along: normal.cross(&out_m).normalize(),
+        instrument: Instrument::default(),
     }
-
-    fn send_force(&mut self, command: ForceCommand) {
-        self.step_n = command.force_n - self.force_n;
-        self.force_n = command.force_n;
-    }
-
-    fn publish(&mut self, view: &TickView<'_>) {
-        let is_awake = |sphere: &rt_core::sim::SphereView| sphere.bits.contains(SphereBits::AWAKE);
-        self.awake = view.spheres().filter(is_awake).count();
-    }
-
-    fn stamp(&mut self, _: Stage) {}
-}
-
-/// Where and with what is worked, world frame, m.
-struct Site {
-    target_m: Vec3,
-    normal: Vec3,
-    instrument: Instrument,
-}
-
-impl Site {
-    /// A scene's target, with the instrument that it begins with.
-    fn target(built: &Prepared) -> Self {
-        let room = built.scene.room.expect("a room");
-        Self {
-            target_m: Vec3::from(room.target_m),
-            normal: Vec3::from(room.target_normal),
-            instrument: Instrument::default(),
-        }
-    }
-}
-
-/// A part of the hand's way from 20 mm above the target, which begins and ends gently: ticks, where the
-/// tip is at its end (out of the tissue, along it), mm, and the handle's buttons.
-struct Leg(u16, [f32; 2], Buttons);
-
-/// What a leg showed.
-#[derive(Debug)]
-struct Felt {
-    largest_step_n: f32,
-    /// How much a step differs from the one before.
-    largest_knock_n: f32,
-    largest_n: f32,
-    /// Spheres awake at its end.
-    awake: usize,
 }
 
 fn work(built: &Prepared, legs: &[Leg]) -> Vec<Felt> {
-    work_at(built, &Site::target(built), legs)
-}
-
-fn work_at(built: &Prepared, site: &Site, legs: &[Leg]) -> Vec<Felt> {
-    let room = built.scene.room.expect("a room");
-    let loaded = core::Prepared::new(&built.scene);
-    let mut state = Box::new(State::new());
-    let parameters = Parameters {
-        force_ramp_s: 0.01,
-        force_enabled: true,
-        ..Parameters::default()
-    };
-    let mut sim = Sim::new(loaded.scene(), &mut state, TOUCH, parameters);
-    let lever = Kinematics {
-        port_m: Vec3::from(room.instrument_port_m),
-        length_m: room.instrument_length_m,
-    };
-    let (target, normal) = (site.target_m, site.normal);
-    let along = normal.cross(&(lever.port_m - target)).normalize();
-    let mut hand = Hand {
-        samples: Samples {
-            now_ns: 0,
-            device: Polled::Nothing,
-            tracker: Polled::Nothing,
-            pedal: Polled::Nothing,
-            command: Some(Command::Instrument(site.instrument)),
-        },
-        force_n: Vec3::zeros(),
-        step_n: Vec3::zeros(),
-        awake: 0,
-    };
-    let (mut from, mut sequence) = ([20.0f32, 0.0], 0u16);
-    let mut all = Vec::new();
-    for Leg(ticks, to, buttons) in legs {
-        let mut felt = Felt {
-            largest_step_n: 0.0,
-            largest_knock_n: 0.0,
-            largest_n: 0.0,
-            awake: 0,
-        };
-        for tick in 1..=*ticks {
-            let share = f32::from(tick) / f32::from(*ticks);
-            let share = share * share * (3.0 - 2.0 * share);
-            let at = [0, 1].map(|i| (from[i] + (to[i] - from[i]) * share) * 1.0e-3);
-            let tip_m = target + normal * at[0] + along * at[1];
-            sequence = sequence.wrapping_add(1);
-            hand.samples.now_ns += 1_000_000;
-            hand.samples.device = Polled::Fresh(DeviceSample {
-                device_from_handle: lever.handle_from_tip(&tip_m, &Vec3::y()),
-                velocity_m_s: None,
-                buttons: *buttons,
-                sequence,
-                at_ns: hand.samples.now_ns,
-            });
-            let before_n = hand.step_n;
-            sim.tick(&mut hand);
-            hand.samples.command = None;
-            felt.largest_step_n = felt.largest_step_n.max(norm(&hand.step_n));
-            felt.largest_knock_n = felt.largest_knock_n.max(norm(&(hand.step_n - before_n)));
-            felt.largest_n = felt.largest_n.max(norm(&hand.force_n));
-        }
-        felt.awake = hand.awake;
-        all.push(felt);
-        from = *to;
-    }
-    all
+    work_at(built, &target(built), legs)
 }
 
 /// Largest step of the force from a tick to the next where a hand works slowly, N.
@@ -246,8 +118,6 @@ fn scenes_that_are_left_alone_sleep() {
 #[test]
 fn a_duct_under_a_tool_does_not_flutter() {
     let built = prepared_triangle(false);
-    let room = built.scene.room.expect("a room");
-    let port_m = Vec3::from(room.instrument_port_m);
     let duct = built
         .report
         .organs
@@ -266,14 +136,8 @@ fn a_duct_under_a_tool_does_not_flutter() {
     let mut most_n = 0.0f32;
     for eighth in [3, 4] {
         for instrument in [Instrument::Hook, Instrument::ClipApplier] {
-            let sphere = &built.scene.spheres[(first + count * eighth / 8) as usize];
-            let center_m = Vec3::from(sphere.center_m);
-            let normal = (port_m - center_m).normalize();
-            let site = Site {
-                target_m: center_m + normal * sphere.radius_m,
-                normal,
-                instrument,
-            };
+            let sphere = first + count * eighth / 8;
+            let site = Site::facing_port(built, sphere, instrument);
             let all = work_at(built, &site, &legs);
             for held in [3, 6] {
                 most_n = most_n.max(all[held].largest_n);

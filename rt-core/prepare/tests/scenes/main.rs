@@ -6,6 +6,7 @@ mod budgets;
 mod built_in;
 mod core;
 mod dissect;
+mod hand;
 mod mechanics;
 mod meeting;
 mod meshes;

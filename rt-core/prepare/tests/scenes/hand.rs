@@ -1,0 +1,171 @@
+//! A hand that works slowly with an instrument in a whole scene, and what it feels.
+
+use crate::core;
+use rt_core::fault::Fault;
+use rt_core::math::{Vec3, norm};
+use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled};
+use rt_core::sim::{Command, Parameters, Ports, Samples, Sim, Stage, TickView};
+use rt_core::state::{SphereBits, State};
+use rt_core::tool::{Instrument, Kinematics};
+use scene_prepare::Prepared;
+
+/// A Touch-class device.
+const TOUCH: DeviceCapabilities = DeviceCapabilities {
+    force_max_n: 3.3,
+    force_continuous_n: 0.88,
+    torque_max_n_m: 0.0,
+    stiffness_max_n_m: 1000.0,
+    damping_max_n_s_m: 5.0,
+    damping_n_s_m: 1.8,
+    delay_s: 0.001,
+    workspace_radius_m: 0.2,
+    rate_hz: 1000.0,
+};
+
+pub(crate) const OPEN: Buttons = Buttons(0);
+
+struct Hand {
+    samples: Samples,
+    force_n: Vec3,
+    step_n: Vec3,
+    trips: u64,
+    awake: usize,
+}
+
+impl Ports for Hand {
+    fn sample(&mut self) -> Samples {
+        self.samples
+    }
+
+    fn send_force(&mut self, command: ForceCommand) {
+        self.step_n = command.force_n - self.force_n;
+        self.force_n = command.force_n;
+    }
+
+    fn publish(&mut self, view: &TickView<'_>) {
+        self.trips = view.fault_counters.of(Fault::SpeedTrip);
+        let is_awake = |sphere: &rt_core::sim::SphereView| sphere.bits.contains(SphereBits::AWAKE);
+        self.awake = view.spheres().filter(is_awake).count();
+    }
+
+    fn stamp(&mut self, _: Stage) {}
+}
+
+/// Where and with what is worked, world frame, m.
+pub(crate) struct Site {
+    pub(crate) target_m: Vec3,
+    pub(crate) normal: Vec3,
+    /// Square to the normal: the second way of a [`Leg`].
+    pub(crate) along: Vec3,
+    pub(crate) instrument: Instrument,
+}
+
+impl Site {
+    /// Sphere number `sphere` of a scene where it faces the port, along a line from there.
+    pub(crate) fn facing_port(built: &Prepared, sphere: u32, instrument: Instrument) -> Self {
+        let room = built.scene.room.expect("a room");
+        let sphere = &built.scene.spheres[sphere as usize];
+        let center_m = Vec3::from(sphere.center_m);
+        let normal = (Vec3::from(room.instrument_port_m) - center_m).normalize();
+        Self {
+            target_m: center_m + normal * sphere.radius_m,
+            normal,
+            // The port is above: the normal is not flat.
+            along: normal.cross(&Vec3::x()).normalize(),
+            instrument,
+        }
+    }
+}
+
+/// A part of the hand's way from 20 mm above the target, which begins and ends gently: ticks, where the
+/// tip is at its end (out of the tissue, along it), mm, and the handle's buttons.
+#[derive(Clone, Copy)]
+pub(crate) struct Leg(pub(crate) u16, pub(crate) [f32; 2], pub(crate) Buttons);
+
+/// What a leg showed.
+#[derive(Debug)]
+pub(crate) struct Felt {
+    pub(crate) largest_step_n: f32,
+    /// How much a step differs from the one before.
+    pub(crate) largest_knock_n: f32,
+    pub(crate) largest_n: f32,
+    /// The most in its first 30 ticks, N.
+    pub(crate) first_n: f32,
+    /// How often so far the force was switched off because something went too fast.
+    pub(crate) trips: u64,
+    /// Spheres awake at its end.
+    pub(crate) awake: usize,
+}
+
+/// Ticks to which [`Felt::first_n`] looks.
+const FIRST: u16 = 30;
+
+pub(crate) fn work_at(built: &Prepared, site: &Site, legs: &[Leg]) -> Vec<Felt> {
+    let room = built.scene.room.expect("a room");
+    let loaded = core::Prepared::new(&built.scene);
+    let mut state = Box::new(State::new());
+    let parameters = Parameters {
+        force_ramp_s: 0.01,
+        force_enabled: true,
+        ..Parameters::default()
+    };
+    let mut sim = Sim::new(loaded.scene(), &mut state, TOUCH, parameters);
+    let lever = Kinematics {
+        port_m: Vec3::from(room.instrument_port_m),
+        length_m: room.instrument_length_m,
+    };
+    let mut hand = Hand {
+        samples: Samples {
+            now_ns: 0,
+            device: Polled::Nothing,
+            tracker: Polled::Nothing,
+            pedal: Polled::Nothing,
+            command: Some(Command::Instrument(site.instrument)),
+        },
+        force_n: Vec3::zeros(),
+        step_n: Vec3::zeros(),
+        trips: 0,
+        awake: 0,
+    };
+    let (mut from, mut sequence) = ([20.0f32, 0.0], 0u16);
+    let mut all = Vec::new();
+    for Leg(ticks, to, buttons) in legs {
+        let mut felt = Felt {
+            largest_step_n: 0.0,
+            largest_knock_n: 0.0,
+            largest_n: 0.0,
+            first_n: 0.0,
+            trips: 0,
+            awake: 0,
+        };
+        for tick in 1..=*ticks {
+            let share = f32::from(tick) / f32::from(*ticks);
+            let share = share * share * (3.0 - 2.0 * share);
+            let at = [0, 1].map(|i| (from[i] + (to[i] - from[i]) * share) * 1.0e-3);
+            let tip_m = site.target_m + site.normal * at[0] + site.along * at[1];
+            sequence = sequence.wrapping_add(1);
+            hand.samples.now_ns += 1_000_000;
+            hand.samples.device = Polled::Fresh(DeviceSample {
+                device_from_handle: lever.handle_from_tip(&tip_m, &Vec3::y()),
+                velocity_m_s: None,
+                buttons: *buttons,
+                sequence,
+                at_ns: hand.samples.now_ns,
+            });
+            let before_n = hand.step_n;
+            sim.tick(&mut hand);
+            hand.samples.command = None;
+            felt.largest_step_n = felt.largest_step_n.max(norm(&hand.step_n));
+            felt.largest_knock_n = felt.largest_knock_n.max(norm(&(hand.step_n - before_n)));
+            felt.largest_n = felt.largest_n.max(norm(&hand.force_n));
+            if tick <= FIRST {
+                felt.first_n = felt.largest_n;
+            }
+        }
+        felt.trips = hand.trips;
+        felt.awake = hand.awake;
+        all.push(felt);
+        from = *to;
+    }
+    all
+}
