@@ -22,9 +22,14 @@ const SLEW_N: f32 = 1.0;
 /// swing (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with delay). The rule holds for the
 /// emulated Touch (`evaluate haptics`), so that little has to be given away.
 const STABLE_SHARE: f32 = 0.7;
-/// Largest change of force in a tick that comes of another share being let through, N: less than
-/// is felt.
-const SHARE_STEP_N: f32 = 0.004;
+/// Largest change of force in a tick that comes of another share being let through, N, and half of what the force
+/// changes by itself: less than is felt.
+const SHARE_STEP_N: f32 = 0.001;
+/// A stiffness counts for so many ticks after it was, then fades: one that flickers (spheres that stick and slip) is
+/// rendered as the stiffest that it is, steadily.
+const STIFF_TICKS: u32 = 50;
+/// What a tick leaves of one that fades.
+const FADES: f32 = 0.98;
 /// A share below this counts as this where it divides: of walls of 20 kN/m a device without damping
 /// to speak of may render a thousandth.
 const SHARE_MIN: f32 = 1.0e-4;
@@ -75,6 +80,9 @@ pub struct OutputLimit {
     tripped: bool,
     /// Rises to 1 over the ramp.
     gain: f32,
+    /// Stiffness of the contact, N/m, the largest of late, and for how long already.
+    stiffness_n_m: f32,
+    stiff_ticks: u32,
     /// Share that the stiffness leaves.
     share: f32,
     /// Size of the last force that was wanted, N.
@@ -112,6 +120,8 @@ impl OutputLimit {
             enabled: false,
             tripped: false,
             gain: 0.0,
+            stiffness_n_m: 0.0,
+            stiff_ticks: 0,
             share: 1.0,
             wanted_n: 0.0,
             heat_n2: 0.0,
@@ -224,10 +234,11 @@ impl OutputLimit {
     /// What share of the force keeps the stiffness within the device's. It goes there in small
     /// steps of force: a contact that comes or goes under a load is not felt as a knock.
     fn cap_stiffness(&mut self, demand: &Demand, faults: &mut FaultSet) -> f32 {
-        let too_stiff = demand.stiffness_n_m > self.stiffness_max_n_m;
+        self.remember_stiffness(demand.stiffness_n_m);
+        let too_stiff = self.stiffness_n_m > self.stiffness_max_n_m;
         faults.raise_if(too_stiff, Fault::StiffnessCapped);
         let goal = if too_stiff {
-            self.stiffness_max_n_m / demand.stiffness_n_m
+            self.stiffness_max_n_m / self.stiffness_n_m
         } else {
             1.0
         };
@@ -243,10 +254,22 @@ impl OutputLimit {
             goal
         };
         // What was felt already changes slowly; what begins now begins with its own share.
-        let step = SHARE_STEP_N / self.wanted_n.max(SHARE_STEP_N);
+        let step_n = SHARE_STEP_N + 0.5 * (wanted_n - self.wanted_n).abs();
+        let step = step_n / self.wanted_n.max(step_n);
         self.share += (goal - self.share).max(-step).min(step);
         self.wanted_n = wanted_n;
         self.share
+    }
+
+    fn remember_stiffness(&mut self, now_n_m: f32) {
+        if self.wanted_n <= 0.0 || now_n_m >= self.stiffness_n_m {
+            self.stiffness_n_m = now_n_m;
+            self.stiff_ticks = 0;
+        } else if self.stiff_ticks < STIFF_TICKS {
+            self.stiff_ticks += 1;
+        } else {
+            self.stiffness_n_m = now_n_m.max(self.stiffness_n_m * FADES);
+        }
     }
 
     fn limit_force(&self, force: &Vec3, faults: &mut FaultSet) -> Vec3 {
