@@ -54,6 +54,8 @@ pub(crate) enum Answer {
         wall_n_m: f32,
         /// How far it is pressed when it is flat, m.
         flat_m: f32,
+        /// What the tissue behind it gives way to a force within a tick, m/N; never too much.
+        behind_m_n: f32,
     },
 }
 
@@ -66,12 +68,23 @@ impl Answer {
         }
     }
 
+    /// What the tool feels of a stiffness between it and the tissue, N/m.
+    fn felt_n_m(&self, stiffness_n_m: f32) -> f32 {
+        match self {
+            Self::HalfSpace(_) => stiffness_n_m,
+            Self::Wall { behind_m_n, .. } => stiffness_n_m / (1.0 + stiffness_n_m * behind_m_n),
+        }
+    }
+
     /// The force F ≥ 0 that closes a gap to which the spheres yield so much, and its slope, N/m.
     fn force_n(&self, gap_m: f32, yield_m_n: f32) -> (f32, f32) {
         match self {
             Self::HalfSpace(law) => law.force_n(gap_m, yield_m_n),
-            Self::Wall { wall_n_m, flat_m } if gap_m < 0.0 => {
-                wall(*wall_n_m, *flat_m, -gap_m, yield_m_n)
+            Self::Wall {
+                wall_n_m, flat_m, ..
+            } if gap_m < 0.0 => {
+                let (force_n, slope_n_m) = wall(*wall_n_m, *flat_m, -gap_m, yield_m_n);
+                (force_n, self.felt_n_m(slope_n_m))
             }
             Self::Wall { .. } => (0.0, 0.0),
         }
@@ -343,6 +356,7 @@ impl Touches {
                     // What slides, or is smooth, holds no more for going farther.
                     let sticks = math::norm(&friction_n) < 0.999 * most_n;
                     let felt_n_m = touch.bristle.felt_n_m(yield_m_n);
+                    let felt_n_m = touch.answer.felt_n_m(felt_n_m);
                     touch.friction_stiffness_n_m = if sticks { felt_n_m } else { 0.0 };
                 }
             }

@@ -24,6 +24,7 @@ use crate::collision::touch::{Answer, Carried, Found, MAY_TOUCH_M, Place, Touche
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::{Material, Scene};
+use crate::sim::TICK_S;
 use crate::soft_body::{Bodies, Bounds};
 use crate::state::SphereBits;
 use crate::tool::{Capsule, Role};
@@ -163,6 +164,7 @@ impl TubeContacts {
                             (bead, track.weight),
                             (part, ball.radius_m),
                             &track,
+                            bodies,
                         );
                         touches.add(Found { way_m, ..found }, bodies, faults);
                     }
@@ -343,10 +345,12 @@ fn touched(
     (bead, weight): (&Bead, f32),
     (part, ball_radius_m): (&Capsule, f32),
     track: &Track,
+    bodies: &Bodies,
 ) -> Found {
     let mut patch = Patch::default();
     patch.add(u32::from(bead.a), 1.0 - bead.share);
     patch.add(u32::from(bead.b), bead.share);
+    let behind_m_n = behind_m_n(&patch, material, bodies);
     let center_m = track.side.at_m(&axis(part));
     let wall_n_m = material.contact_stiffness_n_m * bead.stiffness_share * weight;
     Found {
@@ -359,6 +363,7 @@ fn touched(
         answer: Answer::Wall {
             wall_n_m,
             flat_m: FLAT_RADII * ball_radius_m,
+            behind_m_n,
         },
         gap_m: track.gap.gap_m,
         way_m: Vec3::zeros(),
@@ -366,6 +371,26 @@ fn touched(
         along_n_m: wall_n_m / along_over_across(material.poisson),
         carried: track.carried,
     }
+}
+
+/// What tissue of spheres gives way to a force on it within a tick, m/N: each sphere as one that is embedded in more of
+/// it on all sides, twice as stiff, for it may lie on other tissue, and as heavy as it is.
+fn behind_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
+    let yields = |(sphere, weight): (u32, f32)| {
+        let inverse_mass_per_kg = bodies.nodes.at(sphere).inverse_mass_per_kg();
+        let held_n_m = 2.0 * embedded_n_m(material, *bodies.radius_m.at(sphere));
+        // As `1 / (held + m / T²)`, also of a sphere that is held fast.
+        let moves_m_n = inverse_mass_per_kg * TICK_S * TICK_S;
+        weight * weight * moves_m_n / (1.0 + held_n_m * moves_m_n)
+    };
+    patch.parts().map(yields).sum()
+}
+
+/// Stiffness of a rigid ball in endless elastic tissue, N/m: `24 π G (1 − ν) r / (5 − 6 ν)` (Lur'e 1964).
+fn embedded_n_m(material: &Material, radius_m: f32) -> f32 {
+    let poisson = material.poisson;
+    let shear_pa = material.young_pa / (2.0 * (1.0 + poisson));
+    24.0 * core::f32::consts::PI * shear_pa * (1.0 - poisson) * radius_m / (5.0 - 6.0 * poisson)
 }
 
 fn is_near(part: &Capsule, ball: &Ball) -> bool {
