@@ -43,7 +43,7 @@ impl Beside {
                 normal: touch.normal,
                 at_m: touch.at_m,
                 force_n: touch.force_n,
-                near_m: near_m(law.as_ref(), touch.force_n),
+                near_m: law.map_or(0.0, |law| law.near_m(touch.force_n)),
                 law,
             });
         }
@@ -64,7 +64,7 @@ impl Beside {
     pub(crate) fn press(&mut self, own: usize, force_n: f32) {
         if let Some(presser) = self.pressers.get_mut(own) {
             presser.force_n = force_n;
-            presser.near_m = near_m(presser.law.as_ref(), force_n);
+            presser.near_m = presser.law.map_or(0.0, |law| law.near_m(force_n));
         }
     }
 
@@ -91,13 +91,6 @@ impl Beside {
             sum_m += along * other.force_n * law.beside_m_n(distance_m, near_m);
         }
         sum_m
-    }
-}
-
-fn near_m(law: Option<&Law>, force_n: f32) -> f32 {
-    match law {
-        Some(law) if force_n > 0.0 => law.near_m(force_n),
-        _ => 0.0,
     }
 }
 
@@ -132,6 +125,34 @@ mod tests {
             let beside = Beside { pressers: [tip, shaft].into_iter().collect() };
             let (by_shaft, by_tip) = (beside.others_m(0) / shaft_n, beside.others_m(1) / tip_n);
             prop_assert!(by_tip > 0.0 && (by_shaft / by_tip - 1.0).abs() < 1.0e-4, "{by_shaft} {by_tip}");
+        }
+
+        /// It is no more than what more of the force would do to either itself, also where one does not press at all:
+        /// else either could hold the other off, and they would snap.
+        #[test]
+        fn neither_holds_the_other_off(
+            apart_m in 0.0f32..0.01, tip_n in 0.0f32..0.5, shaft_n in 0.0f32..0.5, radius_m in 0.001f32..0.005,
+        ) {
+            let tip = presser(Shape::Ball { radius_m }, Vec3::zeros(), tip_n);
+            let shaft = Shape::Bar { radius_m, length_m: 2.4 * radius_m };
+            let shaft = presser(shaft, Vec3::x() * apart_m, shaft_n);
+            let dents_more_m_n = |presser: &Presser| {
+                let law = presser.law.expect("it has one");
+                let depth_m = |force_n: f32| {
+                    let (mut low, mut high) = (0.0f32, 0.1f32);
+                    for _ in 0..40 {
+                        let middle = 0.5 * (low + high);
+                        if law.force_n(-middle, 0.0).0 < force_n { low = middle } else { high = middle }
+                    }
+                    high
+                };
+                let (_, stiffness_n_m) = law.force_n(-depth_m(presser.force_n).max(1.0e-5), 0.0);
+                stiffness_n_m.recip()
+            };
+            let most_m_n = dents_more_m_n(&tip).min(dents_more_m_n(&shaft));
+            let near_m = tip.near_m.max(shaft.near_m);
+            let each_m_n = tip.law.expect("it has one").beside_m_n(apart_m, near_m);
+            prop_assert!(each_m_n < 1.1 * most_m_n, "{each_m_n} {most_m_n}");
         }
     }
 }

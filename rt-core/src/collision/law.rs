@@ -217,31 +217,27 @@ impl Law {
         friction::stiffness_n_m(self.modulus_pa, poisson, half_width_m, self.supplied_m_n)
     }
 
-    /// How near the contact is to itself under this force, m: a point that far off would dent it as its own load
-    /// does. Of a bar the load is as long as the bar. A ball's is Hertz's also where it is buried: its own dent grows
-    /// faster there.
+    /// How near the contact is to itself under this force, m: a point that far off would dent it further as more of its
+    /// own load does. Of a bar the load is as long as the bar. A ball's is Hertz's also where it is buried: its own dent
+    /// grows faster there.
     pub(crate) fn near_m(&self, force_n: f32) -> f32 {
-        if force_n <= 0.0 || force_n.is_nan() {
-            return 0.0;
-        }
+        let force_n = force_n.max(0.0); // also of what is not a number
         match self.shape {
             Shape::Ball { radius_m } => {
                 WITHIN * cube_root(self.ball_m3(radius_m, force_n) / (1.0 + self.bulge))
             }
             Shape::Bar { radius_m, length_m } => {
-                let squared_m2 = self.bar_m2(radius_m, length_m, force_n);
-                let half_width_m = math::sqrt(squared_m2).min(self.half_width_max_m);
-                // Beyond the end the dent grows as it does there.
-                let share = half_width_m * half_width_m / squared_m2;
-                length_m / (2.0 * ln(2.0 * length_m / half_width_m) + share)
+                let half_width_m = math::sqrt(self.bar_m2(radius_m, length_m, force_n));
+                let half_width_m = half_width_m.min(self.half_width_max_m).max(THIN * length_m);
+                length_m / (2.0 * ln(2.0 * length_m / half_width_m))
             }
         }
     }
 
     /// Dent per force that another contact, this far off on the same skin and this near to itself
     /// ([`Law::near_m`]), makes here beyond what the spheres carry over, m/N. Around a round contact that is what Hertz
-    /// gives to 3 % at twice its radius, and a sixth less at its rim. It grows with the force no faster than the
-    /// other's own dent, to 2 %: else each of two places side by side could hold the other off, and they would snap.
+    /// gives to 4 % at twice its radius, and a fifth less at its rim. Nowhere does more of the other's force dent more
+    /// here than there: else each of two places side by side could hold the other off, and they would snap.
     pub(crate) fn beside_m_n(&self, distance_m: f32, near_m: f32) -> f32 {
         let cubed = |m: f32| m * m * m;
         let reach_m = cube_root(cubed(distance_m) + cubed(near_m)).max(1.0e-5);
@@ -266,9 +262,11 @@ pub(crate) fn carries(distance_m: f32, patch_m: f32) -> f32 {
 const SHOULDER: f32 = 0.04;
 /// Mean of 1/(π r) over two points of a Gaussian `exp(−r²/A²)`, times A: `1 / √(2π)`.
 const GAUSSIAN: f32 = 0.398_942_3;
-/// Dent in the middle of a contact of half-width a: that of a point this share of a away (Hertz:
-/// `3 F / (4 E* a)`).
-const WITHIN: f32 = 0.424_413_2;
+/// More of a load on a contact of half-width a dents it as at a point this share of a away (Hertz:
+/// `dδ/dF = 1 / (2 E* a)`).
+const WITHIN: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
+/// A bar's contact is no narrower than this share of its length where others bear on it.
+const THIN: f32 = 0.01;
 /// Tries to find where the spheres alone yield as much; each takes a fifth off.
 const SHORTENINGS: u32 = 24;
 /// Steps of Newton's method, at most: mostly three give six digits from the guess; where a ball is all
@@ -438,16 +436,16 @@ mod tests {
             prop_assert!(more_n - force_n <= 0.011 * gap_m / yields + 1.0e-4 * force_n);
         }
 
-        /// What one contact does to another is what it does to itself where they are one, and fades: were it more, of
-        /// two places of a tool at one point the one that came first would keep the other from it, until it snaps.
+        /// What more of one contact's force does to another is what it does to itself where they are one, and fades:
+        /// were it more, of two places of a tool at one point the one that came first would keep the other from it,
+        /// until it snaps.
         #[test]
         fn at_one_place_as_to_itself(shape in shape(), shallow in 0.001f32..0.1) {
             let (Shape::Ball { radius_m } | Shape::Bar { radius_m, .. }) = shape;
             let law = alone(shape);
-            let depth_m = shallow * radius_m;
-            let (force_n, _) = law.force_n(-depth_m, 0.0);
-            let beside_m = force_n * law.beside_m_n(0.0, law.near_m(force_n));
-            prop_assert!((beside_m / depth_m - 1.0).abs() < 0.1, "{beside_m} {depth_m}");
+            let (force_n, stiffness_n_m) = law.force_n(-shallow * radius_m, 0.0);
+            let share = law.beside_m_n(0.0, law.near_m(force_n)) * stiffness_n_m;
+            prop_assert!((share - 1.0).abs() < 0.1, "{share}");
         }
 
         /// What one contact does to another grows with its force as its own dent does at most, at any distance: else two
