@@ -4,9 +4,11 @@
 const KEEP: f32 = 0.99;
 /// The same of what is owed: a push lasts no longer than is needed to feel no knock.
 const KEEP_OWED: f32 = 0.95;
+/// The most of either that goes in a tick, m.
+const PAID_M: f32 = 0.000_025;
 /// A gap changes in a tick by twice what the tool has gone and this at the most, m: what leaps farther is
 /// forgiven, or owed where it opens, and comes bit by bit. A few mN where a shaft lies on a liver.
-const JUMP_M: f32 = 0.000_05;
+const JUMP_M: f32 = 0.000_02;
 
 /// The gap between a place of a tool and the tissue under it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,7 +61,8 @@ impl Gap {
         } else {
             KEEP
         };
-        let forgiven_m = self.gap_m + goes_m - (1.0 - keep) * self.forgiven_m - gap_m;
+        let paid_m = ((1.0 - keep) * self.forgiven_m).clamp(-PAID_M, PAID_M);
+        let forgiven_m = self.gap_m + goes_m - paid_m - gap_m;
         let forgiven_m = forgiven_m.max(-owed_m);
         // Where nothing overlaps and nothing is owed, nothing is forgiven.
         let forgiven_m = if gap_m < 0.0 || gap_m + forgiven_m < 0.0 {
@@ -104,7 +107,7 @@ mod tests {
                 let next = gap.next(to_m, 0.0, OWED_M);
                 let goes_m = (next.gap_m - gap.gap_m).abs();
                 assert!(
-                    next.gap_m > 0.0 || goes_m < JUMP_M + (1.0 - KEEP_OWED) * OWED_M + 1.0e-8,
+                    next.gap_m > 0.0 || goes_m < JUMP_M + PAID_M + 1.0e-8,
                     "{gap:?} {next:?}"
                 );
                 gap = next;
