@@ -21,7 +21,8 @@ const CLOSED: f32 = 0.99;
 const STEPS: u32 = 25;
 const CLIP_APART: f64 = 0.12;
 const CUT_ASIDE: f64 = 0.1;
-/// A clip that does not close gets another so far beside it, and so does a cut of which nothing came.
+/// A clip that does not close gets another so far beside it; so does a cut of which nothing came, and a place where
+/// another tube lay between the jaws.
 const BITTEN_APART: f64 = 0.035;
 /// Scissors do not cut under a clip, also not under one on another vessel: nearer to one there is no room, m.
 const GUARDED_M: f64 = 0.0035;
@@ -59,12 +60,14 @@ impl Work<'_> {
             self.goes_on()?;
             // Where nothing else helps it takes what lies beside it, too.
             let is_last = attempt + 1 == ATTEMPTS;
-            let closes = self.is_worth_closing(kind, at) && (is_last || !self.takes_another(kind));
+            let takes_another = self.takes_another(kind);
+            let closes = self.is_worth_closing(kind, at) && (is_last || !takes_another);
             if closes {
                 self.act(Act::Close)?;
             }
             let done = self.worked(kind) > before;
-            bitten.extend((done || closes && self.has_scissors()).then_some(at));
+            let is_tried = done || takes_another || closes && self.has_scissors();
+            bitten.extend(is_tried.then_some(at));
             self.retreat(BACK_M)?;
             match (done, missed) {
                 (true, _) if self.is_open_behind_its_clip(kind) => {
