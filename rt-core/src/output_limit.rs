@@ -22,12 +22,14 @@ const SLEW_N: f32 = 1.0;
 /// swing (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with delay). The rule holds for the
 /// emulated Touch (`evaluate haptics`), so that little has to be given away.
 const STABLE_SHARE: f32 = 0.7;
-/// Largest change of force in a tick that comes of another share being let through, N, and half of what the force
-/// changes by itself: less than is felt.
+/// How much of the force that was another share takes or gives in a tick, N, and half of what the force changes by
+/// itself: less than is felt.
 const SHARE_STEP_N: f32 = 0.001;
 /// A stiffness counts for so many ticks after it was, then fades: one that flickers (spheres that stick and slip) is
 /// rendered as the stiffest that it is, steadily.
 const STIFF_TICKS: u32 = 50;
+/// Nothing is stiffer, N/m: what has no end would not fade.
+const RIGID_N_M: f32 = 1.0e6;
 /// What a tick leaves of one that fades.
 const FADES: f32 = 0.98;
 /// A share below this counts as this where it divides: of walls of 20 kN/m a device without damping
@@ -85,7 +87,7 @@ pub struct OutputLimit {
     stiff_ticks: u32,
     /// Share that the stiffness leaves.
     share: f32,
-    /// Size of the last force that was wanted, N.
+    /// Size of the last force that was wanted, N; nothing where it was cut: what comes then begins with its own share.
     wanted_n: f32,
     /// Running mean of the squared force, N².
     heat_n2: f32,
@@ -134,6 +136,7 @@ impl OutputLimit {
         self.enabled = enabled;
         self.tripped = false;
         self.gain = 0.0;
+        self.wanted_n = 0.0;
     }
 
     /// Whether force may leave: enabled and not tripped.
@@ -145,6 +148,7 @@ impl OutputLimit {
     /// No tick ran for so long that nobody answered for the force: it rises from nothing again.
     pub fn restart(&mut self) {
         self.gain = 0.0;
+        self.wanted_n = 0.0;
         self.last = ForceCommand::default();
         self.passivity.forget();
     }
@@ -194,6 +198,7 @@ impl OutputLimit {
         } else {
             // Cut at once: a force that nobody can answer for does not fade.
             self.gain = 0.0;
+            self.wanted_n = 0.0;
             ForceCommand::default()
         };
         let or_none = |v: Vec3| {
@@ -262,6 +267,7 @@ impl OutputLimit {
     }
 
     fn remember_stiffness(&mut self, now_n_m: f32) {
+        let now_n_m = now_n_m.min(RIGID_N_M);
         if self.wanted_n <= 0.0 || now_n_m >= self.stiffness_n_m {
             self.stiffness_n_m = now_n_m;
             self.stiff_ticks = 0;

@@ -563,3 +563,58 @@ fn stiffness_that_flickers_is_not_felt() {
     );
     assert!((forces[1999] - 0.25).abs() < 0.01, "{}", forces[1999]);
 }
+
+/// What was felt before a cut says nothing of what is felt after it: neither a stiff contact that comes back soft, nor a
+/// soft one that comes back stiff.
+#[test]
+fn after_a_cut_a_contact_begins_with_its_own_share() {
+    let with = |stiffness_n_m: f32| Demand {
+        stiffness_n_m,
+        ..HALF
+    };
+    let lost = Demand {
+        device: Status::Lost,
+        ..HALF
+    };
+    for (before_n_m, after_n_m, share) in [(100.0, 5000.0, 0.1), (5000.0, 100.0, 1.0)] {
+        let cuts: [&dyn Fn(&mut OutputLimit); 3] = [
+            &|limit| {
+                for _ in 0..3 {
+                    apply(limit, &lost);
+                }
+            },
+            &|limit| limit.enable(true),
+            &|limit| limit.restart(),
+        ];
+        for (number, cut) in cuts.iter().enumerate() {
+            let mut limit = open();
+            for _ in 0..500 {
+                apply(&mut limit, &with(before_n_m));
+            }
+            cut(&mut limit);
+            let forces: Vec<f32> = (0..500)
+                .map(|_| apply(&mut limit, &with(after_n_m)).0)
+                .collect();
+            let most = forces.iter().copied().fold(0.0, f32::max);
+            assert!(
+                most < 0.5 * share + 1.0e-4 && near(forces[499], 0.5 * share),
+                "{before_n_m} to {after_n_m} N/m, cut {number}: {most} {}",
+                forces[499]
+            );
+        }
+    }
+}
+
+/// A stiffness without end lets nothing through while it is there, and is gone soon after.
+#[test]
+fn a_stiffness_without_end_does_not_stay() {
+    let mut limit = open();
+    apply(&mut limit, &HALF);
+    let endless = Demand {
+        stiffness_n_m: f32::INFINITY,
+        ..HALF
+    };
+    apply(&mut limit, &endless);
+    let last = (0..2000).map(|_| apply(&mut limit, &HALF).0).last();
+    assert!(near(last.unwrap(), 0.5), "{last:?}");
+}

@@ -60,8 +60,9 @@ impl Work<'_> {
             self.goes_on()?;
             // Where nothing else helps it takes what lies beside it, too.
             let is_last = attempt + 1 == ATTEMPTS;
-            let takes_another = self.takes_another(kind);
-            let closes = self.is_worth_closing(kind, at) && (is_last || !takes_another);
+            let is_there = self.is_worth_closing(kind, at);
+            let takes_another = is_there && self.takes_another(kind);
+            let closes = is_there && (is_last || !takes_another);
             if closes {
                 self.act(Act::Close)?;
             }

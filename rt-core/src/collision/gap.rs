@@ -1,13 +1,13 @@
 //! A gap between a tool and tissue that does not jump.
 
-/// What is left of a forgiven gap after a tick: it dies away within 0.1 s.
+/// What is left of a forgiven gap after a tick: a third after 0.1 s.
 const KEEP: f32 = 0.99;
 /// The same of what is owed: a push lasts no longer than is needed to feel no knock.
 const KEEP_OWED: f32 = 0.95;
-/// The most of either that goes in a tick, m.
+/// The most of what is owed that is paid in a tick, m.
 const PAID_M: f32 = 0.000_025;
 /// A gap changes in a tick by twice what the tool has gone and this at the most, m: what leaps farther is
-/// forgiven, or owed where it opens, and comes bit by bit. A few mN where a shaft lies on a liver.
+/// forgiven, or owed where it opens, and comes bit by bit. Two mN where a shaft lies on a liver.
 const JUMP_M: f32 = 0.000_02;
 
 /// The gap between a place of a tool and the tissue under it.
@@ -61,7 +61,8 @@ impl Gap {
         } else {
             KEEP
         };
-        let paid_m = ((1.0 - keep) * self.forgiven_m).clamp(-PAID_M, PAID_M);
+        // What is forgiven goes by its hundredth however much it is: so far tissue may come ahead of what counts.
+        let paid_m = ((1.0 - keep) * self.forgiven_m).max(-PAID_M);
         let forgiven_m = self.gap_m + goes_m - paid_m - gap_m;
         let forgiven_m = forgiven_m.max(-owed_m);
         // Where nothing overlaps and nothing is owed, nothing is forgiven.

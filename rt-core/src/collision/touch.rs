@@ -355,8 +355,11 @@ impl Touches {
                     touch.friction_n = friction_n;
                     // What slides, or is smooth, holds no more for going farther.
                     let sticks = math::norm(&friction_n) < 0.999 * most_n;
-                    let felt_n_m = touch.bristle.felt_n_m(yield_m_n);
-                    let felt_n_m = touch.answer.felt_n_m(felt_n_m);
+                    // What is behind a wall counts the sphere's own giving way.
+                    let felt_n_m = match touch.answer {
+                        Answer::HalfSpace(_) => touch.bristle.felt_n_m(yield_m_n),
+                        Answer::Wall { .. } => touch.answer.felt_n_m(touch.bristle.felt_n_m(0.0)),
+                    };
                     touch.friction_stiffness_n_m = if sticks { felt_n_m } else { 0.0 };
                 }
             }

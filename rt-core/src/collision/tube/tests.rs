@@ -10,12 +10,13 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
 use crate::capacity::MAX_ORGANS;
+use crate::collision::patch::Patch;
 use crate::collision::touch::{Answer, Touch, Touches};
-use crate::collision::tube::TubeContacts;
+use crate::collision::tube::{TubeContacts, behind_m_n};
 use crate::fault::FaultSet;
 use crate::math::{self, Vec3};
 use crate::scene::tests::{organ, room, sphere};
-use crate::scene::{Link, Organ, RestSphere, Scene};
+use crate::scene::{Link, Material, Organ, RestSphere, Scene};
 use crate::soft_body::{Bodies, Bounds, Method, Tissue};
 use crate::state::SphereBits;
 use crate::tool::{Capsule, Role};
@@ -230,4 +231,38 @@ fn at_3_m_s_hardly_a_hook_passes_through() {
         }
     }
     assert!(all > 300 && passed * 100 <= all, "{passed} of {all}");
+}
+
+/// Tissue of 3 kPa and spheres of 1.5 mm, by hand: `24 π 1034 (1 − 0.45) 0.0015 / (5 − 2.7)` = 28 N/m, twice as stiff and
+/// with `m / T²` = 12 N/m beside it: 68 N/m. Between two spheres half of each bears: half as much gives way.
+#[test]
+fn what_is_behind_a_bead_by_hand() {
+    let (duct, mut bodies) = (Duct::new(), Box::new(Bodies::new()));
+    let scene = Scene::new(&duct.organs, &duct.spheres, &duct.links, room()).unwrap();
+    bodies.load(&scene);
+    let material = Material {
+        young_pa: 3000.0,
+        poisson: 0.45,
+        ..duct.organs[0].material
+    };
+    for sphere in 0..2 {
+        *bodies.radius_m.at_mut(sphere) = 0.0015;
+        bodies
+            .nodes
+            .at_mut(sphere)
+            .set_inverse_mass_per_kg(83_333.0);
+    }
+    let behind = |shares: [f32; 2], bodies: &Bodies| {
+        let mut patch = Patch::default();
+        patch.add(0, shares[0]);
+        patch.add(1, shares[1]);
+        behind_m_n(&patch, &material, bodies)
+    };
+    let alone = behind([1.0, 0.0], &bodies);
+    assert!((alone * 67.9 - 1.0).abs() < 0.01, "{alone}");
+    let between = behind([0.5, 0.5], &bodies);
+    assert!((between / alone - 0.5).abs() < 1.0e-4);
+    // What is held fast does not give way.
+    bodies.nodes.at_mut(0).set_inverse_mass_per_kg(0.0);
+    assert!(behind([1.0, 0.0], &bodies).to_bits() == 0);
 }
