@@ -2,12 +2,13 @@
 //! free, and the same hand does the same to the bit.
 
 use crate::core;
+use crate::hand::TOUCH;
 use std::path::Path;
 
 use rt_core::cells::GONE;
 use rt_core::event::EventKind;
 use rt_core::math::{Vec3, norm};
-use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, PedalSample, Polled};
+use rt_core::port::{Buttons, DeviceSample, ForceCommand, PedalSample, Polled};
 use rt_core::sim::{Command, Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
 use rt_core::tool::{Instrument, Kinematics};
@@ -41,19 +42,6 @@ spheres = 160
 attached = [{ to = "bile duct", within_m = 0.0015 }]
 layers = { around = "bile duct", count = 6, cell_m = 0.0014 }
 "#;
-
-/// A Touch-class device.
-const TOUCH: DeviceCapabilities = DeviceCapabilities {
-    force_max_n: 3.3,
-    force_continuous_n: 0.88,
-    torque_max_n_m: 0.0,
-    stiffness_max_n_m: 1000.0,
-    damping_max_n_s_m: 5.0,
-    damping_n_s_m: 1.8,
-    delay_s: 0.001,
-    workspace_radius_m: 0.2,
-    rate_hz: 1000.0,
-};
 
 struct Hand {
     samples: Samples,

@@ -10,7 +10,7 @@ use rt_core::tool::{Instrument, Kinematics};
 use scene_prepare::Prepared;
 
 /// A Touch-class device.
-const TOUCH: DeviceCapabilities = DeviceCapabilities {
+pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities {
     force_max_n: 3.3,
     force_continuous_n: 0.88,
     torque_max_n_m: 0.0,

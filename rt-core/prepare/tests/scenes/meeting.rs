@@ -1,8 +1,9 @@
 //! Organs that lie on each other: where their skins meet, and that they lie still.
 
 use crate::core;
+use crate::hand::TOUCH;
 use rt_core::math::{self, Vec3};
-use rt_core::port::{DeviceCapabilities, ForceCommand, Polled};
+use rt_core::port::{ForceCommand, Polled};
 use rt_core::scene::{Organ, SkinVertex};
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
@@ -95,23 +96,11 @@ impl Ports for Nobody {
     fn stamp(&mut self, _: Stage) {}
 }
 
-const NO_DEVICE: DeviceCapabilities = DeviceCapabilities {
-    force_max_n: 3.3,
-    force_continuous_n: 0.88,
-    torque_max_n_m: 0.0,
-    stiffness_max_n_m: 1000.0,
-    damping_max_n_s_m: 5.0,
-    damping_n_s_m: 1.8,
-    delay_s: 0.001,
-    workspace_radius_m: 0.2,
-    rate_hz: 1000.0,
-};
-
 /// The two skins as they lie, and how fast the spheres still go, m/s.
 fn lie(built: &Prepared) -> ([Mesh; 2], f32) {
     let loaded = core::Prepared::new(&built.scene);
     let mut state = Box::new(State::new());
-    let mut sim = Sim::new(loaded.scene(), &mut state, NO_DEVICE, Parameters::default());
+    let mut sim = Sim::new(loaded.scene(), &mut state, TOUCH, Parameters::default());
     let mut hand = Nobody::default();
     let mut before_m = Vec::new();
     for _ in 0..TICKS {
