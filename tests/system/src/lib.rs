@@ -18,7 +18,7 @@ pub const PATIENCE: Duration = Duration::from_secs(600);
 /// The workspace's root.
 #[must_use]
 pub fn root() -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
 /// The `calot` program, which cargo built beside this test.
