@@ -9,7 +9,7 @@ use rt_core::fault::FaultSet;
 use rt_core::math::Vec3;
 use rt_core::output_limit::{Demand, OutputLimit};
 use rt_core::port::{ForceCommand, HapticDevice, Polled};
-use rt_core::sim::Status;
+use rt_core::words::Status;
 
 const MODELS: [HapticModel; 3] = [HapticModel::TouchRig, HapticModel::Woody, HapticModel::Hapi];
 /// A sample older than this is stale; the realtime process takes as long.

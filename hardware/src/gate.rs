@@ -1,7 +1,7 @@
 //! Holds back what lies implausibly far from the last samples, for protocols without a checksum: a
 //! damaged number is still a number.
 
-use rt_core::port::TimeNs;
+use rt_core::time::TimeNs;
 
 /// So many samples in a row that agree with each other, and not with the last admitted ones, are
 /// believed: damage that makes the same number of different ones does not do it so often.

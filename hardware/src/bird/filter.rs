@@ -5,7 +5,7 @@
 
 use nalgebra::UnitQuaternion;
 use rt_core::math::Vec3;
-use rt_core::port::TimeNs;
+use rt_core::time::TimeNs;
 
 use super::wire::Record;
 

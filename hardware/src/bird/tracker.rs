@@ -5,7 +5,8 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use rt_core::math::{Pose, Vec3};
-use rt_core::port::{LineCounters, Polled, TimeNs, Tracker, TrackerSample};
+use rt_core::port::{LineCounters, Polled, Tracker, TrackerSample};
+use rt_core::time::TimeNs;
 
 use super::bulk::{Bulk, BulkPipe};
 use super::filter::{self, Filter};

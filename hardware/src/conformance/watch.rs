@@ -4,7 +4,8 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rt_core::port::{Polled, TimeNs};
+use rt_core::port::Polled;
+use rt_core::time::TimeNs;
 
 use super::{Options, Report};
 use crate::HardwareError;

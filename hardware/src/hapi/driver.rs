@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters,
-    Polled, TimeNs,
+    Polled,
 };
+use rt_core::time::TimeNs;
 
 use super::pantograph::{Pantograph, swapped};
 use super::wire::{ARMS, AnswerReader, ID, SET_UP_BYTES, set_up, torques};

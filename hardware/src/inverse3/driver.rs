@@ -11,8 +11,9 @@ use std::time::{Duration, Instant};
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters,
-    Polled, TimeNs,
+    Polled,
 };
+use rt_core::time::TimeNs;
 use tungstenite::protocol::WebSocketConfig;
 use tungstenite::{Error, Message as Frame, WebSocket};
 

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
-use rt_core::port::TimeNs;
+use rt_core::time::TimeNs;
 use rustix::fs::OFlags;
 use rustix::io::Errno;
 use serialport::{ErrorKind, SerialPort, TTYPort};

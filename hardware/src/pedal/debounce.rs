@@ -1,6 +1,6 @@
 //! Contacts bounce: a press counts at once, a release once it has lasted.
 
-use rt_core::port::TimeNs;
+use rt_core::time::TimeNs;
 
 /// After a press the switch stays pressed at least so long.
 const HOLD_NS: u64 = 10_000_000;

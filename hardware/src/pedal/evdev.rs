@@ -5,7 +5,8 @@ use std::io;
 use std::os::fd::{AsFd, OwnedFd};
 use std::path::{Path, PathBuf};
 
-use rt_core::port::{LineCounters, Pedal, PedalSample, Polled, TimeNs};
+use rt_core::port::{LineCounters, Pedal, PedalSample, Polled};
+use rt_core::time::TimeNs;
 use rustix::fs::OFlags;
 use rustix::io::Errno;
 

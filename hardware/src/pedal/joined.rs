@@ -1,6 +1,7 @@
 //! Two pedals as one: what either presses is pressed.
 
-use rt_core::port::{LineCounters, Pedal, PedalSample, Polled, TimeNs};
+use rt_core::port::{LineCounters, Pedal, PedalSample, Polled};
+use rt_core::time::TimeNs;
 
 /// Two pedals, whatever their drivers. One that falls silent or is lost presses nothing; one that is
 /// lost loses both, so that both are opened anew.

@@ -6,7 +6,8 @@ use std::path::Path;
 use std::sync::{Arc, Weak};
 use std::time::{Duration, Instant};
 
-use rt_core::port::{LineCounters, Pedal, PedalSample, Polled, TimeNs};
+use rt_core::port::{LineCounters, Pedal, PedalSample, Polled};
+use rt_core::time::TimeNs;
 use serialport::{SerialPort, TTYPort};
 
 use super::debounce::Debounced;

@@ -6,8 +6,8 @@ use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
-    TimeNs,
 };
+use rt_core::time::TimeNs;
 
 use super::host::Host;
 use super::wire::{Capabilities, DeviceKind, Force, State, Status};

@@ -4,7 +4,8 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use rt_core::port::{LineCounters, TimeNs};
+use rt_core::port::LineCounters;
+use rt_core::time::TimeNs;
 
 use crate::HardwareError;
 use crate::line::{Line, Read, Written};

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use rt_core::port::{LineCounters, Pedal, PedalSample, Polled, TimeNs};
+use rt_core::port::{LineCounters, Pedal, PedalSample, Polled};
+use rt_core::time::TimeNs;
 
 use super::host::Host;
 use super::wire::{DeviceKind, Switches};

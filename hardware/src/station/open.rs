@@ -2,8 +2,9 @@
 
 use rt_core::port::{
     DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters, Pedal,
-    Polled, TimeNs,
+    Polled,
 };
+use rt_core::time::TimeNs;
 
 use super::scaled::Scaled;
 use super::{HapticDriver, HapticSpec, Limits, PedalDriver, PedalSpec, TrackerDriver, TrackerSpec};

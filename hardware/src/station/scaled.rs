@@ -2,8 +2,8 @@
 
 use rt_core::port::{
     DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters, Polled,
-    TimeNs,
 };
+use rt_core::time::TimeNs;
 
 /// The simulation's handle moves `by` times as far as the device's. By virtual work its forces
 /// reach the hand `by` times as strong; so what the device can render looks, from there, smaller by

@@ -10,8 +10,8 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Polled,
-    TimeNs,
 };
+use rt_core::time::TimeNs;
 
 use super::hd::{Hd, Servo, name};
 use crate::HardwareError;

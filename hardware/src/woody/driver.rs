@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 use rt_core::math::{Pose, Quat, Vec3};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters,
-    Polled, TimeNs,
+    Polled,
 };
+use rt_core::time::TimeNs;
 
 use super::mechanism::Mechanism;
 use super::wire::{Currents, Encoders, ListReader, Model};

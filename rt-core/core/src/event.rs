@@ -9,65 +9,7 @@ use crate::math::Vec3;
 use crate::port::PedalSample;
 use crate::scene::Organ;
 use crate::tool::Tool;
-
-/// Kind of an [`Event`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum EventKind {
-    /// The instrument began to touch an organ; value: force on the hand, N.
-    Contact,
-    /// It left it; value: 0.
-    Release,
-    /// Jaws closed on tissue; value: spheres held.
-    Grasp,
-    /// Jaws let go, or what they held has slipped out; value: spheres that were held.
-    LetGo,
-    /// What the jaws hold has slipped by 2 mm; value: what it pulls with, N.
-    Slip,
-    /// A band between organs, or a link of a tube, has torn; value: the energy it took, J.
-    Tear,
-    /// Scissors or current have cut a band, a suture, or a link of a tube; value: the energy of a tear of it, J.
-    Cut,
-    /// A fault was raised; value: [`crate::fault::Fault::code`].
-    Fault,
-    /// Electrosurgery: value 1 cut, 2 coagulate, 0 off.
-    Electro,
-    /// A clip has closed, on this organ or, if none is named, on nothing; value: the clip's number,
-    /// from 0. One that closes on two organs raises two.
-    Clip,
-    /// An electrode has burnt an organ; value: the energy since that was last told, J.
-    Burn,
-    /// A vessel, duct or bag leaks; value: its flow as a share of what runs in it whole, 0: stopped. Every
-    /// event of one leak has the place where it began.
-    Leak,
-    /// A cell of layered tissue is gone; value: its index in the scene.
-    Removed,
-    /// Jaws have crushed what they hold; value: their force, N.
-    Crush,
-    /// A wall is burnt through or torn open; value: the energy it took, J.
-    Perforation,
-    /// A tube is divided, or off what it was grown to; value: share of its inside that clips leave open on
-    /// the worse of both sides, up to where it ends or is divided already. 0: between clips that close it.
-    Divided,
-    /// A suture goes through an organ, there; value: the suture's number in the scene, from 0.
-    Stitch,
-    /// A suture hangs an organ on the abdominal wall, there; value: the suture's number in the scene, from 0.
-    Hung,
-    /// Everything is as it was at the start, or as a task begins; what was told before is void.
-    Reset,
-}
-
-/// An event of one tick. The tick's number and time stand in [`crate::sim::TickView`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Event {
-    /// What.
-    pub kind: EventKind,
-    /// Organ's index in the scene, if it concerns one.
-    pub organ: Option<u32>,
-    /// Where, world frame, m.
-    pub at_m: Vec3,
-    /// Depends on the kind.
-    pub value: f32,
-}
+use crate::words::{Event, EventKind};
 
 /// Ticks without contact after which the instrument has left an organ: a tip that trembles at
 /// the surface is one contact.

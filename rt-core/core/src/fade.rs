@@ -1,7 +1,7 @@
 //! What the hand feels does not end from one tick to the next because something was decided: a pause, another
 //! instrument, jaws that let go, a new beginning. What is felt less for that reason fades.
 
-use crate::sim::TICK_S;
+use crate::time::TICK_S;
 use crate::tool::Wrench;
 
 /// Time in which it does, s.

@@ -14,7 +14,8 @@ use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::passivity::Passivity;
 use crate::port::{DeviceCapabilities, ForceCommand};
-use crate::sim::{Status, TICK_S};
+use crate::time::TICK_S;
+use crate::words::Status;
 
 /// Largest change of force in a tick, N. A Touch reaches its peak in 3.3 ms.
 const SLEW_N: f32 = 1.0;

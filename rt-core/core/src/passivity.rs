@@ -11,7 +11,7 @@
 
 use crate::math::{self, Vec3};
 use crate::port::DeviceCapabilities;
-use crate::sim::TICK_S;
+use crate::time::TICK_S;
 
 /// Longest delay that is looked at, ticks: that of a slow USB device.
 const DELAY_MAX: usize = 16;

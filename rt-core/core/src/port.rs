@@ -4,9 +4,7 @@
 //! joins them, the clock and the publisher into one [`crate::sim::Ports`].
 
 use crate::math::{Pose, Vec3};
-
-/// Host time: nanoseconds of `CLOCK_MONOTONIC`.
-pub type TimeNs = u64;
+use crate::time::TimeNs;
 
 /// Buttons of a haptic handle, one bit each.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

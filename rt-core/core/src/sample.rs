@@ -2,8 +2,10 @@
 
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Pose, Vec3};
-use crate::port::{Buttons, DeviceSample, PedalSample, Polled, TimeNs, TrackerSample};
-use crate::sim::{Health, Samples, Status};
+use crate::port::{Buttons, DeviceSample, PedalSample, Polled, TrackerSample};
+use crate::sim::Samples;
+use crate::time::TimeNs;
+use crate::words::{Health, Status};
 
 /// Age at which a device sample is stale: force begins to fall.
 const DEVICE_STALE_NS: u64 = 5_000_000;

@@ -33,36 +33,3 @@ impl Default for State {
         Self::new()
     }
 }
-
-/// What a sphere is doing: bits as in the shared-memory message.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct SphereBits(pub u8);
-
-impl SphereBits {
-    /// Its organ is simulated this tick.
-    pub const AWAKE: Self = Self(1);
-    /// The instrument touches it.
-    pub const CONTACT: Self = Self(2);
-    /// Between closed jaws.
-    pub const GRASPED: Self = Self(4);
-    /// Layered tissue of which nothing is left: nobody meets it.
-    pub const GONE: Self = Self(8);
-
-    /// Whether every bit of `other` is set.
-    #[must_use]
-    pub const fn contains(self, other: Self) -> bool {
-        self.0 & other.0 == other.0
-    }
-
-    /// With the bits of `other` as well.
-    #[must_use]
-    pub const fn with(self, other: Self) -> Self {
-        Self(self.0 | other.0)
-    }
-
-    /// Without the bits of `other`.
-    #[must_use]
-    pub const fn without(self, other: Self) -> Self {
-        Self(self.0 & !other.0)
-    }
-}

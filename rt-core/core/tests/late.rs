@@ -6,7 +6,8 @@ use rig::{Anatomy, Bench, PAPER, TOUCH};
 use rt_core::math::{Vec3, norm};
 use rt_core::port::{Buttons, ForceCommand};
 use rt_core::sim::{Optional, Parameters, Ports, Samples, Sim, Stage, TickView};
-use rt_core::state::{SphereBits, State};
+use rt_core::state::State;
+use rt_core::words::SphereBits;
 
 const OPEN: Parameters = Parameters {
     method: PAPER,

@@ -15,8 +15,9 @@ use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled, TrackerSample,
 };
 use rt_core::sim::{Command, Parameters, Ports, Samples, Sim, Stage, TickView};
-use rt_core::state::{SphereBits, State};
+use rt_core::state::State;
 use rt_core::tool::Kinematics;
+use rt_core::words::SphereBits;
 use scene_prepare::{Recipe, prepare};
 use shared_mem::scene::SceneData;
 

@@ -11,8 +11,9 @@ use hardware::station::StationFile;
 use heapless::spsc::{Consumer, Producer};
 use rt_core::port::{
     DeviceCapabilities, DeviceSample, ForceCommand, HapticDevice, LineCounters, Pedal, PedalSample,
-    Polled, TimeNs, Tracker, TrackerSample,
+    Polled, Tracker, TrackerSample,
 };
+use rt_core::time::TimeNs;
 use shared_mem::message::DeviceHealth;
 
 use crate::config::RtConfig;
@@ -327,17 +328,17 @@ fn named<T>(
 }
 
 /// A device's health as frames carry it.
-pub(crate) fn health(health: rt_core::sim::Health, line: Option<LineCounters>) -> DeviceHealth {
+pub(crate) fn health(health: rt_core::words::Health, line: Option<LineCounters>) -> DeviceHealth {
     let line_or_zero = line.unwrap_or_default();
     DeviceHealth {
         status: match (line, health.status) {
             (None, _) => DeviceHealth::ABSENT,
             // Open, but nothing came from it yet.
-            (Some(_), rt_core::sim::Status::Absent | rt_core::sim::Status::Stale) => {
+            (Some(_), rt_core::words::Status::Absent | rt_core::words::Status::Stale) => {
                 DeviceHealth::STALE
             }
-            (Some(_), rt_core::sim::Status::Live) => DeviceHealth::LIVE,
-            (Some(_), rt_core::sim::Status::Lost) => DeviceHealth::LOST,
+            (Some(_), rt_core::words::Status::Live) => DeviceHealth::LIVE,
+            (Some(_), rt_core::words::Status::Lost) => DeviceHealth::LOST,
         },
         age_us: u32::try_from(health.age_ns / 1000).unwrap_or(u32::MAX),
         frames: line_or_zero.frames,

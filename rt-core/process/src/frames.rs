@@ -1,11 +1,11 @@
 //! From what a tick shows to what crosses the process border. Runs in the tick: fills in place.
 
-use rt_core::event::{Event, EventKind};
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::LineCounters;
-use rt_core::sim::{Status, TickView};
+use rt_core::sim::TickView;
 use rt_core::soft_body::suture::Placed;
 use rt_core::tool::{Capsule, Switches};
+use rt_core::words::{Event, EventKind, Status};
 use shared_mem::message::{
     CapsuleMsg, ClipMsg, EventMsg, MAX_CAPSULES, MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES,
     PoseMsg, SphereState, StateFrame, SutureMsg, TickRecord, ToolFrame,
@@ -20,13 +20,13 @@ const _: () = {
     assert!(MAX_SUTURES == rt_core::capacity::MAX_SUTURES);
     assert!(MAX_CELLS == rt_core::capacity::MAX_CELLS);
     assert!(StateFrame::GONE == rt_core::cells::GONE);
-    assert!(SphereState::GONE == rt_core::state::SphereBits::GONE.0 as u32);
+    assert!(SphereState::GONE == rt_core::words::SphereBits::GONE.0 as u32);
     assert!(MAX_CAPSULES == rt_core::capacity::MAX_CAPSULES);
     assert!(crate::shared::FAULTS == rt_core::fault::FAULT_COUNT);
     assert!(shared_mem::message::STAGES == rt_core::sim::Stage::ALL.len());
-    assert!(SphereState::AWAKE == rt_core::state::SphereBits::AWAKE.0 as u32);
-    assert!(SphereState::CONTACT == rt_core::state::SphereBits::CONTACT.0 as u32);
-    assert!(SphereState::GRASPED == rt_core::state::SphereBits::GRASPED.0 as u32);
+    assert!(SphereState::AWAKE == rt_core::words::SphereBits::AWAKE.0 as u32);
+    assert!(SphereState::CONTACT == rt_core::words::SphereBits::CONTACT.0 as u32);
+    assert!(SphereState::GRASPED == rt_core::words::SphereBits::GRASPED.0 as u32);
 };
 
 /// Fills a sphere frame.

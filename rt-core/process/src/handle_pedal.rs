@@ -1,7 +1,8 @@
 //! Buttons of the haptic device that are a pedal's: they never reach the simulation as buttons.
 
 use hardware::station::HandleButtons;
-use rt_core::port::{DeviceSample, PedalSample, Polled, TimeNs};
+use rt_core::port::{DeviceSample, PedalSample, Polled};
+use rt_core::time::TimeNs;
 
 /// A handle that said nothing for so long has let go.
 const SILENT_NS: TimeNs = 500_000_000;

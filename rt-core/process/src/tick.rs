@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use heapless::spsc::{Consumer, Producer};
 use rt_core::port::{ForceCommand, Polled};
-use rt_core::sim::{Command, Optional, Ports, Samples, Sim, Stage, Status, TickView};
+use rt_core::sim::{Command, Optional, Ports, Samples, Sim, Stage, TickView};
+use rt_core::words::Status;
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::{EventMsg, STAGES, StateFrame, TickRecord, ToolFrame};
 
@@ -104,7 +105,7 @@ impl World {
         }
     }
 
-    fn raise(&mut self, event: &rt_core::event::Event, tick: u64, at_ns: u64) {
+    fn raise(&mut self, event: &rt_core::words::Event, tick: u64, at_ns: u64) {
         // Numbered before it is queued: a lost event leaves a gap that the reader sees.
         let message = frames::event(event, self.next_event, tick, at_ns);
         self.next_event += 1;

@@ -1,7 +1,7 @@
 //! The hook's bare tip under current: where it is, what it touches, and what energy it has for that.
 
 use crate::math::{self, Vec3};
-use crate::sim::TICK_S;
+use crate::time::TICK_S;
 use crate::tool::{Instrument, Role, ToolState};
 
 /// Power of the generator, W, cutting or coagulating: cholecystectomies are done at 25 to 35.

@@ -16,13 +16,14 @@ use heapless::Vec;
 use crate::capacity::MAX_ORGANS;
 use crate::cells::TouchedCell;
 use crate::collision::tool_contact::Contact;
-use crate::event::{Event, EventKind, Journal};
+use crate::event::Journal;
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::soft_body::Bodies;
 use crate::soft_body::part::{Apart, part_all, sparing_none};
 use crate::tool::Tool;
 use crate::vessel::Vessels;
+use crate::words::{Event, EventKind};
 use wall::{HOLE_M2, Walls};
 
 /// Ticks between two events of one organ's burn.

@@ -15,13 +15,12 @@ mod tests;
 pub(crate) use burn::TouchedCell;
 
 use crate::capacity::MAX_CELLS;
-use crate::event::{Event, EventKind};
 use crate::hash::Hash;
 use crate::math::Vec3;
 use crate::scene::{Anchor, Cell, Scene};
 use crate::soft_body::Bodies;
 use crate::soft_body::per_sphere::PerSphere;
-use crate::state::SphereBits;
+use crate::words::{Event, EventKind, SphereBits};
 
 /// `Cells::shown` of a cell that is gone.
 pub const GONE: u8 = u8::MAX;

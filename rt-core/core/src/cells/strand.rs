@@ -5,7 +5,7 @@ use super::Removed;
 use crate::math::Vec3;
 use crate::scene::{Anchor, Attachment, Scene};
 use crate::soft_body::Bodies;
-use crate::state::SphereBits;
+use crate::words::SphereBits;
 
 /// Share of the way to its neighbours that a sphere without cells goes in a tick.
 const FOLLOWS: f32 = 0.25;

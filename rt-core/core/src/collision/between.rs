@@ -13,7 +13,7 @@ use crate::scene::Scene;
 use crate::soft_body::Bodies;
 use crate::soft_body::lanes::Lanes;
 use crate::soft_body::pace::{Moment, Pace};
-use crate::state::SphereBits;
+use crate::words::SphereBits;
 
 /// Pairs nearer than this to touching at the beginning of a tick may touch within it, m: what comes together
 /// faster than at half a metre a second does so a tick later.
@@ -168,9 +168,9 @@ mod tests {
     use crate::collision::pairs::Pairs;
     use crate::scene::tests::{organ, room, sphere};
     use crate::scene::{Organ, RestSphere};
-    use crate::sim::TICK_S;
     use crate::soft_body::Method;
     use crate::soft_body::substeps::{self, Outside};
+    use crate::time::TICK_S;
     use std::boxed::Box;
 
     const RADIUS_M: f32 = 0.01;

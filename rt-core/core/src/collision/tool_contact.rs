@@ -22,8 +22,8 @@ use crate::scene::Scene;
 use crate::soft_body::lanes::Lanes;
 use crate::soft_body::substeps::Outside;
 use crate::soft_body::{Bodies, Bounds};
-use crate::state::SphereBits;
 use crate::tool::{Capsule, Tool};
+use crate::words::SphereBits;
 
 /// How far a sphere under a skin may be from a tool and still be looked at, m: the skin is up to half
 /// a spacing above it.

@@ -11,8 +11,8 @@ use crate::collision::law::Law;
 use crate::collision::patch::Patch;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
-use crate::sim::TICK_S;
 use crate::soft_body::Bodies;
+use crate::time::TICK_S;
 use crate::tool::{Role, Tool};
 
 /// Passes over the contacts of an organ in a step; each begins with the last tick's forces.

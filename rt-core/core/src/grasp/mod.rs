@@ -15,10 +15,10 @@ use crate::fault::{Fault, FaultSet};
 use crate::force::Pull;
 use crate::math::{self, Pose, Vec3};
 use crate::scene::Scene;
-use crate::sim::TICK_S;
 use crate::soft_body::Bodies;
-use crate::state::SphereBits;
+use crate::time::TICK_S;
 use crate::tool::Instrument;
+use crate::words::SphereBits;
 use bite::{Bite, GRIP_MAX_N, GRIP_N_M, crushed_by_pa};
 
 /// Spheres that come this near to the middle of the jaws are between them, m. Inner spheres lie

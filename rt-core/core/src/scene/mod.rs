@@ -11,7 +11,7 @@ pub use skin::{NO_VERTEX, SKIN_BINDINGS, Skin, SkinVertex};
 pub use tetra::{LANES, Tetra, TetraBatch, batches};
 
 use crate::math::{Pose, Vec3};
-use crate::sim::TICK_S;
+use crate::time::TICK_S;
 
 /// What an organ is made of: SI values, and how the paper's method treats it, whose
 /// dimensionless stiffness in 0..=1 depends on iterations and time step (its known fault).

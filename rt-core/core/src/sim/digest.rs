@@ -7,7 +7,7 @@ use crate::capacity::MAX_ORGANS;
 use crate::hash::Hash;
 use crate::sim::TickView;
 use crate::soft_body::Node;
-use crate::state::SphereBits;
+use crate::words::SphereBits;
 
 /// Hashes of what a tick computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

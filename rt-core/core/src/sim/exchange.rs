@@ -1,7 +1,8 @@
 //! What a tick takes from the world and asks of it.
 
-use crate::port::{DeviceSample, ForceCommand, PedalSample, Polled, TimeNs, TrackerSample};
+use crate::port::{DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample};
 use crate::sim::TickView;
+use crate::time::TimeNs;
 use crate::tool::Instrument;
 
 /// What the world asks of the simulation; at most one a tick.

@@ -12,7 +12,7 @@ mod view;
 pub use checkpoint::Checkpoint;
 pub use digest::Digest;
 pub use exchange::{Command, Optional, Ports, Samples, Stage, Task};
-pub use view::{Health, SphereView, Status, TickView};
+pub use view::{SphereView, TickView};
 
 use heapless::Vec;
 use outside::Tools;
@@ -21,7 +21,7 @@ use crate::capacity::{MAX_CAPSULES, MAX_ORGANS};
 use crate::cautery::Cautery;
 use crate::clip::Clips;
 use crate::collision::tool_contact::ToolContacts;
-use crate::event::{Event, EventKind, Journal};
+use crate::event::Journal;
 use crate::fade::Fade;
 use crate::fault::{Fault, FaultCounters, FaultSet};
 use crate::force;
@@ -37,9 +37,7 @@ use crate::soft_body::sleep::Sleep;
 use crate::soft_body::{Bounds, Method, Node, substeps};
 use crate::state::State;
 use crate::tool::{Capsule, Kinematics, ToolState, capsules, endoscope};
-
-/// One control period, s.
-pub const TICK_S: f32 = 0.001;
+use crate::words::{Event, EventKind};
 
 /// Organs that move this near to a sleeping one wake it, m.
 const STIR_M: f32 = 0.002;

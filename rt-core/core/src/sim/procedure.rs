@@ -3,14 +3,15 @@
 use crate::cautery::Electrode;
 use crate::clip::Clips;
 use crate::cut::cut_all;
-use crate::event::{Event, EventKind};
 use crate::fault::{Fault, FaultSet};
 use crate::grasp::Jaws;
 use crate::math;
 use crate::port::Buttons;
-use crate::sim::{Sim, TICK_S};
+use crate::sim::Sim;
 use crate::soft_body::part::tear_all;
+use crate::time::TICK_S;
 use crate::tool::{Instrument, Tool, ToolState};
+use crate::words::{Event, EventKind};
 
 /// Time in which the jaws close or open, s.
 const JAW_TIME_S: f32 = 0.15;

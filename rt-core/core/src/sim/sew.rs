@@ -1,13 +1,13 @@
 //! The trainee hangs an organ on the abdominal wall: through what the grasper's tip touches, by the pedal; then
 //! towards where the tip is carried, by the pedal again.
 
-use crate::event::{Event, EventKind};
 use crate::math::{self, Vec3};
 use crate::port::PedalSample;
 use crate::scene::Anchor;
 use crate::sim::Sim;
 use crate::soft_body::suture::{Placed, Suture, is_suture};
 use crate::tool::{Instrument, Tool};
+use crate::words::{Event, EventKind};
 
 /// A needle is no longer than this: so near to the tip it goes through what is touched, m.
 const NEEDLE_M: f32 = 0.012;

@@ -1,39 +1,14 @@
 //! What a tick shows.
 
 use crate::clip::Clip;
-use crate::event::Event;
 use crate::fault::{FaultCounters, FaultSet};
 use crate::math::Vec3;
-use crate::port::TimeNs;
 use crate::scene::Scene;
 use crate::soft_body::Bodies;
 use crate::soft_body::suture::{Suture, is_suture};
-use crate::state::SphereBits;
+use crate::time::TimeNs;
 use crate::tool::ToolState;
-
-/// Whether a device can be relied on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-#[repr(u8)]
-pub enum Status {
-    /// Nothing came from it since the start.
-    #[default]
-    Absent = 0,
-    /// Samples arrive in time.
-    Live = 1,
-    /// The newest sample is older than its limit.
-    Stale = 2,
-    /// The line is gone.
-    Lost = 3,
-}
-
-/// Health of one device.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Health {
-    /// Status.
-    pub status: Status,
-    /// Age of its newest sample, ns. 0 if there is none.
-    pub age_ns: u64,
-}
+use crate::words::{Event, Health, SphereBits};
 
 /// A sphere as a tick leaves it.
 #[derive(Debug, Clone, Copy, PartialEq)]

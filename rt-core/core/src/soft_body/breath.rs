@@ -1,8 +1,8 @@
 //! Breathing: what holds an organ goes with the diaphragm.
 
 use crate::scene::{Organ, Scene};
-use crate::sim::TICK_S;
 use crate::soft_body::{Bodies, Vec3};
+use crate::time::TICK_S;
 
 impl Bodies {
     /// Leads the held spheres of `organ` to where the breath has them at the end of this tick:

@@ -2,9 +2,9 @@
 
 use crate::math::{self, Vec3};
 use crate::scene::{Organ, Scene};
-use crate::sim::TICK_S;
 use crate::soft_body::Bodies;
 use crate::soft_body::lanes::Lanes;
+use crate::time::TICK_S;
 
 /// No sphere leaves a tick faster than this, m/s: above what an instrument does, below what
 /// would carry a sphere through its neighbour in a tick.

@@ -33,7 +33,7 @@ use crate::cells::Cells;
 use crate::collision::tube::Beads;
 use crate::math::Vec3;
 use crate::scene::{Organ, RestSphere, Scene};
-use crate::state::SphereBits;
+use crate::words::SphereBits;
 pub(crate) use adjacency::Adjacency;
 use attachment::Ties;
 use lanes::Lanes;

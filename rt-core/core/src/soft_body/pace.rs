@@ -1,9 +1,9 @@
 //! Two organs in unequal substeps, and what acts between them in those of the finer.
 
 use crate::scene::Scene;
-use crate::sim::TICK_S;
 use crate::soft_body::lanes::Lanes;
 use crate::soft_body::{Bodies, Node};
+use crate::time::TICK_S;
 
 /// A step of what acts between organs so and so often in a tick.
 #[derive(Debug, Clone, Copy)]

@@ -12,10 +12,11 @@ use heapless::Vec;
 
 use crate::capacity::{MAX_HOLES, MAX_ORGANS};
 use crate::clip::Clips;
-use crate::event::{Event, EventKind, Journal};
+use crate::event::Journal;
 use crate::scene::{Inside, Scene};
 use crate::soft_body::Bodies;
 use crate::soft_body::per_sphere::PerSphere;
+use crate::words::{Event, EventKind};
 use hole::{Hole, Opening, unclosed};
 
 /// A divided artery shortens by this: vessels lie stretched by a tenth in the body (the aorta of the old

@@ -7,7 +7,7 @@ use rt_core::fault::{Fault, FaultSet};
 use rt_core::math::{Vec3, is_finite, norm};
 use rt_core::output_limit::{Demand, OutputLimit};
 use rt_core::port::DeviceCapabilities;
-use rt_core::sim::Status;
+use rt_core::words::Status;
 
 const DEVICE: DeviceCapabilities = DeviceCapabilities {
     force_max_n: 3.0,

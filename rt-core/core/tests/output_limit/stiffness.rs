@@ -5,7 +5,7 @@ use rt_core::fault::Fault;
 use rt_core::math::Vec3;
 use rt_core::output_limit::{Demand, OutputLimit};
 use rt_core::port::DeviceCapabilities;
-use rt_core::sim::Status;
+use rt_core::words::Status;
 
 #[test]
 fn too_stiff_is_scaled_down() {

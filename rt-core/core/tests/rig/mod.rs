@@ -4,7 +4,6 @@
 #![allow(dead_code)] // every user takes what it needs
 
 use rt_core::clip::Clip;
-use rt_core::event::Event;
 use rt_core::fault::FaultCounters;
 use rt_core::math::{Pose, Quat, Vec3, norm};
 use rt_core::port::{
@@ -18,8 +17,8 @@ use rt_core::sim::{Digest, Ports, Samples, Stage, TickView};
 use rt_core::soft_body::Method;
 use rt_core::soft_body::pbd::PaperPbd;
 use rt_core::soft_body::suture::Suture;
-use rt_core::state::SphereBits;
 use rt_core::tool::{Instrument, Kinematics};
+use rt_core::words::{Event, SphereBits};
 
 /// A Touch-class device.
 pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities {
@@ -399,7 +398,7 @@ pub(crate) struct Bench {
     pub(crate) instrument: Instrument,
     pub(crate) centers_m: Vec<Vec3>,
     pub(crate) bits: Vec<SphereBits>,
-    pub(crate) status: [rt_core::sim::Status; 3],
+    pub(crate) status: [rt_core::words::Status; 3],
     /// One of each tick.
     pub(crate) digests: Vec<Digest>,
 }
@@ -431,7 +430,7 @@ impl Bench {
             digests: Vec::new(),
             centers_m: Vec::new(),
             bits: Vec::new(),
-            status: [rt_core::sim::Status::Absent; 3],
+            status: [rt_core::words::Status::Absent; 3],
         }
     }
 

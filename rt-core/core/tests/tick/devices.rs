@@ -2,11 +2,11 @@
 
 use crate::rig::{Anatomy, Bench, TOUCH, pedal, tracker_at};
 use crate::{AWAY, NONE, OPEN, PRESSED, go, stay, store};
-use rt_core::event::EventKind;
 use rt_core::fault::Fault;
 use rt_core::math::{Vec3, norm};
 use rt_core::port::{PedalSample, Polled};
-use rt_core::sim::{Command, Sim, Status};
+use rt_core::sim::{Command, Sim};
+use rt_core::words::{EventKind, Status};
 
 #[test]
 fn a_silent_device_loses_its_force_and_a_returning_one_gets_it_back() {

@@ -18,13 +18,13 @@ mod touch;
 mod vessel;
 
 use rig::{Anatomy, Bench, SOFT, TOUCH, organ};
-use rt_core::event::{Event, EventKind};
 use rt_core::math::{Vec3, norm};
 use rt_core::port::Buttons;
 use rt_core::scene::{Material, Organ, RestSphere};
 use rt_core::sim::{Command, Parameters, Sim, Stage};
 use rt_core::soft_body::Method;
-use rt_core::state::{SphereBits, State};
+use rt_core::state::State;
+use rt_core::words::{Event, EventKind, SphereBits};
 
 const NONE: Buttons = Buttons(0);
 const AWAY: Vec3 = Vec3::new(0.0, 0.0, 0.15);

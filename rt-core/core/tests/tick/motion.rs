@@ -5,7 +5,7 @@ use crate::{AWAY, NONE, OPEN, PRESSED, go, loose, sphere, stay, store};
 use rt_core::math::{Vec3, norm};
 use rt_core::scene::{Material, RestSphere};
 use rt_core::sim::Sim;
-use rt_core::state::SphereBits;
+use rt_core::words::SphereBits;
 
 #[test]
 fn a_loose_sphere_falls_as_it_should_and_a_held_one_does_not() {

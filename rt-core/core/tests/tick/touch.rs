@@ -2,14 +2,13 @@
 
 use crate::rig::{Anatomy, Bench, SOFT, TOUCH, organ, room};
 use crate::{AWAY, NONE, OPEN, PRESSED, go, kinds, loose, sphere, stay, store};
-use rt_core::event::{Event, EventKind};
 use rt_core::fault::Fault;
 use rt_core::math::{Vec3, norm};
 use rt_core::port::Buttons;
 use rt_core::scene::{RestSphere, Scene};
 use rt_core::sim::{Command, Sim, Task};
-use rt_core::state::SphereBits;
 use rt_core::tool::Instrument;
+use rt_core::words::{Event, EventKind, SphereBits};
 
 #[test]
 fn without_contact_there_is_no_force() {

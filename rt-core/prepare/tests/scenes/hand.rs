@@ -5,8 +5,9 @@ use rt_core::fault::Fault;
 use rt_core::math::{Vec3, norm};
 use rt_core::port::{Buttons, DeviceCapabilities, DeviceSample, ForceCommand, Polled};
 use rt_core::sim::{Command, Parameters, Ports, Samples, Sim, Stage, TickView};
-use rt_core::state::{SphereBits, State};
+use rt_core::state::State;
 use rt_core::tool::{Instrument, Kinematics};
+use rt_core::words::SphereBits;
 use scene_prepare::Prepared;
 
 /// A Touch-class device.

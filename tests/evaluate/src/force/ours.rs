@@ -2,8 +2,8 @@
 //! to compare, which are written here and are not in the product.
 
 use nalgebra::Vector3;
-use rt_core::sim::TICK_S;
 use rt_core::soft_body::{Correction, Tissue};
+use rt_core::time::TICK_S;
 use rt_core::tool::{Capsule, Role};
 use scene_prepare::held::Plane;
 use scene_prepare::mesh::Mesh;

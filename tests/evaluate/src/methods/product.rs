@@ -8,7 +8,7 @@ use rt_core::scene::{
 use rt_core::soft_body::pbd::PaperPbd;
 use rt_core::soft_body::{Bodies, Method as Solver, Tissue};
 
-use rt_core::sim::TICK_S;
+use rt_core::time::TICK_S;
 use rt_core::tool::{Capsule, Role};
 use scene_prepare::skin::ContactSkin;
 

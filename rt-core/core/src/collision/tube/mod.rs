@@ -24,10 +24,10 @@ use crate::collision::touch::{Answer, Carried, Found, MAY_TOUCH_M, Place, Touche
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::{Material, Scene};
-use crate::sim::TICK_S;
 use crate::soft_body::{Bodies, Bounds};
-use crate::state::SphereBits;
+use crate::time::TICK_S;
 use crate::tool::{Capsule, Role};
+use crate::words::SphereBits;
 use sweep::{Axis, Motion, Side};
 
 /// How far a bead may be from a tool and still be followed, m: what both go in a tick at most.

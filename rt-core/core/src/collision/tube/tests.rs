@@ -18,8 +18,8 @@ use crate::math::{self, Vec3};
 use crate::scene::tests::{organ, room, sphere};
 use crate::scene::{Link, Material, Organ, RestSphere, Scene};
 use crate::soft_body::{Bodies, Bounds, Method, Tissue};
-use crate::state::SphereBits;
 use crate::tool::{Capsule, Role};
+use crate::words::SphereBits;
 
 /// Spheres along x, 2.5 mm apart.
 const SPHERES: u32 = 17;
