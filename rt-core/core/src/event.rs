@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use crate::capacity::{MAX_EVENTS_PER_TICK, MAX_ORGANS};
-use crate::collision::tool_contact::Contact;
+use crate::collision::contact_force::Contact;
 use crate::fault::{FAULT_COUNT, Fault, FaultSet};
 use crate::math::Vec3;
 use crate::port::PedalSample;

@@ -3,7 +3,7 @@
 
 use nalgebra::Matrix3;
 
-use crate::collision::tool_contact::Contact;
+use crate::collision::contact_force::{Contact, Pull};
 use crate::math::{self, Pose, Vec3};
 use crate::tool::{Kinematics, Tool, Wrench};
 
@@ -17,19 +17,6 @@ pub(crate) struct Felt {
     pub(crate) stiffness_n_m: f32,
     /// What it answers to a movement within a tick, before the tissue has given way, N/m; never too low.
     pub(crate) at_once_n_m: f32,
-}
-
-/// A pull of tissue on the instrument that is no contact: what the jaws hold.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Pull {
-    /// Where, world frame, m.
-    pub(crate) at_m: Vec3,
-    /// World frame, N.
-    pub(crate) force_n: Vec3,
-    /// As a slow hand meets it, N/m.
-    pub(crate) stiffness_n_m: f32,
-    /// Of the grip alone, N/m.
-    pub(crate) grip_n_m: f32,
 }
 
 /// Adds up what every contact and the held tissue do at the handle. Where `renders_torque` is false

@@ -15,7 +15,7 @@ use heapless::Vec;
 
 use crate::capacity::MAX_ORGANS;
 use crate::cells::TouchedCell;
-use crate::collision::tool_contact::Contact;
+use crate::collision::contact_force::Contact;
 use crate::event::Journal;
 use crate::math::Vec3;
 use crate::scene::Scene;

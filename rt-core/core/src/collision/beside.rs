@@ -1,16 +1,15 @@
 //! What contacts on one skin do to each other beyond what the spheres carry over: what each pass over them
-//! asks again and again, close together in memory (a [`Touch`] takes a kilobyte and a half).
+//! asks again and again, close together in memory (a [`crate::collision::touch::Touch`] takes a kilobyte and a half).
 
 use heapless::Vec;
 
 use crate::capacity::MAX_TOUCHES;
 use crate::collision::law::Law;
-use crate::collision::touch::{Answer, Touch};
 use crate::math::{self, Vec3};
 
 /// A contact as the others beside it see it.
 #[derive(Debug, Clone)]
-struct Presser {
+pub(crate) struct Presser {
     /// Its index among all touches.
     touch: u8,
     normal: Vec3,
@@ -22,6 +21,26 @@ struct Presser {
     law: Option<Law>,
 }
 
+impl Presser {
+    /// The touch with this number, which presses with this force.
+    pub(crate) fn new(
+        touch: usize,
+        normal: Vec3,
+        at_m: Vec3,
+        force_n: f32,
+        law: Option<Law>,
+    ) -> Self {
+        Self {
+            touch: touch as u8, // there are 64 at most
+            normal,
+            at_m,
+            force_n,
+            near_m: law.map_or(0.0, |law| law.near_m(force_n)),
+            law,
+        }
+    }
+}
+
 /// The contacts of an organ.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Beside {
@@ -29,23 +48,11 @@ pub(crate) struct Beside {
 }
 
 impl Beside {
-    /// Those of an organ, each with its number among all touches, in their order.
-    pub(crate) fn of<'a>(own: impl Iterator<Item = (usize, &'a Touch)>) -> Self {
+    /// Those of an organ, in their order.
+    pub(crate) fn of(own: impl Iterator<Item = Presser>) -> Self {
         let mut pressers = Vec::new();
-        for (index, touch) in own {
-            let law = match touch.answer {
-                Answer::HalfSpace(law) => Some(law),
-                Answer::Wall { .. } => None,
-            };
-            // There is room: touches are no more.
-            let _ = pressers.push(Presser {
-                touch: index as u8, // there are 64 at most
-                normal: touch.normal,
-                at_m: touch.at_m,
-                force_n: touch.force_n,
-                near_m: law.map_or(0.0, |law| law.near_m(touch.force_n)),
-                law,
-            });
+        for presser in own {
+            let _ = pressers.push(presser); // there is room: touches are no more
         }
         Self { pressers }
     }

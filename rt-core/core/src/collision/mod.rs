@@ -3,12 +3,14 @@
 
 mod beside;
 pub(crate) mod between;
+pub(crate) mod contact_force;
 pub mod cylinder;
 mod friction;
 mod gap;
 mod grid;
 mod law;
 pub(crate) mod pairs;
+mod part_box;
 mod patch;
 mod rigid;
 pub(crate) mod skin;

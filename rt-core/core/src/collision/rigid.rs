@@ -3,8 +3,8 @@
 use heapless::Vec;
 
 use crate::capacity::MAX_CAPSULES;
+use crate::collision::contact_force::Contact;
 use crate::collision::gap::Gap;
-use crate::collision::tool_contact::Contact;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role, Tool};
 

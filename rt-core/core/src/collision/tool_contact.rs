@@ -12,6 +12,8 @@ use heapless::Vec;
 use heapless::binary_heap::{BinaryHeap, Min};
 
 use crate::capacity::{MAX_CAPSULES, MAX_CONTACTS, MAX_ORGANS, MAX_TOUCHES};
+use crate::collision::contact_force::Contact;
+use crate::collision::part_box::part_box;
 use crate::collision::rigid::RigidContacts;
 use crate::collision::skin::SkinContacts;
 use crate::collision::touch::{Place, Touches};
@@ -22,7 +24,7 @@ use crate::scene::Scene;
 use crate::soft_body::lanes::Lanes;
 use crate::soft_body::substeps::Outside;
 use crate::soft_body::{Bodies, Bounds};
-use crate::tool::{Capsule, Tool};
+use crate::tool::Capsule;
 use crate::words::SphereBits;
 
 /// How far a sphere under a skin may be from a tool and still be looked at, m: the skin is up to half
@@ -58,34 +60,6 @@ impl PartialEq for Near {
 }
 
 impl Eq for Near {}
-
-/// A place where a tool touches tissue or the other tool.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Contact {
-    /// Which tool.
-    pub(crate) tool: Tool,
-    /// The organ that it touches; none if that is the other tool.
-    pub(crate) organ: Option<u8>,
-    /// Where it touches the tool, world frame, m.
-    pub(crate) at_m: Vec3,
-    /// From tissue to tool.
-    pub(crate) normal: Vec3,
-    /// Force of tissue on tool along the normal, N.
-    pub(crate) force_n: f32,
-    /// Stiffness of that force, N/m.
-    pub(crate) stiffness_n_m: f32,
-    /// Friction of tissue on tool, across the normal, N.
-    pub(crate) friction_n: Vec3,
-    /// Stiffness of the friction while it sticks, N/m.
-    pub(crate) friction_stiffness_n_m: f32,
-}
-
-impl Contact {
-    /// Of tissue on tool, N.
-    pub(crate) fn whole_force_n(&self) -> Vec3 {
-        self.normal * self.force_n + self.friction_n
-    }
-}
 
 /// Everything that the tools are near to, and what they touch.
 #[derive(Debug, Clone, Default)]
@@ -239,14 +213,6 @@ impl Outside for ToolContacts {
     fn press(&mut self, organ: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
         self.touches.press(organ, step_s, bodies);
     }
-}
-
-/// The box around a part, m.
-pub(crate) fn part_box(part: &Capsule) -> Bounds {
-    let mut bounds = Bounds::EMPTY;
-    bounds.add(&part.a_m, part.radius_m);
-    bounds.add(&part.b_m, part.radius_m);
-    bounds
 }
 
 /// A part with round ends, prepared for many spheres. It holds the flat-ended cylinder.

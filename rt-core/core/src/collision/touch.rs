@@ -5,7 +5,7 @@
 use heapless::Vec;
 
 use crate::capacity::{INSTRUMENT_STATIONS, MAX_ORGANS, MAX_TOUCHES};
-use crate::collision::beside::Beside;
+use crate::collision::beside::{Beside, Presser};
 use crate::collision::friction::Bristle;
 use crate::collision::law::Law;
 use crate::collision::patch::Patch;
@@ -189,6 +189,15 @@ impl Place {
 }
 
 impl Touch {
+    /// As the others beside it see it; it has this number.
+    fn presser(&self, number: usize) -> Presser {
+        let law = match self.answer {
+            Answer::HalfSpace(law) => Some(law),
+            Answer::Wall { .. } => None,
+        };
+        Presser::new(number, self.normal, self.at_m, self.force_n, law)
+    }
+
     fn new(found: Found, bodies: &Bodies) -> Self {
         let patch_m = found.patch.at_m(bodies);
         let (normal, force_n) = (found.normal, found.carried.force_n);
@@ -321,7 +330,7 @@ impl Touches {
             let push = (touch.normal * left + touch.friction_n) * -squared;
             touch.patch.push(&push, bodies);
         }
-        let mut beside = Beside::of(self.of_organ(organ));
+        let mut beside = Beside::of(self.of_organ(organ).map(|(i, touch)| touch.presser(i)));
         for _ in 0..PASSES {
             for own in 0..beside.len() {
                 let Some(touch) = beside.touch(own).and_then(|i| self.near.get(i)) else {

@@ -10,9 +10,9 @@ mod bite;
 use heapless::Vec;
 
 use crate::capacity::{MAX_GRASPED, MAX_ORGANS};
+use crate::collision::contact_force::Pull;
 use crate::collision::cylinder::meets;
 use crate::fault::{Fault, FaultSet};
-use crate::force::Pull;
 use crate::math::{self, Pose, Vec3};
 use crate::scene::Scene;
 use crate::soft_body::Bodies;

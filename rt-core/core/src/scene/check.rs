@@ -8,9 +8,8 @@ use crate::capacity::{
 use crate::math::{self, Pose, Vec3};
 use crate::scene::{
     Anchor, Attachment, Layers, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, Skin,
-    TetraBatch,
+    TetraBatch, is_suture,
 };
-use crate::soft_body::suture::is_suture;
 
 /// Why [`Scene::new`] refused. Indices are the caller's.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -3,11 +3,13 @@
 mod cell;
 mod check;
 mod skin;
+mod suture;
 mod tetra;
 
 pub use cell::{COLUMNS, Cell, Column, Layers, NO_CELL};
 pub use check::SceneError;
 pub use skin::{NO_VERTEX, SKIN_BINDINGS, Skin, SkinVertex};
+pub(crate) use suture::{is_suture, numbered};
 pub use tetra::{LANES, Tetra, TetraBatch, batches};
 
 use crate::math::{Pose, Vec3};

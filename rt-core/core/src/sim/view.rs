@@ -3,9 +3,9 @@
 use crate::clip::Clip;
 use crate::fault::{FaultCounters, FaultSet};
 use crate::math::Vec3;
-use crate::scene::Scene;
+use crate::scene::{Scene, is_suture};
 use crate::soft_body::Bodies;
-use crate::soft_body::suture::{Suture, is_suture};
+use crate::soft_body::suture::Suture;
 use crate::time::TimeNs;
 use crate::tool::ToolState;
 use crate::words::{Event, Health, SphereBits};

@@ -8,12 +8,11 @@
 use heapless::Vec;
 
 use crate::capacity::MAX_ATTACHMENTS;
-use crate::scene::{Anchor, Attachment, Scene};
+use crate::scene::{Anchor, Attachment, Scene, numbered};
 use crate::soft_body::Bodies;
 use crate::soft_body::bar::Bar;
 use crate::soft_body::lanes::Lanes;
 use crate::soft_body::pace::{Moment, Pace};
-use crate::soft_body::suture::numbered;
 
 /// A tie in the order in which they are solved.
 #[derive(Debug, Clone, Copy)]

@@ -8,10 +8,9 @@
 
 use crate::capacity::{MAX_ATTACHMENTS, MAX_LINKS, MAX_ORGANS};
 use crate::math::{self, Vec3};
-use crate::scene::{Anchor, Attachment, Material, Organ, Scene};
+use crate::scene::{Anchor, Attachment, Material, Organ, Scene, is_suture, numbered};
 use crate::soft_body::Bodies;
 use crate::soft_body::per_sphere::PerSphere;
-use crate::soft_body::suture::{is_suture, numbered};
 use crate::words::{Event, EventKind, SphereBits};
 
 /// Ticks that a tear takes at least: fibres part at a finite speed, and what they bore is not let

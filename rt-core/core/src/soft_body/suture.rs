@@ -8,7 +8,7 @@ use heapless::Vec;
 use crate::capacity::MAX_SUTURES;
 use crate::hash::Hash;
 use crate::math::{self, Vec3};
-use crate::scene::{Anchor, Attachment, Scene};
+use crate::scene::{Anchor, Attachment, Scene, is_suture};
 use crate::soft_body::part::Parted;
 
 /// What a tick draws of a suture that is shorter than its ends are apart: it is as short as it will be
@@ -45,23 +45,6 @@ pub struct Suture {
     /// The trainee's, not the scene's.
     is_own: bool,
     is_cut: bool,
-}
-
-/// The attachments of a scene, each with its number if it is a suture.
-pub(crate) fn numbered<'a>(
-    ties: impl Iterator<Item = &'a Attachment>,
-) -> impl Iterator<Item = (&'a Attachment, Option<u8>)> {
-    let mut next = 0;
-    ties.map(move |tie| {
-        let number = is_suture(tie).then_some(next);
-        next += u8::from(number.is_some());
-        (tie, number)
-    })
-}
-
-/// Whether an attachment is one.
-pub(crate) fn is_suture(tie: &Attachment) -> bool {
-    tie.is_thread && matches!(tie.to, Anchor::World(_))
 }
 
 /// A scene's sutures to the world, in the order of its attachments.

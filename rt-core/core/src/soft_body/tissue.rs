@@ -1,7 +1,8 @@
 //! Tissue alone, without instrument or devices: for studies, tests and preparation.
 
 use crate::capacity::MAX_ORGANS;
-use crate::collision::tool_contact::{Contact, ToolContacts};
+use crate::collision::contact_force::Contact;
+use crate::collision::tool_contact::ToolContacts;
 use crate::fault::FaultSet;
 use crate::math::Vec3;
 use crate::scene::Scene;
