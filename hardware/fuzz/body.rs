@@ -6,8 +6,8 @@
 
 use hardware::emulate::{HapticModel, Played};
 use rt_core::fault::FaultSet;
+use rt_core::haptics::output_limit::{Demand, OutputLimit};
 use rt_core::math::Vec3;
-use rt_core::output_limit::{Demand, OutputLimit};
 use rt_core::port::{ForceCommand, HapticDevice, Polled};
 use rt_core::words::Status;
 

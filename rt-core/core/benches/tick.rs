@@ -10,8 +10,9 @@ use rig::{Anatomy, Bench, PAPER, TOUCH};
 use rt_core::math::Vec3;
 use rt_core::port::Buttons;
 use rt_core::sim::{Parameters, Sim};
-use rt_core::soft_body::{Bodies, Method, Tissue};
 use rt_core::state::State;
+use rt_core::study::Tissue;
+use rt_core::tissue::{Bodies, Method};
 
 /// Tip of the instrument, m: far above the liver, and 8 mm in its top.
 const AWAY: Vec3 = Vec3::new(0.0, 0.0, 0.1);

@@ -18,8 +18,9 @@ use rt_core::math::Vec3;
 use rt_core::port::Buttons;
 use rt_core::scene::Organ;
 use rt_core::sim::{Parameters, Sim};
-use rt_core::soft_body::{Bodies, Method, Tissue};
 use rt_core::state::State;
+use rt_core::study::Tissue;
+use rt_core::tissue::{Bodies, Method};
 
 const ROUNDS: usize = 300;
 

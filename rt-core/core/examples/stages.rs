@@ -11,8 +11,8 @@ use rig::{Anatomy, Bench, PAPER, TOUCH};
 use rt_core::math::Vec3;
 use rt_core::port::{Buttons, ForceCommand};
 use rt_core::sim::{Parameters, Ports, Samples, Sim, Stage, TickView};
-use rt_core::soft_body::Method;
 use rt_core::state::State;
+use rt_core::tissue::Method;
 
 const TICKS: u32 = 4000;
 

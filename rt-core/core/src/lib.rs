@@ -14,28 +14,19 @@
 #![deny(unsafe_code)]
 
 pub mod capacity;
-mod cautery;
-pub mod cells;
-pub mod clip;
-pub mod collision;
-mod cut;
-mod event;
-mod fade;
+mod contact;
 pub mod fault;
-mod force;
-mod grasp;
+pub mod haptics;
 mod hash;
 pub mod math;
-pub mod output_limit;
-mod passivity;
+mod organs;
 pub mod port;
-mod proxy;
-mod sample;
+pub mod procedure;
 pub mod scene;
 pub mod sim;
-pub mod soft_body;
 pub mod state;
+pub mod study;
 pub mod time;
+pub mod tissue;
 pub mod tool;
-mod vessel;
 pub mod words;

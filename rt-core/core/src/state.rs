@@ -1,9 +1,9 @@
 //! What changes while the simulation runs, in storage of fixed size.
 
-use crate::collision::between::Between;
-use crate::collision::pairs::Pairs;
-use crate::soft_body::Bodies;
-use crate::vessel::Vessels;
+use crate::organs::between::Between;
+use crate::organs::pairs::Pairs;
+use crate::procedure::vessel::Vessels;
+use crate::tissue::Bodies;
 
 /// Everything per sphere. More than a megabyte: build it in a `static`
 /// ([`State::new`] is `const`) or on the heap.

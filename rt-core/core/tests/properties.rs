@@ -9,9 +9,9 @@ use rt_core::math::{Pose, Quat, Vec3, is_finite, norm};
 use rt_core::port::{Buttons, DeviceSample, PedalSample, Polled};
 use rt_core::scene::{Link, Material, Organ, RestSphere, Scene, Tetra, TetraBatch, batches};
 use rt_core::sim::{Command, Parameters, Sim};
-use rt_core::soft_body::Method;
-use rt_core::soft_body::pbd::PaperPbd;
 use rt_core::state::State;
+use rt_core::tissue::Method;
+use rt_core::tissue::pbd::PaperPbd;
 use rt_core::tool::Instrument;
 
 #[derive(Debug, Clone)]

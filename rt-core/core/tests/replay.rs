@@ -6,8 +6,8 @@ use rig::{Anatomy, Bench, PAPER, TOUCH, pedal, tracker_at};
 use rt_core::math::{Vec3, norm};
 use rt_core::port::{Buttons, Polled};
 use rt_core::sim::{Command, Digest, Parameters, Sim};
-use rt_core::soft_body::Method;
 use rt_core::state::State;
+use rt_core::tissue::Method;
 
 /// Of the run below. They change only when the physics is meant to change: then run the test,
 /// look at what `poke` prints, and put the new ones here.

@@ -5,7 +5,8 @@ mod rig;
 use rig::{Anatomy, room};
 use rt_core::math::{Quat, Vec3, norm};
 use rt_core::scene::{Anchor, Attachment, Organ, RestSphere, Room, Scene};
-use rt_core::soft_body::{Bodies, Method, Tissue};
+use rt_core::study::Tissue;
+use rt_core::tissue::{Bodies, Method};
 
 /// A bar of tissue, 12 × 5 × 5 cm, its left end held.
 struct Bar {

@@ -8,7 +8,8 @@ mod core;
 
 use std::time::Instant;
 
-use rt_core::soft_body::{Bodies, Method, Tissue};
+use rt_core::study::Tissue;
+use rt_core::tissue::{Bodies, Method};
 use scene_prepare::cost::{self, Work};
 use scene_prepare::{Prepared, Recipe, prepare};
 

@@ -3,7 +3,8 @@
 
 use rt_core::math::{Pose, Vec3, norm};
 use rt_core::scene::{Inside, Link, Material, Organ, RestSphere, Room, Scene, Tetra, batches};
-use rt_core::soft_body::{Bodies, Method, Tissue};
+use rt_core::study::Tissue;
+use rt_core::tissue::{Bodies, Method};
 use shared_mem::scene::SceneData;
 
 use crate::elastic::SUBSTEPS_MAX;

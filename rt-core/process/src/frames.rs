@@ -3,7 +3,7 @@
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::LineCounters;
 use rt_core::sim::TickView;
-use rt_core::soft_body::suture::Placed;
+use rt_core::tissue::suture::Placed;
 use rt_core::tool::{Capsule, Switches};
 use rt_core::words::{Event, EventKind, Status};
 use shared_mem::message::{
@@ -19,7 +19,7 @@ const _: () = {
     assert!(MAX_CLIPPED == rt_core::capacity::MAX_CLIPPED);
     assert!(MAX_SUTURES == rt_core::capacity::MAX_SUTURES);
     assert!(MAX_CELLS == rt_core::capacity::MAX_CELLS);
-    assert!(StateFrame::GONE == rt_core::cells::GONE);
+    assert!(StateFrame::GONE == rt_core::tissue::cells::GONE);
     assert!(SphereState::GONE == rt_core::words::SphereBits::GONE.0 as u32);
     assert!(MAX_CAPSULES == rt_core::capacity::MAX_CAPSULES);
     assert!(crate::shared::FAULTS == rt_core::fault::FAULT_COUNT);

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use rt_core::soft_body::neo_hookean::STIFFNESS_SHARE;
+use rt_core::tissue::neo_hookean::STIFFNESS_SHARE;
 use scene_prepare::field::{Field, Grid, Sign};
 use scene_prepare::held::{Plane, onto_planes};
 use scene_prepare::pack::{Ball, Interior, owners, pack_evenly};

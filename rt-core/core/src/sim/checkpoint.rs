@@ -2,19 +2,19 @@
 
 use super::Sim;
 use crate::capacity::MAX_ORGANS;
-use crate::cautery::Cautery;
-use crate::clip::Clips;
-use crate::collision::tool_contact::ToolContacts;
-use crate::event::Journal;
-use crate::fade::Fade;
+use crate::contact::tool_contact::ToolContacts;
 use crate::fault::FaultCounters;
-use crate::grasp::Grasp;
-use crate::output_limit::OutputLimit;
-use crate::proxy::Proxy;
-use crate::sample::Inputs;
-use crate::soft_body::sleep::Sleep;
-use crate::soft_body::{Bounds, Method};
+use crate::haptics::output_limit::OutputLimit;
+use crate::haptics::proxy::Proxy;
+use crate::haptics::transition::Fade;
+use crate::procedure::cautery::Cautery;
+use crate::procedure::clip::Clips;
+use crate::procedure::grasp::Grasp;
+use crate::procedure::journal::Journal;
+use crate::sim::sample::Inputs;
 use crate::state::State;
+use crate::tissue::sleep::Sleep;
+use crate::tissue::{Bounds, Method};
 use crate::tool::{Kinematics, ToolState};
 
 /// Everything in a simulation that changes. As large as [`State`]: keep it on the heap.

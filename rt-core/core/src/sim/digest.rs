@@ -6,7 +6,7 @@
 use crate::capacity::MAX_ORGANS;
 use crate::hash::Hash;
 use crate::sim::TickView;
-use crate::soft_body::Node;
+use crate::tissue::Node;
 use crate::words::SphereBits;
 
 /// Hashes of what a tick computed.

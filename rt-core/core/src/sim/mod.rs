@@ -5,6 +5,7 @@ mod digest;
 mod exchange;
 mod outside;
 mod procedure;
+mod sample;
 mod sew;
 mod start;
 mod view;
@@ -18,24 +19,24 @@ use heapless::Vec;
 use outside::Tools;
 
 use crate::capacity::{MAX_CAPSULES, MAX_ORGANS};
-use crate::cautery::Cautery;
-use crate::clip::Clips;
-use crate::collision::tool_contact::ToolContacts;
-use crate::event::Journal;
-use crate::fade::Fade;
+use crate::contact::tool_contact::ToolContacts;
 use crate::fault::{Fault, FaultCounters, FaultSet};
-use crate::force;
-use crate::grasp::Grasp;
+use crate::haptics::handle_force;
+use crate::haptics::output_limit::{Demand, OutputLimit};
+use crate::haptics::proxy::Proxy;
+use crate::haptics::transition::Fade;
 use crate::hash::Hash;
 use crate::math::{self, Vec3};
-use crate::output_limit::{Demand, OutputLimit};
 use crate::port::{DeviceCapabilities, ForceCommand};
-use crate::proxy::Proxy;
-use crate::sample::Inputs;
+use crate::procedure::cautery::Cautery;
+use crate::procedure::clip::Clips;
+use crate::procedure::grasp::Grasp;
+use crate::procedure::journal::Journal;
 use crate::scene::{Anchor, Attachment, Scene};
-use crate::soft_body::sleep::Sleep;
-use crate::soft_body::{Bounds, Method, Node, substeps};
+use crate::sim::sample::Inputs;
 use crate::state::State;
+use crate::tissue::sleep::Sleep;
+use crate::tissue::{Bounds, Method, Node, substeps};
 use crate::tool::{Capsule, Kinematics, ToolState, capsules, endoscope};
 use crate::words::{Event, EventKind};
 
@@ -368,7 +369,7 @@ impl<'a> Sim<'a> {
     fn render_force(&mut self, faults: &mut FaultSet) -> ForceCommand {
         let paused = self.tool.switches.paused;
         let pull = self.grasp.pull(&self.state.bodies).filter(|_| !paused);
-        let felt = force::felt(
+        let felt = handle_force::felt(
             &self.contacts.list,
             pull.as_ref(),
             &self.kinematics,

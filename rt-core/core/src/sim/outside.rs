@@ -1,13 +1,13 @@
 //! What tools, clips and other organs do to organs within the tick.
 
-use crate::clip::Clips;
-use crate::collision::between::Between;
-use crate::collision::tool_contact::ToolContacts;
-use crate::grasp::Grasp;
+use crate::contact::tool_contact::ToolContacts;
 use crate::math::Pose;
+use crate::organs::between::Between;
+use crate::procedure::clip::Clips;
+use crate::procedure::grasp::Grasp;
 use crate::scene::Scene;
-use crate::soft_body::Bodies;
-use crate::soft_body::substeps::Outside;
+use crate::tissue::Bodies;
+use crate::tissue::substeps::Outside;
 
 /// All that touches organs.
 pub(super) struct Tools<'a> {

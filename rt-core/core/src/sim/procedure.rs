@@ -1,15 +1,15 @@
 //! Stage `procedure`: what the buttons do to the instrument, and what is told of the tick.
 
-use crate::cautery::Electrode;
-use crate::clip::Clips;
-use crate::cut::cut_all;
 use crate::fault::{Fault, FaultSet};
-use crate::grasp::Jaws;
 use crate::math;
 use crate::port::Buttons;
+use crate::procedure::cautery::Electrode;
+use crate::procedure::clip::Clips;
+use crate::procedure::cut::cut_all;
+use crate::procedure::grasp::Jaws;
 use crate::sim::Sim;
-use crate::soft_body::part::tear_all;
 use crate::time::TICK_S;
+use crate::tissue::part::tear_all;
 use crate::tool::{Instrument, Tool, ToolState};
 use crate::words::{Event, EventKind};
 

@@ -5,7 +5,7 @@ use crate::math::{self, Vec3};
 use crate::port::PedalSample;
 use crate::scene::{Anchor, is_suture};
 use crate::sim::Sim;
-use crate::soft_body::suture::{Placed, Suture};
+use crate::tissue::suture::{Placed, Suture};
 use crate::tool::{Instrument, Tool};
 use crate::words::{Event, EventKind};
 

@@ -1,11 +1,11 @@
 //! Prepared states: the operation as far as it is done when a task begins.
 
 use crate::capacity::MAX_ORGANS;
-use crate::collision::tube::Step;
 use crate::math;
 use crate::scene::{Anchor, Inside, Organ};
 use crate::sim::{Sim, Task};
-use crate::soft_body::Node;
+use crate::tissue::Node;
+use crate::tissue::tubes::Step;
 
 /// Where a prepared tube has its clips, from the body's end to the gallbladder's: two stay with the
 /// body, one goes with the gallbladder.

@@ -1,12 +1,12 @@
 //! What a tick shows.
 
-use crate::clip::Clip;
 use crate::fault::{FaultCounters, FaultSet};
 use crate::math::Vec3;
+use crate::procedure::clip::Clip;
 use crate::scene::{Scene, is_suture};
-use crate::soft_body::Bodies;
-use crate::soft_body::suture::Suture;
 use crate::time::TimeNs;
+use crate::tissue::Bodies;
+use crate::tissue::suture::Suture;
 use crate::tool::ToolState;
 use crate::words::{Event, Health, SphereBits};
 
@@ -54,7 +54,7 @@ pub struct TickView<'a> {
 
 impl<'a> TickView<'a> {
     /// Cells of layered tissue, in the scene's order: the share of heat that removes each, 0 to 254, or
-    /// [`crate::cells::GONE`].
+    /// [`crate::tissue::cells::GONE`].
     #[must_use]
     pub fn cells(&self) -> &'a [u8] {
         self.bodies.cells.shown(self.scene.layers.cells.len())

@@ -3,6 +3,7 @@
 //! The instrument frame has its origin at the jaw joint and −z along the shaft towards the tip;
 //! its roll is the handle's.
 
+pub mod cylinder;
 mod instrument;
 mod kinematics;
 

@@ -4,8 +4,8 @@ mod stiffness;
 
 use proptest::prelude::*;
 use rt_core::fault::{Fault, FaultSet};
+use rt_core::haptics::output_limit::{Demand, OutputLimit};
 use rt_core::math::{Vec3, is_finite, norm};
-use rt_core::output_limit::{Demand, OutputLimit};
 use rt_core::port::DeviceCapabilities;
 use rt_core::words::Status;
 

@@ -2,8 +2,8 @@
 
 use crate::{DEVICE, HALF, apply, near, only, open};
 use rt_core::fault::Fault;
+use rt_core::haptics::output_limit::{Demand, OutputLimit};
 use rt_core::math::Vec3;
-use rt_core::output_limit::{Demand, OutputLimit};
 use rt_core::port::DeviceCapabilities;
 use rt_core::words::Status;
 

@@ -3,20 +3,20 @@
 
 #![allow(dead_code)] // every user takes what it needs
 
-use rt_core::clip::Clip;
 use rt_core::fault::FaultCounters;
 use rt_core::math::{Pose, Quat, Vec3, norm};
 use rt_core::port::{
     Buttons, DeviceCapabilities, DeviceSample, ForceCommand, PedalSample, Polled, TrackerSample,
 };
+use rt_core::procedure::clip::Clip;
 use rt_core::scene::{
     Anchor, Attachment, Inside, Link, Material, NO_VERTEX, Organ, RestSphere, Room, SKIN_BINDINGS,
     Scene, Skin, SkinVertex, Tetra, TetraBatch, batches,
 };
 use rt_core::sim::{Digest, Ports, Samples, Stage, TickView};
-use rt_core::soft_body::Method;
-use rt_core::soft_body::pbd::PaperPbd;
-use rt_core::soft_body::suture::Suture;
+use rt_core::tissue::Method;
+use rt_core::tissue::pbd::PaperPbd;
+use rt_core::tissue::suture::Suture;
 use rt_core::tool::{Instrument, Kinematics};
 use rt_core::words::{Event, SphereBits};
 

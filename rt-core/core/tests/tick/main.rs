@@ -22,8 +22,8 @@ use rt_core::math::{Vec3, norm};
 use rt_core::port::Buttons;
 use rt_core::scene::{Material, Organ, RestSphere};
 use rt_core::sim::{Command, Parameters, Sim, Stage};
-use rt_core::soft_body::Method;
 use rt_core::state::State;
+use rt_core::tissue::Method;
 use rt_core::words::{Event, EventKind, SphereBits};
 
 const NONE: Buttons = Buttons(0);

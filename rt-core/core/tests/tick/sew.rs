@@ -5,7 +5,7 @@ use super::*;
 use rt_core::port::{PedalSample, Polled};
 use rt_core::scene::{Anchor, Attachment};
 use rt_core::sim::Task;
-use rt_core::soft_body::suture::Placed;
+use rt_core::tissue::suture::Placed;
 use rt_core::tool::Instrument;
 
 /// The wall is so high, m.

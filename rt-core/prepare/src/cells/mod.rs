@@ -234,7 +234,7 @@ pub(crate) fn append(
 /// Share of the water in loose tissue that has boiled when it parts. It is the steam that bursts tissue
 /// under an electrode (Honig 1975, 10.1109/tbme.1975.324541), long before all of its water has gone: a
 /// hundredth of it makes ten times the volume of connective tissue. How much is lost by the way was not
-/// measured; a fifth is assumed. Walls and cords, which are dense, take more (`rt_core::cautery`).
+/// measured; a fifth is assumed. Walls and cords, which are dense, take more (`rt_core::procedure::cautery`).
 const STEAM_BURSTS: f64 = 0.2;
 
 /// What it takes to part loose tissue: to heat it from 37 to 100 °C, and to boil [`STEAM_BURSTS`] of its

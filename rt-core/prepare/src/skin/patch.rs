@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn, Matrix3};
 use rayon::prelude::*;
-use rt_core::soft_body::neo_hookean::{POISSON_MAX, STIFFNESS_SHARE};
+use rt_core::tissue::neo_hookean::{POISSON_MAX, STIFFNESS_SHARE};
 
 use super::ContactSkin;
 use crate::Vec3;

@@ -5,11 +5,11 @@ use crate::core;
 use crate::hand::TOUCH;
 use std::path::Path;
 
-use rt_core::cells::GONE;
 use rt_core::math::{Vec3, norm};
 use rt_core::port::{Buttons, DeviceSample, ForceCommand, PedalSample, Polled};
 use rt_core::sim::{Command, Parameters, Ports, Samples, Sim, Stage, TickView};
 use rt_core::state::State;
+use rt_core::tissue::cells::GONE;
 use rt_core::tool::{Instrument, Kinematics};
 use rt_core::words::EventKind;
 use scene_prepare::{Recipe, prepare};

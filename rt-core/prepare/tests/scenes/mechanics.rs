@@ -4,7 +4,8 @@ use crate::core;
 use std::collections::BTreeMap;
 
 use rt_core::math::Vec3;
-use rt_core::soft_body::{Bodies, Method, Tissue};
+use rt_core::study::Tissue;
+use rt_core::tissue::{Bodies, Method};
 use scene_prepare::{Recipe, links, prepare};
 use shared_mem::scene::{LinkRecord, SceneData};
 

@@ -3,7 +3,8 @@
 
 use crate::core;
 use rt_core::math::{Vec3, norm};
-use rt_core::soft_body::{Bodies, Method, Tissue};
+use rt_core::study::Tissue;
+use rt_core::tissue::{Bodies, Method};
 use rt_core::tool::{Capsule, Role};
 use scene_prepare::{Prepared, Recipe, prepare};
 

@@ -2,7 +2,8 @@
 
 use crate::core;
 use rt_core::math::Vec3;
-use rt_core::soft_body::{Bodies, Method, Tissue};
+use rt_core::study::Tissue;
+use rt_core::tissue::{Bodies, Method};
 use scene_prepare::{Recipe, prepare};
 use shared_mem::scene::WORLD;
 

@@ -3,8 +3,7 @@
 use nalgebra::Vector3;
 use parry3d::glamx;
 use parry3d::shape::{Capsule as Bar, TriMesh, TriMeshFlags};
-use rt_core::collision::cylinder;
-use rt_core::tool::Capsule;
+use rt_core::tool::{Capsule, cylinder};
 use scene_prepare::field::{Field, Grid, Nearest, Sign};
 use scene_prepare::mesh::Mesh;
 

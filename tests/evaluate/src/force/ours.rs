@@ -2,7 +2,7 @@
 //! to compare, which are written here and are not in the product.
 
 use nalgebra::Vector3;
-use rt_core::soft_body::{Correction, Tissue};
+use rt_core::study::{Correction, Tissue};
 use rt_core::time::TICK_S;
 use rt_core::tool::{Capsule, Role};
 use scene_prepare::held::Plane;

@@ -431,7 +431,7 @@ mod tests {
             .filter(end)
             .map(|i| -state.pull_n[i].x)
             .sum();
-        let share = f64::from(rt_core::soft_body::neo_hookean::STIFFNESS_SHARE);
+        let share = f64::from(rt_core::tissue::neo_hookean::STIFFNESS_SHARE);
         let ratio = f64::from(force) / (stress * share * 4e-4);
         assert!((ratio - 1.0).abs() < 0.04, "{ratio}");
         let growth = 1.3 * lateral * lateral - 1.0;

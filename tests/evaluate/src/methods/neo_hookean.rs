@@ -1,7 +1,7 @@
 //! Stable neo-Hookean tetrahedra, volume and shear solved together (Macklin and Müller 2021), one
 //! pass a step from zero multipliers.
 
-use rt_core::soft_body::neo_hookean::STIFFNESS_SHARE;
+use rt_core::tissue::neo_hookean::STIFFNESS_SHARE;
 
 use super::{Env, Method, State};
 use crate::body::{Body, V3, cofactor};

@@ -5,8 +5,9 @@ use rt_core::scene::{
     Inside, Link, Material, Organ, RestSphere, Room, SUBSTEPS_MAX, Scene, SceneError, Skin, Tetra,
     TetraBatch, batches,
 };
-use rt_core::soft_body::pbd::PaperPbd;
-use rt_core::soft_body::{Bodies, Method as Solver, Tissue};
+use rt_core::study::Tissue;
+use rt_core::tissue::pbd::PaperPbd;
+use rt_core::tissue::{Bodies, Method as Solver};
 
 use rt_core::time::TICK_S;
 use rt_core::tool::{Capsule, Role};

@@ -1,0 +1,15 @@
+//! What meets what: the instrument and the skin of organs (`skin`) or organs that have none
+//! (`tube`), with what follows where they touch (`touch`); the instrument and the endoscope (`rigid`).
+
+mod beside;
+pub(crate) mod contact_force;
+mod friction;
+mod gap;
+mod law;
+mod part_box;
+mod patch;
+mod rigid;
+pub(crate) mod skin;
+pub(crate) mod tool_contact;
+mod touch;
+pub(crate) mod tube;

@@ -1,0 +1,153 @@
+//! A place of the tissue: which spheres carry it, and push back when it is pushed.
+
+use heapless::Vec;
+
+use crate::math::Vec3;
+use crate::tissue::Bodies;
+use crate::tissue::lanes::Lanes;
+
+/// Spheres that a place follows, at most: those of three vertices of a skin, or what lies under
+/// a tip that is wider than the spheres are apart (115 under one of 10 mm on a gallbladder of 2500). What is
+/// more goes to the first.
+const PATCH_MAX: usize = 160;
+
+/// A place of the tissue that spheres carry, each once; the weights sum to 1.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Patch {
+    parts: Vec<(u16, f32), PATCH_MAX>,
+}
+
+impl Patch {
+    /// Lets it follow a sphere by this much more.
+    pub(crate) fn add(&mut self, sphere: u32, weight: f32) {
+        let sphere = sphere as u16; // sphere indices fit: asserted in `capacity`
+        if weight == 0.0 {
+            return;
+        }
+        match self.parts.iter_mut().find(|(own, _)| *own == sphere) {
+            Some((_, sum)) => *sum += weight,
+            None => {
+                if self.parts.push((sphere, weight)).is_err()
+                    && let Some((_, sum)) = self.parts.first_mut()
+                {
+                    *sum += weight;
+                }
+            }
+        }
+    }
+
+    /// Its spheres and their weights.
+    pub(crate) fn parts(&self) -> impl Iterator<Item = (u32, f32)> {
+        self.parts
+            .iter()
+            .map(|(sphere, weight)| (u32::from(*sphere), *weight))
+    }
+
+    /// Where it is, world frame, m.
+    pub(crate) fn at_m(&self, bodies: &Bodies) -> Vec3 {
+        let mut at = Lanes::ZERO;
+        for (sphere, weight) in self.parts() {
+            at = at + bodies.nodes.at(sphere).center() * Lanes::splat(weight);
+        }
+        at.vec3()
+    }
+
+    /// `Σ w ω²`: how fast it goes under a force, 1/kg.
+    pub(crate) fn inverse_mass_per_kg(&self, bodies: &Bodies) -> f32 {
+        let yields = |(sphere, weight): (u32, f32)| {
+            bodies.nodes.at(sphere).inverse_mass_per_kg() * weight * weight
+        };
+        self.parts().map(yields).sum()
+    }
+
+    /// Takes so large a share of the way of its spheres in this step, each by its weight.
+    pub(crate) fn calm(&self, share: f32, bodies: &mut Bodies) {
+        for (sphere, weight) in &self.parts {
+            let node = bodies.nodes.at_mut(u32::from(*sphere));
+            if node.inverse_mass_per_kg() > 0.0 {
+                node.slow(1.0 - share * weight);
+            }
+        }
+    }
+
+    /// Pushes it: an impulse times the step, kg m.
+    pub(crate) fn push(&self, push_kg_m: &Vec3, bodies: &mut Bodies) {
+        for (sphere, weight) in &self.parts {
+            let node = bodies.nodes.at_mut(u32::from(*sphere));
+            let step_m = push_kg_m * (node.inverse_mass_per_kg() * weight);
+            node.move_by(&step_m);
+        }
+    }
+}
+
+/// Slots of a [`Builder`]: more than twice as many as there can be spheres.
+const SLOTS: usize = 512;
+
+/// A patch in the making that finds its spheres at once, whatever their number.
+#[derive(Debug)]
+pub(crate) struct Builder {
+    pub(crate) patch: Patch,
+    /// One more than where each sphere stands; 0: nothing here. A sphere that finds its slot taken has
+    /// the next free one.
+    slots: [u8; SLOTS],
+}
+
+impl Default for Builder {
+    fn default() -> Self {
+        Self {
+            patch: Patch::default(),
+            slots: [0; SLOTS],
+        }
+    }
+}
+
+impl Builder {
+    /// As [`Patch::add`].
+    #[inline]
+    pub(crate) fn add(&mut self, sphere: u16, weight: f32) {
+        if weight == 0.0 {
+            return;
+        }
+        let parts = &mut self.patch.parts;
+        let mut slot = usize::from(sphere);
+        for _ in 0..SLOTS {
+            let place = &mut self.slots[slot & (SLOTS - 1)];
+            if *place == 0 {
+                if parts.push((sphere, weight)).is_ok() {
+                    *place = parts.len() as u8; // `PATCH_MAX` fits
+                } else if let Some((_, sum)) = parts.first_mut() {
+                    *sum += weight;
+                }
+                return;
+            }
+            match parts.get_mut(usize::from(*place) - 1) {
+                Some((own, sum)) if *own == sphere => {
+                    *sum += weight;
+                    return;
+                }
+                _ => slot += 1,
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// The quick way makes the patch that the plain one makes.
+        #[test]
+        fn the_builder_makes_the_same(parts in prop::collection::vec((0u16..4096, -1.0f32..1.0), 0..300),
+                                      few in 1u16..240) {
+            let (mut quick, mut plain) = (Builder::default(), Patch::default());
+            for (sphere, weight) in parts {
+                quick.add((sphere % few) * 17, weight);
+                plain.add(u32::from((sphere % few) * 17), weight);
+            }
+            prop_assert_eq!(&quick.patch.parts, &plain.parts);
+        }
+    }
+}

@@ -1,0 +1,364 @@
+//! The instrument against the endoscope: steel on steel. The hand feels it, the endoscope does not give.
+
+use heapless::Vec;
+
+use crate::capacity::MAX_CAPSULES;
+use crate::contact::contact_force::Contact;
+use crate::contact::gap::Gap;
+use crate::math::{self, Vec3};
+use crate::tool::{Capsule, Role, Tool};
+
+/// Stiffness of the contact, N/m: what a hand takes for hard. The device's own limit comes after it.
+const STIFFNESS_N_M: f32 = 2000.0;
+/// Nearer than this the side on which a part is is remembered, m: what both go in a tick.
+const NEAR_M: f32 = 0.0065;
+
+/// Steel that is farther apart does not push, m.
+const OWED_M: f32 = 0.000_5;
+/// Both together do not go farther in a tick, m; what does was unplugged, or stood still.
+const LEAP_M: f32 = 0.02;
+
+/// A part of the instrument beside the endoscope.
+#[derive(Debug, Clone, Copy)]
+struct Track {
+    part: Role,
+    /// From the endoscope to the part.
+    normal: Vec3,
+    /// Where the axes are nearest to each other, 0 to 1 on each.
+    nearest: [f32; 2],
+    /// Where on the part's axis the touch is felt, 0 to 1: in the middle of what lies side by side.
+    felt_at: f32,
+    gap: Gap,
+    /// Of the part's axis and of the endoscope's, m.
+    ends_m: [Vec3; 4],
+}
+
+/// Every part of the instrument near the endoscope.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct RigidContacts {
+    tracks: Vec<Track, MAX_CAPSULES>,
+}
+
+impl RigidContacts {
+    /// Forgets everything.
+    pub(crate) fn clear(&mut self) {
+        self.tracks.clear();
+    }
+
+    /// Finds where the instrument among `parts` touches the endoscope among them.
+    pub(crate) fn find(&mut self, parts: &[Capsule], mut add: impl FnMut(Contact)) {
+        let before = core::mem::take(&mut self.tracks);
+        let Some(scope) = parts.iter().find(|part| part.role == Role::Endoscope) else {
+            return;
+        };
+        for part in parts.iter().filter(|part| part.role != Role::Endoscope) {
+            let last = before.iter().find(|last| last.part == part.role);
+            let Some(track) = follow(part, scope, last) else {
+                continue;
+            };
+            let depth_m = (-track.gap.gap_m).max(0.0);
+            if depth_m > 0.0 {
+                add(Contact {
+                    tool: Tool::Instrument,
+                    organ: None,
+                    at_m: at(part, track.felt_at) - track.normal * part.radius_m,
+                    normal: track.normal,
+                    force_n: STIFFNESS_N_M * depth_m,
+                    stiffness_n_m: STIFFNESS_N_M,
+                    friction_n: Vec3::zeros(),
+                    friction_stiffness_n_m: 0.0,
+                });
+            }
+            let _ = self.tracks.push(track); // as many as parts
+        }
+    }
+}
+
+/// A part that has gone in is lifted out along the last normal and followed there, so that it stays on
+/// its side: in a tick it cannot go through the endoscope. `None` far from it.
+fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track> {
+    let reach_m = part.radius_m + scope.radius_m;
+    let height_m = |normal: &Vec3, shares: &[f32; 2]| {
+        let [s, t] = shares;
+        normal.dot(&(at(part, *s) - at(scope, *t)))
+    };
+    let ends_m = [part.a_m, part.b_m, scope.a_m, scope.b_m];
+    let way_m = last.map(|last| {
+        let gone_m = last.ends_m.iter().zip(&ends_m);
+        let gone_m = gone_m.map(|(before, now)| math::norm(&(now - before)));
+        // Either may have come to the other.
+        2.0 * gone_m.fold(0.0, f32::max)
+    });
+    // What leaps came another way.
+    let last = last.filter(|_| way_m.is_some_and(|way_m| way_m < LEAP_M));
+    let lift_m = last.map_or_else(Vec3::zeros, |last| {
+        last.normal * (reach_m - height_m(&last.normal, &last.nearest)).max(0.0)
+    });
+    let lifted = Capsule {
+        a_m: part.a_m + lift_m,
+        b_m: part.b_m + lift_m,
+        ..*part
+    };
+    let nearest = nearest(&lifted, scope);
+    let away_m = at(&lifted, nearest[0]) - at(scope, nearest[1]);
+    let side = last.map(|last| last.normal);
+    let normal = math::unit(&away_m).or(side)?;
+    let gap_m = height_m(&normal, &nearest) - reach_m;
+    if gap_m > NEAR_M {
+        return None;
+    }
+    let gap = last.zip(way_m).map_or_else(
+        || Gap::first(gap_m),
+        |(last, way_m)| last.gap.next(gap_m, way_m, OWED_M),
+    );
+    Some(Track {
+        part: part.role,
+        normal,
+        nearest,
+        felt_at: beside(&lifted, scope),
+        gap,
+        ends_m,
+    })
+}
+
+fn at(part: &Capsule, share: f32) -> Vec3 {
+    part.a_m + (part.b_m - part.a_m) * share
+}
+
+/// Where two axes are nearest to each other, 0 to 1 on each: an end of one beside the other, or where
+/// they cross. Of all but parallel axes the crossing is lost in rounding, and an end is as near.
+fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
+    let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
+    let r = one.a_m - other.a_m;
+    let a = d1.norm_squared().max(1.0e-12);
+    let e = d2.norm_squared().max(1.0e-12);
+    let (b, c, f) = (d1.dot(&d2), d1.dot(&r), d2.dot(&r));
+    let on_one = |t: f32| [((b * t - c) / a).clamp(0.0, 1.0), t];
+    let on_other = |s: f32| [s, ((b * s + f) / e).clamp(0.0, 1.0)];
+    // Ericson 2004, section 5.1.9.
+    let crossing = ((b * f - c * e) / (a * e - b * b).max(1.0e-6 * a * e)).clamp(0.0, 1.0);
+    let mut best = on_one(on_other(crossing)[1]);
+    let squared_m2 = |[s, t]: [f32; 2]| (at(one, s) - at(other, t)).norm_squared();
+    for ends in [on_other(0.0), on_other(1.0), on_one(0.0), on_one(1.0)] {
+        if squared_m2(ends) < squared_m2(best) {
+            best = ends;
+        }
+    }
+    best
+}
+
+/// How much the middle of what lies side by side counts against being nearest. Parallel axes are nearest
+/// everywhere, and a touch of what is all but parallel is long: within a few times `√MIDDLE` (2°) the
+/// place goes over from one end to the other through the middle, and does not jump.
+const MIDDLE: f32 = 1.0e-3;
+
+/// Where on the first axis, 0 to 1, the touch of both is felt: the nearest place, drawn to the middle of
+/// what lies side by side ([`MIDDLE`]): the least of the squared distance and of `MIDDLE` times the squares
+/// of both ways from the middle.
+fn beside(one: &Capsule, other: &Capsule) -> f32 {
+    let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
+    let r = one.a_m - other.a_m;
+    let a = d1.norm_squared().max(1.0e-12);
+    let e = d2.norm_squared().max(1.0e-12);
+    let (b, c, f) = (d1.dot(&d2), d1.dot(&r), d2.dot(&r));
+    // Where the ends of each stand beside the other.
+    let s_middle = middle(-c / a, (b - c) / a);
+    let t_middle = middle(f / e, (b + f) / e);
+    // At the least: `p s − b t = u` and `q t − b s = v`.
+    let (p, q) = (a * (1.0 + MIDDLE), e * (1.0 + MIDDLE));
+    let (u, v) = (MIDDLE * a * s_middle - c, MIDDLE * e * t_middle + f);
+    let s = ((u * q + v * b) / (p * q - b * b)).clamp(0.0, 1.0);
+    let t = ((b * s + v) / q).clamp(0.0, 1.0);
+    ((b * t + u) / p).clamp(0.0, 1.0)
+}
+
+/// Middle of what of an axis, 0 to 1, lies between two places.
+fn middle(one: f32, other: f32) -> f32 {
+    let (one, other) = (one.clamp(0.0, 1.0), other.clamp(0.0, 1.0));
+    0.5 * (one + other)
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+
+    fn rod(a_m: Vec3, b_m: Vec3, role: Role) -> Capsule {
+        let radius_m = if role == Role::Endoscope {
+            0.005
+        } else {
+            0.0025
+        };
+        Capsule {
+            a_m,
+            b_m,
+            radius_m,
+            role,
+        }
+    }
+
+    /// Distance of two axes, m: every end's from the other, and where they cross, in double precision.
+    fn exact_m(one: &Capsule, other: &Capsule) -> f64 {
+        let [a, b, c, d] = [one.a_m, one.b_m, other.a_m, other.b_m].map(|p| p.cast::<f64>());
+        let to_axis = |p: nalgebra::Vector3<f64>, [a, b]: [nalgebra::Vector3<f64>; 2]| {
+            let share = (p - a).dot(&(b - a)) / (b - a).norm_squared();
+            (p - a - (b - a) * share.clamp(0.0, 1.0)).norm()
+        };
+        let ends = [
+            to_axis(a, [c, d]),
+            to_axis(b, [c, d]),
+            to_axis(c, [a, b]),
+            to_axis(d, [a, b]),
+        ];
+        let across = (b - a).cross(&(d - c));
+        // Shares at which the axes cross.
+        let share =
+            |way: nalgebra::Vector3<f64>| (c - a).cross(&way).dot(&across) / across.norm_squared();
+        let cross = [share(d - c), share(b - a)]
+            .iter()
+            .all(|s| (0.0..1.0).contains(s));
+        let apart = (c - a).dot(&across).abs() / across.norm();
+        ends.into_iter()
+            .fold(if cross { apart } else { f64::MAX }, f64::min)
+    }
+
+    /// The endoscope lies on x; a shaft along y comes down on it by `step_m` a tick.
+    fn come_down(step_m: f32, ticks: u16) -> std::vec::Vec<Contact> {
+        let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
+        let mut rigid = RigidContacts::default();
+        let mut last = std::vec::Vec::new();
+        for tick in 0..ticks {
+            let at_m = Vec3::new(0.1, 0.0, 0.0105 - step_m * f32::from(tick));
+            let shaft = rod(at_m - Vec3::y() * 0.1, at_m + Vec3::y() * 0.1, Role::Shaft);
+            last.clear();
+            rigid.find(&[shaft, scope], |contact| last.push(contact));
+        }
+        last
+    }
+
+    #[test]
+    fn it_pushes_back_by_hand_and_is_not_gone_through() {
+        // 0.5 mm deep after 7 ticks of 0.5 mm from 3 mm above.
+        let contacts = come_down(0.0005, 8);
+        assert_eq!(contacts.len(), 1);
+        assert!((contacts[0].force_n - 1.0).abs() < 1.0e-2, "{contacts:?}");
+        assert!(contacts[0].normal.z > 0.999 && contacts[0].tool == Tool::Instrument);
+        // At 3 m/s and far beyond: still from above.
+        let contacts = come_down(0.003, 8);
+        assert!(
+            contacts[0].normal.z > 0.999 && contacts[0].force_n > 10.0,
+            "{contacts:?}"
+        );
+        assert!(come_down(0.0001, 20).is_empty());
+    }
+
+    #[test]
+    fn who_comes_to_whom_makes_no_difference() {
+        let shaft = rod(Vec3::y() * -0.1, Vec3::y() * 0.1, Role::Shaft);
+        let mut rigid = RigidContacts::default();
+        let mut last = std::vec::Vec::new();
+        for tick in 0..8 {
+            let at_m = Vec3::new(-0.1, 0.0, -0.0105 + 0.0005 * tick as f32);
+            let scope = rod(at_m, at_m + Vec3::x() * 0.2, Role::Endoscope);
+            last.clear();
+            rigid.find(&[shaft, scope], |contact| last.push(contact));
+        }
+        let by_hand = come_down(0.0005, 8);
+        assert_eq!(last.len(), 1);
+        let off_n = last[0].force_n - by_hand[0].force_n;
+        assert!(off_n.abs() < 1.0e-2, "{last:?} {by_hand:?}");
+    }
+
+    #[test]
+    fn what_leaps_through_has_not_gone_through() {
+        let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
+        let mut rigid = RigidContacts::default();
+        for z_m in [0.008, -0.030, -0.004] {
+            let at_m = Vec3::new(0.1, 0.0, z_m);
+            let shaft = rod(at_m - Vec3::y() * 0.1, at_m + Vec3::y() * 0.1, Role::Shaft);
+            let mut force_n = 0.0;
+            rigid.find(&[shaft, scope], |contact| force_n += contact.force_n);
+            assert!(force_n < 0.1, "{force_n} N at {z_m} m");
+        }
+    }
+
+    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    proptest! {
+        /// No two places of the axes are nearer than the nearest.
+        #[test]
+        fn none_is_nearer(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
+                          u in 0.0f32..1.0, v in 0.0f32..1.0) {
+            let (one, other) = (rod(a, b, Role::Shaft), rod(c, d, Role::Endoscope));
+            let [s, t] = nearest(&one, &other);
+            let found = math::norm(&(at(&one, s) - at(&other, t)));
+            let any = math::norm(&(at(&one, u) - at(&other, v)));
+            prop_assert!(found <= any + 1.0e-4, "{found} {any}");
+        }
+
+        /// A shaft that lies on the endoscope for long, at any angle to it, presses by how deep the two
+        /// capsules are in each other, wherever along each other they lie.
+        #[test]
+        fn the_force_is_of_the_capsules_true_distance(
+            along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0, depth_m in 1.0e-4f32..1.0e-3,
+            turn in -0.2f32..0.2, tilt in -0.02f32..0.02,
+        ) {
+            let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
+            let way = Vec3::new(turn.cos() * tilt.cos(), turn.sin() * tilt.cos(), tilt.sin());
+            let a_m = Vec3::new(0.1 + along_m, 0.0, 0.0) - way * (length_m * pivot);
+            let shaft = |z_m: f32| {
+                let a_m = a_m + Vec3::z() * z_m;
+                rod(a_m, a_m + way * length_m, Role::Shaft)
+            };
+            // The height at which they overlap by this depth.
+            let (mut low_m, mut high_m) = (0.001, 0.05f32);
+            for _ in 0..40 {
+                let middle_m = 0.5 * (low_m + high_m);
+                let is_high = exact_m(&shaft(middle_m), &scope) > 0.0075 - f64::from(depth_m);
+                if is_high { high_m = middle_m } else { low_m = middle_m }
+            }
+            let mut rigid = RigidContacts::default();
+            let mut force_n = 0.0;
+            for tick in 0u16..1500 {
+                let above_m = 0.002 * (1.0 - f32::from(tick) / 200.0).max(0.0);
+                force_n = 0.0;
+                rigid.find(&[shaft(high_m + above_m), scope], |contact| force_n += contact.force_n);
+            }
+            let off_m = force_n / STIFFNESS_N_M - depth_m;
+            prop_assert!(off_m.abs() < 1.0e-5, "off by {off_m} m");
+        }
+
+        /// A shaft that lies on the endoscope and is turned through parallel, a milliradian a tick
+        /// (60°/s), wherever along each other they lie: the touch goes over, and does not jump.
+        #[test]
+        fn turning_through_parallel_has_no_step(
+            along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0,
+            depth_m in 1.0e-4f32..1.0e-3,
+        ) {
+            let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
+            let mut rigid = RigidContacts::default();
+            let mut last: Option<Contact> = None;
+            for tick in -200i16..200 {
+                let turn = 1.0e-3 * f32::from(tick);
+                let way = Vec3::new(turn.cos(), turn.sin(), 0.0);
+                // Comes down in the first hundred ticks, slower than what is forgiven.
+                let down_m = depth_m * (f32::from(tick + 200) / 100.0).min(1.0);
+                let at_m = Vec3::new(0.1 + along_m, 0.0, 0.0075 - down_m);
+                let a_m = at_m - way * (length_m * pivot);
+                let shaft = rod(a_m, a_m + way * length_m, Role::Shaft);
+                let mut now = None;
+                rigid.find(&[shaft, scope], |contact| now = Some(contact));
+                if let (Some(last), Some(now)) = (&last, &now) {
+                    let goes_m = math::norm(&(now.at_m - last.at_m));
+                    prop_assert!(goes_m < 0.025 * length_m.max(0.2), "{goes_m} m at {turn}");
+                    let step_n = now.normal * now.force_n - last.normal * last.force_n;
+                    prop_assert!(math::norm(&step_n) < 0.06, "{step_n} N at {turn}");
+                }
+                last = now;
+            }
+        }
+    }
+}

@@ -1,0 +1,323 @@
+//! The nearest point of a moving skin, found by walking over it.
+
+use heapless::Vec;
+
+use crate::contact::law;
+use crate::contact::patch::{Builder, Patch};
+use crate::contact::skin::corners::Corners;
+use crate::math::{self, Vec3};
+use crate::scene::{Scene, Skin};
+use crate::tissue::Bodies;
+
+/// Places around a wide patch's middle.
+const RING: [[f32; 2]; 6] = [
+    [1.0, 0.0],
+    [0.5, 0.866_025_4],
+    [-0.5, 0.866_025_4],
+    [-1.0, 0.0],
+    [-0.5, -0.866_025_4],
+    [0.5, -0.866_025_4],
+];
+/// Share of the force that the middle of a wide patch takes, and of each place around it.
+const RING_SHARES: [f32; 2] = [0.25, 0.125];
+/// Steps of a walk. A tool at 3 m/s goes one vertex in a tick.
+const WALK_MAX: u32 = 12;
+
+/// The point of the skin that is nearest to a place.
+#[derive(Debug, Clone)]
+pub(crate) struct Closest {
+    /// What it follows.
+    pub(crate) patch: Patch,
+    /// The triangle's corners, and their shares of the point.
+    corners: [u16; 3],
+    shares: [f32; 3],
+    /// Outward unit normal, the corners' blended.
+    pub(crate) normal: Vec3,
+    /// Where it is, on the curved skin, m.
+    pub(crate) at_m: Vec3,
+    /// The corner from which the next walk starts.
+    pub(crate) vertex: u16,
+    /// A of the patch, m.
+    pub(crate) patch_m: f32,
+    /// Mean curvature at rest, 1/m.
+    pub(crate) curvature_per_m: f32,
+}
+
+impl Closest {
+    /// How far it has sunk, for what lay under it is gone, m.
+    pub(crate) fn sunk_m(&self, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
+        let mut sum_m = 0.0;
+        for (corner, share) in self.corners.iter().zip(self.shares) {
+            sum_m += bodies.cells.sunk_m(*corner, scene) * share;
+        }
+        sum_m
+    }
+
+    /// Spreads the patch over a Gaussian `exp(−r²/B²)` more, B of this width, m: a tip that is wider
+    /// than its spheres are apart presses on all that lie under it.
+    pub(crate) fn spread(
+        &mut self,
+        width_m: f32,
+        skin: &Skin<'_>,
+        bodies: &Bodies,
+        known: &mut Corners,
+    ) {
+        let [middle, around] = RING_SHARES;
+        // The ring's mean square distance is the Gaussian's.
+        let radius_m = width_m / math::sqrt(1.0 - middle);
+        let x = math::across(&self.normal);
+        let y = self.normal.cross(&x);
+        let mut under = Under::default();
+        under.add(self.corners, self.shares, middle);
+        for [along_x, along_y] in RING {
+            let place_m = self.at_m + (x * along_x + y * along_y) * radius_m;
+            let found = nearest(&place_m, self.vertex, skin, bodies, known);
+            let (corners, shares) = found.map_or((self.corners, self.shares), |found| {
+                (found.corners, found.shares)
+            });
+            under.add(corners, shares, around);
+        }
+        self.patch = under.patch(skin);
+        // The gap is looked at in the middle, which sinks as under a patch of this width: by its own share and
+        // by what the ring does to it.
+        let between = law::carries(radius_m, self.patch_m);
+        self.patch_m /= middle + (1.0 - middle) * between;
+    }
+}
+
+/// Vertices of a skin, each once, and how much a place follows each.
+#[derive(Debug, Default)]
+struct Under(Vec<(u16, f32), { 3 * (RING.len() + 1) }>);
+
+impl Under {
+    /// The point of a triangle with these shares of its corners, by this much.
+    fn add(&mut self, corners: [u16; 3], shares: [f32; 3], much: f32) {
+        for (corner, share) in corners.into_iter().zip(shares) {
+            match self.0.iter_mut().find(|(own, _)| *own == corner) {
+                Some((_, sum)) => *sum += share * much,
+                None => {
+                    let _ = self.0.push((corner, share * much)); // there is room for a middle and a ring
+                }
+            }
+        }
+    }
+
+    fn patch(&self, skin: &Skin<'_>) -> Patch {
+        let mut patch = Builder::default();
+        for (vertex, share) in &self.0 {
+            let Some(vertex) = skin.vertex(*vertex) else {
+                continue;
+            };
+            for (sphere, weight) in vertex.spheres.into_iter().zip(vertex.weights) {
+                patch.add(sphere, weight * share);
+            }
+        }
+        patch.patch
+    }
+}
+
+/// A walk's state.
+struct Nearest {
+    squared_m2: f32,
+    corners: [u16; 3],
+    shares: [f32; 3],
+}
+
+/// The nearest point of the skin downhill from vertex `from`: a local one, so that a tool that went in
+/// on one side stays on that side.
+pub(crate) fn walk(
+    place_m: &Vec3,
+    from: u16,
+    skin: &Skin<'_>,
+    bodies: &Bodies,
+    known: &mut Corners,
+) -> Option<Closest> {
+    let found = nearest(place_m, from, skin, bodies, known)?;
+    finish(&found, skin, bodies, known)
+}
+
+fn nearest(
+    place_m: &Vec3,
+    from: u16,
+    skin: &Skin<'_>,
+    bodies: &Bodies,
+    known: &mut Corners,
+) -> Option<Nearest> {
+    let mut vertex = from;
+    let mut best: Option<Nearest> = None;
+    for _ in 0..WALK_MAX {
+        let found = nearest_in_fan(place_m, vertex, skin, bodies, known)?;
+        let is_nearer = best
+            .as_ref()
+            .is_none_or(|best| found.squared_m2 < best.squared_m2);
+        if !is_nearer {
+            break;
+        }
+        let next = found.corner();
+        best = Some(found);
+        if next == vertex {
+            break;
+        }
+        vertex = next;
+    }
+    best
+}
+
+impl Nearest {
+    /// The nearest of the three corners.
+    fn corner(&self) -> u16 {
+        let [a, b, c] = self.shares;
+        let [i, j, k] = self.corners;
+        if a >= b && a >= c {
+            i
+        } else if b >= c {
+            j
+        } else {
+            k
+        }
+    }
+}
+
+fn nearest_in_fan(
+    place_m: &Vec3,
+    vertex: u16,
+    skin: &Skin<'_>,
+    bodies: &Bodies,
+    known: &mut Corners,
+) -> Option<Nearest> {
+    let center_m = known.at_m(vertex, skin, bodies)?;
+    let mut best: Option<Nearest> = None;
+    let mut last: Option<(u16, Vec3)> = None;
+    for &[b, c] in skin.fan(skin.vertex(vertex)?) {
+        // Triangles of a fan follow each other: most corners have just been looked up.
+        let b_m = match last {
+            Some((own, at)) if own == b => at,
+            _ => known.at_m(b, skin, bodies)?,
+        };
+        let c_m = known.at_m(c, skin, bodies)?;
+        last = Some((c, c_m));
+        let shares = closest_on_triangle(place_m, &center_m, &b_m, &c_m);
+        let [s, t, u] = shares;
+        let squared_m2 = (center_m * s + b_m * t + c_m * u - place_m).norm_squared();
+        if best
+            .as_ref()
+            .is_none_or(|best| squared_m2 < best.squared_m2)
+        {
+            best = Some(Nearest {
+                squared_m2,
+                corners: [vertex, b, c],
+                shares,
+            });
+        }
+    }
+    best
+}
+
+fn finish(
+    found: &Nearest,
+    skin: &Skin<'_>,
+    bodies: &Bodies,
+    known: &mut Corners,
+) -> Option<Closest> {
+    let [i, j, k] = found.corners;
+    let mut corner = |index: u16| {
+        let vertex = skin.vertex(index)?;
+        let normal = known.normal(index, skin, bodies)?;
+        Some((known.at_m(index, skin, bodies)?, normal, vertex))
+    };
+    let corners = [corner(i)?, corner(j)?, corner(k)?];
+    let mut flat_m = Vec3::zeros();
+    let (mut blended, mut patch_m, mut curvature_per_m) = (Vec3::zeros(), 0.0, 0.0);
+    for ((at_m, normal, vertex), share) in corners.iter().zip(found.shares) {
+        flat_m += at_m * share;
+        blended += normal * share;
+        patch_m += vertex.patch_m * share;
+        curvature_per_m += vertex.curvature_per_m * share;
+    }
+    let normal = math::unit(&blended)?;
+    // Phong tessellation (Boubekeur and Alexa 2008), half of it: on a sphere the arc's height.
+    let mut bulge_m = 0.0;
+    for ((at_m, own, _), share) in corners.iter().zip(found.shares) {
+        bulge_m += 0.5 * share * (at_m - flat_m).dot(own) * own.dot(&normal);
+    }
+    let mut under = Under::default();
+    under.add(found.corners, found.shares, 1.0);
+    Some(Closest {
+        patch: under.patch(skin),
+        corners: found.corners,
+        shares: found.shares,
+        normal,
+        at_m: flat_m + normal * bulge_m,
+        vertex: found.corner(),
+        patch_m,
+        curvature_per_m,
+    })
+}
+
+/// Shares of the corners in the point of a triangle nearest to `p` (Ericson 2004, section 5.1.5).
+fn closest_on_triangle(p: &Vec3, a: &Vec3, b: &Vec3, c: &Vec3) -> [f32; 3] {
+    let (ab, ac) = (b - a, c - a);
+    let ap = p - a;
+    let (d1, d2) = (ab.dot(&ap), ac.dot(&ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return [1.0, 0.0, 0.0];
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(&bp), ac.dot(&bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return [0.0, 1.0, 0.0];
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let t = share(d1, d1 - d3);
+        return [1.0 - t, t, 0.0];
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(&cp), ac.dot(&cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return [0.0, 0.0, 1.0];
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let t = share(d2, d2 - d6);
+        return [1.0 - t, 0.0, t];
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let t = share(d4 - d3, (d4 - d3) + (d5 - d6));
+        return [0.0, 1.0 - t, t];
+    }
+    let sum = va + vb + vc;
+    let (v, w) = (share(vb, sum), share(vc, sum));
+    [1.0 - v - w, v, w]
+}
+
+/// `part / whole`; of nothing, nothing.
+fn share(part: f32, whole: f32) -> f32 {
+    if whole > 0.0 { part / whole } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    proptest! {
+        /// No point of the triangle is nearer than the nearest.
+        #[test]
+        fn none_is_nearer(p in vector(2.0), a in vector(1.0), b in vector(1.0), c in vector(1.0),
+                          u in 0.0f32..1.0, v in 0.0f32..1.0) {
+            let [r, s, t] = closest_on_triangle(&p, &a, &b, &c);
+            prop_assert!(r >= -1.0e-5 && s >= -1.0e-5 && t >= -1.0e-5);
+            prop_assert!((r + s + t - 1.0).abs() < 1.0e-5);
+            let found = math::norm(&(a * r + b * s + c * t - p));
+            let (v, w) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
+            let other = math::norm(&(a + (b - a) * v + (c - a) * w - p));
+            prop_assert!(found <= other + 1.0e-3, "{found} {other}");
+        }
+    }
+}

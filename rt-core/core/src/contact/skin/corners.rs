@@ -1,0 +1,183 @@
+//! Where the vertices of a skin are in this tick, and their normals: each reckoned once however many
+//! places of a tool walk over it.
+
+use crate::math::{self, Vec3};
+use crate::scene::{Skin, SkinVertex};
+use crate::tissue::Bodies;
+use crate::tissue::lanes::Lanes;
+
+/// Vertices remembered. One forgotten for another costs its twelve spheres again.
+const SIZE: usize = 1024;
+
+/// A vertex as one tick found it.
+#[derive(Debug, Clone, Copy)]
+struct Corner {
+    vertex: u16,
+    has_normal: bool,
+    /// In which tick.
+    tick: u32,
+    at_m: Vec3,
+    normal: Vec3,
+}
+
+const UNKNOWN: Corner = Corner {
+    vertex: 0,
+    has_normal: false,
+    tick: 0,
+    at_m: Vec3::new(0.0, 0.0, 0.0),
+    normal: Vec3::new(0.0, 0.0, 0.0),
+};
+
+/// The vertices met last, in a table whose row is the vertex's number.
+#[derive(Debug, Clone)]
+pub(crate) struct Corners {
+    rows: [Corner; SIZE],
+    tick: u32,
+}
+
+impl Default for Corners {
+    fn default() -> Self {
+        Self {
+            rows: [UNKNOWN; SIZE],
+            tick: 0,
+        }
+    }
+}
+
+impl Corners {
+    /// The spheres have moved: nothing is known any more.
+    pub(crate) fn begin(&mut self) {
+        self.tick = self.tick.wrapping_add(1);
+        if self.tick == 0 {
+            self.rows.fill(UNKNOWN);
+            self.tick = 1;
+        }
+    }
+
+    #[inline(always)]
+    fn row(&mut self, index: u16) -> &mut Corner {
+        &mut self.rows[usize::from(index) & (SIZE - 1)]
+    }
+
+    /// Where a vertex is, world frame, m.
+    #[inline]
+    pub(crate) fn at_m(&mut self, index: u16, skin: &Skin<'_>, bodies: &Bodies) -> Option<Vec3> {
+        let tick = self.tick;
+        let row = self.row(index);
+        if row.tick == tick && row.vertex == index {
+            return Some(row.at_m);
+        }
+        let at_m = at_m(skin.vertex(index)?, bodies);
+        *row = Corner {
+            vertex: index,
+            has_normal: false,
+            tick,
+            at_m,
+            normal: UNKNOWN.normal,
+        };
+        Some(at_m)
+    }
+
+    /// Outward normal of a vertex, its triangles weighed by area; zero where they cancel.
+    pub(crate) fn normal(&mut self, index: u16, skin: &Skin<'_>, bodies: &Bodies) -> Option<Vec3> {
+        let tick = self.tick;
+        let row = self.row(index);
+        if row.tick == tick && row.vertex == index && row.has_normal {
+            return Some(row.normal);
+        }
+        let center_m = self.at_m(index, skin, bodies)?;
+        let mut sum = Vec3::zeros();
+        for &[b, c] in skin.fan(skin.vertex(index)?) {
+            let b_m = self.at_m(b, skin, bodies)?;
+            let c_m = self.at_m(c, skin, bodies)?;
+            sum += (b_m - center_m).cross(&(c_m - center_m));
+        }
+        let normal = math::unit(&sum).unwrap_or_else(Vec3::zeros);
+        // A corner of its fan may have taken its row meanwhile.
+        *self.row(index) = Corner {
+            vertex: index,
+            has_normal: true,
+            tick,
+            at_m: center_m,
+            normal,
+        };
+        Some(normal)
+    }
+}
+
+/// Where a vertex is, world frame, m.
+pub(crate) fn at_m(vertex: &SkinVertex, bodies: &Bodies) -> Vec3 {
+    let mut at = Lanes::ZERO;
+    for (sphere, weight) in vertex.spheres.iter().zip(vertex.weights) {
+        let node = bodies.nodes.at(u32::from(*sphere));
+        at = at + node.center() * Lanes::splat(weight);
+    }
+    at.vec3()
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::scene::tests::{organ, room, sphere};
+    use crate::scene::{SKIN_BINDINGS, Scene};
+    use proptest::prelude::*;
+    use std::boxed::Box;
+    use std::vec::Vec as List;
+
+    /// As [`Corners::normal`], with nothing remembered.
+    fn plain_normal(index: u16, skin: &Skin<'_>, bodies: &Bodies) -> Vec3 {
+        let vertex = skin.vertex(index).unwrap();
+        let center_m = at_m(vertex, bodies);
+        let corner = |i: u16| at_m(skin.vertex(i).unwrap(), bodies) - center_m;
+        let crosses = skin.fan(vertex).iter();
+        let sum: Vec3 = crosses.map(|&[b, c]| corner(b).cross(&corner(c))).sum();
+        math::unit(&sum).unwrap_or_else(Vec3::zeros)
+    }
+
+    proptest! {
+        /// Whatever was asked for before, and whoever shares a row, a vertex is where it is: 3000
+        /// vertices in 1024 rows, their fans anywhere.
+        #[test]
+        fn what_is_remembered_is_what_would_be_reckoned(
+            seed in 1u32..u32::MAX, asked in prop::collection::vec((0u16..3000, any::<bool>()), 1..200),
+        ) {
+            let mut seed = seed;
+            let mut random = |below: u32| {
+                seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+                (seed >> 8) % below
+            };
+            let mut place = || Vec3::new(random(999) as f32, random(999) as f32, random(999) as f32);
+            let spheres: List<_> = (0..40).map(|_| sphere(place() * 1.0e-4, 0.01)).collect();
+            let vertices: List<_> = (0..3000).map(|i| SkinVertex {
+                spheres: core::array::from_fn(|_| random(40) as u16),
+                weights: [1.0 / SKIN_BINDINGS as f32; SKIN_BINDINGS],
+                fan_start: i * 4,
+                fan_count: 4,
+                patch_m: 0.01,
+                curvature_per_m: 0.0,
+            }).collect();
+            let fans: List<_> = (0..12_000).map(|_| [random(3000) as u16, random(3000) as u16]).collect();
+            let nearest = [0u16; 40];
+            let skin = Skin { vertices: &vertices, fans: &fans, nearest: &nearest };
+            let organs = [organ(0, 40, 0, 0)];
+            let scene = Scene::new(&organs, &spheres, &[], room()).unwrap();
+            let mut bodies = Box::new(Bodies::new());
+            bodies.load(&scene);
+            let mut corners = Box::new(Corners::default());
+            for round in 0..2 {
+                corners.begin();
+                for &(index, normal) in &asked {
+                    if normal {
+                        let known = corners.normal(index, &skin, &bodies).unwrap();
+                        prop_assert_eq!(known, plain_normal(index, &skin, &bodies));
+                    } else {
+                        let known = corners.at_m(index, &skin, &bodies).unwrap();
+                        prop_assert_eq!(known, at_m(&vertices[usize::from(index)], &bodies));
+                    }
+                }
+                bodies.nodes.at_mut(round).move_by(&Vec3::new(0.001, 0.002, 0.003));
+            }
+        }
+    }
+}

@@ -1,0 +1,374 @@
+//! The tools against tissue: organs that have a contact skin meet them there
+//! ([`crate::contact::skin`]), ducts and vessels along their line ([`crate::contact::tube`]).
+//!
+//! Stage `contact` ([`ToolContacts::find`]) keeps the spheres near the tools: organs whose box comes
+//! near, then their spheres, O(spheres of organs near · parts); skins and tubes say where they
+//! touch. Stage `solve` ([`ToolContacts::push_out`]) closes the gaps where the tissue has gone
+//! meanwhile, and pushes it with the force that the hand feels ([`crate::contact::touch`]).
+
+use core::cmp::Ordering;
+
+use heapless::Vec;
+use heapless::binary_heap::{BinaryHeap, Min};
+
+use crate::capacity::{MAX_CAPSULES, MAX_CONTACTS, MAX_ORGANS, MAX_TOUCHES};
+use crate::contact::contact_force::Contact;
+use crate::contact::part_box::part_box;
+use crate::contact::rigid::RigidContacts;
+use crate::contact::skin::SkinContacts;
+use crate::contact::touch::{Place, Touches};
+use crate::contact::tube::TubeContacts;
+use crate::fault::{Fault, FaultSet};
+use crate::math::{self, Vec3};
+use crate::scene::Scene;
+use crate::tissue::lanes::Lanes;
+use crate::tissue::substeps::Outside;
+use crate::tissue::{Bodies, Bounds};
+use crate::tool::Capsule;
+use crate::words::SphereBits;
+
+/// How far a sphere under a skin may be from a tool and still be looked at, m: the skin is up to half
+/// a spacing above it.
+const NEAR_SKIN_M: f32 = 0.010;
+
+/// A sphere near the instrument; ordered by depth, then by index, so that the same ones stay.
+#[derive(Debug, Clone, Copy)]
+struct Near {
+    /// Depth before the solve, of a capsule with round ends, m: quick, and never too small.
+    depth_m: f32,
+    sphere: u32,
+}
+
+impl Ord for Near {
+    fn cmp(&self, other: &Self) -> Ordering {
+        // A lower index counts as deeper: it was there first.
+        let depth = self.depth_m.total_cmp(&other.depth_m);
+        depth.then_with(|| other.sphere.cmp(&self.sphere))
+    }
+}
+
+impl PartialOrd for Near {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Near {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other).is_eq()
+    }
+}
+
+impl Eq for Near {}
+
+/// Everything that the tools are near to, and what they touch.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ToolContacts {
+    /// Spheres under a skin.
+    near: BinaryHeap<Near, Min, MAX_CONTACTS>,
+    skin: SkinContacts,
+    tubes: TubeContacts,
+    touches: Touches,
+    rigid: RigidContacts,
+    /// This tick's contacts; written by [`ToolContacts::push_out`].
+    pub(crate) list: Vec<Contact, { MAX_TOUCHES + MAX_CAPSULES }>,
+}
+
+impl ToolContacts {
+    /// The spheres near the tools.
+    pub(crate) fn near_spheres(&self, bodies: &Bodies) -> impl Iterator<Item = u32> {
+        let under_skin = self.near.iter().map(|near| near.sphere);
+        under_skin.chain(self.tubes.near_spheres(bodies))
+    }
+
+    /// How deep the tools lie in tissue at the deepest place, m; before the solve.
+    pub(crate) fn deepest_m(&self) -> Option<f32> {
+        let depths = self.touches.iter().map(|touch| -touch.gap_m);
+        depths.filter(|m| *m > 0.0).reduce(f32::max)
+    }
+
+    /// Forgets everything.
+    pub(crate) fn clear(&mut self) {
+        self.near.clear();
+        self.skin.clear();
+        self.tubes.clear();
+        self.touches.clear();
+        self.rigid.clear();
+        self.list.clear();
+    }
+
+    /// Looks for what is near `parts`, as it lies before the solve. Where there is more than there is
+    /// room for the deepest stay.
+    pub(crate) fn find(
+        &mut self,
+        parts: &[Capsule],
+        scene: &Scene<'_>,
+        bounds: &[Bounds; MAX_ORGANS],
+        bodies: &Bodies,
+        faults: &mut FaultSet,
+    ) {
+        self.near.clear();
+        self.touches.clear();
+        self.list.clear();
+        for (organ, organ_box) in scene.organs.iter().zip(bounds) {
+            if scene.skin.near_sphere(organ.sphere_start).is_none() {
+                continue;
+            }
+            let mut parts_near: Vec<Segment, MAX_CAPSULES> = Vec::new();
+            for part in parts
+                .iter()
+                .filter(|part| part_box(part).is_near(organ_box, NEAR_SKIN_M))
+            {
+                let _ = parts_near.push(Segment::new(part, organ_box)); // as many as `parts` at most
+            }
+            if parts_near.is_empty() {
+                continue;
+            }
+            let first = organ.sphere_start;
+            let nodes = bodies.nodes.range(first, organ.sphere_count).iter();
+            let radii = bodies.radius_m.range(first, organ.sphere_count);
+            for (sphere, (node, &radius_m)) in (first..).zip(nodes.zip(radii)) {
+                let center = node.center();
+                let near = |part: &&Segment| part.may_be_near(center, radius_m);
+                let depth = |part: &Segment| part.depth_m(&center.vec3(), radius_m, NEAR_SKIN_M);
+                let near = parts_near.iter().filter(near);
+                let deepest = near.filter_map(depth).fold(f32::MIN, f32::max);
+                if deepest > -NEAR_SKIN_M {
+                    self.keep(
+                        Near {
+                            depth_m: deepest,
+                            sphere,
+                        },
+                        faults,
+                    );
+                }
+            }
+        }
+        let near = self.near.iter().map(|near| near.sphere);
+        let touches = &mut self.touches;
+        self.skin.find(parts, &near, scene, bodies, touches, faults);
+        self.tubes
+            .find(parts, scene, bounds, bodies, touches, faults);
+        let list = &mut self.list;
+        self.rigid.find(parts, |contact| {
+            let _ = list.push(contact); // as many as parts
+        });
+    }
+
+    fn keep(&mut self, near: Near, faults: &mut FaultSet) {
+        let Err(near) = self.near.push(near) else {
+            return;
+        };
+        let Some(mut shallowest) = self.near.peek_mut() else {
+            return;
+        };
+        if near > *shallowest {
+            *shallowest = near;
+        }
+        // The skin over one that is lost may touch.
+        faults.raise(Fault::ContactOverflow);
+    }
+
+    /// Presses the tools against every organ, in its last substep, and lists what they do to it.
+    pub(crate) fn push_out(&mut self, scene: &Scene<'_>, bodies: &mut Bodies) {
+        for (organ, _) in (0u8..).zip(scene.organs) {
+            self.touches.press(organ, scene.step_s_of(organ), bodies);
+        }
+        self.list.retain(|contact| contact.organ.is_none()); // found anew below
+        for touch in self.touches.iter() {
+            match touch.place {
+                Place::Skin { station } => {
+                    self.skin.remember(touch.organ, station, touch.carried());
+                }
+                Place::Tube { bead, part } => {
+                    self.tubes.remember(bead, part, touch.carried());
+                }
+            }
+            if touch.felt_n <= 0.0 {
+                continue;
+            }
+            for (sphere, _) in touch.patch.parts() {
+                let bits = bodies.bits.at_mut(sphere);
+                *bits = bits.with(SphereBits::CONTACT);
+            }
+            let _ = self.list.push(Contact {
+                tool: touch.place.tool(),
+                organ: Some(touch.organ),
+                at_m: touch.at_m,
+                normal: touch.normal,
+                force_n: touch.felt_n,
+                stiffness_n_m: touch.stiffness_n_m,
+                friction_n: touch.felt_friction_n,
+                friction_stiffness_n_m: touch.friction_stiffness_n_m,
+            }); // as many as touches
+        }
+    }
+}
+
+impl Outside for ToolContacts {
+    fn lean(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        self.touches.lean(organ, step_s, bodies);
+    }
+
+    fn press(&mut self, organ: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
+        self.touches.press(organ, step_s, bodies);
+    }
+}
+
+/// A part with round ends, prepared for many spheres. It holds the flat-ended cylinder.
+#[derive(Debug, Clone, Copy)]
+struct Segment {
+    a_m: Vec3,
+    along_m: Vec3,
+    inverse_length_squared: f32,
+    radius_m: f32,
+    /// Middle of the box around what of it lies in the organ's, and half of its sides, m; both grown by
+    /// how near is near.
+    middle_m: Lanes,
+    half_m: Lanes,
+}
+
+impl Segment {
+    /// Of a part, prepared for the spheres of an organ that lies in this box.
+    fn new(part: &Capsule, organ_box: &Bounds) -> Self {
+        let along_m = part.b_m - part.a_m;
+        let reach_m = part.radius_m + NEAR_SKIN_M;
+        let within = organ_box.within(&part.a_m, &part.b_m, reach_m);
+        let inverse_length_squared = along_m.norm_squared().max(1.0e-12).recip();
+        Self {
+            a_m: part.a_m,
+            along_m,
+            inverse_length_squared,
+            radius_m: part.radius_m,
+            middle_m: Lanes::new(&((within.low_m + within.high_m) * 0.5), 0.0),
+            half_m: Lanes::new(&((within.high_m - within.low_m) * 0.5), f32::MAX),
+        }
+    }
+
+    /// Whether a sphere meets the box around it: false only where [`Segment::depth_m`] is `None`.
+    #[inline(always)]
+    fn may_be_near(&self, center: Lanes, radius_m: f32) -> bool {
+        let [x, y, z, _] = (center - self.middle_m).to_array();
+        let [a, b, c, _] = (self.half_m + Lanes::splat(radius_m)).to_array();
+        x.abs() <= a && y.abs() <= b && z.abs() <= c
+    }
+
+    /// How deep a sphere overlaps it, or `None` if it is not even near.
+    #[inline]
+    fn depth_m(&self, center_m: &Vec3, radius_m: f32, margin_m: f32) -> Option<f32> {
+        let from_a = center_m - self.a_m;
+        let t = (from_a.dot(&self.along_m) * self.inverse_length_squared).clamp(0.0, 1.0);
+        let squared = (from_a - self.along_m * t).norm_squared();
+        let reach = radius_m + self.radius_m;
+        let near = reach + margin_m;
+        (squared < near * near).then(|| reach - math::sqrt(squared))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::scene::tests::{organ, room, sphere};
+    use crate::tool::Role;
+    use proptest::prelude::*;
+    use std::boxed::Box;
+
+    /// A bar that stands on z, its lower end at `z`.
+    fn bar(z: f32) -> Capsule {
+        Capsule {
+            a_m: Vec3::new(0.0, 0.0, z + 0.1),
+            b_m: Vec3::new(0.0, 0.0, z),
+            radius_m: 0.002,
+            role: Role::Shaft,
+        }
+    }
+
+    /// A bar that comes down on a ball of 10 mm from 10 mm above `z`, in one tick.
+    fn meet(z: f32, held: bool) -> (ToolContacts, Box<Bodies>) {
+        let mut ball = sphere(Vec3::zeros(), 0.01);
+        ball.held = held;
+        let (organs, spheres) = ([organ(0, 1, 0, 0)], [ball]);
+        let scene = Scene::new(&organs, &spheres, &[], room()).unwrap();
+        let mut bodies = Box::new(Bodies::new());
+        bodies.load(&scene);
+        let bounds = [bodies.bounds(&organs[0]); MAX_ORGANS];
+        let (mut contacts, mut faults) = (ToolContacts::default(), FaultSet::NONE);
+        for z in [z + 0.004, z] {
+            contacts.find(&[bar(z)], &scene, &bounds, &bodies, &mut faults);
+            contacts.push_out(&scene, &mut bodies);
+        }
+        (contacts, bodies)
+    }
+
+    #[test]
+    fn the_same_force_on_both_by_hand() {
+        // The round end of 2 mm stands 10 mm over the middle of a 10 mm sphere: 2 mm deep. Of that the
+        // sphere of 2 g yields 0.5 mm/N in a tick, and the wall of 500 N/m, flat at 16 mm, the rest.
+        let (contacts, bodies) = meet(0.010, false);
+        let [contact] = contacts.list[..] else {
+            panic!("{:?}", contacts.list)
+        };
+        let force_n = contact.force_n;
+        let wall_m = 0.002 - 0.000_5 * force_n;
+        let wall_n = 500.0 * wall_m * (1.0 + wall_m / 0.016);
+        assert!(
+            (force_n - wall_n).abs() < 1.0e-4 && force_n > 0.8,
+            "{contact:?}"
+        );
+        assert!(math::norm(&(contact.normal - Vec3::z())) < 1.0e-5);
+        assert!(
+            math::norm(&(contact.at_m - Vec3::z() * 0.008)) < 1.0e-6,
+            "{contact:?}"
+        );
+        // The tissue goes the other way: F w dt².
+        let moved = bodies.nodes.at(0).moved_m();
+        assert!(
+            math::norm(&(moved + Vec3::z() * (0.000_5 * force_n))) < 1.0e-7,
+            "{moved}"
+        );
+        assert!(bodies.bits.at(0).contains(SphereBits::CONTACT));
+    }
+
+    #[test]
+    fn what_is_held_stays_and_pushes_all_the_same() {
+        let (contacts, bodies) = meet(0.010, true);
+        let wall_n = 500.0 * 0.002 * (1.0 + 0.002 / 0.016);
+        let force_n = contacts.list[0].force_n;
+        assert!((force_n / wall_n - 1.0).abs() < 0.01, "{force_n}");
+        assert!(math::norm(&bodies.nodes.at(0).moved_m()) < f32::EPSILON);
+    }
+
+    #[test]
+    fn near_is_no_contact() {
+        let (contacts, bodies) = meet(0.013, false);
+        assert!(contacts.near_spheres(&bodies).count() > 0 && contacts.list.is_empty());
+        let (contacts, bodies) = meet(0.05, false);
+        assert_eq!(contacts.near_spheres(&bodies).count(), 0);
+    }
+
+    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    proptest! {
+        /// The box around a part leaves out no sphere of the organ that is near it.
+        #[test]
+        fn the_box_leaves_out_none_that_is_near(
+            a_m in vector(0.2), b_m in vector(0.2), low_m in vector(0.1), size_m in vector(0.1),
+            at in (0.0f32..1.0, 0.0f32..1.0, 0.0f32..1.0), radius_m in 0.001f32..0.015,
+        ) {
+            let size_m = size_m.abs() + Vec3::repeat(2.0 * radius_m);
+            let organ_box = Bounds { low_m, high_m: low_m + size_m };
+            let part = Capsule { a_m, b_m, radius_m: 0.0025, role: Role::Shaft };
+            let inner_m = size_m - Vec3::repeat(2.0 * radius_m);
+            let share = Vec3::new(at.0, at.1, at.2);
+            let center_m = low_m + Vec3::repeat(radius_m) + inner_m.component_mul(&share);
+            let segment = Segment::new(&part, &organ_box);
+            // A tenth of a micrometre for what is rounded.
+            if segment.depth_m(&center_m, radius_m, NEAR_SKIN_M - 1.0e-7).is_some() {
+                prop_assert!(segment.may_be_near(Lanes::new(&center_m, 0.0), radius_m));
+            }
+        }
+    }
+}

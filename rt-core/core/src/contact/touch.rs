@@ -1,0 +1,384 @@
+//! Where tools meet tissue, and the forces between them: the gap is closed by what the spheres yield
+//! and by what they are too coarse for. The multiplier is the force, and what it does to the tissue is
+//! what the hand feels.
+
+use heapless::Vec;
+
+use crate::capacity::{INSTRUMENT_STATIONS, MAX_ORGANS, MAX_TOUCHES};
+use crate::contact::beside::{Beside, Presser};
+use crate::contact::friction::Bristle;
+use crate::contact::law::Law;
+use crate::contact::patch::Patch;
+use crate::fault::{Fault, FaultSet};
+use crate::math::{self, Vec3};
+use crate::time::TICK_S;
+use crate::tissue::Bodies;
+use crate::tool::{Role, Tool};
+
+/// Passes over the contacts of an organ in a step; each begins with the last tick's forces.
+const PASSES: u32 = 4;
+/// Share of the last forces that acts on a solid before its constraints are solved; the rest acts
+/// after them. One pass over the constraints is an implicit step in which each knows all of itself
+/// and half of the others. A force put on all after it finds tissue too soft; one put on all before
+/// it, as weight is, too stiff by what the constraints do not know of each other. Were there nothing
+/// but each other, ½ would be right; were each alone, 1. With ¾ gallbladders of 250 to 2500 spheres
+/// press back nearly as they do in twelve times the substeps, by which it was chosen (`evaluate force`
+/// shows what is left against finite elements); with 0, up to 17 % too little.
+const LEANS: f32 = 0.75;
+
+/// What a tool on a tube takes of its speed, per second: a thin tube on a wall of its own would ring, and hop on the
+/// tool, where fluid and the tissue around it hold it. It acts on the
+/// speed in the room: what is carried along is held back by its mass times this and its speed, a few mN of a duct.
+const CALM_PER_S: f32 = 1500.0;
+
+/// What is no farther apart may touch before the tick ends, m.
+pub(crate) const MAY_TOUCH_M: f32 = 0.001;
+
+/// Which place of which tool touches what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// A station of the tools on the skin of the touch's organ.
+    Skin { station: u8 },
+    /// A part of the tools on a bead of a tube.
+    Tube { bead: u16, part: Role },
+}
+
+/// How tissue answers what the spheres do not yield.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Answer {
+    /// As a half-space under a tool of this shape.
+    HalfSpace(Law),
+    /// As the wall of a tube: a spring that stiffens as the tube is pressed flat.
+    Wall {
+        /// Where it begins to give way, N/m.
+        wall_n_m: f32,
+        /// How far it is pressed when it is flat, m.
+        flat_m: f32,
+        /// What the tissue behind it gives way to a force within a tick, m/N; never too much.
+        behind_m_n: f32,
+    },
+}
+
+impl Answer {
+    /// Which share of the last force acts before the constraints are solved.
+    const fn leans(&self) -> f32 {
+        match self {
+            Self::HalfSpace(_) => LEANS,
+            Self::Wall { .. } => 0.0,
+        }
+    }
+
+    /// What the tool feels of a stiffness between it and the tissue, N/m.
+    fn felt_n_m(&self, stiffness_n_m: f32) -> f32 {
+        match self {
+            Self::HalfSpace(_) => stiffness_n_m,
+            Self::Wall { behind_m_n, .. } => stiffness_n_m / (1.0 + stiffness_n_m * behind_m_n),
+        }
+    }
+
+    /// The force F ≥ 0 that closes a gap to which the spheres yield so much, and its slope, N/m.
+    fn force_n(&self, gap_m: f32, yield_m_n: f32) -> (f32, f32) {
+        match self {
+            Self::HalfSpace(law) => law.force_n(gap_m, yield_m_n),
+            Self::Wall {
+                wall_n_m, flat_m, ..
+            } if gap_m < 0.0 => {
+                let (force_n, slope_n_m) = wall(*wall_n_m, *flat_m, -gap_m, yield_m_n);
+                (force_n, self.felt_n_m(slope_n_m))
+            }
+            Self::Wall { .. } => (0.0, 0.0),
+        }
+    }
+}
+
+/// Force and stiffness of a wall that is pressed by `d` with `F = k d (1 + d / D)`, where the sphere behind it gives
+/// way to the force within the step: `d + y F = deep`, a square equation in `d`.
+fn wall(k_n_m: f32, flat_m: f32, deep_m: f32, yield_m_n: f32) -> (f32, f32) {
+    let per_m = flat_m.max(1.0e-6).recip();
+    let a = yield_m_n * k_n_m * per_m;
+    let b = 1.0 + yield_m_n * k_n_m;
+    // Written so that nothing cancels.
+    let pressed_m = 2.0 * deep_m / (b + math::sqrt(b * b + 4.0 * a * deep_m));
+    let force_n = k_n_m * pressed_m * (1.0 + pressed_m * per_m);
+    (force_n, k_n_m * (1.0 + 2.0 * pressed_m * per_m))
+}
+
+/// What a touch leaves to the next tick.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Carried {
+    /// Across the skin, N.
+    pub(crate) force_n: f32,
+    pub(crate) bristle: Bristle,
+}
+
+impl Carried {
+    /// Nothing touched.
+    pub(crate) const NOTHING: Self = Self {
+        force_n: 0.0,
+        bristle: Bristle::STRAIGHT,
+    };
+}
+
+/// A place of a tool near or on tissue.
+#[derive(Debug, Clone)]
+pub(crate) struct Touch {
+    pub(crate) organ: u8,
+    pub(crate) place: Place,
+    /// What of the tissue it touches.
+    pub(crate) patch: Patch,
+    /// From tissue to tool.
+    pub(crate) normal: Vec3,
+    /// Place of the tool, m.
+    pub(crate) center_m: Vec3,
+    /// Where the tissue was touched, m.
+    pub(crate) at_m: Vec3,
+    pub(crate) answer: Answer,
+    /// Gap before the solve, m.
+    pub(crate) gap_m: f32,
+    /// How the place of the tool has gone in this tick, m.
+    pub(crate) way_m: Vec3,
+    /// μ: the most that friction pulls, per normal force.
+    pub(crate) friction: f32,
+    pub(crate) bristle: Bristle,
+    /// Of the tissue on the tool in the last substep, N: across the skin and along it.
+    pub(crate) force_n: f32,
+    friction_n: Vec3,
+    /// The same, the mean of the tick so far, N: what the tool feels.
+    pub(crate) felt_n: f32,
+    pub(crate) felt_friction_n: Vec3,
+    /// Stiffness of both, N/m.
+    pub(crate) stiffness_n_m: f32,
+    pub(crate) friction_stiffness_n_m: f32,
+    /// Where the patch was before the solve, m.
+    patch_m: Vec3,
+    /// What is taken from the centre's height over the patch to give the gap: the tool's radius, what
+    /// the skin is curved, less what is forgiven, m.
+    reach_m: f32,
+    inverse_mass_per_kg: f32,
+}
+
+/// What is known of a touch before it is solved.
+#[derive(Debug, Clone)]
+pub(crate) struct Found {
+    pub(crate) organ: u8,
+    pub(crate) place: Place,
+    pub(crate) patch: Patch,
+    pub(crate) normal: Vec3,
+    pub(crate) center_m: Vec3,
+    pub(crate) at_m: Vec3,
+    pub(crate) answer: Answer,
+    pub(crate) gap_m: f32,
+    pub(crate) way_m: Vec3,
+    pub(crate) friction: f32,
+    /// Stiffness of its friction now, N/m.
+    pub(crate) along_n_m: f32,
+    pub(crate) carried: Carried,
+}
+
+impl Place {
+    /// The tool.
+    pub(crate) fn tool(self) -> Tool {
+        match self {
+            Self::Skin { station } if usize::from(station) >= INSTRUMENT_STATIONS => {
+                Tool::Endoscope
+            }
+            Self::Skin { .. } => Tool::Instrument,
+            Self::Tube { part, .. } => part.tool(),
+        }
+    }
+}
+
+impl Touch {
+    /// As the others beside it see it; it has this number.
+    fn presser(&self, number: usize) -> Presser {
+        let law = match self.answer {
+            Answer::HalfSpace(law) => Some(law),
+            Answer::Wall { .. } => None,
+        };
+        Presser::new(number, self.normal, self.at_m, self.force_n, law)
+    }
+
+    fn new(found: Found, bodies: &Bodies) -> Self {
+        let patch_m = found.patch.at_m(bodies);
+        let (normal, force_n) = (found.normal, found.carried.force_n);
+        let bristle = found.carried.bristle.on(&normal, found.along_n_m);
+        // Where nothing has moved yet it pulls as in the last tick, as far as that is allowed.
+        let friction_n = bristle.pull_n(&Vec3::zeros(), &normal, 0.0, found.friction * force_n);
+        Self {
+            organ: found.organ,
+            place: found.place,
+            normal,
+            center_m: found.center_m,
+            at_m: found.at_m,
+            answer: found.answer,
+            gap_m: found.gap_m,
+            way_m: found.way_m,
+            friction: found.friction,
+            bristle,
+            force_n,
+            friction_n,
+            felt_n: 0.0,
+            felt_friction_n: Vec3::zeros(),
+            stiffness_n_m: 0.0,
+            friction_stiffness_n_m: 0.0,
+            patch_m,
+            reach_m: normal.dot(&(found.center_m - patch_m)) - found.gap_m,
+            inverse_mass_per_kg: found.patch.inverse_mass_per_kg(bodies),
+            patch: found.patch,
+        }
+    }
+
+    /// What it leaves to the next tick.
+    pub(crate) fn carried(&self) -> Carried {
+        Carried {
+            force_n: self.force_n,
+            bristle: self.bristle.after(&self.friction_n),
+        }
+    }
+}
+
+/// Every place of the tools that is near tissue.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Touches {
+    near: Vec<Touch, MAX_TOUCHES>,
+    /// By organ, a bit for each of its touches: an organ without any is done at once, in every substep.
+    of_organs: [u64; MAX_ORGANS],
+}
+
+const _: () = assert!(MAX_TOUCHES <= 64, "a touch has a bit");
+
+/// The bits that are set, the lowest first.
+fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
+    core::iter::from_fn(move || {
+        let lowest = (bits != 0).then(|| bits.trailing_zeros() as usize);
+        bits &= bits.wrapping_sub(1);
+        lowest
+    })
+}
+
+impl Touches {
+    pub(crate) fn clear(&mut self) {
+        self.near.clear();
+        self.of_organs = [0; MAX_ORGANS];
+    }
+
+    /// The touches of an organ, each with its number, in their order.
+    fn of_organ(&self, organ: u8) -> impl Iterator<Item = (usize, &Touch)> {
+        let bits = self.of_organs.get(usize::from(organ));
+        let own = set_bits(bits.copied().unwrap_or(0));
+        own.filter_map(|number| Some((number, self.near.get(number)?)))
+    }
+
+    /// Notes that the touch with this number is with `organ`, or no longer.
+    fn note(&mut self, number: usize, organ: u8, is_there: bool) {
+        if let Some(bits) = self.of_organs.get_mut(usize::from(organ)) {
+            let bit = 1 << (number & 63);
+            *bits = if is_there { *bits | bit } else { *bits & !bit };
+        }
+    }
+
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &Touch> {
+        self.near.iter()
+    }
+
+    /// Adds a touch; of too many the deepest stay.
+    pub(crate) fn add(&mut self, found: Found, bodies: &Bodies, faults: &mut FaultSet) {
+        let (organ, number) = (found.organ, self.near.len());
+        let Err(touch) = self.near.push(Touch::new(found, bodies)) else {
+            self.note(number, organ, true);
+            return;
+        };
+        let mut lost_m = touch.gap_m;
+        let shallowest = self
+            .near
+            .iter_mut()
+            .enumerate()
+            .reduce(|a, b| if b.1.gap_m > a.1.gap_m { b } else { a });
+        if let Some((number, shallowest)) = shallowest.filter(|it| it.1.gap_m > touch.gap_m) {
+            lost_m = shallowest.gap_m;
+            let gone = shallowest.organ;
+            *shallowest = touch;
+            self.note(number, gone, false);
+            self.note(number, organ, true);
+        }
+        faults.raise_if(lost_m < MAY_TOUCH_M, Fault::ContactOverflow);
+    }
+
+    /// Lets the tools lean on organ `organ` with a share of the last forces ([`LEANS`]), within a
+    /// substep of `step_s` and before its constraints are solved.
+    /// Friction does not: it would drag on what has slid on meanwhile, and shake.
+    pub(crate) fn lean(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        let presses = |(_, touch): &(usize, &Touch)| touch.force_n > 0.0;
+        for (_, touch) in self.of_organ(organ).filter(presses) {
+            if let Answer::Wall { .. } = touch.answer {
+                touch.patch.calm((CALM_PER_S * step_s).min(1.0), bodies);
+                continue;
+            }
+            let push = touch.normal * (-touch.force_n * touch.answer.leans() * step_s * step_s);
+            touch.patch.push(&push, bodies);
+        }
+    }
+
+    /// Presses the tools against organ `organ`, within a substep of `step_s` and after
+    /// [`Touches::lean`].
+    pub(crate) fn press(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        let squared = step_s * step_s;
+        // The rest of the last forces first: what is left to find is the change.
+        let presses = |(_, touch): &(usize, &Touch)| touch.force_n > 0.0;
+        for (_, touch) in self.of_organ(organ).filter(presses) {
+            let left = (1.0 - touch.answer.leans()) * touch.force_n;
+            let push = (touch.normal * left + touch.friction_n) * -squared;
+            touch.patch.push(&push, bodies);
+        }
+        let mut beside = Beside::of(self.of_organ(organ).map(|(i, touch)| touch.presser(i)));
+        for _ in 0..PASSES {
+            for own in 0..beside.len() {
+                let Some(touch) = beside.touch(own).and_then(|i| self.near.get(i)) else {
+                    continue;
+                };
+                let yield_m_n = touch.inverse_mass_per_kg * squared;
+                let patch_m = touch.patch.at_m(bodies);
+                let height_m = touch.normal.dot(&(touch.center_m - patch_m));
+                // The gap as it were without this contact's own force.
+                let gap_m = height_m - touch.reach_m - yield_m_n * touch.force_n;
+                if gap_m >= 0.0 && touch.force_n <= 0.0 {
+                    // What did not press does not press now: others press the skin away, not towards it.
+                    continue;
+                }
+                let gap_m = gap_m + beside.others_m(own);
+                let (force_n, stiffness_n_m) = touch.answer.force_n(gap_m, yield_m_n);
+                // Along the skin the same: how far the tool is ahead without this contact's friction.
+                let ahead_m =
+                    touch.way_m - (patch_m - touch.patch_m) - touch.friction_n * yield_m_n;
+                let most_n = touch.friction * force_n;
+                let friction_n = touch
+                    .bristle
+                    .pull_n(&ahead_m, &touch.normal, yield_m_n, most_n);
+                let change_n =
+                    touch.normal * (touch.force_n - force_n) + (touch.friction_n - friction_n);
+                touch.patch.push(&(change_n * squared), bodies);
+                beside.press(own, force_n);
+                if let Some(touch) = beside.touch(own).and_then(|i| self.near.get_mut(i)) {
+                    touch.force_n = force_n;
+                    touch.stiffness_n_m = stiffness_n_m;
+                    touch.friction_n = friction_n;
+                    // What slides, or is smooth, holds no more for going farther.
+                    let sticks = math::norm(&friction_n) < 0.999 * most_n;
+                    // What is behind a wall counts the sphere's own giving way.
+                    let felt_n_m = match touch.answer {
+                        Answer::HalfSpace(_) => touch.bristle.felt_n_m(yield_m_n),
+                        Answer::Wall { .. } => touch.answer.felt_n_m(touch.bristle.felt_n_m(0.0)),
+                    };
+                    touch.friction_stiffness_n_m = if sticks { felt_n_m } else { 0.0 };
+                }
+            }
+        }
+        let share = step_s / TICK_S;
+        for own in 0..beside.len() {
+            if let Some(touch) = beside.touch(own).and_then(|i| self.near.get_mut(i)) {
+                touch.felt_n += touch.force_n * share;
+                touch.felt_friction_n += touch.friction_n * share;
+            }
+        }
+    }
+}

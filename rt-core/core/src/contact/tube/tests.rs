@@ -1,0 +1,269 @@
+//! A hook against a duct of 2 mm whose ends are held.
+
+extern crate std;
+
+use std::boxed::Box;
+use std::vec::Vec as List;
+
+use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
+
+use crate::capacity::MAX_ORGANS;
+use crate::contact::patch::Patch;
+use crate::contact::touch::{Answer, Touch, Touches};
+use crate::contact::tube::{TubeContacts, behind_m_n};
+use crate::fault::FaultSet;
+use crate::math::{self, Vec3};
+use crate::scene::tests::{organ, room, sphere};
+use crate::scene::{Link, Material, Organ, RestSphere, Scene};
+use crate::study::Tissue;
+use crate::tissue::{Bodies, Bounds, Method};
+use crate::tool::{Capsule, Role};
+use crate::words::SphereBits;
+
+/// Spheres along x, 2.5 mm apart.
+const SPHERES: u32 = 17;
+const SPACING_M: f32 = 0.0025;
+const RADIUS_M: f32 = 0.001;
+const HOOK_M: f32 = 0.0008;
+
+struct Duct {
+    organs: [Organ; 1],
+    spheres: List<RestSphere>,
+    links: List<Link>,
+}
+
+impl Duct {
+    fn new() -> Self {
+        let middle = 0.5 * (SPHERES - 1) as f32;
+        let spheres: List<RestSphere> = (0..SPHERES)
+            .map(|i| {
+                let center_m = Vec3::x() * ((i as f32 - middle) * SPACING_M);
+                let mut ball = sphere(center_m, RADIUS_M);
+                ball.mass_kg = 2.0e-5;
+                ball.held = i < 2 || i + 2 >= SPHERES;
+                ball
+            })
+            .collect();
+        let mut links = List::new();
+        for (apart, compliance_m_n) in [(1, 1.0e-3), (2, 5.0e-3)] {
+            for a in 0..SPHERES - apart {
+                links.push(Link {
+                    a,
+                    b: a + apart,
+                    rest_length_m: apart as f32 * SPACING_M,
+                    compliance_m_n,
+                });
+            }
+        }
+        let mut organs = [organ(0, SPHERES, 0, links.len() as u32)];
+        organs[0].gravity_share = 0.0;
+        organs[0].substeps = 4;
+        organs[0].material.friction = 0.1;
+        Self {
+            organs,
+            spheres,
+            links,
+        }
+    }
+
+    /// Plays `hooks` past the duct: the force and the duct's middle after every tick.
+    fn meet(&self, hooks: impl IntoIterator<Item = Capsule>) -> List<(Vec3, Vec3)> {
+        let scene = Scene::new(&self.organs, &self.spheres, &self.links, room()).unwrap();
+        let mut bodies = Box::new(Bodies::new());
+        let mut tissue = Tissue::new(scene, &mut bodies, Method::NeoHookean);
+        let mut tick = |hook: Capsule| {
+            let pressed = tissue.press(&[hook]);
+            assert_eq!(pressed.put_back, 0);
+            (pressed.force_n, tissue.displacement_m(SPHERES / 2))
+        };
+        hooks.into_iter().map(&mut tick).collect()
+    }
+}
+
+fn hook(middle_m: Vec3, half_m: Vec3) -> Capsule {
+    Capsule {
+        a_m: middle_m + half_m,
+        b_m: middle_m - half_m,
+        radius_m: HOOK_M,
+        role: Role::Tip,
+    }
+}
+
+#[test]
+fn the_duct_is_a_string_of_beads() {
+    let duct = Duct::new();
+    let scene = Scene::new(&duct.organs, &duct.spheres, &duct.links, room()).unwrap();
+    let mut bodies = Box::new(Bodies::new());
+    bodies.load(&scene);
+    let beads: List<_> = bodies.beads.of(0).collect();
+    // Four to a step, none along what keeps it from bending.
+    assert_eq!(beads.len(), 4 * (SPHERES as usize - 1));
+    for (_, bead) in beads {
+        assert_eq!(bead.a.abs_diff(bead.b), 1);
+        let ball = bead.now(&bodies);
+        assert!(ball.center_m.y.abs() + ball.center_m.z.abs() < 1.0e-9);
+        assert!((ball.radius_m - RADIUS_M).abs() < 1.0e-9);
+        assert!(ball.along.x.abs() > 0.999);
+    }
+}
+
+#[test]
+fn a_slow_press_and_a_slow_stroke_have_no_step() {
+    // Down by 6 mm at 10 mm/s, then 15 mm along the duct at 15 mm/s, over every bead and sphere.
+    let down = (0u16..600).map(|t| Vec3::z() * (0.0025 - 1.0e-5 * f32::from(t)));
+    let stroke = (0u16..1000).map(|t| Vec3::new(1.5e-5 * f32::from(t), 0.0, -0.0035));
+    let hooks = down.chain(stroke).map(|at_m| hook(at_m, Vec3::y() * 0.004));
+    let felt = Duct::new().meet(hooks);
+    let last = felt.last().unwrap();
+    assert!(last.0.z > 0.01 && last.1.z < -0.001, "{last:?}");
+    for (tick, pair) in felt.windows(2).enumerate() {
+        let step_n = math::norm(&(pair[1].0 - pair[0].0));
+        assert!(step_n < 0.005, "tick {tick}: {step_n} N");
+    }
+}
+
+/// Walls of the duct that push a hook, together, N/m.
+fn walls_n_m(tubes: &mut TubeContacts, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
+    let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
+    bounds[0] = bodies.bounds(&scene.organs[0]);
+    let (mut touches, mut faults) = (Touches::default(), FaultSet::NONE);
+    let on_it = hook(Vec3::z() * 0.0015, Vec3::y() * 0.004);
+    tubes.find(&[on_it], scene, &bounds, bodies, &mut touches, &mut faults);
+    let wall = |touch: &Touch| match touch.answer {
+        Answer::Wall { wall_n_m, .. } => wall_n_m,
+        Answer::HalfSpace(_) => 0.0,
+    };
+    touches.iter().map(wall).sum()
+}
+
+#[test]
+fn jaws_do_not_push_what_they_hold() {
+    let duct = Duct::new();
+    let scene = Scene::new(&duct.organs, &duct.spheres, &duct.links, room()).unwrap();
+    let mut bodies = Box::new(Bodies::new());
+    bodies.load(&scene);
+    let mut tubes = TubeContacts::default();
+    let free_n_m = walls_n_m(&mut tubes, &scene, &bodies);
+    assert!(free_n_m > 0.0);
+    let mut now_n_m = free_n_m;
+    for (held, end) in [(true, 0.0), (false, 1.0)] {
+        for sphere in 0..SPHERES {
+            let bits = bodies.bits.at_mut(sphere);
+            *bits = match held {
+                true => bits.with(SphereBits::GRASPED),
+                false => bits.without(SphereBits::GRASPED),
+            };
+        }
+        for _ in 0..1000 {
+            let next_n_m = walls_n_m(&mut tubes, &scene, &bodies);
+            assert!((next_n_m - now_n_m).abs() < 0.01 * free_n_m, "no step");
+            now_n_m = next_n_m;
+        }
+        assert!((now_n_m / free_n_m - end).abs() < 0.01, "{now_n_m}");
+    }
+}
+
+/// A hook that crosses the duct, from one side to the other, and stays there a while.
+#[derive(Debug, Clone, Copy)]
+struct Crossing {
+    speed_m_s: f32,
+    /// Where along the duct, m.
+    place_m: f32,
+    /// Share of a tick's way at which it starts.
+    start: f32,
+    /// Out of the plane across the duct, of the hook and of its way; round the duct, rad.
+    lean: f32,
+    turn: f32,
+    along: f32,
+}
+
+/// Whether it was felt, and whether the duct is pushed ahead of it in the end; `None` where it would end off the duct.
+fn crossed(it: &Crossing) -> Option<[bool; 2]> {
+    let way = Vec3::new(0.0, it.turn.cos(), it.turn.sin());
+    let across = Vec3::new(it.lean, -it.turn.sin(), it.turn.cos()).normalize();
+    let step_m = (way + Vec3::x() * it.along) * (it.speed_m_s * 1.0e-3);
+    let ticks = (0.020 / (it.speed_m_s * 1.0e-3)) as u16;
+    let from_m = Vec3::x() * it.place_m - way * 0.010 - step_m * it.start;
+    let at_m = |t: u16| from_m + step_m * f32::from(t.min(ticks));
+    if at_m(ticks).x.abs() >= 0.010 {
+        return None; // between the held ends
+    }
+    let felt = Duct::new().meet((0..ticks + 60).map(|t| hook(at_m(t), across * 0.005)));
+    let is_felt = felt.iter().any(|(force_n, _)| force_n.dot(&way) < 0.0);
+    let (force_n, middle_m) = felt.last()?;
+    let is_pushed = force_n.dot(&way) < 0.0 && middle_m.dot(&way) > 0.001;
+    Some([is_felt, is_pushed])
+}
+
+prop_compose! {
+    fn crossing(speed_m_s: core::ops::Range<f32>)(
+        speed_m_s in speed_m_s, place_m in -0.008f32..0.008, start in 0.0f32..1.0,
+        lean in -0.5f32..0.5, turn in 0.0f32..6.2, along in -0.4f32..0.4,
+    ) -> Crossing {
+        Crossing { speed_m_s, place_m, start, lean, turn, along }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    /// However a hook crosses the duct, at up to 2 m/s: the duct is not left behind.
+    #[test]
+    fn no_hook_passes_through(it in crossing(0.05..2.0)) {
+        let crossed = crossed(&it);
+        prop_assume!(crossed.is_some());
+        prop_assert!(crossed == Some([true; 2]), "{crossed:?}");
+    }
+}
+
+/// The hand's fastest: always felt; and where the duct, drawn 8 mm aside, is pressed flat and slips off, which happens, it
+/// is once in a few hundred.
+#[test]
+fn at_3_m_s_hardly_a_hook_passes_through() {
+    let mut runner = TestRunner::deterministic();
+    let [mut all, mut passed] = [0u32; 2];
+    for _ in 0..400 {
+        let it = crossing(2.9..3.0).new_tree(&mut runner).unwrap().current();
+        if let Some([is_felt, is_pushed]) = crossed(&it) {
+            assert!(is_felt, "{it:?}");
+            all += 1;
+            passed += u32::from(!is_pushed);
+        }
+    }
+    assert!(all > 300 && passed * 100 <= all, "{passed} of {all}");
+}
+
+/// Tissue of 3 kPa and spheres of 1.5 mm, by hand: `24 π 1034 (1 − 0.45) 0.0015 / (5 − 2.7)` = 28 N/m, twice as stiff and
+/// with `m / T²` = 12 N/m beside it: 68 N/m. Between two spheres half of each bears: half as much gives way.
+#[test]
+fn what_is_behind_a_bead_by_hand() {
+    let (duct, mut bodies) = (Duct::new(), Box::new(Bodies::new()));
+    let scene = Scene::new(&duct.organs, &duct.spheres, &duct.links, room()).unwrap();
+    bodies.load(&scene);
+    let material = Material {
+        young_pa: 3000.0,
+        poisson: 0.45,
+        ..duct.organs[0].material
+    };
+    for sphere in 0..2 {
+        *bodies.radius_m.at_mut(sphere) = 0.0015;
+        bodies
+            .nodes
+            .at_mut(sphere)
+            .set_inverse_mass_per_kg(83_333.0);
+    }
+    let behind = |shares: [f32; 2], bodies: &Bodies| {
+        let mut patch = Patch::default();
+        patch.add(0, shares[0]);
+        patch.add(1, shares[1]);
+        behind_m_n(&patch, &material, bodies)
+    };
+    let alone = behind([1.0, 0.0], &bodies);
+    assert!((alone * 67.9 - 1.0).abs() < 0.01, "{alone}");
+    let between = behind([0.5, 0.5], &bodies);
+    assert!((between / alone - 0.5).abs() < 1.0e-4);
+    // What is held fast does not give way.
+    bodies.nodes.at_mut(0).set_inverse_mass_per_kg(0.0);
+    assert!(behind([1.0, 0.0], &bodies).to_bits() == 0);
+}

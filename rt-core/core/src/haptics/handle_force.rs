@@ -1,0 +1,275 @@
+//! What the tissue does to the instrument, felt at the handle: the contacts' wrench about the port,
+//! through the lever.
+
+use nalgebra::Matrix3;
+
+use crate::contact::contact_force::{Contact, Pull};
+use crate::math::{self, Pose, Vec3};
+use crate::tool::{Kinematics, Tool, Wrench};
+
+/// What the hand feels, and the stiffness behind it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Felt {
+    /// At the handle, world frame.
+    pub(crate) wrench: Wrench,
+    /// At the handle, in the direction in which it is stiffest, N/m; never too low, at most 15 %
+    /// too high.
+    pub(crate) stiffness_n_m: f32,
+    /// What it answers to a movement within a tick, before the tissue has given way, N/m; never too low.
+    pub(crate) at_once_n_m: f32,
+}
+
+/// Adds up what every contact and the held tissue do at the handle. Where `renders_torque` is false
+/// the shaft turns freely in the hand: nothing of its torque is felt. O(contacts).
+pub(crate) fn felt(
+    contacts: &[Contact],
+    pull: Option<&Pull>,
+    kinematics: &Kinematics,
+    world_from_handle: &Pose,
+    renders_torque: bool,
+) -> Felt {
+    let mut at_port = Wrench::ZERO;
+    // Of springs k along n at the instrument the handle feels Σ k (T n)(T n)ᵀ, T the lever.
+    let mut stiffness_n_m = Matrix3::zeros();
+    let mut grip_n_m = 0.0;
+    let mut add_spring = |at_m: &Vec3, normal: &Vec3, k: f32| {
+        let way = handle_way(kinematics, world_from_handle, at_m, normal);
+        stiffness_n_m += way * way.transpose() * k;
+    };
+    let felt = |contact: &&Contact| contact.tool == Tool::Instrument;
+    for contact in contacts.iter().filter(felt) {
+        at_port += kinematics.wrench(&contact.at_m, &contact.whole_force_n());
+        add_spring(&contact.at_m, &contact.normal, contact.stiffness_n_m);
+        if contact.friction_stiffness_n_m > 0.0 {
+            let x = math::across(&contact.normal);
+            for along in [x, contact.normal.cross(&x)] {
+                add_spring(&contact.at_m, &along, contact.friction_stiffness_n_m);
+            }
+        }
+    }
+    if let Some(pull) = pull {
+        at_port += kinematics.wrench(&pull.at_m, &pull.force_n);
+        for axis in [Vec3::x(), Vec3::y(), Vec3::z()] {
+            add_spring(&pull.at_m, &axis, pull.stiffness_n_m);
+            let way = handle_way(kinematics, world_from_handle, &pull.at_m, &axis);
+            grip_n_m += way.norm_squared() * pull.grip_n_m;
+        }
+    }
+    if !renders_torque {
+        at_port = at_port.without_roll(&kinematics.axis(world_from_handle));
+    }
+    let stiffness_n_m = stiffest(&stiffness_n_m);
+    Felt {
+        wrench: kinematics.at_handle(world_from_handle, &at_port),
+        stiffness_n_m,
+        at_once_n_m: stiffness_n_m + grip_n_m,
+    }
+}
+
+/// What a unit force along `normal` does at the handle of a shaft that turns freely in it.
+fn handle_way(
+    kinematics: &Kinematics,
+    world_from_handle: &Pose,
+    at_m: &Vec3,
+    normal: &Vec3,
+) -> Vec3 {
+    let free = kinematics
+        .wrench(at_m, normal)
+        .without_roll(&kinematics.axis(world_from_handle));
+    kinematics.at_handle(world_from_handle, &free).force_n
+}
+
+/// Largest eigenvalue of a symmetric matrix without negative ones: `tr(M⁸)^⅛`, which is between it
+/// and `3^⅛ = 1.15` times it. A step in one contact's stiffness is a step here, and no larger.
+fn stiffest(m: &Matrix3<f32>) -> f32 {
+    let size = m.trace();
+    if size <= f32::MIN_POSITIVE {
+        return 0.0;
+    }
+    let squared = |m: Matrix3<f32>| m * m;
+    let eighth = squared(squared(squared(m / size)));
+    size * math::sqrt(math::sqrt(math::sqrt(eighth.trace())))
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::math::Quat;
+    use proptest::prelude::*;
+
+    const LEVER: Kinematics = Kinematics {
+        port_m: Vec3::new(0.0, 0.0, 0.0),
+        length_m: 0.3,
+    };
+
+    fn handle() -> Pose {
+        // 0.2 outside, 0.1 inside.
+        Pose::from_parts(Vec3::new(0.0, 0.0, 0.2).into(), Quat::identity())
+    }
+
+    fn contact(at_m: Vec3, normal: Vec3) -> Contact {
+        Contact {
+            tool: Tool::Instrument,
+            organ: Some(0),
+            at_m,
+            normal,
+            force_n: 2.0,
+            stiffness_n_m: 400.0,
+            friction_n: Vec3::zeros(),
+            friction_stiffness_n_m: 0.0,
+        }
+    }
+
+    #[test]
+    fn friction_is_felt_across_the_contact() {
+        let rubbed = Contact {
+            friction_n: Vec3::new(0.2, 0.0, 0.0),
+            friction_stiffness_n_m: 800.0,
+            stiffness_n_m: 100.0,
+            ..contact(Vec3::new(0.0, 0.0, -0.1), Vec3::z())
+        };
+        let felt = felt(&[rubbed], None);
+        assert!(is_force(&felt, -0.1, 0.0, 2.0), "{felt:?}");
+        // 800 · (1/2)² in two directions, 100 in the third: at most 2^⅛ too high.
+        assert!((200.0..=219.0).contains(&felt.stiffness_n_m), "{felt:?}");
+    }
+
+    fn felt(contacts: &[Contact], pull: Option<&Pull>) -> Felt {
+        super::felt(contacts, pull, &LEVER, &handle(), true)
+    }
+
+    fn is_force(felt: &Felt, x: f32, y: f32, z: f32) -> bool {
+        math::norm(&(felt.wrench.force_n - Vec3::new(x, y, z))) < 1.0e-6
+    }
+
+    #[test]
+    fn no_contact_no_force() {
+        let none = felt(&[], None);
+        assert!(none.wrench == Wrench::ZERO && none.stiffness_n_m.to_bits() == 0);
+    }
+
+    #[test]
+    fn along_the_shaft_it_passes_across_it_the_lever_turns_it() {
+        let tip = Vec3::new(0.0, 0.0, -0.1);
+        let along = felt(&[contact(tip, Vec3::z())], None);
+        assert!(is_force(&along, 0.0, 0.0, 2.0));
+        assert!((along.stiffness_n_m - 400.0).abs() < 1.0e-3);
+        let side = contact(tip, Vec3::x());
+        let across = felt(&[side], None);
+        assert!(is_force(&across, -1.0, 0.0, 0.0));
+        assert!((across.stiffness_n_m - 100.0).abs() < 1.0e-3); // 400 · (1/2)²
+        // Two on one side add; two that press against each other cancel, and are as stiff.
+        let both = felt(&[side, side], None);
+        assert!(is_force(&both, -2.0, 0.0, 0.0));
+        let squeezed = felt(&[side, contact(tip, -Vec3::x())], None);
+        assert!(is_force(&squeezed, 0.0, 0.0, 0.0));
+        assert!((squeezed.stiffness_n_m - 200.0).abs() < 1.0e-3);
+    }
+
+    #[test]
+    fn a_push_beside_the_shaft_turns_it_where_the_device_renders_that() {
+        let jaw = contact(Vec3::new(0.01, 0.0, -0.1), Vec3::y());
+        let held = super::felt(&[jaw], None, &LEVER, &handle(), true);
+        assert!(math::norm(&(held.wrench.torque_n_m - Vec3::z() * 0.02)) < 1.0e-7);
+        let free = super::felt(&[jaw], None, &LEVER, &handle(), false);
+        assert!(math::norm(&free.wrench.torque_n_m) < 1.0e-9);
+        assert!(is_force(&held, 0.0, -1.0, 0.0) && is_force(&free, 0.0, -1.0, 0.0));
+    }
+
+    #[test]
+    fn held_tissue_pulls() {
+        let pull = Pull {
+            at_m: Vec3::new(0.0, 0.0, -0.1),
+            force_n: Vec3::new(0.0, 0.0, -1.5),
+            stiffness_n_m: 300.0,
+            grip_n_m: 500.0,
+        };
+        let felt = felt(&[], Some(&pull));
+        assert!(is_force(&felt, 0.0, 0.0, -1.5));
+        assert!((felt.stiffness_n_m - 300.0).abs() < 1.0, "{felt:?}");
+    }
+
+    fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
+        (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
+    }
+
+    fn contacts() -> impl Strategy<Value = std::vec::Vec<Contact>> {
+        let any = (vector(0.05), vector(1.0), 0.0f32..3.0, 0.0f32..1000.0);
+        prop::collection::vec(any, 0..12).prop_map(|drawn| {
+            let made = drawn
+                .into_iter()
+                .map(|(at, way, force_n, stiffness_n_m)| Contact {
+                    at_m: Vec3::new(0.0, 0.0, -0.1) + at,
+                    normal: math::unit(&way).unwrap_or_else(Vec3::z),
+                    force_n,
+                    stiffness_n_m,
+                    ..contact(Vec3::zeros(), Vec3::z())
+                });
+            made.collect()
+        })
+    }
+
+    proptest! {
+        /// Springs that give when the hand moves a little: the change of force is no larger than
+        /// the stiffness says, and in some direction at least 1/1.15 of it.
+        #[test]
+        fn the_stiffness_is_that_of_the_stiffest_direction(all in contacts(), way in vector(1.0)) {
+            let stiffness = felt(&all, None).stiffness_n_m;
+            let answer = |way: &Vec3| {
+                let mut sum = Vec3::zeros();
+                for c in &all {
+                    let given = LEVER.way_of(&handle(), &c.at_m, way).dot(&c.normal);
+                    let wrench = LEVER.wrench(&c.at_m, &(c.normal * (given * c.stiffness_n_m)));
+                    let wrench = wrench.without_roll(&LEVER.axis(&handle()));
+                    sum += LEVER.at_handle(&handle(), &wrench).force_n;
+                }
+                sum
+            };
+            let way = math::unit(&way).unwrap_or_else(Vec3::x);
+            prop_assert!(math::norm(&answer(&way)) <= stiffness * 1.001 + 1.0e-3);
+            // Power iteration finds the stiffest.
+            let mut stiff = way;
+            for _ in 0..200 {
+                stiff = math::unit(&answer(&stiff)).unwrap_or(stiff);
+            }
+            let found = math::norm(&answer(&stiff));
+            prop_assert!(found * 1.16 + 1.0e-2 >= stiffness || all.is_empty(), "{found} {stiffness}");
+        }
+
+        /// The hand's work is the contacts' work, in whatever direction it moves.
+        #[test]
+        fn the_hand_gives_what_the_contacts_take(all in contacts(), way in vector(1.0)) {
+            let felt = super::felt(&all, None, &LEVER, &handle(), false);
+            let taken: f32 = all.iter().map(|c| {
+                (c.normal * c.force_n).dot(&LEVER.way_of(&handle(), &c.at_m, &way))
+            }).sum();
+            let tolerance = 1.0e-5 * (1.0 + all.len() as f32);
+            prop_assert!((felt.wrench.force_n.dot(&way) - taken).abs() < tolerance);
+        }
+
+        /// Turned with the room or seen in a mirror: the same force, the same stiffness.
+        #[test]
+        fn the_room_may_turn_and_be_mirrored(all in contacts(), turn in vector(3.0)) {
+            let here = felt(&all, None);
+            let turn = Quat::from_scaled_axis(turn);
+            let turned: std::vec::Vec<Contact> = all.iter().map(|c| Contact {
+                at_m: turn * c.at_m, normal: turn * c.normal, ..*c
+            }).collect();
+            let at = Pose::from_parts(nalgebra::Translation::identity(), turn) * handle();
+            let there = super::felt(&turned, None, &LEVER, &at, true);
+            let off = there.wrench.force_n - turn * here.wrench.force_n;
+            prop_assert!(math::norm(&off) < 1.0e-4, "{off}");
+            prop_assert!((there.stiffness_n_m - here.stiffness_n_m).abs()
+                < 1.0e-3 * (1.0 + here.stiffness_n_m));
+            let mirror = |v: &Vec3| Vec3::new(-v.x, v.y, v.z);
+            let mirrored: std::vec::Vec<Contact> = all.iter().map(|c| Contact {
+                at_m: mirror(&c.at_m), normal: mirror(&c.normal), ..*c
+            }).collect();
+            let seen = felt(&mirrored, None);
+            prop_assert!(math::norm(&(seen.wrench.force_n - mirror(&here.wrench.force_n))) < 1.0e-5);
+            prop_assert!((seen.stiffness_n_m - here.stiffness_n_m).abs()
+                < 1.0e-3 * (1.0 + here.stiffness_n_m));
+        }
+    }
+}

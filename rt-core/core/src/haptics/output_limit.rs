@@ -1,0 +1,357 @@
+//! The only way out for force. What the simulation wants passes every gate, in this order:
+//! finite, enable and ramp (stale, lost, paused and tripped included), stiffness, passivity, clamp
+//! with thermal limit, slew, finite again.
+//!
+//! Those that cut the force at once come first, and nothing behind them is asked: what is cut does
+//! not fade. The ramp comes before passivity, for damping that takes energy out must not fade with
+//! it; clamp and slew come last, so that they bound what leaves, ramp and damping included, and slew
+//! behind the clamp, so that what merely is too strong does not count as too fast.
+//!
+//! Trips latch until a person enables the force again. A stale or lost device does not: it ends with
+//! its cause, and the force rises by the ramp. Every gate that acts raises its fault.
+
+use crate::fault::{Fault, FaultSet};
+use crate::haptics::passivity::Passivity;
+use crate::math::{self, Vec3};
+use crate::port::{DeviceCapabilities, ForceCommand};
+use crate::time::TICK_S;
+use crate::words::Status;
+
+/// Largest change of force in a tick, N. A Touch reaches its peak in 3.3 ms.
+const SLEW_N: f32 = 1.0;
+/// Share that is let through of the stiffness at which a loop of that damping and delay begins to
+/// swing (`b = K (T/2 + delay)`: Colgate and Schenkel 1997, with delay). The rule holds for the
+/// emulated Touch (`evaluate haptics`), so that little has to be given away.
+const STABLE_SHARE: f32 = 0.7;
+/// How much of the force that was another share takes or gives in a tick, N, and half of what the force changes by
+/// itself: less than is felt.
+const SHARE_STEP_N: f32 = 0.001;
+/// A stiffness counts for so many ticks after it was, then fades: one that flickers (spheres that stick and slip) is
+/// rendered as the stiffest that it is, steadily.
+const STIFF_TICKS: u32 = 50;
+/// Nothing is stiffer, N/m: what has no end would not fade.
+const RIGID_N_M: f32 = 1.0e6;
+/// What a tick leaves of one that fades.
+const FADES: f32 = 0.98;
+/// A share below this counts as this where it divides: of walls of 20 kN/m a device without damping
+/// to speak of may render a thousandth.
+const SHARE_MIN: f32 = 1.0e-4;
+/// Longest delay of a device that a stiffness is computed for, s.
+const DELAY_MAX_S: f32 = 0.1;
+/// Largest change of torque in a tick, as a share of the peak: as quick as force is.
+const TORQUE_SLEW: f32 = 0.3;
+/// Fastest handle that force is rendered for, m/s.
+const SPEED_TRIP_M_S: f32 = 1.2;
+/// Time constant of the motors' heat, s. Assumed: makers do not publish it. 4 s at the peak of
+/// a Touch reach its limit.
+const HEAT_TIME_S: f32 = 60.0;
+/// Share of the continuous limit's heat at which the peak begins to come down.
+const WARM: f32 = 0.8;
+/// Time in which force falls from full to nothing when the sample is stale or the simulation
+/// pauses, s.
+const FALL_S: f32 = 0.02;
+
+/// What the simulation wants the hand to feel.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Demand {
+    /// Force on the handle, N, in any one frame.
+    pub force_n: Vec3,
+    /// Torque on the handle, N m, in the same frame.
+    pub torque_n_m: Vec3,
+    /// Stiffness behind it at the handle, N/m.
+    pub stiffness_n_m: f32,
+    /// Where the handle is, m, in the same frame, if this tick brought a sample.
+    pub handle_m: Option<Vec3>,
+    /// Speed of the handle, m/s.
+    pub speed_m_s: f32,
+    /// Whether the device can be relied on.
+    pub device: Status,
+    /// The simulation stands still.
+    pub paused: bool,
+}
+
+/// The gates and what they remember.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OutputLimit {
+    peak_n: f32,
+    continuous_n: f32,
+    torque_max_n_m: f32,
+    stiffness_max_n_m: f32,
+    passivity: Passivity,
+    ramp_s: f32,
+    enabled: bool,
+    tripped: bool,
+    /// Rises to 1 over the ramp.
+    gain: f32,
+    /// Stiffness of the contact, N/m, the largest of late, and for how long already.
+    stiffness_n_m: f32,
+    stiff_ticks: u32,
+    /// Share that the stiffness leaves.
+    share: f32,
+    /// Size of the last force that was wanted, N; nothing where it was cut: what comes then begins with its own share.
+    wanted_n: f32,
+    /// Running mean of the squared force, N².
+    heat_n2: f32,
+    /// What left in the last tick.
+    last: ForceCommand,
+}
+
+/// Limits below this (N, N/m, s) are 0: squares of smaller forces lose their digits.
+const LIMIT_MIN: f32 = 1.0e-9;
+
+/// A limit that is not a positive number lets nothing through.
+fn safe(limit: f32) -> f32 {
+    if limit.is_finite() && limit >= LIMIT_MIN {
+        limit
+    } else {
+        0.0
+    }
+}
+
+impl OutputLimit {
+    /// Gates for a device. `ramp_s` is the time over which force rises after each enable.
+    #[must_use]
+    pub fn new(device: &DeviceCapabilities, ramp_s: f32) -> Self {
+        let peak_n = safe(device.force_max_n);
+        Self {
+            peak_n,
+            continuous_n: safe(device.force_continuous_n).min(peak_n),
+            torque_max_n_m: safe(device.torque_max_n_m),
+            stiffness_max_n_m: stiffness_max_n_m(device),
+            passivity: Passivity::new(device),
+            ramp_s: safe(ramp_s).max(TICK_S),
+            enabled: false,
+            tripped: false,
+            gain: 0.0,
+            stiffness_n_m: 0.0,
+            stiff_ticks: 0,
+            share: 1.0,
+            wanted_n: 0.0,
+            heat_n2: 0.0,
+            last: ForceCommand::default(),
+        }
+    }
+
+    /// A person lets force through (this also clears a trip) or cuts it.
+    pub fn enable(&mut self, enabled: bool) {
+        self.enabled = enabled;
+        self.tripped = false;
+        self.gain = 0.0;
+        self.wanted_n = 0.0;
+    }
+
+    /// Whether force may leave: enabled and not tripped.
+    #[must_use]
+    pub const fn is_open(&self) -> bool {
+        self.enabled && !self.tripped
+    }
+
+    /// No tick ran for so long that nobody answered for the force: it rises from nothing again.
+    pub fn restart(&mut self) {
+        self.gain = 0.0;
+        self.wanted_n = 0.0;
+        self.last = ForceCommand::default();
+        self.passivity.forget();
+    }
+
+    /// Stiffest contact that is rendered as it is, N/m: what the device states, or what its
+    /// damping bears at its delay.
+    #[must_use]
+    pub const fn stiffness_max_n_m(&self) -> f32 {
+        self.stiffness_max_n_m
+    }
+
+    /// The most that can be rendered now of a force, N: its stiffness, and the motors' heat, leave
+    /// so much of the peak. `None` of a device without motors.
+    pub(crate) fn rendered_n(&self) -> Option<f32> {
+        (self.peak_n > 0.0).then(|| self.limit_n() / self.share.max(SHARE_MIN))
+    }
+
+    /// What the hand put into contact and its device's damping, and did not get back, J. Below
+    /// nothing the loop makes energy, and is damped.
+    #[must_use]
+    pub const fn energy_j(&self) -> f32 {
+        self.passivity.energy_j()
+    }
+
+    /// What may leave in this tick, in the demand's frame. Never more than the device's peaks,
+    /// always finite.
+    pub fn apply(&mut self, demand: &Demand, faults: &mut FaultSet) -> ForceCommand {
+        faults.raise_if(demand.device == Status::Stale, Fault::StaleDevice);
+        faults.raise_if(demand.device == Status::Lost, Fault::LostDevice);
+        self.trip(demand, faults);
+        let is_finite = is_sound(demand);
+        faults.raise_if(!is_finite, Fault::BadForce);
+        let wants = demand.force_n != Vec3::zeros() || demand.torque_n_m != Vec3::zeros();
+        faults.raise_if(wants && !self.enabled, Fault::NotEnabled);
+        self.passivity
+            .observe(demand.handle_m.filter(math::is_finite));
+        let out = if is_finite && self.is_open() && demand.device != Status::Lost {
+            self.ramp(demand);
+            faults.raise_if(wants && self.gain < 1.0, Fault::Ramped);
+            let share = self.gain * self.cap_stiffness(demand, faults);
+            let (force_n, damped) = self.passivity.damp(&(demand.force_n * share));
+            faults.raise_if(damped, Fault::Damped);
+            ForceCommand {
+                force_n: self.limit_force(&force_n, faults),
+                torque_n_m: self.limit_torque(&(demand.torque_n_m * share), faults),
+            }
+        } else {
+            // Cut at once: a force that nobody can answer for does not fade.
+            self.gain = 0.0;
+            self.wanted_n = 0.0;
+            ForceCommand::default()
+        };
+        let or_none = |v: Vec3| {
+            if math::is_finite(&v) {
+                v
+            } else {
+                Vec3::zeros()
+            }
+        };
+        let out = ForceCommand {
+            force_n: or_none(out.force_n),
+            torque_n_m: or_none(out.torque_n_m),
+        };
+        self.heat_n2 += (out.force_n.norm_squared() - self.heat_n2) * (TICK_S / HEAT_TIME_S);
+        self.passivity.note_sent(&out.force_n);
+        self.last = out;
+        out
+    }
+
+    fn trip(&mut self, demand: &Demand, faults: &mut FaultSet) {
+        // Written so that a speed that is not a number trips.
+        let is_slow = demand.speed_m_s <= SPEED_TRIP_M_S;
+        if self.is_open() && !is_slow {
+            self.tripped = true;
+            faults.raise(Fault::SpeedTrip);
+        }
+    }
+
+    fn ramp(&mut self, demand: &Demand) {
+        let step = if demand.device == Status::Live && !demand.paused {
+            TICK_S / self.ramp_s
+        } else {
+            -TICK_S / FALL_S
+        };
+        self.gain = (self.gain + step).clamp(0.0, 1.0);
+    }
+
+    /// What share of the force keeps the stiffness within the device's. It goes there in small
+    /// steps of force: a contact that comes or goes under a load is not felt as a knock.
+    fn cap_stiffness(&mut self, demand: &Demand, faults: &mut FaultSet) -> f32 {
+        self.remember_stiffness(demand.stiffness_n_m);
+        let too_stiff = self.stiffness_n_m > self.stiffness_max_n_m;
+        faults.raise_if(too_stiff, Fault::StiffnessCapped);
+        let goal = if too_stiff {
+            self.stiffness_max_n_m / self.stiffness_n_m
+        } else {
+            1.0
+        };
+        // While the tissue pushes harder the hand feels no less, while it gives way no more, whatever
+        // comes into touch or leaves it: a force that falls as the hand goes deeper is not stable.
+        let wanted_n = math::norm(&demand.force_n);
+        let same = self.share * self.wanted_n / wanted_n.max(LIMIT_MIN);
+        let goal = if wanted_n > self.wanted_n {
+            goal.max(same)
+        } else if wanted_n < self.wanted_n {
+            goal.min(same)
+        } else {
+            goal
+        };
+        // What was felt already changes slowly; what begins now begins with its own share.
+        let step_n = SHARE_STEP_N + 0.5 * (wanted_n - self.wanted_n).abs();
+        let step = step_n / self.wanted_n.max(step_n);
+        self.share += (goal - self.share).max(-step).min(step);
+        self.wanted_n = wanted_n;
+        self.share
+    }
+
+    fn remember_stiffness(&mut self, now_n_m: f32) {
+        let now_n_m = now_n_m.min(RIGID_N_M);
+        if self.wanted_n <= 0.0 || now_n_m >= self.stiffness_n_m {
+            self.stiffness_n_m = now_n_m;
+            self.stiff_ticks = 0;
+        } else if self.stiff_ticks < STIFF_TICKS {
+            self.stiff_ticks += 1;
+        } else {
+            self.stiffness_n_m = now_n_m.max(self.stiffness_n_m * FADES);
+        }
+    }
+
+    fn limit_force(&self, force: &Vec3, faults: &mut FaultSet) -> Vec3 {
+        let limit = self.limit_n();
+        let warm = limit < self.peak_n;
+        let fault = if warm {
+            Fault::ThermalLimited
+        } else {
+            Fault::Clamped
+        };
+        let force = clamp(force, limit, fault, faults);
+        slew(&self.last.force_n, &force, SLEW_N, faults)
+    }
+
+    fn limit_torque(&self, torque: &Vec3, faults: &mut FaultSet) -> Vec3 {
+        let peak = self.torque_max_n_m;
+        if peak <= 0.0 {
+            return Vec3::zeros(); // the device says that it drops torque: nothing is cut off
+        }
+        let torque = clamp(torque, peak, Fault::Clamped, faults);
+        slew(&self.last.torque_n_m, &torque, TORQUE_SLEW * peak, faults)
+    }
+
+    /// The peak while the motors are cold; comes down to the continuous force as their heat
+    /// reaches what that force would make.
+    fn limit_n(&self) -> f32 {
+        let full = self.continuous_n * self.continuous_n;
+        let excess = self.heat_n2 - WARM * full;
+        if excess <= 0.0 {
+            return self.peak_n;
+        }
+        let share = (excess / ((1.0 - WARM) * full)).min(1.0);
+        self.peak_n + (self.continuous_n - self.peak_n) * share
+    }
+}
+
+/// Stiffest contact for a device; 0 where it states nothing that makes sense.
+fn stiffness_max_n_m(device: &DeviceCapabilities) -> f32 {
+    let period_s = if device.rate_hz >= 1.0 {
+        device.rate_hz.recip().max(TICK_S)
+    } else {
+        return 0.0;
+    };
+    if !(0.0..=DELAY_MAX_S).contains(&device.delay_s) {
+        return 0.0;
+    }
+    let borne_n_m = safe(device.damping_n_s_m) / (0.5 * period_s + device.delay_s);
+    safe(device.stiffness_max_n_m).min(STABLE_SHARE * borne_n_m)
+}
+
+fn is_sound(demand: &Demand) -> bool {
+    let finite = math::is_finite(&demand.force_n) && math::is_finite(&demand.torque_n_m);
+    let handle = demand.handle_m.is_none_or(|at_m| math::is_finite(&at_m));
+    finite && handle && !demand.stiffness_n_m.is_nan()
+}
+
+/// `wanted`, no longer than `limit`.
+fn clamp(wanted: &Vec3, limit: f32, fault: Fault, faults: &mut FaultSet) -> Vec3 {
+    if math::norm(wanted) <= limit {
+        return *wanted;
+    }
+    faults.raise(fault);
+    match math::unit(wanted) {
+        Some(direction) => direction * limit,
+        None => Vec3::zeros(), // longer than f32 can square
+    }
+}
+
+/// `wanted`, no further from `last` than `step_max`.
+fn slew(last: &Vec3, wanted: &Vec3, step_max: f32, faults: &mut FaultSet) -> Vec3 {
+    let step = wanted - last;
+    let length = math::norm(&step);
+    if length <= step_max {
+        return *wanted;
+    }
+    faults.raise(Fault::Slewed);
+    last + step * (step_max / length)
+}

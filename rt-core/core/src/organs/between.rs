@@ -1,0 +1,374 @@
+//! What spheres of organs do to each other that have come together: they press each other apart, and rub.
+//!
+//! The contact is a damped spring (XPBD, Macklin 2016) in each of the finer organ's substeps. So where a sphere is
+//! squeezed between others, pushes come to a balance; were each to have its way in turn, none would ever rest.
+
+use heapless::Vec;
+
+use crate::capacity::MAX_CLOSE_PAIRS;
+use crate::fault::{Fault, FaultSet};
+use crate::math::{self, Vec3};
+use crate::organs::pairs::Pair;
+use crate::scene::Scene;
+use crate::tissue::Bodies;
+use crate::tissue::lanes::Lanes;
+use crate::tissue::pace::{Moment, Pace};
+use crate::words::SphereBits;
+
+/// Pairs nearer than this to touching at the beginning of a tick may touch within it, m: what comes together
+/// faster than at half a metre a second does so a tick later.
+const CLOSE_M: f32 = 0.000_5;
+/// Stiffness of the contact of two spheres, N/m: a gallbladder that is pressed on the liver with 1 N lies a quarter of a
+/// millimetre in it.
+const STIFFNESS_N_M: f32 = 200.0;
+/// How much the speed at which an overlap grows counts beside it, s: so much that nothing bounces.
+const DAMPED_S: f32 = 0.001;
+/// Share of an overlap that is taken back in a substep at most: light spheres are not shot out.
+const SOFT: f32 = 0.4;
+/// Organs that lie in each other part this fast at most, m/s: a duct that has slipped far into an organ comes
+/// out of it, and is not shot out.
+const PART_M_S: f32 = 0.1;
+/// Friction of wet serous skins on each other (pleura on pleura; D'Angelo 2004, DOI 10.1016/j.resp.2004.05.006).
+const FRICTION: f32 = 0.02;
+
+/// Slots in which pairs are looked up.
+const SLOTS: usize = 4 * MAX_CLOSE_PAIRS;
+const NO_PAIR: [u16; 2] = [u16::MAX; 2];
+
+/// A pair that may touch in this tick.
+#[derive(Debug, Clone, Copy)]
+struct Close {
+    pair: Pair,
+    /// In how many steps of a tick it is looked at.
+    times: u32,
+}
+
+/// Those of a tick.
+#[derive(Debug, Clone)]
+pub(crate) struct Between {
+    close: Vec<Close, MAX_CLOSE_PAIRS>,
+    /// Where each of them is noted, so that none is in twice.
+    slots: [[u16; 2]; SLOTS],
+}
+
+impl Between {
+    pub(crate) const fn new() -> Self {
+        Self {
+            close: Vec::new(),
+            slots: [NO_PAIR; SLOTS],
+        }
+    }
+
+    /// None.
+    pub(crate) fn clear(&mut self) {
+        self.close.clear();
+    }
+
+    /// Chooses what may touch in this tick of pairs that are near.
+    pub(crate) fn choose<'a>(
+        &mut self,
+        near: impl Iterator<Item = &'a Pair>,
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+        faults: &mut FaultSet,
+    ) {
+        self.close.clear();
+        self.slots = [NO_PAIR; SLOTS];
+        for pair in near {
+            let [a, b] = [pair.a, pair.b].map(u32::from);
+            let difference = bodies.nodes.at(a).from(bodies.nodes.at(b));
+            let reach_m = pair.apart_m + CLOSE_M;
+            if difference.norm_squared() >= reach_m * reach_m || self.is_noted(pair) {
+                continue;
+            }
+            let substeps = |sphere| scene.substeps_of(*bodies.organ.at(sphere));
+            let times = substeps(a).max(substeps(b));
+            let close = Close { pair: *pair, times };
+            faults.raise_if(self.close.push(close).is_err(), Fault::PairOverflow);
+        }
+    }
+
+    /// Notes a pair; says whether it was already.
+    fn is_noted(&mut self, pair: &Pair) -> bool {
+        let key = [pair.a, pair.b];
+        let hash = (u32::from(pair.a) << 16 | u32::from(pair.b)).wrapping_mul(0x9e37_79b1);
+        let first = (hash >> 16) as usize;
+        for i in 0..SLOTS {
+            let Some(slot) = self.slots.get_mut((first + i) % SLOTS) else {
+                return false;
+            };
+            if *slot == key {
+                return true;
+            }
+            if *slot == NO_PAIR {
+                *slot = key;
+                return false;
+            }
+        }
+        false
+    }
+
+    /// Presses apart, in the finest step `now` of the tick, what touches and whose turn it is.
+    pub(crate) fn press_due(&self, now: u32, scene: &Scene<'_>, bodies: &mut Bodies) {
+        for close in &self.close {
+            if let Some(moment) = Moment::due(now, close.times, scene) {
+                press(&close.pair, &moment, scene, bodies);
+            }
+        }
+    }
+}
+
+fn press(pair: &Pair, at: &Moment, scene: &Scene<'_>, bodies: &mut Bodies) {
+    let [a, b] = [pair.a, pair.b].map(u32::from);
+    let (node_a, node_b) = (*bodies.nodes.at(a), *bodies.nodes.at(b));
+    let [pace_a, pace_b] = [a, b].map(|sphere| Pace::of(sphere, at, scene, bodies));
+    let start = node_a.away_at_start(&node_b);
+    let now = (start + (pace_a.way(&node_a) - pace_b.way(&node_b))).vec3();
+    let near_m = math::norm(&now);
+    let weight_per_kg = pace_a.weight() + pace_b.weight();
+    if near_m >= pair.apart_m || weight_per_kg <= 0.0 || is_gone(bodies, pair) {
+        return;
+    }
+    let before = (start + (pace_a.way_before(&node_a) - pace_b.way_before(&node_b))).vec3();
+    let direction = math::unit(&now).unwrap_or_else(Vec3::x);
+    let came_m = math::norm(&before) - near_m;
+    let step_s = at.step_s();
+    let rate = DAMPED_S / step_s;
+    // How far it goes apart for being so deep, were it as heavy as this.
+    let softness = (STIFFNESS_N_M * step_s * step_s * weight_per_kg).recip();
+    let answer = ((1.0 + rate) + softness).recip().min(SOFT);
+    let wanted_m = answer * (pair.apart_m - near_m + rate * came_m);
+    let push_m = wanted_m.min(came_m + PART_M_S * step_s).max(0.0);
+    // Along the surfaces they hold each other back by a share of that.
+    let slid = now - before;
+    let slid = slid - direction * direction.dot(&slid);
+    let held = FRICTION * push_m
+        / math::norm(&slid)
+            .max(FRICTION * push_m)
+            .max(f32::MIN_POSITIVE);
+    let push = (direction * push_m - slid * held) / weight_per_kg;
+    let push = Lanes::new(&push, 0.0);
+    pace_a.push(bodies.nodes.at_mut(a), push);
+    pace_b.push(bodies.nodes.at_mut(b), push.scaled(-1.0));
+}
+
+/// Whether one of the two is layered tissue of which nothing is left.
+fn is_gone(bodies: &Bodies, pair: &Pair) -> bool {
+    [pair.a, pair.b].iter().any(|&i| {
+        let bits = bodies.bits.at(u32::from(i));
+        bits.contains(SphereBits::GONE)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::capacity::MAX_ORGANS;
+    use crate::organs::pairs::Pairs;
+    use crate::scene::tests::{organ, room, sphere};
+    use crate::scene::{Organ, RestSphere};
+    use crate::time::TICK_S;
+    use crate::tissue::Method;
+    use crate::tissue::substeps::{self, Outside};
+    use std::boxed::Box;
+
+    const RADIUS_M: f32 = 0.01;
+
+    /// Two spheres of 0.2 g whose centres lay 5 cm apart at rest, each an organ, or both one; nothing else acts.
+    struct Two {
+        organs: std::vec::Vec<Organ>,
+        spheres: std::vec::Vec<RestSphere>,
+        pairs: Box<Pairs>,
+        between: Box<Between>,
+        bodies: Box<Bodies>,
+    }
+
+    struct Only<'a>(&'a Between, &'a Scene<'a>);
+
+    impl Outside for Only<'_> {
+        fn lean(&mut self, _: u8, _: f32, _: &mut Bodies) {}
+        fn between(&mut self, now: u32, bodies: &mut Bodies) {
+            self.0.press_due(now, self.1, bodies);
+        }
+        fn press(&mut self, _: u8, _: f32, _: f32, _: &mut Bodies) {}
+    }
+
+    fn free(first: u32, spheres: u32, substeps: u32) -> Organ {
+        let mut free = organ(first, spheres, 0, 0);
+        free.substeps = substeps;
+        free.gravity_share = 0.0;
+        free.material.damping_per_s = 0.0;
+        free
+    }
+
+    fn at(x: f32) -> RestSphere {
+        RestSphere {
+            mass_kg: 0.000_2,
+            ..sphere(Vec3::x() * x, RADIUS_M)
+        }
+    }
+
+    impl Two {
+        fn new(organs: &[Organ], apart_m: f32, speed_m_s: [f32; 2]) -> Self {
+            let mut two = Self {
+                organs: organs.to_vec(),
+                spheres: std::vec![at(0.0), at(0.05)],
+                pairs: Box::new(Pairs::new()),
+                between: Box::new(Between::new()),
+                bodies: Box::new(Bodies::new()),
+            };
+            let scene = Scene::new(&two.organs, &two.spheres, &[], room()).unwrap();
+            two.bodies.load(&scene);
+            two.pairs.load(&scene);
+            two.between.clear();
+            let moved = [Vec3::zeros(), Vec3::x() * (apart_m - 0.05)];
+            for ((i, moved), v) in (0..).zip(&moved).zip(speed_m_s) {
+                two.bodies.nodes.at_mut(i).put(moved, &(Vec3::x() * v));
+            }
+            two
+        }
+
+        fn tick(&mut self) {
+            let scene = Scene::new(&self.organs, &self.spheres, &[], room()).unwrap();
+            let mut faults = FaultSet::NONE;
+            self.bodies.begin(&scene, true);
+            self.pairs.find(&self.bodies, &mut faults);
+            self.between
+                .choose(self.pairs.near(), &scene, &self.bodies, &mut faults);
+            let mut only = Only(&self.between, &scene);
+            let moves = [true; MAX_ORGANS];
+            let bodies = &mut self.bodies;
+            let _ = substeps::run(&scene, &Method::NeoHookean, &moves, &mut only, bodies);
+            for (organ, number) in self.organs.iter().zip(0..) {
+                let _ = bodies.advance(organ, scene.step_s_of(number));
+            }
+            assert!(faults.is_empty());
+        }
+
+        fn apart_m(&self) -> f32 {
+            math::norm(&self.bodies.nodes.at(0).from(self.bodies.nodes.at(1)).vec3())
+        }
+
+        fn speeds_m_s(&self) -> [f32; 2] {
+            [0, 1].map(|i| self.bodies.nodes.at(i).velocity_m_s().x)
+        }
+    }
+
+    /// Of equal and of unequal substeps, and folds of one.
+    fn kinds() -> [std::vec::Vec<Organ>; 4] {
+        [
+            std::vec![free(0, 1, 1), free(1, 1, 1)],
+            std::vec![free(0, 1, 1), free(1, 1, 16)],
+            std::vec![free(0, 1, 4), free(1, 1, 2)],
+            std::vec![free(0, 2, 4)],
+        ]
+    }
+
+    #[test]
+    fn what_comes_into_another_is_stopped_by_equal_momenta_and_does_not_bounce() {
+        for organs in kinds() {
+            let mut two = Two::new(&organs, 0.0225, [0.1, 0.0]);
+            let mut nearest_m = f32::MAX;
+            for _ in 0..200 {
+                two.tick();
+                nearest_m = nearest_m.min(two.apart_m());
+                let [a, b] = two.speeds_m_s();
+                assert!((a + b - 0.1).abs() < 1.0e-4, "{a} {b} m/s");
+                let energy = a * a + b * b;
+                assert!(energy < 0.01 + 1.0e-5, "{energy}");
+            }
+            // 0.1 m/s of 0.1 g against 200 N/m: 0.07 mm were it not damped.
+            assert!(nearest_m > 2.0 * RADIUS_M - 0.000_08, "{nearest_m}");
+            let [a, b] = two.speeds_m_s();
+            assert!(b - a < 0.02 && b >= a, "{a} {b} m/s");
+        }
+    }
+
+    #[test]
+    fn what_lies_far_in_each_other_parts_slowly() {
+        for organs in kinds() {
+            let mut two = Two::new(&organs, 0.015, [0.0, 0.0]);
+            for tick in 0..400 {
+                let before_m = two.apart_m();
+                two.tick();
+                let parted_m = two.apart_m() - before_m;
+                let most_m = 1.01 * PART_M_S * TICK_S;
+                assert!(parted_m < most_m, "tick {tick}: {parted_m} m");
+            }
+            assert!(two.apart_m() > 2.0 * RADIUS_M - 1.0e-5);
+        }
+    }
+
+    #[test]
+    fn those_in_one_place_part() {
+        let mut two = Two::new(&kinds()[0], 0.0, [0.0, 0.0]);
+        for _ in 0..10 {
+            two.tick();
+        }
+        assert!(two.apart_m() > 1.0e-4, "{}", two.apart_m());
+    }
+
+    #[test]
+    fn spheres_pressed_together_come_to_rest_as_springs_would() {
+        // Between two walls of spheres 0.2 mm too near for one that is free between them.
+        let mut two = Two::new(&kinds()[0], 0.05, [0.0, 0.0]);
+        two.spheres = std::vec![at(0.0), at(0.05), at(0.1)];
+        two.spheres[0].held = true;
+        two.spheres[2].held = true;
+        two.organs = std::vec![free(0, 1, 1), free(1, 1, 8), free(2, 1, 2)];
+        let scene = Scene::new(&two.organs, &two.spheres, &[], room()).unwrap();
+        two.bodies.load(&scene);
+        two.pairs.load(&scene);
+        let put = [0.0, 0.0199 - 0.05, 0.0397 - 0.1];
+        for (i, x) in (0..).zip(put) {
+            let node = two.bodies.nodes.at_mut(i);
+            node.put(&(Vec3::x() * x), &Vec3::zeros());
+        }
+        let mut last_m = 0.0;
+        for tick in 0..300 {
+            two.tick();
+            let now_m = two.bodies.nodes.at(1).center_m().x;
+            assert!(tick < 250 || (now_m - last_m).abs() < 1.0e-8, "{now_m}");
+            last_m = now_m;
+        }
+        // Its neighbours push in turn: the first a little deeper.
+        assert!((last_m - 0.019_85).abs() < 1.5e-5, "{last_m}");
+    }
+
+    #[test]
+    fn organs_that_overlap_at_rest_stay_as_they_are() {
+        let organs = [free(0, 1, 1), free(1, 1, 1)];
+        let mut two = Two::new(&organs, 0.05, [0.0, 0.0]);
+        two.spheres = std::vec![at(0.0), at(0.012)];
+        let scene = Scene::new(&two.organs, &two.spheres, &[], room()).unwrap();
+        two.bodies.load(&scene);
+        two.pairs.load(&scene);
+        for _ in 0..50 {
+            two.tick();
+        }
+        assert!((two.apart_m() - 0.012).abs() < 1.0e-7);
+        // Nearer than they lay, they go back to that.
+        let nearer = Vec3::x() * -0.002;
+        two.bodies.nodes.at_mut(1).put(&nearer, &Vec3::zeros());
+        for _ in 0..400 {
+            two.tick();
+        }
+        assert!(two.apart_m() > 0.0119, "{}", two.apart_m());
+    }
+
+    #[test]
+    fn friction_slows_what_slides_and_never_turns_it_round() {
+        let mut two = Two::new(&kinds()[1], 0.0201, [0.05, 0.0]);
+        let at = two.bodies.nodes.at(0).moved_m();
+        let along = Vec3::new(0.05, 0.01, 0.0);
+        two.bodies.nodes.at_mut(0).put(&at, &along);
+        for _ in 0..100 {
+            two.tick();
+        }
+        let y = |i: u32, two: &Two| two.bodies.nodes.at(i).velocity_m_s().y;
+        let (a, b) = (y(0, &two), y(1, &two));
+        assert!((a + b - 0.01).abs() < 1.0e-5, "{a} {b}");
+        assert!(b > 0.000_1 && a > b, "{a} {b}");
+    }
+}

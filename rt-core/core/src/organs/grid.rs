@@ -1,0 +1,199 @@
+//! A grid over the spheres of each organ: what is near a place is found in the few cells around it, however
+//! many spheres there are and however large some of them.
+
+use crate::capacity::{MAX_ORGANS, MAX_SPHERES};
+use crate::math::Vec3;
+use crate::tissue::{Bodies, Bounds};
+
+/// Spheres in a cell, about: rows of cells cost time as spheres do.
+const SPHERES_IN_CELL: usize = 2;
+/// Cells of all organs together.
+const CELLS: usize = MAX_SPHERES / SPHERES_IN_CELL + MAX_ORGANS;
+/// Cells along an axis of an organ are made wider by this until there are few enough.
+const WIDER: f32 = 1.25;
+/// Cells along the longest axis of an organ at the most.
+const SIDE_MAX: f32 = 48.0;
+
+/// The cells of an organ.
+#[derive(Debug, Clone, Copy)]
+struct Part {
+    /// Around its centres, m.
+    bounds: Bounds,
+    per_m: f32,
+    sides: [usize; 3],
+    /// First of its cells.
+    first: usize,
+    /// Reach of the widest sphere, m.
+    reach_m: f32,
+    count: usize,
+}
+
+impl Part {
+    const NONE: Self = Self {
+        bounds: Bounds::EMPTY,
+        per_m: 0.0,
+        sides: [0; 3],
+        first: 0,
+        reach_m: 0.0,
+        count: 0,
+    };
+
+    /// Its cells are as wide as lets it have no more than `most`.
+    fn divide(&mut self, most: usize) {
+        let size_m = self.bounds.high_m - self.bounds.low_m;
+        let mut width_m = (size_m.max() / SIDE_MAX).max(1.0e-5);
+        self.sides = [1; 3];
+        self.per_m = 0.0;
+        for _ in 0..32 {
+            // `as` saturates and takes NaN to 0.
+            let side = |m: f32| ((m / width_m) as usize).saturating_add(1);
+            let sides = [size_m.x, size_m.y, size_m.z].map(side);
+            let [x, y, z] = sides;
+            if x.saturating_mul(y).saturating_mul(z) <= most {
+                (self.sides, self.per_m) = (sides, width_m.recip());
+                break;
+            }
+            width_m *= WIDER;
+        }
+    }
+
+    /// The cell along each axis in which a place lies, or the nearest to it.
+    fn cell(&self, at_m: &Vec3) -> [usize; 3] {
+        let at = (at_m - self.bounds.low_m) * self.per_m;
+        let [sx, sy, sz] = self.sides;
+        let cell = |x: f32, side: usize| (x as usize).min(side.saturating_sub(1));
+        [cell(at.x, sx), cell(at.y, sy), cell(at.z, sz)]
+    }
+
+    fn slot(&self, [x, y, z]: [usize; 3]) -> usize {
+        let [sx, sy, _] = self.sides;
+        self.first + x + sx * (y + sy * z)
+    }
+}
+
+/// Which spheres lie in which cell.
+#[derive(Debug, Clone)]
+pub(super) struct Grid {
+    parts: [Part; MAX_ORGANS],
+    /// End of each cell's run in `seen`; it starts where the one before ends.
+    ends: [u16; CELLS],
+    seen: [Seen; MAX_SPHERES],
+}
+
+/// A sphere as it was when the grid was built.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    center_m: [f32; 3],
+    reach_m: f32,
+    pub(super) sphere: u16,
+}
+
+impl Seen {
+    const NONE: Self = Self {
+        center_m: [0.0; 3],
+        reach_m: 0.0,
+        sphere: 0,
+    };
+
+    /// Whether it then came nearer than `reach_m` to `center_m`.
+    #[inline(always)]
+    pub(super) fn is_near(&self, center_m: &[f32; 3], reach_m: f32) -> bool {
+        let [x, y, z] = self.center_m;
+        let [u, v, w] = *center_m;
+        let (x, y, z, within_m) = (x - u, y - v, z - w, self.reach_m + reach_m);
+        x * x + y * y + z * z < within_m * within_m
+    }
+}
+
+impl Grid {
+    pub(super) const fn new() -> Self {
+        Self {
+            parts: [Part::NONE; MAX_ORGANS],
+            ends: [0; CELLS],
+            seen: [Seen::NONE; MAX_SPHERES],
+        }
+    }
+
+    /// Sorts these spheres, each with its reach, m. O(spheres + cells).
+    pub(super) fn build(&mut self, bodies: &Bodies, spheres: &[u16], reach_m: impl Fn(u32) -> f32) {
+        let center_m = |sphere: u32| bodies.nodes.at(sphere).center_m();
+        let organ = |sphere: u32| usize::from(*bodies.organ.at(sphere));
+        let all = || spheres.iter().map(|&sphere| u32::from(sphere));
+        self.parts = [Part::NONE; MAX_ORGANS];
+        for sphere in all() {
+            if let Some(part) = self.parts.get_mut(organ(sphere)) {
+                part.bounds.add(&center_m(sphere), 0.0);
+                part.reach_m = part.reach_m.max(reach_m(sphere));
+                part.count += 1;
+            }
+        }
+        let mut first = 0;
+        for part in self.parts.iter_mut().filter(|part| part.count > 0) {
+            part.divide((part.count / SPHERES_IN_CELL).max(1));
+            part.first = first;
+            first += part.sides.iter().product::<usize>();
+        }
+        self.ends.fill(0);
+        for sphere in all() {
+            let cell = self.slot(organ(sphere), &center_m(sphere));
+            if let Some(end) = self.ends.get_mut(cell) {
+                *end += 1;
+            }
+        }
+        // Running sums; then each cell's end walks down to its start as the cell is filled …
+        let mut sum = 0;
+        for end in &mut self.ends {
+            sum += *end;
+            *end = sum;
+        }
+        for sphere in all().rev() {
+            let center_m = center_m(sphere);
+            let cell = self.slot(organ(sphere), &center_m);
+            let Some(end) = self.ends.get_mut(cell) else {
+                continue;
+            };
+            *end = end.saturating_sub(1);
+            if let Some(place) = self.seen.get_mut(usize::from(*end)) {
+                *place = Seen {
+                    center_m: center_m.into(),
+                    reach_m: reach_m(sphere),
+                    sphere: sphere as u16, // sphere indices fit: asserted in `capacity`
+                };
+            }
+        }
+        // … and so each holds its start, which is the end of the one before.
+        self.ends.rotate_left(1);
+        if let Some(last) = self.ends.last_mut() {
+            *last = sum;
+        }
+    }
+
+    fn slot(&self, organ: usize, at_m: &Vec3) -> usize {
+        let part = self.parts.get(organ).unwrap_or(&Part::NONE);
+        part.slot(part.cell(at_m))
+    }
+
+    /// Runs of spheres that may come nearer than their reach and `reach_m` to `center_m`, in a fixed
+    /// order.
+    pub(super) fn near(&self, center_m: &Vec3, reach_m: f32) -> impl Iterator<Item = &[Seen]> {
+        let center_m = *center_m;
+        let near = move |part: &&Part| {
+            let mut around = Bounds::EMPTY;
+            around.add(&center_m, reach_m + part.reach_m);
+            part.count > 0 && part.bounds.is_near(&around, 1.0e-6)
+        };
+        self.parts.iter().filter(near).flat_map(move |part| {
+            let reach_m = Vec3::repeat(reach_m + part.reach_m);
+            let [x0, y0, z0] = part.cell(&(center_m - reach_m));
+            let [x1, y1, z1] = part.cell(&(center_m + reach_m));
+            let rows = (z0..=z1).flat_map(move |z| (y0..=y1).map(move |y| (y, z)));
+            rows.map(move |(y, z)| {
+                let before = part.slot([x0, y, z]).checked_sub(1);
+                let start = before.and_then(|i| self.ends.get(i)).copied();
+                let end = self.ends.get(part.slot([x1, y, z])).copied();
+                let run = usize::from(start.unwrap_or(0))..usize::from(end.unwrap_or(0));
+                self.seen.get(run).unwrap_or(&[])
+            })
+        })
+    }
+}

@@ -1,0 +1,351 @@
+//! Organ against organ, and an organ against itself: which spheres are near each other that are not linked. What
+//! they do to each other is [`crate::organs::between`]'s.
+//!
+//! The surface decides how far apart: inner spheres lie under the skin, so a sphere reaches about as far as
+//! the skin that it is the nearest to lies from it at rest, and not only as far as its radius.
+//!
+//! Inner spheres of one organ overlap at rest by construction. So within an organ only pairs
+//! that were apart at rest are kept apart; spheres of two organs are not let nearer than they
+//! were at rest. The paper does not say how it tells these cases.
+//!
+//! Near pairs are searched in a grid, a sixteenth of the spheres a tick: a list is complete after
+//! [`CYCLE`] ticks and used for as many; two organs that meet are kept apart at once. Spheres that close more than
+//! [`MARGIN_M`] in that time (0.2 m/s) are seen late by at most 16 ms. Those that have hardly moved
+//! since they were searched are not searched again: two of them keep the pair that they were.
+//! O(spheres that move · spheres in cells within reach / 16 + pairs) a tick.
+
+use heapless::Vec;
+
+use crate::capacity::{MAX_SPHERE_PAIRS, MAX_SPHERES};
+use crate::fault::{Fault, FaultSet};
+use crate::math::{self, Vec3};
+use crate::organs::grid::Grid;
+use crate::scene::Scene;
+use crate::tissue::Bodies;
+use crate::tissue::per_sphere::PerSphere;
+
+/// Ticks in which every sphere is searched once.
+const CYCLE: u32 = 16;
+/// Pairs nearer than this to touching are kept, m.
+const MARGIN_M: f32 = 0.003;
+
+/// What a sphere goes between the grid's making and its use, m: faster ones (0.2 m/s) are seen by the
+/// next.
+const GONE_M: f32 = 0.003;
+
+/// A sphere that has gone less than this since it was searched is still, m. Two still spheres can have
+/// closed by three times this since the second was searched.
+const STILL_M: f32 = 0.000_15;
+
+/// Within an organ, only pairs nearer than this share of their distance at rest are kept apart: an
+/// organ at rest has none.
+const HAS_CLOSED: f32 = 0.95;
+/// Share of their squared distance at rest within which they are listed: two still spheres cannot close
+/// from there.
+const MAY_CLOSE: f32 = 0.96;
+
+/// A sphere reaches no farther than this many of its radii: one beside a thin rim is not the rim.
+const REACH_MAX: f32 = 1.5;
+
+/// Where no sphere is: one that was never searched.
+const NEVER: Vec3 = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
+
+/// Two spheres that may come to overlap.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Pair {
+    pub(crate) a: u16,
+    pub(crate) b: u16,
+    /// Their centres are kept this far apart, m.
+    pub(crate) apart_m: f32,
+}
+
+/// The skin that a sphere is the nearest to.
+#[derive(Debug, Clone, Copy)]
+struct Beside {
+    vertices: f32,
+    sum_m: f32,
+    nearest_m: f32,
+}
+
+impl Beside {
+    const NOTHING: Self = Self {
+        vertices: 0.0,
+        sum_m: 0.0,
+        nearest_m: f32::MAX,
+    };
+
+    fn add(&mut self, away_m: f32) {
+        self.vertices += 1.0;
+        self.sum_m += away_m;
+        self.nearest_m = self.nearest_m.min(away_m);
+    }
+
+    /// How far its sphere reaches, m: between the nearest of it and the mean. Balls that touch so let the skins between
+    /// them come in as far as they hold those over them off.
+    fn reach_m(&self) -> Option<f32> {
+        (self.vertices > 0.0).then(|| 0.5 * (self.nearest_m + self.sum_m / self.vertices))
+    }
+}
+
+/// The pairs in use and those being collected.
+#[derive(Debug, Clone)]
+pub(crate) struct Pairs {
+    grid: Grid,
+    /// Spheres that something can meet: those nearest to the skin, where there is one. The others
+    /// lie behind them.
+    outer: Vec<u16, MAX_SPHERES>,
+    /// How far each of those reaches from its centre, m.
+    reach_m: PerSphere<f32>,
+    current: Vec<Pair, MAX_SPHERE_PAIRS>,
+    next: Vec<Pair, MAX_SPHERE_PAIRS>,
+    /// Where each sphere was when it was last searched, m.
+    searched_m: PerSphere<Vec3>,
+    /// Which are still in this cycle.
+    is_still: PerSphere<bool>,
+    /// Position in the cycle.
+    phase: u32,
+}
+
+impl Pairs {
+    pub(crate) const fn new() -> Self {
+        Self {
+            grid: Grid::new(),
+            outer: Vec::new(),
+            reach_m: PerSphere::new(0.0),
+            current: Vec::new(),
+            next: Vec::new(),
+            searched_m: PerSphere::new(NEVER),
+            is_still: PerSphere::new(false),
+            phase: 0,
+        }
+    }
+
+    /// Starts anew with `scene`, whose spheres `bodies` holds.
+    pub(crate) fn load(&mut self, scene: &Scene<'_>) {
+        self.outer.clear();
+        let mut beside = PerSphere::new(Beside::NOTHING);
+        for vertex in scene.skin.vertices {
+            let number = u32::from(vertex.spheres[0]);
+            if let Some(sphere) = scene.spheres.get(number as usize) {
+                let away_m = math::norm(&(scene.skin_at_rest_m(vertex) - sphere.center_m));
+                beside.at_mut(number).add(away_m);
+            }
+        }
+        for (number, sphere) in (0..).zip(scene.spheres) {
+            let skin_m = beside.at(number).reach_m();
+            let reach_m = skin_m.unwrap_or(0.0).max(sphere.radius_m);
+            *self.reach_m.at_mut(number) = reach_m.min(REACH_MAX * sphere.radius_m);
+            // Those that have no skin, or are the nearest to some of it.
+            if scene.skin.near_sphere(number).is_none() || skin_m.is_some() {
+                let _ = self.outer.push(number as u16); // has room for every sphere
+            }
+        }
+        self.current.clear();
+        self.next.clear();
+        self.searched_m = PerSphere::new(NEVER);
+        self.phase = 0;
+    }
+
+    /// Searches this tick's share of the spheres for near pairs.
+    pub(crate) fn find(&mut self, bodies: &Bodies, faults: &mut FaultSet) {
+        if self.phase == 0 {
+            core::mem::swap(&mut self.current, &mut self.next);
+            self.next.clear();
+            for a in self.outer.iter().map(|&a| u32::from(a)) {
+                let gone_m = bodies.nodes.at(a).center_m() - self.searched_m.at(a);
+                *self.is_still.at_mut(a) = gone_m.norm_squared() < STILL_M * STILL_M;
+            }
+            for pair in &self.current {
+                let [a, b] = [pair.a, pair.b].map(|i| *self.is_still.at(u32::from(i)));
+                if a && b {
+                    faults.raise_if(self.next.push(*pair).is_err(), Fault::PairOverflow);
+                }
+            }
+            let reach_m = &self.reach_m;
+            self.grid
+                .build(bodies, &self.outer, |sphere| *reach_m.at(sphere));
+        }
+        let share = self.outer.iter().skip(self.phase as usize);
+        for a in share.step_by(CYCLE as usize).map(|&a| u32::from(a)) {
+            if *self.is_still.at(a) {
+                continue;
+            }
+            let center_m = bodies.nodes.at(a).center_m();
+            *self.searched_m.at_mut(a) = center_m;
+            let (at, reach_m) = (center_m.into(), self.reach_m.at(a) + MARGIN_M + GONE_M);
+            for run in self.grid.near(&center_m, reach_m) {
+                for seen in run {
+                    if !seen.is_near(&at, reach_m) {
+                        continue;
+                    }
+                    let b = u32::from(seen.sphere);
+                    // Two that move find each other: once is enough.
+                    if b <= a && (b == a || !*self.is_still.at(b)) {
+                        continue;
+                    }
+                    if let Some(pair) = near_pair(bodies, &self.reach_m, a.min(b), a.max(b)) {
+                        faults.raise_if(self.next.push(pair).is_err(), Fault::PairOverflow);
+                        if bodies.organ.at(a) != bodies.organ.at(b) {
+                            // At once, too: twice in the list is moved apart once.
+                            let _ = self.current.push(pair);
+                        }
+                    }
+                }
+            }
+        }
+        self.phase = (self.phase + 1) % CYCLE;
+    }
+
+    /// Those that are near.
+    pub(crate) fn near(&self) -> impl Iterator<Item = &Pair> {
+        self.current.iter()
+    }
+}
+
+/// The pair, if it is near and must be kept apart.
+fn near_pair(bodies: &Bodies, reach_m: &PerSphere<f32>, a: u32, b: u32) -> Option<Pair> {
+    let (node_a, node_b) = (bodies.nodes.at(a), bodies.nodes.at(b));
+    let reach = reach_m.at(a) + reach_m.at(b);
+    let squared = node_a.from(node_b).norm_squared();
+    if squared >= (reach + MARGIN_M) * (reach + MARGIN_M) {
+        return None;
+    }
+    let at_rest_squared = (node_a.rest_m() - node_b.rest_m()).norm_squared();
+    let mut apart_m = reach.min(math::sqrt(at_rest_squared));
+    if bodies.organ.at(a) == bodies.organ.at(b) {
+        let was_apart = at_rest_squared >= reach * reach;
+        let may_close = squared < MAY_CLOSE * at_rest_squared;
+        apart_m = apart_m.min(HAS_CLOSED * math::sqrt(at_rest_squared));
+        let linked = || bodies.adjacency.of(a).iter().any(|&n| u32::from(n) == b);
+        if !was_apart || !may_close || linked() {
+            return None;
+        }
+    }
+    let near = squared < (apart_m + MARGIN_M) * (apart_m + MARGIN_M);
+    near.then_some(Pair {
+        a: a as u16,
+        b: b as u16,
+        apart_m,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::scene::tests::{organ, room, sphere};
+    use crate::scene::{Link, Organ, RestSphere};
+    use std::boxed::Box;
+    use std::vec::Vec as List;
+
+    /// `Pairs` and `Bodies` over spheres of radius 1 cm, with every pair found.
+    fn found(
+        organs: &[Organ],
+        spheres: &[RestSphere],
+        links: &[Link],
+        moved: &[(u32, Vec3)],
+    ) -> (Box<Pairs>, Box<Bodies>) {
+        let scene = Scene::new(organs, spheres, links, room()).unwrap();
+        let (mut pairs, mut bodies) = (Box::new(Pairs::new()), Box::new(Bodies::new()));
+        bodies.load(&scene);
+        bodies.begin(&scene, true);
+        pairs.load(&scene);
+        for (i, u) in moved {
+            bodies.nodes.at_mut(*i).move_by(u);
+        }
+        let mut faults = FaultSet::NONE;
+        for _ in 0..=CYCLE {
+            pairs.find(&bodies, &mut faults);
+        }
+        (pairs, bodies)
+    }
+
+    fn listed(pairs: &Pairs) -> List<(u16, u16)> {
+        let mut list: List<_> = pairs.current.iter().map(|pair| (pair.a, pair.b)).collect();
+        list.sort_unstable();
+        list.dedup();
+        list
+    }
+
+    #[test]
+    fn still_spheres_keep_their_pairs_and_one_that_moves_finds_them() {
+        let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
+        let spheres = [at(0.0), at(0.05), at(0.1)];
+        let organs = [organ(0, 3, 0, 0)];
+        let near = [(1, Vec3::new(-0.032, 0.0, 0.0))];
+        let (mut pairs, mut bodies) = found(&organs, &spheres, &[], &near);
+        assert_eq!(listed(&pairs), [(0, 1)]);
+        let mut after = |sphere: u32, way_m: f32| {
+            bodies.nodes.at_mut(sphere).move_by(&(Vec3::x() * way_m));
+            for _ in 0..3 * CYCLE {
+                let mut faults = FaultSet::NONE;
+                pairs.find(&bodies, &mut faults);
+            }
+            listed(&pairs)
+        };
+        assert_eq!(after(1, 0.0), [(0, 1)], "kept");
+        assert_eq!(after(1, 0.0001), [(0, 1)], "hardly gone");
+        // To either side: the one that moves has the higher number, or the lower.
+        assert_eq!(after(1, 0.06), [(1, 2)]);
+        assert_eq!(after(1, -0.06), [(0, 1)]);
+        assert_eq!(after(0, -0.05), []);
+        assert_eq!(after(0, 0.05), [(0, 1)]);
+    }
+
+    #[test]
+    fn which_pairs_are_kept_apart() {
+        // Organ 0: spheres 0, 1 overlap at rest; 2 is 3 cm off, 3 linked to 2; organ 1: sphere 4.
+        let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
+        let spheres = [at(0.0), at(0.015), at(0.045), at(0.075), at(0.1)];
+        let links = [Link {
+            a: 2,
+            b: 3,
+            rest_length_m: 0.03,
+            compliance_m_n: 0.0,
+        }];
+        let organs = [organ(0, 4, 0, 1), organ(4, 1, 1, 0)];
+        // At rest nothing is near enough.
+        assert!(listed(&found(&organs, &spheres, &links, &[]).0).is_empty());
+        // 2 and 3 come together (linked: not kept), and 1 and 2 (kept), and 3 and 4 (kept).
+        let moved = [
+            (1, Vec3::new(0.012, 0.0, 0.0)),
+            (0, Vec3::new(0.012, 0.0, 0.0)),
+            (3, Vec3::new(-0.011, 0.0, 0.0)),
+            (4, Vec3::new(-0.018, 0.0, 0.0)),
+        ];
+        let (pairs, _) = found(&organs, &spheres, &links, &moved);
+        assert_eq!(listed(&pairs), [(1, 2), (3, 4)]);
+    }
+
+    #[test]
+    fn the_grid_finds_what_brute_force_finds() {
+        let mut seed = 7_u32;
+        let mut random = || {
+            seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (seed >> 8) as f32 / (1 << 24) as f32
+        };
+        let spheres: List<_> = (0..400)
+            .map(|i| {
+                let center = Vec3::new(random(), random(), random()) * 0.2;
+                let radius = 0.004 + 0.006 * random();
+                (i, sphere(center, radius))
+            })
+            .collect();
+        let spheres: List<_> = spheres.into_iter().map(|(_, s)| s).collect();
+        let organs: List<_> = (0..16).map(|i| organ(i * 25, 25, 0, 0)).collect();
+        let moved: List<_> = (0..400)
+            .map(|i| (i, Vec3::new(random(), random(), random()) * 0.05))
+            .collect();
+        let (pairs, bodies) = found(&organs, &spheres, &[], &moved);
+        let mut expected = List::new();
+        for a in 0..400 {
+            for b in a + 1..400 {
+                if near_pair(&bodies, &pairs.reach_m, a, b).is_some() {
+                    expected.push((a as u16, b as u16));
+                }
+            }
+        }
+        assert!(expected.len() > 100, "{}", expected.len());
+        assert_eq!(listed(&pairs), expected);
+    }
+}

@@ -1,0 +1,105 @@
+//! Cells under the hook's bare tip.
+
+use heapless::Vec;
+
+use crate::capacity::MAX_ORGANS;
+use crate::procedure::cautery::{Dose, Electrode};
+use crate::scene::{Cell, Scene};
+use crate::tissue::cells::Removed;
+use crate::tissue::{Bodies, Bounds};
+
+/// Cells under a tip, at most; what is more takes nothing in this tick.
+const UNDER: usize = 48;
+/// A cell whose sphere has carried it so near may be touched, m: its middle by all of its spheres lies
+/// that near to it.
+const MAYBE_M: f32 = 0.010;
+
+/// A cell counts as a ball of this radius, of its longest side.
+const RADIUS: f32 = 0.5;
+
+/// What of a cell an electrode touches, m².
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct TouchedCell {
+    cell: u16,
+    pub(crate) organ: u8,
+    pub(crate) area_m2: f32,
+}
+
+impl Bodies {
+    /// A tick of current: exposed cells that an electrode touches take their dose. `burnt` hears of each
+    /// cell's organ and heat, J, `removed` of what has boiled away.
+    pub(crate) fn burn_cells(
+        &mut self,
+        touched: &[TouchedCell],
+        dose: &Dose,
+        scene: &Scene<'_>,
+        mut burnt: impl FnMut(u8, f32),
+        mut removed: impl FnMut(Removed),
+    ) {
+        for touched in touched {
+            let energy_j = dose.whole_j_m2() * touched.area_m2;
+            let Some(record) = scene.layers.cell(touched.cell) else {
+                continue;
+            };
+            burnt(touched.organ, energy_j);
+            if self.cells.give(touched.cell, record, energy_j)
+                && let Some(gone) = self.remove_cell(touched.cell, scene)
+            {
+                removed(gone);
+            }
+        }
+    }
+
+    /// The exposed cells that an electrode touches. O(cells of organs near).
+    pub(crate) fn touched_cells(
+        &self,
+        electrode: &Electrode,
+        scene: &Scene<'_>,
+        bounds: &[Bounds; MAX_ORGANS],
+    ) -> Vec<TouchedCell, UNDER> {
+        let mut touched = Vec::new();
+        let middle_m = electrode.middle_m();
+        let mut around = Bounds::EMPTY;
+        around.add(&middle_m, MAYBE_M);
+        let mut near = [false; MAX_ORGANS];
+        for ((near, bounds), _) in near.iter_mut().zip(bounds).zip(scene.organs) {
+            *near = bounds.is_near(&around, 0.0);
+        }
+        for (index, cell) in (0u16..).zip(scene.layers.cells) {
+            let may = self.cells.is_exposed(index) && self.cells.is_there(index);
+            let organ = *self.organ.at(cell.sphere());
+            if !may || !near.get(usize::from(organ)).is_some_and(|near| *near) {
+                continue;
+            }
+            let about_m = cell.center_m + self.nodes.at(cell.sphere()).moved_m();
+            if (about_m - middle_m).norm_squared() > MAYBE_M * MAYBE_M {
+                continue;
+            }
+            let share = electrode.touches_ball(&self.cell_at_m(cell), radius_m(cell));
+            if share > 0.0 {
+                let area_m2 = face_m2(cell) * share;
+                if touched
+                    .push(TouchedCell {
+                        cell: index,
+                        organ,
+                        area_m2,
+                    })
+                    .is_err()
+                {
+                    break;
+                }
+            }
+        }
+        touched
+    }
+}
+
+fn radius_m(cell: &Cell) -> f32 {
+    RADIUS * cell.extent_m.iter().copied().fold(0.0, f32::max)
+}
+
+/// A face of a cube as large as the cell, m².
+fn face_m2(cell: &Cell) -> f32 {
+    let longest_m = cell.extent_m.iter().copied().fold(1.0e-6, f32::max);
+    cell.volume_m3 / longest_m
+}

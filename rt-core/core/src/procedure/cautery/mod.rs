@@ -1,0 +1,280 @@
+//! Electrosurgery: what the hook's bare tip touches is parted or dried by the energy that its current
+//! brings there.
+//!
+//! Everything touched (links of tubes, bands and sutures, cells, the surfaces of organs) first says by how
+//! much; then each gets its part of the tick's energy ([`electrode`]). A bar is parted by the energy
+//! over what it takes to boil it through, across the electrode's width; a vessel is dried, a wall burnt
+//! through ([`wall`]). Current that touches nothing does nothing. O(attachments and elastic links of organs that move, contacts) while it flows.
+
+mod burn;
+mod electrode;
+mod wall;
+
+pub(crate) use electrode::{Dose, Electrode};
+
+use heapless::Vec;
+
+use crate::capacity::MAX_ORGANS;
+use crate::contact::contact_force::Contact;
+use crate::math::Vec3;
+use crate::procedure::cautery::burn::TouchedCell;
+use crate::procedure::journal::Journal;
+use crate::procedure::vessel::Vessels;
+use crate::scene::Scene;
+use crate::tissue::Bodies;
+use crate::tissue::part::{Apart, part_all, sparing_none};
+use crate::tool::Tool;
+use crate::words::{Event, EventKind};
+use wall::{HOLE_M2, Walls};
+
+/// Ticks between two events of one organ's burn.
+const TOLD_TICKS: u32 = 50;
+
+/// Stretches of tubes that a tick can dry; more are as many as lie under a tip.
+const DRIED: usize = 32;
+
+/// What current has done.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Cautery {
+    /// What nobody was told of yet, by organ, J.
+    burnt_j: [f32; MAX_ORGANS],
+    /// Ticks until it may be told.
+    quiet: u32,
+    /// Where that was last, m.
+    at_m: Vec3,
+    walls: Walls,
+}
+
+impl Cautery {
+    /// A tick of current at `electrode`, whose tool meets tissue and cells as `contacts` and `cells` say.
+    pub(crate) fn burn(
+        &mut self,
+        electrode: &Electrode,
+        (contacts, cells): (&[Contact], &[TouchedCell]),
+        scene: &Scene<'_>,
+        bodies: &mut Bodies,
+        vessels: &mut Vessels,
+        journal: &mut Journal,
+    ) {
+        let mut surfaces = touched_surfaces(electrode, contacts, scene);
+        for cell in cells {
+            // What has cells is burnt cell by cell.
+            if let Some(area_m2) = surfaces.get_mut(usize::from(cell.organ)) {
+                *area_m2 = 0.0;
+            }
+        }
+        let cells_m2: f32 = cells.iter().map(|it| it.area_m2).sum();
+        let surfaces_m2: f32 = surfaces.iter().sum();
+        let layered = layered(scene, bodies);
+        let bars_m2 = touched_bars_m2(electrode, &layered, scene, bodies);
+        let touched_m2 = bars_m2 + surfaces_m2 + cells_m2;
+        let Some(dose) = electrode.dose(touched_m2) else {
+            return;
+        };
+        self.at_m = electrode.middle_m();
+        let mut areas_m2 = surfaces;
+        let mut dried: Vec<(u32, f32), DRIED> = Vec::new();
+        let apart = |apart: Apart| {
+            vessels.note_change();
+            journal.raise(apart.told(EventKind::Cut));
+        };
+        part_all(scene, bodies, sparing_none, apart, |bar, parted| {
+            let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
+            if parted >= 1.0 || is_layered {
+                return parted;
+            }
+            let touched = electrode.touches_bar(&bar.ends_m, bar.radius_m);
+            if touched <= 0.0 {
+                return parted;
+            }
+            if let Some(area_m2) = areas_m2.get_mut(usize::from(bar.organ)) {
+                *area_m2 += bar.area_m2 * touched;
+            }
+            if let Some(link) = bar.link {
+                let _ = dried.push((link, dose.drying_j_m2 * bar.area_m2 * touched));
+            }
+            bar.parted_by(parted, dose.parts() * touched)
+        });
+        for (link, energy_j) in dried {
+            if let Some(link) = scene.links.get(link as usize) {
+                vessels.dry(link.a, 0.5 * energy_j, scene, bodies);
+                vessels.dry(link.b, 0.5 * energy_j, scene, bodies);
+            }
+        }
+        let burnt_j = &mut self.burnt_j;
+        let burnt = |organ: u8, energy_j| {
+            if let Some(burnt_j) = burnt_j.get_mut(usize::from(organ)) {
+                *burnt_j += energy_j;
+            }
+        };
+        bodies.burn_cells(cells, &dose, scene, burnt, |gone| {
+            journal.raise(gone.told());
+        });
+        for ((organ, area_m2), burnt_j) in (0u8..).zip(areas_m2).zip(&mut self.burnt_j) {
+            if area_m2 <= 0.0 {
+                continue;
+            }
+            *burnt_j += dose.whole_j_m2() * area_m2;
+            let boils_j = dose.parting_j_m2 * area_m2;
+            if let Some(hole) = self.walls.burn(organ, &self.at_m, boils_j, scene, bodies) {
+                vessels.burst(hole.sphere, HOLE_M2);
+                journal.raise(Event {
+                    kind: EventKind::Perforation,
+                    organ: Some(u32::from(organ)),
+                    at_m: self.at_m,
+                    value: hole.energy_j,
+                });
+            }
+        }
+    }
+
+    /// Tells of what was burnt: when it is time to, and when the current `is_off`.
+    pub(crate) fn tell(&mut self, is_off: bool, journal: &mut Journal) {
+        self.quiet = self.quiet.saturating_sub(1);
+        if self.quiet > 0 && !is_off {
+            return;
+        }
+        for (organ, burnt_j) in (0u32..).zip(&mut self.burnt_j) {
+            let value = core::mem::take(burnt_j);
+            if value > 0.0 {
+                self.quiet = TOLD_TICKS;
+                journal.raise(Event {
+                    kind: EventKind::Burn,
+                    organ: Some(organ),
+                    at_m: self.at_m,
+                    value,
+                });
+            }
+        }
+    }
+}
+
+/// Organs whose bars go with their cells, not by themselves. O(cells).
+fn layered(scene: &Scene<'_>, bodies: &Bodies) -> [bool; MAX_ORGANS] {
+    let mut layered = [false; MAX_ORGANS];
+    for cell in scene.layers.cells {
+        let organ = usize::from(*bodies.organ.at(cell.sphere()));
+        if let Some(layered) = layered.get_mut(organ) {
+            *layered = true;
+        }
+    }
+    layered
+}
+
+fn touched_bars_m2(
+    electrode: &Electrode,
+    layered: &[bool; MAX_ORGANS],
+    scene: &Scene<'_>,
+    bodies: &mut Bodies,
+) -> f32 {
+    let mut sum_m2 = 0.0;
+    part_all(
+        scene,
+        bodies,
+        sparing_none,
+        |_| (),
+        |bar, parted| {
+            let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
+            if parted < 1.0 && !is_layered {
+                let touched = electrode.touches_bar(&bar.ends_m, bar.radius_m);
+                sum_m2 += bar.area_m2 * touched;
+            }
+            parted
+        },
+    );
+    sum_m2
+}
+
+/// How much of each organ's surface the electrode touches, m². Tubes are bars, not surfaces.
+fn touched_surfaces(
+    electrode: &Electrode,
+    contacts: &[Contact],
+    scene: &Scene<'_>,
+) -> [f32; MAX_ORGANS] {
+    let mut areas_m2 = [0.0; MAX_ORGANS];
+    let point_m2 = electrode.diameter_m() * electrode.diameter_m();
+    for contact in contacts.iter().filter(|it| it.tool == Tool::Instrument) {
+        let organ = usize::from(contact.organ.unwrap_or(u8::MAX));
+        let is_surface = scene.organs.get(organ).is_some_and(|it| !it.is_tube());
+        // A contact lies on the tool's own surface.
+        let touched = electrode.touches_ball(&contact.at_m, 0.0);
+        if let (true, Some(area_m2)) = (is_surface, areas_m2.get_mut(organ)) {
+            *area_m2 = (*area_m2 + point_m2 * touched).min(electrode.side_m2());
+        }
+    }
+    areas_m2
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::scene::tests::{organ, room, sphere};
+    use crate::scene::{Inside, Link};
+    use proptest::prelude::*;
+    use std::boxed::Box;
+    use std::vec::Vec;
+
+    const LINKS: u32 = 12;
+
+    proptest! {
+        /// Wherever the tip goes: what a link has lost it does not get back, it loses no more than all,
+        /// and only under the tip; energy is told of as much as was given.
+        #[test]
+        fn fire_takes_only_under_the_tip_and_gives_nothing_back(
+            tips in prop::collection::vec((-0.002f32..0.03, -0.004f32..0.004, 1u32..120), 1..12),
+        ) {
+            let spheres: Vec<_> = (0..=LINKS)
+                .map(|i| sphere(Vec3::new(0.002 * i as f32, 0.0, 0.0), 0.001))
+                .collect();
+            let links: Vec<_> = (0..LINKS)
+                .map(|a| Link { a, b: a + 1, rest_length_m: 0.002, compliance_m_n: 0.2 })
+                .collect();
+            let organs = [crate::scene::Organ {
+                inside: Inside::Blood,
+                ..organ(0, LINKS + 1, 0, LINKS)
+            }];
+            let scene = Scene::new(&organs, &spheres, &links, room()).expect("sound");
+            let mut state = Box::new(crate::state::State::new());
+            state.bodies.load(&scene);
+            state.bodies.begin(&scene, true);
+            let (mut cautery, mut journal) = (Cautery::default(), Journal::default());
+            let mut left = [1.0; LINKS as usize];
+            let (mut given_j, mut told_j) = (0.0, 0.0);
+            for (x, z, ticks) in tips {
+                let ends_m = [Vec3::new(x, -0.002, z), Vec3::new(x, 0.002, z)];
+                let electrode = Electrode::cutting(ends_m);
+                for _ in 0..ticks {
+                    journal.begin();
+                    let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
+                    let layered = layered(&scene, bodies);
+                    let touches = touched_bars_m2(&electrode, &layered, &scene, bodies) > 0.0;
+                    given_j += if touches { 0.015 } else { 0.0 };
+                    cautery.burn(&electrode, (&[], &[]), &scene, bodies, vessels, &mut journal);
+                    cautery.tell(false, &mut journal);
+                    told_j += told(&journal);
+                    for (i, before) in (0..LINKS).zip(&mut left) {
+                        let now = bodies.parted.left_of_link(i);
+                        prop_assert!((0.0..=*before).contains(&now));
+                        let near = (x - 0.002 * i as f32).min(0.002 * (i + 1) as f32 - x);
+                        let is_under = near > -0.0022 && z.abs() < 0.0022;
+                        prop_assert!(is_under || now >= *before, "{} at {}, {}", i, x, z);
+                        *before = now;
+                    }
+                }
+            }
+            journal.begin();
+            cautery.tell(true, &mut journal);
+            told_j += told(&journal);
+            prop_assert!((told_j - given_j).abs() < 1.0e-3 * given_j.max(0.1), "{} {}", told_j, given_j);
+        }
+    }
+
+    fn told(journal: &Journal) -> f32 {
+        let burns = journal
+            .events()
+            .iter()
+            .filter(|it| it.kind == EventKind::Burn);
+        burns.map(|it| it.value).sum()
+    }
+}

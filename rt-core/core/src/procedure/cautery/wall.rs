@@ -1,0 +1,102 @@
+//! Walls that current burns through: the energy that has boiled each place of them.
+//!
+//! A place goes with the sphere that was nearest to it when it was first burnt. What a place has lost it
+//! does not get back.
+
+use heapless::Vec;
+
+use crate::capacity::MAX_SCORCHED;
+use crate::math::{self, Vec3};
+use crate::procedure::cautery::electrode::BOIL_J_M3;
+use crate::scene::{Inside, Organ, Scene};
+use crate::tissue::Bodies;
+
+/// Burns nearer than this to each other are one, m; a hole is as wide.
+const PLACE_RADIUS_M: f32 = 0.001_5;
+/// Area of a hole, m².
+pub(super) const HOLE_M2: f32 = core::f32::consts::PI * PLACE_RADIUS_M * PLACE_RADIUS_M;
+
+/// A place of a wall.
+#[derive(Debug, Clone, Copy)]
+struct Place {
+    organ: u8,
+    sphere: u32,
+    from_sphere_m: Vec3,
+    taken_j: f32,
+}
+
+/// Where walls are burnt.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Walls {
+    places: Vec<Place, MAX_SCORCHED>,
+}
+
+/// A wall that has just been burnt through.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Hole {
+    pub(super) sphere: u32,
+    /// What it took, J.
+    pub(super) energy_j: f32,
+}
+
+impl Walls {
+    /// Boils the wall of the organ with this index at `at_m`. O(spheres of the organ).
+    pub(super) fn burn(
+        &mut self,
+        organ: u8,
+        at_m: &Vec3,
+        energy_j: f32,
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+    ) -> Option<Hole> {
+        let whole_j = BOIL_J_M3 * HOLE_M2 * wall_m(scene.organs.get(usize::from(organ))?)?;
+        let off_m = |sphere: u32| at_m - bodies.nodes.at(sphere).center_m();
+        let near_m = |it: &Place| math::norm(&(off_m(it.sphere) - it.from_sphere_m));
+        let mut own = self.places.iter_mut().filter(|it| it.organ == organ);
+        let place = match own.find(|it| near_m(it) < PLACE_RADIUS_M) {
+            Some(place) => place,
+            None => {
+                let it = scene.organs.get(usize::from(organ))?;
+                let spheres = it.sphere_start..it.sphere_start.saturating_add(it.sphere_count);
+                let distance2 = |sphere: &u32| off_m(*sphere).norm_squared();
+                let sphere = spheres.min_by(|a, b| distance2(a).total_cmp(&distance2(b)))?;
+                let place = Place {
+                    organ,
+                    sphere,
+                    from_sphere_m: off_m(sphere),
+                    taken_j: 0.0,
+                };
+                self.add(place)?
+            }
+        };
+        let before_j = place.taken_j;
+        place.taken_j += energy_j.max(0.0);
+        (before_j < whole_j && place.taken_j >= whole_j).then_some(Hole {
+            sphere: place.sphere,
+            energy_j: whole_j,
+        })
+    }
+
+    /// In the place of the least burnt, if there is no room.
+    fn add(&mut self, place: Place) -> Option<&mut Place> {
+        if self.places.push(place).is_ok() {
+            return self.places.last_mut();
+        }
+        let by_energy = |a: &&mut Place, b: &&mut Place| a.taken_j.total_cmp(&b.taken_j);
+        let least = self.places.iter_mut().min_by(by_energy)?;
+        *least = place;
+        Some(least)
+    }
+}
+
+/// How thick the wall around what is inside is, m: gallbladder 2 mm, gut 3 mm, ducts 1 mm, small
+/// arteries half of that. Tissue has none.
+fn wall_m(organ: &Organ) -> Option<f32> {
+    match (organ.inside, organ.is_tube()) {
+        (Inside::Bile, false) => Some(0.002),
+        (Inside::Bile, true) => Some(0.001),
+        (Inside::Blood, _) => Some(0.000_5),
+        (Inside::Food, _) => Some(0.003),
+        (Inside::Solid | Inside::Liver, _) => None,
+    }
+}

@@ -1,0 +1,181 @@
+//! What lies between two jaws: how it resists being squeezed, what it bears before it slips, and how
+//! stiffly the tissue behind it holds it.
+
+use crate::math::{self, Vec3};
+use crate::scene::{Inside, Scene};
+use crate::tissue::Bodies;
+
+/// Force with which the jaws close, N: enough for a profiled jaw to hold bowel against a pull of 5 N
+/// (3 N, and 22 N between smooth jaws), a fifth of what harms it (15 N and more;
+/// 10.1007/s00464-003-9153-2).
+pub(super) const GRIP_MAX_N: f32 = 4.0;
+/// Friction of a profiled jaw over that of a smooth one: between none and the best (22 N / 3 N,
+/// same source), as the teeth of an atraumatic jaw are.
+const PROFILE: f32 = 4.0;
+/// Width of a jaw, m.
+const JAW_WIDTH_M: f32 = 0.003;
+/// Stiffness of the grip itself, N/m: below what a Touch-class device can render.
+pub(super) const GRIP_N_M: f32 = 500.0;
+/// Thinner than this share of itself nothing is squeezed.
+const THINNEST: f32 = 0.05;
+
+/// Pressure of jaws that crushes, Pa: harm to liver, bowel and ureter grows with it from 100 to 300 kPa
+/// (porcine; De et al. 2007, 10.1177/0278364907082847). Liver is the first to be harmed; where in that
+/// range each other lies is assumed.
+pub(super) fn crushed_by_pa(inside: Inside) -> f32 {
+    match inside {
+        Inside::Liver => 1.5e5,
+        Inside::Food => 1.8e5,
+        Inside::Bile | Inside::Blood => 2.0e5,
+        Inside::Solid => 3.0e5,
+    }
+}
+
+/// Tissue between the jaws.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(super) struct Bite {
+    /// Unsqueezed, m.
+    thickness_m: f32,
+    /// On each jaw, m².
+    area_m2: f32,
+    /// Shear modulus, Pa.
+    shear_pa: f32,
+    /// Coulomb friction on a smooth jaw.
+    friction: f32,
+    /// Of the tissue behind, as a half-space under a disc as wide as the bite, N/m.
+    behind_n_m: f32,
+}
+
+impl Bite {
+    /// Of these spheres between jaws that stand `gap_m` apart, open along `across` and are
+    /// `length_m` long along `along` (unit vectors).
+    pub(super) fn new(
+        spheres: impl ExactSizeIterator<Item = u32> + Clone,
+        (gap_m, length_m): (f32, f32),
+        (across, along): (&Vec3, &Vec3),
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+    ) -> Self {
+        let share = (spheres.len().max(1) as f32).recip();
+        let center = |sphere| bodies.nodes.at(sphere).center_m();
+        let middle_m: Vec3 = spheres.clone().map(center).sum::<Vec3>() * share;
+        let (mut thick, mut long) = (Extent::NONE, Extent::NONE);
+        let (mut wide_m, mut plane_pa) = (0.0f32, 0.0);
+        let mut bite = Self::default();
+        for sphere in spheres {
+            let (from_m, radius_m) = (center(sphere) - middle_m, *bodies.radius_m.at(sphere));
+            thick.add(from_m.dot(across), radius_m);
+            long.add(from_m.dot(along), radius_m);
+            wide_m = wide_m.max(math::norm(&from_m) + radius_m);
+            let material = scene.material_of(*bodies.organ.at(sphere));
+            bite.shear_pa += share * material.young_pa / (2.0 * (1.0 + material.poisson));
+            plane_pa += share * material.young_pa / (1.0 - material.poisson * material.poisson);
+            bite.friction += share * material.friction;
+        }
+        bite.thickness_m = thick.length_m().min(gap_m);
+        bite.area_m2 = JAW_WIDTH_M * long.length_m().min(length_m);
+        bite.behind_n_m = 2.0 * plane_pa * wide_m;
+        bite
+    }
+
+    /// Force on jaws that stand `gap_m` apart, N: a neo-Hookean slab between two plates,
+    /// `A G (1/λ² − λ)`.
+    pub(super) fn squeeze_n(&self, gap_m: f32) -> f32 {
+        let left = gap_m / self.thickness_m.max(f32::MIN_POSITIVE);
+        if left >= 1.0 {
+            return 0.0;
+        }
+        let left = left.max(THINNEST);
+        self.area_m2 * self.shear_pa * ((left * left).recip() - left)
+    }
+
+    /// Pull at which it slips between jaws that hold it with `grip_n`, N: friction on both.
+    pub(super) fn slip_n(&self, grip_n: f32) -> f32 {
+        2.0 * PROFILE * self.friction * grip_n
+    }
+
+    /// Pressure of jaws that hold it with `grip_n`, Pa.
+    pub(super) fn pressure_pa(&self, grip_n: f32) -> f32 {
+        grip_n / self.area_m2.max(f32::MIN_POSITIVE)
+    }
+
+    /// Stiffness of a pull, as a slow hand meets it: the grip, of which `share` is left, and the
+    /// tissue behind it in series, N/m.
+    pub(super) fn pull_stiffness_n_m(&self, share: f32) -> f32 {
+        let grip_n_m = GRIP_N_M * share;
+        grip_n_m * self.behind_n_m / (grip_n_m + self.behind_n_m).max(f32::MIN_POSITIVE)
+    }
+}
+
+/// From where to where balls reach along a line.
+#[derive(Clone, Copy)]
+struct Extent {
+    low_m: f32,
+    high_m: f32,
+}
+
+impl Extent {
+    const NONE: Self = Self {
+        low_m: f32::MAX,
+        high_m: f32::MIN,
+    };
+
+    fn add(&mut self, at_m: f32, radius_m: f32) {
+        self.low_m = self.low_m.min(at_m - radius_m);
+        self.high_m = self.high_m.max(at_m + radius_m);
+    }
+
+    fn length_m(&self) -> f32 {
+        (self.high_m - self.low_m).max(0.0)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use crate::scene::tests::{organ, room, sphere};
+    use proptest::prelude::*;
+    use std::boxed::Box;
+
+    /// Two spheres of 2 mm, 10 mm apart along the shaft, of E = 5 kPa and ν = 0.45.
+    fn bite(gap_m: f32) -> Bite {
+        let mut organs = [organ(0, 2, 0, 0)];
+        organs[0].material.friction = 0.1;
+        let spheres = [0.0, 0.01].map(|z| sphere(Vec3::new(0.0, 0.0, z), 0.002));
+        let scene = Scene::new(&organs, &spheres, &[], room()).unwrap();
+        let mut bodies = Box::new(Bodies::new());
+        bodies.load(&scene);
+        let ways = (&Vec3::y(), &Vec3::z());
+        Bite::new([0, 1].into_iter(), (gap_m, 0.02), ways, &scene, &bodies)
+    }
+
+    #[test]
+    fn by_hand() {
+        // 4 mm thick, 14 mm long, 3 mm wide: 42 mm²; G = 1724 Pa.
+        let free = bite(0.01);
+        assert!(free.squeeze_n(0.004) <= 0.0 && free.squeeze_n(0.1) <= 0.0);
+        // To a quarter: 42e-6 · 1724 · (16 − 0.25).
+        let squeezed_n = free.squeeze_n(0.001);
+        assert!((squeezed_n - 1.1405).abs() < 1.0e-3, "{squeezed_n}");
+        // Friction on two jaws: 2 · 4 · 0.1 · 1.5 N.
+        assert!((free.slip_n(1.5) - 1.2).abs() < 1.0e-5);
+        // A disc of 7 mm on a half-space of 6270 Pa: 87.8 N/m, and 500 N/m before it.
+        let pull_n_m = free.pull_stiffness_n_m(1.0);
+        assert!((pull_n_m - 74.7).abs() < 0.1, "{pull_n_m}");
+        assert!(free.pull_stiffness_n_m(0.0) <= 0.0);
+        // More than fits between the jaws is bitten off: 3 mm, to a third.
+        let pinched_n = bite(0.003).squeeze_n(0.001);
+        assert!((pinched_n - 0.6276).abs() < 1.0e-3, "{pinched_n}");
+    }
+
+    proptest! {
+        /// The narrower, the harder; never a pull, never without bound.
+        #[test]
+        fn squeezing_grows(a in 0.0f32..0.01, b in 0.0f32..0.01, open in 0.0f32..0.01) {
+            let bite = bite(open);
+            let (narrow, wide) = (bite.squeeze_n(a.min(b)), bite.squeeze_n(a.max(b)));
+            prop_assert!(0.0 <= wide && wide <= narrow && narrow < 1.0e3);
+        }
+    }
+}

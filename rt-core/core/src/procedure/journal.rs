@@ -1,0 +1,261 @@
+//! What happened in a tick that somebody outside may want to know.
+
+use heapless::Vec;
+
+use crate::capacity::{MAX_EVENTS_PER_TICK, MAX_ORGANS};
+use crate::contact::contact_force::Contact;
+use crate::fault::{FAULT_COUNT, Fault, FaultSet};
+use crate::math::Vec3;
+use crate::port::PedalSample;
+use crate::scene::Organ;
+use crate::tool::Tool;
+use crate::words::{Event, EventKind};
+
+/// Ticks without contact after which the instrument has left an organ: a tip that trembles at
+/// the surface is one contact.
+const RELEASE_TICKS: u32 = 50;
+/// Ticks in which a fault that comes and goes raises one event.
+const FAULT_QUIET_TICKS: u32 = 1000;
+
+/// Collects a tick's events, and knows what was told already.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Journal {
+    events: Vec<Event, MAX_EVENTS_PER_TICK>,
+    is_full: bool,
+    /// Ticks until each organ counts as left; 0: not touched.
+    touching: [u32; MAX_ORGANS],
+    electro: u8,
+    /// Ticks until each fault may be told again.
+    fault_quiet: [u32; FAULT_COUNT],
+}
+
+impl Journal {
+    /// A new tick.
+    pub(crate) fn begin(&mut self) {
+        self.events.clear();
+        self.is_full = false;
+    }
+
+    pub(crate) fn events(&self) -> &[Event] {
+        &self.events
+    }
+
+    /// Tells of it; that there was no room is counted once the tick is over.
+    pub(crate) fn raise(&mut self, event: Event) {
+        self.is_full |= self.events.push(event).is_err();
+    }
+
+    /// Whether this tick can tell of more.
+    pub(crate) fn has_room(&self) -> bool {
+        !self.events.is_full()
+    }
+
+    /// Whether an event of this tick was lost.
+    pub(crate) const fn is_full(&self) -> bool {
+        self.is_full
+    }
+
+    /// Contact and release, organ by organ. `force_n` is what the hand feels.
+    pub(crate) fn note_contacts(&mut self, list: &[Contact], organs: &[Organ], force_n: f32) {
+        for (organ, _) in (0u8..).zip(organs) {
+            let contact = list
+                .iter()
+                .find(|contact| contact.tool == Tool::Instrument && contact.organ == Some(organ));
+            let Some(left) = self.touching.get_mut(usize::from(organ)) else {
+                continue;
+            };
+            let before = *left;
+            *left = if contact.is_some() {
+                RELEASE_TICKS
+            } else {
+                before.saturating_sub(1)
+            };
+            let (kind, value) = match (before, *left) {
+                (0, 1..) => (EventKind::Contact, force_n),
+                (1.., 0) => (EventKind::Release, 0.0),
+                _ => continue,
+            };
+            let at_m = contact.map_or_else(Vec3::zeros, |contact| contact.at_m);
+            self.raise(Event {
+                kind,
+                organ: Some(u32::from(organ)),
+                at_m,
+                value,
+            });
+        }
+    }
+
+    /// Electrosurgery on and off. Both electrodes at once is none.
+    pub(crate) fn note_electro(&mut self, pedal: &PedalSample, at_m: Vec3) {
+        let electro = match (pedal.cut, pedal.coagulate) {
+            (true, false) => 1,
+            (false, true) => 2,
+            _ => 0,
+        };
+        if electro != self.electro {
+            self.electro = electro;
+            let value = f32::from(electro);
+            self.raise(Event {
+                kind: EventKind::Electro,
+                organ: None,
+                at_m,
+                value,
+            });
+        }
+    }
+
+    /// Faults that a person should hear of, each at most once a second.
+    pub(crate) fn note_faults(&mut self, faults: &FaultSet, at_m: Vec3) {
+        for fault in Fault::ALL {
+            let Some(quiet) = self.fault_quiet.get_mut(usize::from(fault.code())) else {
+                continue;
+            };
+            let may_tell = *quiet == 0;
+            *quiet = quiet.saturating_sub(1);
+            if faults.contains(fault) && fault.is_alarm() {
+                *quiet = FAULT_QUIET_TICKS;
+                if may_tell {
+                    let value = f32::from(fault.code());
+                    self.raise(Event {
+                        kind: EventKind::Fault,
+                        organ: None,
+                        at_m,
+                        value,
+                    });
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Inside, Material};
+
+    const ORGAN: Organ = Organ {
+        sphere_start: 0,
+        sphere_count: 0,
+        link_start: 0,
+        link_count: 0,
+        elastic_links: 0,
+        batch_start: 0,
+        batch_count: 0,
+        substeps: 1,
+        gravity_share: 1.0,
+        breath_m: Vec3::new(0.0, 0.0, 0.0),
+        inside: Inside::Solid,
+        material: Material {
+            young_pa: 0.0,
+            poisson: 0.0,
+            retardation_s: 0.0,
+            stretch_stiffness: 0.0,
+            laplacian_stiffness: 0.0,
+            damping_per_s: 0.0,
+            contact_stiffness_n_m: 0.0,
+            friction: 0.0,
+            toughness_j_m2: 0.0,
+        },
+    };
+
+    fn contact(organ: u8) -> Contact {
+        let zero = Vec3::new(0.0, 0.0, 0.0);
+        Contact {
+            tool: Tool::Instrument,
+            organ: Some(organ),
+            at_m: zero,
+            normal: zero,
+            force_n: 0.0,
+            stiffness_n_m: 0.0,
+            friction_n: zero,
+            friction_stiffness_n_m: 0.0,
+        }
+    }
+
+    fn kinds(journal: &Journal) -> Vec<(EventKind, Option<u32>), 8> {
+        journal
+            .events()
+            .iter()
+            .map(|event| (event.kind, event.organ))
+            .collect()
+    }
+
+    #[test]
+    fn contact_once_and_release_once_the_trembling_is_over() {
+        let mut journal = Journal::default();
+        let organs = [ORGAN; 2];
+        journal.note_contacts(&[contact(1)], &organs, 0.5);
+        assert_eq!(kinds(&journal), [(EventKind::Contact, Some(1))]);
+        for tick in 0..2 * RELEASE_TICKS {
+            journal.begin();
+            let list = [contact(1)];
+            journal.note_contacts(if tick % 10 == 0 { &list } else { &[] }, &organs, 0.5);
+            assert!(journal.events().is_empty());
+        }
+        let mut released = 0;
+        for _ in 0..2 * RELEASE_TICKS {
+            journal.begin();
+            journal.note_contacts(&[], &organs, 0.0);
+            released += journal.events().len();
+        }
+        assert_eq!(released, 1);
+    }
+
+    #[test]
+    fn pedal_events_on_change_only_and_both_pedals_are_off() {
+        let mut journal = Journal::default();
+        let pedal = |cut, coagulate| PedalSample {
+            cut,
+            coagulate,
+            ..PedalSample::default()
+        };
+        let presses = [
+            (pedal(true, false), Some(1.0)),
+            (pedal(true, false), None),
+            (pedal(true, true), Some(0.0)),
+            (pedal(false, true), Some(2.0)),
+            (pedal(false, false), Some(0.0)),
+        ];
+        for (pedal, value) in presses {
+            journal.begin();
+            journal.note_electro(&pedal, Vec3::zeros());
+            assert_eq!(journal.events().first().map(|event| event.value), value);
+        }
+    }
+
+    #[test]
+    fn an_alarm_is_told_once_a_second_and_the_limiter_not_at_all() {
+        let mut journal = Journal::default();
+        let (mut told, mut faults) = (0, FaultSet::NONE);
+        faults.raise(Fault::StaleDevice);
+        faults.raise(Fault::Slewed);
+        for tick in 0..4 * FAULT_QUIET_TICKS {
+            journal.begin();
+            let now = if tick % 2 == 0 {
+                faults
+            } else {
+                FaultSet::NONE
+            };
+            journal.note_faults(&now, Vec3::zeros());
+            told += journal.events().len();
+        }
+        assert_eq!(told, 1, "it never stopped for a second");
+    }
+
+    #[test]
+    fn too_many_events_are_counted() {
+        let mut journal = Journal::default();
+        let event = Event {
+            kind: EventKind::Grasp,
+            organ: None,
+            at_m: Vec3::zeros(),
+            value: 0.0,
+        };
+        for i in 0..=MAX_EVENTS_PER_TICK {
+            assert_eq!(journal.has_room(), i < MAX_EVENTS_PER_TICK);
+            journal.raise(event);
+        }
+        assert!(journal.is_full());
+        assert_eq!(journal.events().len(), MAX_EVENTS_PER_TICK);
+    }
+}

@@ -1,0 +1,93 @@
+//! Where blood and bile come from, and how far they get.
+//!
+//! | what | comes from |
+//! |---|---|
+//! | blood | where a vessel is held (the body's own vessels lie beyond), or tied to another vessel |
+//! | bile | a bag that is full of it, and the liver, where a duct is tied to it |
+
+use crate::procedure::clip::Clips;
+use crate::procedure::vessel::Vessels;
+use crate::scene::{Anchor, Attachment, Inside, Scene};
+use crate::tissue::Bodies;
+
+impl Vessels {
+    /// Pressure where it comes from, none elsewhere.
+    pub(super) fn begin(&mut self, scene: &Scene<'_>) {
+        for organ in scene.organs {
+            let is_bag = organ.inside == Inside::Bile && !organ.is_tube();
+            let own = self
+                .pressure
+                .range_mut(organ.sphere_start, organ.sphere_count);
+            for (pressure, rest) in own.iter_mut().zip(scene.spheres_of(organ)) {
+                let is_source = is_bag || (organ.inside == Inside::Blood && rest.held);
+                *pressure = f32::from(is_source);
+            }
+        }
+        for tie in scene.attachments {
+            let (own, other) = insides(tie, scene);
+            let fed = match (own, other, tie.to) {
+                (Inside::Bile, Inside::Liver, _) => Some(tie.sphere),
+                (Inside::Liver, Inside::Bile, Anchor::Sphere(other)) => Some(other),
+                _ => None,
+            };
+            if let Some(sphere) = fed {
+                *self.pressure.at_mut(sphere) = 1.0;
+            }
+        }
+    }
+
+    /// Spreads by a step along every tube, in the order of its links, and over every tie; returns
+    /// whether that has changed something.
+    pub(super) fn spread(&mut self, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies) -> bool {
+        let mut has_spread = false;
+        for (organ, it) in (0u8..).zip(scene.organs) {
+            if !matches!(it.inside, Inside::Blood | Inside::Bile) {
+                continue;
+            }
+            for step in bodies.beads.steps_of(organ) {
+                if bodies.parted.left_of_link(step.link) > 0.0 {
+                    let ends = [u32::from(step.a), u32::from(step.b)];
+                    let open = clips.open(step.link);
+                    has_spread |= self.join(ends, open, scene, bodies);
+                }
+            }
+        }
+        for (i, tie) in scene.attachments.iter().enumerate() {
+            if let (Anchor::Sphere(other), true) = (tie.to, bodies.parted.left_of_tie(i) > 0.0) {
+                let (own, its) = insides(tie, scene);
+                if own == its && matches!(own, Inside::Blood | Inside::Bile) {
+                    has_spread |= self.join([tie.sphere, other], 1.0, scene, bodies);
+                }
+            }
+        }
+        has_spread
+    }
+
+    /// Lets pressure pass between two spheres whose way is open by `open`.
+    fn join(&mut self, [a, b]: [u32; 2], open: f32, scene: &Scene<'_>, bodies: &Bodies) -> bool {
+        let (at_a, at_b) = (*self.pressure.at(a), *self.pressure.at(b));
+        let dried = |sphere| self.open(sphere, scene, bodies);
+        let passes = at_a.max(at_b).min(open).min(dried(a)).min(dried(b));
+        if passes <= at_a.min(at_b) {
+            return false;
+        }
+        *self.pressure.at_mut(a) = at_a.max(passes);
+        *self.pressure.at_mut(b) = at_b.max(passes);
+        true
+    }
+}
+
+/// What is inside of both that a tie joins.
+pub(super) fn insides(tie: &Attachment, scene: &Scene<'_>) -> (Inside, Inside) {
+    let inside = |sphere: u32| {
+        let holds =
+            |it: &&crate::scene::Organ| sphere.wrapping_sub(it.sphere_start) < it.sphere_count;
+        let organ = scene.organs.iter().find(holds);
+        organ.map_or(Inside::Solid, |organ| organ.inside)
+    };
+    let other = match tie.to {
+        Anchor::Sphere(other) => inside(other),
+        Anchor::World(_) => Inside::Solid,
+    };
+    (inside(tie.sphere), other)
+}

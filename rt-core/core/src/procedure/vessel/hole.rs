@@ -1,0 +1,212 @@
+//! Where something can come out: both ends of a divided link, of a tube that is torn off what it was
+//! grown to, and holes that are burnt.
+
+use crate::capacity::MAX_ORGANS;
+use crate::math::Vec3;
+use crate::procedure::clip::Clips;
+use crate::procedure::vessel::Vessels;
+use crate::procedure::vessel::flow::insides;
+use crate::scene::{Anchor, Inside, Scene};
+use crate::tissue::Bodies;
+use crate::tissue::tubes::Step;
+
+/// The inside of a bag narrows to a duct this wide, m: what a hole of it is compared with.
+const NECK_RADIUS_M: f32 = 0.003;
+
+/// Something that is open.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Opening {
+    /// The end of a divided link at this sphere.
+    Link { link: u32, sphere: u32 },
+    /// Where this sphere was grown to another organ.
+    Off { sphere: u32 },
+    /// A hole in the wall at this sphere.
+    Wall { sphere: u32, area_m2: f32 },
+}
+
+impl Opening {
+    pub(super) const fn sphere(&self) -> u32 {
+        match self {
+            Self::Link { sphere, .. } | Self::Off { sphere } | Self::Wall { sphere, .. } => *sphere,
+        }
+    }
+
+    /// Share of what reaches it that comes out.
+    pub(super) fn share(&self, scene: &Scene<'_>, clips: &Clips) -> f32 {
+        match self {
+            Self::Link { link, .. } => clips.open(*link),
+            Self::Off { .. } => 1.0,
+            Self::Wall { sphere, area_m2 } => {
+                let holds = |it: &&crate::scene::Organ| {
+                    sphere.wrapping_sub(it.sphere_start) < it.sphere_count
+                };
+                let is_tube = scene
+                    .organs
+                    .iter()
+                    .find(holds)
+                    .is_some_and(|it| it.is_tube());
+                let own_m = scene
+                    .spheres
+                    .get(*sphere as usize)
+                    .map_or(0.0, |it| it.radius_m);
+                let radius_m = if is_tube { own_m } else { NECK_RADIUS_M };
+                let inside_m2 = core::f32::consts::PI * radius_m * radius_m;
+                (area_m2 / inside_m2.max(f32::MIN_POSITIVE)).min(1.0)
+            }
+        }
+    }
+}
+
+/// An opening, and what was told of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Hole {
+    pub(super) opening: Opening,
+    /// Its flow, as last told.
+    pub(super) told: f32,
+    /// Where it was first told of, m: whoever reads the events knows it again by that.
+    pub(super) at_m: Option<Vec3>,
+}
+
+impl Hole {
+    pub(super) const fn new(opening: Opening) -> Self {
+        Self {
+            opening,
+            told: 0.0,
+            at_m: None,
+        }
+    }
+}
+
+impl Vessels {
+    /// Looks for what has been divided; `divided` hears once of each place, or again if it says that it
+    /// could not take it now. Returns whether it took all.
+    pub(super) fn find_holes(
+        &mut self,
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+        mut divided: impl FnMut(Opening) -> bool,
+    ) -> bool {
+        let mut is_all = true;
+        for (organ, it) in (0u8..).zip(scene.organs) {
+            if !matches!(it.inside, Inside::Blood | Inside::Bile) {
+                continue;
+            }
+            for step in bodies.beads.steps_of(organ) {
+                if bodies.parted.left_of_link(step.link) <= 0.0 {
+                    let link = step.link;
+                    let [a, b] = [u32::from(step.a), u32::from(step.b)]
+                        .map(|sphere| Opening::Link { link, sphere });
+                    if !self.is_open(a) && !self.holes.is_full() && !divided(a) {
+                        is_all = false;
+                        continue;
+                    }
+                    self.open_up(a);
+                    self.open_up(b);
+                    if let Some(divided) = self.divided.get_mut(usize::from(organ)) {
+                        *divided = true;
+                    }
+                }
+            }
+        }
+        self.find_torn_off(scene, bodies, divided) && is_all
+    }
+
+    /// Tubes that no tie joins any more to an organ that they were grown to. Fat and other tissue around
+    /// them hold no end of theirs.
+    fn find_torn_off(
+        &mut self,
+        scene: &Scene<'_>,
+        bodies: &Bodies,
+        mut divided: impl FnMut(Opening) -> bool,
+    ) -> bool {
+        let mut is_all = true;
+        let mut joined = [[false; MAX_ORGANS]; MAX_ORGANS];
+        let pair = |own: u32, other: u32| {
+            let organ = |sphere| usize::from(*bodies.organ.at(sphere));
+            (organ(own), organ(other))
+        };
+        for whole in [true, false] {
+            for (i, tie) in scene.attachments.iter().enumerate() {
+                let Anchor::Sphere(other) = tie.to else {
+                    continue;
+                };
+                let (own, its) = insides(tie, scene);
+                let organs = pair(tie.sphere, other);
+                let is_tube = scene.organs.get(organs.0).is_some_and(|it| it.is_tube());
+                let leads = matches!(own, Inside::Blood | Inside::Bile);
+                if !is_tube || !leads || its == Inside::Solid {
+                    continue;
+                }
+                let is_whole = bodies.parted.left_of_tie(i) > 0.0;
+                let Some(joined) = joined.get_mut(organs.0).and_then(|it| it.get_mut(organs.1))
+                else {
+                    continue;
+                };
+                if whole {
+                    *joined |= is_whole;
+                } else if !*joined {
+                    // One of its ties stands for all.
+                    *joined = true;
+                    let off = Opening::Off { sphere: tie.sphere };
+                    if !self.is_open(off) && !self.holes.is_full() && !divided(off) {
+                        is_all = false;
+                        continue;
+                    }
+                    self.open_up(off);
+                    if own == its {
+                        self.open_up(Opening::Off { sphere: other });
+                    }
+                }
+            }
+        }
+        is_all
+    }
+
+    fn is_open(&self, opening: Opening) -> bool {
+        self.holes.iter().any(|hole| hole.opening == opening)
+    }
+
+    /// What has no room leaks unseen and untold, which is counted (`Vessels::is_overrun`).
+    pub(super) fn open_up(&mut self, opening: Opening) {
+        if !self.is_open(opening) {
+            self.is_overrun |= self.holes.push(Hole::new(opening)).is_err();
+        }
+    }
+}
+
+/// Share of a tube's inside that clips leave open on the worse side of where it is divided.
+pub(super) fn unclosed(opening: Opening, scene: &Scene<'_>, clips: &Clips, bodies: &Bodies) -> f32 {
+    let Opening::Link { link, .. } = opening else {
+        // Whatever it was grown to has no stump that a clip could be on.
+        return 1.0;
+    };
+    let Some(ends) = scene.links.get(link as usize) else {
+        return 1.0;
+    };
+    let side = |sphere| unclosed_from(sphere, link, clips, bodies);
+    side(ends.a).max(side(ends.b))
+}
+
+/// Share of a tube's inside that clips leave open from this sphere of the divided link `from` to its end. What
+/// is divided already keeps in all there is. O(beads of the organ, squared).
+fn unclosed_from(mut sphere: u32, from: u32, clips: &Clips, bodies: &Bodies) -> f32 {
+    let organ = *bodies.organ.at(sphere);
+    let (mut open, mut last) = (clips.open(from), from);
+    for _ in bodies.beads.of(organ) {
+        let leads_on = |step: &Step| {
+            let is_at = u32::from(step.a) == sphere || u32::from(step.b) == sphere;
+            is_at && step.link != last
+        };
+        let Some(step) = bodies.beads.steps_of(organ).find(leads_on) else {
+            break;
+        };
+        if bodies.parted.left_of_link(step.link) <= 0.0 {
+            return 0.0;
+        }
+        open = open.min(clips.open(step.link));
+        last = step.link;
+        let (a, b) = (u32::from(step.a), u32::from(step.b));
+        sphere = if a == sphere { b } else { a };
+    }
+    open
+}

@@ -1,0 +1,215 @@
+//! Tissue alone, without instrument or devices: for studies, tests and preparation.
+
+use crate::capacity::MAX_ORGANS;
+use crate::contact::contact_force::Contact;
+use crate::contact::tool_contact::ToolContacts;
+use crate::fault::FaultSet;
+use crate::math::Vec3;
+use crate::scene::Scene;
+use crate::tissue::substeps::{self, Outside};
+use crate::tissue::{Bodies, Bounds, Method, inverse_mass_per_kg, part};
+use crate::tool::Capsule;
+
+/// A scene's organs, stepped as the tick steps them, each in its substeps.
+#[derive(Debug)]
+pub struct Tissue<'a> {
+    scene: Scene<'a>,
+    bodies: &'a mut Bodies,
+    method: Method,
+    contacts: ToolContacts,
+    tick: u64,
+}
+
+/// Every organ moves.
+const ALL: [bool; MAX_ORGANS] = [true; MAX_ORGANS];
+
+/// What a tool feels of a tick.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Pressed {
+    /// Force of the tissue on the tool, world frame, N.
+    pub force_n: Vec3,
+    /// Places that touch.
+    pub contacts: usize,
+    /// Spheres that were not finite, or far away, and were put back.
+    pub put_back: u32,
+}
+
+impl<'a> Tissue<'a> {
+    /// Puts `scene` at rest into `bodies`.
+    #[must_use]
+    pub fn new(scene: Scene<'a>, bodies: &'a mut Bodies, method: Method) -> Self {
+        bodies.load(&scene);
+        Self {
+            scene,
+            bodies,
+            method,
+            contacts: ToolContacts::default(),
+            tick: 0,
+        }
+    }
+
+    /// Holds a sphere where it is, or lets it go. It is led by [`Tissue::lead`].
+    pub fn hold(&mut self, sphere: u32, held: bool) {
+        let Some(rest) = self.scene.spheres.get(sphere as usize) else {
+            return;
+        };
+        let node = self.bodies.nodes.at_mut(sphere);
+        let free = (rest.mass_kg).recip();
+        node.set_inverse_mass_per_kg(if held { 0.0 } else { free });
+        let moved_m = node.moved_m();
+        node.put(&moved_m, &Vec3::zeros());
+    }
+
+    /// Leads a held sphere to this displacement from rest within the next tick, m.
+    pub fn lead(&mut self, sphere: u32, displacement_m: &Vec3) {
+        if self.bodies.nodes.at(sphere).inverse_mass_per_kg() <= 0.0 {
+            self.bodies.lead(sphere, displacement_m);
+        }
+    }
+
+    /// Puts a sphere to this displacement from rest, m, with this velocity, m/s.
+    pub fn put(&mut self, sphere: u32, displacement_m: &Vec3, velocity_m_s: &Vec3) {
+        self.bodies
+            .nodes
+            .at_mut(sphere)
+            .put(displacement_m, velocity_m_s);
+    }
+
+    /// Everything back to rest, held as the scene has it.
+    pub fn rest(&mut self) {
+        self.bodies.rest(&self.scene);
+        self.contacts.clear();
+        self.tick = 0;
+    }
+
+    /// One tick. Returns how many spheres were not finite, or far away, and were put back.
+    pub fn step(&mut self) -> u32 {
+        self.step_with(|_, _| ())
+    }
+
+    /// One tick; `correct` sees every organ's tissue after its constraints, in each substep of
+    /// this length, s, and may move spheres: a contact.
+    pub fn step_with(&mut self, correct: impl FnMut(&mut Correction<'_>, f32)) -> u32 {
+        let mut corrected = Corrected(correct);
+        self.bodies.begin(&self.scene, true);
+        self.breathe();
+        let (scene, bodies) = (&self.scene, &mut *self.bodies);
+        let mut put_back = substeps::run(scene, &self.method, &ALL, &mut corrected, bodies);
+        for (i, _) in (0u8..).zip(scene.organs) {
+            corrected.press(i, 1.0, scene.step_s_of(i), bodies);
+        }
+        put_back += self.end();
+        put_back
+    }
+
+    /// One tick with these parts of a tool pressed against the tissue, as the tick of the whole
+    /// simulation does it.
+    pub fn press(&mut self, parts: &[Capsule]) -> Pressed {
+        self.bodies.begin(&self.scene, true);
+        self.breathe();
+        let (scene, bodies, contacts) = (&self.scene, &mut *self.bodies, &mut self.contacts);
+        let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
+        for (organ, bounds) in scene.organs.iter().zip(&mut bounds) {
+            *bounds = bodies.bounds(organ);
+        }
+        let mut faults = FaultSet::NONE; // what is left out is felt in its force
+        contacts.find(parts, scene, &bounds, bodies, &mut faults);
+        let mut put_back = substeps::run(scene, &self.method, &ALL, contacts, bodies);
+        contacts.push_out(scene, bodies);
+        put_back += self.end();
+        let list = &self.contacts.list;
+        Pressed {
+            force_n: list.iter().map(Contact::whole_force_n).sum(),
+            contacts: list.len(),
+            put_back,
+        }
+    }
+
+    fn breathe(&mut self) {
+        for organ in self.scene.organs {
+            self.bodies.breathe(&self.scene, organ, self.tick);
+        }
+    }
+
+    /// Ends the last substeps.
+    fn end(&mut self) -> u32 {
+        let (scene, bodies) = (self.scene, &mut *self.bodies);
+        let mut put_back = 0;
+        for (i, organ) in (0u8..).zip(scene.organs) {
+            put_back += bodies.advance(organ, scene.step_s_of(i));
+            bodies.stop_leading(organ);
+        }
+        part::tear_all(&scene, bodies, |_| ());
+        self.tick = self.tick.wrapping_add(1);
+        put_back
+    }
+
+    /// How deep these parts of a tool lie in the tissue at the deepest place, m, found as the tick
+    /// finds it; `None` if nothing touches. Nothing is moved.
+    pub fn meet(&mut self, parts: &[Capsule]) -> Option<f32> {
+        let (scene, bodies) = (self.scene, &*self.bodies);
+        let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
+        for (organ, bounds) in scene.organs.iter().zip(&mut bounds) {
+            *bounds = bodies.bounds(organ);
+        }
+        let mut faults = FaultSet::NONE;
+        self.contacts
+            .find(parts, &scene, &bounds, bodies, &mut faults);
+        self.contacts.deepest_m()
+    }
+
+    /// Displacement of a sphere from rest, m.
+    #[must_use]
+    pub fn displacement_m(&self, sphere: u32) -> Vec3 {
+        self.bodies.nodes.at(sphere).moved_m()
+    }
+
+    /// Velocity of a sphere, m/s.
+    #[must_use]
+    pub fn velocity_m_s(&self, sphere: u32) -> Vec3 {
+        self.bodies.nodes.at(sphere).velocity_m_s()
+    }
+
+    /// Whether the scene itself holds a sphere.
+    #[must_use]
+    pub fn is_held(&self, sphere: u32) -> bool {
+        let rest = self.scene.spheres.get(sphere as usize);
+        rest.is_some_and(|rest| inverse_mass_per_kg(rest) <= 0.0)
+    }
+}
+
+/// A correction in every substep.
+struct Corrected<F>(F);
+
+impl<F: FnMut(&mut Correction<'_>, f32)> Outside for Corrected<F> {
+    fn lean(&mut self, _: u8, _: f32, _: &mut Bodies) {}
+
+    fn press(&mut self, _: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
+        self.0(&mut Correction { bodies }, step_s);
+    }
+}
+
+/// Tissue within a substep.
+#[derive(Debug)]
+pub struct Correction<'a> {
+    bodies: &'a mut Bodies,
+}
+
+impl Correction<'_> {
+    /// Predicted centre of a sphere, m.
+    #[must_use]
+    pub fn center_m(&self, sphere: u32) -> Vec3 {
+        self.bodies.nodes.at(sphere).center_m()
+    }
+
+    /// Its inverse mass, 1/kg; 0 if it is held.
+    #[must_use]
+    pub fn inverse_mass_per_kg(&self, sphere: u32) -> f32 {
+        self.bodies.nodes.at(sphere).inverse_mass_per_kg()
+    }
+
+    /// Moves it on, m.
+    pub fn move_by(&mut self, sphere: u32, step_m: &Vec3) {
+        self.bodies.nodes.at_mut(sphere).move_by(step_m);
+    }
+}

@@ -1,0 +1,117 @@
+//! What ties organs to each other and to the world.
+//!
+//! A tie acts in the substeps of the finer of its two organs. The coarser one is then on its way through a
+//! longer step: its end of the tie is where that way has come to, and takes up the impulse over the whole of
+//! its step. Were ties solved once a tick, in the last of a finer organ's substeps, they would hold it for a
+//! sixteenth of the time and give it sixteen times the speed.
+
+use heapless::Vec;
+
+use crate::capacity::MAX_ATTACHMENTS;
+use crate::scene::{Anchor, Attachment, Scene, numbered};
+use crate::tissue::Bodies;
+use crate::tissue::bar::Bar;
+use crate::tissue::lanes::Lanes;
+use crate::tissue::pace::{Moment, Pace};
+
+/// A tie in the order in which they are solved.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    /// Its index in the scene.
+    tie: u16,
+    /// Which of the sutures it is.
+    suture: Option<u8>,
+    /// How often in a tick.
+    times: u32,
+}
+
+/// The ties of a scene, those that are solved most often first.
+#[derive(Debug, Clone)]
+pub(crate) struct Ties {
+    turns: Vec<Turn, MAX_ATTACHMENTS>,
+}
+
+impl Ties {
+    pub(crate) const NONE: Self = Self { turns: Vec::new() };
+
+    /// Those of `scene`. O(ties · times that there are).
+    pub(crate) fn build(&mut self, scene: &Scene<'_>, organ_of: impl Fn(u32) -> u8) {
+        self.turns.clear();
+        let substeps = |sphere: u32| {
+            let organ = scene.organs.get(usize::from(organ_of(sphere)));
+            organ.map_or(1, |organ| organ.substeps)
+        };
+        let mut times = scene.finest();
+        while times > 0 {
+            for (i, (tie, suture)) in (0u16..).zip(numbered(scene.attachments.iter())) {
+                let other = match tie.to {
+                    Anchor::World(_) => 1,
+                    Anchor::Sphere(sphere) => substeps(sphere),
+                };
+                if substeps(tie.sphere).max(other) == times {
+                    let _ = self.turns.push(Turn {
+                        tie: i,
+                        suture,
+                        times,
+                    }); // a scene with more is refused
+                }
+            }
+            times /= 2;
+        }
+    }
+}
+
+/// Projects, in the finest step `now` of the tick, every attachment as a bar whose turn it is; a thread
+/// only while it is taut, and none that has parted. Those held together at length zero are drawn into one place.
+pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
+    for i in 0..bodies.ties.turns.len() {
+        let Some(turn) = bodies.ties.turns.get(i).copied() else {
+            return;
+        };
+        let Some(moment) = Moment::due(now, turn.times, scene) else {
+            return; // nor is any after it
+        };
+        if let Some(tie) = scene.attachments.get(usize::from(turn.tie))
+            && let Some(tie) = bodies.sutures.now(tie, turn.suture)
+        {
+            let left = bodies.parted.left_of_tie(usize::from(turn.tie));
+            project(&tie, left, &moment, scene, bodies);
+        }
+    }
+}
+
+fn project(tie: &Attachment, left: f32, at: &Moment, scene: &Scene<'_>, bodies: &mut Bodies) {
+    if left <= 0.0 {
+        return;
+    }
+    let a = *bodies.nodes.at(tie.sphere);
+    let a_pace = Pace::of(tie.sphere, at, scene, bodies);
+    let (difference, other) = match tie.to {
+        Anchor::World(at_m) => {
+            let from = a.rest_m - Lanes::new(&at_m, 0.0);
+            (from + (a.moved_m + a_pace.way(&a)), None)
+        }
+        Anchor::Sphere(sphere) => {
+            let b = *bodies.nodes.at(sphere);
+            let b_pace = Pace::of(sphere, at, scene, bodies);
+            let away = a.away_at_start(&b) + (a_pace.way(&a) - b_pace.way(&b));
+            (away, Some((sphere, b_pace)))
+        }
+    };
+    let slack = tie.rest_length_m * tie.rest_length_m;
+    if tie.is_thread && difference.norm_squared() <= slack {
+        return;
+    }
+    let bar = Bar {
+        rest_length_m: tie.rest_length_m,
+        compliance_m_n: tie.compliance_m_n / left,
+        rate: 0.0,
+        step_s: at.step_s(),
+    };
+    let b_weight = other.map_or(0.0, |(_, pace)| pace.weight());
+    let push = bar.push(difference, Lanes::ZERO, a_pace.weight() + b_weight);
+    a_pace.push(bodies.nodes.at_mut(tie.sphere), push);
+    if let Some((sphere, pace)) = other {
+        pace.push(bodies.nodes.at_mut(sphere), push.scaled(-1.0));
+    }
+}

@@ -1,0 +1,101 @@
+//! Strands of a layered sheet: where the ties of a sphere to another organ have all torn, what stands
+//! for it hangs on nothing, and goes.
+
+use super::Removed;
+use crate::math::Vec3;
+use crate::scene::{Anchor, Attachment, Scene};
+use crate::tissue::Bodies;
+use crate::words::SphereBits;
+
+/// Share of the way to its neighbours that a sphere without cells goes in a tick.
+const FOLLOWS: f32 = 0.25;
+/// Cells that go in one tick, at most: as many as can be told, and more in the next.
+const IN_A_TICK: usize = 8;
+
+impl Bodies {
+    /// Removes cells of a strand that has torn, of one in a tick. O(attachments), and O(cells) where one
+    /// has.
+    pub(crate) fn tear_cells(&mut self, scene: &Scene<'_>, mut removed: impl FnMut(Removed)) {
+        if scene.layers.cells.is_empty() {
+            return;
+        }
+        let Some(sphere) = self.torn_strand(scene) else {
+            return;
+        };
+        let mut count = 0;
+        for (index, cell) in (0u16..).zip(scene.layers.cells) {
+            if cell.sphere() == sphere
+                && let Some(gone) = self.remove_cell(index, scene)
+            {
+                removed(gone);
+                count += 1;
+                if count >= IN_A_TICK {
+                    break;
+                }
+            }
+        }
+    }
+
+    /// A sphere without cells is tied to nothing and would fall; but cells beside it that are left, and the
+    /// picture, are carried by it in part. So it goes where its neighbours go. Where there are tetrahedra,
+    /// these hold it. O(links of organs without tetrahedra).
+    pub(crate) fn carry_gone(&mut self, scene: &Scene<'_>) {
+        if self.cells.gone == 0 {
+            return;
+        }
+        let organs = scene.organs.iter();
+        for organ in organs.filter(|organ| scene.batches_of(organ).is_empty()) {
+            for link in scene.links_of(organ) {
+                let gone = |sphere: u32| self.bits.at(sphere).contains(SphereBits::GONE);
+                let (a_gone, b_gone) = (gone(link.a), gone(link.b));
+                if !a_gone && !b_gone {
+                    continue;
+                }
+                let [a_m, b_m] = [link.a, link.b].map(|i| self.nodes.at(i).moved_m());
+                let way_m = (b_m - a_m) * FOLLOWS;
+                if a_gone {
+                    self.nodes
+                        .at_mut(link.a)
+                        .put(&(a_m + way_m), &Vec3::zeros());
+                }
+                if b_gone {
+                    self.nodes
+                        .at_mut(link.b)
+                        .put(&(b_m - way_m), &Vec3::zeros());
+                }
+            }
+        }
+    }
+
+    /// A sphere with cells all of whose ties to another organ have parted. Ties of a sphere to an
+    /// organ follow each other.
+    fn torn_strand(&self, scene: &Scene<'_>) -> Option<u32> {
+        let other = |tie: &Attachment| match tie.to {
+            Anchor::Sphere(sphere) => Some(*self.organ.at(sphere)),
+            Anchor::World(_) => None,
+        };
+        let mut run: Option<(u32, Option<u8>, bool)> = None;
+        for (i, tie) in scene.attachments.iter().enumerate() {
+            let parted = self.parted.left_of_tie(i) <= 0.0;
+            run = match run {
+                Some((sphere, organ, torn)) if sphere == tie.sphere && organ == other(tie) => {
+                    Some((sphere, organ, torn && parted))
+                }
+                last => {
+                    if let Some(sphere) = self.hangs_on_nothing(last) {
+                        return Some(sphere);
+                    }
+                    Some((tie.sphere, other(tie), parted))
+                }
+            };
+        }
+        self.hangs_on_nothing(run)
+    }
+
+    fn hangs_on_nothing(&self, run: Option<(u32, Option<u8>, bool)>) -> Option<u32> {
+        let (sphere, _, _) = run.filter(|(_, _, torn)| *torn)?;
+        let has_cells = self.cells.has_cells(sphere);
+        let gone = self.bits.at(sphere).contains(SphereBits::GONE);
+        (has_cells && !gone).then_some(sphere)
+    }
+}

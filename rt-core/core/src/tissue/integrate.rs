@@ -1,0 +1,161 @@
+//! Time steps: before the constraints ([`Bodies::predict`]) and after them ([`Bodies::advance`]).
+
+use crate::math::{self, Vec3};
+use crate::scene::{Organ, Scene};
+use crate::time::TICK_S;
+use crate::tissue::Bodies;
+use crate::tissue::lanes::Lanes;
+
+/// No sphere leaves a tick faster than this, m/s: above what an instrument does, below what
+/// would carry a sphere through its neighbour in a tick.
+const SPEED_MAX_M_S: f32 = 3.0;
+/// No sphere leaves this distance from its rest position, m.
+const DISPLACEMENT_MAX_M: f32 = 10.0;
+
+/// Ticks that a sphere's trail is behind it.
+const TRAIL_TICKS: f32 = 32.0;
+
+/// The box around an organ's spheres, world frame, m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bounds {
+    pub(crate) low_m: Vec3,
+    pub(crate) high_m: Vec3,
+}
+
+impl Bounds {
+    /// Around nothing.
+    pub(crate) const EMPTY: Self = Self {
+        low_m: Vec3::new(f32::MAX, f32::MAX, f32::MAX),
+        high_m: Vec3::new(f32::MIN, f32::MIN, f32::MIN),
+    };
+
+    /// Grows to hold the sphere at `center_m`.
+    #[inline]
+    pub(crate) fn add(&mut self, center_m: &Vec3, radius_m: f32) {
+        let r = Vec3::new(radius_m, radius_m, radius_m);
+        self.low_m = self.low_m.inf(&(center_m - r));
+        self.high_m = self.high_m.sup(&(center_m + r));
+    }
+
+    /// The box, grown by `reach_m`, around what of a line from `a_m` to `b_m` lies in this one, itself
+    /// grown by as much. Of a line that does not come near it is empty.
+    pub(crate) fn within(&self, a_m: &Vec3, b_m: &Vec3, reach_m: f32) -> Self {
+        let along_m = b_m - a_m;
+        let (mut from, mut to) = (0.0f32, 1.0f32);
+        let axes = self.low_m.iter().zip(&self.high_m);
+        for ((low, high), (at, along)) in axes.zip(a_m.iter().zip(&along_m)) {
+            let (low, high) = (low - reach_m - at, high + reach_m - at);
+            if along.abs() > 1.0e-9 {
+                let (one, other) = (low / along, high / along);
+                from = from.max(one.min(other));
+                to = to.min(one.max(other));
+            } else if low > 0.0 || high < 0.0 {
+                return Self::EMPTY;
+            }
+        }
+        let mut within = Self::EMPTY;
+        if from <= to {
+            within.add(&(a_m + along_m * from), reach_m);
+            within.add(&(a_m + along_m * to), reach_m);
+        }
+        within
+    }
+
+    /// Whether the two boxes come nearer than `margin_m` to each other.
+    pub(crate) fn is_near(&self, other: &Self, margin_m: f32) -> bool {
+        let gap = (self.low_m - other.high_m).sup(&(other.low_m - self.high_m));
+        gap.x < margin_m && gap.y < margin_m && gap.z < margin_m
+    }
+}
+
+impl Bodies {
+    /// Velocity takes damping, then gravity (which damping must not weaken), displacement takes
+    /// velocity. Immovable spheres go where they are led.
+    pub(crate) fn predict(&mut self, scene: &Scene<'_>, organ: &Organ, step_s: f32) {
+        let fall = scene.room.gravity_m_s2 * (organ.gravity_share * step_s);
+        let keep = (1.0 - organ.material.damping_per_s * step_s).max(0.0);
+        let (fall, keep) = (Lanes::new(&fall, 0.0), Lanes::splat(keep));
+        let step_s = Lanes::splat(step_s);
+        for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
+            if node.inverse_mass_per_kg() > 0.0 {
+                node.velocity_m_s = node.velocity_m_s * keep + fall;
+            }
+            node.step_m = node.velocity_m_s * step_s;
+        }
+    }
+
+    /// What the constraints made of the prediction becomes the state: `v = d / dt`, at most
+    /// [`SPEED_MAX_M_S`]. A sphere that is not finite, or left the room, goes back to where it
+    /// was and rests.
+    /// Returns how many did.
+    pub(crate) fn advance(&mut self, organ: &Organ, step_s: f32) -> u32 {
+        let mut put_back = 0;
+        let per_step = Lanes::splat(step_s.recip());
+        for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
+            let [x, y, z, _] = (node.moved_m + node.step_m).to_array();
+            // Not `>`: a comparison with NaN is false. Not `&&`: all three at once are quicker.
+            let is_in = |x: f32| x.abs() <= DISPLACEMENT_MAX_M;
+            if is_in(x) & is_in(y) & is_in(z) {
+                node.moved_m = node.moved_m + node.step_m;
+                if node.inverse_mass_per_kg() > 0.0 {
+                    node.velocity_m_s = limited(node.step_m * per_step);
+                }
+            } else {
+                node.velocity_m_s = Lanes::ZERO;
+                put_back += 1;
+            }
+            node.step_m = Lanes::ZERO;
+        }
+        put_back
+    }
+
+    /// How fast the fastest sphere of an organ that is free goes, m/s, over the last ticks. Where much is tied and pressed
+    /// spheres alternate between a few places, some micrometres apart: what counts is where that leads.
+    pub(crate) fn pace_m_s(&mut self, organ: &Organ) -> f32 {
+        let (start, count) = (organ.sphere_start, organ.sphere_count);
+        let trails = self.trail_m.range_mut(start, count).iter_mut();
+        let mut farthest = 0.0f32;
+        for (trail_m, node) in trails.zip(self.nodes.range(start, count)) {
+            let behind_m = node.moved_m - *trail_m;
+            *trail_m = *trail_m + behind_m.scaled(TRAIL_TICKS.recip());
+            if node.inverse_mass_per_kg() > 0.0 {
+                farthest = farthest.max(behind_m.norm_squared());
+            }
+        }
+        // What goes evenly is so many of its ticks' ways from where its trail was.
+        math::sqrt(farthest) / (TRAIL_TICKS * TICK_S)
+    }
+
+    /// Ends a tick for an organ: nobody leads its immovable spheres any more.
+    pub(crate) fn stop_leading(&mut self, organ: &Organ) {
+        for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
+            if node.inverse_mass_per_kg() <= 0.0 {
+                node.velocity_m_s = Lanes::ZERO;
+            }
+        }
+    }
+
+    /// Takes all speed from an organ.
+    pub(crate) fn halt(&mut self, organ: &Organ) {
+        for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
+            node.velocity_m_s = Lanes::ZERO;
+        }
+    }
+
+    /// Leads an immovable sphere to this displacement within the coming tick, m.
+    pub(crate) fn lead(&mut self, sphere: u32, moved_m: &Vec3) {
+        let node = self.nodes.at_mut(sphere);
+        let step_m = moved_m - node.moved_m();
+        node.velocity_m_s = Lanes::new(&(step_m / TICK_S), 0.0);
+    }
+}
+
+/// The velocity, limited.
+fn limited(velocity_m_s: Lanes) -> Lanes {
+    let squared = velocity_m_s.norm_squared();
+    if squared > SPEED_MAX_M_S * SPEED_MAX_M_S {
+        velocity_m_s.scaled(SPEED_MAX_M_S / math::sqrt(squared))
+    } else {
+        velocity_m_s
+    }
+}

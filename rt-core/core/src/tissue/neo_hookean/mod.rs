@@ -1,0 +1,65 @@
+//! Tissue as a neo-Hookean solid over the tetrahedra between sphere centres.
+//!
+//! Its constraints follow from Young's modulus, Poisson's ratio and density: stiffness depends
+//! neither on passes nor on the time step while the stiffness number `E dt² / (ρ h²)` of a substep
+//! is at most 0.2, which preparation sees to by the organ's number of substeps.
+
+mod kernel;
+mod wide;
+
+use kernel::Moduli;
+
+use crate::scene::{Link, Material, Organ, Scene};
+use crate::tissue::{Bodies, Solver, bar};
+
+/// Linear tetrahedra lock beyond this Poisson's ratio: at 0.49 they sag a fifth too little. A
+/// liver of 0.49 taken for one of 0.45 hangs 0.64 mm rms off finite elements, unclamped 2.3 mm.
+pub const POISSON_MAX: f32 = 0.45;
+
+/// Share of Young's modulus that the tetrahedra are given: over sphere centres, linear and with the
+/// tissue between them and the skin put into the nearest of them, they resist more than the solid
+/// that they stand for. Fitted on one scene, the sag of the liver of 581 spheres against finite
+/// elements (`evaluate`), by one number for every organ, material and resolution.
+pub const STIFFNESS_SHARE: f32 = 0.965;
+
+/// XPBD stable neo-Hookean tetrahedra and elastic bars. O(tetrahedra + bars).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct NeoHookean;
+
+impl Solver for NeoHookean {
+    fn project(&self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies) {
+        let batches = scene.batches_of(organ);
+        if let (false, Some(moduli)) = (batches.is_empty(), moduli(&organ.material, step_s)) {
+            kernel::project(&mut bodies.nodes, batches, &moduli);
+        }
+        let rate = organ.material.retardation_s / step_s;
+        let shrunk = bodies.parted.shrunk(*bodies.organ.at(organ.sphere_start));
+        let (nodes, lefts) = (&mut bodies.nodes, bodies.parted.left_of_links(organ));
+        for (link, left) in scene.elastic_links_of(organ).iter().zip(lefts) {
+            if left > 0.0 {
+                let link = Link {
+                    rest_length_m: link.rest_length_m * shrunk,
+                    ..*link
+                };
+                bar::project(nodes, &link, left, rate, step_s);
+            }
+        }
+    }
+}
+
+/// Stable neo-Hookean moduli (Smith, de Goes and Kim 2018): `λ = λ₀ + μ`, `γ = 1 + μ/λ`. `None`
+/// where there is nothing stiff.
+fn moduli(material: &Material, step_s: f32) -> Option<Moduli> {
+    let poisson = material.poisson.min(POISSON_MAX);
+    let mu_pa = STIFFNESS_SHARE * material.young_pa / (2.0 * (1.0 + poisson));
+    let lambda_pa = 2.0 * mu_pa * poisson / (1.0 - 2.0 * poisson) + mu_pa;
+    (mu_pa > 0.0).then(|| Moduli {
+        hydrostatic: (lambda_pa * step_s * step_s).recip(),
+        deviatoric: (mu_pa * step_s * step_s).recip(),
+        rest_volume: 1.0 + mu_pa / lambda_pa,
+        rate: material.retardation_s / step_s,
+    })
+}
+
+#[cfg(test)]
+mod tests;

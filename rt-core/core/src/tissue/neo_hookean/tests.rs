@@ -1,0 +1,218 @@
+//! The fast kernel against its plain twins, and single tetrahedra by hand.
+
+extern crate std;
+
+use std::boxed::Box;
+use std::vec::Vec;
+
+use nalgebra::{Matrix3, Matrix4x3};
+use proptest::prelude::*;
+
+use super::kernel::{self, Moduli};
+use super::{POISSON_MAX, moduli};
+use crate::math::{self, Vec3};
+use crate::scene::tests::{organ, sphere};
+use crate::scene::{RestSphere, Tetra, TetraBatch, batches};
+use crate::tissue::Node;
+use crate::tissue::lanes::Lanes;
+use crate::tissue::per_sphere::PerSphere;
+
+const STEP_S: f32 = 0.001;
+
+/// 4 × 4 × 4 spheres 1 cm apart.
+fn grid() -> Vec<RestSphere> {
+    let at = |i: u16| Vec3::new(f32::from(i % 4), f32::from(i / 4 % 4), f32::from(i / 16));
+    (0..64).map(|i| sphere(at(i) * 0.01, 0.006)).collect()
+}
+
+/// Six tetrahedra a cell.
+fn cells() -> Vec<Tetra> {
+    let mut made = Vec::new();
+    for i in 0..27 {
+        let corner = i % 3 + i / 3 % 3 * 4 + i / 9 * 16;
+        for (a, b, sign) in [
+            (1, 4, 1),
+            (4, 16, 1),
+            (16, 1, 1),
+            (1, 16, -1),
+            (4, 1, -1),
+            (16, 4, -1),
+        ] {
+            let mut spheres = [corner, corner + a, corner + a + b, corner + 21];
+            if sign < 0 {
+                spheres.swap(1, 2);
+            }
+            made.push(Tetra {
+                spheres,
+                volume_m3: 1.0e-6 / 6.0,
+            });
+        }
+    }
+    made
+}
+
+fn stiff() -> Moduli {
+    let mut material = organ(0, 64, 0, 0).material;
+    material.retardation_s = 0.002;
+    moduli(&material, STEP_S).unwrap()
+}
+
+fn packed() -> Vec<TetraBatch> {
+    let mut made = Vec::new();
+    batches(&cells(), &grid(), |batch| made.push(batch)).unwrap();
+    made
+}
+
+/// Spheres displaced and on their way, the first four held.
+fn nodes(displacements: &[[f32; 6]]) -> Box<PerSphere<Node>> {
+    let mut nodes = Box::new(PerSphere::new(Node::ZERO));
+    for (i, (rest, [x, y, z, u, v, w])) in (0u32..).zip(grid().iter().zip(displacements)) {
+        let node = nodes.at_mut(i);
+        node.rest_m = Lanes::new(&rest.center_m, 0.0);
+        node.put(&Vec3::new(*x, *y, *z), &Vec3::zeros());
+        node.set_inverse_mass_per_kg(if i < 4 { 0.0 } else { 1000.0 });
+        node.step_m = Lanes::new(&(Vec3::new(*u, *v, *w) * 0.1), 0.0);
+    }
+    nodes
+}
+
+fn steps(nodes: &PerSphere<Node>) -> Vec<[u32; 4]> {
+    let bits = |i| nodes.at(i).step_m.to_array().map(f32::to_bits);
+    (0..64).map(bits).collect()
+}
+
+/// The formulas of the paper, in `f64`, one tetrahedron after the other.
+fn project_by_formula(nodes: &mut PerSphere<Node>, moduli: &Moduli) {
+    for batch in packed() {
+        for corners in batch.corners() {
+            let d = |i: u32| nodes.at(i).step_m.vec3().cast::<f64>();
+            let u = |i: u32| nodes.at(i).moved_m.vec3().cast::<f64>();
+            let x = |i: u32| nodes.at(i).rest_m().cast::<f64>();
+            let [o, a, b, c] = corners;
+            let edges = |of: &dyn Fn(u32) -> nalgebra::Vector3<f64>| {
+                Matrix3::from_columns(&[of(a) - of(o), of(b) - of(o), of(c) - of(o)])
+            };
+            let inverse = edges(&x).try_inverse().unwrap();
+            let f = Matrix3::identity() + edges(&|i| u(i) + d(i)) * inverse;
+            let shape = f.norm();
+            let cofactor = Matrix3::from_columns(&[
+                f.column(1).cross(&f.column(2)),
+                f.column(2).cross(&f.column(0)),
+                f.column(0).cross(&f.column(1)),
+            ]);
+            let corner_gradients = |m: &Matrix3<f64>| {
+                let ends = (m * inverse.transpose()).transpose();
+                let origin = -ends.row_sum();
+                Matrix4x3::from_rows(&[
+                    origin,
+                    ends.row(0).into(),
+                    ends.row(1).into(),
+                    ends.row(2).into(),
+                ])
+            };
+            let (g, h) = (corner_gradients(&cofactor), corner_gradients(&(f / shape)));
+            let w = corners.map(|i| f64::from(nodes.at(i).inverse_mass_per_kg()));
+            let product = |a: &Matrix4x3<f64>, b: &Matrix4x3<f64>| -> f64 {
+                (0..4).map(|k| w[k] * a.row(k).dot(&b.row(k))).sum()
+            };
+            let along = |a: &Matrix4x3<f64>| -> f64 {
+                (0..4)
+                    .map(|k| a.row(k).transpose().dot(&d(corners[k])))
+                    .sum()
+            };
+            let rate = f64::from(moduli.rate);
+            let per_volume = 1.0 / (1.0e-6 / 6.0);
+            let soft = [moduli.hydrostatic, moduli.deviatoric].map(|m| per_volume * f64::from(m));
+            let m = nalgebra::Matrix2::new(
+                (1.0 + rate) * product(&g, &g) + soft[0],
+                (1.0 + rate) * product(&g, &h),
+                (1.0 + rate) * product(&g, &h),
+                (1.0 + rate) * product(&h, &h) + soft[1],
+            );
+            let rest = f64::from(moduli.rest_volume);
+            let c = nalgebra::Vector2::new(
+                f.determinant() - rest + rate * along(&g),
+                shape + rate * along(&h),
+            );
+            let pq = -m.try_inverse().unwrap() * c;
+            for k in 0..4 {
+                let push = (g.row(k) * pq.x + h.row(k) * pq.y).transpose() * w[k];
+                nodes.at_mut(corners[k]).move_by(&push.cast());
+            }
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    #[test]
+    fn registers_and_arrays_give_the_same_bits(
+        displaced in prop::collection::vec(prop::array::uniform6(-0.02f32..0.02), 64)
+    ) {
+        let mut plain = nodes(&displaced);
+        kernel::project_plain(&mut plain, &packed(), &stiff());
+        let mut fast = nodes(&displaced);
+        kernel::project(&mut fast, &packed(), &stiff());
+        prop_assert_eq!(steps(&plain), steps(&fast));
+        prop_assert!((0..64).all(|i| math::is_finite(&fast.at(i).moved_m())));
+    }
+
+    #[test]
+    fn the_kernel_does_what_the_formula_says(
+        displaced in prop::collection::vec(prop::array::uniform6(-0.002f32..0.002), 64)
+    ) {
+        let mut fast = nodes(&displaced);
+        kernel::project(&mut fast, &packed(), &stiff());
+        let mut formula = nodes(&displaced);
+        project_by_formula(&mut formula, &stiff());
+        for i in 0..64 {
+            let apart = math::norm(&(fast.at(i).moved_m() - formula.at(i).moved_m()));
+            prop_assert!(apart < 2.0e-6, "sphere {} is {} m off", i, apart);
+        }
+    }
+
+    #[test]
+    fn momentum_stays(displaced in prop::collection::vec(prop::array::uniform6(-0.02f32..0.02), 64)) {
+        let mut all = nodes(&displaced);
+        for i in 0..64 {
+            all.at_mut(i).set_inverse_mass_per_kg(200.0 + 50.0 * (i % 7) as f32);
+        }
+        let momentum = |nodes: &PerSphere<Node>| -> Vec3 {
+            let of = |i| nodes.at(i).step_m.vec3() / nodes.at(i).inverse_mass_per_kg();
+            (0..64).map(of).sum()
+        };
+        let before = momentum(&all);
+        kernel::project(&mut all, &packed(), &stiff());
+        let moved: f32 = (0..64).map(|i| math::norm(&all.at(i).step_m.vec3())).sum();
+        let lost = math::norm(&(momentum(&all) - before));
+        prop_assert!(lost < 1.0e-6 * moved / 200.0 * 8.0 + 1.0e-9, "{} of {}", lost, moved);
+    }
+}
+
+#[test]
+fn a_rigid_motion_is_left_alone() {
+    let turn = nalgebra::Rotation3::from_euler_angles(0.7f32, -1.9, 2.4);
+    let mut turned = nodes(&[[0.0; 6]; 64]);
+    for i in 0..64 {
+        let rest = turned.at(i).rest_m();
+        let moved = turn * rest - rest + Vec3::new(0.3, 0.1, -0.2);
+        turned.at_mut(i).put(&moved, &Vec3::zeros());
+        turned.at_mut(i).set_inverse_mass_per_kg(1000.0);
+    }
+    kernel::project(&mut turned, &packed(), &stiff());
+    let most = (0..64).map(|i| math::norm(&turned.at(i).step_m.vec3()));
+    let most = most.fold(0.0, f32::max);
+    assert!(most < 1.0e-6, "moved by {most} m");
+}
+
+#[test]
+fn poisson_beyond_the_lock_is_taken_for_the_limit() {
+    let mut material = organ(0, 1, 0, 0).material;
+    material.poisson = 0.499;
+    let clamped = moduli(&material, STEP_S);
+    material.poisson = POISSON_MAX;
+    assert_eq!(clamped, moduli(&material, STEP_S));
+    material.young_pa = 0.0;
+    assert_eq!(moduli(&material, STEP_S), None);
+}

@@ -1,0 +1,192 @@
+//! Beads along the tubes: what tools meet of organs without a contact skin.
+
+use heapless::Vec;
+
+use crate::capacity::{MAX_BEADS, MAX_ORGANS};
+use crate::math::{self, Vec3};
+use crate::scene::{Link, Organ, Scene};
+use crate::tissue::{Adjacency, Bodies};
+
+/// Beads are at most this many radii apart: a tube is as good as smooth.
+const SPACING_RADII: f32 = 0.75;
+/// Beads between two spheres, at most.
+const BETWEEN_MAX: u16 = 4;
+
+/// A place on a tube's centre line, between two spheres; a sphere that follows no other is a bead by
+/// itself.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Bead {
+    pub(crate) a: u16,
+    pub(crate) b: u16,
+    /// How far it lies from `a` to `b`, 0 to 1.
+    pub(crate) share: f32,
+    /// Share of a sphere's contact stiffness.
+    pub(crate) stiffness_share: f32,
+    /// The link that it lies on, if any.
+    pub(crate) link: Option<u32>,
+}
+
+impl Bead {
+    /// Whether this one follows it along the same tube.
+    pub(crate) fn leads_to(&self, next: &Self) -> bool {
+        self.link.is_some() && next.link.is_some() && (self.link == next.link || self.b == next.a)
+    }
+
+    /// Where it is now.
+    pub(crate) fn now(&self, bodies: &Bodies) -> Ball {
+        let (a, b) = (u32::from(self.a), u32::from(self.b));
+        let from_m = bodies.nodes.at(a).center_m();
+        let to_m = bodies.nodes.at(b).center_m();
+        let (thick_m, other_m) = (*bodies.radius_m.at(a), *bodies.radius_m.at(b));
+        Ball {
+            center_m: from_m + (to_m - from_m) * self.share,
+            radius_m: thick_m + (other_m - thick_m) * self.share,
+            along: math::unit(&(to_m - from_m)).unwrap_or_else(Vec3::zeros),
+        }
+    }
+}
+
+/// A link between spheres that follow each other along a tube.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Step {
+    pub(crate) a: u16,
+    pub(crate) b: u16,
+    /// Its index in the scene.
+    pub(crate) link: u32,
+}
+
+/// A bead at one moment.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ball {
+    /// World frame, m.
+    pub(crate) center_m: Vec3,
+    pub(crate) radius_m: f32,
+    /// Unit vector along the tube; zero of a bead by itself.
+    pub(crate) along: Vec3,
+}
+
+/// The beads of all organs.
+#[derive(Debug, Clone)]
+pub(crate) struct Beads {
+    all: Vec<Bead, MAX_BEADS>,
+    /// First of each organ, and one past its last.
+    of: [(u16, u16); MAX_ORGANS],
+}
+
+impl Beads {
+    pub(crate) const fn new() -> Self {
+        Self {
+            all: Vec::new(),
+            of: [(0, 0); MAX_ORGANS],
+        }
+    }
+
+    /// Finds the tubes of `scene`; done once, when it is loaded. O(spheres · links · links of a
+    /// sphere) of organs without a skin.
+    pub(crate) fn build(&mut self, scene: &Scene<'_>, adjacency: &Adjacency) {
+        self.all.clear();
+        self.of = [(0, 0); MAX_ORGANS];
+        for (i, organ) in scene.organs.iter().enumerate() {
+            let start = self.all.len() as u16;
+            if scene.skin.near_sphere(organ.sphere_start).is_none() {
+                self.string(scene, organ, adjacency);
+            }
+            if let Some(of) = self.of.get_mut(i) {
+                *of = (start, self.all.len() as u16);
+            }
+        }
+    }
+
+    fn string(&mut self, scene: &Scene<'_>, organ: &Organ, adjacency: &Adjacency) {
+        let steps = || {
+            let links = (organ.link_start..).zip(scene.links_of(organ));
+            links.filter(|(_, link)| is_step(link, scene, adjacency))
+        };
+        // As many steps as a line has, even one that forks and closes; anything else is a heap.
+        let most = organ.sphere_count + organ.sphere_count / 8 + 1;
+        let count = steps().count();
+        // Where beads between them found no room, spheres by themselves always do.
+        let to_come = scene.spheres.len() - (organ.sphere_start as usize).min(scene.spheres.len());
+        let beads = self.all.len() + to_come + count * usize::from(BETWEEN_MAX);
+        let is_line = organ.batch_count == 0 && count as u32 <= most && beads <= MAX_BEADS;
+        let end = organ.sphere_start.saturating_add(organ.sphere_count);
+        for sphere in organ.sphere_start..end {
+            let mut steps = steps();
+            if !(is_line && steps.any(|(_, step)| step.a == sphere || step.b == sphere)) {
+                self.add([sphere; 2], 0.0, 1.0, None);
+            }
+        }
+        for (link, step) in steps().filter(|_| is_line) {
+            let count = between(step, scene);
+            for i in 0..count {
+                let per = f32::from(count).recip();
+                let share = (f32::from(i) + 0.5) * per;
+                self.add([step.a, step.b], share, per, Some(link));
+            }
+        }
+    }
+
+    fn add(&mut self, [a, b]: [u32; 2], share: f32, stiffness_share: f32, link: Option<u32>) {
+        let _ = self.all.push(Bead {
+            a: a as u16,
+            b: b as u16,
+            share,
+            stiffness_share,
+            link,
+        }); // `string` sees to it that there is room
+    }
+
+    /// The beads of the organ with this index, numbered.
+    pub(crate) fn of(&self, organ: u8) -> impl Iterator<Item = (u16, &Bead)> {
+        let (start, end) = self.of.get(usize::from(organ)).copied().unwrap_or((0, 0));
+        let own = self.all.get(usize::from(start)..usize::from(end));
+        (start..end).zip(own.unwrap_or(&[]))
+    }
+
+    /// The steps along the tubes of the organ with this index.
+    pub(crate) fn steps_of(&self, organ: u8) -> impl Iterator<Item = Step> {
+        self.of(organ).filter_map(|(_, bead)| {
+            // The first of the beads on each link.
+            let link = bead.link.filter(|_| bead.share < bead.stiffness_share)?;
+            Some(Step {
+                a: bead.a,
+                b: bead.b,
+                link,
+            })
+        })
+    }
+
+    /// The bead with this number.
+    pub(crate) fn get(&self, number: u16) -> Option<&Bead> {
+        self.all.get(usize::from(number))
+    }
+}
+
+/// Whether a link joins spheres that follow each other: no third that both are linked to lies nearer
+/// to both.
+fn is_step(link: &Link, scene: &Scene<'_>, adjacency: &Adjacency) -> bool {
+    let length_m = |a: u32, b: u32| rest_length_m(a, b, scene);
+    let whole_m = length_m(link.a, link.b);
+    !adjacency.of(link.a).iter().any(|&c| {
+        let c = u32::from(c);
+        c != link.b
+            && adjacency.of(link.b).iter().any(|&d| u32::from(d) == c)
+            && length_m(link.a, c).max(length_m(c, link.b)) < whole_m
+    })
+}
+
+fn between(step: &Link, scene: &Scene<'_>) -> u16 {
+    let radius_m = |i: u32| scene.spheres.get(i as usize).map_or(0.0, |s| s.radius_m);
+    let thin_m = radius_m(step.a).min(radius_m(step.b)).max(1.0e-6);
+    let gaps = rest_length_m(step.a, step.b, scene) / (SPACING_RADII * thin_m);
+    // `as` saturates and cuts off.
+    (gaps as u16).saturating_add(1).min(BETWEEN_MAX)
+}
+
+fn rest_length_m(a: u32, b: u32, scene: &Scene<'_>) -> f32 {
+    let at = |i: u32| scene.spheres.get(i as usize).map(|s| s.center_m);
+    match (at(a), at(b)) {
+        (Some(a), Some(b)) => math::norm(&(a - b)),
+        _ => 0.0,
+    }
+}
