@@ -1,14 +1,14 @@
 //! What a scene costs the realtime process a tick, foretold from its counts.
 //!
-//! The prices are measured: `cargo run --release -p scene-prepare --example organ_cost` steps prepared
-//! scenes of 400 to 3200 spheres, every organ awake; what they foretell is within 10 % of each.
-//! (Organs have about as many tetrahedra a sphere, so that the three prices of a step cannot be
-//! told apart well: their sum is what counts.) The other stages' come from
-//! `cargo run --release -p rt-core --example stages`: 22 µs of contact search for 581 spheres, 53
-//! for 1056 of two organs. Caches are warm in both, and a driver's own time is not in it: with
-//! cold caches, as admission measures it, the worst tick of a scene foretold 197 µs took 262. A
-//! faster machine needs less. What really fits is measured when the scene is loaded (admission);
-//! this chooses a count that is about right beforehand.
+//! The prices are measured: `cargo run --release -p scene-prepare --example organ_cost` steps
+//! prepared scenes of 400 to 3200 spheres, every organ awake; what they foretell is within 10 % of
+//! each. (Organs have about as many tetrahedra a sphere, so that the three prices of a step cannot
+//! be told apart well: their sum is what counts.) The other stages' come from `cargo run --release
+//! -p rt-core --example stages`: 22 µs of contact search for 581 spheres, 53 for 1056 of two
+//! organs. Caches are warm in both, and a driver's own time is not in it: with cold caches, as
+//! admission measures it, the worst tick of a scene foretold 197 µs took 262. A faster machine
+//! needs less. What really fits is measured when the scene is loaded (admission); this chooses a
+//! count that is about right beforehand.
 
 use shared_mem::scene::SceneData;
 

@@ -85,8 +85,8 @@ pub(crate) fn elastic(
     }
 }
 
-/// `⌈√(Co²/0.2)⌉`, the next power of two: substeps, not iterations, make a stiff organ stiff, and those of
-/// organs that are tied together end at the same times.
+/// `⌈√(Co²/0.2)⌉`, the next power of two: substeps, not iterations, make a stiff organ stiff, and
+/// those of organs that are tied together end at the same times.
 fn substeps(stiffness_number: f64) -> u32 {
     let steps = (stiffness_number / STIFFNESS_NUMBER_MAX).sqrt().ceil();
     (steps as u32).clamp(1, SUBSTEPS_MAX).next_power_of_two()

@@ -20,7 +20,8 @@ const ON_PLANE_M: f64 = 1e-6;
 /// Spheres this far behind a plane may be moved onto it, and those this far before it, spacings.
 const BEHIND_SPACINGS: f64 = 1.2;
 const BEFORE_SPACINGS: f64 = 0.25;
-/// Spheres on a plane are at least this far apart, spacings: tetrahedra between them keep their shape.
+/// Spheres on a plane are at least this far apart, spacings: tetrahedra between them keep their
+/// shape.
 const APART_SPACINGS: f64 = 0.6;
 
 impl Plane {
@@ -92,8 +93,8 @@ pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]
     }
 }
 
-/// For each sphere of the organ (whose skin is `skin`): whether its centre lies in one of the plan's
-/// regions.
+/// For each sphere of the organ (whose skin is `skin`): whether its centre lies in one of the
+/// plan's regions.
 #[must_use]
 pub(crate) fn held(
     plan: &OrganPlan,

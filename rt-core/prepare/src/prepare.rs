@@ -396,8 +396,8 @@ fn build(
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
-        // A tube, and a layer one sphere thick, is as thick as its spheres: they collide. Spheres in a
-        // line or a plane could not carry a skin off it, which would fold through itself.
+        // A tube, and a layer one sphere thick, is as thick as its spheres: they collide. Spheres
+        // in a line or a plane could not carry a skin off it, which would fold through itself.
         skin: if tets.is_empty() {
             ContactSkin::default()
         } else {

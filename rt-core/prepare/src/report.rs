@@ -7,7 +7,8 @@ use serde::Serialize;
 use crate::cells::Filling;
 use crate::elastic;
 
-/// What [`crate::prepare()`] built, in figures. The top level sums or takes the worst of all organs.
+/// What [`crate::prepare()`] built, in figures. The top level sums or takes the worst of all
+/// organs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
     /// Scene's name.

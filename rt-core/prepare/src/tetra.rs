@@ -96,8 +96,8 @@ fn lies_inside(interior: &Interior<'_>, centers: &[Vec3], t: &[u32; 4]) -> bool 
 
 const NONE: u32 = u32::MAX;
 
-/// Grid points inside the organ that each tetrahedron contains or, of those in none, is nearest
-/// to (in steps of the grid); at least its own volume's worth of a point. Held tissue belongs to held
+/// Grid points inside the organ that each tetrahedron contains or, of those in none, is nearest to
+/// (in steps of the grid); at least its own volume's worth of a point. Held tissue belongs to held
 /// tetrahedra only, and other tissue to others; also how much of the held is left to none.
 fn shares(
     interior: &Interior<'_>,

@@ -106,11 +106,11 @@ pub(crate) struct Body {
 
 impl Body {
     /// What holds each sphere: the scene's planes, and a spacing beyond them. Beyond the planes a
-    /// sphere is led as the reference has it there: between a plane and the first free sphere
-    /// lies up to a spacing of tissue, and how a method bridges it says nothing of the method.
-    /// (Held by their centres alone, 581 spheres sag 13 % too far, 2.5 mm rms; so many more held that
-    /// the tetrahedra between them carry what lies behind the plane, 20 % too little.)
-    /// With `by_centre`, only what lies behind the planes is held, as an attachment would do it.
+    /// sphere is led as the reference has it there: between a plane and the first free sphere lies
+    /// up to a spacing of tissue, and how a method bridges it says nothing of the method. (Held by
+    /// their centres alone, 581 spheres sag 13 % too far, 2.5 mm rms; so many more held that the
+    /// tetrahedra between them carry what lies behind the plane, 20 % too little.) With
+    /// `by_centre`, only what lies behind the planes is held, as an attachment would do it.
     pub(crate) fn held(&self, scene: &Scene, by_centre: bool) -> Vec<Held> {
         let reach = if by_centre {
             0.0
@@ -293,8 +293,8 @@ impl Body {
         (volume / self.rest_m.len().max(1) as f32).cbrt()
     }
 
-    /// Force of the material on each sphere under displacements, N: what the product's neo-Hookean solid
-    /// over the tetrahedra pulls with.
+    /// Force of the material on each sphere under displacements, N: what the product's neo-Hookean
+    /// solid over the tetrahedra pulls with.
     pub(crate) fn pull_n(&self, u: &[V3]) -> Vec<V3> {
         let mu = STIFFNESS_SHARE * self.tissue.mu() as f32;
         let lambda = STIFFNESS_SHARE * self.tissue.lame() as f32 + mu;

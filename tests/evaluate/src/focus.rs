@@ -7,8 +7,8 @@ use scene_prepare::mesh::Mesh;
 
 type Point = Vector3<f64>;
 
-/// Space drawn together around a line, or a place where the line has no length: elements grow with the
-/// distance from it.
+/// Space drawn together around a line, or a place where the line has no length: elements grow with
+/// the distance from it.
 pub(crate) struct Focus {
     /// Its middle.
     pub(crate) around: Point,
@@ -23,7 +23,8 @@ pub(crate) struct Focus {
 }
 
 impl Focus {
-    /// The nearest place of a line of this half length to what lies there from its middle, and the way on from it.
+    /// The nearest place of a line of this half length to what lies there from its middle, and the
+    /// way on from it.
     fn nearest(&self, arm: &Point, half_m: f64) -> (Point, Point) {
         let foot = self.along * self.along.dot(arm).clamp(-half_m, half_m);
         (foot, arm - foot)

@@ -52,8 +52,8 @@ struct Asked {
     /// on which settings are calibrated.
     #[arg(long, value_name = "TEXT")]
     case: Option<String>,
-    /// Of `force` only the cases whose reference lies in DIR/reference or in the repository already, of
-    /// whichever mesher: nothing is solved.
+    /// Of `force` only the cases whose reference lies in DIR/reference or in the repository
+    /// already, of whichever mesher: nothing is solved.
     #[arg(long)]
     kept: bool,
 }

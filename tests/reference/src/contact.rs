@@ -20,8 +20,9 @@ pub struct Bar {
 pub struct Tool<'a> {
     /// Its parts. Each presses by itself: where two meet, in the crotch of jaws, both do.
     pub bars: Vec<Bar>,
-    /// The direction that it came from: what lies behind a bar counts as the bar, so that a point which
-    /// an iteration has pushed beyond a thin bar's axis goes back the way it came. None: bars alone.
+    /// The direction that it came from: what lies behind a bar counts as the bar, so that a point
+    /// which an iteration has pushed beyond a thin bar's axis goes back the way it came. None: bars
+    /// alone.
     pub behind: Option<Vec3>,
     /// How far it is from there at a share of the load from 0 to 1, world frame, m.
     pub shift_m: Box<dyn Fn(f64) -> Vec3 + 'a>,
@@ -83,8 +84,8 @@ impl Bar {
         })
     }
 
-    /// From the nearest point of an axis, whose start is `arm` away, and whether it lies between the
-    /// axis' ends.
+    /// From the nearest point of an axis, whose start is `arm` away, and whether it lies between
+    /// the axis' ends.
     fn nearest(arm: &Vec3, axis: &Vec3) -> (Vec3, bool) {
         let squared = axis.norm_squared();
         let along = if squared > f64::MIN_POSITIVE {
@@ -283,8 +284,8 @@ impl Contact {
 mod tests {
     use super::*;
 
-    /// Normal and bend are the first and second derivative of the separation: beside the bar, beyond
-    /// its ends, and behind it.
+    /// Normal and bend are the first and second derivative of the separation: beside the bar,
+    /// beyond its ends, and behind it.
     #[test]
     fn a_bar_is_round() {
         let bar = Bar {

@@ -4,7 +4,8 @@ use fem_reference::{Hold, Material, Mesh, Problem, Solution, Tool, Vec3, block};
 
 const RADIUS_M: f64 = 0.01;
 
-/// A quarter of a block, finer by `e^grading` where the ball touches (its upper corner, the origin).
+/// A quarter of a block, finer by `e^grading` where the ball touches (its upper corner, the
+/// origin).
 fn quarter(size_m: f64, cells: usize, grading: f64) -> Mesh {
     let grade = |s: f64| size_m * (grading * s).exp_m1() / grading.exp_m1();
     block(Vec3::zeros(), Vec3::repeat(1.0), [cells; 3])

@@ -1,4 +1,5 @@
-//! A whole task at the window, as a person works it: begun by the keyboard, worked by the mouse, debriefed.
+//! A whole task at the window, as a person works it: begun by the keyboard, worked by the mouse,
+//! debriefed.
 
 use std::time::{Duration, Instant};
 

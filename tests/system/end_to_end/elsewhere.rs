@@ -29,7 +29,8 @@ const LOSES_ONE_IN: u64 = 50;
 struct Networks(Vec<String>);
 
 impl Networks {
-    /// Each with an address in which `{}` is its number, this end `.1`, its end `.2`. `None`: this user may not.
+    /// Each with an address in which `{}` is its number, this end `.1`, its end `.2`. `None`: this
+    /// user may not.
     fn of(count: u8) -> Option<Self> {
         let mut networks = Self(Vec::new());
         for number in 0..count {

@@ -1,5 +1,5 @@
-//! `calot start` on a virtual screen, led by its keyboard alone: from the choice of a task through the operation
-//! to debrief, questionnaire and sheet; and an instructor who watches.
+//! `calot start` on a virtual screen, led by its keyboard alone: from the choice of a task through
+//! the operation to debrief, questionnaire and sheet; and an instructor who watches.
 
 use std::path::{Path, PathBuf};
 

@@ -83,8 +83,8 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
     assert!(!ask(&["export"]).contains("Ada"));
 }
 
-/// Longer than clips and scissors take a scripted surgeon, than the hook does in the bed, and the whole, s; a run ends when
-/// its task is over.
+/// Longer than clips and scissors take a scripted surgeon, than the hook does in the bed, and the
+/// whole, s; a run ends when its task is over.
 const LONG_S: &str = "150";
 const LONGER_S: &str = "240";
 const WHOLE_S: &str = "560";
@@ -231,8 +231,8 @@ fn the_hurried_are_alarmed_where_the_careful_clamp() {
     });
 }
 
-/// The store breaks while a task is worked: nothing else is lost, and it is said. Without `--out` the session
-/// has a folder of its own.
+/// The store breaks while a task is worked: nothing else is lost, and it is said. Without `--out`
+/// the session has a folder of its own.
 #[test]
 fn what_the_store_does_not_take_is_said_and_is_in_the_debrief() {
     let folder = tempfile::tempdir().expect("a folder");

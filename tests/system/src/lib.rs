@@ -44,7 +44,8 @@ pub fn turn() -> MutexGuard<'static, ()> {
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A recipe, compiled, in so many spheres if any are named; prepared once for all tests of a program.
+/// A recipe, compiled, in so many spheres if any are named; prepared once for all tests of a
+/// program.
 ///
 /// # Panics
 /// When it cannot be prepared.
@@ -92,7 +93,8 @@ pub fn finish(command: &mut Command) -> Output {
     Program::start(command).finish()
 }
 
-/// Page faults that the kernel may cause in locked memory, because it moves pages to get larger free blocks.
+/// Page faults that the kernel may cause in locked memory, because it moves pages to get larger
+/// free blocks.
 #[must_use]
 pub fn moved_pages_max() -> u64 {
     let allowed = std::fs::read_to_string("/proc/sys/vm/compact_unevictable_allowed");

@@ -1,13 +1,15 @@
-//! The compiler that `cargo xtask test` gives cargo for our own packages: it compiles, and looks at what it compiles as
-//! clippy and rustdoc do. All three then read dependencies that were compiled once; `cargo clippy` and
-//! `cargo doc` would go through the five hundred of them again, which takes longer than our own code.
+//! The compiler that `cargo xtask test` gives cargo for our own packages: it compiles, and looks at
+//! what it compiles as clippy and rustdoc do. All three then read dependencies that were compiled
+//! once; `cargo clippy` and `cargo doc` would go through the five hundred of them again, which
+//! takes longer than our own code.
 
 use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-/// Set while this program is the compiler; what clippy and rustdoc make goes to the folder that it names.
+/// Set while this program is the compiler; what clippy and rustdoc make goes to the folder that it
+/// names.
 const FOLDER: &str = "CALOT_CHECKED";
 /// Cargo's name for who compiles the workspace's own packages.
 const WRAPPER: &str = "RUSTC_WORKSPACE_WRAPPER";
@@ -26,7 +28,8 @@ pub(crate) fn environment() -> io::Result<[(&'static str, PathBuf); 2]> {
     Ok([(FOLDER, folder), (WRAPPER, compiler)])
 }
 
-/// Compiles if cargo asks for that: then what came of it. `args`: the compiler's path, and what it is to do.
+/// Compiles if cargo asks for that: then what came of it. `args`: the compiler's path, and what it
+/// is to do.
 pub(crate) fn compile(args: &[OsString]) -> Option<ExitCode> {
     let folder = PathBuf::from(std::env::var_os(FOLDER)?);
     let (rustc, args) = args.split_first()?;

@@ -169,8 +169,9 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// What watchers elsewhere cost the tick, in turns with them and without; beside programs that keep all cores
-/// awake both times, for a virtual machine that sleeps is woken late, later than anything watchers do.
+/// What watchers elsewhere cost the tick, in turns with them and without; beside programs that keep
+/// all cores awake both times, for a virtual machine that sleeps is woken late, later than anything
+/// watchers do.
 fn watched(seconds: &str) -> Result<(), String> {
     const TURNS: usize = 5;
     const KINDS: [(&str, &str); 2] = [("busy", "cpu,memory"), ("watched", "cpu,memory,watch")];

@@ -125,8 +125,8 @@ impl<'a> Lattice<'a> {
         }
     }
 
-    /// Joins all to hexahedra, of which those stay that are tissue for the most part: from a share on
-    /// at which they have the organ's volume.
+    /// Joins all to hexahedra, of which those stay that are tissue for the most part: from a share
+    /// on at which they have the organ's volume.
     pub(super) fn cells(&self, volume_m3: f64) -> Cells {
         let (rays, layers) = (self.rays, self.layers);
         let points = layers + 1;

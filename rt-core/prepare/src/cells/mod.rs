@@ -61,8 +61,8 @@ pub struct Filling {
     pub volume_share: f64,
     /// Share of the organ's volume that lies in some cell.
     pub covered: f64,
-    /// Worst cell: the smallest product of three edges at a corner over the product of their lengths,
-    /// 1 in a box, 0 where it is flat.
+    /// Worst cell: the smallest product of three edges at a corner over the product of their
+    /// lengths, 1 in a box, 0 where it is flat.
     pub shape_min: f64,
 }
 
@@ -231,16 +231,18 @@ pub(crate) fn append(
     append_columns(scene, [first, count], cells, first_cell, layers.cell_m);
 }
 
-/// Share of the water in loose tissue that has boiled when it parts. It is the steam that bursts tissue
-/// under an electrode (Honig 1975, 10.1109/tbme.1975.324541), long before all of its water has gone: a
-/// hundredth of it makes ten times the volume of connective tissue. How much is lost by the way was not
-/// measured; a fifth is assumed. Walls and cords, which are dense, take more (`rt_core::cautery`).
+/// Share of the water in loose tissue that has boiled when it parts. It is the steam that bursts
+/// tissue under an electrode (Honig 1975, 10.1109/tbme.1975.324541), long before all of its water
+/// has gone: a hundredth of it makes ten times the volume of connective tissue. How much is lost by
+/// the way was not measured; a fifth is assumed. Walls and cords, which are dense, take more
+/// (`rt_core::cautery`).
 const STEAM_BURSTS: f64 = 0.2;
 
-/// What it takes to part loose tissue: to heat it from 37 to 100 °C, and to boil [`STEAM_BURSTS`] of its
-/// water, of which fat holds a fifth and connective tissue seven tenths (Duck, *Physical Properties of
-/// Tissue*, 1990), J/kg. Fat is full lobules; the connective tissue around a hung organ is drawn out to
-/// strands and sheets with nothing between: half of its room is taken to be tissue.
+/// What it takes to part loose tissue: to heat it from 37 to 100 °C, and to boil [`STEAM_BURSTS`]
+/// of its water, of which fat holds a fifth and connective tissue seven tenths (Duck, *Physical
+/// Properties of Tissue*, 1990), J/kg. Fat is full lobules; the connective tissue around a hung
+/// organ is drawn out to strands and sheets with nothing between: half of its room is taken to be
+/// tissue.
 fn parts_j_kg(kind: OrganKind) -> f64 {
     const LATENT_J_KG: f64 = 2.26e6;
     const RISE_K: f64 = 63.0;

@@ -50,7 +50,8 @@ pub(super) struct Tube {
     points: Vec<(Vec3, f64)>,
     /// A ball around all of it.
     around: Ball,
-    /// Balls around [`TOGETHER`] cones each: most of a tube is too far away to be looked at closely.
+    /// Balls around [`TOGETHER`] cones each: most of a tube is too far away to be looked at
+    /// closely.
     parts: Vec<(Ball, Vec<Cone>)>,
 }
 

@@ -23,8 +23,8 @@ pub(super) fn bake(skin: &mut ContactSkin, rest: &Rest) {
     }
 }
 
-/// Mean over the places around vertex `i` of the curvature of the circle through both that is tangent to the skin
-/// here: of a ball's skin it is exactly 1 / radius.
+/// Mean over the places around vertex `i` of the curvature of the circle through both that is
+/// tangent to the skin here: of a ball's skin it is exactly 1 / radius.
 fn curvature_per_m(i: usize, rest: &Rest) -> f64 {
     let (at, normal) = (rest.places[i], rest.normals[i]);
     let (mut sum, mut shares) = (0.0, 0.0);

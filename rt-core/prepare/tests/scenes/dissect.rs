@@ -1,5 +1,5 @@
-//! The hook takes layered tissue away: fat goes cell by cell where its tip is, what is under it comes
-//! free, and the same hand does the same to the bit.
+//! The hook takes layered tissue away: fat goes cell by cell where its tip is, what is under it
+//! comes free, and the same hand does the same to the bit.
 
 use crate::core;
 use crate::hand::TOUCH;

@@ -77,8 +77,8 @@ impl Site {
     }
 }
 
-/// A part of the hand's way from 20 mm above the target, which begins and ends gently: ticks, where the
-/// tip is at its end (out of the tissue, along it), mm, and the handle's buttons.
+/// A part of the hand's way from 20 mm above the target, which begins and ends gently: ticks, where
+/// the tip is at its end (out of the tissue, along it), mm, and the handle's buttons.
 #[derive(Clone, Copy)]
 pub(crate) struct Leg(pub(crate) u16, pub(crate) [f32; 2], pub(crate) Buttons);
 

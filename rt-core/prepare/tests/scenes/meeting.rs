@@ -17,7 +17,8 @@ const HALF_M: [[f64; 3]; 2] = [[0.04, 0.04, 0.012], [0.022, 0.018, 0.012]];
 const ROUND_M: f64 = 0.009;
 /// Clear between the two before the upper one falls, m.
 const FALL_M: f64 = 0.002;
-/// Skins this near to each other meet, m; what goes no faster lies, m/s: the two slide on each other.
+/// Skins this near to each other meet, m; what goes no faster lies, m/s: the two slide on each
+/// other.
 const NEAR_M: f64 = 0.0004;
 const STILL_M_S: f32 = 0.03;
 /// After so many ticks it lies.

@@ -361,7 +361,8 @@ mod tests {
         assert!((10..60).contains(&touched), "{touched}");
     }
 
-    /// A mesh that is moved with its spheres is where they have gone, and the tree over it finds what a new one does.
+    /// A mesh that is moved with its spheres is where they have gone, and the tree over it finds
+    /// what a new one does.
     #[test]
     fn mesh_and_tree_follow_the_spheres() {
         let mesh = scene_prepare::shape::Shape::from(scene_prepare::shape::Form::Stomach).mesh();

@@ -72,8 +72,8 @@ pub(crate) struct Row {
     pub(crate) way: Way,
     /// Time of a tick, half of them and all but one in a hundred, µs.
     pub(crate) us: [f64; 2],
-    /// What it takes to follow an organ that moves, median, µs a tick: its mesh moved with the spheres, and
-    /// what is built over it put in order.
+    /// What it takes to follow an organ that moves, median, µs a tick: its mesh moved with the
+    /// spheres, and what is built over it put in order.
     pub(crate) follow_us: f64,
     /// Share of its touches that are ones, and of all touches that it finds.
     pub(crate) precision_recall: [f64; 2],

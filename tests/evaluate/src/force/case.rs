@@ -153,8 +153,8 @@ const NECK: Site = Site {
         (2, -0.006),
     )
 };
-/// Held by its middle: a plane 10 mm lower takes a few millimetres off the fundus, and there finite elements are
-/// held while spheres, whose centres lie half a spacing under the skin, are not.
+/// Held by its middle: a plane 10 mm lower takes a few millimetres off the fundus, and there finite
+/// elements are held while spheres, whose centres lie half a spacing under the skin, are not.
 const WALL: Site = site(Subject::Stomach, "front", TOP, [0.0, 0.0, 0.0], (2, 0.0));
 
 /// A rigid tool. Sizes are radii.
@@ -210,8 +210,8 @@ impl Shaped {
         matches!(self, Self::OpenJaws | Self::TwoTips)
     }
 
-    /// What the reach of small elements is measured by, m: a mean of a tip's radius and another length. Around
-    /// the line of jaws or a shaft it is the radius.
+    /// What the reach of small elements is measured by, m: a mean of a tip's radius and another
+    /// length. Around the line of jaws or a shaft it is the radius.
     pub(crate) fn mean_m(self, other_m: f64) -> f64 {
         match self {
             Self::Shaft | Self::Jaws | Self::OpenJaws => self.radius_m(),
@@ -245,8 +245,8 @@ pub(crate) struct Placed {
 }
 
 impl Placed {
-    /// Half the length of the line on which it touches at a depth, m; 0 of one round end. `distance_m` is
-    /// the signed distance to the body's surface.
+    /// Half the length of the line on which it touches at a depth, m; 0 of one round end.
+    /// `distance_m` is the signed distance to the body's surface.
     pub(crate) fn half_m(&self, depth_m: f64, distance_m: impl Fn(&Point) -> f64) -> f64 {
         let touches = |bar: &Bar| {
             let [a, b] = bar.ends_m;

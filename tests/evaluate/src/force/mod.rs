@@ -18,8 +18,8 @@ pub(crate) use page::{chart, section};
 /// Reference curves are solved by so many threads at once.
 const THREADS: usize = 2;
 
-/// Finds the reference of every case whose name contains `only`; kept in `folder`. With `kept` those
-/// there are taken whichever mesher made their meshes.
+/// Finds the reference of every case whose name contains `only`; kept in `folder`. With `kept`
+/// those there are taken whichever mesher made their meshes.
 ///
 /// # Errors
 /// In words.
@@ -113,8 +113,9 @@ pub(crate) struct Measured {
     pub(crate) references: String,
 }
 
-/// Measures all cases whose name contains `only`. References that are kept in `out` or in the repository
-/// are not solved again; with `kept` none is solved, and those of older meshes are taken too.
+/// Measures all cases whose name contains `only`. References that are kept in `out` or in the
+/// repository are not solved again; with `kept` none is solved, and those of older meshes are taken
+/// too.
 ///
 /// # Errors
 /// In words.
@@ -194,8 +195,8 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
 }
 
 /// `force.csv`: one row a law, case and count. `tool_mm` is the radius of the tool's parts;
-/// `reference_doubt_pct` how much the reference's two meshes differ, `mesher` which made them; `to_mm`
-/// how deep it goes.
+/// `reference_doubt_pct` how much the reference's two meshes differ, `mesher` which made them;
+/// `to_mm` how deep it goes.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text = "organ,site,tool_mm,spheres,rms_error_pct,max_error_pct,law,tool,seen,\
                     reference_doubt_pct,mesher,to_mm\n"
@@ -297,7 +298,8 @@ mod tests {
         assert!(ours < 0.3 && rigid > 2.0 * ours, "{ours} {rigid}");
     }
 
-    /// Against what the full run found at 3 mm: with a patch as narrow as the tip, 2500 spheres were 19 % too stiff.
+    /// Against what the full run found at 3 mm: with a patch as narrow as the tip, 2500 spheres
+    /// were 19 % too stiff.
     #[test]
     fn a_thin_tip_meets_many_spheres_as_it_meets_few() {
         let (case, surface, placed) = known("gallbladder neck: tip 3 mm");

@@ -16,25 +16,26 @@ type Point = Vector3<f64>;
 /// Depths, mm.
 pub(crate) const DEPTHS_MM: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 
-/// Size of the smallest elements over the tool's radius or, if that is less, [`MEAN_M`]: the coarser mesh and
-/// the finer.
+/// Size of the smallest elements over the tool's radius or, if that is less, [`MEAN_M`]: the
+/// coarser mesh and the finer.
 const SIZES: [f64; 2] = [1.2, 0.9];
 /// The same under tips on what is small enough for finer ones.
 const FINE_SIZES: [f64; 2] = [0.9, 0.7];
-/// The same under jaws on the liver: twenty of their radii long, they would need more elements than can be solved.
+/// The same under jaws on the liver: twenty of their radii long, they would need more elements than
+/// can be solved.
 const JAWS_SIZES: [f64; 2] = [1.6, 1.2];
 const MEAN_M: f64 = 0.005;
-/// Up to about this distance from the tool elements keep their size, over [`Shaped::mean_m`]; farther off
-/// they grow with the distance. With less a free lobe bends up to 70 % too far.
+/// Up to about this distance from the tool elements keep their size, over [`Shaped::mean_m`];
+/// farther off they grow with the distance. With less a free lobe bends up to 70 % too far.
 const NEAR_SIZES: f64 = 2.7;
 /// Along what lies on its side, elements are longer by this: there forces hardly change.
 const STRETCH: f64 = 3.0;
 /// Steps of the load below this share of it end a curve.
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
 
-/// Which mesher makes a case's meshes. The first cut off the edge of what is held. The second let elements grow
-/// along the line on which a tool touches, and had them too large under thin tips and thick ones; under
-/// those of 5 mm it makes what the third makes, but for the gallbladder's.
+/// Which mesher makes a case's meshes. The first cut off the edge of what is held. The second let
+/// elements grow along the line on which a tool touches, and had them too large under thin tips and
+/// thick ones; under those of 5 mm it makes what the third makes, but for the gallbladder's.
 fn mesher(case: &Case) -> usize {
     match (case.site.subject, case.tool) {
         (Subject::Liver | Subject::Stomach, Shaped::Tip(5.0)) => 2,
@@ -80,8 +81,8 @@ pub(crate) fn rms_pct(values: &[f64], truth: &[f64]) -> f64 {
     100.0 * (squares / off.len().max(1) as f64).sqrt()
 }
 
-/// The curve of a case: out of `folder` or of the repository ([`RECORDED`]) if it was found before, on
-/// today's meshes or with `any_mesher`, else solved and kept in `folder`.
+/// The curve of a case: out of `folder` or of the repository ([`RECORDED`]) if it was found before,
+/// on today's meshes or with `any_mesher`, else solved and kept in `folder`.
 ///
 /// # Errors
 /// In words.
@@ -133,8 +134,8 @@ pub(crate) fn found(case: &Case, folder: &Path, quick: bool) -> Option<Curve> {
     kept.or_else(|| recorded(case, RECORDED).filter(|_| !quick))
 }
 
-/// `force_reference.csv`: the references themselves. Nodes are 0 where they were not kept, and a depth that the
-/// coarser mesh did not reach is empty.
+/// `force_reference.csv`: the references themselves. Nodes are 0 where they were not kept, and a
+/// depth that the coarser mesh did not reach is empty.
 pub(crate) fn csv<'a>(curves: impl Iterator<Item = (&'a Case, &'a Curve)>) -> String {
     let mut text = "organ,site,tool,mesher,coarser_nodes,nodes,depth_mm,reference_n,\
                     coarser_reference_n\n"

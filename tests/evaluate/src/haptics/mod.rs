@@ -1,5 +1,5 @@
-//! Does contact stay still under a hand? The device and the hand along one axis at 20 kHz, the force
-//! by the product's own tick and by the laws that it is compared with.
+//! Does contact stay still under a hand? The device and the hand along one axis at 20 kHz, the
+//! force by the product's own tick and by the laws that it is compared with.
 
 mod device;
 mod law;

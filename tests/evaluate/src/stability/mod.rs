@@ -257,8 +257,8 @@ mod tests {
     use super::*;
 
     /// The reduced run. Ours survives every case but one; others do not. Of 80 exchanged spheres
-    /// some tie a knot in which no tetrahedron is inverted (250 do not): it stays, as in any elastic
-    /// solid.
+    /// some tie a knot in which no tetrahedron is inverted (250 do not): it stays, as in any
+    /// elastic solid.
     #[test]
     fn ours_survives_where_others_fail() {
         let rows = run(true, "").expect("a run");
