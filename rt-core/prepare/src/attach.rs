@@ -1,4 +1,4 @@
-//! What grows organs to each other, and what is sewn: ties between their spheres.
+//! Ties between spheres: where organs are grown to each other, and where they are sewn.
 
 use std::f64::consts::PI;
 
@@ -10,7 +10,7 @@ use crate::field::Nearest;
 use crate::mesh::Mesh;
 use crate::recipe::{OrganPlan, Packing, Place, Tie};
 
-/// Ties of one sphere to another organ: those of a tube's end hold it like a clamp.
+/// Ties of one sphere to another organ. A tube's end has more, so that they hold it like a clamp.
 const TIES: usize = 2;
 const TIES_OF_TUBE: usize = 3;
 
@@ -83,10 +83,11 @@ pub(crate) fn attach(
     Ok(tied)
 }
 
-/// A place this far outside the organ that it names is a slip: millimetres for metres, most often.
+/// A suture's place farther than this outside its organ is an error, mostly millimetres given as
+/// metres.
 const OFF_ORGAN_M: f64 = 0.02;
 
-/// Whether a suture's or band's place lies on the organ, whose nearest sphere was found.
+/// Checks that a suture's or band's place lies on the organ; `found` is the nearest sphere.
 fn is_on_organ(
     place: &Place,
     found: Option<(usize, u32)>,

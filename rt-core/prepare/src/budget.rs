@@ -1,4 +1,5 @@
-//! How many spheres: as few as keep the error budget, or as many as a time budget allows.
+//! Choice of the number of spheres: the fewest that keep the error budget, or the most that a time
+//! budget allows.
 
 use shared_mem::scene::SceneError;
 
@@ -15,8 +16,8 @@ pub(crate) struct Count {
     pub(crate) spheres: usize,
     /// Why so many.
     pub(crate) because: String,
-    /// Whether a time budget leaves it alone: an error budget chose it, or it is a tube, which
-    /// has few in any case.
+    /// True if a time budget must not change it: an error budget chose it, or it is a tube, which
+    /// has few spheres in any case.
     pub(crate) is_fixed: bool,
 }
 

@@ -27,7 +27,7 @@ pub fn fill(interior: &Interior<'_>, balls: &[Ball], volume_m3: f64) -> Vec<Tetr
     fill_between(interior, balls, volume_m3, &[])
 }
 
-/// The same where tissue is held beyond planes: what is held is not carried by what is not.
+/// As [`fill`], with held tissue beyond `planes`: free tetrahedra do not carry held tissue.
 #[must_use]
 pub fn fill_between(
     interior: &Interior<'_>,

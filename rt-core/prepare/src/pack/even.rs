@@ -99,7 +99,7 @@ fn interleave(x: u64) -> u64 {
     x
 }
 
-/// Which centre is nearest to each grid point inside.
+/// Assigns each grid point inside to its nearest centre.
 pub(super) struct Owners<'a, 'm> {
     interior: &'a Interior<'m>,
     /// Per grid point: squared distance in cells, negative infinity outside.

@@ -1,4 +1,4 @@
-//! What organs are made of.
+//! Materials of organs.
 
 use shared_mem::scene::{MaterialRecord, OrganKind};
 
@@ -27,7 +27,7 @@ pub struct Material {
     pub toughness_j_m2: f64,
 }
 
-/// Viscosity of all tissue, Pa s: it calms what quivers and leaves the swing of an organ alone.
+/// Viscosity of all tissue, Pa s. It damps vibration without slowing an organ's swing.
 const VISCOSITY_PA_S: f64 = 5.0;
 
 impl Material {

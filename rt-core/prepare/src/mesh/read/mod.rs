@@ -62,7 +62,7 @@ pub fn read(path: &Path, parts: &[String]) -> Result<Mesh, MeshProblem> {
     parse(format, &content, folder, parts)
 }
 
-/// A file's bytes. What is no plain file (a pipe, a device) might have no end.
+/// A file's bytes. Only plain files are read, because a pipe or device might have no end.
 fn content(path: &Path) -> Result<Vec<u8>, MeshProblem> {
     let unreadable = |error: std::io::Error| MeshProblem::Unreadable(error.to_string());
     let file = std::fs::metadata(path).map_err(unreadable)?;
