@@ -14,7 +14,7 @@ use crate::scene::Scene;
 /// A point or direction in single precision, as the realtime methods compute.
 pub(crate) type V3 = nalgebra::Vector3<f32>;
 
-/// What a body is made of, SI.
+/// Material of a body, SI.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tissue {
     /// Young's modulus, Pa.
@@ -44,7 +44,7 @@ impl Tissue {
     }
 }
 
-/// What holds a sphere.
+/// Hold on a sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Held {
     /// Nothing.
@@ -96,7 +96,7 @@ pub(crate) struct Body {
     pub(crate) tets: Vec<Tet>,
     /// Edges in the order in which they are solved.
     pub(crate) edges: Vec<Edge>,
-    /// What it is made of.
+    /// Material.
     pub(crate) tissue: Tissue,
     /// Cubes, for the method that has no spheres; else empty.
     pub(crate) cells: Vec<[usize; 8]>,
@@ -179,7 +179,7 @@ impl Body {
         Self::packed_with(mesh, count, tissue, &[], |_, _, _| ()).map(|(body, ())| body)
     }
 
-    /// The same with tissue held beyond planes, and the skin at which tools meet it.
+    /// Builds the body with tissue held beyond planes, and with the skin at which tools meet it.
     pub(crate) fn with_skin(
         mesh: &scene_prepare::mesh::Mesh,
         count: usize,

@@ -10,7 +10,7 @@ use crate::scene::{Kind, Press, Scene};
 
 type Point = Vector3<f64>;
 
-/// What a scene ends in, at the spheres' centres.
+/// Final state of a scene, at the spheres' centres.
 pub(crate) struct Answer {
     /// Displacement of each sphere's centre, m; none outside the reference's mesh.
     pub(crate) displacement_m: Vec<Option<Point>>,
@@ -175,7 +175,7 @@ pub(crate) fn solve(
 }
 
 impl Solved {
-    /// How many nodes its mesh has.
+    /// Number of nodes in its mesh.
     pub(crate) fn nodes(&self) -> usize {
         self.mesh.nodes.len()
     }

@@ -11,7 +11,7 @@ use scene_prepare::mesh::Mesh;
 /// A point or direction in single precision.
 pub(crate) type V3 = Vector3<f32>;
 
-/// How deep the deepest part lies in the organ, m; none: nothing touches.
+/// Depth of the deepest part in the organ, m; `None` if nothing touches.
 pub(crate) type Found = Option<f32>;
 
 fn deeper(a: Found, depth_m: f32) -> Found {
@@ -51,7 +51,7 @@ pub(crate) fn vertices(vertices: &[V3], parts: &[Capsule]) -> Found {
     found
 }
 
-/// How the mesh follows its spheres: each vertex by the four that are nearest at rest.
+/// Skinning: each vertex follows the four spheres that are nearest at rest.
 pub(crate) struct Skinning(Vec<[(u32, f32); 4]>);
 
 impl Skinning {
@@ -72,7 +72,7 @@ impl Skinning {
         vertices.iter().map(near).collect::<Option<_>>().map(Self)
     }
 
-    /// Where the vertices are when the spheres have moved so.
+    /// Positions of the vertices after the spheres have moved by `moves_m`.
     pub(crate) fn moved(&self, rest_m: &[V3], moves_m: &[V3], out_m: &mut Vec<V3>) {
         out_m.clear();
         out_m.extend(rest_m.iter().zip(&self.0).map(|(at_m, parts)| {
@@ -295,7 +295,7 @@ impl<'a> Exact<'a> {
         })
     }
 
-    /// What really touches.
+    /// Finds the true contact.
     pub(crate) fn find(&self, parts: &[Capsule]) -> Found {
         let mut found = None;
         for part in parts {

@@ -58,15 +58,15 @@ fn references(
 /// A law at a case.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
-    /// What was pressed.
+    /// Pressed case.
     pub(crate) case: Case,
-    /// Which law.
+    /// Contact law.
     pub(crate) law: Law,
-    /// How many spheres the organ has.
+    /// Number of the organ's spheres.
     pub(crate) spheres: usize,
     /// Force at the first of [`DEPTHS_MM`], N.
     pub(crate) force_n: Vec<f64>,
-    /// The same by finite elements.
+    /// Force by finite elements.
     pub(crate) reference: Curve,
 }
 
@@ -79,7 +79,8 @@ impl Row {
         [rms, worst.fold(0.0, f64::max)]
     }
 
-    /// Whether it says something that was not chosen here, against a reference to be trusted.
+    /// True if the result is independent: it was not used to choose a constant, and its reference
+    /// can be trusted.
     pub(crate) fn counts(&self) -> bool {
         !self.case.site.seen && self.reference.doubt_pct() <= DOUBT_MAX_PCT
     }
@@ -95,7 +96,7 @@ pub(crate) const DOUBT_MAX_PCT: f64 = 3.5;
 pub(crate) struct Step {
     /// The body and the site.
     pub(crate) site: String,
-    /// How many spheres the organ has.
+    /// Number of the organ's spheres.
     pub(crate) spheres: usize,
     /// Speed across; none: a press.
     pub(crate) slide_m_s: Option<f64>,
@@ -103,11 +104,11 @@ pub(crate) struct Step {
     pub(crate) step_n: f64,
 }
 
-/// What was measured.
+/// Measurements.
 pub(crate) struct Measured {
     /// Every law at every case.
     pub(crate) rows: Vec<Row>,
-    /// How smooth the product's is.
+    /// Smoothness of the product's force.
     pub(crate) steps: Vec<Step>,
     /// The references, [`reference::csv`].
     pub(crate) references: String,
@@ -258,7 +259,7 @@ pub(crate) fn steps_csv(steps: &[Step]) -> String {
     text
 }
 
-/// How a tool moves, in words.
+/// Motion of a tool, in words.
 pub(crate) fn motion(step: &Step) -> String {
     step.slide_m_s.map_or_else(
         || "press 10 mm/s".to_owned(),

@@ -22,7 +22,7 @@ pub(crate) struct Row {
     pub(crate) case: &'static str,
     /// Method.
     pub(crate) method: String,
-    /// Whether it survives the whole sweep.
+    /// True if it survives the whole sweep.
     pub(crate) survived: bool,
     /// The largest value that it survives; none if it does not survive the least.
     pub(crate) limit: Option<f64>,
@@ -227,7 +227,7 @@ fn limit(lab: &Lab, case: &Case, way: Way, quick: bool) -> Row {
     }
 }
 
-/// What a row says, for people.
+/// Sentence for a row.
 pub(crate) fn words(row: &Row) -> String {
     match row.limit {
         None => "fails".to_owned(),
