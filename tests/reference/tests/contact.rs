@@ -63,7 +63,7 @@ fn a_shallow_dent_approaches_hertz() {
     assert!((exponent - 1.5).abs() < 0.05, "{exponent}");
 }
 
-/// What presses on the tool is what the base carries, and nothing goes through the ball.
+/// The force on the tool equals the force on the base, and nothing goes through the ball.
 #[test]
 fn a_deep_dent_balances_and_does_not_penetrate() {
     let mesh = quarter(0.03, 6, 2.0);
