@@ -13,10 +13,10 @@ use std::process::{Command, ExitCode};
 const FOLDER: &str = "CALOT_CHECKED";
 /// Cargo's name for who compiles the workspace's own packages.
 const WRAPPER: &str = "RUSTC_WORKSPACE_WRAPPER";
-/// What clippy reads its arguments from, and what separates them.
+/// Variable from which clippy reads its arguments, and their separator.
 const CLIPPY: (&str, &str) = ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__");
 
-/// What cargo needs to know so that it compiles through a copy of this program.
+/// Environment that makes cargo compile through a copy of this program.
 pub(crate) fn environment() -> io::Result<[(&'static str, PathBuf); 2]> {
     let target =
         std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
@@ -73,9 +73,9 @@ fn compile_and_look(rustc: &Path, args: &[OsString], folder: &Path) -> io::Resul
     Ok(rustdoc.status()?.success())
 }
 
-/// What is compiled.
+/// One compilation.
 struct Unit {
-    /// What the compiler is told, but for what it is to make and where.
+    /// Arguments of the compiler, except the kind and place of its output.
     args: Vec<OsString>,
     /// A crate of the workspace, and not what builds one.
     is_ours: bool,
