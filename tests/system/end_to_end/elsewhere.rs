@@ -69,7 +69,7 @@ impl Networks {
         Process::start(&mut command)
     }
 
-    /// Whether anything listens for TCP in one of them.
+    /// True if anything listens for TCP in one of them.
     fn listens(&self, number: usize) -> bool {
         let mut command = Command::new("ip");
         command.args(["netns", "exec", &self.0[number], "cat"]);
@@ -230,7 +230,7 @@ fn now_ns() -> u64 {
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
-/// What a display of the instructor's sees.
+/// The instructor's display.
 struct Display {
     host: Host,
     state: Box<StateFrame>,

@@ -100,7 +100,7 @@ fn operate(task: &str, hand: &str, seconds: &str) -> serde_json::Value {
     operate_into(out.path(), task, hand, &["--seconds", seconds])
 }
 
-/// The same, and its session stays in `out`; the summary has the report's `steps` as well.
+/// As `operate`, with the session kept in `out`; the summary also has the report's `steps`.
 fn operate_into(out: &Path, task: &str, hand: &str, more: &[&str]) -> serde_json::Value {
     let _turn = turn();
     let scene = compiled("triangle", None);
@@ -277,7 +277,7 @@ fn what_the_store_does_not_take_is_said_and_is_in_the_debrief() {
     assert_eq!(report(&out)["cut_short"], serde_json::Value::Null);
 }
 
-/// What it came to is in no store, for it had no end; its recording is whole up to the kill.
+/// A killed operation has no result in the store; its recording is whole up to the kill.
 #[test]
 fn a_session_that_was_killed_is_added_afterwards_from_its_recording() {
     let folder = tempfile::tempdir().expect("a folder");

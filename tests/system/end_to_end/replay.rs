@@ -235,7 +235,7 @@ fn what_is_no_session_is_refused_with_the_next_step() {
     }
 }
 
-/// What a show shows once it stands at a moment: the tick, and every sphere's bytes.
+/// State that the replay shows at a moment: the tick, and every sphere's bytes.
 fn shown_at(host: &Host, at_ms: u32) -> (u64, Vec<u8>) {
     let ask = |kind, argument| {
         let reply = host.command(CommandMsg { kind, argument }, PATIENCE);

@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 pub use program::Program;
 
-/// How long anything may take before a test gives up on it. Generous: it is no performance limit.
+/// Time after which a test gives up on anything. Generous: it is no performance limit.
 pub const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The workspace's root.
@@ -31,7 +31,7 @@ pub fn calot() -> Command {
     command
 }
 
-/// Where cargo put what it built.
+/// Folder into which cargo built the programs.
 fn built() -> PathBuf {
     let test = std::env::current_exe().expect("a test knows its own path");
     let folder = test.ancestors().nth(2);
@@ -171,7 +171,7 @@ pub fn anatomy() -> Option<PathBuf> {
         .filter(|folder| folder.join("hra-female").is_dir())
 }
 
-/// Whether this user can be given realtime scheduling.
+/// True if this user may use realtime scheduling.
 #[must_use]
 pub fn may_be_realtime() -> bool {
     rustix::process::getuid().is_root()

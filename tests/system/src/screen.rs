@@ -9,7 +9,7 @@ use crate::{Program, wait_until};
 /// A virtual screen that ends with its owner.
 pub struct VirtualScreen {
     server: Child,
-    /// What `DISPLAY` is to be.
+    /// Value for `DISPLAY`.
     pub display: String,
     pixels: std::path::PathBuf,
 }
