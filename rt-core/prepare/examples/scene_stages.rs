@@ -40,7 +40,7 @@ const TOUCH: DeviceCapabilities = DeviceCapabilities {
 /// Both tools go so far into what they touch, m.
 const PRESSED_M: f32 = 0.006;
 
-/// Which tools are at work; the others are away from everything.
+/// Tools at work; the others are away from everything.
 #[derive(Clone, Copy)]
 struct At {
     instrument: bool,
@@ -58,10 +58,10 @@ impl At {
     };
 }
 
-/// What nobody touches falls asleep after more ticks than this; a reset wakes it.
+/// Untouched organs fall asleep after more ticks than this; a reset wakes them.
 const AWAKE: u32 = 25;
 
-/// How far from the target an instrument is that is away, m.
+/// Distance from the target of an instrument that is away, m.
 const AWAY_M: f32 = 0.05;
 
 /// The endoscope presses on what is so far from the instrument's shaft, m.
@@ -104,7 +104,7 @@ impl Ports for Timed {
     }
 }
 
-/// What a run showed.
+/// Results of a run.
 struct Seen {
     timed: Timed,
     largest_n: [f32; 2],

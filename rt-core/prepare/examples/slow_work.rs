@@ -34,10 +34,10 @@ const INSTRUMENTS: [Instrument; 4] = [
 /// Four of the spheres of each organ, in eighths of their number.
 const EIGHTHS: [u32; 4] = [1, 3, 5, 7];
 
-/// What may change in a tick, N.
+/// Largest allowed change of the force in a tick, N.
 const STEP_N: f32 = 0.005;
 
-/// Who feels so much in the first ticks was in tissue before anything was pressed, N.
+/// A hand that feels this much in the first ticks began inside tissue, N.
 const BEGAN_INSIDE_N: f32 = 0.003;
 
 const STACK_BYTES: usize = 64 << 20;

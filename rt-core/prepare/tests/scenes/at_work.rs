@@ -102,7 +102,7 @@ fn after_a_fast_press_nothing_is_felt() {
     assert!(felt[4].largest_n < 1.0e-6, "{felt:?}");
 }
 
-/// What nobody touches comes to rest, and costs nothing from then on.
+/// An untouched organ comes to rest, and costs nothing from then on.
 #[test]
 fn scenes_that_are_left_alone_sleep() {
     let away = Leg(4000, [20.0, 0.0], OPEN);

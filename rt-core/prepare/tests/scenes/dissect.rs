@@ -78,7 +78,8 @@ impl Ports for Hand {
     fn stamp(&mut self, _: Stage) {}
 }
 
-/// What a hand found that comes down on the fat, stays with or without current, goes on and leaves.
+/// Findings of a hand that comes down on the fat, stays with or without current, goes on and
+/// leaves.
 struct Found {
     removed: Vec<u16>,
     cells: Vec<u8>,

@@ -139,7 +139,7 @@ fn skin_of(loaded: &core::Prepared, organ: &Organ, centers_m: &[Vec3]) -> Mesh {
     mesh
 }
 
-/// How deep the deepest vertex of one lies in the other, m; below nothing they are apart.
+/// Depth of the deepest vertex of one mesh in the other, m; negative if they are apart.
 fn deepest(of: &Mesh, within: &Mesh) -> f64 {
     let interior = Interior::new(within, within.volume(), 4000).expect("a body");
     let depths = of.vertices.iter().map(|it| interior.depth(it));
