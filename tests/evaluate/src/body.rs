@@ -105,12 +105,13 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// What holds each sphere: the scene's planes, and a spacing beyond them. Beyond the planes a
-    /// sphere is led as the reference has it there: between a plane and the first free sphere lies
-    /// up to a spacing of tissue, and how a method bridges it says nothing of the method. (Held by
-    /// their centres alone, 581 spheres sag 13 % too far, 2.5 mm rms; so many more held that the
-    /// tetrahedra between them carry what lies behind the plane, 20 % too little.) With
-    /// `by_centre`, only what lies behind the planes is held, as an attachment would do it.
+    /// Hold on each sphere: the scene's planes, and one spacing beyond them. Held spheres beyond
+    /// the planes follow the reference. Up to a spacing of tissue lies between a plane and the
+    /// first free sphere, and the way a method bridges it says nothing about the method. (If only
+    /// spheres whose centres lie beyond the planes are held, 581 spheres sag 13 % too far, 2.5 mm
+    /// rms. If so many are held that the tetrahedra between them carry the tissue behind the plane,
+    /// they sag 20 % too little.) With `by_centre`, only spheres behind the planes are held, as an
+    /// attachment would do it.
     pub(crate) fn held(&self, scene: &Scene, by_centre: bool) -> Vec<Held> {
         let reach = if by_centre {
             0.0
@@ -192,7 +193,7 @@ impl Body {
         Self::packed_with(mesh, count, tissue, planes, skin)
     }
 
-    /// The same with what follows from the packing.
+    /// Builds the body and calls back with what follows from the packing.
     fn packed_with<T>(
         mesh: &scene_prepare::mesh::Mesh,
         count: usize,

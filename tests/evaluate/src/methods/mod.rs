@@ -235,8 +235,8 @@ impl Way {
         }
     }
 
-    /// What its method borrows. Only the product as it ships meets tools at a skin, if there is
-    /// one.
+    /// Parts that its method borrows. Only the product as it ships meets tools at a skin, if there
+    /// is one.
     ///
     /// # Errors
     /// What the product refuses to load.

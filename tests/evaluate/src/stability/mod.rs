@@ -116,8 +116,8 @@ impl Lab {
         Stand::new(self.body(way), self.fixed(way))
     }
 
-    /// The same graph with spheres so near to the middle of a face that a tetrahedron there is
-    /// `times` as flat as the one that they divide, in every eighth tetrahedron.
+    /// Copy of the graph with slivers: in every eighth tetrahedron, a sphere so near to the middle
+    /// of a face that a tetrahedron there is `times` as flat as the one that it divides.
     fn with_slivers(&self, way: Way, times: f64) -> Body {
         let body = self.body(way);
         if way == Way::Hexahedra {
