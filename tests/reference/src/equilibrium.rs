@@ -116,8 +116,9 @@ impl Problem<'_> {
         }
     }
 
-    /// The same, but where equilibrium is not found at a stop in steps of at least
-    /// `smallest_step` of the load up to there: what was found before, and why there is no more.
+    /// As [`solve`](Self::solve), except that it stops where steps of at least `smallest_step` of
+    /// the load find no equilibrium. It returns the solutions found before that, and the reason for
+    /// stopping.
     ///
     /// # Errors
     /// What is wrong before anything is solved; see [`FemError`].
