@@ -250,8 +250,8 @@ fn shown_at(host: &Host, at_ms: u32) -> (u64, Vec<u8>) {
     (state.tick, bytemuck::cast_slice(spheres).to_vec())
 }
 
-/// What stands at such a tick: it is shown again and again. On the way to another it shows where it
-/// was.
+/// Waits for a frame that stands still at such a tick: it is shown again and again. On the way to
+/// another tick, the replay shows the frame where it was.
 fn standing(host: &Host, is_it: impl Fn(u64) -> bool) -> Box<StateFrame> {
     let mut state: Box<StateFrame> = bytemuck::zeroed_box();
     let (mut stood, mut before) = (0, None);

@@ -37,7 +37,7 @@ impl Program {
         self.child.id()
     }
 
-    /// How it ended, if it did.
+    /// Exit status, if the program has ended.
     ///
     /// # Panics
     /// When it cannot be asked.
