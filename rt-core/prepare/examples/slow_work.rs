@@ -1,7 +1,7 @@
-//! How smooth the force is where a hand works slowly, all over whole scenes: `cargo run --release
-//! -p scene-prepare --example slow_work -- FILE.csv` (minutes). At four places of every organ of
-//! Calot's triangle and of its variant an instrument goes 4 mm into the tissue at 10 mm/s, rests
-//! there, is drawn 5 mm along it and 10 mm back, and out.
+//! Smoothness of the force while a hand works slowly, in whole scenes: `cargo run --release -p
+//! scene-prepare --example slow_work -- FILE.csv` (minutes). At four places of every organ of
+//! Calot's triangle and of its variant, an instrument goes 4 mm into the tissue at 10 mm/s, rests
+//! there, moves 5 mm along it and 10 mm back, and leaves.
 
 #[path = "../tests/scenes/core/mod.rs"]
 mod core;

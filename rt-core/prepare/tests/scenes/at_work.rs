@@ -27,8 +27,8 @@ fn work(built: &Prepared, legs: &[Leg]) -> Vec<Felt> {
 
 /// Largest step of the force from a tick to the next where a hand works slowly, N.
 const STEP_N: f32 = 0.005;
-/// The same where jaws close, whose ends go through tissue at 50 mm/s; a tick's step is then as the
-/// one before.
+/// Largest step where jaws close, N. Their ends go through tissue at 50 mm/s, and each tick's step
+/// is like the one before.
 const BITE_N: f32 = 0.008;
 
 /// Some leg presses at least so hard, N: a tool that feels nothing has no step either.
