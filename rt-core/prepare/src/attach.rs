@@ -14,11 +14,12 @@ use crate::recipe::{OrganPlan, Packing, Place, Tie};
 const TIES: usize = 2;
 const TIES_OF_TUBE: usize = 3;
 
-/// Ties every sphere that is near the skin of an organ its own is attached to, to the nearest
-/// spheres of that organ; each organ's count of spheres that are tied.
+/// Ties every sphere near the skin of an organ to which its own is attached to the nearest spheres
+/// of that organ. Returns each organ's number of tied spheres.
 ///
-/// A tie is a bar of the softer tissue, its share of the sphere's cross-section thick: compliance
-/// `n L / (E π r²)` of `n` ties. It tears by the weaker one's toughness over the same area.
+/// A tie is a bar of the softer tissue. Its area is its share of the sphere's cross-section:
+/// compliance `n L / (E π r²)` for `n` ties. It tears by the weaker tissue's toughness over the
+/// same area.
 ///
 /// # Errors
 /// Names the organ that no sphere reaches.

@@ -1,7 +1,7 @@
 //! The room around the organs: ports, camera, devices, and where the scripted hand works.
 //!
-//! What the recipe leaves out is placed as for a patient on her back, head a little up: the
-//! instrument through the navel, the endoscope from the pelvis, looking at the gallbladder.
+//! Missing values are placed for a patient on her back, head a little up: the instrument enters
+//! through the navel; the endoscope enters from the pelvis and looks at the gallbladder.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use shared_mem::message::PoseMsg;

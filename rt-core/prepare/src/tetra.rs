@@ -6,9 +6,10 @@ use crate::held::Plane;
 use crate::order;
 use crate::pack::{Ball, Interior};
 
-/// Smallest `V/L³` (volume over the cube of the longest edge). A regular tetrahedron has 0.118;
-/// below this one is a sliver: flat enough that the solver's rounding grows in it. With those
-/// down to 0.006, a gallbladder at rest went by a millimetre in half a second; so, by 20 nm.
+/// Smallest `V/L³` (volume over the cube of the longest edge). A regular tetrahedron has 0.118. A
+/// tetrahedron below this limit is a sliver, so flat that the solver's rounding errors grow in it.
+/// With slivers down to 0.006, a gallbladder at rest moved a millimetre in half a second; with this
+/// limit, 20 nm.
 pub const SHAPE_MIN: f64 = 0.015;
 
 /// A tetrahedron of four spheres.

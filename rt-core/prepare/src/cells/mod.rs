@@ -34,7 +34,7 @@ use crate::skin;
 
 pub(crate) use region::Regions;
 
-/// Groups of fewer cells than this hang on nothing: they are left out.
+/// Smaller groups of cells are left out, because they hang on nothing.
 const GROUP_MIN: usize = 8;
 /// A contact vertex looks at cells no farther from it than this, cells.
 const OVER_CELLS: f64 = 2.5;
@@ -231,10 +231,10 @@ pub(crate) fn append(
     append_columns(scene, [first, count], cells, first_cell, layers.cell_m);
 }
 
-/// Share of the water in loose tissue that has boiled when it parts. It is the steam that bursts
-/// tissue under an electrode (Honig 1975, 10.1109/tbme.1975.324541), long before all of its water
-/// has gone: a hundredth of it makes ten times the volume of connective tissue. How much is lost by
-/// the way was not measured; a fifth is assumed. Walls and cords, which are dense, take more
+/// Share of the water in loose tissue that has boiled when it parts. Steam bursts tissue under an
+/// electrode (Honig 1975, 10.1109/tbme.1975.324541) long before all of its water has boiled: one
+/// hundredth of the water makes ten times the volume of connective tissue. The steam that escapes
+/// was not measured; a fifth is assumed. Walls and cords are dense and need more
 /// (`rt_core::cautery`).
 const STEAM_BURSTS: f64 = 0.2;
 

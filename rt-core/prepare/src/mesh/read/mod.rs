@@ -1,5 +1,5 @@
-//! Mesh files: OBJ, STL, PLY, glTF. What they contain is not trusted: counts are checked before
-//! memory is taken, indices and numbers before they are used.
+//! Readers of mesh files: OBJ, STL, PLY, glTF. File contents are not trusted: counts are checked
+//! before memory is taken, and indices and numbers before they are used.
 
 mod gltf;
 mod obj;
