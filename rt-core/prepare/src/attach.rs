@@ -114,10 +114,10 @@ fn is_on_organ(
     })
 }
 
-/// Force per strain of a thread, N: a 3-0 monofilament suture, 0.2 mm thick, of 1.3 GPa. Beside
-/// tissue it does not stretch.
+/// Force per strain of a thread, N: a 3-0 monofilament suture, 0.2 mm thick, of 1.3 GPa. Compared
+/// with tissue it does not stretch.
 const THREAD_N: f64 = 40.0;
-/// Shorter than this a tie has no direction of its own for its compliance, m.
+/// A tie shorter than this has no direction of its own for its compliance, m.
 const SHORT_M: f64 = 1e-3;
 
 /// Adds the recipe's sutures and bands. A suture does not tear.

@@ -24,8 +24,8 @@ pub(crate) struct Count {
 /// Packings that the search for an error budget tries, at most.
 const TRIES: usize = 6;
 
-/// The smallest tried count that keeps the error budget, and why it was taken. The gap shrinks
-/// about as the spacing does, with the cube root of the count.
+/// Finds the smallest tried count that keeps the error budget, and the reason for it. The gap
+/// shrinks about as the spacing does, with the cube root of the count.
 pub(crate) fn by_error(
     plan: &OrganPlan,
     surface: &Mended,
@@ -91,13 +91,13 @@ pub(crate) fn by_error(
     })
 }
 
-/// Shares of the recipe's counts that the search for a time budget tries, at most.
+/// Number of shares of the recipe's counts that the search for a time budget tries, at most.
 const TIME_TRIES: usize = 8;
 /// A tick that takes at least this share of its budget uses it.
 const USED: f64 = 0.95;
 
-/// The most spheres whose foretold tick keeps the budget, shared among the organs as the recipe's
-/// counts are.
+/// Finds the most spheres whose predicted tick keeps the budget, shared among the organs as the
+/// recipe's counts are.
 ///
 /// # Errors
 /// When even the fewest do not keep it; what `assemble` says.
@@ -135,7 +135,7 @@ pub(crate) fn by_time(
                 }
                 tick_us / budget_us
             }
-            // More than the realtime process takes of something.
+            // The scene exceeds a capacity of the realtime process.
             Err(PrepareError::Scene(error @ SceneError::Count { .. })) => {
                 missed = Some((share, format!("with {total}, the {error}")));
                 1.25

@@ -34,7 +34,7 @@ use crate::skin;
 
 pub(crate) use region::Regions;
 
-/// Smaller groups of cells are left out, because they hang on nothing.
+/// Least number of cells in a group. Smaller groups are attached to nothing and are left out.
 const GROUP_MIN: usize = 8;
 /// A contact vertex looks at cells no farther from it than this, cells.
 const OVER_CELLS: f64 = 2.5;
