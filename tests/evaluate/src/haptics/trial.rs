@@ -19,7 +19,7 @@ pub(super) const STILL_M: f64 = 0.275e-3;
 pub(super) struct Outcome {
     /// The handle swings within this, m, while it is held.
     pub(super) swing_m: f64,
-    /// The same in the half second before.
+    /// Amplitude in the half second before, m.
     pub(super) before_m: f64,
     /// Largest change of the command from tick to tick meanwhile, N.
     pub(super) step_n: f64,
