@@ -1,7 +1,7 @@
-//! What the tissue of prepared scenes costs a tick on this machine, against what preparation
-//! foretells (`scene_prepare::cost`): `cargo run --release -p scene-prepare --example organ_cost`.
-//! Every organ is awake; of many runs of the same ticks the fastest counts, so that what else the
-//! machine does falls out.
+//! Cost per tick of the tissue of prepared scenes on this machine, compared with the prediction of
+//! preparation (`scene_prepare::cost`): `cargo run --release -p scene-prepare --example
+//! organ_cost`. Every organ is awake. Of many runs of the same ticks the fastest counts, which
+//! leaves out the machine's other work.
 
 #[path = "../tests/scenes/core/mod.rs"]
 mod core;

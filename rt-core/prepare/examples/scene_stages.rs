@@ -1,9 +1,11 @@
-//! What each stage of the tick costs in a whole scene with the instrument at work on it: `cargo run
-//! --release -p scene-prepare --example scene_stages`; with `-- --by-spheres`, what contact costs by their
-//! number. The tip is pressed 6 mm into the target and drawn
-//! over it; the shaft lies on what it lies on, and the endoscope presses as deep into the largest organ. Also the
-//! largest step of the force in a tick, and what all of contact takes: finding, pressing (what the solve takes longer
-//! than with both tools away and every organ kept awake) and the force.
+//! Cost of each stage of the tick in a whole scene with the instrument at work: `cargo run
+//! --release -p scene-prepare --example scene_stages`. With `-- --by-spheres`, cost of contact by
+//! the number of spheres.
+//!
+//! The tip is pressed 6 mm into the target and drawn over it. The shaft lies on whatever is under
+//! it, and the endoscope presses as deep into the largest organ. The example also prints the
+//! largest step of the force in a tick and the cost of all contact: finding, pressing (the solve's
+//! extra time compared with both tools away and every organ awake) and the force.
 
 #[path = "../tests/scenes/core/mod.rs"]
 mod core;
@@ -41,7 +43,7 @@ const TOUCH: DeviceCapabilities = DeviceCapabilities {
 /// Both tools go so far into what they touch, m.
 const PRESSED_M: f32 = 0.006;
 
-/// Which tools are at work; the others are away from everything.
+/// Tools at work; the others are away from everything.
 #[derive(Clone, Copy)]
 struct At {
     instrument: bool,
@@ -59,10 +61,10 @@ impl At {
     };
 }
 
-/// What nobody touches falls asleep after more ticks than this; a reset wakes it.
+/// Untouched organs fall asleep after more ticks than this; a reset wakes them.
 const AWAKE: u32 = 25;
 
-/// How far from the target an instrument is that is away, m.
+/// Distance from the target of an instrument that is away, m.
 const AWAY_M: f32 = 0.05;
 
 /// The endoscope presses on what is so far from the instrument's shaft, m.
@@ -105,7 +107,7 @@ impl Ports for Timed {
     }
 }
 
-/// What a run showed.
+/// Results of a run.
 struct Seen {
     timed: Timed,
     largest_n: [f32; 2],
@@ -226,8 +228,8 @@ fn work(scene: &SceneData, at: At) -> Seen {
     }
 }
 
-/// What contact costs by the number of spheres, all of the built-in scene's organs grown together. A scene holds 4096 of them: more than that are several
-/// scenes, each with its own tools, in turn.
+/// Cost of contact by the number of spheres; all of the built-in scene's organs are grown together.
+/// A scene holds 4096 spheres: larger numbers are several scenes in turn, each with its own tools.
 fn by_spheres(recipe: &Recipe) {
     println!("spheres   contact: least µs   p50 µs   p99 µs   p50 ns/sphere");
     for (spheres, scenes) in [

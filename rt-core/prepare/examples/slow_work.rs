@@ -1,6 +1,7 @@
-//! How smooth the force is where a hand works slowly, all over whole scenes: `cargo run --release -p scene-prepare
-//! --example slow_work -- FILE.csv` (minutes). At four places of every organ of Calot's triangle and of its variant an
-//! instrument goes 4 mm into the tissue at 10 mm/s, rests there, is drawn 5 mm along it and 10 mm back, and out.
+//! Smoothness of the force while a hand works slowly, in whole scenes: `cargo run --release -p
+//! scene-prepare --example slow_work -- FILE.csv` (minutes). At four places of every organ of
+//! Calot's triangle and of its variant, an instrument goes 4 mm into the tissue at 10 mm/s, rests
+//! there, moves 5 mm along it and 10 mm back, and leaves.
 
 #[path = "../tests/scenes/core/mod.rs"]
 mod core;
@@ -33,10 +34,10 @@ const INSTRUMENTS: [Instrument; 4] = [
 /// Four of the spheres of each organ, in eighths of their number.
 const EIGHTHS: [u32; 4] = [1, 3, 5, 7];
 
-/// What may change in a tick, N.
+/// Largest allowed change of the force in a tick, N.
 const STEP_N: f32 = 0.005;
 
-/// Who feels so much in the first ticks was in tissue before anything was pressed, N.
+/// A hand that feels this much in the first ticks began inside tissue, N.
 const BEGAN_INSIDE_N: f32 = 0.003;
 
 const STACK_BYTES: usize = 64 << 20;

@@ -1,4 +1,4 @@
-//! What grows organs to each other, and what is sewn: ties between their spheres.
+//! Ties between spheres: where organs are grown to each other, and where they are sewn.
 
 use std::f64::consts::PI;
 
@@ -10,15 +10,16 @@ use crate::field::Nearest;
 use crate::mesh::Mesh;
 use crate::recipe::{OrganPlan, Packing, Place, Tie};
 
-/// Ties of one sphere to another organ: those of a tube's end hold it like a clamp.
+/// Ties of one sphere to another organ. A tube's end has more, so that they hold it like a clamp.
 const TIES: usize = 2;
 const TIES_OF_TUBE: usize = 3;
 
-/// Ties every sphere that is near the skin of an organ its own is attached to, to the nearest
-/// spheres of that organ; each organ's count of spheres that are tied.
+/// Ties every sphere near the skin of an organ to which its own is attached to the nearest spheres
+/// of that organ. Returns each organ's number of tied spheres.
 ///
-/// A tie is a bar of the softer tissue, its share of the sphere's cross-section thick: compliance
-/// `n L / (E π r²)` of `n` ties. It tears by the weaker one's toughness over the same area.
+/// A tie is a bar of the softer tissue. Its area is its share of the sphere's cross-section:
+/// compliance `n L / (E π r²)` for `n` ties. It tears by the weaker tissue's toughness over the
+/// same area.
 ///
 /// # Errors
 /// Names the organ that no sphere reaches.
@@ -83,10 +84,11 @@ pub(crate) fn attach(
     Ok(tied)
 }
 
-/// A place this far outside the organ that it names is a slip: millimetres for metres, most often.
+/// A suture's place farther than this outside its organ is an error, mostly millimetres given as
+/// metres.
 const OFF_ORGAN_M: f64 = 0.02;
 
-/// Whether a suture's or band's place lies on the organ, whose nearest sphere was found.
+/// Checks that a suture's or band's place lies on the organ; `found` is the nearest sphere.
 fn is_on_organ(
     place: &Place,
     found: Option<(usize, u32)>,
@@ -112,10 +114,10 @@ fn is_on_organ(
     })
 }
 
-/// Force per strain of a thread, N: a 3-0 monofilament suture, 0.2 mm thick, of 1.3 GPa. Beside
-/// tissue it does not stretch.
+/// Force per strain of a thread, N: a 3-0 monofilament suture, 0.2 mm thick, of 1.3 GPa. Compared
+/// with tissue it does not stretch.
 const THREAD_N: f64 = 40.0;
-/// Shorter than this a tie has no direction of its own for its compliance, m.
+/// A tie shorter than this has no direction of its own for its compliance, m.
 const SHORT_M: f64 = 1e-3;
 
 /// Adds the recipe's sutures and bands. A suture does not tear.

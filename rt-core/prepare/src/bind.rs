@@ -1,4 +1,4 @@
-//! Which spheres move which skin vertex (paper Eq. 9–12).
+//! Binding of skin vertices to the spheres that move them (paper Eq. 9–12).
 
 use rayon::prelude::*;
 use shared_mem::scene::{BINDINGS, VertexRecord, WEIGHT_SUM};

@@ -1,4 +1,5 @@
-//! How many spheres: as few as keep the error budget, or as many as a time budget allows.
+//! Choice of the number of spheres: the fewest that keep the error budget, or the most that a time
+//! budget allows.
 
 use shared_mem::scene::SceneError;
 
@@ -15,16 +16,16 @@ pub(crate) struct Count {
     pub(crate) spheres: usize,
     /// Why so many.
     pub(crate) because: String,
-    /// Whether a time budget leaves it alone: an error budget chose it, or it is a tube, which
-    /// has few in any case.
+    /// True if a time budget must not change it: an error budget chose it, or it is a tube, which
+    /// has few spheres in any case.
     pub(crate) is_fixed: bool,
 }
 
 /// Packings that the search for an error budget tries, at most.
 const TRIES: usize = 6;
 
-/// The smallest tried count that keeps the error budget, and why it was taken. The gap shrinks
-/// about as the spacing does, with the cube root of the count.
+/// Finds the smallest tried count that keeps the error budget, and the reason for it. The gap
+/// shrinks about as the spacing does, with the cube root of the count.
 pub(crate) fn by_error(
     plan: &OrganPlan,
     surface: &Mended,
@@ -90,13 +91,13 @@ pub(crate) fn by_error(
     })
 }
 
-/// Shares of the recipe's counts that the search for a time budget tries, at most.
+/// Number of shares of the recipe's counts that the search for a time budget tries, at most.
 const TIME_TRIES: usize = 8;
 /// A tick that takes at least this share of its budget uses it.
 const USED: f64 = 0.95;
 
-/// The most spheres whose foretold tick keeps the budget, shared among the organs as the recipe's
-/// counts are.
+/// Finds the most spheres whose predicted tick keeps the budget, shared among the organs as the
+/// recipe's counts are.
 ///
 /// # Errors
 /// When even the fewest do not keep it; what `assemble` says.
@@ -134,7 +135,7 @@ pub(crate) fn by_time(
                 }
                 tick_us / budget_us
             }
-            // More than the realtime process takes of something.
+            // The scene exceeds a capacity of the realtime process.
             Err(PrepareError::Scene(error @ SceneError::Count { .. })) => {
                 missed = Some((share, format!("with {total}, the {error}")));
                 1.25

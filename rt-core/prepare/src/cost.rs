@@ -1,18 +1,20 @@
-//! What a scene costs the realtime process a tick, foretold from its counts.
+//! Cost of a scene per tick of the realtime process, predicted from its counts.
 //!
-//! The prices are measured: `cargo run --release -p scene-prepare --example organ_cost` steps prepared
-//! scenes of 400 to 3200 spheres, every organ awake; what they foretell is within 10 % of each.
-//! (Organs have about as many tetrahedra a sphere, so that the three prices of a step cannot be
-//! told apart well: their sum is what counts.) The other stages' come from
-//! `cargo run --release -p rt-core --example stages`: 22 µs of contact search for 581 spheres, 53
-//! for 1056 of two organs. Caches are warm in both, and a driver's own time is not in it: with
-//! cold caches, as admission measures it, the worst tick of a scene foretold 197 µs took 262. A
-//! faster machine needs less. What really fits is measured when the scene is loaded (admission);
-//! this chooses a count that is about right beforehand.
+//! The prices are measured. `cargo run --release -p scene-prepare --example organ_cost` steps
+//! prepared scenes of 400 to 3200 spheres with every organ awake; the predictions are within 10 %
+//! of each. (Organs have similar numbers of tetrahedra per sphere, so only the sum of the three
+//! prices of a step is well determined.) The prices of the other stages come from `cargo run
+//! --release -p rt-core --example stages`: 22 µs of contact search for 581 spheres, 53 µs for 1056
+//! of two organs.
+//!
+//! Caches are warm in both, and a driver's own time is not included. With cold caches, as admission
+//! measures it, the worst tick of a scene predicted at 197 µs took 262 µs. A faster machine needs
+//! less. Admission measures what fits when the scene is loaded; this module only chooses a
+//! reasonable count beforehand.
 
 use shared_mem::scene::SceneData;
 
-/// Where the prices were measured.
+/// Machine on which the prices were measured.
 pub(crate) const MACHINE: &str = "a virtual Xeon with AVX-512";
 
 /// Price of a sphere's step: predict, integrate, sleep.
@@ -26,7 +28,7 @@ const SPHERE_TICK_US: f64 = 0.055;
 /// Price of a tick without any sphere.
 const TICK_US: f64 = 0.5;
 
-/// What a tick has to do.
+/// Amount of work in one tick.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Work {
     /// Spheres, each once.
@@ -55,7 +57,7 @@ impl Work {
     }
 }
 
-/// What a tick of this scene has to do while every organ is awake.
+/// Counts the work of a tick of this scene while every organ is awake.
 #[must_use]
 pub fn work(scene: &SceneData) -> Work {
     let mut work = Work {

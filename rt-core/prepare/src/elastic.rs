@@ -1,4 +1,4 @@
-//! What carries load beside the tetrahedra, and how many steps a tick the organ needs.
+//! Links that carry load besides the tetrahedra, and the number of substeps that the organ needs.
 
 use std::f64::consts::PI;
 
@@ -20,7 +20,7 @@ pub(crate) const SUBSTEPS_MAX: u32 = 16;
 pub(crate) struct Elastic {
     /// The links, those that carry load first; each with its stretch per force, m/N.
     pub(crate) links: Vec<([u32; 2], f64)>,
-    /// How many carry load.
+    /// Number of links that carry load.
     pub(crate) count: usize,
     /// Steps in a tick.
     pub(crate) substeps: u32,
@@ -85,8 +85,8 @@ pub(crate) fn elastic(
     }
 }
 
-/// `⌈√(Co²/0.2)⌉`, the next power of two: substeps, not iterations, make a stiff organ stiff, and those of
-/// organs that are tied together end at the same times.
+/// `⌈√(Co²/0.2)⌉`, the next power of two: substeps, not iterations, make a stiff organ stiff, and
+/// those of organs that are tied together end at the same times.
 fn substeps(stiffness_number: f64) -> u32 {
     let steps = (stiffness_number / STIFFNESS_NUMBER_MAX).sqrt().ceil();
     (steps as u32).clamp(1, SUBSTEPS_MAX).next_power_of_two()

@@ -1,4 +1,4 @@
-//! What can be wrong with a recipe, a mesh, or what is to be built from them.
+//! Errors of recipes, meshes and scenes that cannot be built.
 
 /// A recipe that cannot be used; says where and what to write instead.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -10,7 +10,7 @@ pub struct RecipeError {
     pub line: usize,
     /// Key, with its table: `organ[1].spheres`.
     pub key: String,
-    /// What is wrong, the value, what is allowed.
+    /// The problem, with the value and the allowed range.
     pub problem: String,
 }
 
@@ -20,11 +20,11 @@ pub struct RecipeError {
 pub struct MeshError {
     /// File and part.
     pub mesh: String,
-    /// What is wrong and what to do.
+    /// The problem and its remedy.
     pub problem: MeshProblem,
 }
 
-/// What is wrong with a mesh.
+/// A fault of a mesh.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs)]
 pub enum MeshProblem {

@@ -1,4 +1,4 @@
-//! Which spheres are attached to the surroundings, and where what is held ends.
+//! Spheres that are attached to the surroundings, and the planes that bound them.
 
 use crate::Vec3;
 use crate::field::Nearest;
@@ -15,22 +15,23 @@ pub struct Plane {
     pub normal: Vec3,
 }
 
-/// What is this near to a plane lies on it, m.
+/// A point this near to a plane counts as lying on it, m.
 const ON_PLANE_M: f64 = 1e-6;
 /// Spheres this far behind a plane may be moved onto it, and those this far before it, spacings.
 const BEHIND_SPACINGS: f64 = 1.2;
 const BEFORE_SPACINGS: f64 = 0.25;
-/// Spheres on a plane are at least this far apart, spacings: tetrahedra between them keep their shape.
+/// Spheres on a plane are at least this far apart, spacings: tetrahedra between them keep their
+/// shape.
 const APART_SPACINGS: f64 = 0.6;
 
 impl Plane {
-    /// How far a point lies behind it, m; negative before it.
+    /// Depth of a point behind the plane, m; negative before it.
     #[must_use]
     pub fn depth_m(&self, p: &Vec3) -> f64 {
         (p - self.point_m).dot(&self.normal)
     }
 
-    /// Whether tissue is held there.
+    /// True if tissue at this point is held.
     #[must_use]
     pub fn holds(&self, p: &Vec3) -> bool {
         self.depth_m(p) > -ON_PLANE_M
@@ -62,10 +63,10 @@ pub(crate) fn planes(plan: &OrganPlan, skin: &Mesh, gravity: &Vec3) -> Vec<Plane
         .collect()
 }
 
-/// Moves the spheres nearest to a plane onto it. Tetrahedra between free spheres and held ones then
-/// end where what is held ends, whatever the number of spheres; with held spheres left where they
-/// were packed, a free lobe of 250 is a quarter too soft, and with those half a spacing before the
-/// plane held too, a fifth too stiff.
+/// Moves the spheres nearest to a plane onto it, so that tetrahedra between free and held spheres
+/// end exactly at the plane, whatever the number of spheres. If held spheres stayed where they were
+/// packed, a free lobe of 250 spheres would be a quarter too soft; if those half a spacing before
+/// the plane were held too, a fifth too stiff.
 pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]) {
     let spacing_m = interior.spacing_m;
     let mut on_planes: Vec<Vec3> = Vec::new();
@@ -92,8 +93,8 @@ pub fn onto_planes(planes: &[Plane], interior: &Interior<'_>, balls: &mut [Ball]
     }
 }
 
-/// For each sphere of the organ (whose skin is `skin`): whether its centre lies in one of the plan's
-/// regions.
+/// For each sphere of the organ (whose skin is `skin`): whether its centre lies in one of the
+/// plan's regions.
 #[must_use]
 pub(crate) fn held(
     plan: &OrganPlan,
@@ -146,7 +147,7 @@ mod tests {
     use crate::shape::{Form, Shape};
     use crate::tetra;
 
-    /// What deforms is the tissue before the plane, whatever the number of spheres.
+    /// Only the tissue before the plane deforms, whatever the number of spheres.
     #[test]
     fn tetrahedra_end_where_what_is_held_ends() {
         let mesh = Shape::from(Form::Liver).mesh();

@@ -20,10 +20,10 @@ use crate::skin::ContactSkin;
 use crate::tetra::{self, Tetra};
 use crate::{Vec3, attach, bind, cost, held, links, room, steady};
 
-/// How far the preparation is.
+/// Progress of the preparation.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Progress {
-    /// What is being done: `liver: packing 581 spheres`.
+    /// Current activity, such as `liver: packing 581 spheres`.
     pub doing: String,
     /// Share of the whole, 0..=1.
     pub done: f64,
@@ -184,7 +184,7 @@ fn assemble(
         }
     }
     scene.room = Some(room::place(recipe, skins)?);
-    // What the processes would refuse is refused here.
+    // Refuse here what the processes would refuse.
     scene.to_bytes()?;
     report.sum_up();
     report.tick_us = cost::work(&scene).tick_us();
@@ -222,7 +222,7 @@ fn cells_of(
 /// An organ's skin.
 struct Skin {
     mended: Mended,
-    /// Where it came from and what was done to it.
+    /// Origin of the mesh and the repairs made to it.
     story: String,
 }
 
@@ -282,7 +282,8 @@ fn surface(plan: &OrganPlan) -> Result<Skin, PrepareError> {
     Ok(Skin { mended, story })
 }
 
-/// Where the unit was guessed, what an extent looks like says nothing about it.
+/// Replaces the hint of an extent error if the unit was guessed: the extent then says nothing about
+/// it.
 fn with_guessed_unit(surface: &Surface, mut problem: MeshProblem) -> MeshProblem {
     let guessed = matches!(surface, Surface::Mesh { unit_m: None, .. });
     if let (true, MeshProblem::Extent { hint, .. }) = (guessed, &mut problem) {
@@ -396,8 +397,8 @@ fn build(
     Ok(Organ {
         masses_kg: masses(&interior, &balls, mass_kg),
         vertices: bind::bind(&surface.mesh, &balls, first_sphere),
-        // A tube, and a layer one sphere thick, is as thick as its spheres: they collide. Spheres in a
-        // line or a plane could not carry a skin off it, which would fold through itself.
+        // A tube, and a layer one sphere thick, is as thick as its spheres, so tools meet the
+        // spheres. Spheres in a line or a plane could not carry a skin outside it: it would fold.
         skin: if tets.is_empty() {
             ContactSkin::default()
         } else {
@@ -541,7 +542,7 @@ fn append(scene: &mut SceneData, plan: &OrganPlan, surface: &Mended, organ: &Org
 fn append_skin(scene: &mut SceneData, skin: &ContactSkin, first_sphere: u32, spheres: usize) {
     let first_vertex = scene.contact_vertices.len();
     let first_fan = scene.contact_fans.len() as u32;
-    // What does not fit is said by the scene's own check.
+    // The scene's own check reports numbers that do not fit.
     let shifted = |vertex: u16| (first_vertex + usize::from(vertex)) as u16;
     scene
         .contact_vertices

@@ -7,7 +7,7 @@ use serde::Serialize;
 use crate::cells::Filling;
 use crate::elastic;
 
-/// What [`crate::prepare()`] built, in figures. The top level sums or takes the worst of all organs.
+/// Figures of what [`crate::prepare()`] built. The top level sums or takes the worst of all organs.
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Report {
     /// Scene's name.
@@ -34,7 +34,7 @@ pub struct Report {
     pub components: usize,
     /// Fewest links at any sphere.
     pub min_degree: usize,
-    /// How evenly links point in all directions, mean over all spheres, 0..1.
+    /// Isotropy of the links' directions, mean over all spheres, 0..1.
     pub isotropy: f64,
     /// Worst shape of a tetrahedron of any organ, as [`OrganReport::tetra_shape_min`].
     pub tetra_shape_min: Option<f64>,
@@ -53,7 +53,7 @@ pub struct Report {
 pub struct OrganReport {
     /// Organ's name.
     pub name: String,
-    /// Where its mesh came from and what had to be mended.
+    /// Origin of its mesh and the repairs made to it.
     pub mesh: String,
     /// Skin vertices.
     pub vertices: usize,
@@ -63,7 +63,7 @@ pub struct OrganReport {
     pub build_s: f64,
     /// Spheres.
     pub spheres: usize,
-    /// Why so many.
+    /// Reason for this number of spheres.
     pub spheres_because: String,
     /// Of those, attached to their surroundings.
     pub held: usize,
@@ -80,8 +80,8 @@ pub struct OrganReport {
     pub tetra_shape_min: Option<f64>,
     /// Steps in a tick that its stiffness needs.
     pub substeps: u32,
-    /// Stiffness number `E dt² / (ρ h²)` of a substep; the solver is softer than the material by
-    /// 3 % at 0.2, 15 % at 0.7, a third at 2.
+    /// Stiffness number `E dt² / (ρ h²)` of a substep. The solver is softer than the material by 3
+    /// % at 0.2, by 15 % at 0.7 and by a third at 2.
     pub stiffness_number: f64,
     /// Share of the volume inside at least one sphere, 0..1.
     pub coverage: f64,
@@ -97,7 +97,7 @@ pub struct OrganReport {
     pub components: usize,
     /// Fewest links at any sphere.
     pub min_degree: usize,
-    /// How evenly a sphere's links point in all directions, mean of λmin/λmax of Σddᵀ, 0..1.
+    /// Isotropy of the links' directions, mean of λmin/λmax of Σddᵀ over the spheres, 0..1.
     pub isotropy: f64,
     /// Skin, cm².
     pub skin_cm2: f64,

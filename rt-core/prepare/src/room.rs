@@ -1,7 +1,7 @@
 //! The room around the organs: ports, camera, devices, and where the scripted hand works.
 //!
-//! What the recipe leaves out is placed as for a patient on her back, head a little up: the
-//! instrument through the navel, the endoscope from the pelvis, looking at the gallbladder.
+//! Missing values are placed for a patient on her back, head a little up: the instrument enters
+//! through the navel; the endoscope enters from the pelvis and looks at the gallbladder.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use shared_mem::message::PoseMsg;
@@ -24,7 +24,7 @@ const APPROACH_M: f64 = 0.03;
 /// The target lies about this far from what is looked at, m.
 const TARGET_OFFSET_M: f64 = 0.035;
 
-/// Where no vertex will do, points of the skin about this far from each other are tried, m.
+/// If no vertex will do, points of the skin about this far apart are tried, m.
 const SKIN_STEP_M: f64 = 0.008;
 /// Of those in one triangle, at most this many along a side.
 const SKIN_STEPS_MAX: usize = 40;
@@ -37,8 +37,8 @@ const INSTRUMENT_PORT_FROM_VIEW: [f64; 3] = [0.095, -0.135, 0.115];
 const ENDOSCOPE_PORT_FROM_VIEW: [f64; 3] = [0.035, -0.330, 0.030];
 const INSTRUMENT_LENGTH_M: f64 = 0.33;
 const CAMERA_DISTANCE_M: f64 = 0.105;
-/// The camera looks so far of the way from what is looked at to the target: the work is near the
-/// middle of the picture, and what it is done on is in it.
+/// The camera looks at the point this share of the way from `look_at_m` to the target, so that the
+/// work is near the middle of the picture and its surroundings are in it.
 const TOWARDS_TARGET: f64 = 0.55;
 /// Share of the camera's distance that is left when it follows the work.
 const CLOSER: f64 = 0.95;

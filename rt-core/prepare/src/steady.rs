@@ -1,5 +1,6 @@
-//! Whether an organ comes to rest by itself. Flat tetrahedra, which a packing has a few of, are stiffer than their organ's
-//! stiffness number says: some shake at one substep a tick, and stand still at two.
+//! Test that an organ comes to rest by itself. A packing has a few flat tetrahedra, which are
+//! stiffer than their organ's stiffness number says. Some oscillate at one substep a tick and rest
+//! at two.
 
 use rt_core::math::{Pose, Vec3, norm};
 use rt_core::scene::{Inside, Link, Material, Organ, RestSphere, Room, Scene, Tetra, batches};
@@ -9,15 +10,17 @@ use shared_mem::scene::SceneData;
 
 use crate::elastic::SUBSTEPS_MAX;
 
-/// Speed that every sphere is given, each in a direction of its own, m/s: 10 µm in a tick.
+/// Initial speed of every sphere, each in its own direction, m/s: 10 µm in a tick.
 const SHAKEN_M_S: f32 = 0.01;
-/// Speed at which none of it goes in the end where it comes to rest, m/s: an organ that is soft and little damped is
-/// still about as fast as it was shaken.
+/// An organ with a sphere faster than this at the end has not come to rest, m/s. A soft, little
+/// damped organ is still about as fast as its initial speed.
 const SHAKES_M_S: f32 = 0.03;
-/// Ticks after which it has died away, if it does: what grows by a twentieth a tick is at its bounds.
+/// Ticks after which the motion is judged. A motion that grows by a twentieth a tick has reached
+/// its bounds by then.
 const TICKS: u32 = 150;
 
-/// The fewest substeps, no fewer than it has, in which the organ with this index comes to rest after it is shaken.
+/// The fewest substeps, no fewer than it has, in which the organ with this index comes to rest
+/// after it is shaken.
 pub(crate) fn substeps(scene: &SceneData, organ: usize) -> u32 {
     let Some(alone) = Alone::new(scene, organ) else {
         return scene.organs[organ].substeps; // the scene's own check says what is wrong
@@ -104,7 +107,7 @@ impl Alone {
         })
     }
 
-    /// Whether, shaken, none of it shakes in the end.
+    /// True if no sphere still oscillates at the end of the test.
     fn comes_to_rest(&self, substeps: u32) -> bool {
         let organs = [Organ {
             substeps,

@@ -6,9 +6,10 @@ use crate::held::Plane;
 use crate::order;
 use crate::pack::{Ball, Interior};
 
-/// Smallest `V/L³` (volume over the cube of the longest edge). A regular tetrahedron has 0.118;
-/// below this one is a sliver: flat enough that the solver's rounding grows in it. With those
-/// down to 0.006, a gallbladder at rest went by a millimetre in half a second; so, by 20 nm.
+/// Smallest `V/L³` (volume over the cube of the longest edge). A regular tetrahedron has 0.118. A
+/// tetrahedron below this limit is a sliver, so flat that the solver's rounding errors grow in it.
+/// With slivers down to 0.006, a gallbladder at rest moved a millimetre in half a second; with this
+/// limit, 20 nm.
 pub const SHAPE_MIN: f64 = 0.015;
 
 /// A tetrahedron of four spheres.
@@ -27,7 +28,7 @@ pub fn fill(interior: &Interior<'_>, balls: &[Ball], volume_m3: f64) -> Vec<Tetr
     fill_between(interior, balls, volume_m3, &[])
 }
 
-/// The same where tissue is held beyond planes: what is held is not carried by what is not.
+/// As [`fill`], with held tissue beyond `planes`: free tetrahedra do not carry held tissue.
 #[must_use]
 pub fn fill_between(
     interior: &Interior<'_>,
@@ -96,8 +97,8 @@ fn lies_inside(interior: &Interior<'_>, centers: &[Vec3], t: &[u32; 4]) -> bool 
 
 const NONE: u32 = u32::MAX;
 
-/// Grid points inside the organ that each tetrahedron contains or, of those in none, is nearest
-/// to (in steps of the grid); at least its own volume's worth of a point. Held tissue belongs to held
+/// Grid points inside the organ that each tetrahedron contains or, of those in none, is nearest to
+/// (in steps of the grid); at least its own volume's worth of a point. Held tissue belongs to held
 /// tetrahedra only, and other tissue to others; also how much of the held is left to none.
 fn shares(
     interior: &Interior<'_>,

@@ -1,9 +1,9 @@
 //! Wake-up latency of embassy's stock std executor and time driver, 1 kHz, as a histogram in
 //! cyclictest's form.
 //!
-//! `calot-embassy-std -p80 -a1 -D10`: priority, core, seconds; other options of cyclictest are
-//! taken and change nothing. The driver's helper thread inherits the priority: with an ordinary one
-//! it is far worse.
+//! Usage: `calot-embassy-std -p80 -a1 -D10` sets priority, core and seconds. Other options of
+//! cyclictest are accepted and ignored. The driver's helper thread inherits the priority; with an
+//! ordinary priority its latency is far worse.
 
 use std::collections::BTreeMap;
 use std::io::Write as _;
@@ -22,7 +22,7 @@ fn main() {
         }
         let number = |text: &str| {
             text.parse()
-                .unwrap_or_else(|_| fail(&format!("{word}: a number follows")))
+                .unwrap_or_else(|_| fail(&format!("{word}: a number must follow, as in -p80")))
         };
         match word.split_at_checked(2) {
             Some(("-p", value)) => priority = number(value),
@@ -40,7 +40,7 @@ fn main() {
     let executor: &'static mut Executor = Box::leak(Box::new(Executor::new()));
     executor.run(move |spawner| {
         let token = measure(seconds.max(1) as u64 * 1_000_000 / PERIOD_US);
-        spawner.spawn(token.unwrap_or_else(|_| fail("the task does not start")));
+        spawner.spawn(token.unwrap_or_else(|_| fail("cannot start the measuring task")));
     });
 }
 
@@ -74,7 +74,7 @@ async fn measure(periods: u64) {
     std::process::exit(0);
 }
 
-/// Locked, pinned, SCHED_FIFO, as the program that it is compared with.
+/// Locks memory, pins the thread and sets SCHED_FIFO, as in the program that it is compared with.
 fn become_realtime(priority: i32, core: i32) {
     // SAFETY: plain calls; the structs are initialised and live on this stack.
     let refused = unsafe {

@@ -36,7 +36,7 @@ pub(crate) struct Row {
     pub(crate) method: &'static str,
     /// Its fitted setting; empty where there is none.
     pub(crate) setting: String,
-    /// How many spheres; of hexahedra, nodes.
+    /// Number of spheres; for hexahedra, of nodes.
     pub(crate) spheres: usize,
     /// Processor time of a tick, µs.
     pub(crate) us_per_tick: f64,
@@ -50,7 +50,7 @@ pub(crate) struct Row {
     pub(crate) volume_error_pct: f64,
 }
 
-/// What is asked on the command line.
+/// Options from the command line.
 #[derive(Debug, Clone)]
 pub(crate) struct Ask {
     /// Cases; the first calibrates.
@@ -185,7 +185,7 @@ struct Stage<'a> {
     answer: Answer,
     held: Vec<Held>,
     by_centre: bool,
-    /// What the product's tools meet.
+    /// Skin that the product's tools meet.
     skin: Option<&'a ContactSkin>,
 }
 
@@ -208,7 +208,7 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// Where a held sphere is at a share of the load.
+    /// Position of a held sphere at a share of the load.
     fn target(&self, i: usize, share: f64) -> V3 {
         let rest = self.body.rest_m[i].cast();
         match (self.held[i], self.answer.displacement_m[i]) {

@@ -14,7 +14,7 @@ use crate::scene::Scene;
 /// A point or direction in single precision, as the realtime methods compute.
 pub(crate) type V3 = nalgebra::Vector3<f32>;
 
-/// What a body is made of, SI.
+/// Material of a body, SI.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Tissue {
     /// Young's modulus, Pa.
@@ -44,7 +44,7 @@ impl Tissue {
     }
 }
 
-/// What holds a sphere.
+/// Hold on a sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Held {
     /// Nothing.
@@ -96,7 +96,7 @@ pub(crate) struct Body {
     pub(crate) tets: Vec<Tet>,
     /// Edges in the order in which they are solved.
     pub(crate) edges: Vec<Edge>,
-    /// What it is made of.
+    /// Material.
     pub(crate) tissue: Tissue,
     /// Cubes, for the method that has no spheres; else empty.
     pub(crate) cells: Vec<[usize; 8]>,
@@ -105,12 +105,13 @@ pub(crate) struct Body {
 }
 
 impl Body {
-    /// What holds each sphere: the scene's planes, and a spacing beyond them. Beyond the planes a
-    /// sphere is led as the reference has it there: between a plane and the first free sphere
-    /// lies up to a spacing of tissue, and how a method bridges it says nothing of the method.
-    /// (Held by their centres alone, 581 spheres sag 13 % too far, 2.5 mm rms; so many more held that
-    /// the tetrahedra between them carry what lies behind the plane, 20 % too little.)
-    /// With `by_centre`, only what lies behind the planes is held, as an attachment would do it.
+    /// Hold on each sphere: the scene's planes, and one spacing beyond them. Held spheres beyond
+    /// the planes follow the reference. Up to a spacing of tissue lies between a plane and the
+    /// first free sphere, and the way a method bridges it says nothing about the method. (If only
+    /// spheres whose centres lie beyond the planes are held, 581 spheres sag 13 % too far, 2.5 mm
+    /// rms. If so many are held that the tetrahedra between them carry the tissue behind the plane,
+    /// they sag 20 % too little.) With `by_centre`, only spheres behind the planes are held, as an
+    /// attachment would do it.
     pub(crate) fn held(&self, scene: &Scene, by_centre: bool) -> Vec<Held> {
         let reach = if by_centre {
             0.0
@@ -179,7 +180,7 @@ impl Body {
         Self::packed_with(mesh, count, tissue, &[], |_, _, _| ()).map(|(body, ())| body)
     }
 
-    /// The same with tissue held beyond planes, and the skin at which tools meet it.
+    /// Builds the body with tissue held beyond planes, and with the skin at which tools meet it.
     pub(crate) fn with_skin(
         mesh: &scene_prepare::mesh::Mesh,
         count: usize,
@@ -192,7 +193,7 @@ impl Body {
         Self::packed_with(mesh, count, tissue, planes, skin)
     }
 
-    /// The same with what follows from the packing.
+    /// Builds the body and calls back with what follows from the packing.
     fn packed_with<T>(
         mesh: &scene_prepare::mesh::Mesh,
         count: usize,
@@ -293,8 +294,8 @@ impl Body {
         (volume / self.rest_m.len().max(1) as f32).cbrt()
     }
 
-    /// Force of the material on each sphere under displacements, N: what the product's neo-Hookean solid
-    /// over the tetrahedra pulls with.
+    /// Force of the material on each sphere under displacements, N: what the product's neo-Hookean
+    /// solid over the tetrahedra pulls with.
     pub(crate) fn pull_n(&self, u: &[V3]) -> Vec<V3> {
         let mu = STIFFNESS_SHARE * self.tissue.mu() as f32;
         let lambda = STIFFNESS_SHARE * self.tissue.lame() as f32 + mu;

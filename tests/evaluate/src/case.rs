@@ -7,11 +7,11 @@ use crate::scene::Kind;
 /// An organ, what it is made of and what is done to it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Case {
-    /// Which organ.
+    /// Organ under test.
     pub(crate) organ: Organ,
-    /// What is done to it.
+    /// Experiment.
     pub(crate) kind: Kind,
-    /// What it is made of.
+    /// Material of the organ.
     pub(crate) tissue: Tissue,
 }
 

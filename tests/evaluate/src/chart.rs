@@ -30,18 +30,18 @@ pub(crate) struct Series {
 pub(crate) struct Panel {
     /// Its heading.
     pub(crate) title: String,
-    /// What the axes are, with unit.
+    /// Labels of the axes, with unit.
     pub(crate) axes: [String; 2],
-    /// How they are divided.
+    /// Scales of the axes.
     pub(crate) scales: [Scale; 2],
-    /// What is drawn.
+    /// Series to draw.
     pub(crate) series: Vec<Series>,
 }
 
 /// A cell of a heat map.
 #[derive(Debug, Clone)]
 pub(crate) struct Cell {
-    /// What stands in it.
+    /// Text to draw.
     pub(crate) text: String,
     /// 0: bad, 1: good; none: not known.
     pub(crate) good: Option<f64>,

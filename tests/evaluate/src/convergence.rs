@@ -1,4 +1,4 @@
-//! How far the reference itself may be trusted: the same scene on ever finer meshes.
+//! Convergence of the reference itself: the same scene on ever finer meshes.
 
 use crate::body::{Body, Held, Tissue};
 use crate::organ::Organ;

@@ -7,8 +7,8 @@ use scene_prepare::mesh::Mesh;
 
 type Point = Vector3<f64>;
 
-/// Space drawn together around a line, or a place where the line has no length: elements grow with the
-/// distance from it.
+/// Space drawn together around a line, or a place where the line has no length: elements grow with
+/// the distance from it.
 pub(crate) struct Focus {
     /// Its middle.
     pub(crate) around: Point,
@@ -18,12 +18,13 @@ pub(crate) struct Focus {
     pub(crate) half_m: f64,
     /// Up to about this distance elements keep their size, m.
     pub(crate) near_m: f64,
-    /// How much longer they are along the line.
+    /// Ratio of their length along the line to that across it.
     pub(crate) stretch: f64,
 }
 
 impl Focus {
-    /// The nearest place of a line of this half length to what lies there from its middle, and the way on from it.
+    /// The nearest place of a line of this half length to what lies there from its middle, and the
+    /// way on from it.
     fn nearest(&self, arm: &Point, half_m: f64) -> (Point, Point) {
         let foot = self.along * self.along.dot(arm).clamp(-half_m, half_m);
         (foot, arm - foot)
@@ -36,7 +37,7 @@ impl Focus {
         self.around + foot * self.stretch + arm * far
     }
 
-    /// How much longer elements are at a place than at the focus.
+    /// Ratio of the element size at a place to that at the focus.
     fn growth(&self, p: &Point) -> f64 {
         let (_, arm) = self.nearest(&(p - self.around), self.half_m);
         (1.0 + (arm.norm() / self.near_m).powi(2)).sqrt()
@@ -110,5 +111,5 @@ pub(crate) fn fill(
     Ok(mesh)
 }
 
-/// What is this near to the plane lies on it, m.
+/// A point this near to the plane counts as lying on it, m.
 pub(crate) const ON_PLANE_M: f64 = 2e-4;

@@ -39,10 +39,10 @@ struct Cli {
     command: Command,
 }
 
-/// What every chart is asked.
+/// Options that every chart takes.
 #[derive(Args)]
 struct Asked {
-    /// Where the CSV files, charts and index.html go.
+    /// Folder for the CSV files, charts and index.html.
     #[arg(long)]
     out: PathBuf,
     /// A reduced run: seconds instead of many minutes. Its figures are coarse.
@@ -52,24 +52,24 @@ struct Asked {
     /// on which settings are calibrated.
     #[arg(long, value_name = "TEXT")]
     case: Option<String>,
-    /// Of `force` only the cases whose reference lies in DIR/reference or in the repository already, of
-    /// whichever mesher: nothing is solved.
+    /// Of `force` only the cases whose reference lies in DIR/reference or in the repository
+    /// already, of whichever mesher: nothing is solved.
     #[arg(long)]
     kept: bool,
 }
 
 #[derive(Subcommand)]
 enum Command {
-    /// How far the reference may be trusted: the same scenes on ever finer meshes.
+    /// Convergence of the reference: the same scenes on ever finer meshes.
     Reference(Asked),
     /// Displacement, force and volume error of every method, against its time.
     Accuracy(Asked),
-    /// Where methods fail: every case, every method, survived or not, and its limit.
+    /// Stability limits: every case with every method, survived or not, and its limit.
     Stability(Asked),
     /// Force over depth under rigid tools, against finite elements.
     Force(Asked),
-    /// Which spheres, vertices or faces the instruments touch: time and agreement of the ways to
-    /// find out.
+    /// Collision: time and agreement of the methods that find the spheres, vertices or faces that
+    /// the instruments touch.
     Collision(Asked),
     /// Does contact stay still under a hand: devices, delays, hands, laws.
     Haptics(Asked),

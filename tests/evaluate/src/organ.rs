@@ -9,7 +9,7 @@ use scene_prepare::shape::{Form, Shape, skin};
 
 type Point = Vector3<f64>;
 
-/// Which organ.
+/// Organ under test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Organ {
     /// A liver of three ellipsoids and a fossa, 214 mm long, 1.17 l: smooth, so that a reference

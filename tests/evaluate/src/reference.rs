@@ -10,7 +10,7 @@ use crate::scene::{Kind, Press, Scene};
 
 type Point = Vector3<f64>;
 
-/// What a scene ends in, at the spheres' centres.
+/// Final state of a scene, at the spheres' centres.
 pub(crate) struct Answer {
     /// Displacement of each sphere's centre, m; none outside the reference's mesh.
     pub(crate) displacement_m: Vec<Option<Point>>,
@@ -59,8 +59,8 @@ fn mesh(
     Ok(mesh)
 }
 
-/// Fills what of a closed surface lies above the plane up to which it is held. Elements are small where a
-/// ball presses: its radius holds `layers` of them over [`RADIUS_LAYERS`].
+/// Fills what of a closed surface lies above the plane up to which it is held. Elements are small
+/// where a ball presses: its radius holds `layers` of them over [`RADIUS_LAYERS`].
 fn pressed_mesh(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -92,7 +92,8 @@ fn pressed_mesh(
 
 /// So many layers are one element a ball's radius.
 const RADIUS_LAYERS: f64 = 11.0;
-/// Up to about so many radii from the ball elements keep their size: it goes in by one, and nothing bends.
+/// Up to about so many radii from the ball elements keep their size: it goes in by one, and nothing
+/// bends.
 const NEAR_RADII: f64 = 3.5;
 
 /// Edge of the cells in which the distance to the surface is kept, m.
@@ -105,8 +106,8 @@ pub(crate) fn tell(share: f64) {
     eprintln!("  reference: {:.1} % of the load", share * 100.0);
 }
 
-/// Solves a scene with so many layers of elements between its planes, or [`RADIUS_LAYERS`] times as many as
-/// lie on a ball's radius. `progress` hears the share of the load that is carried.
+/// Solves a scene with so many layers of elements between its planes, or [`RADIUS_LAYERS`] times as
+/// many as lie on a ball's radius. `progress` hears the share of the load that is carried.
 pub(crate) fn solve(
     surface: &scene_prepare::mesh::Mesh,
     scene: &Scene,
@@ -174,7 +175,7 @@ pub(crate) fn solve(
 }
 
 impl Solved {
-    /// How many nodes its mesh has.
+    /// Number of nodes in its mesh.
     pub(crate) fn nodes(&self) -> usize {
         self.mesh.nodes.len()
     }

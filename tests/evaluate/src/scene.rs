@@ -1,4 +1,4 @@
-//! What is done to the organ, the same for the reference and for every method.
+//! Load on the organ, shared by the reference and every method.
 
 use nalgebra::{Rotation3, Unit, Vector3};
 use scene_prepare::mesh::Mesh;
@@ -7,7 +7,7 @@ use crate::body::Held;
 
 type Point = Vector3<f64>;
 
-/// Which experiment.
+/// Kind of experiment.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Hangs from one end under gravity. The scene on which dimensionless settings are calibrated.
@@ -21,7 +21,7 @@ pub(crate) enum Kind {
     Press(u8, u8),
 }
 
-/// Where a ball is pressed in, as shares of the organ's length and width.
+/// Places at which a ball is pressed in, as shares of the organ's length and width.
 const SITES: [[f64; 2]; 3] = [[0.25, 0.50], [0.50, 0.60], [0.75, 0.55]];
 
 impl Kind {
@@ -37,7 +37,7 @@ impl Kind {
         }
     }
 
-    /// Where the fixed end ends and the moved one begins, shares of the length.
+    /// End of the fixed part and beginning of the moved one, as shares of the length.
     fn planes(self) -> [f64; 2] {
         match self {
             Self::Sag => [0.58, 1.0],
@@ -50,7 +50,7 @@ impl Kind {
         }
     }
 
-    /// Whether the organ's far end is moved.
+    /// True if the organ's far end is moved.
     const fn moves(self) -> bool {
         matches!(self, Self::Pull | Self::Twist(_))
     }
@@ -60,7 +60,7 @@ impl Kind {
 /// them is held.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scene {
-    /// Which experiment.
+    /// Kind of experiment.
     pub(crate) kind: Kind,
     /// Number of the long axis.
     pub(crate) axis: usize,
@@ -151,17 +151,17 @@ impl Scene {
         }
     }
 
-    /// Whether a rest position belongs to the fixed end.
+    /// True if a rest position belongs to the fixed end.
     pub(crate) fn is_fixed(&self, p: &Point) -> bool {
         p[self.axis] < self.fixed_below_m + SAME_M
     }
 
-    /// Whether it belongs to the end that is moved.
+    /// True if a rest position belongs to the moved end.
     pub(crate) fn is_moved(&self, p: &Point) -> bool {
         self.kind.moves() && p[self.axis] > self.free_below_m - SAME_M
     }
 
-    /// What holds a position, if tissue this far beyond the planes is held too, m.
+    /// Hold on a position, if tissue up to this far beyond the planes is held too, m.
     pub(crate) fn held(&self, p: &Point, reach_m: f64) -> Held {
         let along = p[self.axis];
         if along < self.fixed_below_m + reach_m + 1e-6 {
@@ -173,8 +173,7 @@ impl Scene {
         }
     }
 
-    /// Where a held position of the fixed end goes, m: nowhere. That of the moved end at a share
-    /// of the load.
+    /// Displacement of a held position at a share of the load, m: zero at the fixed end.
     pub(crate) fn motion(&self, p: &Point, share: f64) -> Point {
         let mut along = Point::zeros();
         along[self.axis] = 1.0;

@@ -1,5 +1,6 @@
-//! A program of nothing but the tick. The panic handler calls a function that does not exist and
-//! there is no allocator: if any path of the tick can panic or allocate, it does not link.
+//! A program that contains only the tick. Its panic handler calls a function that does not exist,
+//! and there is no allocator: if any path of the tick can panic or allocate, the program does not
+//! link.
 
 #![no_std]
 #![no_main]

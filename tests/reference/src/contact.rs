@@ -20,10 +20,11 @@ pub struct Bar {
 pub struct Tool<'a> {
     /// Its parts. Each presses by itself: where two meet, in the crotch of jaws, both do.
     pub bars: Vec<Bar>,
-    /// The direction that it came from: what lies behind a bar counts as the bar, so that a point which
-    /// an iteration has pushed beyond a thin bar's axis goes back the way it came. None: bars alone.
+    /// The direction that it came from: what lies behind a bar counts as the bar, so that a point
+    /// which an iteration has pushed beyond a thin bar's axis goes back the way it came. None: bars
+    /// alone.
     pub behind: Option<Vec3>,
-    /// How far it is from there at a share of the load from 0 to 1, world frame, m.
+    /// Its displacement from there at a share of the load from 0 to 1, world frame, m.
     pub shift_m: Box<dyn Fn(f64) -> Vec3 + 'a>,
     /// Boundary faces that it may touch.
     pub faces: Vec<u32>,
@@ -45,7 +46,7 @@ impl<'a> Tool<'a> {
     }
 }
 
-/// Where a point is beside a tool.
+/// Position of a point relative to a tool.
 struct Beside {
     /// Distance to the tool's surface, m; negative inside.
     separation_m: f64,
@@ -83,8 +84,8 @@ impl Bar {
         })
     }
 
-    /// From the nearest point of an axis, whose start is `arm` away, and whether it lies between the
-    /// axis' ends.
+    /// From the nearest point of an axis, whose start is `arm` away, and whether it lies between
+    /// the axis' ends.
     fn nearest(arm: &Vec3, axis: &Vec3) -> (Vec3, bool) {
         let squared = axis.norm_squared();
         let along = if squared > f64::MIN_POSITIVE {
@@ -203,7 +204,7 @@ impl Contact {
             .sum()
     }
 
-    /// Where a contact point is beside its bar; none on the bar's axis.
+    /// Position of a contact point relative to its bar; `None` on the bar's axis.
     fn beside(&self, patch: &Patch, rest: &[Vec3], u: &[Vec3], shift: &Vec3) -> Option<Beside> {
         let x = Self::at(patch, rest, u) - shift;
         patch.bar.beside(&x, self.behind.as_ref())
@@ -251,8 +252,8 @@ impl Contact {
         })
     }
 
-    /// Whether the pressures differ from their multipliers by less than `share` of the force
-    /// altogether; otherwise the multipliers take them over.
+    /// True if the pressures differ from their multipliers by less than `share` of the force in
+    /// total. Otherwise the multipliers take over the pressures.
     pub(crate) fn settled(&mut self, rest: &[Vec3], u: &[Vec3], shift: &Vec3, share: f64) -> bool {
         let now = |patch: &Patch| self.pressure(patch, self.beside(patch, rest, u, shift).as_ref());
         let pressures: Vec<f64> = self.patches.iter().map(now).collect();
@@ -283,8 +284,8 @@ impl Contact {
 mod tests {
     use super::*;
 
-    /// Normal and bend are the first and second derivative of the separation: beside the bar, beyond
-    /// its ends, and behind it.
+    /// Normal and bend are the first and second derivative of the separation: beside the bar,
+    /// beyond its ends, and behind it.
     #[test]
     fn a_bar_is_round() {
         let bar = Bar {

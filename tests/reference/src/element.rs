@@ -13,7 +13,7 @@ pub(crate) type Force30 = SMatrix<f64, 30, 1>;
 const NEAR: f64 = 0.138_196_601_125_010_5;
 const FAR: f64 = 0.585_410_196_624_968_5;
 
-/// Where the element's integrals are taken, in the last three barycentric coordinates.
+/// Integration points of the element, in the last three barycentric coordinates.
 const POINTS: [[f64; 3]; 4] = [
     [NEAR, NEAR, NEAR],
     [FAR, NEAR, NEAR],

@@ -10,11 +10,11 @@ pub type Motion<'a> = Box<dyn Fn(&Vec3, f64) -> Vec3 + 'a>;
 
 /// Nodes whose displacement is given.
 pub struct Hold<'a> {
-    /// Which nodes.
+    /// Nodes that are moved.
     pub nodes: Vec<u32>,
     /// Along which axes.
     pub axes: [bool; 3],
-    /// Where they go.
+    /// Their displacement.
     pub motion_m: Motion<'a>,
 }
 
@@ -49,13 +49,13 @@ impl<'a> Hold<'a> {
 pub struct Problem<'a> {
     /// The body at rest.
     pub mesh: &'a Mesh,
-    /// What it is made of.
+    /// Material of the body.
     pub material: Material,
     /// Gravity, m/s²; grows with the share of the load.
     pub gravity_m_s2: Vec3,
     /// Prescribed displacements; of several for one degree of freedom the last counts.
     pub holds: Vec<Hold<'a>>,
-    /// What presses.
+    /// Tool that presses.
     pub tool: Option<Tool<'a>>,
 }
 
@@ -116,8 +116,9 @@ impl Problem<'_> {
         }
     }
 
-    /// The same, but where equilibrium is not found at a stop in steps of at least
-    /// `smallest_step` of the load up to there: what was found before, and why there is no more.
+    /// As [`solve`](Self::solve), except that it stops where steps of at least `smallest_step` of
+    /// the load find no equilibrium. It returns the solutions found before that, and the reason for
+    /// stopping.
     ///
     /// # Errors
     /// What is wrong before anything is solved; see [`FemError`].
@@ -204,7 +205,7 @@ impl<'a, 'p> Solver<'a, 'p> {
             .map_or_else(Vec3::zeros, |tool| (tool.shift_m)(share))
     }
 
-    /// What the prescribed displacements still lack at a share of the load.
+    /// Part of the prescribed displacements that is still missing at a share of the load.
     fn missing(&self, u: &[Vec3], share: f64) -> Vec<Vec3> {
         let mut missing = vec![Vec3::zeros(); u.len()];
         for hold in &self.problem.holds {

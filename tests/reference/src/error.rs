@@ -1,4 +1,4 @@
-//! What can go wrong.
+//! Errors of the reference solver.
 
 /// Errors of meshing and of solving.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -6,11 +6,11 @@ pub enum FemError {
     /// A material constant outside of its range.
     #[error("{name} is {value}; it has to be {range}")]
     Material {
-        /// Which constant.
+        /// Name of the constant.
         name: &'static str,
-        /// What it was.
+        /// Its value.
         value: f64,
-        /// What it may be.
+        /// Its allowed range.
         range: &'static str,
     },
     /// A mesh without a usable element.
@@ -22,7 +22,7 @@ pub enum FemError {
     /// An element that is flat or inside out at rest.
     #[error("tetrahedron {element} has a rest Jacobian of {jacobian}; it has to be above 0")]
     Element {
-        /// Which element.
+        /// Index of the element.
         element: usize,
         /// Smallest determinant at its quadrature points, m³.
         jacobian: f64,

@@ -2,7 +2,8 @@
 //! that the position-based solver minimises too.
 //!
 //! `W(F) = μ/2 (F:F − 3) + λ/2 (det F − γ)²`, `λ = λ₀ + μ`, `γ = 1 + μ/λ`, up to a constant.
-//! Linearised at rest it is Hooke's law with Lamé's `μ` and `λ₀`; it stays finite through inversion.
+//! Linearised at rest it is Hooke's law with Lamé's `μ` and `λ₀`; it stays finite through
+//! inversion.
 
 use nalgebra::{Matrix3, SMatrix};
 

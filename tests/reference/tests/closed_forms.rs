@@ -169,7 +169,7 @@ fn a_thick_sphere_inflates_as_lame_says() {
     );
 }
 
-/// The same at 60 % inner growth against the radial equation, integrated independently.
+/// At 60 % inner growth, compares with the radial equation, integrated independently.
 #[test]
 fn a_thick_sphere_inflates_far_as_the_radial_equation_says() {
     let (a, b, growth) = (0.01, 0.02, 0.6);

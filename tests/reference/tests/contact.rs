@@ -4,7 +4,8 @@ use fem_reference::{Hold, Material, Mesh, Problem, Solution, Tool, Vec3, block};
 
 const RADIUS_M: f64 = 0.01;
 
-/// A quarter of a block, finer by `e^grading` where the ball touches (its upper corner, the origin).
+/// A quarter of a block, finer by `e^grading` where the ball touches (its upper corner, the
+/// origin).
 fn quarter(size_m: f64, cells: usize, grading: f64) -> Mesh {
     let grade = |s: f64| size_m * (grading * s).exp_m1() / grading.exp_m1();
     block(Vec3::zeros(), Vec3::repeat(1.0), [cells; 3])
@@ -62,7 +63,7 @@ fn a_shallow_dent_approaches_hertz() {
     assert!((exponent - 1.5).abs() < 0.05, "{exponent}");
 }
 
-/// What presses on the tool is what the base carries, and nothing goes through the ball.
+/// The force on the tool equals the force on the base, and nothing goes through the ball.
 #[test]
 fn a_deep_dent_balances_and_does_not_penetrate() {
     let mesh = quarter(0.03, 6, 2.0);

@@ -1,4 +1,4 @@
-//! What a user can get wrong: each is an error that names it and says what to do. Never a panic.
+//! Mistakes of a user: each gives an error that names it and its remedy, never a panic.
 
 use std::path::Path;
 

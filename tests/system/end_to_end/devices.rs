@@ -195,7 +195,7 @@ impl Drop for Lead {
     }
 }
 
-/// Where the hand takes the tip for each landmark, along the picture's axes, m.
+/// Tip positions for each landmark, along the picture's axes, m.
 const TOUCHED_M: [[f64; 3]; 4] = [
     [0.0, 0.0, 0.0],
     [0.03, 0.0, 0.0],

@@ -1,4 +1,5 @@
-//! A whole task at the window, as a person works it: begun by the keyboard, worked by the mouse, debriefed.
+//! A whole task at the window, as a person works it: begun by the keyboard, worked by the mouse,
+//! debriefed.
 
 use std::time::{Duration, Instant};
 
@@ -26,7 +27,7 @@ const FAR_M: f64 = 0.2;
 /// The endoscope's button is pressed anew after so long.
 const HELD_ANEW: Duration = Duration::from_secs(10);
 
-/// Where a place lies in the endoscope's picture: to the right and up, rad, and how far away, m.
+/// Direction and distance of a place in the endoscope's picture: right and up, rad, and m.
 fn seen_from(tools: &ToolFrame, place_m: Vector3<f64>) -> ([f64; 2], f64) {
     let camera = &tools.world_from_camera;
     let [x, y, z, w] = camera.orientation.map(f64::from);

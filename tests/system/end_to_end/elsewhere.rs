@@ -29,7 +29,8 @@ const LOSES_ONE_IN: u64 = 50;
 struct Networks(Vec<String>);
 
 impl Networks {
-    /// Each with an address in which `{}` is its number, this end `.1`, its end `.2`. `None`: this user may not.
+    /// Each with an address in which `{}` is its number, this end `.1`, its end `.2`. `None`: this
+    /// user may not.
     fn of(count: u8) -> Option<Self> {
         let mut networks = Self(Vec::new());
         for number in 0..count {
@@ -68,7 +69,7 @@ impl Networks {
         Process::start(&mut command)
     }
 
-    /// Whether anything listens for TCP in one of them.
+    /// True if anything listens for TCP in one of them.
     fn listens(&self, number: usize) -> bool {
         let mut command = Command::new("ip");
         command.args(["netns", "exec", &self.0[number], "cat"]);
@@ -229,7 +230,7 @@ fn now_ns() -> u64 {
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
-/// What a display of the instructor's sees.
+/// The instructor's display.
 struct Display {
     host: Host,
     state: Box<StateFrame>,

@@ -1,5 +1,5 @@
-//! `calot start` on a virtual screen, led by its keyboard alone: from the choice of a task through the operation
-//! to debrief, questionnaire and sheet; and an instructor who watches.
+//! `calot start` on a virtual screen, led by its keyboard alone: from the choice of a task through
+//! the operation to debrief, questionnaire and sheet; and an instructor who watches.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use shared_mem::message::CommandMsg;
 use system_tests::screen::VirtualScreen;
 use system_tests::{Program, calot, finish, said, station_name, summary, turn, wait_until};
 
-/// What is recorded by then is an operation, bytes.
+/// A recording of at least this size is an operation, bytes.
 const WORKED_BYTES: u64 = 100_000;
 
 pub(crate) fn screen(folder: &Path) -> Option<VirtualScreen> {
@@ -142,7 +142,7 @@ fn from_the_start_to_the_debrief_by_keyboard() {
     assert!(output.status.success(), "{}", said(&output));
 }
 
-/// What cannot run is said in the launcher, which goes on.
+/// The launcher reports a program that cannot run, and goes on.
 #[test]
 fn an_operation_that_cannot_begin_leads_back_to_the_start() {
     let folder = tempfile::tempdir().expect("a folder");

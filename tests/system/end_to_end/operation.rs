@@ -83,8 +83,8 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
     assert!(!ask(&["export"]).contains("Ada"));
 }
 
-/// Longer than clips and scissors take a scripted surgeon, than the hook does in the bed, and the whole, s; a run ends when
-/// its task is over.
+/// Longer than clips and scissors take a scripted surgeon, than the hook does in the bed, and the
+/// whole, s; a run ends when its task is over.
 const LONG_S: &str = "150";
 const LONGER_S: &str = "240";
 const WHOLE_S: &str = "560";
@@ -100,7 +100,7 @@ fn operate(task: &str, hand: &str, seconds: &str) -> serde_json::Value {
     operate_into(out.path(), task, hand, &["--seconds", seconds])
 }
 
-/// The same, and its session stays in `out`; the summary has the report's `steps` as well.
+/// As `operate`, with the session kept in `out`; the summary also has the report's `steps`.
 fn operate_into(out: &Path, task: &str, hand: &str, more: &[&str]) -> serde_json::Value {
     let _turn = turn();
     let scene = compiled("triangle", None);
@@ -231,8 +231,8 @@ fn the_hurried_are_alarmed_where_the_careful_clamp() {
     });
 }
 
-/// The store breaks while a task is worked: nothing else is lost, and it is said. Without `--out` the session
-/// has a folder of its own.
+/// The store breaks while a task is worked: nothing else is lost, and it is said. Without `--out`
+/// the session has a folder of its own.
 #[test]
 fn what_the_store_does_not_take_is_said_and_is_in_the_debrief() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -277,7 +277,7 @@ fn what_the_store_does_not_take_is_said_and_is_in_the_debrief() {
     assert_eq!(report(&out)["cut_short"], serde_json::Value::Null);
 }
 
-/// What it came to is in no store, for it had no end; its recording is whole up to the kill.
+/// A killed operation has no result in the store; its recording is whole up to the kill.
 #[test]
 fn a_session_that_was_killed_is_added_afterwards_from_its_recording() {
     let folder = tempfile::tempdir().expect("a folder");

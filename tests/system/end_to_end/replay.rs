@@ -9,8 +9,8 @@ use system_tests::{
     PATIENCE, calot, compiled, finish, said, signal, station_name, summary, wait_until,
 };
 
-/// Runs the station headless and without pictures until a session in `out` misses no tick: a machine
-/// that keeps a thread waiting for a second may lose some, and says so.
+/// Runs the station headless and without pictures until a session in `out` misses no tick: a
+/// machine that keeps a thread waiting for a second may lose some, and says so.
 fn operate(out: &Path, seconds: &str) -> serde_json::Value {
     for _ in 0..5 {
         let output = finish(
@@ -154,8 +154,8 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     assert!(said.contains("the session ran on scene"), "{said}");
 }
 
-/// Copies a session with the handle moved a little in one tick in its middle, and gives its number. The
-/// chunk's checksum is taken out, as MCAP allows.
+/// Copies a session with the handle moved a little in one tick in its middle, and gives its number.
+/// The chunk's checksum is taken out, as MCAP allows.
 fn alter(session: &Path, to: &Path) -> u64 {
     let mut bytes = std::fs::read(session).expect("a session");
     let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
@@ -235,7 +235,7 @@ fn what_is_no_session_is_refused_with_the_next_step() {
     }
 }
 
-/// What a show shows once it stands at a moment: the tick, and every sphere's bytes.
+/// State that the replay shows at a moment: the tick, and every sphere's bytes.
 fn shown_at(host: &Host, at_ms: u32) -> (u64, Vec<u8>) {
     let ask = |kind, argument| {
         let reply = host.command(CommandMsg { kind, argument }, PATIENCE);
@@ -250,7 +250,8 @@ fn shown_at(host: &Host, at_ms: u32) -> (u64, Vec<u8>) {
     (state.tick, bytemuck::cast_slice(spheres).to_vec())
 }
 
-/// What stands at such a tick: it is shown again and again. On the way to another it shows where it was.
+/// Waits for a frame that stands still at such a tick: it is shown again and again. On the way to
+/// another tick, the replay shows the frame where it was.
 fn standing(host: &Host, is_it: impl Fn(u64) -> bool) -> Box<StateFrame> {
     let mut state: Box<StateFrame> = bytemuck::zeroed_box();
     let (mut stood, mut before) = (0, None);

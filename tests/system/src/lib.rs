@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 
 pub use program::Program;
 
-/// How long anything may take before a test gives up on it. Generous: it is no performance limit.
+/// Time after which a test gives up on anything. Generous: it is no performance limit.
 pub const PATIENCE: Duration = Duration::from_secs(600);
 
 /// The workspace's root.
@@ -31,7 +31,7 @@ pub fn calot() -> Command {
     command
 }
 
-/// Where cargo put what it built.
+/// Folder into which cargo built the programs.
 fn built() -> PathBuf {
     let test = std::env::current_exe().expect("a test knows its own path");
     let folder = test.ancestors().nth(2);
@@ -44,7 +44,8 @@ pub fn turn() -> MutexGuard<'static, ()> {
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A recipe, compiled, in so many spheres if any are named; prepared once for all tests of a program.
+/// A recipe, compiled, in so many spheres if any are named; prepared once for all tests of a
+/// program.
 ///
 /// # Panics
 /// When it cannot be prepared.
@@ -92,7 +93,8 @@ pub fn finish(command: &mut Command) -> Output {
     Program::start(command).finish()
 }
 
-/// Page faults that the kernel may cause in locked memory, because it moves pages to get larger free blocks.
+/// Page faults that the kernel may cause in locked memory, because it moves pages to get larger
+/// free blocks.
 #[must_use]
 pub fn moved_pages_max() -> u64 {
     let allowed = std::fs::read_to_string("/proc/sys/vm/compact_unevictable_allowed");
@@ -169,7 +171,7 @@ pub fn anatomy() -> Option<PathBuf> {
         .filter(|folder| folder.join("hra-female").is_dir())
 }
 
-/// Whether this user can be given realtime scheduling.
+/// True if this user may use realtime scheduling.
 #[must_use]
 pub fn may_be_realtime() -> bool {
     rustix::process::getuid().is_root()

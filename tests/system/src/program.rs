@@ -6,7 +6,7 @@ use std::thread::JoinHandle;
 
 use crate::wait_until;
 
-/// What a stream says, read while it does, so that it never fills.
+/// Reader of a stream's text. It reads continuously, so that the pipe never fills.
 type Told = Option<JoinHandle<Vec<u8>>>;
 
 /// A program that ends with its owner; of a test that fails it tells what it said.
@@ -37,7 +37,7 @@ impl Program {
         self.child.id()
     }
 
-    /// How it ended, if it did.
+    /// Exit status, if the program has ended.
     ///
     /// # Panics
     /// When it cannot be asked.

@@ -9,7 +9,7 @@ use crate::{Program, wait_until};
 /// A virtual screen that ends with its owner.
 pub struct VirtualScreen {
     server: Child,
-    /// What `DISPLAY` is to be.
+    /// Value for `DISPLAY`.
     pub display: String,
     pixels: std::path::PathBuf,
 }
@@ -22,7 +22,8 @@ impl VirtualScreen {
         Command::new("xdotool").arg("version").output().ok()?;
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1300x900x24"])
-            // Else it begins anew, and throws out who comes just then, when its last client goes: each xdotool is one.
+            // Else it begins anew, and throws out who comes just then, when its last client goes:
+            // each xdotool is one.
             .arg("-noreset")
             .args(["-nolisten", "tcp", "-fbdir"])
             .arg(folder)

@@ -1,20 +1,22 @@
-//! The compiler that `cargo xtask test` gives cargo for our own packages: it compiles, and looks at what it compiles as
-//! clippy and rustdoc do. All three then read dependencies that were compiled once; `cargo clippy` and
-//! `cargo doc` would go through the five hundred of them again, which takes longer than our own code.
+//! The compiler that `cargo xtask test` gives cargo for our own packages: it compiles, and looks at
+//! what it compiles as clippy and rustdoc do. All three then read dependencies that were compiled
+//! once; `cargo clippy` and `cargo doc` would go through the five hundred of them again, which
+//! takes longer than our own code.
 
 use std::ffi::OsString;
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
 
-/// Set while this program is the compiler; what clippy and rustdoc make goes to the folder that it names.
+/// Set while this program is the compiler; what clippy and rustdoc make goes to the folder that it
+/// names.
 const FOLDER: &str = "CALOT_CHECKED";
 /// Cargo's name for who compiles the workspace's own packages.
 const WRAPPER: &str = "RUSTC_WORKSPACE_WRAPPER";
-/// What clippy reads its arguments from, and what separates them.
+/// Variable from which clippy reads its arguments, and their separator.
 const CLIPPY: (&str, &str) = ("CLIPPY_ARGS", "-Dwarnings__CLIPPY_HACKERY__");
 
-/// What cargo needs to know so that it compiles through a copy of this program.
+/// Environment that makes cargo compile through a copy of this program.
 pub(crate) fn environment() -> io::Result<[(&'static str, PathBuf); 2]> {
     let target =
         std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| "target".into(), PathBuf::from);
@@ -26,7 +28,8 @@ pub(crate) fn environment() -> io::Result<[(&'static str, PathBuf); 2]> {
     Ok([(FOLDER, folder), (WRAPPER, compiler)])
 }
 
-/// Compiles if cargo asks for that: then what came of it. `args`: the compiler's path, and what it is to do.
+/// Compiles if cargo asks for that: then what came of it. `args`: the compiler's path, and what it
+/// is to do.
 pub(crate) fn compile(args: &[OsString]) -> Option<ExitCode> {
     let folder = PathBuf::from(std::env::var_os(FOLDER)?);
     let (rustc, args) = args.split_first()?;
@@ -70,9 +73,9 @@ fn compile_and_look(rustc: &Path, args: &[OsString], folder: &Path) -> io::Resul
     Ok(rustdoc.status()?.success())
 }
 
-/// What is compiled.
+/// One compilation.
 struct Unit {
-    /// What the compiler is told, but for what it is to make and where.
+    /// Arguments of the compiler, except the kind and place of its output.
     args: Vec<OsString>,
     /// A crate of the workspace, and not what builds one.
     is_ours: bool,

@@ -1,4 +1,4 @@
-//! What Calot needs of the system beyond Rust and a C compiler.
+//! System packages that Calot needs besides Rust and a C compiler.
 
 use std::process::{Command, Stdio};
 
@@ -109,7 +109,7 @@ fn apt(prefix: &[&str], args: &[&str]) -> Result<(), String> {
     }
 }
 
-/// How this user installs packages without being asked a password; `None` if it may not.
+/// Command by which this user installs packages without a password; `None` if there is none.
 fn installer() -> Option<&'static [&'static str]> {
     if output("id", &["-u"]).is_some_and(|id| id.trim() == "0") {
         return Some(&[]);

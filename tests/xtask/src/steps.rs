@@ -1,4 +1,4 @@
-//! What the commands run.
+//! Steps of the commands.
 
 use std::path::PathBuf;
 use std::process::Command;
@@ -10,7 +10,7 @@ use crate::packages::on_path;
 struct Step {
     name: &'static str,
     args: &'static [&'static str],
-    /// Whether clippy and rustdoc look at what cargo compiles.
+    /// True if clippy and rustdoc look at what cargo compiles.
     is_checked: bool,
 }
 
@@ -169,8 +169,9 @@ pub(crate) fn jitter(args: &[String]) -> Result<(), String> {
     Ok(())
 }
 
-/// What watchers elsewhere cost the tick, in turns with them and without; beside programs that keep all cores
-/// awake both times, for a virtual machine that sleeps is woken late, later than anything watchers do.
+/// Measures the cost of remote watchers to the tick, alternately with and without them. Programs
+/// keep all cores awake both times: a virtual machine that sleeps wakes up late, later than
+/// anything that watchers cause.
 fn watched(seconds: &str) -> Result<(), String> {
     const TURNS: usize = 5;
     const KINDS: [(&str, &str); 2] = [("busy", "cpu,memory"), ("watched", "cpu,memory,watch")];

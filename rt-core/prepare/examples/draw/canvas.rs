@@ -13,7 +13,7 @@ pub(crate) struct Canvas {
     depth: Vec<f64>,
 }
 
-/// Where a panel is seen from.
+/// Viewpoint of a panel.
 pub(crate) struct View {
     eye: Vec3,
     right: Vec3,

@@ -1,12 +1,13 @@
-//! How well spheres fit an organ, over their number:
-//! `cargo run --release -p scene-prepare --example packing -- [--out DIR] [--quick]` writes
-//! `packing.csv` and `packing.svg` (those of `tests/results`).
+//! Fit of spheres to an organ, by their number: `cargo run --release -p scene-prepare --example
+//! packing -- [--out DIR] [--quick]` writes `packing.csv` and `packing.svg` (those of
+//! `tests/results`).
 //!
-//! Covering and mechanics pull apart: what covers best are few large spheres on the medial axis,
-//! whose links point along it (isotropy 0.1 to 0.35) and which stay round under a small dent. So
+//! Coverage and mechanics conflict. A few large spheres on the medial axis cover best, but their
+//! links point along the axis (isotropy 0.1 to 0.35) and they stay round under a small dent. So
 //! preparation packs evenly, caps the radii at 1.15 spacings, and takes the end of the front where
-//! the links are isotropic. The last panel shows both at the paper's 581 spheres beside what a
-//! prototype study measured of eight algorithms (on another liver; both figures have no unit).
+//! the links are isotropic. The last panel shows both at the paper's 581 spheres, next to
+//! measurements of eight algorithms in a prototype study (on another liver; both figures have no
+//! unit).
 
 mod chart;
 

@@ -1,5 +1,5 @@
-//! What the fuzz target does with any bytes at all, read as a mesh: nothing here may panic, hang or
-//! take memory out of proportion.
+//! Body of the fuzz target for meshes: no bytes may make the reader panic, hang or take memory out
+//! of proportion.
 
 use std::path::Path;
 

@@ -5,7 +5,7 @@ use nalgebra::{Matrix3, SymmetricEigen};
 use crate::Vec3;
 use crate::mesh::Mesh;
 
-/// How far on either side of a section the inner surface counts for its middle, cells.
+/// Length on either side of a section over which the inner surface counts for its middle, cells.
 const SLAB_CELLS: f64 = 2.0;
 /// Rounds of evening the middles out.
 const ROUNDS: usize = 4;
@@ -15,7 +15,7 @@ const ROUNDS: usize = 4;
 pub(super) struct Course {
     /// Unit vector along it; two across, right-handed together.
     pub(super) axes: [Vec3; 3],
-    /// Where each section's rays begin, m.
+    /// Origin of each section's rays, m.
     pub(super) middles: Vec<Vec3>,
 }
 
@@ -32,7 +32,7 @@ pub(super) fn course(around: &Mesh, own: &Mesh, cell_m: f64) -> Course {
         .eigenvectors
         .column(eigen.eigenvalues.imax())
         .into_owned();
-    // Either way would do; always the same one.
+    // Both signs are valid; choose the same one every time.
     let along = if along[along.iamax()] < 0.0 {
         -along
     } else {

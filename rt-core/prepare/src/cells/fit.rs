@@ -6,7 +6,7 @@ use crate::field::Nearest;
 
 /// Corners farther from the surface than this stay, cells.
 const REACH_CELLS: f64 = 0.75;
-/// What of the product of edges at a corner has to be left.
+/// Least share of the product of edges that must remain at a corner.
 const LEFT: f64 = 0.2;
 /// Shares of the way that are tried.
 const TRIES: [f64; 4] = [1.0, 0.7, 0.4, 0.2];

@@ -68,7 +68,7 @@ pub(super) fn corners(p: &[Vec3; 8]) -> [(f64, f64); 8] {
     })
 }
 
-/// 1 of a box, 0 of what is flat somewhere, negative where it is inside out.
+/// Shape of the worst corner: 1 in a box, 0 where it is flat, negative where it is inside out.
 pub(super) fn shape(p: &[Vec3; 8]) -> f64 {
     let share = |(product, lengths): (f64, f64)| product / lengths.max(f64::MIN_POSITIVE);
     corners(p).into_iter().map(share).fold(1.0, f64::min)
@@ -88,7 +88,7 @@ pub(super) fn bounds(p: &[Vec3; 8]) -> [Vec3; 2] {
     all.fold([p[0]; 2], |[low, high], q| [low.inf(q), high.sup(q)])
 }
 
-/// Whether a point lies in it: Newton's way to its shares.
+/// True if the point lies inside; Newton's method finds its shares.
 pub(super) fn holds(p: &[Vec3; 8], point: &Vec3) -> bool {
     let mut share = Vec3::repeat(0.5);
     let step = 1e-4;

@@ -16,7 +16,7 @@ const STEP_CELLS: f64 = 0.1;
 const INNERMOST_M: f64 = 0.000_4;
 /// Sections at the ends look so far inside, of a cell: at the very end there is nothing to see.
 const INSET_CELLS: f64 = 0.3;
-/// How often outlines are carried on to rays beside them that meet nothing.
+/// Rounds in which outlines are extended to neighbouring rays that meet nothing.
 const CARRIED: usize = 2;
 /// Places along each edge at which a cell is looked at for tissue.
 const SAMPLES: usize = 4;
@@ -94,7 +94,7 @@ impl<'a> Lattice<'a> {
             .collect();
     }
 
-    /// Whether there is tissue.
+    /// True if there is tissue at `p`.
     fn inside(&self, p: &Vec3) -> bool {
         let grid = &self.field.grid;
         let last = grid.position(grid.size.map(|n| n - 1));
@@ -125,8 +125,8 @@ impl<'a> Lattice<'a> {
         }
     }
 
-    /// Joins all to hexahedra, of which those stay that are tissue for the most part: from a share on
-    /// at which they have the organ's volume.
+    /// Joins the points to hexahedra and keeps those that are mostly tissue. The least share of
+    /// tissue is chosen so that the kept cells have the organ's volume.
     pub(super) fn cells(&self, volume_m3: f64) -> Cells {
         let (rays, layers) = (self.rays, self.layers);
         let points = layers + 1;

@@ -34,7 +34,7 @@ use crate::skin;
 
 pub(crate) use region::Regions;
 
-/// Groups of fewer cells than this hang on nothing: they are left out.
+/// Least number of cells in a group. Smaller groups are attached to nothing and are left out.
 const GROUP_MIN: usize = 8;
 /// A contact vertex looks at cells no farther from it than this, cells.
 const OVER_CELLS: f64 = 2.5;
@@ -52,7 +52,7 @@ pub(crate) struct Cells {
     pub(crate) layers: Vec<u8>,
 }
 
-/// How well cells fill their organ.
+/// Fit of cells to their organ.
 #[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
 pub struct Filling {
     /// Cells.
@@ -61,8 +61,8 @@ pub struct Filling {
     pub volume_share: f64,
     /// Share of the organ's volume that lies in some cell.
     pub covered: f64,
-    /// Worst cell: the smallest product of three edges at a corner over the product of their lengths,
-    /// 1 in a box, 0 where it is flat.
+    /// Worst cell: the smallest product of three edges at a corner over the product of their
+    /// lengths, 1 in a box, 0 where it is flat.
     pub shape_min: f64,
 }
 
@@ -82,7 +82,7 @@ impl Cells {
         cells
     }
 
-    /// Whether there is none.
+    /// True if there are no cells.
     pub(crate) fn is_empty(&self) -> bool {
         self.cells.is_empty()
     }
@@ -143,7 +143,7 @@ impl Cells {
         (self.corners, self.cells) = (corners, cells);
     }
 
-    /// How well they fill `own`.
+    /// Measures the fit of the cells to `own`.
     pub(crate) fn filling(&self, own: &Mesh, cell_m: f64) -> Filling {
         let all = || (0..self.cells.len()).map(|i| self.places(i));
         let volume_m3: f64 = all().map(|places| hexa::volume_m3(&places)).sum();
@@ -231,16 +231,18 @@ pub(crate) fn append(
     append_columns(scene, [first, count], cells, first_cell, layers.cell_m);
 }
 
-/// Share of the water in loose tissue that has boiled when it parts. It is the steam that bursts tissue
-/// under an electrode (Honig 1975, 10.1109/tbme.1975.324541), long before all of its water has gone: a
-/// hundredth of it makes ten times the volume of connective tissue. How much is lost by the way was not
-/// measured; a fifth is assumed. Walls and cords, which are dense, take more (`rt_core::procedure::cautery`).
+/// Share of the water in loose tissue that has boiled when it parts. Steam bursts tissue under an
+/// electrode (Honig 1975, 10.1109/tbme.1975.324541) long before all of its water has boiled: one
+/// hundredth of the water makes ten times the volume of connective tissue. The steam that escapes
+/// was not measured; a fifth is assumed. Walls and cords are dense and need more
+/// (`rt_core::procedure::cautery`).
 const STEAM_BURSTS: f64 = 0.2;
 
-/// What it takes to part loose tissue: to heat it from 37 to 100 °C, and to boil [`STEAM_BURSTS`] of its
-/// water, of which fat holds a fifth and connective tissue seven tenths (Duck, *Physical Properties of
-/// Tissue*, 1990), J/kg. Fat is full lobules; the connective tissue around a hung organ is drawn out to
-/// strands and sheets with nothing between: half of its room is taken to be tissue.
+/// Energy that parts loose tissue, J/kg: it heats the tissue from 37 to 100 °C and boils
+/// [`STEAM_BURSTS`] of its water. Fat is one fifth water and connective tissue seven tenths (Duck,
+/// *Physical Properties of Tissue*, 1990). Fat is full lobules. The connective tissue around a hung
+/// organ is drawn out to strands and sheets with nothing between them: half of its space is taken
+/// to be tissue.
 fn parts_j_kg(kind: OrganKind) -> f64 {
     const LATENT_J_KG: f64 = 2.26e6;
     const RISE_K: f64 = 63.0;
@@ -329,7 +331,7 @@ fn append_columns(
                 .iter()
                 .enumerate()
                 .map(|(i, f)| {
-                    // Of two that are as near the one that faces as the skin does.
+                    // Of two equally near cells, take the one whose face is turned like the skin.
                     let turned = 1.0 - f.outward.dot(&outward);
                     ((f.center - at).norm() + cell_m * turned, i)
                 })

@@ -1,4 +1,4 @@
-//! Which part of the operation's field a cell lies in.
+//! Region of the operation's field to which a cell belongs.
 
 use shared_mem::scene::{CellRecord, OrganKind};
 
@@ -6,7 +6,7 @@ use crate::Vec3;
 use crate::mesh::Mesh;
 use crate::recipe::OrganPlan;
 
-/// How far beyond the triangle's sides its tissue reaches, m.
+/// Tissue within this distance of the triangle's sides still belongs to it, m.
 const MARGIN_M: f64 = 0.003;
 /// Share of the bed that is its lower part, from the neck.
 const LOWER: f64 = 1.0 / 3.0;
@@ -14,7 +14,7 @@ const LOWER: f64 = 1.0 / 3.0;
 /// Calot's triangle and the gallbladder's bed, as far as the scene has them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Regions {
-    /// Where cystic duct and bile duct meet, the gallbladder's neck, and where the bile duct leaves
+    /// Junction of cystic duct and bile duct, the gallbladder's neck, and the bile duct's exit from
     /// the liver.
     triangle: Option<[Vec3; 3]>,
     /// The bed's end at the neck, and its other end.
@@ -91,7 +91,7 @@ fn nearest_of(mesh: &Mesh, other: &Mesh) -> Vec3 {
     nearest.map_or_else(Vec3::zeros, |(_, p)| *p)
 }
 
-/// Whether a place lies over or under a triangle, or not farther than [`MARGIN_M`] beside it.
+/// True if a place lies over or under a triangle, or at most [`MARGIN_M`] outside it.
 fn is_over(corners: &[Vec3; 3], p: &Vec3) -> bool {
     let [a, b, c] = *corners;
     let Some(normal) = (b - a).cross(&(c - a)).try_normalize(1e-12) else {

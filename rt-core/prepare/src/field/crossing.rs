@@ -12,7 +12,7 @@ const SHIFT: [f64; 2] = [1.234_567e-4, -2.345_678e-4];
 /// A crossing: where along the line, in cells, and by how much the winding number changes.
 type Crossing = (f64, i32);
 
-/// Which grid points lie inside (winding number above zero).
+/// Marks the grid points that lie inside (winding number above zero).
 pub(super) fn inside(mesh: &Mesh, grid: &Grid) -> Vec<bool> {
     let mut inside = vec![false; grid.len()];
     let rows = crossings(mesh, grid);
@@ -29,7 +29,7 @@ pub(super) fn inside(mesh: &Mesh, grid: &Grid) -> Vec<bool> {
     inside
 }
 
-/// How far a closed surface encloses space more than once, or inside out.
+/// Extent to which a closed surface encloses space more than once, or inside out.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Overlap {
     /// Volume with a winding number above zero, m³.
@@ -114,7 +114,7 @@ fn crossings(mesh: &Mesh, grid: &Grid) -> Vec<Vec<Crossing>> {
     crossings
 }
 
-/// On which side of a triangle's edge a point of the yz plane lies. Both triangles at an edge
+/// Side of a triangle's edge on which a point of the yz plane lies. Both triangles at an edge
 /// compute it from the same end, so that no point falls between them or into both.
 fn edge(p: &[Vec3; 3], triangle: [u32; 3], i: usize, j: usize, at: [f64; 2]) -> f64 {
     let area = |a: &Vec3, b: &Vec3| (b.y - a.y) * (at[1] - a.z) - (b.z - a.z) * (at[0] - a.y);

@@ -2,7 +2,7 @@
 
 use crate::Vec3;
 
-/// Where the points of a regular grid lie. Points are numbered x first, then y, then z.
+/// A regular grid of points. Points are numbered x first, then y, then z.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     /// Position of point 0, m.
@@ -25,13 +25,13 @@ impl Grid {
         }
     }
 
-    /// How many points.
+    /// Number of points.
     #[must_use]
     pub fn len(&self) -> usize {
         self.size.iter().product()
     }
 
-    /// Whether it has no points.
+    /// True if it has no points.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.len() == 0

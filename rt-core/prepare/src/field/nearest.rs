@@ -44,7 +44,7 @@ impl<'a> Nearest<'a> {
         (self.point(p) - p).norm()
     }
 
-    /// Whether the straight line between two points meets the surface.
+    /// True if the straight line between two points meets the surface.
     #[must_use]
     pub fn blocks(&self, from: &Vec3, to: &Vec3) -> bool {
         let ray = Ray::new(single(from), single(&(to - from)));

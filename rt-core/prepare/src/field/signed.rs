@@ -8,7 +8,7 @@ const NONE: u32 = u32::MAX;
 /// Points within this many cells of a triangle's box try that triangle.
 const BAND: f64 = 1.5;
 
-/// How inside is told from outside.
+/// Method by which inside is told from outside.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Sign<'a> {
     /// The mesh is closed: count crossings.
@@ -39,7 +39,7 @@ impl Field {
                 (computed.as_slice(), false)
             }
         };
-        // Far outside of a closed mesh nobody asks: at least the near band away.
+        // Far outside a closed mesh only a lower bound is needed: the width of the near band.
         let unknown = (BAND * grid.cell_m).powi(2);
         let start = |&inside: &bool| {
             if inside || everywhere {
@@ -67,7 +67,7 @@ impl Field {
         }
     }
 
-    /// Whether a grid point lies inside.
+    /// True if a grid point lies inside.
     #[must_use]
     pub fn is_inside(&self, index: usize) -> bool {
         self.distance_m[index] < 0.0

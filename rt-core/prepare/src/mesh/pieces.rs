@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::Mesh;
 use crate::field::Nearest;
 
-/// Which piece each triangle belongs to (joined through vertices), and how many there are.
+/// Piece to which each triangle belongs (joined through vertices), and the number of pieces.
 pub(super) fn pieces(mesh: &Mesh) -> (Vec<usize>, usize) {
     let mut parent: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     fn root(parent: &mut [u32], mut i: u32) -> u32 {
@@ -59,8 +59,8 @@ pub(super) fn piece_meshes(mesh: &Mesh) -> Vec<Mesh> {
     triangles.into_iter().map(&mut alone).collect()
 }
 
-/// How far each piece but the largest is from the nearest of those larger than it, m: from its
-/// vertices to their surface.
+/// Distance of each piece except the largest from the nearest larger one, m, measured from its
+/// vertices to the larger one's surface.
 pub(super) fn gaps(mesh: &Mesh) -> Vec<f64> {
     let mut all = piece_meshes(mesh);
     all.sort_by(|a, b| b.volume().total_cmp(&a.volume()));

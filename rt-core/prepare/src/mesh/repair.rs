@@ -67,8 +67,7 @@ impl Mended {
         self
     }
 
-    /// How far each of its separate pieces is from those larger than it, m: none for a surface
-    /// in one piece.
+    /// Distance of each separate piece from the larger ones, m; empty for a surface in one piece.
     #[must_use]
     pub fn gaps_m(&self) -> Vec<f64> {
         gaps(&self.mesh)

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use super::Mesh;
 use crate::Vec3;
 
-/// What was dropped or merged.
+/// Counts of merged vertices and dropped triangles.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Welded {
     pub(super) merged: usize,
@@ -67,7 +67,7 @@ pub(super) fn weld(mesh: &Mesh, tolerance_m: f64) -> (Mesh, Welded) {
     (without_unused(&kept, &triangles), report)
 }
 
-/// The same surface without vertices that no triangle uses.
+/// Drops the vertices that no triangle uses.
 fn without_unused(vertices: &[Vec3], triangles: &[[u32; 3]]) -> Mesh {
     let mut used = vec![false; vertices.len()];
     for &i in triangles.as_flattened() {

@@ -17,7 +17,8 @@ const LEAF: usize = 12;
 /// A group of triangles this many radii away counts as one dipole (Barill et al. 2018).
 const FAR: f64 = 2.3;
 
-/// How often the surface winds around a point: 1 inside, 0 outside, between them where it is open.
+/// Winding number of the surface around a point: 1 inside, 0 outside, between them where the
+/// surface is open.
 pub(super) fn winding(mesh: &Mesh, p: &Vec3) -> f64 {
     let all = mesh.triangles.iter();
     all.map(|&t| solid_angle(mesh.corners(t), p)).sum::<f64>() / (4.0 * std::f64::consts::PI)

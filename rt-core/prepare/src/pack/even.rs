@@ -1,8 +1,8 @@
 //! Even packing: a centroidal Voronoi tessellation by Lloyd's iteration on the grid, its outer
 //! layer then set just under the skin.
 //!
-//! Even spacing and an outer layer at one depth carry mechanics better than the medial axis,
-//! whose large spheres stay round under a small dent. What is lost is coverage of the volume.
+//! Even spacing and an outer layer at one depth carry mechanics better than the medial axis, whose
+//! large spheres stay round under a small dent. The price is less coverage of the volume.
 
 use super::{Ball, Interior};
 use crate::Vec3;
@@ -11,7 +11,7 @@ use crate::Vec3;
 const ITERATIONS: usize = 12;
 /// Iterations that set the outer layer and let the rest follow.
 const SETTING: usize = 8;
-/// Centres go this much farther than the middle: the same evenness in half the iterations.
+/// Centres move this many times the way to the middle, which halves the iterations.
 const OVERSTEP: f64 = 1.4;
 /// Depth of the outer layer, in spacings. Deeper covers more and leaves smaller gaps (0.55: 88 %
 /// of the liver, 95 % gap 0.27; 0.65: 90 %, 0.24; 0.75: 92 %, 0.21), but takes mass and nodes away
@@ -99,7 +99,7 @@ fn interleave(x: u64) -> u64 {
     x
 }
 
-/// Which centre is nearest to each grid point inside.
+/// Assigns each grid point inside to its nearest centre.
 pub(super) struct Owners<'a, 'm> {
     interior: &'a Interior<'m>,
     /// Per grid point: squared distance in cells, negative infinity outside.

@@ -134,7 +134,7 @@ fn slice(interior: &Interior<'_>, way_m: &HashMap<u32, f64>, longest: f64, slice
         }
         pieces.push(members);
     }
-    // In the order of the line: whoever looks for a place along it counts spheres.
+    // Keep the order of the line: code that looks for a place along it counts spheres.
     pieces.sort_by_key(|members| (slice_of(members[0]), members[0]));
     for (number, members) in pieces.iter().enumerate() {
         for &member in members {

@@ -1,4 +1,4 @@
-//! How well spheres fit their organ.
+//! Fit of spheres to their organ.
 
 use nalgebra::Matrix3;
 use rayon::prelude::*;

@@ -49,7 +49,7 @@ fn default_packing(kind: OrganKind) -> Packing {
     }
 }
 
-/// Where an error is reported.
+/// Text and file to which an error refers.
 struct Source<'a> {
     text: &'a str,
     file: &'a str,

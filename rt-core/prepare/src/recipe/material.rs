@@ -1,4 +1,4 @@
-//! What organs are made of.
+//! Materials of organs.
 
 use shared_mem::scene::{MaterialRecord, OrganKind};
 
@@ -27,7 +27,7 @@ pub struct Material {
     pub toughness_j_m2: f64,
 }
 
-/// Viscosity of all tissue, Pa s: it calms what quivers and leaves the swing of an organ alone.
+/// Viscosity of all tissue, Pa s. It damps vibration without slowing an organ's swing.
 const VISCOSITY_PA_S: f64 = 5.0;
 
 impl Material {
@@ -46,15 +46,15 @@ impl Material {
     /// (needles in bovine liver, 10.1016/j.medengphy.2011.09.030), artery 1700 (aorta, trouser
     /// tear). Ducts are taken to be as tough as an artery; gallbladder, stomach and intestine like
     /// other thin walls (amnion, 960 and up). Loose connective tissue has 75: the layers of an
-    /// aorta when they are peeled apart have 51 to 76 (10.1115/1.2898733). Fat and abdominal wall have no source
-    /// that fits: loose fat parts under a probe, where subcutaneous fat with its septa bears 4100
-    /// and muscle 550 to 8000. A sharp blade takes less than a tear (aorta: 290): one value serves
-    /// for both.
+    /// aorta when they are peeled apart have 51 to 76 (10.1115/1.2898733). Fat and abdominal wall
+    /// have no source that fits: loose fat parts under a probe, where subcutaneous fat with its
+    /// septa bears 4100 and muscle 550 to 8000. A sharp blade takes less than a tear (aorta: 290):
+    /// one value serves for both.
     ///
     /// Friction on steel: organs under their serous cover have 0.1 (caecum slips out of smooth jaws
     /// that pinch it with 22 N at a pull of 5 N, 10.1007/s00464-003-9153-2; inside, small bowel has
-    /// 0.01 to 0.05, 10.1007/s11249-013-0167-1). What has no cover is taken to have 0.2 or 0.3 (bare
-    /// muscle on bone: 0.3, 10.1115/1.4001893).
+    /// 0.01 to 0.05, 10.1007/s11249-013-0167-1). What has no cover is taken to have 0.2 or 0.3
+    /// (bare muscle on bone: 0.3, 10.1115/1.4001893).
     #[must_use]
     pub fn typical(kind: OrganKind) -> Self {
         let (friction, toughness_j_m2) = match kind {

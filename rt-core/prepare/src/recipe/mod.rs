@@ -1,7 +1,7 @@
 //! The recipe: a TOML file that names organs, where their surfaces come from, what they are made
 //! of, where they are held, and the room around them.
 //!
-//! Everything but `name` and the organs' names, kinds and surfaces has a default. An unknown key
+//! Everything except `name` and the organs' names, kinds and surfaces has a default. An unknown key
 //! is an error. Axes are the atlas': x to the patient's left, y to the head, z to the front.
 
 mod check;
@@ -35,7 +35,7 @@ pub struct Recipe {
     /// Time budget of a tick, µs on one core ([`crate::cost`]): as many spheres as it allows are
     /// taken, shared as the organs' counts are. Tubes and organs with an error budget keep theirs.
     pub tick_us: Option<f64>,
-    /// Where things stand; what is `None` is derived from the organs.
+    /// Room around the organs; a `None` is derived from the organs.
     pub room: RoomPlan,
     /// Organs, at least one, names unique.
     pub organs: Vec<OrganPlan>,
@@ -68,7 +68,7 @@ pub struct RoomPlan {
     pub tracker: Option<Frame>,
     /// Organ that the scripted hand works on.
     pub target_organ: Option<usize>,
-    /// Where on it; the best reachable point near this one is taken.
+    /// Wanted place of the target; the best reachable point near it is taken.
     pub target_near_m: Option<Vec3>,
 }
 
@@ -86,15 +86,15 @@ pub struct Frame {
 pub struct OrganPlan {
     /// Name, unique in the scene.
     pub name: String,
-    /// What it is.
+    /// Kind of organ.
     pub kind: OrganKind,
-    /// Where its surface comes from.
+    /// Source of its surface.
     pub surface: Surface,
-    /// What to do with a surface that is open.
+    /// Treatment of an open surface.
     pub closing: Closing,
-    /// What to do with a surface in separate pieces.
+    /// Treatment of a surface in separate pieces.
     pub pieces: Pieces,
-    /// How many spheres; the first guess if there is an error budget.
+    /// Number of spheres; the first guess if there is an error budget.
     pub spheres: usize,
     /// Error budget: 95 % of the skin may be no farther than this from the spheres, m. The
     /// smallest count that keeps it is taken.
@@ -102,18 +102,18 @@ pub struct OrganPlan {
     /// Counts of the scene's coarser levels, finest first. A level beyond the last takes the last;
     /// without any, every level has the finest count.
     pub coarser: Vec<usize>,
-    /// How they are packed.
+    /// Packing of the spheres.
     pub packing: Packing,
     /// Share of gravity that acts. Default 0: the surface is the shape in the body, where weight
     /// is in balance. 1: it is the unloaded shape.
     pub gravity_share: f64,
-    /// How far its held spheres go with a breath, m.
+    /// Displacement of its held spheres with a breath, m.
     pub breath_m: Vec3,
-    /// What it is made of.
+    /// Material.
     pub material: Material,
     /// Spheres whose centre is in one of these are attached to the surroundings.
     pub held: Vec<Region>,
-    /// What it is grown to.
+    /// Organs that it is grown to.
     pub attached: Vec<Attached>,
     /// Tissue that is taken away bit by bit: its cells.
     pub layers: Option<Layers>,
@@ -125,7 +125,7 @@ pub struct OrganPlan {
 pub struct Layers {
     /// Name of the organ that it lies around: the course along which the cross-sections stand.
     pub around: String,
-    /// How many layers.
+    /// Number of layers.
     pub count: usize,
     /// Edge of a cell along the course and around it, about, m.
     pub cell_m: f64,
@@ -160,7 +160,7 @@ pub struct Tie {
     pub is_thread: bool,
 }
 
-/// Where a tie ends.
+/// End of a tie.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(untagged, deny_unknown_fields)]
 pub enum Place {
@@ -178,7 +178,7 @@ pub enum Place {
     },
 }
 
-/// Where an organ's surface comes from.
+/// Source of an organ's surface.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Surface {
     /// A mesh file.
@@ -194,7 +194,7 @@ pub enum Surface {
     Shape(Box<Shape>),
 }
 
-/// What to do with an open surface.
+/// Treatment of an open surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Closing {
@@ -212,7 +212,7 @@ pub enum Closing {
     Solid,
 }
 
-/// What to do with a surface in separate pieces.
+/// Treatment of a surface in separate pieces.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Pieces {
@@ -251,7 +251,7 @@ impl Unit {
     }
 }
 
-/// How spheres are packed.
+/// Packing of spheres.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Packing {
@@ -321,7 +321,7 @@ impl Recipe {
             key: "recipe".into(),
             problem: format!("cannot be read ({why}); give the path of a TOML recipe"),
         };
-        // What is no plain file (a pipe, a device) might have no end.
+        // Only plain files are read, because a pipe or device might have no end.
         let found = std::fs::metadata(path).map_err(|error| unreadable(&error))?;
         if !found.is_file() {
             return Err(unreadable(&"it is not a plain file"));
@@ -367,7 +367,7 @@ impl Recipe {
         check::from_mesh(path, unit)
     }
 
-    /// How many levels of detail it has, the finest included.
+    /// Number of levels of detail, the finest included.
     #[must_use]
     pub fn levels(&self) -> usize {
         let coarser = self.organs.iter().map(|organ| organ.coarser.len()).max();
@@ -392,8 +392,8 @@ impl Recipe {
         recipe
     }
 
-    /// The same recipe with `levels` levels, each of half the spheres of the one before; `finest`
-    /// are the organs' counts. Tubes, which have few, keep theirs.
+    /// Returns the recipe with `levels` levels, each with half the spheres of the one before.
+    /// `finest` are the organs' counts. Tubes have few spheres and keep them.
     #[must_use]
     pub fn with_levels(mut self, levels: usize, finest: &[usize]) -> Self {
         for (organ, &count) in self.organs.iter_mut().zip(finest) {
@@ -406,7 +406,7 @@ impl Recipe {
         self
     }
 
-    /// The same recipe with this many spheres in all, shared among the organs as before; budgets
+    /// Returns the recipe with this many spheres in all, shared among the organs as before. Budgets
     /// no longer choose.
     ///
     /// # Errors

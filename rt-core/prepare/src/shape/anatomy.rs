@@ -6,7 +6,7 @@ use super::primitive::{Through, Tube};
 use super::{fat, gallbladder, intestine, liver, stomach, vessel};
 use crate::Vec3;
 
-/// How the cystic duct and the cystic artery run.
+/// Course of the cystic duct and the cystic artery.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Course {
@@ -17,7 +17,7 @@ pub enum Course {
     Variant,
 }
 
-/// Size and place of one organ, beside its usual ones.
+/// Size and place of one organ, relative to its usual ones.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Build {
@@ -26,8 +26,8 @@ pub struct Build {
     /// Thickness alone, of what has a centre line; of fat and connective tissue, that of the
     /// layer; 0.5..=2.
     pub width: f64,
-    /// How far it stands from its usual place, mm; each within 30. The ends of cystic duct and
-    /// cystic artery stay where they join, so only their middles go.
+    /// Shift from its usual place, mm; each within 30. The ends of cystic duct and cystic artery
+    /// stay where they join, so only their middles move.
     pub shift_mm: [f64; 3],
 }
 
@@ -46,7 +46,7 @@ impl Build {
         Vec3::from(self.shift_mm) * 1e-3
     }
 
-    /// Where a point of an organ with this middle goes.
+    /// Moves a point of an organ with this middle to its place in this build.
     pub(super) fn place(&self, p: &Vec3, middle: &Vec3) -> Vec3 {
         middle + (p - middle) * self.size + self.shift_m()
     }

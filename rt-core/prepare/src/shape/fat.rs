@@ -9,7 +9,7 @@ use crate::Vec3;
 /// Length of a triangle's side.
 pub(super) const EDGE_M: f64 = 0.0012;
 
-/// What lies in it has this much room, m.
+/// Clearance around the organs that lie in it, m.
 const GAP_M: f64 = 0.0006;
 /// Height and width of a lump, m.
 const LUMP_M: f64 = 0.0009;

@@ -49,10 +49,10 @@ static PORTA: LazyLock<Tube> = LazyLock::new(|| {
     )
 });
 
-/// Where it lies, as drawn.
+/// Bounds as drawn, m.
 const BOUNDS: [[f64; 3]; 2] = [[-0.165, 0.235, -0.165], [0.135, 0.455, 0.045]];
 
-/// Where it lies.
+/// Bounds in this build, m.
 pub(super) fn bounds(build: &Build) -> [Vec3; 2] {
     let middle = Vec3::from(MIDDLE);
     BOUNDS.map(|corner| build.place(&Vec3::from(corner), &middle))

@@ -52,7 +52,7 @@ pub enum Form {
 /// A procedural organ: the recipe's `shape` table, with its `[anatomy]`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shape {
-    /// Which organ.
+    /// Organ.
     pub form: Form,
     /// Sizes and places of all.
     pub anatomy: Anatomy,

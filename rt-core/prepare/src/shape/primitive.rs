@@ -50,7 +50,8 @@ pub(super) struct Tube {
     points: Vec<(Vec3, f64)>,
     /// A ball around all of it.
     around: Ball,
-    /// Balls around [`TOGETHER`] cones each: most of a tube is too far away to be looked at closely.
+    /// Balls around [`TOGETHER`] cones each: most of a tube is too far away to be looked at
+    /// closely.
     parts: Vec<(Ball, Vec<Cone>)>,
 }
 
@@ -67,7 +68,7 @@ struct Cone {
 
 /// Cones in a part of a tube.
 const TOGETHER: usize = 6;
-/// What rounding may make a part's ball too small by, m.
+/// Largest error by which rounding makes a part's ball too small, m.
 const ROUNDING_M: f64 = 1e-9;
 
 /// A ball around points with radii, hence around what lies between them.
@@ -188,7 +189,7 @@ mod tests {
     use super::*;
 
     proptest! {
-        /// The same bits as when every cone is looked at.
+        /// Skipping parts gives the same bits as looking at every cone.
         #[test]
         fn what_is_left_out_is_never_nearest(
             through in prop::collection::vec((prop::array::uniform3(-0.1f64..0.1), 0.001f64..0.03), 2..9),

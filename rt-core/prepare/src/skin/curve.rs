@@ -1,4 +1,4 @@
-//! How the skin is curved where a tool meets it.
+//! Curvature of the skin where a tool meets it.
 
 use rayon::prelude::*;
 
@@ -7,9 +7,9 @@ use super::patch::Rest;
 
 /// Width of the Gaussian over which the curvature is the mean, m: a tip's contact is about so wide.
 const WIDTH_M: f64 = 0.005;
-/// What is farther off does not count, widths.
+/// Places beyond this distance do not count, widths.
 const REACH_WIDTHS: f64 = 2.5;
-/// No tool is told of a sharper edge, 1/m.
+/// Greatest curvature that a tool meets, 1/m.
 const CURVATURE_MAX_PER_M: f64 = 500.0;
 
 /// Sets the mean curvature of every vertex.
@@ -23,8 +23,8 @@ pub(super) fn bake(skin: &mut ContactSkin, rest: &Rest) {
     }
 }
 
-/// Mean over the places around vertex `i` of the curvature of the circle through both that is tangent to the skin
-/// here: of a ball's skin it is exactly 1 / radius.
+/// Mean over the places around vertex `i` of the curvature of the circle through both that is
+/// tangent to the skin here: of a ball's skin it is exactly 1 / radius.
 fn curvature_per_m(i: usize, rest: &Rest) -> f64 {
     let (at, normal) = (rest.places[i], rest.normals[i]);
     let (mut sum, mut shares) = (0.0, 0.0);

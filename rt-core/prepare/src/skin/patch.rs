@@ -1,11 +1,11 @@
-//! How far the spheres themselves spread a force on the skin.
+//! Width over which the spheres themselves spread a force on the skin.
 //!
 //! The spheres yield to a force on one vertex by `c_patch`, and to the same force spread over a
-//! Gaussian of the skin by `c_wide`. The latter they are fine enough for; on a half-space it would
-//! be `0.399 / (E* A)` locally. So what they yield to the vertex, locally, is
-//! `c = c_patch − c_wide + 0.399 / (E* A)`, and they act as if they spread the force over a patch
-//! of `0.399 / (E* c)`. Whatever is far away (the organ's shape, what holds it) is in both and
-//! cancels: a neighbourhood of a few spacings is enough.
+//! Gaussian of the skin by `c_wide`. They are fine enough for the latter, which on a half-space is
+//! locally `0.399 / (E* A)`. Their local compliance at the vertex is therefore `c = c_patch −
+//! c_wide + 0.399 / (E* A)`, and they act as if they spread the force over a patch of `0.399 / (E*
+//! c)`. Distant influences (the organ's shape, its attachments) are in both and cancel: a
+//! neighbourhood of a few spacings is enough.
 
 use std::collections::BTreeMap;
 
@@ -27,7 +27,7 @@ const GAUSSIAN: f64 = 0.398_942_3;
 /// A patch is kept within these, spacings.
 const PATCH_SPACINGS: [f64; 2] = [0.25, 4.0];
 
-/// What is baked from.
+/// Inputs of the baking.
 pub(super) struct Tissue<'a> {
     pub(super) balls: &'a [Ball],
     pub(super) tets: &'a [Tetra],

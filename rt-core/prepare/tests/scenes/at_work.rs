@@ -1,4 +1,5 @@
-//! An instrument at work in whole scenes: what the hand feels has no step, and tissue comes to rest.
+//! An instrument at work in whole scenes: what the hand feels has no step, and tissue comes to
+//! rest.
 
 use crate::hand::{Felt, Leg, OPEN, Site, work_at};
 use crate::{prepared_built_in, prepared_triangle};
@@ -26,7 +27,8 @@ fn work(built: &Prepared, legs: &[Leg]) -> Vec<Felt> {
 
 /// Largest step of the force from a tick to the next where a hand works slowly, N.
 const STEP_N: f32 = 0.005;
-/// The same where jaws close, whose ends go through tissue at 50 mm/s; a tick's step is then as the one before.
+/// Largest step where jaws close, N. Their ends go through tissue at 50 mm/s, and each tick's step
+/// is like the one before.
 const BITE_N: f32 = 0.008;
 
 /// Some leg presses at least so hard, N: a tool that feels nothing has no step either.
@@ -100,7 +102,7 @@ fn after_a_fast_press_nothing_is_felt() {
     assert!(felt[4].largest_n < 1.0e-6, "{felt:?}");
 }
 
-/// What nobody touches comes to rest, and costs nothing from then on.
+/// An untouched organ comes to rest, and costs nothing from then on.
 #[test]
 fn scenes_that_are_left_alone_sleep() {
     let away = Leg(4000, [20.0, 0.0], OPEN);
@@ -114,8 +116,8 @@ fn scenes_that_are_left_alone_sleep() {
     }
 }
 
-/// A thin duct that a hand holds aside, and gently, comes to rest: a push that turned with it at once would make it
-/// flutter.
+/// A thin duct that a hand holds aside, and gently, comes to rest: a push that turned with it at
+/// once would make it flutter.
 #[test]
 fn a_duct_under_a_tool_does_not_flutter() {
     let built = prepared_triangle(false);

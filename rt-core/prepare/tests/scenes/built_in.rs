@@ -146,7 +146,7 @@ fn sizes_and_places_are_parameters() {
     assert!(overlap < 0.0012, "organs overlap by {overlap} m");
 }
 
-/// How deep a sphere of one organ reaches into a sphere of another.
+/// Greatest depth of a sphere of one organ in a sphere of another.
 pub(crate) fn deepest_overlap(prepared: &Prepared) -> f64 {
     let scene = &prepared.scene;
     let organ_of = |i: usize| {

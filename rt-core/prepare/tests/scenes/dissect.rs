@@ -1,5 +1,5 @@
-//! The hook takes layered tissue away: fat goes cell by cell where its tip is, what is under it comes
-//! free, and the same hand does the same to the bit.
+//! The hook takes layered tissue away: fat goes cell by cell where its tip is, what is under it
+//! comes free, and the same hand does the same to the bit.
 
 use crate::core;
 use crate::hand::TOUCH;
@@ -78,7 +78,8 @@ impl Ports for Hand {
     fn stamp(&mut self, _: Stage) {}
 }
 
-/// What a hand found that comes down on the fat, stays with or without current, goes on and leaves.
+/// Findings of a hand that comes down on the fat, stays with or without current, goes on and
+/// leaves.
 struct Found {
     removed: Vec<u16>,
     cells: Vec<u8>,

@@ -52,7 +52,7 @@ impl Ports for Hand {
     fn stamp(&mut self, _: Stage) {}
 }
 
-/// Where and with what is worked, world frame, m.
+/// Place and tool of the work, world frame, m.
 pub(crate) struct Site {
     pub(crate) target_m: Vec3,
     pub(crate) normal: Vec3,
@@ -78,21 +78,21 @@ impl Site {
     }
 }
 
-/// A part of the hand's way from 20 mm above the target, which begins and ends gently: ticks, where the
-/// tip is at its end (out of the tissue, along it), mm, and the handle's buttons.
+/// A part of the hand's way from 20 mm above the target, which begins and ends gently: ticks, where
+/// the tip is at its end (out of the tissue, along it), mm, and the handle's buttons.
 #[derive(Clone, Copy)]
 pub(crate) struct Leg(pub(crate) u16, pub(crate) [f32; 2], pub(crate) Buttons);
 
-/// What a leg showed.
+/// Measurements of one leg.
 #[derive(Debug)]
 pub(crate) struct Felt {
     pub(crate) largest_step_n: f32,
-    /// How much a step differs from the one before.
+    /// Largest difference between a step and the one before.
     pub(crate) largest_knock_n: f32,
     pub(crate) largest_n: f32,
     /// The most in its first 30 ticks, N.
     pub(crate) first_n: f32,
-    /// How often so far the force was switched off because something went too fast.
+    /// Number of trips so far: the force was switched off because something was too fast.
     pub(crate) trips: u64,
     /// Spheres awake at its end.
     pub(crate) awake: usize,

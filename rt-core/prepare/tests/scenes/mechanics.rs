@@ -108,7 +108,7 @@ fn without(scene: &SceneData, organ: usize, is_cut: impl Fn(&LinkRecord) -> bool
     left
 }
 
-/// How far along a tube each of its spheres lies, by its links, from the one at an end, m.
+/// Distance along a tube of each of its spheres from the one at an end, by its links, m.
 fn way_along(scene: &SceneData, organ: usize) -> BTreeMap<u32, f32> {
     let o = &scene.organs[organ];
     let own = o.spheres[0]..o.spheres[0] + o.spheres[1];

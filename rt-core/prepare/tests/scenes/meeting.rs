@@ -17,7 +17,8 @@ const HALF_M: [[f64; 3]; 2] = [[0.04, 0.04, 0.012], [0.022, 0.018, 0.012]];
 const ROUND_M: f64 = 0.009;
 /// Clear between the two before the upper one falls, m.
 const FALL_M: f64 = 0.002;
-/// Skins this near to each other meet, m; what goes no faster lies, m/s: the two slide on each other.
+/// Skins this near to each other meet, m; what goes no faster lies, m/s: the two slide on each
+/// other.
 const NEAR_M: f64 = 0.0004;
 const STILL_M_S: f32 = 0.03;
 /// After so many ticks it lies.
@@ -138,7 +139,7 @@ fn skin_of(loaded: &core::Prepared, organ: &Organ, centers_m: &[Vec3]) -> Mesh {
     mesh
 }
 
-/// How deep the deepest vertex of one lies in the other, m; below nothing they are apart.
+/// Depth of the deepest vertex of one mesh in the other, m; negative if they are apart.
 fn deepest(of: &Mesh, within: &Mesh) -> f64 {
     let interior = Interior::new(within, within.volume(), 4000).expect("a body");
     let depths = of.vertices.iter().map(|it| interior.depth(it));

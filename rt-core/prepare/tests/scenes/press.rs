@@ -77,8 +77,8 @@ fn the_force_is_the_tissues_and_not_the_spheres() {
     }
 }
 
-/// Spheres this close move much in a tick, and one pass over the constraints is not exact: the force
-/// is.
+/// Spheres this close move much in a tick, and one pass over the constraints is not exact: the
+/// force is.
 #[test]
 fn the_force_is_that_of_many_more_substeps() {
     let mut built = organ("gallbladder", 250, 0.6);
@@ -172,8 +172,8 @@ fn a_shaft_and_a_tip_behind_each_other_count_once() {
     );
 }
 
-/// Presses a ball of 3 mm `depth_m` deep and draws it 6 mm along the skin and back at 6 mm/s; what it
-/// feels (along the normal, along the way) at every tick of the way.
+/// Presses a ball of 3 mm `depth_m` deep and draws it 6 mm along the skin and back at 6 mm/s; what
+/// it feels (along the normal, along the way) at every tick of the way.
 fn slide(tissue: &mut Tissue<'_>, site: Vec3, normal: Vec3, depth_m: f32) -> Vec<[f32; 2]> {
     let radius_m = 0.003;
     let along = normal.cross(&Vec3::x()).normalize();

@@ -135,8 +135,8 @@ fn a_place_far_from_its_organ_is_a_slip_that_is_named() {
     );
 }
 
-/// Both sutures draw the gallbladder by some millimetres, then it hangs still; what joins the organs
-/// is stretched by less than it bears.
+/// Both sutures draw the gallbladder by some millimetres, then it hangs still; what joins the
+/// organs is stretched by less than it bears.
 #[test]
 fn the_triangle_s_gallbladder_is_hung_and_nothing_tears() {
     let built = crate::prepared_triangle(false);

@@ -1,4 +1,4 @@
-//! What holds of every prepared scene.
+//! Properties of every prepared scene.
 
 use scene_prepare::{Prepared, Vec3, tetra};
 use shared_mem::scene::{OrganKind, SceneFile, WEIGHT_SUM};

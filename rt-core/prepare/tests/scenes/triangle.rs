@@ -89,7 +89,8 @@ fn check_cells(prepared: &scene_prepare::Prepared) {
             let center_m = scene.spheres[usize::from(sphere)].center_m;
             at += Vec3::from(center_m.map(f64::from)) * f64::from(weight);
         }
-        // Where spheres fill a solid its middle follows every affine motion; a sheet has none across.
+        // Where spheres fill a solid its middle follows every affine motion; a sheet has none
+        // across.
         let off = (at - Vec3::from(cell.center_m.map(f64::from))).norm();
         let fat = cell.region <= CellRecord::TRIANGLE;
         assert!(off < if fat { 0.000_1 } else { 0.002 }, "{off} {cell:?}");

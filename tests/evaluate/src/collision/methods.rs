@@ -10,7 +10,7 @@ use scene_prepare::mesh::Mesh;
 /// A point or direction in single precision.
 pub(crate) type V3 = Vector3<f32>;
 
-/// How deep the deepest part lies in the organ, m; none: nothing touches.
+/// Depth of the deepest part in the organ, m; `None` if nothing touches.
 pub(crate) type Found = Option<f32>;
 
 fn deeper(a: Found, depth_m: f32) -> Found {
@@ -50,7 +50,7 @@ pub(crate) fn vertices(vertices: &[V3], parts: &[Capsule]) -> Found {
     found
 }
 
-/// How the mesh follows its spheres: each vertex by the four that are nearest at rest.
+/// Skinning: each vertex follows the four spheres that are nearest at rest.
 pub(crate) struct Skinning(Vec<[(u32, f32); 4]>);
 
 impl Skinning {
@@ -71,7 +71,7 @@ impl Skinning {
         vertices.iter().map(near).collect::<Option<_>>().map(Self)
     }
 
-    /// Where the vertices are when the spheres have moved so.
+    /// Positions of the vertices after the spheres have moved by `moves_m`.
     pub(crate) fn moved(&self, rest_m: &[V3], moves_m: &[V3], out_m: &mut Vec<V3>) {
         out_m.clear();
         out_m.extend(rest_m.iter().zip(&self.0).map(|(at_m, parts)| {
@@ -294,7 +294,7 @@ impl<'a> Exact<'a> {
         })
     }
 
-    /// What really touches.
+    /// Finds the true contact.
     pub(crate) fn find(&self, parts: &[Capsule]) -> Found {
         let mut found = None;
         for part in parts {
@@ -360,7 +360,8 @@ mod tests {
         assert!((10..60).contains(&touched), "{touched}");
     }
 
-    /// A mesh that is moved with its spheres is where they have gone, and the tree over it finds what a new one does.
+    /// A mesh that is moved with its spheres is where they have gone, and the tree over it finds
+    /// what a new one does.
     #[test]
     fn mesh_and_tree_follow_the_spheres() {
         let mesh = scene_prepare::shape::Shape::from(scene_prepare::shape::Form::Stomach).mesh();

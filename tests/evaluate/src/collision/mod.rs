@@ -68,12 +68,12 @@ pub(crate) struct Row {
     pub(crate) faces: usize,
     /// Its spheres.
     pub(crate) spheres: usize,
-    /// Which way.
+    /// Method.
     pub(crate) way: Way,
     /// Time of a tick, half of them and all but one in a hundred, µs.
     pub(crate) us: [f64; 2],
-    /// What it takes to follow an organ that moves, median, µs a tick: its mesh moved with the spheres, and
-    /// what is built over it put in order.
+    /// Time to follow a moving organ, median, µs a tick: move its mesh with the spheres, and update
+    /// the structure that is built over it.
     pub(crate) follow_us: f64,
     /// Share of its touches that are ones, and of all touches that it finds.
     pub(crate) precision_recall: [f64; 2],
@@ -82,13 +82,13 @@ pub(crate) struct Row {
 }
 
 impl Row {
-    /// What a tick costs in which the organ moves, µs.
+    /// Time of a tick in which the organ moves, µs.
     pub(crate) fn tick_us(&self) -> f64 {
         self.us[0] + self.follow_us
     }
 }
 
-/// What was measured.
+/// Measurements.
 pub(crate) struct Measured {
     /// Every way on every organ.
     pub(crate) rows: Vec<Row>,
@@ -103,11 +103,11 @@ const ORGANS: [(&str, Form, usize); 4] = [
     ("intestine", Form::Intestine, 383),
     ("stomach", Form::Stomach, 452),
 ];
-/// How many times as many spheres; the faces are cut in four from one to the next.
+/// Multiples of the number of spheres. Each step cuts every face in four.
 const SIZES: [usize; 2] = [1, 4];
-/// How often following is timed.
+/// Number of timed updates.
 const FOLLOWED: usize = 21;
-/// What the paper's kernel alone is timed with.
+/// Numbers of balls with which the paper's kernel is timed alone.
 const BALLS: [usize; 5] = [500, 2000, 8000, 32_000, 128_000];
 
 /// Measures all organs whose name contains `only`.
@@ -305,7 +305,7 @@ fn sweep(count: usize, ticks: usize, card: Option<&gpu::Card>) -> Result<Vec<Row
     Ok(rows)
 }
 
-/// What a way finds in every tick; median time and 99th percentile, µs.
+/// Result of a method in every tick; median time and 99th percentile, µs.
 fn timed(
     motion: &[Vec<Capsule>],
     mut find: impl FnMut(&[Capsule]) -> Result<Found, String>,

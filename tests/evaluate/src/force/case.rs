@@ -1,4 +1,4 @@
-//! What is pressed into what, and where.
+//! Cases: the tool, the organ and the site.
 
 use fem_reference::Bar;
 use nalgebra::{Rotation3, Vector3};
@@ -79,7 +79,7 @@ pub(crate) struct Site {
 }
 
 impl Site {
-    /// Whether it is the same.
+    /// True if both are the same.
     pub(crate) fn is(&self, other: &Self) -> bool {
         (self.subject, self.name) == (other.subject, other.name)
     }
@@ -153,8 +153,8 @@ const NECK: Site = Site {
         (2, -0.006),
     )
 };
-/// Held by its middle: a plane 10 mm lower takes a few millimetres off the fundus, and there finite elements are
-/// held while spheres, whose centres lie half a spacing under the skin, are not.
+/// Held by its middle: a plane 10 mm lower takes a few millimetres off the fundus, and there finite
+/// elements are held while spheres, whose centres lie half a spacing under the skin, are not.
 const WALL: Site = site(Subject::Stomach, "front", TOP, [0.0, 0.0, 0.0], (2, 0.0));
 
 /// A rigid tool. Sizes are radii.
@@ -174,7 +174,7 @@ pub(crate) enum Shaped {
 
 /// A bar is looked at in so many places and one more.
 const PLACES: u32 = 160;
-/// How far a bar reaches out of the body, m.
+/// Length of a bar outside the body, m.
 const LENGTH_M: f64 = 0.08;
 const SHAFT_RADIUS_M: f64 = 0.0025;
 const JAW_RADIUS_M: f64 = 0.0015;
@@ -205,13 +205,13 @@ impl Shaped {
         }
     }
 
-    /// Whether it touches at two places.
+    /// True if it touches at two places.
     pub(crate) fn has_two_ends(self) -> bool {
         matches!(self, Self::OpenJaws | Self::TwoTips)
     }
 
-    /// What the reach of small elements is measured by, m: a mean of a tip's radius and another length. Around
-    /// the line of jaws or a shaft it is the radius.
+    /// Length that scales the region of small elements, m: the mean of a tip's radius and another
+    /// length. Around the line of jaws or a shaft it is the radius.
     pub(crate) fn mean_m(self, other_m: f64) -> f64 {
         match self {
             Self::Shaft | Self::Jaws | Self::OpenJaws => self.radius_m(),
@@ -223,13 +223,13 @@ impl Shaped {
 /// A tool at a site.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Case {
-    /// Where.
+    /// Site of the press.
     pub(crate) site: Site,
     /// With what.
     pub(crate) tool: Shaped,
 }
 
-/// Where a tool first touches and how it lies there.
+/// First contact of a tool, and its orientation there.
 #[derive(Debug, Clone)]
 pub(crate) struct Placed {
     /// The site on the surface, m.
@@ -245,8 +245,8 @@ pub(crate) struct Placed {
 }
 
 impl Placed {
-    /// Half the length of the line on which it touches at a depth, m; 0 of one round end. `distance_m` is
-    /// the signed distance to the body's surface.
+    /// Half the length of the line on which it touches at a depth, m; 0 of one round end.
+    /// `distance_m` is the signed distance to the body's surface.
     pub(crate) fn half_m(&self, depth_m: f64, distance_m: impl Fn(&Point) -> f64) -> f64 {
         let touches = |bar: &Bar| {
             let [a, b] = bar.ends_m;
@@ -345,7 +345,7 @@ impl Case {
     }
 }
 
-/// Where a line along `from` through `at` leaves the body, and the smoothed normal there.
+/// Point at which a line along `from` through `at` leaves the body, and the smoothed normal there.
 fn meet(mesh: &Mesh, at: &Point, from: &Point) -> Option<(Point, Point)> {
     let normals = mesh.vertex_normals();
     let mut found: Option<(f64, Point)> = None;

@@ -18,8 +18,8 @@ pub(crate) use page::{chart, section};
 /// Reference curves are solved by so many threads at once.
 const THREADS: usize = 2;
 
-/// Finds the reference of every case whose name contains `only`; kept in `folder`. With `kept` those
-/// there are taken whichever mesher made their meshes.
+/// Finds the reference of every case whose name contains `only`; kept in `folder`. With `kept`
+/// those there are taken whichever mesher made their meshes.
 ///
 /// # Errors
 /// In words.
@@ -58,15 +58,15 @@ fn references(
 /// A law at a case.
 #[derive(Debug, Clone)]
 pub(crate) struct Row {
-    /// What was pressed.
+    /// Pressed case.
     pub(crate) case: Case,
-    /// Which law.
+    /// Contact law.
     pub(crate) law: Law,
-    /// How many spheres the organ has.
+    /// Number of the organ's spheres.
     pub(crate) spheres: usize,
     /// Force at the first of [`DEPTHS_MM`], N.
     pub(crate) force_n: Vec<f64>,
-    /// The same by finite elements.
+    /// Force by finite elements.
     pub(crate) reference: Curve,
 }
 
@@ -79,7 +79,8 @@ impl Row {
         [rms, worst.fold(0.0, f64::max)]
     }
 
-    /// Whether it says something that was not chosen here, against a reference to be trusted.
+    /// True if the result is independent: it was not used to choose a constant, and its reference
+    /// can be trusted.
     pub(crate) fn counts(&self) -> bool {
         !self.case.site.seen && self.reference.doubt_pct() <= DOUBT_MAX_PCT
     }
@@ -95,7 +96,7 @@ pub(crate) const DOUBT_MAX_PCT: f64 = 3.5;
 pub(crate) struct Step {
     /// The body and the site.
     pub(crate) site: String,
-    /// How many spheres the organ has.
+    /// Number of the organ's spheres.
     pub(crate) spheres: usize,
     /// Speed across; none: a press.
     pub(crate) slide_m_s: Option<f64>,
@@ -103,18 +104,19 @@ pub(crate) struct Step {
     pub(crate) step_n: f64,
 }
 
-/// What was measured.
+/// Measurements.
 pub(crate) struct Measured {
     /// Every law at every case.
     pub(crate) rows: Vec<Row>,
-    /// How smooth the product's is.
+    /// Smoothness of the product's force.
     pub(crate) steps: Vec<Step>,
     /// The references, [`reference::csv`].
     pub(crate) references: String,
 }
 
-/// Measures all cases whose name contains `only`. References that are kept in `out` or in the repository
-/// are not solved again; with `kept` none is solved, and those of older meshes are taken too.
+/// Measures all cases whose name contains `only`. References that are kept in `out` or in the
+/// repository are not solved again; with `kept` none is solved, and those of older meshes are taken
+/// too.
 ///
 /// # Errors
 /// In words.
@@ -194,8 +196,8 @@ pub(crate) fn run(out: &Path, quick: bool, only: &str, kept: bool) -> Result<Mea
 }
 
 /// `force.csv`: one row a law, case and count. `tool_mm` is the radius of the tool's parts;
-/// `reference_doubt_pct` how much the reference's two meshes differ, `mesher` which made them; `to_mm`
-/// how deep it goes.
+/// `reference_doubt_pct` how much the reference's two meshes differ, `mesher` which made them;
+/// `to_mm` how deep it goes.
 pub(crate) fn csv(rows: &[Row]) -> String {
     let mut text = "organ,site,tool_mm,spheres,rms_error_pct,max_error_pct,law,tool,seen,\
                     reference_doubt_pct,mesher,to_mm\n"
@@ -257,7 +259,7 @@ pub(crate) fn steps_csv(steps: &[Step]) -> String {
     text
 }
 
-/// How a tool moves, in words.
+/// Motion of a tool, in words.
 pub(crate) fn motion(step: &Step) -> String {
     step.slide_m_s.map_or_else(
         || "press 10 mm/s".to_owned(),
@@ -297,7 +299,8 @@ mod tests {
         assert!(ours < 0.3 && rigid > 2.0 * ours, "{ours} {rigid}");
     }
 
-    /// Against what the full run found at 3 mm: with a patch as narrow as the tip, 2500 spheres were 19 % too stiff.
+    /// Against what the full run found at 3 mm: with a patch as narrow as the tip, 2500 spheres
+    /// were 19 % too stiff.
     #[test]
     fn a_thin_tip_meets_many_spheres_as_it_meets_few() {
         let (case, surface, placed) = known("gallbladder neck: tip 3 mm");

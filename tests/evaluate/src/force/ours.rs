@@ -1,5 +1,5 @@
-//! The same presses by the product's tissue: with its own contact law, and with two plainer ones
-//! to compare, which are written here and are not in the product.
+//! The presses on the product's tissue, with its own contact law and with two plainer ones for
+//! comparison. Those are written here and are not in the product.
 
 use nalgebra::Vector3;
 use rt_core::study::{Correction, Tissue};
@@ -16,7 +16,7 @@ use crate::methods::{Parts, Surroundings};
 
 type Point = Vector3<f64>;
 
-/// What meets the tool.
+/// Law by which tissue meets the tool.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Law {
     /// The product's.
@@ -86,7 +86,7 @@ impl Rig {
         })
     }
 
-    /// How many spheres there are.
+    /// Number of spheres.
     pub(crate) fn spheres(&self) -> usize {
         self.body.rest_m.len()
     }
@@ -231,7 +231,7 @@ impl Run<'_> {
     }
 }
 
-/// How deep a ball lies in the nearest of the parts, m, and the way out.
+/// Depth of a ball in the nearest of the parts, m, and the way out.
 fn depth(parts: &[Capsule], center_m: &V3, radius_m: f32) -> Option<(f32, V3)> {
     let one = |part: &Capsule| {
         let axis = part.b_m - part.a_m;

@@ -16,25 +16,27 @@ type Point = Vector3<f64>;
 /// Depths, mm.
 pub(crate) const DEPTHS_MM: [f64; 8] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0];
 
-/// Size of the smallest elements over the tool's radius or, if that is less, [`MEAN_M`]: the coarser mesh and
-/// the finer.
+/// Size of the smallest elements over the tool's radius or, if that is less, [`MEAN_M`]: the
+/// coarser mesh and the finer.
 const SIZES: [f64; 2] = [1.2, 0.9];
-/// The same under tips on what is small enough for finer ones.
+/// Element sizes under tips on organs that are small enough for finer ones.
 const FINE_SIZES: [f64; 2] = [0.9, 0.7];
-/// The same under jaws on the liver: twenty of their radii long, they would need more elements than can be solved.
+/// Element sizes under jaws on the liver. Jaws are twenty of their radii long, so finer elements
+/// would be too many to solve.
 const JAWS_SIZES: [f64; 2] = [1.6, 1.2];
 const MEAN_M: f64 = 0.005;
-/// Up to about this distance from the tool elements keep their size, over [`Shaped::mean_m`]; farther off
-/// they grow with the distance. With less a free lobe bends up to 70 % too far.
+/// Up to about this distance from the tool elements keep their size, over [`Shaped::mean_m`];
+/// farther off they grow with the distance. With less a free lobe bends up to 70 % too far.
 const NEAR_SIZES: f64 = 2.7;
 /// Along what lies on its side, elements are longer by this: there forces hardly change.
 const STRETCH: f64 = 3.0;
 /// Steps of the load below this share of it end a curve.
 const SMALLEST_STEP: f64 = 1.0 / 16.0;
 
-/// Which mesher makes a case's meshes. The first cut off the edge of what is held. The second let elements grow
-/// along the line on which a tool touches, and had them too large under thin tips and thick ones; under
-/// those of 5 mm it makes what the third makes, but for the gallbladder's.
+/// Number of the mesher that makes a case's meshes. The first cut off the edge of the held part.
+/// The second let elements grow along the line on which a tool touches, and made them too large
+/// under thin and thick tips. Under tips of 5 mm it makes the same meshes as the third, except the
+/// gallbladder's.
 fn mesher(case: &Case) -> usize {
     match (case.site.subject, case.tool) {
         (Subject::Liver | Subject::Stomach, Shaped::Tip(5.0)) => 2,
@@ -52,7 +54,7 @@ pub(crate) struct Curve {
     pub(crate) coarse_n: Vec<f64>,
     /// Nodes of both meshes, the finer last.
     pub(crate) nodes: [usize; 2],
-    /// Which mesher made the meshes; the one of today is [`mesher`].
+    /// Number of the mesher that made the meshes; the current one is [`mesher`].
     pub(crate) mesher: usize,
 }
 
@@ -66,7 +68,7 @@ impl Curve {
 /// Below this the tool hardly touches, and a share of the force says nothing, N.
 const TOUCHES_N: f64 = 0.005;
 
-/// How far values are off, as shares; of as many as both have, where the tool touches.
+/// Errors of values as shares, for as many values as both have, where the tool touches.
 pub(crate) fn off(values: &[f64], truth: &[f64]) -> Vec<f64> {
     let pairs = values.iter().zip(truth);
     let felt = pairs.filter(|(_, t)| **t >= TOUCHES_N);
@@ -80,8 +82,8 @@ pub(crate) fn rms_pct(values: &[f64], truth: &[f64]) -> f64 {
     100.0 * (squares / off.len().max(1) as f64).sqrt()
 }
 
-/// The curve of a case: out of `folder` or of the repository ([`RECORDED`]) if it was found before, on
-/// today's meshes or with `any_mesher`, else solved and kept in `folder`.
+/// The curve of a case: out of `folder` or of the repository ([`RECORDED`]) if it was found before,
+/// on today's meshes or with `any_mesher`, else solved and kept in `folder`.
 ///
 /// # Errors
 /// In words.
@@ -133,8 +135,8 @@ pub(crate) fn found(case: &Case, folder: &Path, quick: bool) -> Option<Curve> {
     kept.or_else(|| recorded(case, RECORDED).filter(|_| !quick))
 }
 
-/// `force_reference.csv`: the references themselves. Nodes are 0 where they were not kept, and a depth that the
-/// coarser mesh did not reach is empty.
+/// `force_reference.csv`: the references themselves. Nodes are 0 where they were not kept, and a
+/// depth that the coarser mesh did not reach is empty.
 pub(crate) fn csv<'a>(curves: impl Iterator<Item = (&'a Case, &'a Curve)>) -> String {
     let mut text = "organ,site,tool,mesher,coarser_nodes,nodes,depth_mm,reference_n,\
                     coarser_reference_n\n"
@@ -154,7 +156,7 @@ pub(crate) fn csv<'a>(curves: impl Iterator<Item = (&'a Case, &'a Curve)>) -> St
     text
 }
 
-/// What names a case in a table.
+/// Columns that identify a case in a table.
 fn columns(case: &Case) -> String {
     let (subject, site) = (case.site.subject.name(), case.site.name);
     format!("{subject},{site},\"{}\"", case.tool.name())
@@ -318,7 +320,7 @@ mod tests {
         assert_eq!(recorded(&cases[0], "nothing"), None);
     }
 
-    /// What the repository keeps is of cases that there are, all of it.
+    /// The repository keeps references of existing cases only, and of all of them.
     #[test]
     fn what_is_recorded_is_read() {
         let lines = RECORDED.lines().count() - 1;

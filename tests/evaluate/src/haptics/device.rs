@@ -134,8 +134,8 @@ impl Loop {
         Some(x_m)
     }
 
-    /// One tick, with this force commanded at its start. The hand wants the handle at `target_m` and
-    /// pulls with `pull_n` besides.
+    /// One tick, with this force commanded at its start. The hand wants the handle at `target_m`
+    /// and pulls with `pull_n` besides.
     pub(super) fn tick(&mut self, force_n: f64, target_m: f64, pull_n: f64) {
         let delay = (self.device.delay_s / STEP_S).round() as u32;
         let peak = self.device.peak_n;

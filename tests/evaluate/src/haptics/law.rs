@@ -1,5 +1,5 @@
-//! How a force follows from where the handle is: ours, through the product's own tick, and what it
-//! is compared with.
+//! Laws by which force follows from the handle's position: ours, through the product's own tick,
+//! and those it is compared with.
 
 use nalgebra::Translation3;
 use rt_core::fault::{Fault, FaultCounters};
@@ -16,7 +16,7 @@ use super::trial::START_M;
 pub(super) trait Law {
     /// Force on the handle, N, away from the wall; `x_m` is the handle's sample if one came.
     fn force_n(&mut self, x_m: Option<f64>) -> f64;
-    /// Whether it gave up and switched the force off.
+    /// True if it gave up and switched the force off.
     fn gave_up(&self) -> bool {
         false
     }
@@ -90,7 +90,7 @@ pub(super) struct Product<'a> {
     handle_at_0_m: f64,
 }
 
-/// What the gates of the product's output did.
+/// Record of the product's output gates.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Gates {
     /// Ticks in which passivity damped.
@@ -163,7 +163,7 @@ impl<'a> Product<'a> {
         law
     }
 
-    /// What the output's gates did.
+    /// Record of the output gates.
     pub(super) fn gates(&self) -> Gates {
         Gates {
             damped: self.count(Fault::Damped),
@@ -201,7 +201,7 @@ impl Law for Product<'_> {
     }
 }
 
-/// What a device that is built like `device` says of itself.
+/// Capabilities that a device built like `device` would state.
 pub(super) fn stated(device: &Device) -> DeviceCapabilities {
     // What dry friction takes from a tremor of 0.2 m/s.
     let friction_n_s_m = 4.0 * device.friction_n / (std::f64::consts::PI * 0.2);

@@ -1,5 +1,5 @@
-//! Does contact stay still under a hand? The device and the hand along one axis at 20 kHz, the force
-//! by the product's own tick and by the laws that it is compared with.
+//! Does contact stay still under a hand? The device and the hand along one axis at 20 kHz, the
+//! force by the product's own tick and by the laws that it is compared with.
 
 mod device;
 mod law;
@@ -17,7 +17,7 @@ use law::{Coupling, Gates, Hooke, Law, Product, boundless, stated};
 use scene::Meets;
 use trial::{Outcome, START_M, press, respond, wave};
 
-/// What a row tells.
+/// Quantity of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Test {
     /// The stiffest wall up to which every wall is stable.
@@ -30,7 +30,7 @@ pub(crate) enum Test {
     Response,
 }
 
-/// How a force follows.
+/// Law by which force follows position.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum How {
     /// The product.
@@ -41,7 +41,7 @@ pub(crate) enum How {
     Coupling,
     /// The product's contact without the gates of its output.
     Bare,
-    /// The same without a skin: the tool meets the spheres rigidly.
+    /// As `Bare`, without a skin: the tool meets the spheres rigidly.
     Rigid,
 }
 
@@ -182,7 +182,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// What `law` does with a wall of this stiffness.
+    /// Runs `law` against a wall of this stiffness.
     fn with_wall<T>(
         &mut self,
         how: How,

@@ -1,4 +1,4 @@
-//! What is pressed: a wall, and tissue.
+//! Bodies that the device presses: a wall, and tissue.
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::scene::{Inside, Material, Organ, RestSphere, Room, Scene};
@@ -69,7 +69,7 @@ impl Wall {
 /// Below this the liver is held, m.
 const HELD_BELOW_M: f64 = -0.02;
 
-/// What of a liver the tip meets.
+/// Part of a liver that the tip meets.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Meets {
     /// Its contact skin, as it ships.

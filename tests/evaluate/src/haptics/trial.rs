@@ -14,18 +14,18 @@ pub(super) const START_M: f64 = 0.003;
 /// Swings larger than this are felt and seen, m: five encoder steps of a Touch.
 pub(super) const STILL_M: f64 = 0.275e-3;
 
-/// How it ended.
+/// Outcome of a trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Outcome {
     /// The handle swings within this, m, while it is held.
     pub(super) swing_m: f64,
-    /// The same in the half second before.
+    /// Amplitude in the half second before, m.
     pub(super) before_m: f64,
     /// Largest change of the command from tick to tick meanwhile, N.
     pub(super) step_n: f64,
     /// Command in the end, N.
     pub(super) force_n: f64,
-    /// Where the handle came to rest, m.
+    /// Place at which the handle came to rest, m.
     pub(super) x_m: f64,
     /// Most that the motors gave the hand over the whole trial, less what they took before, J: from
     /// rest to rest nothing passive can give any.
@@ -46,7 +46,7 @@ impl Outcome {
         gave_up: false,
     };
 
-    /// Whether it is still, or comes to rest.
+    /// True if it is still, or comes to rest.
     pub(super) fn is_stable(&self) -> bool {
         let still = self.swing_m <= STILL_M || self.swing_m < 0.7 * self.before_m;
         still && !self.gave_up

@@ -21,7 +21,7 @@ use scene_prepare::skin::ContactSkin;
 
 use crate::body::{Body, V3};
 
-/// What moves.
+/// Moving state of a body.
 #[derive(Debug, Clone)]
 pub(crate) struct State {
     /// Displacement from rest, m.
@@ -32,7 +32,7 @@ pub(crate) struct State {
     pub(crate) d_m: Vec<V3>,
     /// Inverse mass, 1/kg; 0 for spheres that are moved from outside.
     pub(crate) w_per_kg: Vec<f32>,
-    /// Where those have to be at the end of the step (displacement from rest), m.
+    /// Targets of the held spheres at the end of the step (displacement from rest), m.
     pub(crate) target_m: Vec<V3>,
     /// Force of the method on each of those, N.
     pub(crate) pull_n: Vec<V3>,
@@ -40,7 +40,7 @@ pub(crate) struct State {
     pub(crate) is_edited: bool,
     /// Spheres that the method itself found not finite, or far away, and put back.
     pub(crate) put_back: u32,
-    /// What presses, at the end of the step.
+    /// Pressing ball, at the end of the step.
     pub(crate) ball: Option<Ball>,
     /// Force on it, mean of the last ticks, N.
     pub(crate) ball_force_n: V3,
@@ -59,7 +59,7 @@ pub(crate) struct Ball {
 const FORCE_SHARE: f32 = 0.02;
 
 impl Ball {
-    /// How far a sphere has to move to be clear of it, m.
+    /// Displacement that clears a sphere of the ball, m.
     pub(crate) fn pushes(&self, center_m: &V3, radius_m: f32) -> Option<V3> {
         let arm = center_m - self.center_m;
         let distance = arm.norm();
@@ -79,7 +79,7 @@ pub(crate) struct Env {
     pub(crate) damping_per_s: f32,
 }
 
-/// What acts on a body all the time.
+/// Loads that act on a body all the time.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Surroundings {
     /// Gravity, m/s².
@@ -190,7 +190,7 @@ pub(crate) enum Way {
     XpbdSprings,
     /// The neo-Hookean solid as it ships.
     Ours,
-    /// The same, written again from its equations, lane by lane.
+    /// The product's method, written again from its equations, lane by lane.
     Twin,
     /// Implicit corotational hexahedra, on a body of their own.
     Hexahedra,
@@ -222,7 +222,7 @@ impl Way {
         }
     }
 
-    /// Whether its own step moves spheres out of the ball.
+    /// True if its own step moves spheres out of the ball.
     pub(crate) fn touches(self) -> bool {
         matches!(self, Self::Ours | Self::Paper(..))
     }
@@ -235,7 +235,8 @@ impl Way {
         }
     }
 
-    /// What its method borrows. Only the product as it ships meets tools at a skin, if there is one.
+    /// Parts that its method borrows. Only the product as it ships meets tools at a skin, if there
+    /// is one.
     ///
     /// # Errors
     /// What the product refuses to load.

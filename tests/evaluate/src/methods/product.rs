@@ -16,14 +16,14 @@ use scene_prepare::skin::ContactSkin;
 use super::{Ball, Env, Method, State, Surroundings};
 use crate::body::{Body, V3};
 
-/// What the product's tissue borrows.
+/// Parts that the product's tissue borrows.
 pub(crate) struct Parts {
     bodies: Box<Bodies>,
     solver: Solver,
     plan: Plan,
 }
 
-/// What a scene of one organ is made of.
+/// Contents of a scene of one organ.
 struct Plan {
     organs: [Organ; 1],
     spheres: Vec<RestSphere>,

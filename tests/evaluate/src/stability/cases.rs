@@ -1,5 +1,5 @@
-//! Where methods fail: one function a case. Each says whether a method survives at one value of
-//! what is swept.
+//! Stability cases, one function each. Each says if a method survives at one value of the swept
+//! parameter.
 
 use nalgebra::{Rotation3, Unit};
 
@@ -10,13 +10,13 @@ use crate::methods::Way;
 
 /// A case.
 pub(crate) struct Case {
-    /// What it does.
+    /// Name of the case.
     pub(crate) name: &'static str,
     /// Unit of what is swept.
     pub(crate) unit: &'static str,
     /// From harmless to the value that has to be survived.
     pub(crate) sweep: [f64; 2],
-    /// Whether a method survives at a value.
+    /// True if a method survives at a value.
     pub(crate) survives: fn(&Lab, Way, f64) -> bool,
 }
 

@@ -22,7 +22,7 @@ pub(crate) struct Row {
     pub(crate) case: &'static str,
     /// Method.
     pub(crate) method: String,
-    /// Whether it survives the whole sweep.
+    /// True if it survives the whole sweep.
     pub(crate) survived: bool,
     /// The largest value that it survives; none if it does not survive the least.
     pub(crate) limit: Option<f64>,
@@ -116,8 +116,8 @@ impl Lab {
         Stand::new(self.body(way), self.fixed(way))
     }
 
-    /// The same graph with spheres so near to the middle of a face that a tetrahedron there is
-    /// `times` as flat as the one that they divide, in every eighth tetrahedron.
+    /// Copy of the graph with slivers: in every eighth tetrahedron, a sphere so near to the middle
+    /// of a face that a tetrahedron there is `times` as flat as the one that it divides.
     fn with_slivers(&self, way: Way, times: f64) -> Body {
         let body = self.body(way);
         if way == Way::Hexahedra {
@@ -227,7 +227,7 @@ fn limit(lab: &Lab, case: &Case, way: Way, quick: bool) -> Row {
     }
 }
 
-/// What a row says, for people.
+/// Sentence for a row.
 pub(crate) fn words(row: &Row) -> String {
     match row.limit {
         None => "fails".to_owned(),
@@ -257,8 +257,8 @@ mod tests {
     use super::*;
 
     /// The reduced run. Ours survives every case but one; others do not. Of 80 exchanged spheres
-    /// some tie a knot in which no tetrahedron is inverted (250 do not): it stays, as in any elastic
-    /// solid.
+    /// some tie a knot in which no tetrahedron is inverted (250 do not): it stays, as in any
+    /// elastic solid.
     #[test]
     fn ours_survives_where_others_fail() {
         let rows = run(true, "").expect("a run");

@@ -13,7 +13,7 @@ const BACK_M: f32 = 5e-4;
 const BACK_TICKS: usize = 6000;
 const BACK_S: f32 = 6.0;
 
-/// How a body stands.
+/// A body with its supports and loads.
 #[derive(Debug, Clone)]
 pub(super) struct Stand<'a> {
     pub(super) body: &'a Body,

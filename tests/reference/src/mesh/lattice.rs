@@ -111,7 +111,7 @@ impl Grid {
     }
 }
 
-/// Where the surface crosses the edge from `a` to `b` (opposite signs), as a share of it.
+/// Point at which the surface crosses the edge from `a` to `b` (opposite signs), as a share of it.
 fn crossing(a: &Vec3, b: &Vec3, va: f64, vb: f64, distance: &impl Fn(&Vec3) -> f64) -> f64 {
     let (mut low, mut high) = (0.0, 1.0);
     let (mut vl, mut vh) = (va, vb);

@@ -1,4 +1,4 @@
-//! Where in the mesh a point lies, and a nodal field there.
+//! Location of a point in the mesh, and interpolation of a nodal field there.
 
 use super::Mesh;
 use crate::Vec3;
@@ -7,7 +7,7 @@ use crate::element::{jacobian, shape, shape_slopes};
 /// A point's element and its place in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Which tetrahedron.
+    /// Index of the tetrahedron.
     pub tet: u32,
     /// Its last three barycentric coordinates.
     pub xi: Vec3,

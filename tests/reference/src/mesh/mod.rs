@@ -145,8 +145,9 @@ impl Mesh {
         mesh
     }
 
-    /// Moves corners on the boundary, and the middles of their edges half as far, where the elements
-    /// around stay sound. `place` gets a corner and the other corners of its boundary faces.
+    /// Moves corners on the boundary, and the middles of their edges half as far, where the
+    /// elements around stay sound. `place` gets a corner and the other corners of its boundary
+    /// faces.
     pub fn stretch_corners(&mut self, place: impl Fn(&Vec3, &[Vec3]) -> Vec3) {
         let mut beside: BTreeMap<u32, Vec<Vec3>> = BTreeMap::new();
         for face in &self.faces {

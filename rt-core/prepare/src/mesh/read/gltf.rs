@@ -78,7 +78,7 @@ fn read_buffers(
                 }
                 let mut content = super::content(&folder.join(uri))
                     .map_err(|problem| malformed("glTF", &format!("its data '{uri}' {problem}")))?;
-                // What lies behind is nobody's, and many buffers may name one file.
+                // Data beyond the announced length is unused, and many buffers may name one file.
                 content.truncate(buffer.length());
                 content.shrink_to_fit();
                 content

@@ -1,5 +1,5 @@
-//! Mesh files: OBJ, STL, PLY, glTF. What they contain is not trusted: counts are checked before
-//! memory is taken, indices and numbers before they are used.
+//! Readers of mesh files: OBJ, STL, PLY, glTF. File contents are not trusted: counts are checked
+//! before memory is taken, and indices and numbers before they are used.
 
 mod gltf;
 mod obj;
@@ -62,7 +62,7 @@ pub fn read(path: &Path, parts: &[String]) -> Result<Mesh, MeshProblem> {
     parse(format, &content, folder, parts)
 }
 
-/// A file's bytes. What is no plain file (a pipe, a device) might have no end.
+/// A file's bytes. Only plain files are read, because a pipe or device might have no end.
 fn content(path: &Path) -> Result<Vec<u8>, MeshProblem> {
     let unreadable = |error: std::io::Error| MeshProblem::Unreadable(error.to_string());
     let file = std::fs::metadata(path).map_err(unreadable)?;
