@@ -33,8 +33,8 @@ impl Address {
     /// `HOST:PORT` with certificates, or on this computer alone without.
     ///
     /// # Errors
-    /// When it is no address, keys are missing, no keys, or can be read by others, or it is another computer's and
-    /// no keys are given.
+    /// When it is no address, keys are missing, no keys, or can be read by others, or it is another
+    /// computer's and no keys are given.
     pub fn new(address: &str, keys: Option<Keys>, insecure: bool) -> Result<Self, LinkError> {
         let refused = |problem| LinkError::Address {
             given: address.escape_debug().to_string(),

@@ -1,7 +1,7 @@
 //! Another computer's clock in terms of this one's.
 
-/// What the other computer's monotonic clock shows, learnt from questions and answers: the answer was made at
-/// about the middle of the time that it took. The quickest says most.
+/// What the other computer's monotonic clock shows, learnt from questions and answers: the answer
+/// was made at about the middle of the time that it took. The quickest says most.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RemoteClock {
     /// Ours less theirs, ns.

@@ -19,7 +19,8 @@ const BATCHES_KEPT: usize = 64;
 /// Events that a watcher gets which has just come: as displays do in shared memory.
 const EVENTS_FIRST: u64 = 64;
 
-/// What an assessor told so long ago, ns, is of a task that is over: one that runs is told of every 50 ms.
+/// What an assessor told so long ago, ns, is of a task that is over: one that runs is told of every
+/// 50 ms.
 const TASK_KEPT_NS: u64 = 5_000_000_000;
 
 /// The newest of a station, and the last of its events and timing. Bounded, whoever asks for what.

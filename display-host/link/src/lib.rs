@@ -4,11 +4,12 @@
 //! station ── shared memory ──► calot link serve ══ TLS ══► calot link watch ── shared memory ──► display
 //! ```
 //!
-//! Two processes that the realtime process knows nothing of: to the station `serve` is one more host, and to
-//! displays `watch` is a controller. The watcher asks for what is newest ([`wire`]), up to four times ahead while answers
-//! are quick and one by one while they are late, so that a slow line gets fewer pictures and soon none that waited for
-//! others, a watcher that stands still asks for nothing, and events are asked for again until they came. Whatever comes over the line is
-//! checked before anybody sees it. Only who has a certificate of the same authority can connect.
+//! Two processes that the realtime process knows nothing of: to the station `serve` is one more
+//! host, and to displays `watch` is a controller. The watcher asks for what is newest ([`wire`]),
+//! up to four times ahead while answers are quick and one by one while they are late, so that a
+//! slow line gets fewer pictures and soon none that waited for others, a watcher that stands still
+//! asks for nothing, and events are asked for again until they came. Whatever comes over the line
+//! is checked before anybody sees it. Only who has a certificate of the same authority can connect.
 
 mod address;
 mod clock;

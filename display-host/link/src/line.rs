@@ -102,8 +102,9 @@ impl Line {
         Ok(())
     }
 
-    /// The next message and its kind, if all of it came within a few milliseconds: also who sends byte by byte
-    /// holds nobody up. Holds no more than the longest message and one read, whatever the other side sends.
+    /// The next message and its kind, if all of it came within a few milliseconds: also who sends
+    /// byte by byte holds nobody up. Holds no more than the longest message and one read, whatever
+    /// the other side sends.
     pub(crate) fn receive(&mut self) -> Result<Option<(u8, Vec<u8>)>, Broken> {
         let start = Instant::now();
         loop {
@@ -125,7 +126,8 @@ impl Line {
         }
     }
 
-    /// What has come, or one look at the socket: rustls' own `Stream` looks until a record is whole.
+    /// What has come, or one look at the socket: rustls' own `Stream` looks until a record is
+    /// whole.
     fn read(&mut self, part: &mut [u8]) -> Result<usize, Broken> {
         let Some(tls) = &mut self.tls else {
             let count = self.socket.read(part)?;
@@ -296,7 +298,8 @@ fn prepare(stream: &TcpStream) -> Result<(), Broken> {
     stream.set_write_timeout(Some(WRITE_PATIENCE))
 }
 
-/// Both sides prove themselves, or it is over: who sends a byte now and then holds nobody up for long.
+/// Both sides prove themselves, or it is over: who sends a byte now and then holds nobody up for
+/// long.
 fn shake(
     mut tls: Connection,
     socket: &mut TcpStream,

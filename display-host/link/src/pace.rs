@@ -6,7 +6,8 @@ use std::time::Duration;
 /// At most: a line of 60 ms still brings 60 pictures a second.
 const MOST: usize = 4;
 
-/// Asks ahead while answers are quick, one by one while they are late: what waits on a slow line is old when it comes.
+/// Asks ahead while answers are quick, one by one while they are late: what waits on a slow line is
+/// old when it comes.
 #[derive(Debug)]
 pub(crate) struct Pace {
     period_ns: u64,

@@ -48,8 +48,9 @@ struct Question {
     answer: SyncSender<Option<Vec<u8>>>,
 }
 
-/// Answers watchers of `station` at `address` until `stop` is set or `seconds` are over. The scene that runs is
-/// looked for in `places`: compiled scenes, or folders of them. `ready` is called once it listens.
+/// Answers watchers of `station` at `address` until `stop` is set or `seconds` are over. The scene
+/// that runs is looked for in `places`: compiled scenes, or folders of them. `ready` is called once
+/// it listens.
 ///
 /// # Errors
 /// When it cannot listen, or the station's shared memory cannot be joined.
@@ -118,8 +119,8 @@ struct Visit {
 }
 
 impl Visitors {
-    /// A place for it. If all are taken it gets that of whoever has been a stranger for longest: who stays
-    /// without a question keeps nobody out.
+    /// A place for it. If all are taken it gets that of whoever has been a stranger for longest:
+    /// who stays without a question keeps nobody out.
     fn enter(&mut self, stream: &TcpStream) -> Option<Arc<Visit>> {
         let line = stream.try_clone().ok()?;
         self.0.retain(|it| it.strong_count() > 0);
@@ -215,7 +216,8 @@ impl Stand {
         self.refresh();
         loop {
             let left = next.saturating_duration_since(Instant::now());
-            // With none left it would still take a question that waits, and with many watchers one always does.
+            // With none left it would still take a question that waits, and with many watchers one
+            // always does.
             if left.is_zero() {
                 return;
             }

@@ -1,4 +1,5 @@
-//! The instructor's side: asks a station for what is newest, and gives it to the displays of this computer.
+//! The instructor's side: asks a station for what is newest, and gives it to the displays of this
+//! computer.
 
 use std::io::Write as _;
 use std::os::unix::fs::OpenOptionsExt as _;
@@ -76,8 +77,8 @@ pub struct Watched {
 /// Watches until `stop` is set or the time is over; a station that does not answer is waited for.
 ///
 /// # Errors
-/// When this computer's shared memory cannot be used, the name is taken, or the scene cannot be written. What
-/// the other side does is no error, but is told to `observe`.
+/// When this computer's shared memory cannot be used, the name is taken, or the scene cannot be
+/// written. What the other side does is no error, but is told to `observe`.
 pub fn watch(
     config: &WatchConfig,
     stop: &AtomicBool,
@@ -314,7 +315,8 @@ impl Coming {
         }
     }
 
-    /// Each part is asked for where the last ended, so that it grows to what one head may say at most.
+    /// Each part is asked for where the last ended, so that it grows to what one head may say at
+    /// most.
     fn take(&mut self, message: &[u8]) -> Result<Part, LinkError> {
         let (total, offset, part) = wire::scene_part(message)?;
         if total == 0 {

@@ -1,13 +1,14 @@
-//! What goes over the line: plain records, as in shared memory, of which only the used part is sent.
+//! What goes over the line: plain records, as in shared memory, of which only the used part is
+//! sent.
 //!
 //! | kind | asked with | answered with |
 //! |---|---|---|
 //! | [`LOOK`] | [`Ask`] | [`Head`], then state, tools, task, events, batches as it says |
 //! | [`SCENE`] | [`SceneAsk`] | [`SceneHead`], then so many bytes of the compiled scene |
 //!
-//! Before each goes its length, four bytes, and its kind, one; an answer is of its question's kind, and answers come in
-//! the order of their questions. Little-endian, as every computer is that Calot runs on. All of it is hostile until [`Answer::read`] or
-//! [`scene_part`] has read it.
+//! Before each goes its length, four bytes, and its kind, one; an answer is of its question's kind,
+//! and answers come in the order of their questions. Little-endian, as every computer is that Calot
+//! runs on. All of it is hostile until [`Answer::read`] or [`scene_part`] has read it.
 
 use bytemuck::{Pod, Zeroable};
 use shared_mem::message::{
@@ -78,7 +79,8 @@ pub struct Head {
     pub number: u64,
     /// When it was made, on the server's clock.
     pub now_ns: u64,
-    /// The first event's number, as the server counts; more than was asked for: those between are lost.
+    /// The first event's number, as the server counts; more than was asked for: those between are
+    /// lost.
     pub first_event: u64,
     /// The first batch's number, likewise.
     pub first_batch: u64,
@@ -164,7 +166,8 @@ impl Answer {
     /// Reads an answer.
     ///
     /// # Errors
-    /// [`LinkError::Malformed`]: of another version, too short or too long, with counts or numbers out of range.
+    /// [`LinkError::Malformed`]: of another version, too short or too long, with counts or numbers
+    /// out of range.
     pub fn read(mut bytes: &[u8]) -> Result<Self, LinkError> {
         let head: Head = take(&mut bytes, "an answer without a head")?;
         check(head.magic)?;

@@ -1,4 +1,5 @@
-//! Who asks as much as can be asked, and who has no right to: alone in its program, whose memory it looks at.
+//! Who asks as much as can be asked, and who has no right to: alone in its program, whose memory it
+//! looks at.
 
 mod support;
 
@@ -12,8 +13,8 @@ use support::{
     AtEnd, Display, Proven, beside_a_station, message, question, tls, wait_until, watched,
 };
 
-/// Answers before memory is looked at first, and until it is looked at again: of about 10 kB each, so that keeping
-/// something of each would show.
+/// Answers before memory is looked at first, and until it is looked at again: of about 10 kB each,
+/// so that keeping something of each would show.
 const BEFORE: u64 = 1_000;
 const MANY: u64 = 15_000;
 /// How long who knocks stays.

@@ -1,4 +1,5 @@
-//! Whatever comes over the line is read without a panic, refused if it is wrong, and never more than it may be.
+//! Whatever comes over the line is read without a panic, refused if it is wrong, and never more
+//! than it may be.
 
 mod support;
 
@@ -149,7 +150,8 @@ proptest! {
         prop_assert_eq!(scene_part(&bytes).is_ok(), fits && total <= link::wire::SCENE_MAX);
     }
 
-    /// Answers come late, twice, or never: every event comes once and in order, unless the station forgot it.
+    /// Answers come late, twice, or never: every event comes once and in order, unless the station
+    /// forgot it.
     #[test]
     fn every_event_comes_once_and_in_order(
         steps in prop::collection::vec((0u64..40, 0usize..4, any::<bool>()), 1..60),

@@ -110,7 +110,8 @@ fn only_who_has_a_certificate_of_the_same_authority_sees_it() {
         });
         assert!(right.connections >= 1, "{right:?}");
 
-        // Signed by somebody else; somebody else's authority; a station's certificate where a watcher's is due.
+        // Signed by somebody else; somebody else's authority; a station's certificate where a
+        // watcher's is due.
         let theirs = keys(other.path(), "desk");
         let mixed = Keys {
             authority: ours.authority,

@@ -59,8 +59,8 @@ impl Store {
         Ok(json!({ "trainees": people }))
     }
 
-    /// Sessions of somebody, or of everybody, a row each; metrics are columns. Every line ends alike, with `\n`:
-    /// strict readers refuse a mixture.
+    /// Sessions of somebody, or of everybody, a row each; metrics are columns. Every line ends
+    /// alike, with `\n`: strict readers refuse a mixture.
     ///
     /// # Errors
     /// When there is nobody of this name, or the file cannot be read.
@@ -110,7 +110,8 @@ impl Store {
     }
 }
 
-/// A field of CSV (RFC 4180). One that a spreadsheet would take for a formula gets a quote before it.
+/// A field of CSV (RFC 4180). One that a spreadsheet would take for a formula gets a quote before
+/// it.
 fn field(text: &str) -> String {
     let formula = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
     let text = if formula {

@@ -1,5 +1,6 @@
-//! The local store: trainees by a name of their choice, what their sessions came to, what they answered,
-//! what instructors wrote. One SQLite file that its user alone can read; nothing of a person but the name.
+//! The local store: trainees by a name of their choice, what their sessions came to, what they
+//! answered, what instructors wrote. One SQLite file that its user alone can read; nothing of a
+//! person but the name.
 //!
 //! ```text
 //! trainee ─┬─< session ─┬─ metrics (JSON)
@@ -7,8 +8,8 @@
 //!          └─< answer                 questionnaires
 //! ```
 //!
-//! Sessions are named by UUIDs of version 7: [`Store::merge`] makes stores of several stations one without a
-//! coordinator.
+//! Sessions are named by UUIDs of version 7: [`Store::merge`] makes stores of several stations one
+//! without a coordinator.
 
 mod error;
 mod export;

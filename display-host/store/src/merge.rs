@@ -1,8 +1,9 @@
 //! Stores of several stations, made one: everything in one is added to another.
 //!
-//! A session's name is a UUID of version 7, which no two stations give, so nobody hands out numbers. A trainee
-//! is who has chosen a name: the same name at two stations is the same person. What is there already stays as
-//! it is, but for answers to a questionnaire, of which the newer is kept. Doing it again changes nothing.
+//! A session's name is a UUID of version 7, which no two stations give, so nobody hands out
+//! numbers. A trainee is who has chosen a name: the same name at two stations is the same person.
+//! What is there already stays as it is, but for answers to a questionnaire, of which the newer is
+//! kept. Doing it again changes nothing.
 
 use std::path::Path;
 
@@ -12,8 +13,8 @@ use crate::error::StoreError;
 use crate::open::{Store, check_is_store, refused};
 use crate::sessions::{check_id, check_name, check_text, shown};
 
-/// What a centre asks of the merged file with any program that reads SQLite: everybody's sessions of each task,
-/// with a metric out of their JSON.
+/// What a centre asks of the merged file with any program that reads SQLite: everybody's sessions
+/// of each task, with a metric out of their JSON.
 pub const EXAMPLE_SQL: &str = "\
 SELECT trainee.name, session.task, count(*) AS sessions, avg(session.score) AS score,
        avg(json_extract(session.metrics, '$.time_s')) AS time_s
@@ -39,11 +40,12 @@ pub struct Merged {
 }
 
 impl Store {
-    /// Adds all that `other` holds, or nothing if anything in it is not as it should be. `other` is only read.
+    /// Adds all that `other` holds, or nothing if anything in it is not as it should be. `other` is
+    /// only read.
     ///
     /// # Errors
-    /// When it is no store, of another version, damaged, or holds a name or session that cannot be; when this
-    /// one cannot be written.
+    /// When it is no store, of another version, damaged, or holds a name or session that cannot be;
+    /// when this one cannot be written.
     pub fn merge(&mut self, other: &Path) -> Result<Merged, StoreError> {
         let theirs = open_to_read(other)?;
         // One moment of it: its own program may go on writing.

@@ -1,4 +1,5 @@
-//! Opening the store: made if it is not there, refused if it is not ours, of another version, or damaged.
+//! Opening the store: made if it is not there, refused if it is not ours, of another version, or
+//! damaged.
 
 use std::fs::{DirBuilder, OpenOptions, Permissions};
 use std::io::Read as _;
@@ -211,8 +212,9 @@ pub(crate) fn refused(path: &Path, error: rusqlite::Error) -> StoreError {
     }
 }
 
-/// What SQLite refused of the first questions to a file: they can be answered of any whole one, so that
-/// what it cannot make sense of is damage, but not what the machine or another program keeps from it.
+/// What SQLite refused of the first questions to a file: they can be answered of any whole one, so
+/// that what it cannot make sense of is damage, but not what the machine or another program keeps
+/// from it.
 fn opening(path: &Path, error: rusqlite::Error) -> StoreError {
     use rusqlite::ErrorCode::{ApiMisuse, TypeMismatch, Unknown};
     match error.sqlite_error_code() {

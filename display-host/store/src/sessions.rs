@@ -48,7 +48,8 @@ pub struct Trainee {
     pub sessions: i64,
 }
 
-/// The name as it is kept, if it may be: without spaces around it, 1 to 64 characters, each of which is seen.
+/// The name as it is kept, if it may be: without spaces around it, 1 to 64 characters, each of
+/// which is seen.
 ///
 /// # Errors
 /// [`StoreError::Value`], with the character that is not allowed.
@@ -102,8 +103,8 @@ pub(crate) fn shown(text: &str) -> String {
     text.escape_debug().take(80).collect()
 }
 
-/// Control characters, and those that Unicode calls formats, separators of lines, and fillers: they are not
-/// seen, or change how what follows is seen.
+/// Control characters, and those that Unicode calls formats, separators of lines, and fillers: they
+/// are not seen, or change how what follows is seen.
 fn is_unseen(it: char) -> bool {
     it.is_control()
         || matches!(
@@ -125,8 +126,8 @@ impl Store {
         self.insert("REPLACE", name, session).map(drop)
     }
 
-    /// Adds what a session came to by its recording, which may come from anywhere; `false`: it is there already,
-    /// and stays as it is.
+    /// Adds what a session came to by its recording, which may come from anywhere; `false`: it is
+    /// there already, and stays as it is.
     ///
     /// # Errors
     /// As [`Store::add_session`]; when it is somebody else's there, or its name or texts cannot be.
@@ -295,8 +296,8 @@ impl Store {
     /// recordings that were named, which lie where they lay.
     ///
     /// # Errors
-    /// When there is nobody of this name, the file cannot be written, or what is deleted would stay in a log
-    /// beside it.
+    /// When there is nobody of this name, the file cannot be written, or what is deleted would stay
+    /// in a log beside it.
     pub fn forget(&mut self, name: &str) -> Result<Vec<String>, StoreError> {
         let files = self.sessions(name, None)?;
         let trainee = self.trainee(name)?;

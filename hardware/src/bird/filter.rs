@@ -1,5 +1,6 @@
 //! The mild filter that a camera needs: a tracker's noise, a tenth of a millimetre, makes a picture
-//! tremble that is seen from a few centimetres; a filter strong enough for that drags behind a hand.
+//! tremble that is seen from a few centimetres; a filter strong enough for that drags behind a
+//! hand.
 //!
 //! Casiez, Roussel and Vogel's "1 € filter" (CHI 2012): a low pass whose corner rises with speed.
 

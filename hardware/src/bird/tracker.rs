@@ -21,9 +21,9 @@ pub(crate) const BAUD: u32 = 115_200;
 const ANSWER: Duration = Duration::from_millis(500);
 /// Tries per question: bytes of an old stream may stand before the first answer.
 const TRIES: u32 = 4;
-/// A stream that was told to stop is over when the line has been quiet for so long; after each try that came to
-/// nothing for so many times as long: on a busy computer an emulated bird is late, and old answers stand before new
-/// ones.
+/// A stream that was told to stop is over when the line has been quiet for so long; after each try
+/// that came to nothing for so many times as long: on a busy computer an emulated bird is late, and
+/// old answers stand before new ones.
 const QUIET: Duration = Duration::from_millis(30);
 const QUIETER: u32 = 4;
 /// Most bytes that one poll reads: 36 records.
@@ -83,14 +83,14 @@ pub struct BirdTracker {
 }
 
 impl BirdTracker {
-    /// Opens a serial line, asks who answers, and starts the stream. Not for the tick: takes a second
-    /// or so, a group two more.
+    /// Opens a serial line, asks who answers, and starts the stream. Not for the tick: takes a
+    /// second or so, a group two more.
     pub fn open(path: &Path, setup: BirdSetup) -> Result<Self, HardwareError> {
         Self::start(Box::new(Line::open(path, BAUD)?), setup)
     }
 
-    /// The same for a trakSTAR on the USB: `usb` for the first that is plugged in, or a unit's serial
-    /// number.
+    /// The same for a trakSTAR on the USB: `usb` for the first that is plugged in, or a unit's
+    /// serial number.
     pub fn open_usb(name: &Path, setup: BirdSetup) -> Result<Self, HardwareError> {
         Self::open_bulk(name, Box::new(UsbPipe::open(name)?), setup)
     }
@@ -289,7 +289,8 @@ impl BirdTracker {
         })
     }
 
-    /// Throws away what comes until the line is quiet for so long, or for so long and half a second; says how much.
+    /// Throws away what comes until the line is quiet for so long, or for so long and half a
+    /// second; says how much.
     fn drain(&mut self, quiet: Duration) -> Result<u64, HardwareError> {
         let start = Instant::now();
         let mut last = start;

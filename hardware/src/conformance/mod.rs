@@ -1,8 +1,9 @@
 //! One suite for every device, emulated or real: what a rig builder runs on the bench.
 //!
-//! [`haptic()`], [`woody()`], [`hapi()`], [`inverse3()`], [`tracker()`] and [`pedal()`] open a line, watch the device and try what
-//! must hold whatever happens: the watchdog, silence after closing, a clean second opening, a plug pulled
-//! out. No force is asked for but zero: the device may stand free on a table.
+//! [`haptic()`], [`woody()`], [`hapi()`], [`inverse3()`], [`tracker()`] and [`pedal()`] open a
+//! line, watch the device and try what must hold whatever happens: the watchdog, silence after
+//! closing, a clean second opening, a plug pulled out. No force is asked for but zero: the device
+//! may stand free on a table.
 
 mod hapi;
 mod haptic;

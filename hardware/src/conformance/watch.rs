@@ -32,7 +32,8 @@ pub(super) fn until(limit: Duration, mut step: impl FnMut(TimeNs) -> bool) -> bo
     false
 }
 
-/// How long this computer kept a watch waiting: what it then saw late or lost is not the device's fault.
+/// How long this computer kept a watch waiting: what it then saw late or lost is not the device's
+/// fault.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Host {
     watched: Duration,

@@ -1,5 +1,5 @@
-//! The emulated haptic device led by wishes, without lines or clocks: the same wishes and forces give the
-//! same movements.
+//! The emulated haptic device led by wishes, without lines or clocks: the same wishes and forces
+//! give the same movements.
 
 use nalgebra::UnitQuaternion;
 use rt_core::math::{Pose, Vec3};

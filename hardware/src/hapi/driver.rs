@@ -78,9 +78,9 @@ enum Answer {
 impl HapiHaptic {
     /// Opens the line, takes away any torque, and sets the board up.
     ///
-    /// A board that Calot has set up since it was powered knows its angles. For any other the handle
-    /// must be **at home** now: that is where its encoders begin to count. Not for the tick: waits
-    /// up to 4 s.
+    /// A board that Calot has set up since it was powered knows its angles. For any other the
+    /// handle must be **at home** now: that is where its encoders begin to count. Not for the tick:
+    /// waits up to 4 s.
     pub fn open(path: &Path, generation: Pantograph) -> Result<Self, HardwareError> {
         Self::on(Line::open(path, BAUD)?, generation, generation.home_deg)
     }
@@ -332,7 +332,8 @@ impl HapticDevice for HapiHaptic {
                 None => self.counters.bad_frames += 1,
             }
         }
-        // Answers come whole, or not at all: what is left must not be taken for the next one's head.
+        // Answers come whole, or not at all: what is left must not be taken for the next one's
+        // head.
         if count > 0 && self.reader.waiting() > 0 && now_ns.saturating_sub(at_ns) > LEFT_OVER_NS {
             self.counters.bad_frames += 1;
             self.reader.clear();

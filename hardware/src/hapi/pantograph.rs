@@ -57,8 +57,8 @@ impl Pantograph {
     /// The second generation, both motors on one axis.
     ///
     /// Arms and encoders as published. The gear is not: of the makers' own factors (1 and 0.1) the
-    /// lower is taken, so that the hand may feel less than was asked for, and not more, up to a gear
-    /// of 10. Nor are force, stiffness, damping and delay: low ones are taken.
+    /// lower is taken, so that the hand may feel less than was asked for, and not more, up to a
+    /// gear of 10. Nor are force, stiffness, damping and delay: low ones are taken.
     pub const GEN2: Self = Self {
         near_m: 0.07,
         far_m: 0.09,
@@ -128,8 +128,8 @@ impl Pantograph {
     }
 
     /// Torques for arms 1 and 2 as the board is told them, N m, that render what of `force_n` (base
-    /// frame) lies in the plane; lowered together when a motor cannot bear its share. None where the
-    /// arms are stretched.
+    /// frame) lies in the plane; lowered together when a motor cannot bear its share. None where
+    /// the arms are stretched.
     #[must_use]
     pub fn torques_n_m(&self, angles_deg: [f32; ARMS], force_n: Vec3) -> Option<[f32; ARMS]> {
         let makers_n = Vector2::new(-f64::from(force_n.x), f64::from(force_n.z));
@@ -152,8 +152,8 @@ impl Pantograph {
         Some(Vec3::new(-makers_n.x as f32, 0.0, makers_n.y as f32))
     }
 
-    /// Angles of arms 1 and 2, degrees, with the handle above or below `position_m`, base frame; out
-    /// of reach the nearest that they reach.
+    /// Angles of arms 1 and 2, degrees, with the handle above or below `position_m`, base frame;
+    /// out of reach the nearest that they reach.
     #[must_use]
     pub fn angles_deg(&self, position_m: Vec3) -> [f32; ARMS] {
         let [x, y] = self.origin_m;
@@ -297,7 +297,8 @@ mod tests {
             prop_assert!((read - place).norm() < 1e-6, "{read} {place}");
         }
 
-        /// Virtual work: turning the arms against the torques is moving the handle against the force.
+        /// Virtual work: turning the arms against the torques is moving the handle against the
+        /// force.
         #[test]
         fn torques_render_the_force(
             place in place(),

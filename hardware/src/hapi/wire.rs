@@ -11,8 +11,8 @@
 //! Floats are little-endian. A board that was not set up by this `id` takes no torques, and answers
 //! with the `id` alone: what is left of the command it reads as new commands, and zeros as `00 00`.
 
-/// Our name on the board. As the upper byte of a float, where a lost byte may put it, it is no force
-/// (1e-22); and it tells a set-up of ours from another program's (Haply's examples are 5).
+/// Our name on the board. As the upper byte of a float, where a lost byte may put it, it is no
+/// force (1e-22); and it tells a set-up of ours from another program's (Haply's examples are 5).
 pub const ID: u8 = 0x1C;
 /// Motors and encoders in use.
 pub const ARMS: usize = 2;

@@ -209,9 +209,9 @@ fn is_late(error: &Error) -> bool {
         if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut))
 }
 
-/// The newest text of all that have come, waiting for the first. A service that says more than it is
-/// asked for would otherwise be heard later and later. None when the newest is no text, or
-/// there is no end of them.
+/// The newest text of all that have come, waiting for the first. A service that says more than it
+/// is asked for would otherwise be heard later and later. None when the newest is no text, or there
+/// is no end of them.
 fn newest(
     socket: &mut WebSocket<Timed>,
     let_go: impl Fn() -> Frame,

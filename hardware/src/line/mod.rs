@@ -1,5 +1,5 @@
-//! A serial line for the tick: opened with `serialport`, read by a thread of its own ([`inlet`]), and
-//! written directly: the tick neither waits nor allocates.
+//! A serial line for the tick: opened with `serialport`, read by a thread of its own ([`inlet`]),
+//! and written directly: the tick neither waits nor allocates.
 //!
 //! `serialport`'s own reads box an error whenever there is nothing to read, so after opening,
 //! the descriptor is non-blocking and used directly.

@@ -2,8 +2,8 @@
 
 use rt_core::port::{LineCounters, Pedal, PedalSample, Polled, TimeNs};
 
-/// Two pedals, whatever their drivers. One that falls silent or is lost presses nothing; one that is
-/// lost loses both, so that both are opened anew.
+/// Two pedals, whatever their drivers. One that falls silent or is lost presses nothing; one that
+/// is lost loses both, so that both are opened anew.
 pub struct JoinedPedals {
     pedals: [Box<dyn Pedal + Send>; 2],
     pressed: [PedalSample; 2],

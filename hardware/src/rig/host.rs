@@ -97,8 +97,9 @@ impl Host {
         })
     }
 
-    /// Reads what is there, hands every good message that is not a repetition to `take`, with the time
-    /// when what is there had arrived, and returns how many bytes came. `None` when the line is lost.
+    /// Reads what is there, hands every good message that is not a repetition to `take`, with the
+    /// time when what is there had arrived, and returns how many bytes came. `None` when the line
+    /// is lost.
     pub(super) fn receive(&mut self, mut take: impl FnMut(&Message<'_>, TimeNs)) -> Option<usize> {
         let mut bytes = [0; BYTES_PER_POLL];
         let (count, at_ns) = match self.line.read(&mut bytes) {

@@ -18,8 +18,8 @@ pub struct Fit {
     pub rms_m: f32,
     /// The largest of it, m.
     pub worst_m: f32,
-    /// The landmark that fits the others least: without it the least is left. None of three: any two
-    /// of them fit.
+    /// The landmark that fits the others least: without it the least is left. None of three: any
+    /// two of them fit.
     pub odd_one: Option<usize>,
 }
 
@@ -41,8 +41,8 @@ pub enum NoFit {
     NotFinite,
 }
 
-/// The rigid motion with the least squares (Kabsch 1976, Umeyama 1991): `pairs` are what was measured
-/// and where it is, m.
+/// The rigid motion with the least squares (Kabsch 1976, Umeyama 1991): `pairs` are what was
+/// measured and where it is, m.
 pub fn fit(pairs: &[(Vec3, Vec3)]) -> Result<Fit, NoFit> {
     let whole = least_squares(pairs)?;
     let without = |landmark: &usize| {

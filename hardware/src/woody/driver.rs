@@ -209,7 +209,8 @@ impl HapticDevice for WoodyHaptic {
                     && position_m.norm() <= reach_m;
                 good.then_some((angles_rad, position_m))
             });
-            // A line has no checksum: of a number that lost a digit nothing shows but that it leaps.
+            // A line has no checksum: of a number that lost a digit nothing shows but that it
+            // leaps.
             let sample = sample
                 .filter(|(_, position_m)| self.gate.admit(<[f32; 3]>::from(*position_m), at_ns));
             match sample {

@@ -55,9 +55,9 @@ pub struct Mechanism {
 }
 
 impl Mechanism {
-    /// The device as published. What it holds for ever is not: a fifth of the peak is taken; nor its
-    /// damping and delay: those of the emulated one, as a tremor of 0.2 m/s finds its friction, and
-    /// a millisecond each way.
+    /// The device as published. What it holds for ever is not: a fifth of the peak is taken; nor
+    /// its damping and delay: those of the emulated one, as a tremor of 0.2 m/s finds its friction,
+    /// and a millisecond each way.
     pub const WOODY: Self = Self {
         capstan_m: [0.010; 3],
         drum_m: [0.160, 0.120, 0.120],

@@ -15,8 +15,8 @@ fn shortly() -> Options<'static> {
     }
 }
 
-/// The emulators, too, live on this computer, and a busy one can spoil a healthy device: one good report
-/// is enough, in two minutes. A device that is ill has none.
+/// The emulators, too, live on this computer, and a busy one can spoil a healthy device: one good
+/// report is enough, in two minutes. A device that is ill has none.
 fn once_good(mut suite: impl FnMut() -> Report) -> Report {
     let start = Instant::now();
     loop {

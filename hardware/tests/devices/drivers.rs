@@ -48,7 +48,8 @@ fn the_haptic_device_answers_streams_and_works_through_its_script() {
         "the hand moved the handle by {moved_m} m only"
     );
     let counters = device.counters();
-    // A busy machine lets a backlog grow, and of that only the newest is taken, from within a frame.
+    // A busy machine lets a backlog grow, and of that only the newest is taken, from within a
+    // frame.
     assert!(counters.bad_frames * 50 < counters.frames, "{counters:?}");
 }
 

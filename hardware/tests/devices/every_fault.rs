@@ -1,5 +1,6 @@
-//! Every driver under every fault of a line: nothing panics, every sample is sane, the motors get no
-//! more than the clamp, nothing is left when the driver goes, and a line that is well again is used.
+//! Every driver under every fault of a line: nothing panics, every sample is sane, the motors get
+//! no more than the clamp, nothing is left when the driver goes, and a line that is well again is
+//! used.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -166,12 +167,12 @@ fn under_every_fault<D: HapticDevice>(
             }
             std::thread::sleep(Duration::from_millis(1));
         }
-        // A hAPI board that heard nothing for long (on a busy machine, too) has no place any more, and
-        // says so.
+        // A hAPI board that heard nothing for long (on a busy machine, too) has no place any more,
+        // and says so.
         let is_refused = model == HapticModel::Hapi && opened.is_none();
         assert!(opened.is_some() || is_refused, "{name}: not calibrated");
-        // Of the motors, not of the hand: a torque is reckoned for where the handle is believed to be,
-        // which is a little off where samples stay away or damage looks like a movement.
+        // Of the motors, not of the hand: a torque is reckoned for where the handle is believed to
+        // be, which is a little off where samples stay away or damage looks like a movement.
         let seen = emulator.seen();
         assert!(seen.strain <= 1.001, "{name}: {} of the most", seen.strain);
         assert!(

@@ -1,10 +1,10 @@
 //! Wake-up latency of the realtime loop beside cyclictest's, interleaved in the same minutes.
 //!
-//! `cargo run --release -p rt-process --example wake_latency -- [ROUNDS] [SECONDS] [CORE] [WORK_US]`
-//! (as root or with the limits; needs the package `rt-tests`). Absolute figures of a machine that
-//! does other work are noise from p99 upwards: read the ratios, over several rounds. WORK_US is burnt
-//! in every tick of our loops (cyclictest has none): their misses compare to those of a tick that
-//! costs as much. With ROUNDS 0 it tells only what executor and bookkeeping cost.
+//! `cargo run --release -p rt-process --example wake_latency -- [ROUNDS] [SECONDS] [CORE]
+//! [WORK_US]` (as root or with the limits; needs the package `rt-tests`). Absolute figures of a
+//! machine that does other work are noise from p99 upwards: read the ratios, over several rounds.
+//! WORK_US is burnt in every tick of our loops (cyclictest has none): their misses compare to those
+//! of a tick that costs as much. With ROUNDS 0 it tells only what executor and bookkeeping cost.
 
 use std::process::Command;
 

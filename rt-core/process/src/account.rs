@@ -20,11 +20,12 @@ pub(crate) type BatchDone = Signal<NoopRawMutex, bool>;
 /// The task: once a batch, in the gap after a tick. Its first run arms the counters, just before
 /// the first tick.
 ///
-/// With [`OnViolation::Abort`] a page fault in locked memory ends the process, as an allocation does,
-/// and so does a block: a wait for anything but the next tick (a lock, a file). Not in a batch that
-/// missed periods: whoever stops the process (`SIGSTOP`, a debugger) makes it wait, too. And not in
-/// one in which a device came or went: the kernel holds a line while it hangs it up. Page faults end it at the
-/// first where the kernel leaves locked pages in their places, else when there are more than it causes by moving some.
+/// With [`OnViolation::Abort`] a page fault in locked memory ends the process, as an allocation
+/// does, and so does a block: a wait for anything but the next tick (a lock, a file). Not in a
+/// batch that missed periods: whoever stops the process (`SIGSTOP`, a debugger) makes it wait, too.
+/// And not in one in which a device came or went: the kernel holds a line while it hangs it up.
+/// Page faults end it at the first where the kernel leaves locked pages in their places, else when
+/// there are more than it causes by moving some.
 pub(crate) async fn account(
     batch_done: Rc<BatchDone>,
     shared: Arc<Shared>,
@@ -74,10 +75,12 @@ pub(crate) async fn account(
     }
 }
 
-/// Pages of the tick's that the kernel may have moved in a run: it works through memory for minutes.
+/// Pages of the tick's that the kernel may have moved in a run: it works through memory for
+/// minutes.
 const MOVED_MAX: u64 = 16;
 
-/// Whether the kernel, to get larger blocks of free memory, moves locked pages too: each is a page fault.
+/// Whether the kernel, to get larger blocks of free memory, moves locked pages too: each is a page
+/// fault.
 fn moves_locked_pages() -> bool {
     std::fs::read_to_string("/proc/sys/vm/compact_unevictable_allowed")
         .is_ok_and(|allowed| allowed.trim() != "0")

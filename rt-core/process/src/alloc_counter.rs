@@ -1,8 +1,8 @@
 //! The allocator that counts what an armed thread allocates.
 //!
 //! A binary declares it: `#[global_allocator] static ALLOCATOR: CountingAllocator =
-//! CountingAllocator::new();`. [`arm`] finds out whether it did, so that a count of zero is never a count
-//! that nobody made.
+//! CountingAllocator::new();`. [`arm`] finds out whether it did, so that a count of zero is never a
+//! count that nobody made.
 #![expect(unsafe_code, reason = "GlobalAlloc is an unsafe trait")]
 
 use core::cell::Cell;

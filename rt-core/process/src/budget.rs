@@ -16,8 +16,9 @@ use rt_core::sim::Stage;
 use shared_mem::message::STAGES;
 
 /// Thousandths of the period that each stage may take: sample, tool, contact, solve, force,
-/// procedure, publish. What is left over is for waking up late. From measured ticks
-/// (`stage_ns` of a run's summary.json): solving is two thirds of the work, reading and writing serial lines a tenth.
+/// procedure, publish. What is left over is for waking up late. From measured ticks (`stage_ns` of
+/// a run's summary.json): solving is two thirds of the work, reading and writing serial lines a
+/// tenth.
 pub const STAGE_PER_MILLE: [u64; STAGES] = [80, 20, 200, 400, 50, 30, 80];
 
 const _: () = {

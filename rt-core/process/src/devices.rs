@@ -1,7 +1,7 @@
 //! The station's devices behind the core's ports; one that is not configured is simply absent.
 //!
-//! A line that is lost goes out of the tick to the thread that opens devices ([`crate::reconnect`]),
-//! and comes back open.
+//! A line that is lost goes out of the tick to the thread that opens devices
+//! ([`crate::reconnect`]), and comes back open.
 
 use std::path::Path;
 
@@ -43,8 +43,8 @@ pub(crate) enum Device {
 }
 
 impl Device {
-    /// Opens what is configured as this kind (0 to [`KINDS`]), by path or by the station file. Waits
-    /// for the device's answer.
+    /// Opens what is configured as this kind (0 to [`KINDS`]), by path or by the station file.
+    /// Waits for the device's answer.
     pub(crate) fn open(
         kind: usize,
         config: &RtConfig,

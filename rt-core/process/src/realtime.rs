@@ -203,8 +203,8 @@ pub fn take_fifo(priority: u8) -> Result<(), String> {
     ))
 }
 
-/// Gives the calling thread what works beside the tick has: cores other than the tick's, where there
-/// are any, and `SCHED_FIFO`.
+/// Gives the calling thread what works beside the tick has: cores other than the tick's, where
+/// there are any, and `SCHED_FIFO`.
 ///
 /// # Errors
 /// In words, with the mending command.

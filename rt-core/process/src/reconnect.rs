@@ -1,6 +1,7 @@
 //! The thread that opens the devices, and opens again what was unplugged.
 //!
-//! A lost device comes out of the tick, is closed here, and its path is tried until it answers again.
+//! A lost device comes out of the tick, is closed here, and its path is tried until it answers
+//! again.
 
 use core::sync::atomic::Ordering::Acquire;
 use core::time::Duration;
@@ -49,8 +50,8 @@ impl Opener {
     fn run(self, tell: &SyncSender<Result<Devices, RtError>>) {
         realtime::leave_signals_to_main();
         if self.config.realtime == Realtime::Ask {
-            // The lines' threads inherit it: what arrives is noted before the tick looks for it. What
-            // is refused here is refused to the tick as well, and told there.
+            // The lines' threads inherit it: what arrives is noted before the tick looks for it.
+            // What is refused here is refused to the tick as well, and told there.
             let priority = self.config.priority.saturating_add(1).min(99);
             let _ = realtime::work_beside_tick(&self.cores, self.tick_core, priority);
         }

@@ -1,6 +1,6 @@
-//! The simulation with the emulated hand at it, and nothing else: no processes, lines or clocks. The same
-//! scene and the same wishes give the same bits, as fast as it goes. For whoever tries a task out, and for
-//! tests.
+//! The simulation with the emulated hand at it, and nothing else: no processes, lines or clocks.
+//! The same scene and the same wishes give the same bits, as fast as it goes. For whoever tries a
+//! task out, and for tests.
 
 use hardware::emulate::{HandScript, LedHand, Wish};
 use hardware::rig::wire::{Capabilities, Switches};

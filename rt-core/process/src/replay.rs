@@ -76,7 +76,8 @@ impl Replayed<'_> {
 /// Where two runs differ.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Difference {
-    /// The first organ that does, by its index in the scene; none if their few bits agree by chance.
+    /// The first organ that does, by its index in the scene; none if their few bits agree by
+    /// chance.
     Organ(Option<usize>),
     /// The instrument, the endoscope, or the force.
     Tools,

@@ -3,7 +3,8 @@
 //! `RLIMIT_RTTIME` bounds how long a realtime thread may run without sleeping once. Past the soft
 //! limit the process gets `SIGXCPU`, and the main thread takes the tick off the realtime scheduler;
 //! past the hard limit, when not even the main thread gets a core, the kernel kills the process.
-//! Either way the device's own watchdog (100 ms at most), where it has one, has dropped the force before.
+//! Either way the device's own watchdog (100 ms at most), where it has one, has dropped the force
+//! before.
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::io;

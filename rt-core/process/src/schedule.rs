@@ -40,8 +40,8 @@ impl Schedule {
         self.next_ns.max(self.rest_until_ns)
     }
 
-    /// Gives up the period that runs at `now_ns`, if its tick has not begun: the loop may sleep up to
-    /// the grid's first point after it. For one that has not slept for too long. The tick that
+    /// Gives up the period that runs at `now_ns`, if its tick has not begun: the loop may sleep up
+    /// to the grid's first point after it. For one that has not slept for too long. The tick that
     /// follows tells of the period as missed.
     pub fn rest(&mut self, now_ns: u64) {
         if now_ns >= self.next_ns {

@@ -9,8 +9,8 @@ use crate::shared::Shared;
 use crate::time_driver::monotonic_ns;
 
 /// From any end of the tick (panic, signal, `SIGSTOP`, a kill, a lock on memory or a device that is
-/// lost) to the end of the force. A tick that still runs zeroes it itself; else the device's watchdog
-/// does, whose limit (`hardware::rig::device::WATCHDOG_LIMIT_MS`) is this, too.
+/// lost) to the end of the force. A tick that still runs zeroes it itself; else the device's
+/// watchdog does, whose limit (`hardware::rig::device::WATCHDOG_LIMIT_MS`) is this, too.
 pub const FORCE_ZERO_WITHIN: Duration = Duration::from_millis(100);
 const _: () = assert!(
     FORCE_ZERO_WITHIN.as_millis() >= hardware::rig::device::WATCHDOG_LIMIT_MS as u128

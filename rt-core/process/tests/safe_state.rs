@@ -191,8 +191,8 @@ struct Pressing {
 }
 
 impl Pressing {
-    /// On a machine so busy that samples come in jumps, the speed trip holds the force back for good:
-    /// then another is started.
+    /// On a machine so busy that samples come in jumps, the speed trip holds the force back for
+    /// good: then another is started.
     fn start() -> Self {
         (0..5).find_map(|_| Self::try_start()).expect("a force")
     }

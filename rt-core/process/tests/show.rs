@@ -1,4 +1,5 @@
-//! A session that displays watch, gone about in: what leaks at a moment, and nothing else, leaks there.
+//! A session that displays watch, gone about in: what leaks at a moment, and nothing else, leaks
+//! there.
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;
@@ -109,7 +110,8 @@ fn setup(scene: &SceneFile) -> RunSetup {
     }
 }
 
-/// A hand that cuts the artery far from where it comes from, then nearer, and then all is put back to rest.
+/// A hand that cuts the artery far from where it comes from, then nearer, and then all is put back
+/// to rest.
 fn session() -> Vec<InputRecord> {
     let kinematics = Kinematics {
         port_m: Vec3::from(PORT_M),
@@ -157,7 +159,8 @@ fn session() -> Vec<InputRecord> {
 /// What leaks, by place.
 type Open = BTreeMap<[u32; 3], f32>;
 
-/// What a display keeps of leaks: all until it hears that one is closed, or sees that it has gone back.
+/// What a display keeps of leaks: all until it hears that one is closed, or sees that it has gone
+/// back.
 struct Display {
     host: Host,
     state: Box<StateFrame>,

@@ -394,8 +394,8 @@ pub(crate) fn tls(
     rustls::StreamOwned::new(tls, TcpStream::connect(listen).expect("it listens"))
 }
 
-/// A way between watcher and station, in the clear, that can break: `passes` sees each question, with the number of
-/// its connection, and breaks the line with `false`. Until `over`.
+/// A way between watcher and station, in the clear, that can break: `passes` sees each question,
+/// with the number of its connection, and breaks the line with `false`. Until `over`.
 pub(crate) fn way(
     listener: &TcpListener,
     to: &str,

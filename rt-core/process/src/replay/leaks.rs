@@ -1,5 +1,5 @@
-//! What a session says of leaks, so that displays, which keep each until they hear that it has changed, can be told
-//! how all of them are at any moment.
+//! What a session says of leaks, so that displays, which keep each until they hear that it has
+//! changed, can be told how all of them are at any moment.
 
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::{CommandMsg, EventMsg};
@@ -48,8 +48,8 @@ impl Leaks {
             .any(|(at, change)| matches!(change, Change::AllClosed) && (from + 1..to).contains(at))
     }
 
-    /// All places that ever leak, each as it is at a tick: what leaks only later, or did before, does not. Those
-    /// that leak come last, for whoever keeps the newest alone.
+    /// All places that ever leak, each as it is at a tick: what leaks only later, or did before,
+    /// does not. Those that leak come last, for whoever keeps the newest alone.
     pub(super) fn at(&self, tick: u64) -> Vec<EventMsg> {
         let place = |event: &EventMsg| (event.organ, event.at_m.map(f32::to_bits));
         let mut places: Vec<EventMsg> = Vec::new();

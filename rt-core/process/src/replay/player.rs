@@ -1,11 +1,13 @@
-//! A run that can be gone back in: checkpoints on the way, and the ticks from the nearest one run again.
+//! A run that can be gone back in: checkpoints on the way, and the ticks from the nearest one run
+//! again.
 
 use rt_core::sim::{Checkpoint, Sim};
 use shared_mem::inputs::InputRecord;
 
 use super::{Recorded, Replayed};
 
-/// Checkpoints kept, of 1.5 MB each: all of an hour is at most half a minute of ticks from one of them.
+/// Checkpoints kept, of 1.5 MB each: all of an hour is at most half a minute of ticks from one of
+/// them.
 const KEPT_MAX: usize = 128;
 /// Ticks between two of them at first; twice as many whenever there are too many.
 const EVERY_FIRST: u64 = 500;
@@ -135,8 +137,9 @@ impl<'a> Player<'a> {
         });
     }
 
-    /// Goes to where a moment of the session is still to come: stays if it is, and a later checkpoint is not
-    /// nearer; else takes the nearest. Gives how many of the session's ticks lie before, if it has moved.
+    /// Goes to where a moment of the session is still to come: stays if it is, and a later
+    /// checkpoint is not nearer; else takes the nearest. Gives how many of the session's ticks lie
+    /// before, if it has moved.
     pub(super) fn go_before(&mut self, at_ns: u64) -> Option<u64> {
         let kept = self.keeper.before(at_ns)?;
         let is_ahead = self.time.passed_ns < at_ns || self.ran == 0;
@@ -164,7 +167,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is asked for, a checkpoint lies before it, and no further than two of their distances.
+        /// Whatever is asked for, a checkpoint lies before it, and no further than two of their
+        /// distances.
         #[test]
         fn a_checkpoint_is_near_and_there_are_few(length in 1u64..4_000_000, share in 0.0f64..1.0) {
             let (mut keeper, mut time) = (Keeper::new(), SessionTime::default());

@@ -53,10 +53,10 @@ pub struct Shown {
     pub length_s: Option<f64>,
 }
 
-/// Shows the ticks that `open` gives on `station`, from when `begun` is set (until then the first stands
-/// still) until `stop` is set; the last one stands. A display's commands pause it, change its speed, go to any
-/// moment, or begin anew (reset). `each` sees every tick once, as soon as it is run; `tell` where the show is.
-/// Needs a stack of several megabytes.
+/// Shows the ticks that `open` gives on `station`, from when `begun` is set (until then the first
+/// stands still) until `stop` is set; the last one stands. A display's commands pause it, change
+/// its speed, go to any moment, or begin anew (reset). `each` sees every tick once, as soon as it
+/// is run; `tell` where the show is. Needs a stack of several megabytes.
 ///
 /// # Errors
 /// When somebody controls the station, the core refuses the scene, or no tick is as late as
@@ -214,7 +214,8 @@ impl Stage {
                 });
             }
             self.tell_leaks();
-            // A display that took these events before it saw that it has gone back forgets them with the rest.
+            // A display that took these events before it saw that it has gone back forgets them
+            // with the rest.
             self.again_ns = Some(monotonic_ns().saturating_add(STILL_ALIVE_NS));
         }
         tell(self.shown());
@@ -253,8 +254,8 @@ impl Stage {
         }
     }
 
-    /// Tells how all leaks are at this moment: also of those that are closed then, for who joins is told the last
-    /// events from before.
+    /// Tells how all leaks are at this moment: also of those that are closed then, for who joins is
+    /// told the last events from before.
     fn tell_leaks(&mut self) {
         for event in self.leaks.at(self.shown_tick) {
             self.tell(event);
