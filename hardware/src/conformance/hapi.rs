@@ -1,4 +1,4 @@
-//! The checks of a Haply hAPI board.
+//! Conformance checks of a Haply hAPI board.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use super::{Options, Report};
 use crate::hapi::pantograph::Pantograph;
 use crate::hapi::{BAUD, HapiHaptic};
 
-/// Tests the board behind `path` with a linkage of this generation; the handle must be at home.
+/// Tests the board at `path` with a linkage of this generation. The handle must be at home.
 pub fn hapi(path: &Path, generation: Pantograph, options: &mut Options<'_>) -> Report {
     let mut report = Report::new("Haply hAPI board");
     let attempt = || HapiHaptic::open(path, generation);

@@ -1,4 +1,4 @@
-//! The checks of an Inverse3 behind its service.
+//! Conformance checks of an Inverse3 behind its service.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::watch::{open, unplugged};
 use super::{Options, Report};
 use crate::inverse3::Inverse3Haptic;
 
-/// Tests the first Inverse3 behind the service at `address`, `localhost` as a rule.
+/// Tests the first Inverse3 of the service at `address`, usually `localhost`.
 pub fn inverse3(address: &Path, options: &mut Options<'_>) -> Report {
     let mut report = Report::new("Haply Inverse3");
     let attempt = || Inverse3Haptic::open(address, None);

@@ -1,4 +1,4 @@
-//! The checks of the samples that any haptic device gives.
+//! Checks of the samples of any haptic device.
 
 use std::time::{Duration, Instant};
 
@@ -8,7 +8,7 @@ use super::Report;
 use super::haptic::NO_FORCE;
 use super::watch::{Arrivals, watch};
 
-/// Watches the samples of an open device for `time`, commanding no force: rate, gaps, ranges.
+/// Watches the samples of an open device for `time` at zero force: rate, gaps, ranges.
 pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time: Duration) {
     let capabilities = device.capabilities();
     let Freedom { measured, rendered } = device.freedom();
@@ -28,7 +28,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     let host = watch(time, |now_ns| {
         if now_ns >= due_ns {
             device.send(NO_FORCE, now_ns);
-            // At the declared rate, as a tick does; what was missed is not made up for.
+            // Poll at the declared rate, as a tick does; missed periods are skipped.
             due_ns = if now_ns < due_ns + period_ns {
                 due_ns
             } else {
