@@ -97,8 +97,8 @@ fn watchdog(report: &mut Report, device: &mut RigHaptic) {
             "watchdog",
             held_us <= limit_us,
             format!(
-                "force dropped {:.1} ms after the last command, declared are {declared_ms} ms, \
-                 allowed are {WATCHDOG_LIMIT_MS} ms",
+                "force dropped {:.1} ms after the last command, declared {declared_ms} ms, \
+                 allowed {WATCHDOG_LIMIT_MS} ms",
                 f64::from(held_us) * 1e-3
             ),
         ),

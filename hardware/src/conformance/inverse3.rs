@@ -19,7 +19,7 @@ pub fn inverse3(address: &Path, options: &mut Options<'_>) -> Report {
     samples(&mut report, &mut device, options.watch);
     report.skip(
         "watchdog",
-        "the service does not tell: end the host and feel that it is free",
+        "not reported by the service: end the host and feel that it is free",
     );
     drop(device);
     if let Some(mut device) = open(&mut report, "reopen", attempt) {

@@ -15,7 +15,9 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     report.judge(
         "freedom",
         (1..=6).contains(&measured) && (1..=6).contains(&rendered),
-        format!("measures {measured} and renders {rendered} of 6 directions; what it does not is dropped"),
+        format!(
+            "measures {measured} and renders {rendered} of 6 directions; the others are dropped"
+        ),
     );
     let period_ns = (1e9 / capabilities.rate_hz) as u64;
     let before = device.counters();
@@ -57,7 +59,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     report.judge_time(
         "rate",
         (0.5..=1.5).contains(&(sent_hz / declared_hz)),
-        format!("{sent_hz:.0} samples/s, declared are {declared_hz:.0}, allowed is half of it off"),
+        format!("{sent_hz:.0} samples/s, declared {declared_hz:.0}, allowed 50 % off"),
         host,
     );
     report.judge(
@@ -83,7 +85,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     report.judge(
         "workspace",
         farthest_m <= radius_m * 1.1,
-        format!("farthest {farthest_m:.3} m, declared are {radius_m:.3} m, allowed is 10 % more"),
+        format!("farthest {farthest_m:.3} m, declared {radius_m:.3} m, allowed 10 % more"),
     );
     report.judge(
         "speed",
@@ -94,7 +96,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     report.judge_time(
         "writes",
         dropped == 0,
-        format!("{dropped} forces that the line did not take"),
+        format!("{dropped} forces refused by the line"),
         host,
     );
 }

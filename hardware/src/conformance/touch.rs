@@ -20,7 +20,7 @@ pub fn touch(library: &Path, device: Option<&str>, options: &mut Options<'_>) ->
     samples(&mut report, &mut device, options.watch);
     report.skip(
         "watchdog",
-        "the library does not tell: end the host and feel that it is free",
+        "not reported by the library: end the host and feel that it is free",
     );
     drop(device);
     if let Some(mut device) = open(&mut report, "reopen", attempt) {

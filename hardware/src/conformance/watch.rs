@@ -60,7 +60,7 @@ impl Host {
         let share = self.waited.as_secs_f32() / self.watched.as_secs_f32().max(1e-6);
         (share > Self::SHARE_MAX).then(|| {
             format!(
-                "not judged: this computer was busy elsewhere for {} of {} ms; end what else runs and test again",
+                "not judged: this computer was busy for {} of {} ms; end other programs and test again",
                 self.waited.as_millis(),
                 self.watched.as_millis()
             )

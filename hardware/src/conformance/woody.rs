@@ -18,7 +18,7 @@ pub fn woody(path: &Path, options: &mut Options<'_>) -> Report {
     samples(&mut report, &mut device, options.watch);
     report.skip(
         "watchdog",
-        "the firmware does not tell: end the host and feel that it is free",
+        "not reported by the firmware: end the host and feel that it is free",
     );
     drop(device);
     if let Some(mut device) = open(&mut report, "reopen", || WoodyHaptic::open(path)) {
