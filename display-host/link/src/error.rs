@@ -24,7 +24,7 @@ pub enum LinkError {
         problem: String,
     },
     /// An address is invalid.
-    #[error("'{given}' is no address: {problem}")]
+    #[error("'{given}' is not an address: {problem}")]
     Address {
         /// Address as given.
         given: String,

@@ -1,7 +1,7 @@
 //! Watching a station from other computers.
 //!
 //! ```text
-//! station ── shared memory ──► calot link serve ══ TLS ══► calot link watch ── shared memory ──► display
+//! station ─ shared memory ─► calot link serve ═ TLS ═► calot link watch ─ shared memory ─► display
 //! ```
 //!
 //! Two processes, of which the realtime process knows nothing. To the station, `serve` is one more

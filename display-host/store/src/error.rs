@@ -16,7 +16,7 @@ pub enum StoreError {
         source: std::io::Error,
     },
     /// The file belongs to another program, or is not a database.
-    #[error("{path} is no store of Calot and is left as it is. Name another file with --store")]
+    #[error("{path} is not a store of Calot and is left as it is. Name another file with --store")]
     NotAStore {
         /// The file.
         path: PathBuf,

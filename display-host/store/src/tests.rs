@@ -238,9 +238,9 @@ fn another_programs_file_another_version_and_damage_are_refused_and_left_alone()
     let connection = Connection::open(&path).unwrap();
     connection.execute_batch("CREATE TABLE theirs (x)").unwrap();
     drop(connection);
-    refused("no store of Calot");
+    refused("not a store of Calot");
     std::fs::write(&path, "a text").unwrap();
-    refused("no store of Calot");
+    refused("not a store of Calot");
 }
 
 #[test]

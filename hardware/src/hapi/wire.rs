@@ -1,10 +1,10 @@
 //! Commands and answers of the board.
 //!
 //! ```text
-//! 00 id                                         forget every motor and encoder (torque stays!)
+//! 00 id                                         forget all motors and encoders (torque stays!)
 //! 01 id motors dir.. encoders dir.. 0 0 f32..   set up: masks of ports, a direction for each port,
 //!                                               no sensors, no pins, offset and counts per encoder
-//! 02 id f32..                                   a torque per motor, N m; the only one that is answered:
+//! 02 id f32..                                   a torque per motor, N m; only this is answered:
 //! id f32..                                      an angle per encoder, degrees
 //! ```
 //!

@@ -6,7 +6,8 @@
 //!   "status":{"calibrated":true}}],
 //!  "wireless_verse_grip":[{"state":{"orientation":{"w":1,"x":0,"y":0,"z":0},
 //!   "buttons":{"a":false,"b":false,"c":false}}}]}
-//! {"inverse3":[{"device_id":"049D","commands":{"set_cursor_force":{"vector":{"x":0,"y":0,"z":1.5}}}}]}
+//! {"inverse3":[{"device_id":"049D",
+//!   "commands":{"set_cursor_force":{"vector":{"x":0,"y":0,"z":1.5}}}}]}
 //! ```
 //!
 //! The service's frame is x right, y away from the user, z up, in metres, from the device's base.

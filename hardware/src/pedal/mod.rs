@@ -2,7 +2,7 @@
 //! ([`EvdevPedal`]), and plain switches on a serial line's control wires ([`ModemPedal`]).
 //!
 //! Both report the pressed switches at every poll. An unplugged pedal is lost, and lost means
-//! released. The core handles both electrodes at once.
+//! released. If both electrodes are pressed, the core decides.
 
 pub mod debounce;
 mod evdev;

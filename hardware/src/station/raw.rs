@@ -186,7 +186,7 @@ impl File<'_> {
         {
             return Ok(position);
         }
-        let what = format!("{name} lies outside of ±{ROOM_M} m: it is in metres");
+        let what = format!("{name} lies outside ±{ROOM_M} m; is it in metres?");
         Err(self.error(raw.span().start, what))
     }
 
