@@ -120,8 +120,8 @@ struct Visit {
 
 impl Visitors {
     /// Registers a connection. If all places are taken, it replaces the one that has been unknown
-    /// for longest: a peer that asks nothing
-    /// keeps nobody out. `None` if every place has a known peer.
+    /// for longest: a peer that asks nothing keeps nobody out. `None` if every place has a known
+    /// peer.
     fn enter(&mut self, stream: &TcpStream) -> Option<Arc<Visit>> {
         let line = stream.try_clone().ok()?;
         self.0.retain(|it| it.strong_count() > 0);
