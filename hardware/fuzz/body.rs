@@ -1,7 +1,8 @@
-//! What the fuzz target does with any bytes at all, on the line of each haptic device in turn: the
-//! driver's samples go through the product's own safety chain, which is asked for far too much, and
-//! what it lets through goes to the device's firmware. Whatever the bytes are: no panic, no sample
-//! that is no place, never more force than the clamp, none when samples stay away, and none left
+//! Body of the fuzz target: any bytes arrive on the line of each haptic device in turn. The
+//! driver's samples go through the product's own safety chain, which is asked for far too much
+//! force, and its output goes to the device's firmware. For all bytes: no panic, no implausible
+//! position, no force above the clamp, none while samples are missing, and none after the host has
+//! gone.
 //! when the host goes.
 
 use hardware::emulate::{HapticModel, Played};
@@ -12,15 +13,15 @@ use rt_core::port::{ForceCommand, HapticDevice, Polled};
 use rt_core::words::Status;
 
 const MODELS: [HapticModel; 3] = [HapticModel::TouchRig, HapticModel::Woody, HapticModel::Hapi];
-/// A sample older than this is stale; the realtime process takes as long.
+/// Age at which a sample is stale; the realtime process uses the same.
 const STALE_MS: u32 = 5;
-/// Without a sample for so long no force is left: 20 ms of fading, and the devices' watchdogs.
+/// Time without a sample after which no force is left: 20 ms of fading and the device's watchdog.
 const SILENT_MS: u32 = 100;
-/// No handle of a table-top device is further away, m.
+/// Farthest handle of any table-top device, m.
 const REACH_M: f32 = 0.5;
 
-/// The first byte chooses the device; then come pieces: a byte says how long one is, how many
-/// milliseconds pass behind it, and whether the device speaks meanwhile.
+/// The first byte chooses the device. Then pieces follow: one byte states a piece's length, the
+/// milliseconds that pass after it, and whether the device reports meanwhile.
 pub(crate) fn run(bytes: &[u8]) {
     let Some((&first, mut rest)) = bytes.split_first() else {
         return;
@@ -28,7 +29,7 @@ pub(crate) fn run(bytes: &[u8]) {
     let model = MODELS[usize::from(first) % MODELS.len()];
     let (driver, line) = Played::open(model).expect("a device in memory answers");
     let mut station = Station::new(driver, line);
-    // Force is on before anything goes wrong.
+    // The force is on before anything goes wrong.
     for _ in 0..5 {
         station.tick(true);
     }
@@ -45,14 +46,14 @@ pub(crate) fn run(bytes: &[u8]) {
     station.end(model);
 }
 
-/// Driver, safety chain and the device.
+/// Driver, safety chain and device.
 struct Station {
     driver: Box<dyn HapticDevice + Send>,
     line: Played,
     limit: OutputLimit,
     clamp_n: f32,
     place_m: Option<Vec3>,
-    /// Since the last sample.
+    /// Time since the last sample.
     silent_ms: u32,
     is_lost: bool,
 }
@@ -111,7 +112,7 @@ impl Station {
             },
             paused: false,
         };
-        // A person stands by and enables the force again whenever it tripped.
+        // A person enables the force again after each trip.
         if !self.limit.is_open() {
             self.limit.enable(true);
         }
@@ -126,7 +127,7 @@ impl Station {
         assert!(strain <= 1.001, "{strain} of what the motors may get");
     }
 
-    /// The host hangs, then goes.
+    /// The host hangs, then closes.
     fn end(mut self, model: HapticModel) {
         self.driver
             .send(ForceCommand::default(), self.line.now_ns());

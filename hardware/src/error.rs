@@ -1,17 +1,17 @@
-//! What can be wrong with a device when it is opened, tested or emulated, and what to do.
+//! Errors while a device is opened, tested or emulated, each with its remedy.
 
 use std::path::PathBuf;
 
-/// Why a device could not be used. Every message names the line and the next step.
+/// Reasons for which a device cannot be used. Every message names the device and the next step.
 #[derive(Debug, thiserror::Error)]
 pub enum HardwareError {
-    /// Nothing at the path.
+    /// The path does not exist.
     #[error("{path}: no such device. Plug it in, or name another path (`ls /dev/serial/by-id`)")]
     Missing {
         /// Device path as given.
         path: PathBuf,
     },
-    /// The user may not open the path.
+    /// The user lacks permission for the path.
     #[error(
         "{path}: permission denied. Add yourself to the group of the device (often `dialout`): \
          `sudo usermod -aG dialout $USER`, then log in again"
@@ -20,13 +20,13 @@ pub enum HardwareError {
         /// Device path as given.
         path: PathBuf,
     },
-    /// No such unit on the USB.
+    /// No such unit is on the USB.
     #[error("{path}: no trakSTAR on the USB. Plug it in and switch it on; `lsusb` shows it")]
     NoUnit {
         /// Name as given.
         path: PathBuf,
     },
-    /// The user may not open the USB device.
+    /// The user lacks permission for the USB device.
     #[error(
         "{path}: no permission to use it on the USB. As root put into \
          /etc/udev/rules.d/70-trakstar.rules: SUBSYSTEM==\"usb\", ATTR{{idVendor}}==\"21e2\", \
@@ -36,7 +36,7 @@ pub enum HardwareError {
         /// Name as given.
         path: PathBuf,
     },
-    /// Another program has the line.
+    /// Another program uses the line.
     #[error("{path}: in use by another program. Stop it first (`fuser -v {path}` names it)")]
     Busy {
         /// Device path as given.
@@ -47,12 +47,12 @@ pub enum HardwareError {
     NotSerial {
         /// Device path as given.
         path: PathBuf,
-        /// What the system says.
+        /// Error of the operating system.
         what: String,
     },
     /// A folder, a pipe or a device stands where the station file should.
     #[error(
-        "{path}: not a station file, but a folder, a pipe or a device. Name a text file (TOML) that names the devices"
+        "{path}: not a station file but a folder, a pipe or a device. Give a TOML file that names the devices"
     )]
     NoStationFile {
         /// Path as given.
@@ -63,9 +63,9 @@ pub enum HardwareError {
     Line {
         /// Device path as given.
         path: PathBuf,
-        /// What was being done.
+        /// Step that failed.
         doing: &'static str,
-        /// What the system says.
+        /// Error of the operating system.
         what: String,
     },
     /// The device did not answer the handshake.
@@ -76,21 +76,22 @@ pub enum HardwareError {
     Silent {
         /// Device path as given.
         path: PathBuf,
-        /// Which device was expected.
+        /// Expected device.
         expected: &'static str,
-        /// How long.
+        /// Time waited, ms.
         waited_ms: u64,
-        /// Bytes received that were no answer: 0 means a dead line, many a wrong device or rate.
+        /// Bytes received that were no answer: 0 means a dead line, many mean a wrong device or
+        /// rate.
         heard: u64,
     },
-    /// Something else answered.
-    #[error("{path}: expected a {expected}, found {found}. Swap the lines in the station")]
+    /// Another device answered.
+    #[error("{path}: expected a {expected}, found {found}. Correct the path in the station file")]
     WrongDevice {
         /// Device path as given.
         path: PathBuf,
-        /// Which device was expected.
+        /// Expected device.
         expected: &'static str,
-        /// What answered.
+        /// Device that answered.
         found: String,
     },
     /// The device speaks another version of the protocol.
@@ -98,49 +99,53 @@ pub enum HardwareError {
     Version {
         /// Device path as given.
         path: PathBuf,
-        /// Our version.
+        /// Version of this driver.
         expected: u8,
-        /// The device's version.
+        /// Version of the device.
         found: u8,
-        /// Which of the two is older.
+        /// The older of the two.
         older: &'static str,
     },
-    /// The device reports a capability that cannot be true or is not safe.
-    #[error("{path}: the device reports {what} = {value}, allowed is {allowed}. Mend its firmware")]
+    /// The device reports a capability that is impossible or unsafe.
+    #[error(
+        "{path}: the device reports {what} = {value}, allowed is {allowed}. Correct its firmware"
+    )]
     Capability {
         /// Device path as given.
         path: PathBuf,
-        /// Which capability.
+        /// Name of the capability.
         what: &'static str,
-        /// What it reports.
+        /// Reported value.
         value: f64,
-        /// What is allowed.
+        /// Allowed range.
         allowed: &'static str,
     },
-    /// The device answers but reports an error after which it must not be used.
-    #[error("{path}: the device reports error {code}. See its manual; switch it off and on")]
+    /// The device reports an error that forbids its use.
+    #[error(
+        "{path}: the device reports error {code}. Look it up in the manual, then switch the device off and on"
+    )]
     Fault {
         /// Device path as given.
         path: PathBuf,
-        /// The device's number of the error.
+        /// Error code of the device.
         code: u32,
     },
-    /// The Inverse3's service does not answer, or has no such device.
+    /// The Inverse3's service does not answer or has no such device.
     #[error(
         "{path}: {what}. Start it (`systemctl start haply-inverse-service`) and plug the Inverse3 in"
     )]
     Service {
         /// Address as given.
         path: PathBuf,
-        /// What is wrong.
+        /// Description of the problem.
         what: String,
     },
-    /// A vendor's library is missing or not what it should be.
+    /// A vendor's library is missing or unusable.
     #[error("{path}: {what}. Install the vendor's driver, or name its library in the station")]
     Library {
         /// Library as given.
         path: PathBuf,
-        /// What the loader says.
+        /// Error of the loader.
         what: String,
     },
     /// The vendor's library reports an error.
@@ -148,41 +153,41 @@ pub enum HardwareError {
     Vendor {
         /// Device as given.
         path: PathBuf,
-        /// What was being done.
+        /// Step that failed.
         doing: &'static str,
-        /// The library's code.
+        /// Error code of the library.
         code: u16,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
-    /// The device has to be calibrated by hand first.
+    /// The device needs calibration by hand.
     #[error("{path}: not calibrated. {remedy}, then try again")]
     Calibration {
         /// Device as given.
         path: PathBuf,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
-    /// The station file says something that cannot be.
+    /// The station file has an invalid entry.
     #[error("{path}:{line}: {what}")]
     Station {
         /// The file.
         path: PathBuf,
         /// Line of the file, from 1.
         line: usize,
-        /// What is wrong and what is allowed.
+        /// The problem and the allowed values.
         what: String,
     },
-    /// The emulated station cannot be set up as asked.
+    /// The emulated station cannot be set up.
     #[error("emulation: {what} is {value}, allowed is {allowed}. {remedy}")]
     Emulation {
-        /// Which setting.
+        /// Name of the setting.
         what: &'static str,
         /// Its value.
         value: f64,
-        /// What is allowed.
+        /// Allowed range.
         allowed: &'static str,
-        /// What to do.
+        /// Remedy.
         remedy: &'static str,
     },
 }

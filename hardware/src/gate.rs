@@ -1,22 +1,22 @@
-//! Holds back what lies implausibly far from the last samples, for protocols without a checksum: a
-//! damaged number is still a number.
+//! Holds back implausible jumps, for protocols without a checksum: a damaged number is still a
+//! number.
 
 use rt_core::time::TimeNs;
 
-/// So many samples in a row that agree with each other, and not with the last admitted ones, are
-/// believed: damage that makes the same number of different ones does not do it so often.
+/// Number of consecutive samples that must agree with each other before a jump is believed. Damage
+/// does not turn so many different numbers into the same one.
 const AGREEING: u32 = 8;
-/// After a gap of so long it was somewhere else…
+/// After a gap this long the device may be elsewhere…
 const FORGET_NS: u64 = 100_000_000;
-/// …and so many that agree are enough.
+/// …and this many samples that agree are enough.
 const AGREEING_AFTER_GAP: u32 = 2;
 
-/// What is plausible of `N` numbers that move together.
+/// Plausibility check of `N` numbers that move together.
 #[derive(Debug, Clone)]
 pub(crate) struct Gate<const N: usize> {
-    /// Fastest change, units per second.
+    /// Fastest plausible change, units per second.
     speed: f32,
-    /// What may come on top of it.
+    /// Noise on top of the change.
     noise: f32,
     admitted: Option<([f32; N], TimeNs)>,
     held_back: Option<([f32; N], TimeNs)>,
@@ -34,18 +34,18 @@ impl<const N: usize> Gate<N> {
         }
     }
 
-    /// What was admitted last.
+    /// Last admitted values.
     pub(crate) fn last(&self) -> Option<[f32; N]> {
         self.admitted.map(|(values, _)| values)
     }
 
-    /// Takes values that are true beyond doubt.
+    /// Admits values that are known to be true.
     pub(crate) fn begin(&mut self, values: [f32; N], at_ns: TimeNs) {
         self.admitted = Some((values, at_ns));
         self.held_back = None;
     }
 
-    /// Whether to believe these.
+    /// Returns true if the values are plausible.
     pub(crate) fn admit(&mut self, values: [f32; N], at_ns: TimeNs) -> bool {
         let near = |(last, then_ns): ([f32; N], TimeNs)| {
             let reach = self.noise + self.speed * at_ns.saturating_sub(then_ns) as f32 * 1e-9;
@@ -97,7 +97,7 @@ mod tests {
     }
 
     proptest! {
-        /// However damage falls among true samples, what comes through is near the truth.
+        /// For any damage among true samples, every admitted value is near the truth.
         #[test]
         fn one_damaged_in_three_never_comes_through(
             damage in prop::collection::vec((0u8..3, -1e4..1e4f32), 1..300),
@@ -106,7 +106,7 @@ mod tests {
             gate.begin([0.0], 0);
             for (at, (kind, wrong)) in damage.into_iter().enumerate() {
                 let now_ns = (at as u64 + 1) * MS;
-                // Never eight in a row.
+                // Never eight damaged samples in a row.
                 let value = if kind == 0 && at % 8 != 0 { wrong } else { 0.0 };
                 if gate.admit([value], now_ns) {
                     prop_assert!(value.abs() <= 0.3, "{value}");

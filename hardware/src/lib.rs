@@ -18,12 +18,12 @@
 //! conformance  one suite for every driver, emulated device and real device
 //! ```
 //!
-//! Drivers implement the ports of `rt-core` ([`rt_core::port`]). Opening a device (handshake,
-//! time-outs, errors in words) is for the main thread; `poll` and `send` are for the tick:
-//! they neither block nor allocate, and the bytes that one call reads are bounded.
+//! Drivers implement the ports of `rt-core` ([`rt_core::port`]). The main thread opens a device
+//! (handshake, time-outs, error messages). The tick calls `poll` and `send`, which neither block
+//! nor allocate; the bytes that one call reads are bounded.
 //!
-//! Everything that comes over a line is hostile until a wire module has parsed it: lengths,
-//! checksums and ranges are checked there, and past it there are only finite SI values.
+//! All bytes from a line are untrusted until a wire module has parsed them. It checks lengths,
+//! checksums and ranges; beyond it there are only finite SI values.
 //!
 //! Without the default feature `std` only [`rig::frame`], [`rig::wire`] and [`rig::device`]
 //! remain: `no_std`, no `alloc`, for the firmware of a rig.

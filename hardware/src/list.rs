@@ -1,5 +1,4 @@
-//! What is plugged in: serial lines and input devices, with the names that stay, and a guess at
-//! what they are.
+//! Connected serial lines and input devices, with their stable names and a guess at their type.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,16 +6,16 @@ use std::path::{Path, PathBuf};
 use nusb::MaybeFuture;
 use serialport::SerialPortType;
 
-/// Something that might be a device of a station.
+/// A possible device of a station.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
-    /// Where it is now, e.g. `/dev/ttyACM0`.
+    /// Present path, e.g. `/dev/ttyACM0`.
     pub path: PathBuf,
-    /// The name that udev keeps for it, whatever is plugged in first. For the station file.
+    /// Path that udev keeps stable whatever is plugged in first; use it in the station file.
     pub stable_path: Option<PathBuf>,
-    /// What it says of itself.
+    /// Name that the device reports.
     pub name: String,
-    /// What it may be, and which driver of the station file fits.
+    /// Likely type, with the driver of the station file that fits.
     pub guess: Option<&'static str>,
 }
 
@@ -43,7 +42,7 @@ pub fn devices() -> Vec<Found> {
     found
 }
 
-/// Trackers on the USB, which are no serial lines.
+/// Trackers on the USB, which are not serial lines.
 fn trakstars() -> Vec<Found> {
     let units = nusb::list_devices().wait().into_iter().flatten();
     units
@@ -103,7 +102,7 @@ fn usb_device(vendor: u16, product: u16) -> Option<&'static str> {
         (0x2341, 0x003D | 0x003E) => {
             "Arduino Due: a Haply hAPI board (\"hapi\") or a rig (\"rig\")"
         }
-        // Teensy, by far the commonest board of rigs; Haply's Inverse3 has its numbers too.
+        // Teensy, by far the most common board of rigs. Haply's Inverse3 has its numbers too.
         (0x16C0, 0x0483) => "Teensy: driver \"woody\" or \"rig\" (or an Inverse3)",
         (0x0403, 0x6001) => "FTDI adapter: a tracker (\"bird\"), a rig or a pedal (\"modem\")",
         _ => return None,

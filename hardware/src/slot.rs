@@ -1,16 +1,15 @@
-//! A value that one thread writes and another reads, without either waiting: a sequence lock of
+//! A value that one thread writes and another reads, neither of which waits: a sequence lock of
 //! atomic words.
 
 use std::sync::atomic::{AtomicU32, Ordering, fence};
 
-/// Tries of a reader before it says that there is nothing: the writer is a thousand times
-/// slower than a copy.
+/// Attempts of a reader before it gives up. The writer is a thousand times slower than a copy.
 const TRIES: u32 = 8;
 
 /// `N` words, written together and read together.
 #[derive(Debug)]
 pub(crate) struct Slot<const N: usize> {
-    /// Odd while it is being written; 0 before the first time.
+    /// Odd during a write; 0 before the first one.
     turn: AtomicU32,
     words: [AtomicU32; N],
 }
@@ -23,7 +22,7 @@ impl<const N: usize> Slot<N> {
         }
     }
 
-    /// Replaces the value. For one thread only.
+    /// Replaces the value. Only one thread may call it.
     pub(crate) fn write(&self, words: [u32; N]) {
         let turn = self.turn.load(Ordering::Relaxed);
         self.turn.store(turn.wrapping_add(1), Ordering::Relaxed);
@@ -31,12 +30,12 @@ impl<const N: usize> Slot<N> {
         for (slot, word) in self.words.iter().zip(words) {
             slot.store(word, Ordering::Relaxed);
         }
-        // Skips 0, which means "never written".
+        // Skip 0, which means "never written".
         self.turn
             .store(turn.wrapping_add(2).max(2), Ordering::Release);
     }
 
-    /// The newest value and its turn; `None` before the first one, or when it keeps changing.
+    /// Newest value and its turn; `None` before the first write, or when the value keeps changing.
     pub(crate) fn read(&self) -> Option<(u32, [u32; N])> {
         for _ in 0..TRIES {
             let before = self.turn.load(Ordering::Acquire);

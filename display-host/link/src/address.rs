@@ -1,4 +1,4 @@
-//! Where a side is, and how it proves who it is.
+//! Address of a peer, and the keys that prove who it is.
 
 use std::net::IpAddr;
 use std::os::unix::fs::{MetadataExt as _, PermissionsExt as _};
@@ -10,18 +10,18 @@ use rustls::pki_types::{CertificateDer, PrivateKeyDer};
 
 use crate::error::LinkError;
 
-/// Certificates of one side.
+/// Certificate files of one peer.
 #[derive(Debug, Clone)]
 pub struct Keys {
-    /// Its certificate, PEM.
+    /// Certificate, PEM.
     pub certificate: PathBuf,
-    /// The certificate's private key, PEM; for its user's eyes only.
+    /// Private key of the certificate, PEM. Only its user may read it.
     pub key: PathBuf,
-    /// The certificate of the authority that signed both sides', PEM.
+    /// Certificate of the authority that signed both peers' certificates, PEM.
     pub authority: PathBuf,
 }
 
-/// Where a station's side listens, with what this side proves itself by.
+/// Address at which a station's `serve` listens, with the keys of this peer.
 #[derive(Debug, Clone)]
 pub struct Address {
     pub(crate) host: String,
@@ -30,11 +30,12 @@ pub struct Address {
 }
 
 impl Address {
-    /// `HOST:PORT` with certificates, or on this computer alone without.
+    /// Parses `HOST:PORT`. Keys are needed unless `insecure` allows a loopback address without
+    /// them.
     ///
     /// # Errors
-    /// When it is no address, keys are missing, no keys, or can be read by others, or it is another computer's and
-    /// no keys are given.
+    /// When the address is invalid, keys are missing, unusable or readable by others, or an address
+    /// beyond this computer has no keys.
     pub fn new(address: &str, keys: Option<Keys>, insecure: bool) -> Result<Self, LinkError> {
         let refused = |problem| LinkError::Address {
             given: address.escape_debug().to_string(),
@@ -44,18 +45,18 @@ impl Address {
         let (host, port) = address
             .rsplit_once(':')
             .filter(|(host, _)| !host.is_empty() && address.chars().all(plain))
-            .ok_or_else(|| refused("HOST:PORT is one, as in 10.0.0.7:7447 or [::1]:7447"))?;
+            .ok_or_else(|| refused("write HOST:PORT, such as 10.0.0.7:7447 or [::1]:7447"))?;
         let Ok(port) = port.parse::<u16>() else {
-            return Err(refused("a port is 0 to 65535"));
+            return Err(refused("the port must be 0 to 65535"));
         };
         let host = host.trim_matches(['[', ']']);
         let is_this_computer =
             host == "localhost" || host.parse::<IpAddr>().is_ok_and(|it| it.is_loopback());
         match (&keys, insecure) {
             (Some(keys), false) => keys.check()?,
-            (Some(_), true) => return Err(refused("either certificates or --insecure")),
+            (Some(_), true) => return Err(refused("give certificates or --insecure, not both")),
             (None, true) if is_this_computer => {}
-            (None, true) => return Err(refused("--insecure is for 127.0.0.1 and [::1] alone")),
+            (None, true) => return Err(refused("--insecure allows only 127.0.0.1 and [::1]")),
             (None, false) => return Err(LinkError::NoKeys),
         }
         Ok(Self {
@@ -65,7 +66,7 @@ impl Address {
         })
     }
 
-    /// As the system takes it.
+    /// Text that the system resolves; IPv6 in brackets.
     pub(crate) fn text(&self) -> String {
         match self.host.contains(':') {
             true => format!("[{}]:{}", self.host, self.port),
@@ -75,14 +76,14 @@ impl Address {
 }
 
 impl Keys {
-    /// Whether all three can be used.
+    /// Checks that all three files are usable.
     fn check(&self) -> Result<(), LinkError> {
         self.authority()?;
         self.own()?;
         self.check_private()
     }
 
-    /// Whom this side believes.
+    /// Authorities that this peer trusts.
     pub(crate) fn authority(&self) -> Result<RootCertStore, LinkError> {
         let mut roots = RootCertStore::empty();
         for certificate in self.certificates(&self.authority)? {
@@ -92,7 +93,7 @@ impl Keys {
         Ok(roots)
     }
 
-    /// What this side proves itself by.
+    /// Certificate chain and private key of this peer.
     pub(crate) fn own(
         &self,
     ) -> Result<(Vec<CertificateDer<'static>>, PrivateKeyDer<'static>), LinkError> {
@@ -105,7 +106,7 @@ impl Keys {
         let found = CertificateDer::pem_file_iter(path).and_then(Iterator::collect);
         let found: Vec<_> = found.map_err(|error| self.refused(path, &error))?;
         match found.is_empty() {
-            true => Err(self.refused(path, &"there is no certificate in it")),
+            true => Err(self.refused(path, &"the file holds no certificate")),
             false => Ok(found),
         }
     }
@@ -117,7 +118,7 @@ impl Keys {
         }
     }
 
-    /// A private key is refused that others can read: it would be no proof of anything.
+    /// Refuses a private key that others can read, because it proves nothing.
     fn check_private(&self) -> Result<(), LinkError> {
         let meta = std::fs::metadata(&self.key);
         let meta = meta.map_err(|error| self.refused(&self.key, &error))?;
@@ -128,7 +129,7 @@ impl Keys {
             false => Err(self.refused(
                 &self.key,
                 &format_args!(
-                    "a private key that others can read (mode {mode:o}): make new ones, and keep them at mode 600"
+                    "others can read this private key (mode {mode:o}): make new keys and keep them at mode 600"
                 ),
             )),
         }

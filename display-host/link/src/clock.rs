@@ -1,20 +1,22 @@
-//! Another computer's clock in terms of this one's.
+//! Conversion of another computer's time stamps to this computer's clock.
 
-/// What the other computer's monotonic clock shows, learnt from questions and answers: the answer was made at
-/// about the middle of the time that it took. The quickest says most.
+/// Offset of another computer's monotonic clock, estimated from questions and answers. An answer is
+/// assumed to be made halfway between question and arrival; the quickest answer bounds the error
+/// best.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct RemoteClock {
-    /// Ours less theirs, ns.
+    /// Our clock minus theirs, ns.
     offset_ns: i64,
-    /// An answer that took longer says less than what is known, ns.
+    /// Round trip above which an answer adds no information, ns.
     limit_ns: Option<u64>,
 }
 
 impl RemoteClock {
-    /// An answer stamped `theirs_ns` came at `arrived_ns` to a question of `asked_ns`.
+    /// Learns from an answer stamped `theirs_ns` that arrived at `arrived_ns`; its question left at
+    /// `asked_ns`.
     pub fn learn(&mut self, asked_ns: u64, theirs_ns: u64, arrived_ns: u64) {
         let took_ns = arrived_ns.saturating_sub(asked_ns);
-        // Clocks drift, and computers restart: what is known counts less and less.
+        // Clocks drift and computers restart, so the estimate loses weight with every answer.
         let limit_ns = self
             .limit_ns
             .map(|limit| limit.saturating_add(limit / 64 + 1000));
@@ -27,7 +29,7 @@ impl RemoteClock {
         }
     }
 
-    /// A stamp of theirs on our clock. 0 stays 0: it stands for none.
+    /// Converts their time stamp to our clock. 0 stays 0, because it means "none".
     #[must_use]
     pub fn ours_ns(&self, theirs_ns: u64) -> u64 {
         match theirs_ns {
@@ -57,7 +59,7 @@ mod tests {
                 clock.learn(asked, theirs(asked + out), asked + out + back);
                 quickest = quickest.min(out + back);
             }
-            // What is known counts less with time: by a share and a microsecond for each answer.
+            // The estimate loses weight: by 1.6 % and 1 µs per answer.
             let grown = quickest as f64 * 1.016f64.powi(50) + 100_000.0;
             let off = clock.ours_ns(theirs(start)).abs_diff(start);
             prop_assert!(off as f64 <= grown / 2.0 + 1.0, "{off} of {quickest}");

@@ -1,4 +1,4 @@
-//! What a station's side knows, ready to be asked for.
+//! The station's newest data, ready for watchers.
 
 use std::collections::VecDeque;
 
@@ -13,16 +13,17 @@ use crate::wire::{
 
 /// Events kept for watchers that fall behind.
 const EVENTS_KEPT: usize = 4096;
-/// Timing batches kept likewise: about 4 s.
+/// Timing batches kept for watchers that fall behind: about 4 s.
 const BATCHES_KEPT: usize = 64;
 
-/// Events that a watcher gets which has just come: as displays do in shared memory.
+/// Past events that a new watcher receives: as many as a new display gets from shared memory.
 const EVENTS_FIRST: u64 = 64;
 
-/// What an assessor told so long ago, ns, is of a task that is over: one that runs is told of every 50 ms.
+/// Age at which an assessor's last message belongs to a finished task, ns. A running task sends one
+/// every 50 ms.
 const TASK_KEPT_NS: u64 = 5_000_000_000;
 
-/// The newest of a station, and the last of its events and timing. Bounded, whoever asks for what.
+/// The newest data of a station, and its last events and timing batches. Its size is bounded.
 #[derive(Debug)]
 pub struct Desk {
     server: u64,
@@ -34,11 +35,11 @@ pub struct Desk {
     batches: Kept<TimingBatch, BATCHES_KEPT>,
 }
 
-/// The last so many, numbered from 0 since the desk is.
+/// The last `MOST` items, numbered from 0 since the desk began.
 #[derive(Debug)]
 struct Kept<T, const MOST: usize> {
     items: VecDeque<T>,
-    /// Number of the first that is kept.
+    /// Number of the oldest item that is kept.
     first: u64,
 }
 
@@ -56,12 +57,12 @@ impl<T: Copy, const MOST: usize> Kept<T, MOST> {
         self.items.push_back(item);
     }
 
-    /// Number of the next.
+    /// Number of the next item.
     fn end(&self) -> u64 {
         self.first + self.items.len() as u64
     }
 
-    /// Those from a number on, at most so many, and the number of the first of them.
+    /// At most `most` items from `number` on, and the number of the first of them.
     fn from(&self, number: u64, most: usize) -> (u64, impl Iterator<Item = &T>) {
         let first = number.clamp(self.first, self.end());
         let skipped = usize::try_from(first - self.first).unwrap_or(usize::MAX);
@@ -70,7 +71,7 @@ impl<T: Copy, const MOST: usize> Kept<T, MOST> {
 }
 
 impl Desk {
-    /// A desk; `server` tells it from any other of this station.
+    /// Makes a desk. `server` distinguishes it from other desks of this station.
     #[must_use]
     pub fn new(server: u64) -> Self {
         Self {
@@ -84,13 +85,13 @@ impl Desk {
         }
     }
 
-    /// Which scene runs.
+    /// Identity of the running scene.
     #[must_use]
     pub fn scene_id(&self) -> Option<[u8; 16]> {
         self.state.as_ref().map(|it| it.scene_id)
     }
 
-    /// A newer state.
+    /// Replaces the state.
     pub fn set_state(&mut self, state: &StateFrame) {
         match &mut self.state {
             Some(to) => **to = *state,
@@ -98,30 +99,30 @@ impl Desk {
         }
     }
 
-    /// Newer tools.
+    /// Replaces the tools.
     pub fn set_tools(&mut self, tools: &ToolFrame) {
         self.tools = Some(Box::new(*tools));
     }
 
-    /// How the task stands now.
+    /// Replaces the progress of the task.
     pub fn set_task(&mut self, task: &TaskMsg) {
         self.task = Some(Box::new(*task));
     }
 
-    /// An event.
+    /// Adds an event.
     pub fn add_event(&mut self, event: EventMsg) {
         self.events.add(event);
     }
 
-    /// A timing batch.
+    /// Adds a timing batch.
     pub fn add_batch(&mut self, batch: &TimingBatch) {
         self.batches.add(*batch);
     }
 
-    /// Answers what a watcher asks.
+    /// Answers a watcher's question.
     ///
     /// # Errors
-    /// [`LinkError::Malformed`] when it is no [`Ask`].
+    /// [`LinkError::Malformed`] when `asked` is not an [`Ask`].
     pub fn answer(&mut self, mut asked: &[u8], now_ns: u64) -> Result<Vec<u8>, LinkError> {
         let ask: Ask = wire::take(&mut asked, "half a question")?;
         wire::check(ask.magic)?;
@@ -153,7 +154,7 @@ impl Desk {
         let mut body = Vec::with_capacity(64 << 10);
         let state = self.state.as_deref();
         if let Some(state) = state.filter(|it| !known || it.at_ns != ask.state_at_ns) {
-            // One that the controller garbled is left out.
+            // A state that the controller garbled is left out.
             head.state_bytes = wire::put_state(&mut body, state).unwrap_or(0);
         }
         let tools = self.tools.as_deref();
@@ -173,7 +174,7 @@ impl Desk {
             body.extend_from_slice(bytes_of(event));
         }
         for batch in batches {
-            // All are whole: only such are added.
+            // Batches are checked before they are added, so all can be sent.
             head.batches += u32::from(wire::put_batch(&mut body, batch).is_some());
         }
         let mut answer = bytes_of(&head).to_vec();
@@ -182,14 +183,14 @@ impl Desk {
     }
 }
 
-/// Which scene is asked for, and from which byte on.
+/// Scene and first byte that a watcher asks for.
 pub(crate) fn scene_asked(mut asked: &[u8]) -> Result<SceneAsk, LinkError> {
     let ask: SceneAsk = wire::take(&mut asked, "half a question")?;
     wire::check(ask.magic)?;
     Ok(ask)
 }
 
-/// A part of a scene, or that there is none.
+/// Part of a scene, or the answer that the scene is missing.
 pub(crate) fn scene_answer(scene: Option<&[u8]>, offset: u64) -> Vec<u8> {
     let scene = scene.unwrap_or_default();
     let from = usize::try_from(offset)

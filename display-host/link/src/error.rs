@@ -1,64 +1,64 @@
-//! What can go wrong between two computers.
+//! Errors of the link between two computers.
 
 use std::path::PathBuf;
 
-/// How keys are made; tests run it.
+/// Script that makes the keys; the tests run it.
 pub const MAKE_KEYS: &str = include_str!("../make_keys.sh");
 
-/// What went wrong.
+/// Reasons for which the link fails.
 #[derive(Debug, thiserror::Error)]
 pub enum LinkError {
     /// No certificates were named.
     #[error(
-        "a link needs --cert, --key and --ca: nobody without a certificate of your authority may look, and \
-         nothing is sent in the clear (--insecure: on this computer alone). `calot link keys` prints the script \
+        "a link needs --cert, --key and --ca: only holders of a certificate of your authority may watch, and \
+         everything is encrypted (on this computer alone, --insecure does without). `calot link keys` prints the script \
          that makes them with openssl"
     )]
     NoKeys,
-    /// A key or certificate cannot be used.
+    /// A key or certificate is unusable.
     #[error("{path}: {problem}")]
     Key {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it, and what to do.
+        /// The problem and its remedy.
         problem: String,
     },
-    /// An address cannot be one.
-    #[error("'{given}' is no address: {problem}")]
+    /// An address is invalid.
+    #[error("'{given}' is not an address: {problem}")]
     Address {
-        /// As it was given.
+        /// Address as given.
         given: String,
-        /// What is wrong with it.
+        /// The problem and its remedy.
         problem: &'static str,
     },
-    /// Nobody can connect.
+    /// The station cannot listen at the address.
     #[error("listening at {address}: {source}; choose another with --listen")]
     Listen {
-        /// Where.
+        /// The address.
         address: String,
-        /// The system's own words.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The other side sent something else than it should.
+    /// The other side sent an invalid message.
     #[error(
         "the other side sent {what}: it is of another version, or not Calot; end it or update it"
     )]
     Malformed {
-        /// What is wrong with it.
+        /// Description of the invalid message.
         what: &'static str,
     },
-    /// The compiled scene that came is not the one that was asked for.
-    #[error("the scene that came: {0}")]
+    /// The scene that arrived is invalid.
+    #[error("the received scene is unusable: {0}")]
     Scene(#[from] shared_mem::scene::SceneError),
     /// A file cannot be written.
     #[error("{path}: {source}")]
     Io {
         /// The file.
         path: PathBuf,
-        /// The system's own words.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The station's shared memory.
+    /// The station's shared memory failed.
     #[error(transparent)]
     Service(#[from] shared_mem::service::ServiceError),
 }

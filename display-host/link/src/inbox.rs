@@ -1,4 +1,4 @@
-//! What a watcher has of a station, and what of an answer is new to it.
+//! The watcher's data of a station; it finds what is new in each answer.
 
 use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
 use shared_mem::task::TaskMsg;
@@ -6,29 +6,30 @@ use shared_mem::task::TaskMsg;
 use crate::clock::RemoteClock;
 use crate::wire::{Answer, Ask, MAGIC};
 
-/// What is new, with stamps of this computer's clock.
+/// New data, stamped on this computer's clock.
 #[derive(Debug, Default)]
 pub struct Fresh {
     /// A newer state.
     pub state: Option<Box<StateFrame>>,
     /// Newer tools.
     pub tools: Option<Box<ToolFrame>>,
-    /// How the task stands now.
+    /// Newer progress of the task.
     pub task: Option<Box<TaskMsg>>,
-    /// Events that had not come yet, oldest first.
+    /// Events that had not arrived before, oldest first.
     pub events: Vec<EventMsg>,
-    /// Timing batches that had not come yet, oldest first.
+    /// Timing batches that had not arrived before, oldest first.
     pub batches: Vec<TimingBatch>,
 }
 
-/// Takes answers, which may come twice, late, or not at all, and gives everything once, in order.
+/// Takes answers that may arrive twice, late or not at all, and returns every item once and in
+/// order.
 #[derive(Debug)]
 pub struct Inbox {
     clock: RemoteClock,
     next: Ask,
     /// Number of the newest answer.
     newest: u64,
-    /// Events that the server no longer had.
+    /// Events that the server had already dropped.
     pub events_lost: u64,
 }
 
@@ -52,13 +53,13 @@ impl Default for Inbox {
 }
 
 impl Inbox {
-    /// What to ask next.
+    /// The next question.
     #[must_use]
     pub fn ask(&self) -> Ask {
         self.next
     }
 
-    /// Takes an answer to a question of `asked_ns` that came at `arrived_ns`.
+    /// Takes an answer that arrived at `arrived_ns` to a question that left at `asked_ns`.
     pub fn take(&mut self, answer: Answer, asked_ns: u64, arrived_ns: u64) -> Fresh {
         let Answer {
             head,
@@ -69,7 +70,7 @@ impl Inbox {
             batches,
         } = answer;
         if head.server != self.next.server {
-            // Another server: what this one counts is new.
+            // Another server counts anew.
             *self = Self {
                 next: Ask {
                     server: head.server,
@@ -83,7 +84,7 @@ impl Inbox {
         self.clock.learn(asked_ns, head.now_ns, arrived_ns);
         let clock = self.clock;
         let mut fresh = Fresh::default();
-        // An answer that was overtaken has nothing newer.
+        // An overtaken answer holds nothing newer.
         if head.number > self.newest {
             self.newest = head.number;
             fresh.state = state.map(|mut it| {
@@ -130,7 +131,7 @@ impl Inbox {
     }
 }
 
-/// How many of those from `first` on have come already.
+/// Number of items, from `first` on, that have already arrived.
 fn skipped(next: u64, first: u64) -> usize {
     usize::try_from(next.saturating_sub(first)).unwrap_or(usize::MAX)
 }

@@ -1,14 +1,15 @@
-//! A station seen from other computers.
+//! Watching a station from other computers.
 //!
 //! ```text
-//! station ── shared memory ──► calot link serve ══ TLS ══► calot link watch ── shared memory ──► display
+//! station ─ shared memory ─► calot link serve ═ TLS ═► calot link watch ─ shared memory ─► display
 //! ```
 //!
-//! Two processes that the realtime process knows nothing of: to the station `serve` is one more host, and to
-//! displays `watch` is a controller. The watcher asks for what is newest ([`wire`]), up to four times ahead while answers
-//! are quick and one by one while they are late, so that a slow line gets fewer pictures and soon none that waited for
-//! others, a watcher that stands still asks for nothing, and events are asked for again until they came. Whatever comes over the line is
-//! checked before anybody sees it. Only who has a certificate of the same authority can connect.
+//! Two processes, of which the realtime process knows nothing. To the station, `serve` is one more
+//! host; to displays, `watch` is a controller. The watcher asks for the newest data ([`wire`]): up
+//! to four questions ahead while answers are quick, one by one while they are late. A slow line
+//! therefore carries fewer pictures, and none of them waits for long. A stopped watcher asks for
+//! nothing. Events are asked for again until they arrive. Everything from the line is checked
+//! before use. Only a peer with a certificate of the same authority can connect.
 
 mod address;
 mod clock;
@@ -29,7 +30,7 @@ pub use inbox::{Fresh, Inbox};
 pub use serve::{Served, serve};
 pub use watch::{Seen, WatchConfig, Watched, watch};
 
-/// Now on the clock that all stamps are of (`CLOCK_MONOTONIC`), ns.
+/// Time now on `CLOCK_MONOTONIC`, the clock of all stamps, ns.
 fn monotonic_ns() -> u64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     let (s, ns) = (now.tv_sec, now.tv_nsec);

@@ -1,4 +1,4 @@
-//! A line between two computers: messages over TLS, certificates on both sides.
+//! A line between two computers: messages over TLS, with certificates on both sides.
 
 use std::io::{ErrorKind, Read, Write};
 use std::net::{TcpListener, TcpStream, ToSocketAddrs as _};
@@ -14,30 +14,30 @@ use rustls::{ClientConfig, ClientConnection, Connection, ServerConfig, ServerCon
 use crate::address::Address;
 use crate::error::LinkError;
 
-/// How long both sides may take to prove themselves.
+/// Longest TLS handshake.
 const HANDSHAKE: Duration = Duration::from_secs(10);
-/// How long a computer may take to be reached.
+/// Longest time to reach a computer.
 const REACH: Duration = Duration::from_secs(2);
-/// A side that takes nothing for so long is given up.
+/// A peer that takes no byte for this long is disconnected.
 const WRITE_PATIENCE: Duration = Duration::from_secs(5);
-/// And one that takes a message more slowly than this.
+/// A peer that needs longer than this for one message is disconnected.
 const SEND_PATIENCE: Duration = Duration::from_secs(20);
-/// How long a read waits before whoever reads does something else.
+/// Longest wait of one read, so that its thread can do other work.
 const READ_PATIENCE: Duration = Duration::from_millis(5);
-/// Bytes before a message: its length after them, and its kind.
+/// Bytes before a message: four for the length of the content, one for the kind.
 const HEAD: usize = 5;
 
-/// A connection, made.
+/// An established connection.
 pub(crate) struct Line {
     socket: TcpStream,
     tls: Option<Connection>,
-    /// What came of the message that is coming.
+    /// Bytes received of the incomplete message.
     coming: Vec<u8>,
     longest: usize,
     heard: Instant,
 }
 
-/// What is wrong with a line is said in the system's words or TLS's.
+/// Error of the operating system or of TLS.
 type Broken = std::io::Error;
 
 impl Line {
@@ -51,7 +51,7 @@ impl Line {
         }
     }
 
-    /// When the other side last sent anything, be it part of a message.
+    /// Time of the last byte from the other side, even of an incomplete message.
     pub(crate) fn heard(&self) -> Instant {
         self.heard
     }
@@ -77,7 +77,7 @@ impl Line {
         self.flush(start)
     }
 
-    /// Some of these bytes, behind what is to be sent already.
+    /// Sends some of `bytes`, after everything that is already queued.
     fn write(&mut self, bytes: &[u8]) -> Result<usize, Broken> {
         let Some(tls) = &mut self.tls else {
             return self.socket.write(bytes);
@@ -102,8 +102,9 @@ impl Line {
         Ok(())
     }
 
-    /// The next message and its kind, if all of it came within a few milliseconds: also who sends byte by byte
-    /// holds nobody up. Holds no more than the longest message and one read, whatever the other side sends.
+    /// Returns the next message and its kind, if it is complete within a few milliseconds. A peer
+    /// that sends byte by byte holds up nobody. Memory is bounded by the longest message and one
+    /// read.
     pub(crate) fn receive(&mut self) -> Result<Option<(u8, Vec<u8>)>, Broken> {
         let start = Instant::now();
         loop {
@@ -125,7 +126,8 @@ impl Line {
         }
     }
 
-    /// What has come, or one look at the socket: rustls' own `Stream` looks until a record is whole.
+    /// Reads available bytes, with one look at the socket. The `Stream` of rustls would read until
+    /// a record is complete.
     fn read(&mut self, part: &mut [u8]) -> Result<usize, Broken> {
         let Some(tls) = &mut self.tls else {
             let count = self.socket.read(part)?;
@@ -155,7 +157,10 @@ impl Line {
         let [a, b, c, d, kind] = *head;
         let length = u32::from_le_bytes([a, b, c, d]) as usize;
         if length > self.longest {
-            let words = format!("a message of {length} bytes, more than {}", self.longest);
+            let words = format!(
+                "a message of {length} bytes; at most {} are allowed",
+                self.longest
+            );
             return Err(Broken::new(ErrorKind::InvalidData, words));
         }
         let Some(message) = rest.get(..length).map(<[u8]>::to_vec) else {
@@ -166,12 +171,12 @@ impl Line {
     }
 }
 
-/// Reads the records that came whole.
+/// Decrypts the complete records.
 fn take_in(tls: &mut Connection, socket: &mut TcpStream) -> Result<(), Broken> {
     let Err(error) = tls.process_new_packets() else {
         return Ok(());
     };
-    // The other side is told why.
+    // Tell the other side the reason.
     let _ = tls.write_tls(socket);
     Err(Broken::other(error))
 }
@@ -180,7 +185,7 @@ fn is_late(error: &Broken) -> bool {
     matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut)
 }
 
-/// The station's end.
+/// The station's listening end.
 pub(crate) struct Door {
     listener: TcpListener,
     tls: Option<Arc<ServerConfig>>,
@@ -215,18 +220,18 @@ impl Door {
         Ok(Self { listener, tls })
     }
 
-    /// Whoever knocks, if anybody does; nothing of it is believed yet.
+    /// A new connection, if there is one. It has proved nothing yet.
     pub(crate) fn knock(&self) -> Option<TcpStream> {
         self.listener.accept().ok().map(|(stream, _)| stream)
     }
 
-    /// How to let them in, on a thread of their own.
+    /// A [`Porter`] that does the handshake on another thread.
     pub(crate) fn porter(&self) -> Porter {
         Porter(self.tls.clone())
     }
 }
 
-/// Lets in who has a certificate.
+/// Admits peers that have a certificate.
 #[derive(Clone)]
 pub(crate) struct Porter(Option<Arc<ServerConfig>>);
 
@@ -248,7 +253,7 @@ impl Porter {
     }
 }
 
-/// The watcher's end: connects, and is sure of whom it has.
+/// Connects a watcher and verifies the station.
 pub(crate) fn connect(
     address: &Address,
     longest: usize,
@@ -296,7 +301,7 @@ fn prepare(stream: &TcpStream) -> Result<(), Broken> {
     stream.set_write_timeout(Some(WRITE_PATIENCE))
 }
 
-/// Both sides prove themselves, or it is over: who sends a byte now and then holds nobody up for long.
+/// Completes the handshake within its time limit, so that a slow peer cannot hold up the thread.
 fn shake(
     mut tls: Connection,
     socket: &mut TcpStream,

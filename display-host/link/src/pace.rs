@@ -1,18 +1,19 @@
-//! How many questions are on their way at once.
+//! Number of questions under way at once.
 
 use std::collections::VecDeque;
 use std::time::Duration;
 
-/// At most: a line of 60 ms still brings 60 pictures a second.
+/// Most questions under way: a line with a round trip of 60 ms still carries 60 pictures a second.
 const MOST: usize = 4;
 
-/// Asks ahead while answers are quick, one by one while they are late: what waits on a slow line is old when it comes.
+/// Asks ahead while answers are quick, and one by one while they are late, because data that wait
+/// on a slow line arrive old.
 #[derive(Debug)]
 pub(crate) struct Pace {
     period_ns: u64,
-    /// When each was asked, in the order in which they are answered.
+    /// Times of the open questions, in the order of their answers.
     asked_ns: VecDeque<u64>,
-    /// The quickest answer, counting less and less: lines change.
+    /// Quickest answer. It loses weight with time, because lines change.
     quickest_ns: u64,
     most: usize,
 }
@@ -35,7 +36,8 @@ impl Pace {
         self.asked_ns.push_back(now_ns);
     }
 
-    /// When the question was asked that is answered now; `None`: there was none.
+    /// Takes the oldest open question as answered and returns when it was asked; `None` if none is
+    /// open.
     pub(crate) fn answered(&mut self, now_ns: u64) -> Option<u64> {
         let asked_ns = self.asked_ns.pop_front()?;
         let took_ns = now_ns.saturating_sub(asked_ns);
@@ -56,7 +58,7 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    /// Asks as much as it may at `now_ns`; how many are on their way then.
+    /// Asks as often as allowed at `now_ns` and returns the number of open questions.
     fn ask_all(pace: &mut Pace, now_ns: u64) -> usize {
         while pace.may_ask() {
             pace.asked(now_ns);

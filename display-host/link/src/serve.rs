@@ -19,40 +19,41 @@ use crate::error::LinkError;
 use crate::line::{Door, Line, Porter};
 use crate::{monotonic_ns, wire};
 
-/// Connections at once, those that have not proved themselves among them.
+/// Most connections at once, including those not yet authenticated.
 const CONNECTIONS_MAX: usize = 32;
-/// A watcher that asks nothing for so long is given up.
+/// A watcher that asks nothing for this long is disconnected.
 const SILENT_WATCHER: Duration = Duration::from_secs(15);
-/// How often shared memory is looked at while nobody asks: events must not be lost.
+/// Interval at which shared memory is read while nobody asks, so that no event is lost.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
-/// How long before a scene that was not found is looked for again: it takes a while, and all wait.
+/// Delay before a missing scene is searched again: the search is slow and all watchers wait for it.
 const LOOK_AGAIN: Duration = Duration::from_secs(1);
-/// A controller that was silent for so long may have died.
+/// A controller that is silent for this long may have died.
 const SILENT: Duration = Duration::from_millis(500);
 
-/// What was served.
+/// Counts of a served station.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Served {
     /// Questions answered.
     pub answers: u64,
     /// Bytes of the answers.
     pub bytes: u64,
-    /// Questions that were none.
+    /// Malformed questions.
     pub malformed: u64,
 }
 
-/// A watcher's question, and where the answer goes.
+/// A watcher's question and the channel for its answer.
 struct Question {
     kind: u8,
     asked: Vec<u8>,
     answer: SyncSender<Option<Vec<u8>>>,
 }
 
-/// Answers watchers of `station` at `address` until `stop` is set or `seconds` are over. The scene that runs is
-/// looked for in `places`: compiled scenes, or folders of them. `ready` is called once it listens.
+/// Answers watchers of `station` at `address` until `stop` is set or `seconds` have passed.
+/// Searches the running scene in `places`, which are compiled scenes or folders of them. Calls
+/// `ready` once it listens.
 ///
 /// # Errors
-/// When it cannot listen, or the station's shared memory cannot be joined.
+/// When it cannot listen, or cannot join the station's shared memory.
 pub fn serve(
     station: &Station,
     address: &Address,
@@ -80,7 +81,7 @@ pub fn serve(
     let start = Instant::now();
     let over = AtomicBool::new(false);
     let mut visitors = Visitors::default();
-    // Each watcher waits for its answer before it can ask again: so many questions at most.
+    // Each watcher waits for its answer before its next question, which bounds the queue.
     let (asks, questions) = mpsc::sync_channel(CONNECTIONS_MAX);
     std::thread::scope(|scope| {
         while !stop.load(Relaxed) && seconds.is_none_or(|s| start.elapsed().as_secs_f64() < s) {
@@ -93,33 +94,34 @@ pub fn serve(
                 let over = &over;
                 let attend = move || attend(&porter, stream, &visit, &asks, over);
                 let builder = std::thread::Builder::new().name("calot-watcher".to_owned());
-                // Without a thread it is gone again.
+                // If no thread starts, the connection is closed.
                 let _ = builder.spawn_scoped(scope, attend);
             }
             stand.answer_all(&questions, places);
         }
         over.store(true, Relaxed);
-        // Who waits for an answer gets none, and who takes one slowly no more of it.
+        // Waiting watchers get no answer, and slow ones no rest of theirs.
         drop(questions);
         visitors.cut_off();
     });
     Ok(stand.served)
 }
 
-/// Who is connected.
+/// All connections.
 #[derive(Default)]
 struct Visitors(Vec<Weak<Visit>>);
 
-/// A connection, as long as its thread has it.
+/// A connection, which lives as long as its thread.
 struct Visit {
     line: TcpStream,
-    /// It was let in and has asked something.
+    /// Set once the peer is authenticated and has asked a question.
     is_known: AtomicBool,
 }
 
 impl Visitors {
-    /// A place for it. If all are taken it gets that of whoever has been a stranger for longest: who stays
-    /// without a question keeps nobody out.
+    /// Registers a connection. If all places are taken, it replaces the one that has been unknown
+    /// for longest: a peer that asks nothing keeps nobody out. `None` if every place has a known
+    /// peer.
     fn enter(&mut self, stream: &TcpStream) -> Option<Arc<Visit>> {
         let line = stream.try_clone().ok()?;
         self.0.retain(|it| it.strong_count() > 0);
@@ -153,7 +155,7 @@ impl Visit {
     }
 }
 
-/// One watcher, on a thread of its own: whatever it does, it holds up itself alone.
+/// Serves one watcher on a thread of its own, so that it can hold up only itself.
 fn attend(
     porter: &Porter,
     stream: TcpStream,
@@ -201,21 +203,22 @@ struct Stand {
     tasks: TaskReceiver,
     task: Box<TaskMsg>,
     heard: Instant,
-    /// The scene that was last asked for, if it was found.
+    /// The last requested scene, if it was found.
     scene: Option<SceneFile>,
-    /// The scene that was last looked for in vain, and when.
+    /// The last scene that was not found, and when.
     vain: Option<([u8; 16], Instant)>,
     served: Served,
 }
 
 impl Stand {
-    /// What is asked until shared memory is to be looked at again.
+    /// Answers questions until shared memory must be read again.
     fn answer_all(&mut self, questions: &Receiver<Question>, places: &[PathBuf]) {
         let next = Instant::now() + LOOK_EVERY;
         self.refresh();
         loop {
             let left = next.saturating_duration_since(Instant::now());
-            // With none left it would still take a question that waits, and with many watchers one always does.
+            // A zero time-out would still take a waiting question, and with many watchers one
+            // always waits.
             if left.is_zero() {
                 return;
             }
@@ -223,7 +226,7 @@ impl Stand {
                 Ok(question) => {
                     self.refresh();
                     let answer = self.answer(question.kind, &question.asked, places);
-                    // One that has gone meanwhile does not mind.
+                    // The watcher may have gone meanwhile.
                     let _ = question.answer.send(answer);
                 }
                 Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => return,
@@ -231,7 +234,7 @@ impl Stand {
         }
     }
 
-    /// What has come from the station.
+    /// Takes new data from the station.
     fn refresh(&mut self) {
         let Self { host, desk, .. } = self;
         if host.newest_state(&mut self.state) {
@@ -256,7 +259,7 @@ impl Stand {
         }
     }
 
-    /// None: it is no question.
+    /// Answers a question; `None` if it is malformed.
     fn answer(&mut self, kind: u8, asked: &[u8], places: &[PathBuf]) -> Option<Vec<u8>> {
         let answer = match kind {
             wire::LOOK => self.desk.answer(asked, monotonic_ns()),
@@ -265,7 +268,7 @@ impl Stand {
                 scene_answer(scene.map(SceneFile::bytes), ask.offset)
             }),
             _ => Err(LinkError::Malformed {
-                what: "a question that is none",
+                what: "a question of an unknown kind",
             }),
         };
         match answer {
@@ -281,7 +284,7 @@ impl Stand {
         }
     }
 
-    /// The scene that runs, if it is the one that is asked for.
+    /// The running scene, if its identity is `id`.
     fn scene(&mut self, id: [u8; 16], places: &[PathBuf]) -> Option<&SceneFile> {
         if self.desk.scene_id() != Some(id) {
             return None;
@@ -302,7 +305,7 @@ impl Stand {
     }
 }
 
-/// The compiled scenes in a folder, or the one that is named.
+/// The compiled scenes in a folder, or the file itself.
 fn files(place: &Path) -> Vec<PathBuf> {
     let Ok(entries) = std::fs::read_dir(place) else {
         return vec![place.to_owned()];

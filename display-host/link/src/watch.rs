@@ -1,4 +1,5 @@
-//! The instructor's side: asks a station for what is newest, and gives it to the displays of this computer.
+//! The instructor's side: asks a station for its newest data and publishes them to the displays of
+//! this computer.
 
 use std::io::Write as _;
 use std::os::unix::fs::OpenOptionsExt as _;
@@ -19,65 +20,65 @@ use crate::monotonic_ns;
 use crate::pace::Pace;
 use crate::wire::{self, Answer, MAGIC, SceneAsk};
 
-/// When nothing came for so long, not even part of an answer, the line is opened anew.
+/// The line is reopened when not even part of an answer arrives for this long.
 const GONE: Duration = Duration::from_secs(8);
-/// Between two tries to open it.
+/// Delay between two attempts to open the line.
 const AGAIN: Duration = Duration::from_secs(1);
-/// How long before a scene that was not found is asked for again.
+/// Delay before a missing scene is asked for again.
 const SCENE_AGAIN: Duration = Duration::from_secs(2);
-/// Between two questions at most: a rate that is slower, or none, is this one.
+/// Longest interval between two questions. A lower or invalid rate is raised to it.
 const SLOWEST: Duration = Duration::from_secs(1);
-/// How often commands are looked for while there is no line.
+/// Interval at which commands are read while there is no line.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
-/// What is watched, and where it is shown.
+/// Settings of a watcher.
 #[derive(Debug, Clone)]
 pub struct WatchConfig {
-    /// Name that displays of this computer see it under.
+    /// Name under which displays of this computer see the station.
     pub station: Station,
-    /// Where the station's `serve` listens.
+    /// Address of the station's `serve`.
     pub address: Address,
-    /// Pictures a second, at most.
+    /// Most pictures per second.
     pub rate_hz: f64,
-    /// Where its compiled scene is put.
+    /// Path at which the compiled scene is written.
     pub scene: PathBuf,
-    /// End after this time, s.
+    /// Running time, s; `None`: until stopped.
     pub seconds: Option<f64>,
 }
 
-/// What happened, as it happens.
+/// Something that happened while watching.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Seen<'a> {
     /// The station answers.
     Connected,
-    /// It does not; why. It is tried again.
+    /// The station does not answer, for this reason. The watcher tries again.
     Lost(&'a str),
-    /// Its scene has come, and lies here.
+    /// The scene has arrived at this path.
     Scene(&'a Path),
-    /// Its controller runs a scene that its `serve` does not find.
+    /// The station's `serve` cannot find the scene that its controller runs.
     NoScene,
 }
 
-/// What was seen.
+/// Counts of a watched station.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Watched {
     /// States shown.
     pub states: u64,
     /// Events shown.
     pub events: u64,
-    /// Events that the station no longer had when they were asked for.
+    /// Events that the station had already dropped.
     pub events_lost: u64,
-    /// Answers thrown away: garbled, or of another version.
+    /// Rejected answers: garbled, or of another version.
     pub malformed: u64,
-    /// Times that the station answered anew.
+    /// Connections made.
     pub connections: u64,
 }
 
-/// Watches until `stop` is set or the time is over; a station that does not answer is waited for.
+/// Watches until `stop` is set or the time is over. Waits for a station that does not answer.
 ///
 /// # Errors
-/// When this computer's shared memory cannot be used, the name is taken, or the scene cannot be written. What
-/// the other side does is no error, but is told to `observe`.
+/// When this computer's shared memory cannot be used, the name is taken, or the scene cannot be
+/// written. Failures of the other side are no errors; `observe` receives them.
 pub fn watch(
     config: &WatchConfig,
     stop: &AtomicBool,
@@ -105,7 +106,7 @@ pub fn watch(
             Err(error) => error.to_string(),
         };
         if show.watched.connections > before {
-            // It is lost anew, be it in the same words.
+            // Report the next loss even if its reason is the same.
             said.clear();
         }
         if !is_over() && why != said {
@@ -126,23 +127,23 @@ struct Show {
     controller: Controller,
     tasks: TaskSender,
     inbox: Inbox,
-    /// The scene that lies ready for displays.
+    /// Identity of the scene that is ready for displays.
     scene_id: Option<[u8; 16]>,
-    /// The scene that comes: a line that breaks goes on where it was.
+    /// The incoming scene. It is kept when the line breaks, and continued.
     coming: Option<Coming>,
     watched: Watched,
-    /// The newest tick shown.
+    /// Newest tick that was published.
     tick: u64,
 }
 
-/// A scene that comes, part by part.
+/// A scene that arrives in parts.
 struct Coming {
     id: [u8; 16],
     bytes: Vec<u8>,
 }
 
 impl Show {
-    /// Follows the station while it answers; why it did no longer.
+    /// Follows the station while it answers; returns the reason for the end.
     fn follow(
         &mut self,
         config: &WatchConfig,
@@ -159,7 +160,7 @@ impl Show {
         let mut due = Instant::now();
         while !is_over() {
             if due <= Instant::now() && pace.may_ask() {
-                // What is late is left out.
+                // A late period is skipped.
                 due = (due + period).max(Instant::now());
                 pace.asked(monotonic_ns());
                 if let Err(error) = line.send(wire::LOOK, bytemuck::bytes_of(&self.inbox.ask())) {
@@ -184,7 +185,7 @@ impl Show {
                     let (Some(asked_ns), answer) =
                         (pace.answered(monotonic_ns()), Answer::read(&message))
                     else {
-                        return Ok("it answers what was not asked".to_owned());
+                        return Ok("the station sent an answer without a question".to_owned());
                     };
                     let answer = match answer {
                         Ok(answer) => answer,
@@ -209,7 +210,7 @@ impl Show {
                         _ => None,
                     }
                 }
-                _ => return Ok("it answers what was not asked".to_owned()),
+                _ => return Ok("the station sent an answer of the wrong kind".to_owned()),
             };
             if let Some(ask) = next {
                 part_asked = true;
@@ -221,7 +222,7 @@ impl Show {
         Ok(String::new())
     }
 
-    /// What to ask for to have this scene: the rest, if some of it came.
+    /// The request for the rest of this scene.
     fn ask_for(&mut self, id: [u8; 16]) -> SceneAsk {
         let known = self.coming.take().filter(|it| it.id == id);
         let bytes = Vec::new();
@@ -230,7 +231,7 @@ impl Show {
             .ask()
     }
 
-    /// Takes a part of the scene; what to ask next, or what is wrong with the part.
+    /// Takes a part of the scene. Returns the next request, or the error in the part.
     fn take_part(
         &mut self,
         config: &WatchConfig,
@@ -253,11 +254,11 @@ impl Show {
         Ok(Ok(None))
     }
 
-    /// Gives what is new to displays. Each send fails only when the service is gone.
+    /// Publishes new data to displays. A send fails only when the service is gone.
     fn show(&mut self, fresh: Fresh) {
         if let Some(state) = fresh.state {
             self.watched.states += 1;
-            // A run that began anew: what was told of the last one's task is not of this.
+            // After a restart of the run, the old progress of the task is void.
             if state.tick < self.tick
                 && let Some(nothing) = TaskMsg::new(monotonic_ns(), "")
             {
@@ -282,7 +283,7 @@ impl Show {
         }
     }
 
-    /// Who watches from elsewhere commands nothing.
+    /// Refuses commands: a watcher cannot command the station.
     fn refuse_commands(&self) {
         while let Some(request) = self.controller.next_request() {
             request.reply(ReplyMsg {
@@ -294,18 +295,18 @@ impl Show {
     }
 }
 
-/// What became of a part.
+/// Result of a part.
 enum Part {
     /// More is to come.
     Next,
-    /// It is whole, and the one that was asked for.
+    /// The scene is complete and has the requested identity.
     Whole(Box<SceneFile>),
-    /// The station does not find it.
+    /// The station cannot find the scene.
     None,
 }
 
 impl Coming {
-    /// The next part.
+    /// The request for the next part.
     fn ask(&self) -> SceneAsk {
         SceneAsk {
             magic: MAGIC,
@@ -314,7 +315,8 @@ impl Coming {
         }
     }
 
-    /// Each part is asked for where the last ended, so that it grows to what one head may say at most.
+    /// Appends a part. Each part was asked for where the last ended, so the buffer never exceeds
+    /// the largest size that a head may state.
     fn take(&mut self, message: &[u8]) -> Result<Part, LinkError> {
         let (total, offset, part) = wire::scene_part(message)?;
         if total == 0 {
@@ -322,7 +324,7 @@ impl Coming {
         }
         if offset != self.bytes.len() as u64 || part.is_empty() {
             return Err(LinkError::Malformed {
-                what: "a part of a scene that was not asked for",
+                what: "a part of a scene that does not follow the last one",
             });
         }
         self.bytes.extend_from_slice(part);
@@ -339,7 +341,7 @@ impl Coming {
     }
 }
 
-/// Replaces the scene at once: a display may have the old one mapped.
+/// Replaces the scene file atomically, because a display may have the old one mapped.
 fn write(path: &Path, bytes: &[u8]) -> Result<(), LinkError> {
     let failed = |source| LinkError::Io {
         path: path.to_owned(),

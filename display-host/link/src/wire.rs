@@ -1,13 +1,14 @@
-//! What goes over the line: plain records, as in shared memory, of which only the used part is sent.
+//! Messages on the line: the plain records of shared memory, cut to their used part.
 //!
 //! | kind | asked with | answered with |
 //! |---|---|---|
-//! | [`LOOK`] | [`Ask`] | [`Head`], then state, tools, task, events, batches as it says |
-//! | [`SCENE`] | [`SceneAsk`] | [`SceneHead`], then so many bytes of the compiled scene |
+//! | [`LOOK`] | [`Ask`] | [`Head`], then state, tools, task, events and batches as it states |
+//! | [`SCENE`] | [`SceneAsk`] | [`SceneHead`], then a part of the compiled scene |
 //!
-//! Before each goes its length, four bytes, and its kind, one; an answer is of its question's kind, and answers come in
-//! the order of their questions. Little-endian, as every computer is that Calot runs on. All of it is hostile until [`Answer::read`] or
-//! [`scene_part`] has read it.
+//! Before each message goes its length (four bytes) and its kind (one byte). An answer has the kind
+//! of its question; answers come in the order of the questions. All numbers are little-endian, like
+//! every computer that Calot runs on. All bytes are untrusted until [`Answer::read`] or
+//! [`scene_part`] has checked them.
 
 use bytemuck::{Pod, Zeroable};
 use shared_mem::message::{
@@ -20,23 +21,24 @@ use crate::error::LinkError;
 
 const _: () = assert!(cfg!(target_endian = "little"));
 
-/// What is newest.
+/// Kind of a question for the newest data.
 pub const LOOK: u8 = 1;
-/// A part of the compiled scene.
+/// Kind of a question for a part of the compiled scene.
 pub const SCENE: u8 = 2;
-/// Begins every message; changes with any record, those of shared memory among them.
+/// First bytes of every message. They change when any record changes, including those of shared
+/// memory.
 pub const MAGIC: [u8; 8] = *b"CALOTLK1";
-/// Events in an answer, at most.
+/// Most events in an answer.
 pub const EVENTS_MAX: usize = 256;
-/// Timing batches in an answer, at most.
+/// Most timing batches in an answer.
 pub const BATCHES_MAX: usize = 16;
-/// Bytes of a scene in an answer, at most: what is newest waits behind it.
+/// Most bytes of a scene in an answer. It is small, because the newest data wait behind it.
 pub const SCENE_PART: usize = 32 << 10;
-/// A compiled scene's bytes, at most.
+/// Longest compiled scene, bytes.
 pub const SCENE_MAX: u64 = 256 << 20;
-/// Longest message that a watcher takes.
+/// Longest message that a watcher accepts, bytes.
 pub const ANSWER_MAX: usize = 1 << 20;
-/// Longest message that a station takes.
+/// Longest message that a station accepts, bytes.
 pub const ASK_MAX: usize = 4 << 10;
 
 /// Bytes of a state before its spheres.
@@ -46,90 +48,92 @@ const TASK_HEAD: usize = core::mem::offset_of!(TaskMsg, text);
 /// Bytes of a timing batch before its records.
 const BATCH_HEAD: usize = core::mem::offset_of!(TimingBatch, records);
 
-/// What a watcher asks: everything newer than what it has.
+/// A watcher's question for everything newer than its own data.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub struct Ask {
     /// [`MAGIC`].
     pub magic: [u8; 8],
-    /// Whose numbers the following are: [`Head::server`]. Another one's count for nothing.
+    /// [`Head::server`] to which the following numbers belong; numbers of another server are
+    /// ignored.
     pub server: u64,
-    /// First event that it does not have, as the server counts.
+    /// First event that the watcher lacks, in the server's count.
     pub events_from: u64,
-    /// First timing batch that it does not have, as the server counts.
+    /// First timing batch that the watcher lacks, in the server's count.
     pub batches_from: u64,
-    /// [`StateFrame::at_ns`] of the newest state that it has.
+    /// [`StateFrame::at_ns`] of the watcher's newest state.
     pub state_at_ns: u64,
-    /// [`ToolFrame::at_ns`] of the newest tools that it has.
+    /// [`ToolFrame::at_ns`] of the watcher's newest tools.
     pub tools_at_ns: u64,
-    /// [`TaskMsg::at_ns`] of what it last heard of the task.
+    /// [`TaskMsg::at_ns`] of the watcher's newest task message.
     pub task_at_ns: u64,
 }
 
-/// How an answer begins.
+/// Start of an answer.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub struct Head {
     /// [`MAGIC`].
     pub magic: [u8; 8],
-    /// Which server: when it began, on its clock.
+    /// Identity of the server: its start time on its own clock.
     pub server: u64,
-    /// Counts its answers.
+    /// Number of this answer.
     pub number: u64,
-    /// When it was made, on the server's clock.
+    /// Time of this answer on the server's clock.
     pub now_ns: u64,
-    /// The first event's number, as the server counts; more than was asked for: those between are lost.
+    /// Number of the first event, in the server's count. If it exceeds the requested number, the
+    /// events between are lost.
     pub first_event: u64,
-    /// The first batch's number, likewise.
+    /// Number of the first batch, in the server's count.
     pub first_batch: u64,
-    /// Bytes of the state; 0: no newer one.
+    /// Bytes of the state; 0: none is newer.
     pub state_bytes: u32,
-    /// 1: tools follow; 0: no newer ones.
+    /// 1 if tools follow; 0: none are newer.
     pub tools: u32,
-    /// How many events follow.
+    /// Number of events that follow.
     pub events: u32,
-    /// How many batches follow, each with its length before it.
+    /// Number of batches that follow, each after its length.
     pub batches: u32,
-    /// Bytes of how the task stands; 0: nothing newer.
+    /// Bytes of the task message; 0: none is newer.
     pub task_bytes: u32,
-    /// 0.
+    /// Always 0.
     pub reserved: u32,
 }
 
-/// Asks for a part of a scene.
+/// Question for a part of a scene.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub struct SceneAsk {
     /// [`MAGIC`].
     pub magic: [u8; 8],
-    /// First half of its identity.
+    /// First half of the scene's identity.
     pub scene_id: [u8; 16],
-    /// From this byte on.
+    /// First byte of the part.
     pub offset: u64,
 }
 
-/// How a part of a scene begins.
+/// Start of an answer with a part of a scene.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub struct SceneHead {
     /// [`MAGIC`].
     pub magic: [u8; 8],
-    /// Bytes of the scene; 0: the server does not find it.
+    /// Bytes of the whole scene; 0: the server cannot find it.
     pub total: u64,
-    /// Where this part begins.
+    /// Offset of this part, bytes.
     pub offset: u64,
 }
 
-/// Everything in an answer, checked.
+/// A checked answer.
 #[derive(Debug)]
 pub struct Answer {
-    /// Its head.
+    /// Head of the answer.
     pub head: Head,
     /// The newest state, if newer than the asker's.
     pub state: Option<Box<StateFrame>>,
     /// The newest tools, if newer than the asker's.
     pub tools: Option<Box<ToolFrame>>,
-    /// How the task stands, if newer than the asker's.
+    /// Progress of the task, if newer than the asker's.
     pub task: Option<Box<TaskMsg>>,
     /// Events, oldest first.
     pub events: Vec<EventMsg>,
@@ -137,7 +141,7 @@ pub struct Answer {
     pub batches: Vec<TimingBatch>,
 }
 
-/// Reads a record from the front.
+/// Reads a record and removes it from the front.
 pub(crate) fn take<T: Pod>(bytes: &mut &[u8], what: &'static str) -> Result<T, LinkError> {
     let record = cut(bytes, size_of::<T>(), what)?;
     Ok(bytemuck::pod_read_unaligned(record))
@@ -161,17 +165,18 @@ pub(crate) fn check(magic: [u8; 8]) -> Result<(), LinkError> {
 }
 
 impl Answer {
-    /// Reads an answer.
+    /// Parses an answer.
     ///
     /// # Errors
-    /// [`LinkError::Malformed`]: of another version, too short or too long, with counts or numbers out of range.
+    /// [`LinkError::Malformed`]: another version, a wrong length, or counts or numbers out of
+    /// range.
     pub fn read(mut bytes: &[u8]) -> Result<Self, LinkError> {
         let head: Head = take(&mut bytes, "an answer without a head")?;
         check(head.magic)?;
         let (events, batches) = (head.events as usize, head.batches as usize);
         if events > EVENTS_MAX || batches > BATCHES_MAX || head.tools > 1 {
             return Err(LinkError::Malformed {
-                what: "more than an answer holds",
+                what: "an answer with too many events or batches",
             });
         }
         let state = match head.state_bytes {
@@ -202,13 +207,13 @@ impl Answer {
                 batches,
             }),
             _ => Err(LinkError::Malformed {
-                what: "more bytes than its head says",
+                what: "an answer longer than its head states",
             }),
         }
     }
 }
 
-/// Adds the used part of a state; how many bytes that were.
+/// Appends the used part of a state and returns its length in bytes.
 pub(crate) fn put_state(to: &mut Vec<u8>, frame: &StateFrame) -> Option<u32> {
     let (spheres, clips, cells) = (frame.spheres()?, frame.clips()?, frame.cells()?);
     frame.sutures()?;
@@ -259,7 +264,7 @@ fn tools(bytes: &mut &[u8]) -> Result<Box<ToolFrame>, LinkError> {
     })
 }
 
-/// Adds the used part of how a task stands; how many bytes that were.
+/// Appends the used part of a task message and returns its length in bytes.
 pub(crate) fn put_task(to: &mut Vec<u8>, task: &TaskMsg) -> Option<u32> {
     let text = task.text()?;
     to.extend_from_slice(bytemuck::bytes_of(task).get(..TASK_HEAD)?);
@@ -269,7 +274,7 @@ pub(crate) fn put_task(to: &mut Vec<u8>, task: &TaskMsg) -> Option<u32> {
 
 fn task(mut bytes: &[u8]) -> Result<Box<TaskMsg>, LinkError> {
     const WHAT: LinkError = LinkError::Malformed {
-        what: "a task whose text is none",
+        what: "a task message whose text is invalid",
     };
     let mut task: Box<TaskMsg> = bytemuck::zeroed_box();
     let head = cut(&mut bytes, TASK_HEAD, "half a task")?;
@@ -284,7 +289,7 @@ fn task(mut bytes: &[u8]) -> Result<Box<TaskMsg>, LinkError> {
     is_sane.then_some(task).ok_or(WHAT)
 }
 
-/// Adds the used part of a batch, if it is whole.
+/// Appends the used part of a timing batch, if it is valid.
 pub(crate) fn put_batch(to: &mut Vec<u8>, batch: &TimingBatch) -> Option<()> {
     let records = batch.records()?;
     to.extend_from_slice(bytemuck::bytes_of(batch).get(..BATCH_HEAD)?);
@@ -310,7 +315,7 @@ fn batch(bytes: &mut &[u8]) -> Result<TimingBatch, LinkError> {
     Ok(batch)
 }
 
-/// A part of a scene: how many bytes there are in all, where it begins, what it is.
+/// Splits an answer into the scene's total length, the offset of this part, and its bytes.
 ///
 /// # Errors
 /// [`LinkError::Malformed`].
@@ -320,7 +325,7 @@ pub fn scene_part(mut bytes: &[u8]) -> Result<(u64, u64, &[u8]), LinkError> {
     let end = head.offset.checked_add(bytes.len() as u64);
     if head.total > SCENE_MAX || bytes.len() > SCENE_PART || end.is_none_or(|it| it > head.total) {
         return Err(LinkError::Malformed {
-            what: "a part that is not of its scene",
+            what: "a part that lies outside its scene",
         });
     }
     Ok((head.total, head.offset, bytes))

@@ -1,4 +1,5 @@
-//! Who asks as much as can be asked, and who has no right to: alone in its program, whose memory it looks at.
+//! Load by authorised and unauthorised peers. This test has a program of its own, because it
+//! measures that program's memory.
 
 mod support;
 
@@ -12,16 +13,16 @@ use support::{
     AtEnd, Display, Proven, beside_a_station, message, question, tls, wait_until, watched,
 };
 
-/// Answers before memory is looked at first, and until it is looked at again: of about 10 kB each, so that keeping
-/// something of each would show.
+/// Answers before the first measurement of memory, and before the second: each about 10 kB, so that
+/// a leak per answer would show.
 const BEFORE: u64 = 1_000;
 const MANY: u64 = 15_000;
-/// How long who knocks stays.
+/// Length of a visit without a certificate.
 const SHORT: Duration = Duration::from_millis(30);
-/// What all these threads' memory may differ by for other reasons.
+/// Largest growth of memory for other reasons, bytes.
 const GROWN_MAX_BYTES: u64 = 64 << 20;
 
-/// Memory of this program, bytes.
+/// Resident memory of this program, bytes.
 fn resident() -> u64 {
     let text = std::fs::read_to_string("/proc/self/status").expect("it is there");
     let line = text.lines().find_map(|it| it.strip_prefix("VmRSS:"));
@@ -29,7 +30,7 @@ fn resident() -> u64 {
     kilobytes.expect("a number") << 10
 }
 
-/// Asks and takes what it gets, as fast as that goes.
+/// Asks and reads answers as fast as possible.
 fn flood(listen: &str, keys: &Keys, over: &AtomicBool, answers: &AtomicU64) {
     let mut line = tls(listen, keys);
     while !over.load(Relaxed) {
@@ -39,7 +40,7 @@ fn flood(listen: &str, keys: &Keys, over: &AtomicBool, answers: &AtomicU64) {
     }
 }
 
-/// Asks ahead without end, takes nothing, and comes again when it is cut off.
+/// Asks ahead without end, reads nothing, and reconnects when it is cut off.
 fn pile_up(listen: &str, keys: &Keys, over: &AtomicBool) {
     while !over.load(Relaxed) {
         let mut line = tls(listen, keys);
@@ -57,7 +58,7 @@ fn pile_up(listen: &str, keys: &Keys, over: &AtomicBool) {
     }
 }
 
-/// Knocks without a certificate: with noise, with half a greeting, or with nothing.
+/// Connects without a certificate: with noise, half a greeting, or nothing.
 fn knock(listen: &str, over: &AtomicBool, first: &[u8], stays: Duration) {
     while !over.load(Relaxed) {
         let Ok(mut line) = TcpStream::connect(listen) else {
@@ -93,7 +94,7 @@ fn a_flood_of_questions_and_knocks_keeps_nobody_else_waiting_and_no_memory() {
             scope.spawn(|| pile_up(&listen, &ours, &over));
             scope.spawn(|| knock(&listen, &over, &noise, SHORT));
             scope.spawn(|| knock(&listen, &over, &[], SHORT));
-            // It comes while all of them are there.
+            // It connects while all of them are active.
             wait_until("they are answered", || answers.load(Relaxed) > BEFORE);
             watched("calm", &address, copy, |here, _| {
                 let mut display = Display::of(here);

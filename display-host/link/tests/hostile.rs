@@ -1,4 +1,4 @@
-//! Whatever comes over the line is read without a panic, refused if it is wrong, and never more than it may be.
+//! Any bytes from the line are read without a panic, refused if invalid, and bounded in size.
 
 mod support;
 
@@ -106,7 +106,7 @@ proptest! {
         let _ = Desk::new(server).answer(&bytes, 5);
     }
 
-    /// Behind a head that is right in all but its counts.
+    /// The head is valid except for its counts.
     #[test]
     fn any_counts_are_survived(
         counts in any::<[u32; 5]>(),
@@ -149,7 +149,8 @@ proptest! {
         prop_assert_eq!(scene_part(&bytes).is_ok(), fits && total <= link::wire::SCENE_MAX);
     }
 
-    /// Answers come late, twice, or never: every event comes once and in order, unless the station forgot it.
+    /// Answers arrive late, twice or never. Every event is returned once and in order, unless the
+    /// station dropped it.
     #[test]
     fn every_event_comes_once_and_in_order(
         steps in prop::collection::vec((0u64..40, 0usize..4, any::<bool>()), 1..60),
@@ -162,7 +163,7 @@ proptest! {
             seen.extend(fresh.events.iter().map(|it| it.sequence));
             seen_batches.extend(fresh.batches.iter().map(|it| it.sequence));
         };
-        // It is known from the start, so that nothing is before its time.
+        // The first exchange makes the server known.
         let first = desk.answer(bytes_of(&inbox.ask()), 1).expect("an answer");
         take(&first, &mut inbox);
         for (events, which, twice) in steps {
@@ -180,7 +181,7 @@ proptest! {
                 }
             }
         }
-        // At last the line is calm.
+        // Finally no answer is lost.
         for _ in 0..200 {
             let bytes = desk.answer(bytes_of(&inbox.ask()), 1).expect("an answer");
             take(&bytes, &mut inbox);

@@ -13,7 +13,7 @@ use shared_mem::scene::SceneFile;
 use shared_mem::service::Host;
 use support::{beside_a_station, keys, make_keys, now_ns, port, scene, wait_until, watched};
 
-/// `beside_a_station` waits for the end of `serve`.
+/// `beside_a_station` waits for `serve` to end.
 #[test]
 fn who_sends_byte_by_byte_does_not_hold_up_the_end() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -23,7 +23,7 @@ fn who_sends_byte_by_byte_does_not_hold_up_the_end() {
         let trickle = || {
             let mut line = std::net::TcpStream::connect(&listen).expect("it listens");
             line.set_nodelay(true).expect("set");
-            // A message of 4 kB, never to be whole before the test gives up.
+            // A message of 4 kB that stays incomplete for the whole test.
             let head = [0, 16, 0, 0, 1];
             for byte in head.into_iter().chain(std::iter::repeat_n(0, 4 << 10)) {
                 if ended.load(Relaxed) || line.write_all(&[byte]).is_err() {
@@ -110,7 +110,8 @@ fn only_who_has_a_certificate_of_the_same_authority_sees_it() {
         });
         assert!(right.connections >= 1, "{right:?}");
 
-        // Signed by somebody else; somebody else's authority; a station's certificate where a watcher's is due.
+        // Rejected keys: signed by another authority; trusting another authority; a station's
+        // certificate used by a watcher.
         let theirs = keys(other.path(), "desk");
         let mixed = Keys {
             authority: ours.authority,
@@ -128,7 +129,7 @@ fn only_who_has_a_certificate_of_the_same_authority_sees_it() {
             });
             assert_eq!(result.states, 0, "{name}");
         }
-        // In the clear.
+        // A connection without TLS.
         let bare = Address::new(&listen, None, true).expect("this computer");
         let result = watched("bare", &bare, scene.clone(), |_, seen| {
             wait_until("it is refused", || {
@@ -136,7 +137,7 @@ fn only_who_has_a_certificate_of_the_same_authority_sees_it() {
             });
         });
         assert_eq!(result.states, 0);
-        // What is no TLS at all harms nobody.
+        // Bytes that are not TLS harm nobody.
         let mut line = std::net::TcpStream::connect(&listen).expect("it listens");
         let _ = line.write_all(&[0xff; 70_000]);
         let after = watched("after", &address, scene, |_, seen| {

@@ -77,7 +77,7 @@ fn a_scene_goes_on_where_it_stood_when_the_line_was_lost() {
     let listen = format!("127.0.0.1:{}", port());
     let (between, address) = halfway();
     let (over, asked) = (AtomicBool::new(false), Mutex::new(Vec::new()));
-    // The line breaks at the fourth part, and then at the seventh.
+    // The line breaks at the fourth part, then at the seventh.
     let passes = |connection: usize, kind: u8, content: &[u8]| {
         if kind != SCENE {
             return true;

@@ -1,4 +1,4 @@
-//! Who asks and does not take, or takes slowly.
+//! Watchers that ask but read slowly or not at all.
 
 mod support;
 
@@ -11,7 +11,7 @@ use support::{
     watched,
 };
 
-/// Asks and takes nothing until the other side has had enough.
+/// Asks without reading until the other side disconnects.
 fn ask_until_cut(mut line: impl Write) -> bool {
     let questions = question().repeat(100);
     let mut cut = false;
@@ -63,7 +63,7 @@ fn who_takes_nothing_is_cut_off_and_others_go_on() {
     assert_eq!((watched.connections, watched.events_lost), (1, 0));
 }
 
-/// Whether these messages end in the middle of one.
+/// True if the bytes end inside a message.
 fn breaks_off(mut bytes: &[u8]) -> bool {
     while let Some((head, rest)) = bytes.split_first_chunk::<4>() {
         let length = u32::from_le_bytes(*head) as usize + 1;
@@ -75,7 +75,7 @@ fn breaks_off(mut bytes: &[u8]) -> bool {
     !bytes.is_empty()
 }
 
-/// Who takes slowly would have its answers still to come: the end does not wait until one is whole.
+/// The end of `serve` does not wait until slow watchers have their answers.
 #[test]
 fn at_the_end_nobody_is_sent_the_rest() {
     const TAKERS: usize = 4;
@@ -98,7 +98,7 @@ fn at_the_end_nobody_is_sent_the_rest() {
                         let (tell, listen) = (tell.clone(), listen.clone());
                         scope.spawn(move || {
                             let mut line = TcpStream::connect(&listen).expect("it listens");
-                            // All of them are with the station before it answers the first.
+                            // All questions reach the station before it answers the first.
                             line.write_all(&question().repeat(250)).expect("sent");
                             let (mut taken, mut part) = (Vec::new(), vec![0; 64 << 10]);
                             let mut tell = Some(tell);
@@ -115,7 +115,7 @@ fn at_the_end_nobody_is_sent_the_rest() {
                     })
                     .collect();
                 drop(tell);
-                // Each has taken two megabytes, and more wait for it than the system holds.
+                // Each watcher has read 2 MB; more is queued than the system's buffers hold.
                 let _ = told.recv();
                 takers
             },

@@ -1,99 +1,99 @@
-//! Why the store refuses.
+//! Errors of the store.
 
 use std::path::PathBuf;
 
 use crate::open::SCHEMA_VERSION;
 
-/// Why the store refuses. Nothing in it is changed then.
+/// Reasons for which the store refuses a request. A refused request changes nothing.
 #[derive(Debug, thiserror::Error)]
 pub enum StoreError {
     /// The file or its folder cannot be made or opened.
     #[error("{path}: {source}; name another file with --store")]
     Io {
-        /// Which.
+        /// File or folder.
         path: PathBuf,
-        /// The system's words.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// It is another program's file, or no database at all.
-    #[error("{path} is no store of Calot; it is left as it is. Name another file with --store")]
+    /// The file belongs to another program, or is not a database.
+    #[error("{path} is not a store of Calot and is left as it is. Name another file with --store")]
     NotAStore {
-        /// Which.
+        /// The file.
         path: PathBuf,
     },
-    /// Another version of Calot made it.
+    /// Another version of Calot made the store.
     #[error(
-        "{path} is a store of version {found}, this program keeps version {SCHEMA_VERSION}; it is left as it is. \
-         Use the program that made it (`calot store export` there, to have what is in it)"
+        "{path} is a store of version {found}; this program reads version {SCHEMA_VERSION} only. It is left as it is. \
+         Use the program that made it (its `calot store export` writes out the contents)"
     )]
     Version {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// Its version.
+        /// Version of the store.
         found: i64,
     },
-    /// It is damaged.
+    /// The file is damaged.
     #[error(
-        "{path} is damaged ({problem}); it is left as it is. Put a copy of it back, or move it away and begin anew"
+        "{path} is damaged ({problem}) and is left as it is. Restore a backup, or move the file away to start a new store"
     )]
     Damaged {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// What SQLite found.
+        /// Problem that SQLite reports.
         problem: String,
     },
-    /// Another program writes, and did not finish in time.
+    /// Another program was still writing when the waiting time ended.
     #[error(
-        "{path} is in use: another Calot, or another program, has it open and writes. Try again when that is done"
+        "{path} is in use: another program is writing to it. Try again when that program has finished"
     )]
     Busy {
-        /// Which.
+        /// The file.
         path: PathBuf,
     },
-    /// What is deleted could stay readable in a file beside it.
+    /// Deleted data could stay readable in a log file next to the store.
     #[error(
-        "{path} keeps a log beside it ({mode}), in which what is deleted could be read on, and another program \
-         holds it open. Nobody was forgotten: end the programs that have it open, and try again"
+        "{path} has a log file ({mode}) in which deleted data would stay readable, and another program \
+         holds it open. Nobody was forgotten: close the programs that use the store, then try again"
     )]
     Log {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// SQLite's journal mode.
+        /// Journal mode of SQLite.
         mode: String,
     },
-    /// SQLite refuses.
+    /// SQLite refuses the request.
     #[error("{path}: {source}")]
     Sqlite {
-        /// Which.
+        /// The file.
         path: PathBuf,
-        /// SQLite's words.
+        /// Error of SQLite.
         source: rusqlite::Error,
     },
-    /// There is nobody of this name.
-    #[error("nobody is called '{0}' in the store; `calot store list` says who is")]
+    /// No trainee has this name.
+    #[error("no trainee '{0}' in the store; `calot store list` shows all names")]
     NoTrainee(String),
-    /// There is no such session.
-    #[error("no session '{0}' in the store; `calot store list NAME` says which are")]
+    /// No session has this name.
+    #[error("no session '{0}' in the store; `calot store list NAME` shows those of a trainee")]
     NoSession(String),
-    /// A session is somebody else's.
+    /// The session belongs to another trainee.
     #[error(
-        "session '{session}' is in the store under another name; it stays so. `calot store export` says whose it is"
+        "session '{session}' already belongs to another trainee and stays there. `calot store export` shows whose it is"
     )]
     Taken {
-        /// Which.
+        /// Name of the session.
         session: String,
     },
-    /// A value is out of its range.
+    /// A value is outside its range.
     #[error("{what} is {value}; allowed is {allowed}")]
     Value {
-        /// Which.
+        /// Name of the value.
         what: String,
-        /// What it is.
+        /// The value.
         value: String,
-        /// What it may be.
+        /// Allowed range.
         allowed: &'static str,
     },
-    /// A questionnaire's file is not of the expected form.
+    /// A questionnaire file has the wrong form.
     #[error("questionnaire: {0}")]
     Questionnaire(String),
 }

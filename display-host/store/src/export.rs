@@ -1,4 +1,4 @@
-//! What the store has of somebody, or of all, as JSON and CSV.
+//! Export of one trainee's data, or of everybody's, as JSON and CSV.
 
 use core::fmt::Write as _;
 use std::collections::BTreeSet;
@@ -9,7 +9,7 @@ use crate::error::StoreError;
 use crate::open::Store;
 use crate::sessions::SessionRecord;
 
-/// Columns of a session; its metrics come after.
+/// Columns of a session. The columns of its metrics follow.
 const COLUMNS: [&str; 10] = [
     "trainee",
     "session",
@@ -24,10 +24,11 @@ const COLUMNS: [&str; 10] = [
 ];
 
 impl Store {
-    /// All that is kept of somebody, or of everybody: names, sessions with their sheets, answers.
+    /// Everything the store holds about one trainee, or about everybody: names, sessions with their
+    /// assessment sheets, answers.
     ///
     /// # Errors
-    /// When there is nobody of this name, or the file cannot be read.
+    /// When no trainee has this name, or the file cannot be read.
     pub fn export_json(&self, name: Option<&str>) -> Result<Value, StoreError> {
         let mut people = Vec::new();
         for name in self.names(name)? {
@@ -59,11 +60,12 @@ impl Store {
         Ok(json!({ "trainees": people }))
     }
 
-    /// Sessions of somebody, or of everybody, a row each; metrics are columns. Every line ends alike, with `\n`:
-    /// strict readers refuse a mixture.
+    /// Sessions of one trainee, or of everybody, one per row; each metric is a column. Every line
+    /// ends with `
+    /// `, because strict readers refuse mixed line ends.
     ///
     /// # Errors
-    /// When there is nobody of this name, or the file cannot be read.
+    /// When no trainee has this name, or the file cannot be read.
     pub fn export_csv(&self, name: Option<&str>) -> Result<String, StoreError> {
         let mut rows: Vec<(String, SessionRecord)> = Vec::new();
         for name in self.names(name)? {
@@ -74,7 +76,7 @@ impl Store {
             rows.iter().flat_map(|(_, it)| it.metrics.keys()).collect();
         let mut text = COLUMNS.join(",");
         for metric in &metrics {
-            // Each column has a name of its own.
+            // A metric may have the name of a session column.
             let taken = COLUMNS.contains(&metric.as_str());
             let before = if taken { "metric_" } else { "" };
             let _ = write!(text, ",{}", field(&format!("{before}{metric}")));
@@ -110,7 +112,8 @@ impl Store {
     }
 }
 
-/// A field of CSV (RFC 4180). One that a spreadsheet would take for a formula gets a quote before it.
+/// Escapes a CSV field (RFC 4180). A quote goes before a field that a spreadsheet would read as a
+/// formula.
 fn field(text: &str) -> String {
     let formula = text.starts_with(['=', '+', '-', '@', '\t', '\r']);
     let text = if formula {

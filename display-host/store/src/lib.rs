@@ -1,5 +1,6 @@
-//! The local store: trainees by a name of their choice, what their sessions came to, what they answered,
-//! what instructors wrote. One SQLite file that its user alone can read; nothing of a person but the name.
+//! The local store: trainees under names they chose, the results of their sessions, their answers,
+//! and instructors' assessment sheets. It is one SQLite file that only its user can read. The name
+//! is the only personal datum in it.
 //!
 //! ```text
 //! trainee ─┬─< session ─┬─ metrics (JSON)
@@ -7,8 +8,8 @@
 //!          └─< answer                 questionnaires
 //! ```
 //!
-//! Sessions are named by UUIDs of version 7: [`Store::merge`] makes stores of several stations one without a
-//! coordinator.
+//! The name of a session is a UUID of version 7, so [`Store::merge`] can join the stores of several
+//! stations without a coordinator.
 
 mod error;
 mod export;

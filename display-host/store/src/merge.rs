@@ -1,8 +1,9 @@
-//! Stores of several stations, made one: everything in one is added to another.
+//! Merging the stores of several stations: everything in one is added to another.
 //!
-//! A session's name is a UUID of version 7, which no two stations give, so nobody hands out numbers. A trainee
-//! is who has chosen a name: the same name at two stations is the same person. What is there already stays as
-//! it is, but for answers to a questionnaire, of which the newer is kept. Doing it again changes nothing.
+//! Sessions need no coordinator, because no two stations make the same UUID of version 7. A chosen
+//! name identifies a trainee: equal names at two stations are one person. Existing entries stay
+//! unchanged, except that the newer answer to a questionnaire replaces the older one. A second
+//! merge of the same store changes nothing.
 
 use std::path::Path;
 
@@ -12,8 +13,8 @@ use crate::error::StoreError;
 use crate::open::{Store, check_is_store, refused};
 use crate::sessions::{check_id, check_name, check_text, shown};
 
-/// What a centre asks of the merged file with any program that reads SQLite: everybody's sessions of each task,
-/// with a metric out of their JSON.
+/// Example query of a training centre, for any program that reads SQLite: sessions of every trainee
+/// and task, with one metric out of the JSON.
 pub const EXAMPLE_SQL: &str = "\
 SELECT trainee.name, session.task, count(*) AS sessions, avg(session.score) AS score,
        avg(json_extract(session.metrics, '$.time_s')) AS time_s
@@ -21,32 +22,33 @@ FROM session JOIN trainee ON trainee.id = session.trainee
 WHERE session.outcome IN ('passed', 'failed')
 GROUP BY trainee.name, session.task ORDER BY trainee.name, session.task;";
 
-/// What a merge came to.
+/// Counts of a merge.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Merged {
     /// Sessions that were new.
     pub sessions: u64,
-    /// Sessions that were there already.
+    /// Sessions that were already there.
     pub known: u64,
-    /// Of these, those that have another content here; they stay as they are here.
+    /// Known sessions whose contents differ; the existing ones stay.
     pub differing: u64,
     /// Trainees that were new.
     pub trainees: u64,
-    /// Answers that were new, or newer.
+    /// Answers that were new or newer.
     pub answers: u64,
-    /// Points of instructors' sheets that were new.
+    /// New points on instructors' sheets.
     pub points: u64,
 }
 
 impl Store {
-    /// Adds all that `other` holds, or nothing if anything in it is not as it should be. `other` is only read.
+    /// Adds everything that `other` holds, or nothing if any entry is invalid. `other` is only
+    /// read.
     ///
     /// # Errors
-    /// When it is no store, of another version, damaged, or holds a name or session that cannot be; when this
-    /// one cannot be written.
+    /// When `other` is not a store, has another version, is damaged, or holds an invalid name or
+    /// session; when this store cannot be written.
     pub fn merge(&mut self, other: &Path) -> Result<Merged, StoreError> {
         let theirs = open_to_read(other)?;
-        // One moment of it: its own program may go on writing.
+        // Read one snapshot, because its own program may go on writing.
         let still = theirs.execute_batch("BEGIN");
         still.map_err(|error| refused(other, error))?;
         let own = self.path().to_owned();
@@ -69,7 +71,7 @@ impl Store {
     }
 }
 
-/// Columns of a session but its trainee.
+/// Columns of a session, without its trainee.
 const COLUMNS: &str = "session.id, began_unix_s, task, difficulty, outcome, score, alarms, metrics_version, metrics, \
                        scene, program, file";
 
@@ -147,12 +149,12 @@ fn merge_sessions(
     Ok(())
 }
 
-/// What another program wrote may be anything.
+/// Checks a session that another program may have written.
 fn check_session(id: &str, metrics: &str) -> Result<(), StoreError> {
     check_id(id)?;
     let parsed = serde_json::from_str::<std::collections::BTreeMap<String, f64>>(metrics);
     parsed.map(drop).map_err(|_| StoreError::Value {
-        what: format!("what session {id} was measured by"),
+        what: format!("the metrics of session {id}"),
         value: format!("'{}'", shown(metrics)),
         allowed: "a JSON object of numbers",
     })
@@ -209,7 +211,7 @@ fn merge_sheets(
     Ok(())
 }
 
-/// An earlier program kept names with spaces around them.
+/// Trims the name: an earlier version kept the spaces around it.
 fn name_of(row: &rusqlite::Row<'_>) -> rusqlite::Result<String> {
     Ok(row.get::<_, String>(0)?.trim().to_owned())
 }
@@ -230,7 +232,7 @@ fn rows<T>(
     read.map_err(|error| refused(path, error))
 }
 
-/// A store that is not changed, not even its mode.
+/// Opens a store without changing it, including its journal mode.
 fn open_to_read(path: &Path) -> Result<Connection, StoreError> {
     std::fs::File::open(path).map_err(|source| StoreError::Io {
         path: path.to_owned(),

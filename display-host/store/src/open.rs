@@ -1,4 +1,5 @@
-//! Opening the store: made if it is not there, refused if it is not ours, of another version, or damaged.
+//! Opening the store. A missing store is made; a file of another program, of another version or
+//! with damage is refused.
 
 use std::fs::{DirBuilder, OpenOptions, Permissions};
 use std::io::Read as _;
@@ -12,11 +13,11 @@ use crate::error::StoreError;
 
 /// Version of the tables.
 pub const SCHEMA_VERSION: i64 = 1;
-/// "Calo": SQLite's mark of whose file it is.
+/// "Calo": SQLite's application id, which marks the owner of the file.
 const APPLICATION: i64 = 0x4361_6c6f;
-/// How a SQLite file begins.
+/// First bytes of every SQLite file.
 const MAGIC: &[u8] = b"SQLite format 3\0";
-/// How long another program may hold it.
+/// Longest wait for another program that holds the file.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 const TABLES: &str = "
@@ -56,7 +57,7 @@ CREATE TABLE sheet (
 ) STRICT;
 ";
 
-/// The store, open.
+/// An open store.
 #[derive(Debug)]
 pub struct Store {
     pub(crate) connection: Connection,
@@ -64,15 +65,15 @@ pub struct Store {
 }
 
 impl Store {
-    /// Opens a store; makes it, and its folder, if it is not there. Only its user can read it.
+    /// Opens a store. Makes the file and its folder if they are missing. Only its user can read it.
     ///
     /// # Errors
-    /// As [`StoreError`] says; a file that is refused is not changed.
+    /// See [`StoreError`]; a refused file is not changed.
     pub fn open(path: &Path) -> Result<Self, StoreError> {
         Self::open_within(path, PATIENCE)
     }
 
-    /// As [`Store::open`], waiting so long for another program.
+    /// Like [`Store::open`], but waits at most `patience` for another program.
     ///
     /// # Errors
     /// As [`Store::open`].
@@ -108,14 +109,14 @@ impl Store {
         let flags = OpenFlags::SQLITE_OPEN_READ_WRITE | OpenFlags::SQLITE_OPEN_NO_MUTEX;
         let mut connection = Connection::open_with_flags(path, flags).map_err(sqlite)?;
         connection.busy_timeout(patience).map_err(sqlite)?;
-        // What is deleted is overwritten: who is forgotten is.
+        // Deleted data are overwritten, so a forgotten trainee leaves no trace.
         connection
             .execute_batch("PRAGMA foreign_keys = ON; PRAGMA secure_delete = ON;")
             .map_err(|error| opening(path, error))?;
         Self::make_or_check(&mut connection, path)?;
-        // Somebody's tool may have left it with a log beside it; whoever needs it gone asks again.
+        // Another tool may have left the store with a log file. [`Store::forget`] tries again.
         let _ = one_file(&connection);
-        // One that was copied here may be open to others.
+        // A file that was copied here may be readable by others.
         file.set_permissions(Permissions::from_mode(0o600))
             .map_err(io)?;
         Ok(Self {
@@ -127,7 +128,7 @@ impl Store {
     fn make_or_check(connection: &mut Connection, path: &Path) -> Result<(), StoreError> {
         let broken = |error: rusqlite::Error| opening(path, error);
         let sqlite = |source| refused(path, source);
-        // Two programs that make it at once: one waits for the other.
+        // If two programs make the store at once, one waits for the other.
         let making = connection
             .transaction_with_behavior(rusqlite::TransactionBehavior::Immediate)
             .map_err(broken)?;
@@ -144,7 +145,7 @@ impl Store {
         making.commit().map_err(sqlite)
     }
 
-    /// Where it lies.
+    /// Path of the store's file.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
@@ -155,7 +156,7 @@ impl Store {
     }
 }
 
-/// Whose file it says it is, its version, and how many tables it has.
+/// Application id, version, and number of tables.
 fn marks(connection: &Connection, path: &Path) -> Result<(i64, i64, i64), StoreError> {
     let broken = |error| opening(path, error);
     let number = |name: &str| {
@@ -171,7 +172,7 @@ fn marks(connection: &Connection, path: &Path) -> Result<(i64, i64, i64), StoreE
     ))
 }
 
-/// Refuses what is no store of this version, and whole.
+/// Refuses a file that is not an undamaged store of this version.
 pub(crate) fn check_is_store(connection: &Connection, path: &Path) -> Result<(), StoreError> {
     let path = path.to_owned();
     match marks(connection, &path)? {
@@ -190,13 +191,13 @@ pub(crate) fn check_is_store(connection: &Connection, path: &Path) -> Result<(),
     }
 }
 
-/// Keeps all in the one file, and gives the journal mode that it has then: "delete", unless another
-/// program holds it open with a log beside it.
+/// Keeps all data in one file and returns the resulting journal mode. It is "delete", unless
+/// another program holds the store open with a log file.
 pub(crate) fn one_file(connection: &Connection) -> rusqlite::Result<String> {
     connection.query_row("PRAGMA journal_mode = DELETE", [], |row| row.get(0))
 }
 
-/// What SQLite refused.
+/// Translates an error of SQLite.
 pub(crate) fn refused(path: &Path, error: rusqlite::Error) -> StoreError {
     use rusqlite::ErrorCode::{DatabaseBusy, DatabaseCorrupt, DatabaseLocked, NotADatabase};
     match error.sqlite_error_code() {
@@ -211,8 +212,9 @@ pub(crate) fn refused(path: &Path, error: rusqlite::Error) -> StoreError {
     }
 }
 
-/// What SQLite refused of the first questions to a file: they can be answered of any whole one, so that
-/// what it cannot make sense of is damage, but not what the machine or another program keeps from it.
+/// Translates an error of the first queries to a file. Every undamaged database can answer them, so
+/// an answer that makes no sense means damage. A file that is locked, or that the machine cannot
+/// read, is not damaged.
 fn opening(path: &Path, error: rusqlite::Error) -> StoreError {
     use rusqlite::ErrorCode::{ApiMisuse, TypeMismatch, Unknown};
     match error.sqlite_error_code() {
@@ -228,7 +230,7 @@ fn damaged(path: &Path, error: &rusqlite::Error) -> StoreError {
     }
 }
 
-/// A new session's name: a UUID of version 7, which sorts by time.
+/// Makes a session name: a UUID of version 7, which sorts by time.
 #[must_use]
 pub fn new_id() -> String {
     uuid::Uuid::now_v7().to_string()

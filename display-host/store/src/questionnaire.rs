@@ -1,4 +1,5 @@
-//! Questionnaires: the paper's fourteen items, or a file's; answers; mean and standard deviation.
+//! Questionnaires: the paper's fourteen items or those of a file, the answers, their mean and
+//! standard deviation.
 
 use std::fmt::Display;
 use std::io::Read as _;
@@ -10,60 +11,60 @@ use crate::error::StoreError;
 use crate::open::Store;
 use crate::sheet::check_points;
 
-/// The paper's, in our words.
+/// Questionnaire of the paper, in our words.
 const BUILT_IN: &str = include_str!("questionnaire.toml");
-/// Longest file that is read.
+/// Longest questionnaire file, bytes.
 const MAX_BYTES: u64 = 64 << 10;
-/// Items that a questionnaire may have.
+/// Most items of a questionnaire.
 const ITEMS_MAX: usize = 100;
-/// Longest text, characters.
+/// Longest text of an item or title, characters.
 const TEXT_MAX: usize = 300;
 
-/// A questionnaire: each item is answered with 1 to 5.
+/// A questionnaire. Each item is answered with 1 to 5.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Questionnaire {
-    /// By which answers are kept.
+    /// Key under which answers are stored.
     pub name: String,
-    /// What is shown.
+    /// Title for display.
     pub title: String,
-    /// Its items.
+    /// Items in the order of their answers.
     #[serde(rename = "item")]
     pub items: Vec<Item>,
 }
 
-/// A question.
+/// A question of a questionnaire.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Item {
-    /// By which answers are kept.
+    /// Key under which answers are stored.
     pub id: String,
-    /// What is asked.
+    /// Text of the question.
     pub text: String,
-    /// What the paper found, if it asked.
+    /// Mean that the paper reports, if it asked this question.
     pub paper_mean: Option<f64>,
-    /// Its standard deviation.
+    /// Standard deviation that the paper reports.
     pub paper_sd: Option<f64>,
 }
 
-/// What an item's answers come to.
+/// Summary of the answers to one item.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct ItemSummary {
-    /// What was asked.
+    /// Text of the question.
     pub text: String,
-    /// Answers.
+    /// Number of answers.
     pub count: usize,
-    /// Mean; none without answers.
+    /// Mean; `None` without answers.
     pub mean: Option<f64>,
-    /// Standard deviation of the sample; none with fewer than two.
+    /// Standard deviation of the sample; `None` with fewer than two answers.
     pub sd: Option<f64>,
-    /// The paper's mean and standard deviation.
+    /// Mean and standard deviation of the paper.
     pub paper: Option<[f64; 2]>,
 }
 
 impl Default for Questionnaire {
     fn default() -> Self {
-        // The built-in file is tested.
+        // A test parses the built-in file.
         Self::parse(BUILT_IN).unwrap_or_else(|_| Self {
             name: String::new(),
             title: String::new(),
@@ -73,10 +74,10 @@ impl Default for Questionnaire {
 }
 
 impl Questionnaire {
-    /// Reads a file.
+    /// Reads a questionnaire file.
     ///
     /// # Errors
-    /// [`StoreError::Questionnaire`], with the file and what is wrong.
+    /// [`StoreError::Questionnaire`] names the file and the problem.
     pub fn read(path: &Path) -> Result<Self, StoreError> {
         let wrong =
             |why: &dyn Display| StoreError::Questionnaire(format!("{}: {why}", path.display()));
@@ -84,15 +85,17 @@ impl Questionnaire {
         let file = std::fs::File::open(path).map_err(|error| wrong(&error))?;
         let read = file.take(MAX_BYTES + 1).read_to_string(&mut text);
         if read.map_err(|error| wrong(&error))? as u64 > MAX_BYTES {
-            return Err(wrong(&format_args!("at most {MAX_BYTES} bytes are read")));
+            return Err(wrong(&format_args!(
+                "the file is longer than {MAX_BYTES} bytes"
+            )));
         }
         Self::parse(&text)
     }
 
-    /// Reads a file's text.
+    /// Parses the text of a questionnaire file.
     ///
     /// # Errors
-    /// [`StoreError::Questionnaire`], with what is wrong, and where.
+    /// [`StoreError::Questionnaire`] names the problem and its place.
     pub fn parse(text: &str) -> Result<Self, StoreError> {
         let wrong = |why: String| Err(StoreError::Questionnaire(why));
         let read: Self = match toml::from_str(text) {
@@ -134,10 +137,10 @@ impl Questionnaire {
 }
 
 impl Store {
-    /// Keeps somebody's answers, one for each item in order; earlier ones are replaced.
+    /// Stores a trainee's answers, one for each item in order. They replace earlier answers.
     ///
     /// # Errors
-    /// When there are too few or too many, one is not 1 to 5, or the name may not be.
+    /// When the number of answers is wrong, an answer is not 1 to 5, or the name is invalid.
     pub fn answer(
         &mut self,
         name: &str,
@@ -168,7 +171,7 @@ impl Store {
         Ok(())
     }
 
-    /// What everybody's answers come to, item by item.
+    /// Summarises everybody's answers, item by item.
     ///
     /// # Errors
     /// When the file cannot be read.
@@ -195,7 +198,7 @@ impl Store {
     }
 }
 
-/// Mean, and standard deviation of a sample.
+/// Mean, and standard deviation of the sample.
 fn mean_and_sd(values: &[f64]) -> (Option<f64>, Option<f64>) {
     let count = values.len() as f64;
     if values.is_empty() {

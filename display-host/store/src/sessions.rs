@@ -1,4 +1,4 @@
-//! Trainees and what their sessions came to.
+//! Trainees and the results of their sessions.
 
 use std::collections::BTreeMap;
 
@@ -7,51 +7,51 @@ use rusqlite::{OptionalExtension as _, Row, params};
 use crate::error::StoreError;
 use crate::open::{Store, one_file};
 
-/// A name's length, characters.
+/// Longest name, characters.
 const NAME_MAX: usize = 64;
 
-/// What a session came to.
+/// Result of a session.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct SessionRecord {
     /// UUID of version 7.
     pub id: String,
-    /// When it began, s since 1970.
+    /// Start, s since 1970.
     pub began_unix_s: i64,
     /// The task's name.
     pub task: String,
-    /// How much help was given.
+    /// Level of help.
     pub difficulty: String,
-    /// How it ended: `passed`, `failed`, `aborted`, `practised` or `cut-short`.
+    /// Outcome: `passed`, `failed`, `aborted`, `practised` or `cut-short`.
     pub outcome: String,
-    /// 0 to 100.
+    /// Score, 0 to 100.
     pub score: f64,
-    /// How many alarms there were.
+    /// Number of alarms.
     pub alarms: i64,
-    /// Version of the metrics' definitions: only equal ones compare.
+    /// Version of the metrics' definitions. Only metrics of equal versions are comparable.
     pub metrics_version: u32,
-    /// Metrics by name; what was none is not there.
+    /// Metrics by name. A metric without a value is absent.
     pub metrics: BTreeMap<String, f64>,
     /// The scene's name.
     pub scene: String,
-    /// The program that recorded it.
+    /// Program that recorded the session.
     pub program: String,
-    /// The recording, where it was.
+    /// File of the recording, if there is one.
     pub file: Option<String>,
 }
 
-/// Somebody in the store.
+/// A trainee in the store.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Trainee {
     /// The chosen name.
     pub name: String,
-    /// How many sessions there are.
+    /// Number of sessions.
     pub sessions: i64,
 }
 
-/// The name as it is kept, if it may be: without spaces around it, 1 to 64 characters, each of which is seen.
+/// Trims a name and checks that it has 1 to 64 characters, all of them visible.
 ///
 /// # Errors
-/// [`StoreError::Value`], with the character that is not allowed.
+/// [`StoreError::Value`] names the forbidden character.
 pub fn check_name(name: &str) -> Result<&str, StoreError> {
     let name = name.trim();
     let unseen = name.chars().find(|it| is_unseen(*it));
@@ -63,47 +63,48 @@ pub fn check_name(name: &str) -> Result<&str, StoreError> {
         what: "a trainee's name".to_owned(),
         value: match unseen {
             Some(it) => format!(
-                "'{shown}', with the unseen character U+{:04X}",
+                "'{shown}', with the invisible character U+{:04X}",
                 u32::from(it)
             ),
             None => format!("'{shown}'"),
         },
-        allowed: "1 to 64 characters between the spaces around it, none of them a control character, of no width, \
-                  or turning the text around: two names that look alike would be two people",
+        allowed: "1 to 64 characters without control characters, characters of no width, and characters that \
+                  reverse the text: two names that look alike would be two people",
     })
 }
 
-/// A session's name: a UUID in one spelling, for in another the same session would be another.
+/// Checks a session name. Only one spelling of a UUID is allowed; another spelling would make the
+/// same session a different one.
 pub(crate) fn check_id(id: &str) -> Result<(), StoreError> {
     match uuid::Uuid::parse_str(id).is_ok_and(|it| it.hyphenated().to_string() == id) {
         true => Ok(()),
         false => Err(StoreError::Value {
             what: "a session's name".to_owned(),
             value: format!("'{}'", shown(id)),
-            allowed: "a UUID in small letters with hyphens, which no two stations give",
+            allowed: "a UUID in lower case with hyphens",
         }),
     }
 }
 
-/// What goes to a terminal commands none.
+/// Refuses control characters, which could command the terminal that shows the text.
 pub(crate) fn check_text(id: &str, text: &str) -> Result<(), StoreError> {
     match text.chars().any(char::is_control) {
         false => Ok(()),
         true => Err(StoreError::Value {
-            what: format!("what session {id} says of itself"),
+            what: format!("a text of session {id}"),
             value: format!("'{}'", shown(text)),
             allowed: "text without control characters",
         }),
     }
 }
 
-/// The beginning of a text that is refused, fit for a terminal.
+/// Start of a refused text, escaped for a terminal.
 pub(crate) fn shown(text: &str) -> String {
     text.escape_debug().take(80).collect()
 }
 
-/// Control characters, and those that Unicode calls formats, separators of lines, and fillers: they are not
-/// seen, or change how what follows is seen.
+/// True for control characters and for Unicode's format characters, line separators and fillers.
+/// They are invisible or change how the following text looks.
 fn is_unseen(it: char) -> bool {
     it.is_control()
         || matches!(
@@ -117,19 +118,21 @@ fn is_unseen(it: char) -> bool {
 }
 
 impl Store {
-    /// Adds what a session came to; whoever is new is added too.
+    /// Adds the result of a session, and the trainee if the name is new. Replaces a session of the
+    /// same id.
     ///
     /// # Errors
-    /// When the name may not be, or the file cannot be written.
+    /// When the name is invalid or the file cannot be written.
     pub fn add_session(&mut self, name: &str, session: &SessionRecord) -> Result<(), StoreError> {
         self.insert("REPLACE", name, session).map(drop)
     }
 
-    /// Adds what a session came to by its recording, which may come from anywhere; `false`: it is there already,
-    /// and stays as it is.
+    /// Adds the result of a session from its recording, which may come from any source. Returns
+    /// `false` if the session is already there; it then stays unchanged.
     ///
     /// # Errors
-    /// As [`Store::add_session`]; when it is somebody else's there, or its name or texts cannot be.
+    /// As [`Store::add_session`]; also when the session belongs to another trainee, or its id or
+    /// texts are invalid.
     pub fn add_recorded(
         &mut self,
         name: &str,
@@ -144,7 +147,7 @@ impl Store {
         for text in [session.scene.as_str(), &session.program, file] {
             check_text(&session.id, text)?;
         }
-        // Who is refused is no new trainee.
+        // A refused session must not add a trainee.
         let added = match self.owner(&session.id)? {
             Some(_) => false,
             None => self.insert("IGNORE", name, session)?,
@@ -157,7 +160,7 @@ impl Store {
         }
     }
 
-    /// Whose session it is, if it is there.
+    /// Name of the trainee to whom a session belongs, if it is in the store.
     fn owner(&self, id: &str) -> Result<Option<String>, StoreError> {
         let found = self.connection.query_row(
             "SELECT name FROM trainee JOIN session ON session.trainee = trainee.id WHERE session.id = ?1",
@@ -167,7 +170,7 @@ impl Store {
         found.optional().map_err(|error| self.refused(error))
     }
 
-    /// Whether it was added; `conflict` is what SQLite does where one of its name is there.
+    /// Returns true if the session was added. `conflict` is SQLite's action when the id exists.
     fn insert(
         &self,
         conflict: &str,
@@ -175,7 +178,7 @@ impl Store {
         session: &SessionRecord,
     ) -> Result<bool, StoreError> {
         let trainee = self.trainee_or_new(name)?;
-        // A number that is none has no place in JSON.
+        // JSON has no NaN and no infinity.
         let metrics: BTreeMap<&String, f64> = session
             .metrics
             .iter()
@@ -225,7 +228,7 @@ impl Store {
     }
 
     pub(crate) fn trainee(&self, name: &str) -> Result<i64, StoreError> {
-        // A name with spaces around it may have been kept by an earlier program.
+        // An earlier version may have stored a name with spaces around it.
         let found = self
             .connection
             .query_row(
@@ -239,7 +242,7 @@ impl Store {
             .ok_or_else(|| StoreError::NoTrainee(name.escape_debug().to_string()))
     }
 
-    /// Everybody, by name.
+    /// All trainees, sorted by name.
     ///
     /// # Errors
     /// When the file cannot be read.
@@ -257,10 +260,10 @@ impl Store {
         )
     }
 
-    /// Somebody's sessions, oldest first; of one task, if one is named.
+    /// Sessions of a trainee, oldest first; of one task only, if `task` is given.
     ///
     /// # Errors
-    /// When there is nobody of this name, or the file cannot be read.
+    /// When no trainee has this name, or the file cannot be read.
     pub fn sessions(
         &self,
         name: &str,
@@ -291,12 +294,12 @@ impl Store {
             .map_err(|error| self.refused(error))
     }
 
-    /// Forgets somebody: sessions, answers, sheets, name. What was there is overwritten. Gives the
-    /// recordings that were named, which lie where they lay.
+    /// Deletes a trainee with all sessions, sheets and answers, and overwrites the data. Returns
+    /// the paths of the trainee's recordings; the recordings themselves stay.
     ///
     /// # Errors
-    /// When there is nobody of this name, the file cannot be written, or what is deleted would stay in a log
-    /// beside it.
+    /// When no trainee has this name, the file cannot be written, or the deleted data would stay in
+    /// a log file.
     pub fn forget(&mut self, name: &str) -> Result<Vec<String>, StoreError> {
         let files = self.sessions(name, None)?;
         let trainee = self.trainee(name)?;

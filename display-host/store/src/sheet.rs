@@ -1,12 +1,12 @@
-//! The instructor's sheet: the five items of GOALS, each 1 to 5.
+//! The instructor's assessment sheet: the five items of GOALS, each 1 to 5.
 
 use rusqlite::{OptionalExtension as _, params};
 
 use crate::error::StoreError;
 use crate::open::Store;
 
-/// Items of the sheet, by their short names: Global Operative Assessment of Laparoscopic Skills
-/// (Vassiliou 2005); novices reach 13 of 25, the experienced 19.4.
+/// Short and full names of the items: Global Operative Assessment of Laparoscopic Skills (Vassiliou
+/// 2005). Novices reach 13 of 25, experienced surgeons 19.4.
 pub const GOALS: [(&str, &str); 5] = [
     ("depth", "Depth perception"),
     ("hands", "Bimanual dexterity"),
@@ -16,7 +16,7 @@ pub const GOALS: [(&str, &str); 5] = [
 ];
 
 impl Store {
-    /// Writes an instructor's points for a session: one for each item of [`GOALS`].
+    /// Stores an instructor's points for a session: one value for each item of [`GOALS`].
     ///
     /// # Errors
     /// When there is no such session, or a value is not 1 to 5.
@@ -43,7 +43,8 @@ impl Store {
         Ok(())
     }
 
-    /// The points of a session, in the order of [`GOALS`]: item's name and points; empty: none.
+    /// Full name and points of each item, in the order of [`GOALS`]; empty if the session has no
+    /// sheet.
     ///
     /// # Errors
     /// When the file cannot be read.

@@ -41,7 +41,7 @@ fn a_recorded_session_is_added_once_and_is_nobody_elses_after() {
     let kept = session(100, "cut", 40.0);
     assert!(store.add_recorded(" Ada ", &kept).unwrap());
     store.set_sheet(&kept.id, [1, 2, 3, 4, 5]).unwrap();
-    // Another recording says that it is the same session, and came to more.
+    // Another recording claims the same id with a better score.
     let forged = SessionRecord {
         score: 100.0,
         ..kept.clone()
@@ -76,7 +76,7 @@ fn what_is_kept_comes_back_in_order_and_only_its_user_can_read_it() {
     store.add_session("Bo", &session(1, "cut", 1.0)).unwrap();
     drop(store);
     assert_eq!((mode(&path), mode(path.parent().unwrap())), (0o600, 0o700));
-    // One that was copied here open to others is closed.
+    // A copied file that others can read becomes private.
     std::fs::set_permissions(&path, std::fs::Permissions::from_mode(0o644)).unwrap();
     let store = Store::open(&path).unwrap();
     assert_eq!(mode(&path), 0o600);
@@ -186,7 +186,7 @@ fn answers_are_summarised_beside_the_papers() {
     store.answer("Ada", &questions, &[2; 14], 1).unwrap();
     assert_eq!(store.summarise(&questions).unwrap()[3].sd, None);
     store.answer("Bo", &questions, &[4; 14], 2).unwrap();
-    // Asked again, the newer answer counts.
+    // The newer answer counts.
     store.answer("Ada", &questions, &[3; 14], 3).unwrap();
     let summary = store.summarise(&questions).unwrap();
     assert_eq!((summary[7].count, summary[7].mean), (2, Some(3.5)));
@@ -238,9 +238,9 @@ fn another_programs_file_another_version_and_damage_are_refused_and_left_alone()
     let connection = Connection::open(&path).unwrap();
     connection.execute_batch("CREATE TABLE theirs (x)").unwrap();
     drop(connection);
-    refused("no store of Calot");
+    refused("not a store of Calot");
     std::fs::write(&path, "a text").unwrap();
-    refused("no store of Calot");
+    refused("not a store of Calot");
 }
 
 #[test]
@@ -359,7 +359,7 @@ fn ids_differ_and_sort_by_time() {
     );
 }
 
-/// A store of a station where `people` have worked, a session each.
+/// A store in which each of `people` has one session.
 fn station(path: &Path, people: &[&str]) -> Store {
     let mut store = Store::open(path).unwrap();
     for (name, at) in people.iter().zip(100..) {
@@ -412,7 +412,7 @@ fn stores_of_several_stations_become_one() {
     assert_eq!(answers[0]["value"], 5, "the newer answer is kept");
     assert_eq!(std::fs::read(other("second.sqlite")).unwrap(), before);
 
-    // What a centre asks of it.
+    // The query of a training centre.
     let mut statement = store.connection.prepare(EXAMPLE_SQL).unwrap();
     let rows = statement.query_map([], |row| {
         Ok((row.get(0)?, row.get(2)?, row.get(3)?, row.get(4)?))
@@ -467,7 +467,7 @@ fn what_cannot_be_merged_changes_nothing() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(16))]
 
-    /// Whatever is damaged: it is refused or read, and never loses what is not damaged by itself.
+    /// Any damage: the store is refused or read, and never loses undamaged data.
     #[test]
     fn a_damaged_store_is_read_or_refused(
         flips in prop::collection::vec((0.0f64..1.0, any::<u8>()), 1..40), cut in 0.0f64..2.0,

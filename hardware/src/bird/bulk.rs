@@ -1,5 +1,5 @@
-//! The protocol in packets: a thread sends the commands, asks for records, and keeps what comes for
-//! the tick.
+//! The bird protocol in USB packets. A thread sends commands, asks for records and stores the
+//! answers for the tick.
 
 use core::fmt;
 use std::io;
@@ -13,33 +13,33 @@ use super::transport::Transport;
 use crate::HardwareError;
 use crate::line::{Bytes, Read, Written, now_ns};
 
-/// Two pipes to a device, a packet at a time.
+/// A device's two pipes, one packet at a time.
 pub trait BulkPipe: Send {
-    /// Sends one packet; waits until it is gone.
+    /// Sends one packet and waits until it is gone.
     fn write(&mut self, packet: &[u8]) -> io::Result<()>;
-    /// Waits for a packet, at most `wait`; 0 when none came. Packets have at most 64 bytes.
+    /// Waits at most `wait` for a packet; returns 0 when none came.
     fn read(&mut self, packet: &mut [u8; PACKET_BYTES], wait: Duration) -> io::Result<usize>;
 }
 
 /// Most bytes of a packet.
 pub const PACKET_BYTES: usize = 64;
-/// Between two questions for a record: as often as the unit measures by itself.
+/// Interval between two requests for a record: the unit's own measurement rate.
 const ASK_EVERY: Duration = Duration::from_millis(10);
-/// A question without an answer for so long is asked again; sooner would upset the unit.
+/// A request without an answer for this long is repeated. Sooner would upset the unit.
 const GIVE_UP: Duration = Duration::from_millis(100);
-/// A command waits for a packet at most so long.
+/// Longest wait for a packet before the next command is sent.
 const WAIT: Duration = Duration::from_millis(2);
-/// Commands under way to the thread.
+/// Most commands queued for the thread.
 const ROOM: usize = 64;
 /// Longest command.
 const COMMAND_BYTES: usize = 16;
 
-/// A command on its way to the thread.
+/// A command queued for the thread.
 #[derive(Debug, Clone, Copy)]
 struct Command {
     bytes: [u8; COMMAND_BYTES],
     len: usize,
-    /// Ask this again and again.
+    /// True for a request that the thread repeats.
     is_point: bool,
 }
 
@@ -61,7 +61,7 @@ impl Command {
     }
 }
 
-/// A pipe with its thread. Dropping it sends what was still to be sent, and ends the thread.
+/// A pipe and its thread. Dropping it sends the queued commands and ends the thread.
 pub(super) struct Bulk {
     path: PathBuf,
     heard: Arc<Bytes>,
@@ -78,7 +78,7 @@ impl fmt::Debug for Bulk {
 }
 
 impl Bulk {
-    /// Starts the thread. `path` is for people.
+    /// Starts the thread. `path` appears in messages only.
     pub(super) fn start(path: &Path, mut pipe: Box<dyn BulkPipe>) -> Result<Self, HardwareError> {
         let (commands, to_send) = sync_channel(ROOM);
         let heard = Arc::new(Bytes::new());
@@ -146,7 +146,7 @@ impl Drop for Bulk {
     }
 }
 
-/// Sends and hears until the pipe breaks or nobody has anything to send any more.
+/// Sends and receives until the pipe breaks or all senders are gone.
 fn serve(pipe: &mut dyn BulkPipe, to_send: &Receiver<Command>, into: &Bytes) -> io::Result<()> {
     let mut point: Option<Command> = None;
     let mut asked: Option<Instant> = None;
@@ -156,7 +156,7 @@ fn serve(pipe: &mut dyn BulkPipe, to_send: &Receiver<Command>, into: &Bytes) -> 
         match to_send.try_recv() {
             Ok(command) if command.is_point => point = Some(command),
             Ok(command) => {
-                // A command of its own ends the asking, as it ends a stream.
+                // Any other command ends the repeated request, as it ends a stream.
                 point = None;
                 pipe.write(command.as_bytes())?;
             }

@@ -1,8 +1,8 @@
-//! The bird's side of the protocol, as the emulator plays it.
+//! The bird's side of the protocol, for the emulator.
 
 use super::wire::{Hemisphere, Record, Scale, command, parameter, status};
 
-/// State of a bird, or of a group of them: takes command bytes, gives answers and records.
+/// State of a bird or a group of birds: takes command bytes, returns answers and records.
 #[derive(Debug, Clone)]
 pub struct Bird {
     model: [u8; 10],
@@ -10,25 +10,25 @@ pub struct Bird {
     streaming: bool,
     scale: Scale,
     group: bool,
-    /// Birds that were counted into the group.
+    /// Number of birds counted into the group.
     counted: u8,
     error: u8,
     command: Partial,
-    /// The one that the next command is for.
+    /// Address of the bird that receives the next command.
     addressed: u8,
     birds: Vec<Sensor>,
 }
 
-/// One of the birds.
+/// One bird.
 #[derive(Debug, Clone, Copy)]
 struct Sensor {
     pose: Record,
     hemisphere: Hemisphere,
-    /// Whether its records are position and quaternion; else they are position and angles.
+    /// True if its records hold position and quaternion; otherwise position and angles.
     with_quaternion: bool,
 }
 
-/// A command whose arguments are still coming.
+/// A command whose arguments are incomplete.
 #[derive(Debug, Clone, Copy, Default)]
 struct Partial {
     code: u8,
@@ -37,19 +37,19 @@ struct Partial {
     need: usize,
 }
 
-/// Error 6: the command is not known.
+/// Error 6: unknown command.
 const INVALID_COMMAND: u8 = 6;
-/// Bytes of a record of position and angles.
+/// Length of a record of position and angles.
 const ANGLES_BYTES: usize = 12;
 
 impl Bird {
-    /// A bird after power-up: running, silent, in the forward hemisphere.
+    /// A bird after power-up: it runs, sends nothing, and expects the forward hemisphere.
     #[must_use]
     pub fn new(pose: Record) -> Self {
         Self::flock(&[pose])
     }
 
-    /// Birds with the addresses 1, 2, … and these poses.
+    /// Birds with these poses and the addresses 1, 2, ….
     #[must_use]
     pub fn flock(poses: &[Record]) -> Self {
         Self {
@@ -73,13 +73,13 @@ impl Bird {
         }
     }
 
-    /// The same bird under another name of ten characters.
+    /// Changes the ten-character model name.
     #[must_use]
     pub fn called(self, model: [u8; 10]) -> Self {
         Self { model, ..self }
     }
 
-    /// Length of the one command at the beginning of `bytes`, its address included.
+    /// Length of the first command in `bytes`, including its address.
     #[must_use]
     pub fn command_len(bytes: &[u8]) -> usize {
         let prefix = usize::from(bytes.first().is_some_and(|&byte| byte > command::TO_BIRD));
@@ -92,20 +92,20 @@ impl Bird {
         prefix + 1 + arguments
     }
 
-    /// Where the first sensor really is.
+    /// Sets the true pose of the first sensor.
     pub fn set_pose(&mut self, pose: Record) {
         if let Some(first) = self.birds.first_mut() {
             first.pose = pose;
         }
     }
 
-    /// Whether records flow by themselves.
+    /// True if records flow without requests.
     #[must_use]
     pub const fn is_streaming(&self) -> bool {
         self.streaming && self.running
     }
 
-    /// Takes the bytes that the host sent; hands what it answers to `answer`.
+    /// Takes bytes from the host and passes the answers to `answer`.
     pub fn receive(&mut self, bytes: &[u8], mut answer: impl FnMut(&[u8])) {
         for &byte in bytes {
             let command = &mut self.command;
@@ -204,7 +204,7 @@ impl Bird {
         self.birds.get_mut(place)
     }
 
-    /// The record of the present pose; in a group every bird's, each with its address.
+    /// Record of the present pose; in a group the record of every bird, each with its address.
     #[must_use]
     pub fn record(&self) -> Vec<u8> {
         self.record_of(1)
@@ -224,7 +224,7 @@ impl Bird {
     }
 }
 
-/// Arguments of a change of this parameter, its number included.
+/// Number of argument bytes that change this parameter, including its number.
 const fn change_arguments(parameter: u8) -> usize {
     match parameter {
         parameter::GROUP_MODE | parameter::AUTO_CONFIGURE => 2,
@@ -233,8 +233,8 @@ const fn change_arguments(parameter: u8) -> usize {
 }
 
 impl Sensor {
-    /// In the wrong hemisphere the position comes out mirrored through the transmitter, as it does
-    /// from the real one.
+    /// In the wrong hemisphere the position is mirrored through the transmitter, as with the real
+    /// bird.
     fn record(&self, scale: Scale) -> Vec<u8> {
         let mut record = self.pose;
         if self.hemisphere.depth(record.position_m) < 0.0 {
@@ -242,7 +242,7 @@ impl Sensor {
         }
         let mut bytes = record.bytes(scale).to_vec();
         if !self.with_quaternion {
-            // Words of angles in place of the quaternion's: nobody reads them.
+            // The words of the angles are never read.
             bytes.truncate(ANGLES_BYTES);
         }
         bytes
@@ -314,7 +314,7 @@ mod tests {
             rotation: UnitQuaternion::identity(),
         };
         let mut flock = Bird::flock(&[pose(0.1), pose(0.2), pose(0.3)]);
-        // Two counted, both with quaternions, group mode.
+        // Two birds are counted, both send quaternions, group mode is on.
         answers(&mut flock, b"P\x32\x02\xF1]\xF2]P\x23\x01");
         let all = answers(&mut flock, b"B");
         assert_eq!((all.len(), all[14], all[29]), (30, 1, 2));

@@ -1,7 +1,8 @@
-//! The mild filter that a camera needs: a tracker's noise, a tenth of a millimetre, makes a picture
-//! tremble that is seen from a few centimetres; a filter strong enough for that drags behind a hand.
+//! A mild filter for the camera. A tracker's noise of 0.1 mm makes a close-up picture tremble; a
+//! fixed low pass strong enough to hide that would lag behind the hand.
 //!
-//! Casiez, Roussel and Vogel's "1 € filter" (CHI 2012): a low pass whose corner rises with speed.
+//! Method: the 1 € filter of Casiez, Roussel and Vogel (CHI 2012), a low pass whose corner
+//! frequency rises with speed.
 
 use nalgebra::UnitQuaternion;
 use rt_core::math::Vec3;
@@ -9,22 +10,22 @@ use rt_core::time::TimeNs;
 
 use super::wire::Record;
 
-/// Corner at rest, Hz, unless the station says otherwise.
+/// Default corner frequency at rest, Hz.
 pub(super) const REST_HZ: f32 = 3.0;
-/// What a speed adds to it, Hz per m/s: at 0.1 m/s the picture is 2 ms behind.
+/// Corner frequency added per speed, Hz per m/s: at 0.1 m/s the picture lags by 2 ms.
 const HZ_PER_M_S: f32 = 700.0;
-/// What a turning adds, Hz per rad/s.
+/// Corner frequency added per turning speed, Hz per rad/s.
 const HZ_PER_RAD_S: f32 = 70.0;
-/// Corner of the speed itself, Hz.
+/// Corner frequency of the speed's own low pass, Hz.
 const SPEED_HZ: f32 = 3.0;
-/// After a gap of so long it begins anew.
+/// A gap this long restarts the filter.
 const GAP_NS: u64 = 200_000_000;
 
-/// A filter and what it remembers.
+/// The filter and its state.
 #[derive(Debug, Clone)]
 pub(super) struct Filter {
     last: Option<State>,
-    /// Corner at rest, Hz; 0: nothing is filtered.
+    /// Corner frequency at rest, Hz; 0 turns the filter off.
     rest_hz: f32,
 }
 
@@ -46,7 +47,7 @@ impl Filter {
         }
     }
 
-    /// Takes a record that came at `at_ns`; gives what to show.
+    /// Takes a record that arrived at `at_ns` and returns the filtered record.
     pub(super) fn update(&mut self, record: &Record, at_ns: TimeNs) -> Record {
         let raw = (Vec3::from(record.position_m), record.rotation);
         let fresh = State {
@@ -73,7 +74,7 @@ impl Filter {
 
 impl State {
     fn followed(self, raw: (Vec3, UnitQuaternion<f32>), at_ns: TimeNs, rest_hz: f32) -> Self {
-        // Records of one batch carry one time: as if they had come in order, a little apart.
+        // Records of one batch have equal times; assume 1 ms between them.
         let dt_s = (at_ns.saturating_sub(self.at_ns) as f32 * 1e-9).max(1e-3);
         let turned = (self.raw.1.inverse() * raw.1).scaled_axis();
         let of_speed = share(SPEED_HZ, dt_s);
@@ -96,7 +97,7 @@ impl State {
     }
 }
 
-/// Share of the way to the new value that a low pass of this corner goes in `dt_s`.
+/// Weight of the new value in a low pass of this corner frequency after `dt_s`.
 fn share(corner_hz: f32, dt_s: f32) -> f32 {
     let turns = std::f32::consts::TAU * corner_hz * dt_s;
     turns / (1.0 + turns)
@@ -126,7 +127,7 @@ mod tests {
             let noise = random.between(-1e-4, 1e-4);
             let out = filter.update(&at(noise, 0.0), step * PERIOD_NS).position_m[0];
             if step > 100 {
-                // What is seen of noise is its change from picture to picture.
+                // Visible noise is the change from picture to picture.
                 raw += (noise - before.0).powi(2);
                 shown += (out - before.1).powi(2);
             }

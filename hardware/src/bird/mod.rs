@@ -1,6 +1,6 @@
-//! Ascension's Flock-of-Birds protocol: records of position and quaternion from one bird or a group
-//! of them. Serial trackers (Flock of Birds, miniBIRD, laserBIRD) stream them; a trakSTAR takes the
-//! same commands in packets over USB, and is asked for each record.
+//! Ascension's Flock-of-Birds protocol: records of position and quaternion from one bird or a
+//! group. Serial trackers (Flock of Birds, miniBIRD, laserBIRD) stream them. A trakSTAR takes the
+//! same commands in USB packets and sends one record per request.
 
 mod bulk;
 pub mod device;

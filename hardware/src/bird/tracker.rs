@@ -1,4 +1,4 @@
-//! Driver of a bird, alone or of a group: the endoscope's tracker.
+//! Driver of the endoscope's tracker: a single bird or one of a group.
 
 use std::path::Path;
 use std::thread;
@@ -16,51 +16,51 @@ use super::wire::{Hemisphere, Record, RecordReader, Scale, command, parameter, s
 use crate::HardwareError;
 use crate::line::{Line, Read, Written};
 
-/// The fastest of the bird's rates: a record takes 1.2 ms on the wire.
+/// Fastest rate of a serial bird: a record takes 1.2 ms on the wire.
 pub(crate) const BAUD: u32 = 115_200;
-/// A bird answers a question within milliseconds; one that sleeps or resets takes longer.
+/// Longest wait for an answer. A bird needs milliseconds, longer if it sleeps or resets.
 const ANSWER: Duration = Duration::from_millis(500);
-/// Tries per question: bytes of an old stream may stand before the first answer.
+/// Attempts per question: bytes of an old stream may precede the first answer.
 const TRIES: u32 = 4;
-/// A stream that was told to stop is over when the line has been quiet for so long; after each try that came to
-/// nothing for so many times as long: on a busy computer an emulated bird is late, and old answers stand before new
-/// ones.
+/// A stopped stream has ended when the line is quiet for this long. Each failed attempt multiplies
+/// the time by `QUIETER`: on a busy computer an emulated bird is late, and old answers come before
+/// new ones.
 const QUIET: Duration = Duration::from_millis(30);
 const QUIETER: u32 = 4;
 /// Most bytes that one poll reads: 36 records.
 const BYTES_PER_POLL: usize = 512;
-/// An endoscope is never moved faster than this, m/s…
+/// Fastest plausible movement of an endoscope, m/s…
 const SPEED_LIMIT_M_S: f32 = 2.0;
-/// …beside this much noise, m.
+/// …on top of this much noise, m.
 const NOISE_M: f32 = 0.003;
-/// Without a record for so long, any place is plausible.
+/// After this long without a record, any position is plausible.
 const FORGET_NS: u64 = 500_000_000;
-/// Errors after which the manual says that the bird must not be used.
+/// Errors after which the manual forbids use of the bird.
 const FATAL: [u8; 12] = [1, 2, 15, 16, 20, 21, 22, 23, 24, 25, 26, 27];
 
-/// Silence that a group needs before and after it is counted.
+/// Silence that a group needs before and after it is configured.
 const CONFIGURED: Duration = Duration::from_millis(600);
 /// Most birds of a group.
 const BIRDS_MAX: u8 = 14;
 
-/// How the tracker is set up.
+/// Settings of the tracker.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BirdSetup {
-    /// Where the endoscope is, seen from the transmitter.
+    /// Hemisphere of the endoscope, seen from the transmitter.
     pub hemisphere: Hemisphere,
-    /// How far positions reach.
+    /// Range of the positions.
     pub scale: Scale,
-    /// Units on the bus: 1 to 14. An extended-range controller that leads them is refused: its
+    /// Number of units on the bus, 1 to 14. An extended-range controller is refused, because its
     /// positions have another scale.
     pub birds: u8,
-    /// Which of them is on the endoscope: 1 to `birds`.
+    /// Address of the endoscope's bird, 1 to `birds`.
     pub bird: u8,
-    /// Corner of the filter while the endoscope is held still, Hz; 0: no filter.
+    /// Corner frequency of the filter while the endoscope is held still, Hz; 0: no filter.
     pub filter_rest_hz: f32,
 }
 
 impl Default for BirdSetup {
-    /// One bird, within 0.9 m, where −z of the transmitter points.
+    /// One bird, within 0.9 m, on the −z side of the transmitter.
     fn default() -> Self {
         Self {
             hemisphere: Hemisphere::Upper,
@@ -72,7 +72,7 @@ impl Default for BirdSetup {
     }
 }
 
-/// A tracker that gives position and rotation about 100 times a second, mildly filtered.
+/// A tracker that returns about 100 mildly filtered poses per second.
 #[derive(Debug)]
 pub struct BirdTracker {
     line: Box<dyn Transport>,
@@ -84,19 +84,18 @@ pub struct BirdTracker {
 }
 
 impl BirdTracker {
-    /// Opens a serial line, asks who answers, and starts the stream. Not for the tick: takes a second
-    /// or so, a group two more.
+    /// Opens a serial line, identifies the bird and starts the stream. Not for the tick: takes
+    /// about 1 s, for a group 2 s more.
     pub fn open(path: &Path, setup: BirdSetup) -> Result<Self, HardwareError> {
         Self::start(Box::new(Line::open(path, BAUD)?), setup)
     }
 
-    /// The same for a trakSTAR on the USB: `usb` for the first that is plugged in, or a unit's serial
-    /// number.
+    /// Opens a trakSTAR on the USB: the first one (`usb`) or the one with this serial number.
     pub fn open_usb(name: &Path, setup: BirdSetup) -> Result<Self, HardwareError> {
         Self::open_bulk(name, Box::new(UsbPipe::open(name)?), setup)
     }
 
-    /// The same for any device that takes the commands in packets; `name` is for people.
+    /// Opens any device that takes the commands in packets. `name` appears in messages only.
     pub fn open_bulk(
         name: &Path,
         pipe: Box<dyn BulkPipe>,
@@ -132,20 +131,21 @@ impl BirdTracker {
         let [low_now, high_now] = bird.ask(parameter::SCALING)?;
         if [low_now, high_now] != [low, high] {
             return Err(bird.wrong(format!(
-                "a scale of code {low_now} that cannot be set to {low}"
+                "scale code {low_now}, which cannot be changed to {low}"
             )));
         }
         let [axis, sign] = setup.hemisphere.bytes();
         bird.tell_bird(setup.bird, &[command::HEMISPHERE, axis, sign])?;
         if bird.is_group() {
-            // Every bird's record must be as long as the next one's.
+            // All birds must send records of equal length.
             for address in 1..=birds {
                 bird.tell_bird(address, &[command::POSITION_QUATERNION])?;
             }
             bird.tell(&[command::CHANGE, parameter::GROUP_MODE, 1])?;
             bird.reader = RecordReader::of_group();
         } else {
-            // An earlier host may have left it in a group: each record would end with an address.
+            // An earlier host may have left the bird in group mode, in which each record ends with
+            // an address.
             bird.tell(&[command::CHANGE, parameter::GROUP_MODE, 0])?;
             bird.tell_bird(setup.bird, &[command::POSITION_QUATERNION])?;
         }
@@ -160,19 +160,19 @@ impl BirdTracker {
         Ok(bird)
     }
 
-    /// The line.
+    /// Path of the line.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.line.path()
     }
 
-    /// How it is set up.
+    /// Settings of the tracker.
     #[must_use]
     pub const fn setup(&self) -> BirdSetup {
         self.setup
     }
 
-    /// Whether the line is gone; see [`crate::rig::RigHaptic::is_lost`].
+    /// True if the line is lost; see [`crate::rig::RigHaptic::is_lost`].
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.line.is_lost()
@@ -183,7 +183,7 @@ impl BirdTracker {
     }
 
     fn identify(&mut self) -> Result<(), HardwareError> {
-        // Ends a stream that an earlier host left; a bird at rest answers with one record.
+        // End a stream that an earlier host left on. A bird at rest answers with one record.
         self.tell(&[command::RUN])?;
         self.tell(&[command::POINT])?;
         let model: [u8; 10] = self.ask(parameter::MODEL)?;
@@ -224,7 +224,7 @@ impl BirdTracker {
         }
     }
 
-    /// Tells one bird, by its address where there may be others.
+    /// Sends a command to one bird, with its address if there may be others.
     fn tell_bird(&mut self, address: u8, bytes: &[u8]) -> Result<(), HardwareError> {
         if !self.is_group() && !self.line.is_addressed() {
             return self.tell(bytes);
@@ -253,7 +253,7 @@ impl BirdTracker {
         }
     }
 
-    /// Asks for a parameter until an answer of exactly `N` bytes stands alone on the line.
+    /// Asks for a parameter until the line holds an answer of exactly `N` bytes.
     fn ask<const N: usize>(&mut self, parameter: u8) -> Result<[u8; N], HardwareError> {
         let began = Instant::now();
         let (mut heard, mut quiet) = (0, QUIET);
@@ -277,7 +277,7 @@ impl BirdTracker {
                 return Ok(answer);
             }
             if rest > 0 {
-                // More than the answer: a stream that is still on.
+                // More bytes than the answer: a stream is still on.
                 self.tell(&[command::POINT])?;
             }
             quiet = ANSWER.min(quiet * QUIETER);
@@ -290,7 +290,8 @@ impl BirdTracker {
         })
     }
 
-    /// Throws away what comes until the line is quiet for so long, or for so long and half a second; says how much.
+    /// Discards input until the line is quiet for `quiet`, at most for that and half a second.
+    /// Returns the number of bytes discarded.
     fn drain(&mut self, quiet: Duration) -> Result<u64, HardwareError> {
         let start = Instant::now();
         let mut last = start;
@@ -316,13 +317,13 @@ impl BirdTracker {
     }
 }
 
-/// How the controller of an extended-range transmitter calls itself.
+/// Model name of the controller of an extended-range transmitter.
 const EXTENDED_RANGE: &[u8] = b"6DERC";
 const NAME: &str = "Flock-of-Birds tracker";
 
 impl Drop for BirdTracker {
     fn drop(&mut self) {
-        // A packet holds one command.
+        // A packet holds one command only.
         self.line.write(&[command::POINT]);
         self.line.write(&[command::SLEEP]);
     }
@@ -369,8 +370,8 @@ impl Tracker for BirdTracker {
     }
 }
 
-/// Holds back a record that lies implausibly far from the last one until a second one agrees
-/// with it: records have no checksum.
+/// Holds back a record that is implausibly far from the last one until a second one agrees with it,
+/// because records have no checksum.
 #[derive(Debug, Default)]
 struct Gate {
     admitted: Option<(Vec3, TimeNs)>,
@@ -411,7 +412,7 @@ mod tests {
         }
     }
 
-    /// An emulated bird whose answers come so late.
+    /// An emulated bird with delayed answers.
     #[derive(Debug)]
     struct Late {
         bird: Bird,

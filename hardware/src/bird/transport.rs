@@ -1,4 +1,4 @@
-//! What carries the commands and the records.
+//! Transports of commands and records.
 
 use core::fmt;
 use std::path::Path;
@@ -6,19 +6,19 @@ use std::path::Path;
 use super::wire::command;
 use crate::line::{Line, Read, Written};
 
-/// A serial line, or packets. Nothing here waits or, once records flow, allocates.
+/// A serial line or USB packets. No method waits; none allocates once records flow.
 pub(super) trait Transport: fmt::Debug + Send {
-    /// What was opened.
+    /// Path that was opened.
     fn path(&self) -> &Path;
-    /// Whether it is gone.
+    /// True if the transport is lost.
     fn is_lost(&self) -> bool;
-    /// What has come.
+    /// Reads the bytes that have arrived.
     fn read(&mut self, buffer: &mut [u8]) -> Read;
     /// Sends one command.
     fn write(&mut self, bytes: &[u8]) -> Written;
-    /// Makes records flow; `point` asks for one.
+    /// Starts the flow of records; `point` is the command for one record.
     fn begin(&mut self, point: &[u8]) -> Written;
-    /// Whether a lone bird wants its address, and its units counted, too.
+    /// True if a single bird also needs its address and a configured group.
     fn is_addressed(&self) -> bool;
 }
 

@@ -1,7 +1,7 @@
 //! A trakSTAR's pipes on the USB.
 //!
-//! Numbers of devices and endpoints: two open drivers of medSAFE and trakSTAR units. Neither they
-//! nor we could try every unit: start with `calot devices conformance`.
+//! Source of device and endpoint numbers: two open drivers of medSAFE and trakSTAR units. Not
+//! tested on every unit, so start with `calot devices conformance`.
 
 use std::io;
 use std::path::Path;
@@ -13,26 +13,26 @@ use nusb::{Endpoint, MaybeFuture};
 use super::bulk::{BulkPipe, PACKET_BYTES};
 use crate::HardwareError;
 
-/// medSAFE, trakSTAR, driveBAY 2.
+/// Vendor and product ids of medSAFE, trakSTAR, driveBAY 2.
 const UNITS: [(u16, u16); 3] = [(0x04B4, 0x1003), (0x04B4, 0x1005), (0x21E2, 0x1008)];
 const OUT: u8 = 0x02;
 const IN: u8 = 0x86;
-/// A unit takes a command at once.
+/// Longest wait for a unit to take a command.
 const WRITE_LIMIT: Duration = Duration::from_millis(500);
 
-/// Whether these are a trakSTAR's numbers.
+/// True for the USB ids of a trakSTAR.
 pub(crate) fn is_trakstar(vendor: u16, product: u16) -> bool {
     UNITS.contains(&(vendor, product))
 }
 
-/// An open unit.
+/// An open trakSTAR.
 pub(super) struct UsbPipe {
     to_unit: Endpoint<Bulk, Out>,
     from_unit: Endpoint<Bulk, In>,
 }
 
 impl UsbPipe {
-    /// Opens the unit with this serial number, or with `usb` the first that is plugged in.
+    /// Opens the unit with this serial number; `usb` opens the first unit found.
     pub(super) fn open(name: &Path) -> Result<Self, HardwareError> {
         let failed = |doing: &'static str| {
             move |error: nusb::Error| match error.kind() {
@@ -86,7 +86,7 @@ impl BulkPipe for UsbPipe {
     }
 
     fn read(&mut self, packet: &mut [u8; PACKET_BYTES], wait: Duration) -> io::Result<usize> {
-        // One transfer always waits at the unit: nothing that comes meanwhile is lost.
+        // Keep one transfer pending at the unit, so that nothing is lost between calls.
         if self.from_unit.pending() == 0 {
             self.from_unit.submit(Buffer::new(PACKET_BYTES));
         }
@@ -95,7 +95,7 @@ impl BulkPipe for UsbPipe {
         };
         match done.status {
             Ok(()) => {}
-            // Halted or disturbed: the next transfer tells whether it is gone.
+            // The pipe halted or was disturbed. The next transfer shows whether the unit is gone.
             Err(TransferError::Stall | TransferError::Fault) => {
                 let _ = self.from_unit.clear_halt().wait();
                 return Ok(0);

@@ -1,35 +1,36 @@
 //! Commands and records of the bird protocol.
 //!
-//! A record is a row of 16-bit words of which the upper 14 bits travel: seven in each of two
-//! bytes, low part first. Bit 7 is set in a record's first byte alone, so a reader that lost
-//! its place finds the next record. There is no checksum: what a record says must be plausible
-//! before it is believed. Source: laserBIRD manual, VRPN's and IGSTK's drivers.
+//! A record is a row of 16-bit words of which the upper 14 bits are sent: seven in each of two
+//! bytes, low part first. Bit 7 is set only in the first byte of a record, so a reader that lost
+//! its place finds the next record. There is no checksum, so implausible records are held back.
+//! Source: laserBIRD manual, drivers of VRPN and IGSTK.
 
 use nalgebra::{Quaternion, UnitQuaternion};
 
-/// Host to bird: one byte each, some with arguments.
+/// Commands from host to bird: one byte each, some with arguments.
 pub mod command {
-    /// One record; ends the stream.
+    /// Requests one record; ends the stream.
     pub const POINT: u8 = b'B';
-    /// Records until `POINT`.
+    /// Streams records until `POINT`.
     pub const STREAM: u8 = b'@';
-    /// Records are position and quaternion, seven words.
+    /// Selects records of position and quaternion, seven words.
     pub const POSITION_QUATERNION: u8 = b']';
-    /// Which half of the room the sensor is in; two bytes follow.
+    /// Selects the hemisphere of the sensor; two bytes follow.
     pub const HEMISPHERE: u8 = b'L';
-    /// Asks for a parameter; its number follows.
+    /// Requests a parameter; its number follows.
     pub const EXAMINE: u8 = b'O';
     /// Sets a parameter; its number and its bytes follow.
     pub const CHANGE: u8 = b'P';
-    /// Upper half of a byte that sends the next command to the bird of the lower half.
+    /// Upper four bits of a prefix; the lower four are the address of the bird that gets the next
+    /// command.
     pub const TO_BIRD: u8 = 0xF0;
-    /// Wakes.
+    /// Wakes the bird.
     pub const RUN: u8 = b'F';
-    /// Sleeps.
+    /// Puts the bird to sleep.
     pub const SLEEP: u8 = b'G';
 }
 
-/// Numbers of parameters.
+/// Parameter numbers.
 pub mod parameter {
     /// Status word, two bytes.
     pub const STATUS: u8 = 0;
@@ -39,9 +40,10 @@ pub mod parameter {
     pub const ERROR: u8 = 10;
     /// Model, ten characters.
     pub const MODEL: u8 = 15;
-    /// Whether every bird's record follows the other, each with the bird's address, one byte.
+    /// Group mode, one byte: the records of all birds follow each other, each with its bird's
+    /// address.
     pub const GROUP_MODE: u8 = 35;
-    /// Takes so many birds into the group, one byte; needs 600 ms of silence before and after.
+    /// Number of birds to take into the group, one byte; needs 600 ms of silence before and after.
     pub const AUTO_CONFIGURE: u8 = 50;
 }
 
@@ -49,14 +51,14 @@ pub mod parameter {
 pub mod status {
     /// An error waits to be read.
     pub const ERROR: u16 = 1 << 13;
-    /// The bird measures.
+    /// The bird is running.
     pub const RUNNING: u16 = 1 << 12;
     /// Records are streamed.
     pub const STREAMING: u16 = 1;
 }
 
-/// Half of the room around the transmitter in which the sensor stays. The fields of the two
-/// halves differ in sign only, so the bird has to be told.
+/// Half of the room around the transmitter in which the sensor stays. The fields of the two halves
+/// differ in sign only, so the bird must know its half.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Hemisphere {
     /// x > 0.
@@ -74,7 +76,7 @@ pub enum Hemisphere {
 }
 
 impl Hemisphere {
-    /// Every one.
+    /// All hemispheres.
     pub const ALL: [Self; 6] = [
         Self::Forward,
         Self::Aft,
@@ -84,7 +86,7 @@ impl Hemisphere {
         Self::Upper,
     ];
 
-    /// The command's two arguments.
+    /// Arguments of the command.
     #[must_use]
     pub const fn bytes(self) -> [u8; 2] {
         match self {
@@ -97,7 +99,7 @@ impl Hemisphere {
         }
     }
 
-    /// The hemisphere of the command's arguments.
+    /// Hemisphere with these arguments of the command.
     #[must_use]
     pub fn from_bytes(bytes: [u8; 2]) -> Option<Self> {
         Self::ALL
@@ -105,7 +107,7 @@ impl Hemisphere {
             .find(|hemisphere| hemisphere.bytes() == bytes)
     }
 
-    /// How far inside this half a position lies, in the position's unit; negative outside.
+    /// Distance of a position inside this half, in the position's unit; negative outside.
     #[must_use]
     pub fn depth(self, position: [f32; 3]) -> f32 {
         let [x, y, z] = position;
@@ -120,7 +122,7 @@ impl Hemisphere {
     }
 }
 
-/// How far positions reach: a larger scale has larger steps.
+/// Range of positions. A larger range has larger steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Scale {
     /// ±0.914 m in steps of 0.11 mm.
@@ -140,7 +142,7 @@ impl Scale {
         }
     }
 
-    /// The parameter's two bytes.
+    /// The two bytes of the parameter.
     #[must_use]
     pub const fn bytes(self) -> [u8; 2] {
         match self {
@@ -149,7 +151,7 @@ impl Scale {
         }
     }
 
-    /// The scale of the parameter's bytes.
+    /// Scale with these bytes of the parameter.
     #[must_use]
     pub fn from_bytes(bytes: [u8; 2]) -> Option<Self> {
         [Self::Inches36, Self::Inches72]
@@ -162,21 +164,21 @@ impl Scale {
 const WORDS: usize = 7;
 /// Bytes of a position-and-quaternion record.
 pub const RECORD_BYTES: usize = 2 * WORDS;
-/// First byte of a record.
+/// Bit that marks the first byte of a record.
 const PHASE: u8 = 0x80;
 
-/// A record as parsed: position in m, rotation of the sensor in the transmitter's frame.
+/// A parsed record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Record {
-    /// Sensor in the transmitter's frame, m.
+    /// Position of the sensor in the transmitter's frame, m.
     pub position_m: [f32; 3],
-    /// Its rotation; in steps of 1/8192.
+    /// Rotation of the sensor, in steps of 1/8192.
     pub rotation: UnitQuaternion<f32>,
 }
 
 impl Record {
-    /// Reads the words of a record. `None` when its quaternion is not of length one (to 1 %):
-    /// the only sign of a damaged record.
+    /// Parses the words of a record. `None` when the length of the quaternion differs from 1 by
+    /// more than 1 %, the only sign of damage.
     #[must_use]
     pub fn parse(bytes: &[u8; RECORD_BYTES], scale: Scale) -> Option<Self> {
         let words = words(bytes);
@@ -191,7 +193,7 @@ impl Record {
         })
     }
 
-    /// The bytes of the record. What is out of reach saturates.
+    /// Bytes of the record. Positions out of range saturate.
     #[must_use]
     pub fn bytes(&self, scale: Scale) -> [u8; RECORD_BYTES] {
         let [x, y, z] = self.position_m.map(|part| part / scale.full_m());
@@ -227,14 +229,14 @@ fn words(bytes: &[u8; RECORD_BYTES]) -> [i16; WORDS] {
 pub struct RecordReader {
     bytes: [u8; RECORD_BYTES],
     len: usize,
-    /// A record ends with its bird's address.
+    /// True if each record ends with its bird's address.
     is_group: bool,
-    /// Bytes without a start are being dropped; counted once.
+    /// True while bytes without a start are dropped; they are counted once.
     lost: bool,
 }
 
 impl RecordReader {
-    /// For records of a group of birds: behind each comes its bird's address.
+    /// Reader for the records of a group, each of which ends with its bird's address.
     #[must_use]
     pub fn of_group() -> Self {
         Self {
@@ -243,8 +245,8 @@ impl RecordReader {
         }
     }
 
-    /// Takes one byte. `Some(Ok)` with its bird's address (0 without a group) when it completes a
-    /// record, `Some(Err)` when it shows that one was broken.
+    /// Takes one byte. Returns `Some(Ok)` with the bird's address (0 without a group) when a record
+    /// is complete, and `Some(Err)` when a record was broken.
     pub fn push(&mut self, byte: u8) -> Option<Result<(&[u8; RECORD_BYTES], u8), PhaseError>> {
         if byte & PHASE != 0 {
             let broken = self.len != 0;
@@ -273,7 +275,7 @@ impl RecordReader {
     }
 }
 
-/// A record was shorter or longer than it should be.
+/// A record had the wrong length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PhaseError;
 

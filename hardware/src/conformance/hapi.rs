@@ -1,4 +1,4 @@
-//! The checks of a Haply hAPI board.
+//! Conformance checks of a Haply hAPI board.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use super::{Options, Report};
 use crate::hapi::pantograph::Pantograph;
 use crate::hapi::{BAUD, HapiHaptic};
 
-/// Tests the board behind `path` with a linkage of this generation; the handle must be at home.
+/// Tests the board at `path` with a linkage of this generation. The handle must be at home.
 pub fn hapi(path: &Path, generation: Pantograph, options: &mut Options<'_>) -> Report {
     let mut report = Report::new("Haply hAPI board");
     let attempt = || HapiHaptic::open(path, generation);
@@ -20,8 +20,8 @@ pub fn hapi(path: &Path, generation: Pantograph, options: &mut Options<'_>) -> R
     samples(&mut report, &mut device, options.watch);
     report.skip(
         "watchdog",
-        "the board has none: it holds its last torque until it is told another. Calot takes the torque \
-         away when it ends or fails; for a host that is cut off keep the board's switch within reach",
+        "the board has none: it holds its last torque until it gets another. Calot removes the torque \
+         when it ends or fails; in case the host is cut off, keep the board's switch within reach",
     );
     let before = device.position_m();
     drop(device);
@@ -32,7 +32,7 @@ pub fn hapi(path: &Path, generation: Pantograph, options: &mut Options<'_>) -> R
             "zero kept",
             off_m < 0.02,
             format!(
-                "the handle is {off_m:.3} m from where it was, allowed are 0.02 m: hold it still"
+                "the handle moved by {off_m:.3} m, allowed are 0.02 m: hold it still and test again"
             ),
         );
         unplugged(&mut report, options, |now_ns| device.poll(now_ns));

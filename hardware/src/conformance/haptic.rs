@@ -1,4 +1,4 @@
-//! The checks of a haptic device that speaks the rig protocol.
+//! Conformance checks of a haptic device that speaks the rig protocol.
 
 use std::path::Path;
 use std::time::Duration;
@@ -17,10 +17,10 @@ pub(super) const NO_FORCE: ForceCommand = ForceCommand {
     force_n: Vec3::new(0.0, 0.0, 0.0),
     torque_n_m: Vec3::new(0.0, 0.0, 0.0),
 };
-/// Tries of the watchdog: a busy host may spoil one.
+/// Attempts at the watchdog check: a busy host may spoil one.
 const WATCHDOG_TRIES: u32 = 3;
 
-/// Tests the device behind `path`.
+/// Tests the device at `path`.
 pub fn haptic(path: &Path, options: &mut Options<'_>) -> Report {
     let mut report = Report::new("haptic device");
     let Some(mut device) = open(&mut report, "handshake", || RigHaptic::open(path)) else {
@@ -56,7 +56,7 @@ fn fresh(device: &mut RigHaptic) -> bool {
     })
 }
 
-/// Stops sending, and measures on the device's clock how long the last force stays.
+/// Stops sending and measures, on the device's clock, how long the last force stays.
 fn watchdog(report: &mut Report, device: &mut RigHaptic) {
     let limit_us = u32::from(WATCHDOG_LIMIT_MS) * 1000;
     let mut shortest_us = None;
@@ -69,7 +69,7 @@ fn watchdog(report: &mut Report, device: &mut RigHaptic) {
         if !on {
             break;
         }
-        // The last force is in effect from the first sample that names it.
+        // The last force takes effect with the first sample that names it.
         let last = device.sent_sequence();
         let mut since_us = None;
         let mut held_us = None;
@@ -97,8 +97,8 @@ fn watchdog(report: &mut Report, device: &mut RigHaptic) {
             "watchdog",
             held_us <= limit_us,
             format!(
-                "force dropped {:.1} ms after the last command, declared are {declared_ms} ms, \
-                 allowed are {WATCHDOG_LIMIT_MS} ms",
+                "force dropped {:.1} ms after the last command, declared {declared_ms} ms, \
+                 allowed {WATCHDOG_LIMIT_MS} ms",
                 f64::from(held_us) * 1e-3
             ),
         ),
@@ -110,7 +110,7 @@ fn watchdog(report: &mut Report, device: &mut RigHaptic) {
     }
 }
 
-/// How soon a force that was sent is in effect, and known to be.
+/// Measures the time from sending a force to the sample that confirms it.
 fn force_echo(report: &mut Report, device: &mut RigHaptic, watch: Duration) {
     let mut under_way: Option<(u16, u64)> = None;
     let mut round_trips_ns = Vec::new();

@@ -1,4 +1,4 @@
-//! The checks of an Inverse3 behind its service.
+//! Conformance checks of an Inverse3 behind its service.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::watch::{open, unplugged};
 use super::{Options, Report};
 use crate::inverse3::Inverse3Haptic;
 
-/// Tests the first Inverse3 behind the service at `address`, `localhost` as a rule.
+/// Tests the first Inverse3 of the service at `address`, usually `localhost`.
 pub fn inverse3(address: &Path, options: &mut Options<'_>) -> Report {
     let mut report = Report::new("Haply Inverse3");
     let attempt = || Inverse3Haptic::open(address, None);
@@ -19,7 +19,7 @@ pub fn inverse3(address: &Path, options: &mut Options<'_>) -> Report {
     samples(&mut report, &mut device, options.watch);
     report.skip(
         "watchdog",
-        "the service does not tell: end the host and feel that it is free",
+        "not reported by the service: end the host and feel that it is free",
     );
     drop(device);
     if let Some(mut device) = open(&mut report, "reopen", attempt) {

@@ -1,8 +1,8 @@
-//! One suite for every device, emulated or real: what a rig builder runs on the bench.
+//! One conformance suite for every device, emulated or real, to be run on the bench.
 //!
-//! [`haptic()`], [`woody()`], [`hapi()`], [`inverse3()`], [`tracker()`] and [`pedal()`] open a line, watch the device and try what
-//! must hold whatever happens: the watchdog, silence after closing, a clean second opening, a plug pulled
-//! out. No force is asked for but zero: the device may stand free on a table.
+//! [`haptic()`], [`woody()`], [`hapi()`], [`inverse3()`], [`tracker()`] and [`pedal()`] open a
+//! line, watch the device and check the watchdog, silence after closing, a second opening, and an
+//! unplugged cable. They command zero force only, so the device may stand free on a table.
 
 mod hapi;
 mod haptic;
@@ -25,11 +25,11 @@ pub use touch::touch;
 pub use tracker::{tracker, tracker_by, trakstar};
 pub use woody::woody;
 
-/// How a device is tested.
+/// Options of a conformance run.
 pub struct Options<'a> {
-    /// How long its samples are watched.
+    /// Time for which samples are watched.
     pub watch: Duration,
-    /// Pulls the plug, or asks a person to; without it that check is skipped.
+    /// Unplugs the device, or asks a person to; without it the check is skipped.
     pub unplug: Option<&'a mut dyn FnMut()>,
 }
 
@@ -51,34 +51,34 @@ impl fmt::Debug for Options<'_> {
     }
 }
 
-/// How a check ended.
+/// Outcome of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outcome {
-    /// As it must be.
+    /// The requirement holds.
     Pass,
-    /// Not as it must be.
+    /// The requirement is violated.
     Fail,
-    /// Not tried.
+    /// The check was not made.
     Skipped,
 }
 
 /// One check.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Check {
-    /// Short name, stable: programs may read it.
+    /// Short, stable name: programs may read it.
     pub name: &'static str,
-    /// How it ended.
+    /// Outcome of the check.
     pub outcome: Outcome,
-    /// What was seen, with figures and units; for a failure also what is allowed.
+    /// Observation with figures and units; for a failure also the allowed range.
     pub detail: String,
 }
 
-/// What was found about one device.
+/// Results for one device.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Report {
-    /// What the device is and says of itself.
+    /// Type and identity of the device.
     pub device: String,
-    /// Every check, in the order that they were made.
+    /// All checks in the order in which they were made.
     pub checks: Vec<Check>,
 }
 
@@ -90,7 +90,7 @@ impl Report {
         }
     }
 
-    /// Whether nothing failed.
+    /// True if no check failed.
     #[must_use]
     pub fn passed(&self) -> bool {
         self.checks
@@ -98,7 +98,7 @@ impl Report {
             .all(|check| check.outcome != Outcome::Fail)
     }
 
-    /// The check of that name.
+    /// The check with this name.
     #[must_use]
     pub fn check(&self, name: &str) -> Option<&Check> {
         self.checks.iter().find(|check| check.name == name)
@@ -113,7 +113,7 @@ impl Report {
         });
     }
 
-    /// Judges what depends on time, unless this computer itself was late.
+    /// Judges a check that depends on time, unless this computer itself was late.
     fn judge_time(&mut self, name: &'static str, good: bool, detail: String, host: watch::Host) {
         match host.excuse() {
             Some(excuse) if !good => self.skip(name, &format!("{detail}; {excuse}")),

@@ -1,4 +1,4 @@
-//! The checks of a pedal that speaks the rig protocol.
+//! Conformance checks of a pedal.
 
 use std::path::Path;
 
@@ -9,15 +9,15 @@ use super::{Options, Report};
 use crate::HardwareError;
 use crate::rig::{BAUD, RigPedal};
 
-/// Tests the pedal behind `path`. Nobody's foot should be on it.
+/// Tests the rig pedal at `path`. Nobody may press it.
 pub fn pedal(path: &Path, options: &mut Options<'_>) -> Report {
     tested(&|| RigPedal::open(path), options, &mut |report| {
         silent_after_close(report, path, BAUD);
     })
 }
 
-/// Tests a pedal of any driver, however it is opened: a USB pedal, or switches on a line's wires.
-/// Nobody's foot should be on it.
+/// Tests a pedal with any driver, opened by `attempt`: a USB pedal, or switches on a line's wires.
+/// Nobody may press it.
 pub fn pedal_by<P: Pedal>(
     attempt: &dyn Fn() -> Result<P, HardwareError>,
     options: &mut Options<'_>,

@@ -1,4 +1,4 @@
-//! The checks of the samples that any haptic device gives.
+//! Checks of the samples of any haptic device.
 
 use std::time::{Duration, Instant};
 
@@ -8,14 +8,16 @@ use super::Report;
 use super::haptic::NO_FORCE;
 use super::watch::{Arrivals, watch};
 
-/// Watches the samples of an open device for `time`, commanding no force: rate, gaps, ranges.
+/// Watches the samples of an open device for `time` at zero force: rate, gaps, ranges.
 pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time: Duration) {
     let capabilities = device.capabilities();
     let Freedom { measured, rendered } = device.freedom();
     report.judge(
         "freedom",
         (1..=6).contains(&measured) && (1..=6).contains(&rendered),
-        format!("measures {measured} and renders {rendered} of 6 directions; what it does not is dropped"),
+        format!(
+            "measures {measured} and renders {rendered} of 6 directions; the others are dropped"
+        ),
     );
     let period_ns = (1e9 / capabilities.rate_hz) as u64;
     let before = device.counters();
@@ -28,7 +30,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     let host = watch(time, |now_ns| {
         if now_ns >= due_ns {
             device.send(NO_FORCE, now_ns);
-            // At the declared rate, as a tick does; what was missed is not made up for.
+            // Poll at the declared rate, as a tick does; missed periods are skipped.
             due_ns = if now_ns < due_ns + period_ns {
                 due_ns
             } else {
@@ -57,7 +59,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     report.judge_time(
         "rate",
         (0.5..=1.5).contains(&(sent_hz / declared_hz)),
-        format!("{sent_hz:.0} samples/s, declared are {declared_hz:.0}, allowed is half of it off"),
+        format!("{sent_hz:.0} samples/s, declared {declared_hz:.0}, allowed 50 % off"),
         host,
     );
     report.judge(
@@ -83,7 +85,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     report.judge(
         "workspace",
         farthest_m <= radius_m * 1.1,
-        format!("farthest {farthest_m:.3} m, declared are {radius_m:.3} m, allowed is 10 % more"),
+        format!("farthest {farthest_m:.3} m, declared {radius_m:.3} m, allowed 10 % more"),
     );
     report.judge(
         "speed",
@@ -94,7 +96,7 @@ pub(super) fn samples(report: &mut Report, device: &mut impl HapticDevice, time:
     report.judge_time(
         "writes",
         dropped == 0,
-        format!("{dropped} forces that the line did not take"),
+        format!("{dropped} forces refused by the line"),
         host,
     );
 }

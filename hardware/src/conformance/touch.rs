@@ -1,4 +1,4 @@
-//! The checks of a Touch behind the vendor's library.
+//! Conformance checks of a Touch behind the vendor's library.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::watch::{open, unplugged};
 use super::{Options, Report};
 use crate::touch::TouchHaptic;
 
-/// Tests the Touch of that name (none: the default one) through `library`.
+/// Tests the Touch named `device` (`None`: the default one) through `library`.
 pub fn touch(library: &Path, device: Option<&str>, options: &mut Options<'_>) -> Report {
     let mut report = Report::new("Touch");
     let attempt = || TouchHaptic::open(library, device);
@@ -20,7 +20,7 @@ pub fn touch(library: &Path, device: Option<&str>, options: &mut Options<'_>) ->
     samples(&mut report, &mut device, options.watch);
     report.skip(
         "watchdog",
-        "the library does not tell: end the host and feel that it is free",
+        "not reported by the library: end the host and feel that it is free",
     );
     drop(device);
     if let Some(mut device) = open(&mut report, "reopen", attempt) {

@@ -1,4 +1,4 @@
-//! The checks of a tracker that speaks the bird protocol.
+//! Conformance checks of a tracker that speaks the bird protocol.
 
 use std::path::Path;
 use std::time::Instant;
@@ -10,10 +10,10 @@ use super::{Options, Report};
 use crate::HardwareError;
 use crate::bird::{BAUD, BirdSetup, BirdTracker};
 
-/// A camera that follows the hand needs so many poses per second.
+/// Fewest poses per second for a camera that follows the hand.
 const RATE_MIN_HZ: f32 = 40.0;
 
-/// Tests the tracker behind the serial line `path`.
+/// Tests the tracker on the serial line `path`.
 pub fn tracker(path: &Path, options: &mut Options<'_>) -> Report {
     let attempt = || BirdTracker::open(path, BirdSetup::default());
     tested(&attempt, options, &mut |report| {
@@ -21,7 +21,7 @@ pub fn tracker(path: &Path, options: &mut Options<'_>) -> Report {
     })
 }
 
-/// Tests a trakSTAR on the USB: `usb` for the first that is plugged in, or its serial number.
+/// Tests a trakSTAR on the USB: the first one (`usb`) or the one with this serial number.
 pub fn trakstar(name: &Path, options: &mut Options<'_>) -> Report {
     tracker_by(
         &|| BirdTracker::open_usb(name, BirdSetup::default()),
@@ -29,7 +29,7 @@ pub fn trakstar(name: &Path, options: &mut Options<'_>) -> Report {
     )
 }
 
-/// Tests a tracker however it is opened.
+/// Tests a tracker opened by `attempt`.
 pub fn tracker_by(
     attempt: &dyn Fn() -> Result<BirdTracker, HardwareError>,
     options: &mut Options<'_>,

@@ -1,4 +1,4 @@
-//! What the checks of every device share.
+//! Functions shared by the checks of all devices.
 
 use std::path::Path;
 use std::thread;
@@ -11,17 +11,17 @@ use super::{Options, Report};
 use crate::HardwareError;
 use crate::line::{Line, Read};
 
-/// Longest wait for something that must happen.
+/// Longest wait for an expected event.
 pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
-/// Host time.
+/// `CLOCK_MONOTONIC`, ns.
 pub(super) fn now_ns() -> TimeNs {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
-/// Calls `step` about 4000 times a second until it returns false or `limit` is over; returns
-/// whether it returned false.
+/// Calls `step` about 4000 times a second until it returns false or `limit` is over. Returns true
+/// if `step` returned false.
 pub(super) fn until(limit: Duration, mut step: impl FnMut(TimeNs) -> bool) -> bool {
     let start = Instant::now();
     while start.elapsed() < limit {
@@ -33,7 +33,8 @@ pub(super) fn until(limit: Duration, mut step: impl FnMut(TimeNs) -> bool) -> bo
     false
 }
 
-/// How long this computer kept a watch waiting: what it then saw late or lost is not the device's fault.
+/// Time for which this computer itself was late. Samples that it saw late or lost then are not the
+/// device's fault.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Host {
     watched: Duration,
@@ -41,12 +42,13 @@ pub(super) struct Host {
 }
 
 impl Host {
-    /// A sleep of a quarter of a millisecond that takes longer than this is this computer's delay.
+    /// A sleep of 0.25 ms that takes longer than this counts as a delay of this computer.
     const LATE: Duration = Duration::from_millis(2);
-    /// Kept waiting for more than this share of the watch, it is no judge of a device's time.
+    /// Largest share of delays with which this computer may judge a device's timing.
     const SHARE_MAX: f32 = 0.05;
 
-    /// A driver that holds its caller up is no excuse: only what a short sleep took longer counts.
+    /// Records one step and the sleep after it. Only the sleep's excess counts as a delay, so a
+    /// slow driver is no excuse.
     fn looked(&mut self, took: Duration, slept: Duration) {
         self.watched += took + slept;
         if slept > Self::LATE {
@@ -54,12 +56,12 @@ impl Host {
         }
     }
 
-    /// Why no device can be blamed for what came late; `None` if one can.
+    /// Reason for which timing cannot be judged; `None` if it can.
     pub(super) fn excuse(self) -> Option<String> {
         let share = self.waited.as_secs_f32() / self.watched.as_secs_f32().max(1e-6);
         (share > Self::SHARE_MAX).then(|| {
             format!(
-                "not judged: this computer was busy elsewhere for {} of {} ms; end what else runs and test again",
+                "not judged: this computer was busy for {} of {} ms; end other programs and test again",
                 self.waited.as_millis(),
                 self.watched.as_millis()
             )
@@ -67,7 +69,7 @@ impl Host {
     }
 }
 
-/// Does `step` as [`until`] does, for all of `limit`, and tells how well this computer kept up.
+/// Calls `step` like [`until`] for all of `limit`, and returns the delays of this computer.
 pub(super) fn watch(limit: Duration, mut step: impl FnMut(TimeNs)) -> Host {
     let mut host = Host::default();
     let since = |then: TimeNs, now: TimeNs| Duration::from_nanos(now.saturating_sub(then));
@@ -81,7 +83,7 @@ pub(super) fn watch(limit: Duration, mut step: impl FnMut(TimeNs)) -> Host {
     host
 }
 
-/// When samples came.
+/// Arrival times of samples.
 #[derive(Debug, Default)]
 pub(super) struct Arrivals {
     at_ns: Vec<TimeNs>,
@@ -96,7 +98,7 @@ impl Arrivals {
         self.at_ns.len()
     }
 
-    /// Median, 99th percentile and largest interval, as text.
+    /// Median, 99th percentile and maximum of the intervals, as text.
     pub(super) fn intervals(&self) -> String {
         let mut intervals: Vec<u64> = self
             .at_ns
@@ -122,7 +124,7 @@ pub(super) fn quantiles(times_ns: &mut [u64]) -> String {
     )
 }
 
-/// After the driver has closed, the line must fall silent.
+/// Checks that the line is silent after the driver has closed.
 pub(super) fn silent_after_close(report: &mut Report, path: &Path, baud: u32) {
     let heard = Line::open(path, baud).map(|mut line| {
         let mut bytes = [0; 256];
@@ -136,7 +138,7 @@ pub(super) fn silent_after_close(report: &mut Report, path: &Path, baud: u32) {
         heard
     });
     match heard {
-        // What was under way when it closed may still arrive.
+        // Bytes that were under way at closing may still arrive.
         Ok(heard) => report.judge(
             "close",
             heard < 256,
@@ -146,7 +148,7 @@ pub(super) fn silent_after_close(report: &mut Report, path: &Path, baud: u32) {
     }
 }
 
-/// Pulls the plug and waits for `poll` to say so.
+/// Unplugs the device and waits for `poll` to report it.
 pub(super) fn unplugged<T>(
     report: &mut Report,
     options: &mut Options<'_>,
@@ -168,7 +170,7 @@ pub(super) fn unplugged<T>(
     );
 }
 
-/// Opens a device and reports how that went.
+/// Opens a device and reports the time that took.
 pub(super) fn open<D>(
     report: &mut Report,
     name: &'static str,
@@ -207,7 +209,7 @@ mod tests {
     #[test]
     fn a_computer_that_keeps_up_excuses_nothing() {
         assert_eq!(host(&[1; 1000]).excuse(), None);
-        // One hiccup of a second's watch: 3 %.
+        // One delay in a watch of one second: 3 %.
         let mut looks = vec![1; 970];
         looks.push(30);
         assert_eq!(host(&looks).excuse(), None);

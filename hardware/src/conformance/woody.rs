@@ -1,4 +1,4 @@
-//! The checks of a WoodenHaptics device.
+//! Conformance checks of a WoodenHaptics device.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::watch::{open, unplugged};
 use super::{Options, Report};
 use crate::woody::WoodyHaptic;
 
-/// Tests the device behind `path`.
+/// Tests the device at `path`.
 pub fn woody(path: &Path, options: &mut Options<'_>) -> Report {
     let mut report = Report::new("WoodenHaptics device");
     let Some(mut device) = open(&mut report, "handshake", || WoodyHaptic::open(path)) else {
@@ -18,7 +18,7 @@ pub fn woody(path: &Path, options: &mut Options<'_>) -> Report {
     samples(&mut report, &mut device, options.watch);
     report.skip(
         "watchdog",
-        "the firmware does not tell: end the host and feel that it is free",
+        "not reported by the firmware: end the host and feel that it is free",
     );
     drop(device);
     if let Some(mut device) = open(&mut report, "reopen", || WoodyHaptic::open(path)) {

@@ -1,4 +1,4 @@
-//! A trakSTAR's pipes, played: the bird's side of the protocol a packet at a time.
+//! Emulated pipes of a trakSTAR: the bird's side of the protocol, one packet at a time.
 
 use std::collections::VecDeque;
 use std::io;
@@ -20,13 +20,13 @@ pub struct EmulatedBulk {
 }
 
 impl EmulatedBulk {
-    /// Birds with the addresses 1, 2, … and these poses; and what pulls their plug when it is set.
+    /// Birds with these poses and the addresses 1, 2, …, and a flag that unplugs them.
     #[must_use]
     pub fn new(poses: &[Record]) -> (Self, Arc<AtomicBool>) {
         Self::of(Bird::flock(poses))
     }
 
-    /// The same to birds in any state.
+    /// Pipes to birds in any state.
     #[must_use]
     pub fn of(birds: Bird) -> (Self, Arc<AtomicBool>) {
         let unplugged = Arc::new(AtomicBool::new(false));
@@ -51,7 +51,7 @@ impl BulkPipe for EmulatedBulk {
     fn write(&mut self, packet: &[u8]) -> io::Result<()> {
         self.check()?;
         let answers = &mut self.answers;
-        // One command in each packet; what is behind it is not read.
+        // A packet holds one command; the rest is ignored.
         let first = packet.get(..Bird::command_len(packet)).unwrap_or(packet);
         self.birds.receive(first, |answer| {
             answers.extend(answer.chunks(PACKET_BYTES).map(<[u8]>::to_vec));

@@ -1,4 +1,4 @@
-//! The haptic device's electronics: which protocol its firmware speaks.
+//! Firmware of the emulated haptic device, in one of several protocols.
 
 use rt_core::math::Vec3;
 
@@ -10,7 +10,7 @@ use crate::rig::wire::Capabilities;
 use crate::woody::device::Firmware;
 use crate::woody::mechanism::Mechanism;
 
-/// Which haptic device is emulated.
+/// Emulated haptic device.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum HapticModel {
     /// A Touch-class device that speaks the rig protocol: open with
@@ -23,7 +23,7 @@ pub enum HapticModel {
     Hapi,
 }
 
-/// The firmware of one device.
+/// Firmware of one device.
 #[derive(Debug)]
 pub(super) enum Electronics {
     Rig(Box<Device>),
@@ -31,8 +31,8 @@ pub(super) enum Electronics {
     Hapi(Box<Hapi>),
 }
 
-/// A WoodenHaptics device as a body: heavier, little friction (capstans), and its encoders sit
-/// on the motors, so positions are rounded there.
+/// Body of a WoodenHaptics device: heavier, with little friction (capstans). Its encoders sit on
+/// the motors, so positions are rounded there.
 const WOODY_BODY: Body = Body {
     mass_kg: 0.12,
     friction_n: 0.1,
@@ -45,7 +45,7 @@ const WOODY_BODY: Body = Body {
 
 const WOODY: Mechanism = Mechanism::WOODY;
 
-/// A flat Haply as a body: light arms, gears with some friction. Nobody has published it.
+/// Body of a flat Haply: light arms and gears with some friction. No figures are published.
 const HAPI_BODY: Body = Body {
     mass_kg: 0.1,
     friction_n: 0.1,
@@ -56,7 +56,7 @@ const HAPI_BODY: Body = Body {
     force_continuous_n: 1.0,
 };
 
-/// A Haply's board, and when a host last spoke to it.
+/// A Haply's board and the time of the host's last message.
 #[derive(Debug, Default)]
 pub(super) struct Hapi {
     board: Board,
@@ -65,7 +65,7 @@ pub(super) struct Hapi {
 
 impl Hapi {
     const LINKAGE: Pantograph = Pantograph::GEN3;
-    /// A host that says nothing for so long has gone, µs. The board knows nothing of it.
+    /// Silence after which the host counts as gone, µs. The board does not know this.
     const GONE_US: u32 = 100_000;
 
     fn receive(
@@ -76,7 +76,7 @@ impl Hapi {
         send: impl FnMut(&[u8]),
     ) -> Vec3 {
         let angles_deg = Self::LINKAGE.angles_deg(touch.measured_m());
-        // Whoever powers the board holds the handle at home until a host has set it up.
+        // The handle is held at home until a host has set the board up.
         let [first, second] = swapped(if self.board.was_set_up() {
             angles_deg
         } else {
@@ -93,7 +93,7 @@ impl Hapi {
         self.board
             .receive(bytes, [first, second, 0.0, 0.0], now_us, send);
         let [first, second, ..] = self.board.torques_n_m();
-        // Where the arms are stretched they bear any force.
+        // Stretched arms bear any force.
         Self::LINKAGE
             .force_n(angles_deg, swapped([first, second]))
             .unwrap_or_default()
@@ -117,7 +117,7 @@ impl Electronics {
         }
     }
 
-    /// Where the device lets the hand have the handle: a flat one keeps it in its plane.
+    /// Position to which the device guides the hand: a flat one stays in its plane.
     pub(super) fn guided(&self, mut at_m: Vec3) -> Vec3 {
         if matches!(self, Self::Hapi(_)) {
             at_m.y = 0.0;
@@ -125,7 +125,7 @@ impl Electronics {
         at_m
     }
 
-    /// Whether a controller sends commands.
+    /// True if a controller sends commands.
     pub(super) fn is_commanded(&self) -> bool {
         match self {
             Self::Rig(device) => device.is_commanded(),
@@ -134,8 +134,8 @@ impl Electronics {
         }
     }
 
-    /// Takes what the controller sent and says what the motors render now, N. Where it is
-    /// `degenerate` and numbers travel as they are, it answers with ones that are none.
+    /// Takes the controller's bytes and returns the force that the motors render now, N. With
+    /// `degenerate`, a protocol that sends numbers as floats answers with NaN.
     pub(super) fn receive(
         &mut self,
         bytes: &[u8],
@@ -156,7 +156,7 @@ impl Electronics {
                 let [a, b, c] = WOODY.counts(touch.measured_m());
                 firmware.receive(bytes, [a, b, c, 0, 0, 0], now_us, send);
                 let angles_rad = WOODY.angles_rad([a, b, c]);
-                // Where the links are stretched they bear any force.
+                // Stretched links bear any force.
                 WOODY
                     .force_n(angles_rad, firmware.currents_ma(now_us))
                     .unwrap_or_default()
@@ -170,7 +170,7 @@ impl Electronics {
         }
     }
 
-    /// What the motors are told now, as a share of the most that the station may tell them.
+    /// Motor command now, as a share of the most that the station may command.
     pub(super) fn strain(&mut self, now_us: u32) -> f32 {
         match self {
             Self::Rig(device) => {
@@ -192,7 +192,7 @@ impl Electronics {
         }
     }
 
-    /// Sends a sample unasked, where the protocol does that.
+    /// Sends a sample without a request, if the protocol does that.
     pub(super) fn report(
         &mut self,
         motion: &Motion,

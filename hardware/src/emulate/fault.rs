@@ -1,48 +1,48 @@
-//! Faults of a line, seeded: what cables, adapters and firmware do to bytes.
+//! Seeded faults of a line: the effects of cables, adapters and firmware on bytes.
 
 use super::random::Random;
 
-/// What goes wrong on one device's line, from device to controller unless it says otherwise. The
-/// default is nothing.
+/// Faults of one device's line, from device to controller unless stated otherwise. The default has
+/// none.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Faults {
     /// Share of bytes that vanish.
     pub lost: f32,
-    /// Share of bytes that come twice.
+    /// Share of bytes that arrive twice.
     pub duplicated: f32,
-    /// Share of bytes of which one bit turns.
+    /// Share of bytes with one flipped bit.
     pub corrupted: f32,
-    /// Share of writes of which only a part arrives, the rest with the next.
+    /// Share of writes that arrive in part, the rest with the next.
     pub split: f32,
-    /// Share of writes that arrive only with the next.
+    /// Share of writes that arrive with the next.
     pub merged: f32,
-    /// Bytes arrive in batches of so many ms (an FTDI adapter's default is 16); 0: at once.
+    /// Period in which bytes arrive in batches, ms (an FTDI adapter's default is 16); 0: at once.
     pub batch_ms: u32,
-    /// Share of samples with a rotation of no length, which a careless host makes NaN of.
+    /// Share of samples with a rotation of length zero, which careless code turns into NaN.
     pub degenerate: f32,
-    /// From so many seconds on the last write is repeated for ever.
+    /// From this time on the last write is repeated for ever, s.
     pub stuck_from_s: Option<f32>,
-    /// After so many seconds the line hangs up…
+    /// The line hangs up at this time, s…
     pub hang_up_at_s: Option<f32>,
-    /// …and comes back so many seconds later.
+    /// …and comes back this much later, s.
     pub back_after_s: Option<f32>,
-    /// Noise while nobody asked: share of milliseconds with a few random bytes.
+    /// Share of milliseconds with a few random bytes that nobody asked for.
     pub babble: f32,
-    /// Share of the controller's bytes of which one bit turns.
+    /// Share of the controller's bytes with one flipped bit.
     pub corrupted_to_device: f32,
-    /// The device takes 16 bytes every so many ms, and no more; 0: all at once.
+    /// Interval at which the device takes 16 bytes, ms; 0: all at once.
     pub slow_reader_ms: u32,
-    /// All this begins after so many seconds (a hang-up has its own time)…
+    /// Start of all faults except the hang-up, s…
     pub from_s: f32,
-    /// …and ends after so many. None: never.
+    /// …and their end, s. `None`: never.
     pub until_s: Option<f32>,
 }
 
-/// What a slow device takes at once.
+/// Bytes that a slow device takes at once.
 const SLOW_BYTES: usize = 16;
 
 impl Faults {
-    /// Those that are at work now.
+    /// Faults that are active at `at_s`.
     fn now(&self, at_s: f32) -> Self {
         let over = self.until_s.is_some_and(|until_s| at_s >= until_s);
         if at_s < self.from_s || over {
@@ -61,14 +61,14 @@ impl Faults {
 #[derive(Debug)]
 pub(super) struct FaultyLine {
     configured: Faults,
-    /// Those at work now.
+    /// Faults that are active now.
     faults: Faults,
     random: Random,
     held: Vec<u8>,
     last: Vec<u8>,
 }
 
-/// More than a pty holds: a line that is held back for longer loses the oldest bytes.
+/// More than a pty holds. A line held back for longer loses the oldest bytes.
 const HELD_LIMIT: usize = 8192;
 
 impl FaultyLine {
@@ -86,12 +86,12 @@ impl FaultyLine {
         &self.faults
     }
 
-    /// A new millisecond.
+    /// Starts a millisecond.
     pub(super) fn begin(&mut self, at_s: f32) {
         self.faults = self.configured.now(at_s);
     }
 
-    /// How much of what the controller sent the device takes now.
+    /// Number of the controller's bytes that the device takes now.
     pub(super) fn takes(&self, tick: u64) -> usize {
         match u64::from(self.faults.slow_reader_ms) {
             0 => usize::MAX,
@@ -100,7 +100,7 @@ impl FaultyLine {
         }
     }
 
-    /// What becomes of the controller's bytes.
+    /// Damages the controller's bytes on their way to the device.
     pub(super) fn arrive_at_device(&mut self, bytes: &mut [u8]) {
         if self.faults.corrupted_to_device > 0.0 {
             for byte in bytes {
@@ -111,12 +111,12 @@ impl FaultyLine {
         }
     }
 
-    /// Whether this sample's rotation has no length.
+    /// True if this sample's rotation gets length zero.
     pub(super) fn degenerate(&mut self) -> bool {
         self.faults.degenerate > 0.0 && self.random.chance(self.faults.degenerate)
     }
 
-    /// Takes what the device sends at `time_s`.
+    /// Takes bytes that the device sends at `time_s`.
     pub(super) fn send(&mut self, bytes: &[u8], time_s: f64) {
         if self
             .faults
@@ -144,7 +144,7 @@ impl FaultyLine {
         }
     }
 
-    /// Once per millisecond: the bytes that arrive now.
+    /// Passes on the bytes that arrive in this millisecond.
     pub(super) fn arrive(&mut self, tick: u64, mut write: impl FnMut(&[u8])) {
         if self.random.chance(self.faults.babble) {
             for _ in 0..1 + self.random.next() % 32 {

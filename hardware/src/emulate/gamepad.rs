@@ -1,8 +1,8 @@
-//! A gamepad that leads the emulated hand. To the kernel it is sticks and buttons (evdev).
+//! A gamepad that steers the emulated hand, read through evdev.
 //!
-//! Left stick: the tip across the picture; right stick: deeper and out, and the roll; cross: the
-//! endoscope; shoulder buttons: endoscope in and out; south or right trigger: jaws; east
-//! coagulates, west cuts, north holds the camera.
+//! Left stick: the tip across the picture. Right stick: depth and roll. Cross: the endoscope.
+//! Shoulder buttons: endoscope in and out. South button or right trigger: jaws. East coagulates,
+//! west cuts, north holds the camera.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -13,19 +13,19 @@ use rt_core::port::Buttons;
 use super::Wish;
 use crate::HardwareError;
 
-/// A stick this near to its middle is at rest, share of its way.
+/// Dead zone of a stick, share of its travel.
 const DEAD: f64 = 0.15;
-/// A stick at its end moves the tip this fast, m/s…
+/// Speed of the tip with the stick at its end, m/s…
 const TIP_M_S: f64 = 0.06;
-/// …turns the instrument and the endoscope, rad/s…
+/// …turning speeds of instrument and endoscope, rad/s…
 const ROLL_RAD_S: f64 = 1.5;
 const SCOPE_RAD_S: f64 = 0.4;
-/// …and a shoulder button moves the endoscope, m/s.
+/// …and speed of the endoscope with a shoulder button, m/s.
 const SCOPE_M_S: f64 = 0.02;
-/// A trigger counts as pressed from here on, share of its way.
+/// Travel from which a trigger counts as pressed, share of the whole.
 const TRIGGER: f64 = 0.5;
 
-/// Axes that count, in the order of [`Sticks::axes`].
+/// Axes in use, in the order of [`Sticks::axes`].
 const AXES: [Axis; 7] = [
     Axis::ABS_X,
     Axis::ABS_Y,
@@ -36,7 +36,7 @@ const AXES: [Axis; 7] = [
     Axis::ABS_HAT0Y,
 ];
 const TRIGGER_AXIS: usize = 4;
-/// Buttons that count, in the order of [`Sticks::keys`].
+/// Buttons in use, in the order of [`Sticks::keys`].
 const KEYS: [KeyCode; 6] = [
     KeyCode::BTN_SOUTH,
     KeyCode::BTN_EAST,
@@ -46,7 +46,7 @@ const KEYS: [KeyCode; 6] = [
     KeyCode::BTN_TR,
 ];
 
-/// What is pushed and pressed.
+/// Positions of axes and buttons.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Sticks {
     /// −1 to 1; a trigger 0 to 1.
@@ -55,7 +55,7 @@ struct Sticks {
 }
 
 impl Sticks {
-    /// Beyond its dead middle, −1 to 1.
+    /// Position of an axis beyond its dead zone, −1 to 1.
     fn axis(&self, number: usize) -> f64 {
         let at = self.axes.get(number).copied().unwrap_or(0.0);
         let beyond = (at.abs() - DEAD).max(0.0) / (1.0 - DEAD);
@@ -66,7 +66,7 @@ impl Sticks {
         self.keys.get(number).copied().unwrap_or(false)
     }
 
-    /// Adds what they ask for in `seconds`.
+    /// Adds the movement asked for in `seconds`.
     fn add_to(&self, wish: &mut Wish, seconds: f64) {
         // A stick pulled towards the player is positive: down, and out of the body.
         let [x, y, roll, depth] = [0, 1, 2, 3].map(|axis| self.axis(axis));
@@ -88,7 +88,7 @@ impl Sticks {
     }
 }
 
-/// A gamepad that is plugged in.
+/// A connected gamepad.
 #[derive(Debug)]
 pub struct Gamepad {
     device: Device,
@@ -96,12 +96,12 @@ pub struct Gamepad {
     ranges: [[f64; 2]; AXES.len()],
     sticks: Sticks,
     wish: Wish,
-    /// Once something was pushed or pressed: before, the script goes on.
+    /// Set once a stick or button was used; until then the script goes on.
     used: bool,
 }
 
 impl Gamepad {
-    /// The first gamepad that is plugged in and may be read.
+    /// Path of the first gamepad that may be read.
     #[must_use]
     pub fn find() -> Option<PathBuf> {
         let mut found: Vec<PathBuf> = evdev::enumerate()
@@ -112,7 +112,7 @@ impl Gamepad {
         found.into_iter().next()
     }
 
-    /// Opens the one at `path`, e.g. `/dev/input/by-id/…-event-joystick`.
+    /// Opens the gamepad at `path`, e.g. `/dev/input/by-id/…-event-joystick`.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         let failed = |doing: &'static str| {
             move |error: std::io::Error| HardwareError::Line {
@@ -148,13 +148,13 @@ impl Gamepad {
         })
     }
 
-    /// Where it is.
+    /// Path of the gamepad.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// What it asks for, `seconds` after the last call. None: it was never used.
+    /// The accumulated wish, `seconds` after the last call. `None` until the gamepad is first used.
     ///
     /// # Errors
     /// When it is unplugged.
@@ -194,7 +194,7 @@ impl Gamepad {
     }
 }
 
-/// Where an axis is: −1 to 1, a trigger 0 to 1.
+/// Normalised position of an axis: −1 to 1, a trigger 0 to 1.
 fn place(value: f64, [low, high]: [f64; 2], axis: usize) -> f64 {
     let share = (value - low) / (high - low).max(1.0);
     let share = share.clamp(0.0, 1.0);
@@ -245,7 +245,7 @@ mod tests {
             (0.0, [0.0, 255.0], 0, -1.0),
             (255.0, [0.0, 255.0], 0, 1.0),
             (1023.0, [0.0, 1023.0], TRIGGER_AXIS, 1.0),
-            // A range of nothing divides by no zero.
+            // An empty range must not divide by zero.
             (7.0, [3.0, 3.0], 0, 1.0),
         ] {
             let placed = place(value, range, axis);

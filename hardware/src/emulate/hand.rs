@@ -1,5 +1,5 @@
-//! The scripted hand: where it wants the instrument's tip, which switches it presses, and how
-//! the endoscope sways. A pure function of time and seed.
+//! The scripted hand: target of the instrument's tip, pressed switches, and sway of the endoscope,
+//! as a pure function of time and seed.
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::Buttons;
@@ -10,34 +10,34 @@ use crate::HardwareError;
 use crate::bird::wire::{Hemisphere, Scale};
 use crate::rig::wire::Switches;
 
-/// What the scripted hand works on, world frame, SI: the room of a scene.
+/// Work place of the scripted hand, world frame, SI: the room of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HandScript {
     /// The instrument's trocar, m.
     pub instrument_port_m: Vec3,
-    /// From the handle to the tip, m.
+    /// Distance from the handle to the tip, m.
     pub instrument_length_m: f32,
     /// Base frame of the haptic device.
     pub world_from_device: Pose,
-    /// Transmitter frame of the tracker. The protocol reaches 0.91 m and sees one hemisphere:
-    /// the endoscope has to stay at z < 0 of this frame.
+    /// Transmitter frame of the tracker. The protocol reaches 0.91 m and covers one hemisphere: the
+    /// endoscope must stay at z < 0 of this frame.
     pub world_from_tracker: Pose,
-    /// Where the endoscope's camera rests.
+    /// Rest pose of the endoscope's camera.
     pub world_from_camera: Pose,
-    /// The endoscope sways about its port, m.
+    /// Port about which the endoscope sways, m.
     pub endoscope_port_m: Vec3,
-    /// Point on the organ's skin that is pressed and grasped, m.
+    /// Point on the organ's skin that the hand presses and grasps, m.
     pub target_m: Vec3,
-    /// Outward normal there.
+    /// Outward normal at the target.
     pub target_normal: Vec3,
 }
 
-/// One moment that the hand passes, s and mm.
+/// A key frame of the hand, s and mm.
 struct Moment {
     at_s: f32,
-    /// Height of the tip over the skin along the normal; negative is pressed in.
+    /// Height of the tip above the skin along the normal; negative is pressed in.
     height_mm: f32,
-    /// What it does until the next moment.
+    /// Action until the next key frame.
     name: &'static str,
 }
 
@@ -49,7 +49,7 @@ const fn moment(at_s: f32, height_mm: f32, name: &'static str) -> Moment {
     }
 }
 
-/// What the hand does in one round: everything shows within 10 s. Between moments it moves
+/// One round of the hand, in which everything shows within 10 s. Between key frames it moves
 /// smoothly, starting and ending at rest.
 const ROUND: [Moment; 13] = [
     moment(0.0, 45.0, "rest"),
@@ -68,36 +68,36 @@ const ROUND: [Moment; 13] = [
 ];
 /// Length of a round, s.
 pub const ROUND_S: f32 = 10.0;
-/// Everything repeats after so many seconds: whole rounds, sways and tremors.
+/// Period of the whole motion, s: whole rounds, sways and tremors.
 pub(super) const REPEAT_S: f32 = 630.0;
-/// The jaws are closed from when to when: a press is done with closed jaws, for open ones would
-/// straddle what they press; then they open over the tissue, and close on it.
+/// Intervals with closed jaws, s. The hand presses with closed jaws, because open ones would
+/// straddle the tissue; then the jaws open over the tissue and close on it.
 const CLOSED_S: [std::ops::Range<f32>; 2] = [0.3..4.7, 5.3..8.0];
-/// The foot coagulates from when to when…
+/// Interval in which the foot coagulates, s…
 const COAGULATE_S: std::ops::Range<f32> = 3.3..3.9;
-/// …and holds the camera.
+/// …and in which it holds the camera, s.
 const CAMERA_LOCK_S: std::ops::Range<f32> = 9.4..9.7;
-/// Amplitude of the tremor, m, in each of its oscillations (physiological: 8–12 Hz).
+/// Amplitude of each oscillation of the tremor, m (physiological: 8–12 Hz).
 const TREMOR_M: f32 = 0.05e-3;
-/// The endoscope sways by so much, rad, this slowly, s.
+/// Sways of the endoscope: amplitude, rad, and period, s.
 const SWAY: [(f32, f32); 2] = [(0.05, 9.0), (0.03, 7.0)];
 
-/// What the hand wants at one moment.
+/// Intent of the hand at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Intent {
     /// Tip of the instrument, world frame, m.
     pub tip_m: Vec3,
-    /// Handle that brings the tip there, device frame.
+    /// Handle pose that brings the tip there, device frame.
     pub device_from_handle: Pose,
     /// Buttons pressed.
     pub buttons: Buttons,
-    /// What the foot presses.
+    /// Pressed pedal switches.
     pub switches: Switches,
-    /// What it is doing, in a word or two.
+    /// Name of the action.
     pub doing: &'static str,
 }
 
-/// The script with its seed.
+/// The scripted hand with its seed.
 #[derive(Debug, Clone)]
 pub struct Hand {
     pub(super) script: HandScript,
@@ -113,7 +113,7 @@ struct Oscillation {
 }
 
 impl Hand {
-    /// Checks that the devices reach what the script asks of them.
+    /// Checks that the devices reach the script's work place.
     pub fn new(script: HandScript, seed: u64) -> Result<Self, HardwareError> {
         let mut random = Random::new(seed, 1);
         let tremor = [(); 3].map(|()| {
@@ -180,7 +180,7 @@ impl Hand {
         Ok(())
     }
 
-    /// What the hand wants `time_s` after it began.
+    /// Intent of the hand `time_s` after its start.
     #[must_use]
     pub fn intent(&self, time_s: f32) -> Intent {
         let round_s = time_s.rem_euclid(ROUND_S);
@@ -208,21 +208,20 @@ impl Hand {
         }
     }
 
-    /// The handle's rotation when it is at `position_m` of the device frame: the shaft goes
-    /// through the port whatever the hand wants.
+    /// Handle pose at `position_m` of the device frame. Its rotation keeps the shaft in the port.
     #[must_use]
     pub fn handle_at(&self, position_m: Vec3) -> Pose {
         self.handle_of(&self.tip_of(position_m))
     }
 
-    /// The handle that brings the tip to a place of the world, device frame.
+    /// Handle pose that brings the tip to a world position, device frame.
     pub(super) fn handle_of(&self, tip_m: &Vec3) -> Pose {
         let device = &self.script.world_from_device;
         let up = device.rotation * Vec3::y();
         device.inverse() * self.kinematics.handle_from_tip(tip_m, &up)
     }
 
-    /// The tip of a handle at `position_m` of the device frame, world frame, m.
+    /// Tip position of a handle at `position_m` of the device frame, world frame, m.
     pub(super) fn tip_of(&self, position_m: Vec3) -> Vec3 {
         let device = &self.script.world_from_device;
         let world = device * nalgebra::Point3::from(position_m);
@@ -230,30 +229,30 @@ impl Hand {
         self.kinematics.tip(&at)
     }
 
-    /// From the trocar to what the hand works on.
+    /// Direction from the trocar to the target.
     pub(super) fn script_direction(&self) -> Vec3 {
         (self.script.target_m - self.script.instrument_port_m).normalize()
     }
 
-    /// The endoscope's sensor in the transmitter's frame; it sits on the camera.
+    /// Pose of the endoscope's sensor in the transmitter's frame; it sits on the camera.
     #[must_use]
     pub fn tracker_from_sensor(&self, time_s: f32) -> Pose {
         let [yaw, pitch]: [f32; 2] = std::array::from_fn(|axis| {
             let (angle, period_s) = SWAY[axis];
             let phase = self.sway_phase[axis];
             let turn = std::f32::consts::TAU * time_s / period_s;
-            // From rest, so that the picture begins where the scene puts the camera.
+            // Start from rest, so that the picture begins at the scene's camera pose.
             angle * ((turn + phase).sin() - phase.sin())
         });
         self.sensor([yaw, pitch, 0.0])
     }
 
-    /// The same of an endoscope that is turned and advanced as [`Self::camera`] says.
+    /// Pose of the sensor for a turned and advanced endoscope; see [`Self::camera`].
     pub(super) fn sensor(&self, scope: [f32; 3]) -> Pose {
         self.script.world_from_tracker.inverse() * self.camera(scope)
     }
 
-    /// The camera, turned about its port to the left and up, rad, and advanced, m; world frame.
+    /// Camera turned about its port to the left and up, rad, and advanced, m; world frame.
     pub(super) fn camera(&self, [yaw, pitch, advance_m]: [f32; 3]) -> Pose {
         let camera = self.script.world_from_camera;
         let about = camera.rotation * Vec3::new(pitch, yaw, 0.0);
@@ -265,10 +264,10 @@ impl Hand {
     }
 }
 
-/// The Touch's stops, less a little for the tremor.
+/// Radius of the Touch's stops less a margin for the tremor, m.
 pub(super) const HANDLE_REACH_M: f32 = 0.099;
 
-/// Height of the tip over the skin, m, and what the hand does, at a moment of the round.
+/// Height of the tip above the skin, m, and the action at this time of the round.
 fn height(round_s: f32) -> (f32, &'static str) {
     let next = ROUND
         .iter()
@@ -291,7 +290,7 @@ pub(crate) mod tests {
     use super::*;
     use nalgebra::{Translation3, UnitQuaternion};
 
-    /// A room like a prepared scene's: the handle at rest in the device's origin.
+    /// A room like a prepared scene's, with the handle at rest in the device's origin.
     pub(crate) fn room() -> HandScript {
         let port = Vec3::new(0.0, 0.0, 0.0);
         let target = Vec3::new(0.02, -0.01, -0.2);

@@ -1,4 +1,4 @@
-//! The Inverse3's service, played on a loopback socket: a device in a resting hand.
+//! Emulated service of the Inverse3 on a loopback socket, with the device in a resting hand.
 
 use std::io::{self, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -13,14 +13,14 @@ use tungstenite::{Error, Message as Frame, WebSocket, accept};
 
 use super::touch::{Body, Grip, Touch};
 
-/// Without a command for so long the service lets the device go.
+/// The service drops the force after this time without a command.
 const IDLE: Duration = Duration::from_millis(100);
-/// Most time that is made up for at once, ms.
+/// Longest time that is simulated at once, ms.
 const CATCH_UP_MS: u128 = 50;
-/// Between two looks for whether to end.
+/// Interval at which the thread checks for its end.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
-/// The device: figures of the maker where there are any.
+/// Body of the device; figures of the maker where published.
 const BODY: Body = Body {
     mass_kg: 0.1,
     friction_n: 0.1,
@@ -31,25 +31,25 @@ const BODY: Body = Body {
     force_continuous_n: 3.0,
 };
 
-/// What the service may do wrong.
+/// Faults of the service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Misbehaviour {
-    /// Nothing.
+    /// Works correctly.
     None,
-    /// It says what is no JSON.
+    /// Sends text that is not JSON.
     Garbage,
-    /// Its numbers are too large for any number.
+    /// Sends numbers beyond the range of f64.
     Boundless,
-    /// It repeats its last message.
+    /// Repeats its last message.
     Stuck,
-    /// It is silent.
+    /// Sends nothing.
     Silent,
-    /// It hangs up.
+    /// Hangs up.
     HangUp,
-    /// It says everything five times.
+    /// Sends every message five times.
     Flood,
-    /// Its message comes a byte at a time, and never ends.
+    /// Sends an endless message one byte at a time.
     Drip,
 }
 
@@ -63,7 +63,7 @@ const ALL: [Misbehaviour; 8] = [
     Misbehaviour::Flood,
     Misbehaviour::Drip,
 ];
-/// Head of a text of a million bytes.
+/// Header of a text of a million bytes.
 const LONG_TEXT: [u8; 10] = [0x81, 0x7F, 0, 0, 0, 0, 0, 0x0F, 0x42, 0x40];
 
 /// A running service for one client at a time. Dropping it ends it.
@@ -90,7 +90,7 @@ struct Device {
 }
 
 impl Device {
-    /// Lives on to now.
+    /// Simulates up to now.
     fn live(&mut self) {
         if self.commanded.elapsed() > IDLE {
             self.force_n = Vec3::zeros();
@@ -139,13 +139,13 @@ impl EmulatedInverse3 {
         })
     }
 
-    /// Where it listens: open with [`crate::inverse3::Inverse3Haptic`].
+    /// Address of the service: open it with [`crate::inverse3::Inverse3Haptic`].
     #[must_use]
     pub const fn address(&self) -> SocketAddr {
         self.address
     }
 
-    /// The force that the device renders now, our frame, N.
+    /// Force that the device renders now, in Calot's frame, N.
     #[must_use]
     pub fn force_n(&self) -> Vec3 {
         let mut device = self.shared.device();
@@ -153,7 +153,7 @@ impl EmulatedInverse3 {
         device.force_n
     }
 
-    /// From now on it does this wrong.
+    /// Starts this fault.
     pub fn misbehave(&self, how: Misbehaviour) {
         self.shared.misbehaviour.store(how as u8, Ordering::Relaxed);
     }
@@ -233,7 +233,7 @@ impl Shared {
         Ok(())
     }
 
-    /// A state, as the service words it.
+    /// State message of the service.
     fn state(&self) -> Value {
         let mut device = self.device();
         device.live();
@@ -260,7 +260,7 @@ impl Shared {
     }
 }
 
-/// The next text, if there is one.
+/// Next text, if there is one.
 fn hear(socket: &mut WebSocket<TcpStream>) -> Result<Option<String>, Error> {
     match socket.read() {
         Ok(Frame::Text(text)) => Ok(Some(text.as_str().to_owned())),
@@ -277,7 +277,7 @@ fn hear(socket: &mut WebSocket<TcpStream>) -> Result<Option<String>, Error> {
     }
 }
 
-/// The force that a command asks for, our frame, N.
+/// Force that a command asks for, in Calot's frame, N.
 fn force_of(text: &str) -> Option<Vec3> {
     let json: Value = serde_json::from_str(text).ok()?;
     let force = &json["inverse3"][0]["commands"]["set_cursor_force"]["vector"];

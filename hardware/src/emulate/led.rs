@@ -1,5 +1,5 @@
-//! The emulated haptic device led by wishes, without lines or clocks: the same wishes and forces give the
-//! same movements.
+//! The emulated haptic device steered by wishes, without lines or clocks: equal wishes and forces
+//! give equal movements.
 
 use nalgebra::UnitQuaternion;
 use rt_core::math::{Pose, Vec3};
@@ -17,30 +17,30 @@ pub struct LedHand {
     hand: Hand,
     operated: Operated,
     touch: Touch,
-    /// The handle that the hand wanted last, device frame.
+    /// Last wanted pose of the handle, device frame.
     wanted: Pose,
 }
 
-/// What its devices measure.
+/// Measurements of the devices.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
     /// The handle, device frame.
     pub device_from_handle: Pose,
-    /// Its velocity there, m/s.
+    /// Velocity of the handle, device frame, m/s.
     pub velocity_m_s: Vec3,
     /// Buttons at the handle.
     pub buttons: Buttons,
-    /// What the foot presses.
+    /// Pressed pedal switches.
     pub switches: Switches,
     /// The endoscope's sensor in the tracker's frame.
     pub tracker_from_sensor: Pose,
 }
 
 impl LedHand {
-    /// A hand at rest where `script` puts it, led by sums that begin with `wish`.
+    /// A hand at rest at the script's start, with `wish` as the zero of later wishes.
     ///
     /// # Errors
-    /// When the devices do not reach what the script asks of them.
+    /// When the devices do not reach the script's work place.
     pub fn new(script: HandScript, wish: &Wish) -> Result<Self, HardwareError> {
         let hand = Hand::new(script, 0)?;
         let operated = Operated::begin(hand.intent(0.0).tip_m, wish);
@@ -53,7 +53,7 @@ impl LedHand {
         })
     }
 
-    /// A millisecond in which the motors render `force_n` (device frame).
+    /// Simulates one millisecond in which the motors render `force_n` (device frame).
     pub fn step(&mut self, wish: &Wish, force_n: Vec3) -> Measured {
         self.operated.follow(Some(wish), &self.hand);
         let before_m = self.wanted.translation.vector;

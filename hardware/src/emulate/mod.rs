@@ -1,9 +1,9 @@
-//! The devices of a station, emulated behind ptys, with a scripted hand at the handle.
+//! The devices of a station, emulated behind ptys, with a scripted hand on the handle.
 //!
-//! Each device is a pty and the device's side of its protocol: the very code that a rig's
-//! firmware would run ([`crate::rig::device`]), a bird ([`crate::bird::device`]) and, for the
-//! haptic device, a body with mass and friction between the motors and the hand. A controller
-//! opens them as it opens real ones.
+//! Each device is a pty with the device's side of its protocol: the code that a rig's firmware
+//! would run ([`crate::rig::device`]), a bird ([`crate::bird::device`]) and, for the haptic device,
+//! a body with mass and friction between the motors and the hand. A controller opens them like real
+//! ones.
 
 mod bulk;
 mod electronics;
@@ -41,34 +41,34 @@ pub use touch::{Body, Grip, Touch};
 pub(crate) use random::Random;
 use station::Station;
 
-/// What to emulate.
+/// Settings of the emulation.
 #[derive(Debug, Clone)]
 pub struct EmulateConfig {
-    /// Where the lines `haptic`, `tracker` and `pedal` appear: symbolic links to ptys. Made
-    /// when it does not exist.
+    /// Directory for the lines `haptic`, `tracker` and `pedal`, which are symbolic links to ptys.
+    /// It is made if it does not exist.
     pub directory: PathBuf,
-    /// Where the devices stand and what the hand does.
+    /// Poses of the devices and work place of the hand.
     pub script: HandScript,
-    /// Which haptic device.
+    /// Emulated haptic device.
     pub haptic: HapticModel,
-    /// Tremor and faults; the same seed gives the same movements.
+    /// Seed of tremor and faults; equal seeds give equal movements.
     pub seed: u64,
-    /// What goes wrong on each line.
+    /// Faults of each line.
     pub faults: LineFaults,
 }
 
-/// The faults of each line.
+/// Faults of each line.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LineFaults {
-    /// The haptic device's.
+    /// Faults of the haptic device's line.
     pub haptic: Faults,
-    /// The tracker's.
+    /// Faults of the tracker's line.
     pub tracker: Faults,
-    /// The pedal's.
+    /// Faults of the pedal's line.
     pub pedal: Faults,
 }
 
-/// Where the emulated devices are.
+/// Paths of the emulated devices.
 #[derive(Debug, Clone)]
 pub struct Lines {
     /// The haptic device: open with [`crate::rig::RigHaptic`].
@@ -79,27 +79,25 @@ pub struct Lines {
     pub pedal: PathBuf,
 }
 
-/// What happens inside of the emulated devices, which no controller sees.
+/// State inside the emulated devices, which no controller sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inside {
-    /// Since the emulator began, in its own milliseconds, s.
+    /// Time since the start in emulated milliseconds, s.
     pub time_s: f32,
-    /// Force that the haptic device's motors are told, its base frame, N.
+    /// Force commanded to the haptic device's motors, its base frame, N.
     pub force_n: rt_core::math::Vec3,
-    /// What they are told as a share of the most that they may be told.
+    /// Motor command as a share of the most that may be commanded.
     pub strain: f32,
 }
 
 const MILLISECOND: Duration = Duration::from_millis(1);
-/// A machine that was asleep for longer than this has not lived through the time: the hand
-/// goes on where it was.
+/// After a longer sleep of the machine, the hand continues where it was.
 const CATCH_UP_LIMIT: Duration = Duration::from_millis(200);
 
-/// Emulates until `stop` is set. Calls `ready` once, when the lines can be opened.
+/// Emulates until `stop` is set. Calls `ready` once the lines can be opened.
 ///
-/// The hand begins with the first force that the controller sends, so that nothing is missed
-/// while it starts, and begins anew after the controller was silent for a second. A second
-/// emulator in the same directory is refused.
+/// The hand starts with the controller's first force, so that it misses nothing, and restarts after
+/// the controller was silent for a second. A second emulator in the same directory is refused.
 pub fn run(
     config: &EmulateConfig,
     stop: &AtomicBool,
@@ -108,8 +106,8 @@ pub fn run(
     emulate(config, stop, &mut || None, ready, &mut |_| {})
 }
 
-/// The same with a person who leads the hand: from the first wish on the script is over. `wish`
-/// is asked every millisecond; none means that nobody leads just now.
+/// Like [`run`], with a person who steers the hand. The first wish ends the script. `wish` is
+/// called every millisecond; `None` means that nobody steers just now.
 pub fn run_led(
     config: &EmulateConfig,
     stop: &AtomicBool,
@@ -119,7 +117,7 @@ pub fn run_led(
     emulate(config, stop, wish, ready, &mut |_| {})
 }
 
-/// The same with the script; `watch` is told every millisecond what happens inside.
+/// Like [`run`]; `watch` receives the state inside the devices every millisecond.
 pub fn run_watched(
     config: &EmulateConfig,
     stop: &AtomicBool,

@@ -1,4 +1,4 @@
-//! The emulated hand, led by a person who has no haptic device: mouse, keyboard or gamepad.
+//! The emulated hand, steered by a person with mouse, keyboard or gamepad.
 
 use nalgebra::UnitQuaternion;
 use rt_core::math::{Pose, Vec3};
@@ -7,37 +7,38 @@ use rt_core::port::Buttons;
 use super::hand::{HANDLE_REACH_M, Hand};
 use crate::rig::wire::Switches;
 
-/// What a person asks of the hand: sums since they began, so that a lost message loses nothing.
+/// A person's wishes as sums since the start, so that a lost message loses nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wish {
-    /// The instrument's tip, along the picture's right, its up, and towards the viewer, m.
+    /// Movement of the instrument's tip along the picture's right, its up, and towards the viewer,
+    /// m.
     pub moved_m: [f64; 3],
-    /// The instrument about its shaft, rad.
+    /// Rotation of the instrument about its shaft, rad.
     pub rolled_rad: f64,
-    /// The endoscope about its port, to the left and up, rad.
+    /// Rotation of the endoscope about its port, to the left and up, rad.
     pub scope_turned_rad: [f64; 2],
-    /// The endoscope along its axis, inwards, m.
+    /// Advance of the endoscope along its axis, inwards, m.
     pub scope_advanced_m: f64,
     /// Buttons at the handle.
     pub buttons: Buttons,
-    /// What the foot presses.
+    /// Pressed pedal switches.
     pub switches: Switches,
 }
 
-/// A person's movements are smoothed over this, ms: they come at the rate of a screen.
+/// Smoothing time of a person's movements, ms: they arrive at the rate of a screen.
 const SMOOTH_MS: f64 = 20.0;
-/// The hand is never faster, m/s, well below the speed trip; nor does it turn faster, rad/s.
+/// Fastest movement, m/s, well below the speed trip, and fastest turn, rad/s.
 const SPEED_MAX_M_S: f64 = 0.4;
 const TURN_MAX_RAD_S: f64 = 2.0;
-/// What is still to be moved is forgotten beyond this, s of it at full speed.
+/// Largest backlog of movement, in seconds at full speed; the rest is dropped.
 const BEHIND_MAX_S: f64 = 0.125;
-/// The tip stays this far from the trocar, and the handle too, m.
+/// Smallest distance of tip and handle from the trocar, m.
 const PORT_CLEAR_M: f32 = 0.03;
-/// The endoscope turns and advances by so much at most, from where the scene puts it.
+/// Largest turn and advance of the endoscope from its pose in the scene.
 const SCOPE_TURN_MAX_RAD: f64 = 0.6;
 const SCOPE_ADVANCE_MAX_M: f64 = 0.06;
 
-/// A movement that is still under way.
+/// A movement with a backlog.
 #[derive(Debug, Clone, Copy, Default)]
 struct Pending {
     asked: f64,
@@ -45,7 +46,7 @@ struct Pending {
 }
 
 impl Pending {
-    /// What of it is done in a millisecond, given the new sum and the greatest speed.
+    /// Part of the movement done in this millisecond, given the new sum and the largest speed.
     fn step(&mut self, asked: f64, speed_max: f64) -> f64 {
         if !asked.is_finite() {
             return 0.0;
@@ -60,7 +61,7 @@ impl Pending {
     }
 }
 
-/// Where the person has brought things.
+/// State of instrument and endoscope under a person's control.
 #[derive(Debug, Clone)]
 pub(super) struct Operated {
     moved: [Pending; 3],
@@ -76,7 +77,7 @@ pub(super) struct Operated {
 }
 
 impl Operated {
-    /// From where the hand holds the tip now.
+    /// Starts from the present position of the tip.
     pub(super) fn begin(tip_m: Vec3, wish: &Wish) -> Self {
         let from = |asked: f64| Pending { asked, rest: 0.0 };
         Self {
@@ -93,8 +94,8 @@ impl Operated {
         }
     }
 
-    /// One millisecond. Without a wish, for its sender fell silent, the hand holds still and the
-    /// foot is off the pedal.
+    /// Advances one millisecond. Without a wish (its sender is silent) the hand holds still and the
+    /// foot leaves the pedal.
     pub(super) fn follow(&mut self, wish: Option<&Wish>, hand: &Hand) {
         let Some(wish) = wish else {
             self.switches = Switches::default();
@@ -125,17 +126,17 @@ impl Operated {
         self.tip_m = hand.within_reach(self.tip_m + way);
     }
 
-    /// The handle that brings the tip there, device frame.
+    /// Handle pose that brings the tip to its target, device frame.
     pub(super) fn handle(&self, hand: &Hand) -> Pose {
         hand.handle_of(&self.tip_m)
     }
 
-    /// How the handle is turned about the shaft.
+    /// Rotation of the handle about the shaft.
     pub(super) fn roll(&self) -> UnitQuaternion<f32> {
         UnitQuaternion::from_axis_angle(&Vec3::z_axis(), self.roll_rad as f32)
     }
 
-    /// How the endoscope is turned, to the left and up, rad, and advanced, m.
+    /// Turn of the endoscope to the left and up, rad, and its advance, m.
     pub(super) fn scope(&self) -> [f32; 3] {
         let [yaw, pitch] = self.turn_rad;
         [yaw as f32, pitch as f32, self.advance_m as f32]
@@ -151,7 +152,7 @@ impl Operated {
 }
 
 impl Hand {
-    /// The nearest tip that handle and shaft reach, world frame, m.
+    /// Nearest tip position that handle and shaft reach, world frame, m.
     pub(super) fn within_reach(&self, tip_m: Vec3) -> Vec3 {
         let (port_m, length_m) = (self.kinematics.port_m, self.kinematics.length_m);
         let shaft = tip_m - port_m;
@@ -223,7 +224,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is asked, the handle stays in the device's reach and no step is a jump.
+        /// For any wish the handle stays in the device's reach and moves without jumps.
         #[test]
         fn nothing_leaves_the_reach(
             asked in prop::collection::vec(([-1.0f64..1.0, -1.0..1.0, -1.0..1.0], any::<f64>(), any::<f64>()), 1..20),

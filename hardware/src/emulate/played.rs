@@ -1,5 +1,5 @@
-//! A haptic device and its line in memory, with a clock that whoever plays it turns: for tests of
-//! what a driver makes of any bytes at all, without terminals, threads or waiting.
+//! A haptic device and its line in memory, with a clock that the test advances. It tests drivers on
+//! any bytes without terminals, threads or waiting.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -63,7 +63,7 @@ impl Hears for End {
 }
 
 impl Played {
-    /// A device at rest, and its driver, opened on it.
+    /// Makes a device at rest and opens its driver.
     pub fn open(model: HapticModel) -> Result<(Box<dyn HapticDevice + Send>, Self), HardwareError> {
         let heard = Arc::new(Bytes::new());
         let electronics = Electronics::new(model);
@@ -94,13 +94,13 @@ impl Played {
         Ok((driver, Self { end }))
     }
 
-    /// Bytes that the line brings, whoever made them.
+    /// Puts any bytes on the line to the driver.
     pub fn say(&self, bytes: &[u8]) {
         let now_ns = self.now_ns();
         self.end.heard.put(bytes, now_ns);
     }
 
-    /// A millisecond passes. A device that `speaks` reports by itself, where its protocol does.
+    /// Advances one millisecond. A device that `speaks` reports unasked, if its protocol does that.
     pub fn millisecond(&self, speaks: bool) {
         let mut device = self.end.device();
         device.now_ns += 1_000_000;
@@ -119,13 +119,13 @@ impl Played {
         }
     }
 
-    /// The device's time, ns: what drivers are to be told.
+    /// The device's time, ns, for calls of the driver.
     #[must_use]
     pub fn now_ns(&self) -> u64 {
         self.end.device().now_ns
     }
 
-    /// What the motors are told now, as a share of the most that the station may tell them.
+    /// Motor command now, as a share of the most that the station may command.
     #[must_use]
     pub fn strain(&self) -> f32 {
         let mut device = self.end.device();

@@ -1,4 +1,4 @@
-//! A pty as a device's line: the emulator holds the master, the controller opens the link.
+//! A pty as a device's line: the emulator holds the master and the controller opens the link.
 
 use std::fs;
 use std::os::fd::OwnedFd;
@@ -12,18 +12,18 @@ use rustix::termios::{OptionalActions, ioctl_tiocnxcl, tcgetattr, tcsetattr};
 
 use crate::HardwareError;
 
-/// A plugged-in line. Dropping it hangs up and removes the link.
+/// A connected line. Dropping it hangs up and removes the link.
 #[derive(Debug)]
 pub(super) struct Pty {
     master: OwnedFd,
-    /// Kept open so that raw mode (no echo) outlives a controller that comes and goes.
+    /// Stays open, so that raw mode (no echo) outlives a controller.
     slave: OwnedFd,
     link: PathBuf,
     target: PathBuf,
 }
 
 impl Pty {
-    /// A new pty that `link` points to from one instant to the next.
+    /// Makes a pty and lets `link` point to it atomically.
     pub(super) fn plug_in(link: &Path) -> Result<Self, HardwareError> {
         let failed = |doing: &'static str| {
             move |errno: Errno| HardwareError::Line {
@@ -63,18 +63,18 @@ impl Pty {
         })
     }
 
-    /// Reads what the controller sent: how many bytes, none when it is silent or gone.
+    /// Reads the controller's bytes and returns their number; 0 when it is silent or gone.
     pub(super) fn read(&mut self, buffer: &mut [u8]) -> usize {
         rustix::io::read(&self.master, buffer).unwrap_or(0)
     }
 
-    /// Writes what fits; a controller that does not read loses the rest, as on a real line.
+    /// Writes all that fits. A controller that does not read loses the rest, as on a real line.
     pub(super) fn write(&mut self, bytes: &[u8]) {
         let _ = rustix::io::write(&self.master, bytes);
     }
 
-    /// Lifts the exclusive use that a killed controller left on the line; a live one still
-    /// holds its lock on it.
+    /// Lifts the exclusive use that a killed controller left on the line. A living one still holds
+    /// its lock.
     pub(super) fn lift_exclusive_use(&self) {
         let _ = ioctl_tiocnxcl(&self.slave);
     }
@@ -82,7 +82,7 @@ impl Pty {
 
 impl Drop for Pty {
     fn drop(&mut self) {
-        // Only our own link: another emulator may have replaced it.
+        // Remove only our own link: another emulator may have replaced it.
         if fs::read_link(&self.link).is_ok_and(|target| target == self.target) {
             let _ = fs::remove_file(&self.link);
         }

@@ -1,11 +1,11 @@
-//! Seeded random numbers: SplitMix64, the same on every machine.
+//! Seeded random numbers: SplitMix64, equal on every machine.
 
-/// A generator. The same seed gives the same numbers.
+/// A generator. Equal seeds give equal numbers.
 #[derive(Debug, Clone)]
 pub(crate) struct Random(u64);
 
 impl Random {
-    /// A generator for one of several uses of a seed.
+    /// A generator for one of several uses (`stream`) of a seed.
     pub(crate) fn new(seed: u64, stream: u64) -> Self {
         let mut random = Self(seed ^ stream.wrapping_mul(0xD134_2543_DE82_EF95));
         random.next();
@@ -21,12 +21,12 @@ impl Random {
         bits ^ (bits >> 31)
     }
 
-    /// In 0..1.
+    /// Uniform in 0..1.
     pub(crate) fn unit(&mut self) -> f32 {
         (self.next() >> 40) as f32 / (1u64 << 24) as f32
     }
 
-    /// In `low..high`.
+    /// Uniform in `low..high`.
     pub(crate) fn between(&mut self, low: f32, high: f32) -> f32 {
         low + (high - low) * self.unit()
     }

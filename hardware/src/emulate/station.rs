@@ -1,4 +1,4 @@
-//! The three devices, a millisecond at a time.
+//! The three emulated devices, one millisecond at a time.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -23,18 +23,18 @@ use crate::rig::device::{Device, Motion};
 use crate::rig::frame::Frame;
 use crate::rig::wire::{Capabilities, State};
 
-/// The bird measures every so many milliseconds.
+/// Measurement period of the bird, ms.
 const TRACKER_PERIOD: u64 = 10;
-/// The pedal reports every so many milliseconds.
+/// Report period of the pedal, ms.
 const PEDAL_PERIOD: u64 = 10;
-/// A controller that was silent for so long finds the hand at rest again, ms.
+/// Silence after which a controller finds the hand at rest again, ms.
 const ABANDONED_MS: u32 = 1000;
-/// A bird's noise, m.
+/// Noise of the bird, m.
 const TRACKER_NOISE_M: f32 = 0.1e-3;
-/// A line's exclusive use is looked after every so many milliseconds.
+/// Interval at which a line's exclusive use is checked, ms.
 const EXCLUSIVE_PERIOD: u64 = 50;
 
-/// Everything that is emulated.
+/// All emulated devices.
 pub(super) struct Station {
     lines: Lines,
     /// Locked while this emulator runs.
@@ -42,17 +42,17 @@ pub(super) struct Station {
     started: Instant,
     tick: u64,
     hand: Hand,
-    /// Since a person leads it.
+    /// Set once a person steers.
     operated: Option<Operated>,
     hand_time_ms: u32,
-    /// The handle that the hand wanted last, device frame.
+    /// Last wanted pose of the handle, device frame.
     wanted: Pose,
     silent_ms: u32,
     touch: Touch,
     haptic: Electronics,
-    /// What the motors are told now, N.
+    /// Force commanded to the motors now, N.
     force_n: Vec3,
-    /// The same as a share of the most that they may be told.
+    /// Motor command as a share of the most that may be commanded.
     strain: f32,
     haptic_line: Plug,
     bird: Bird,
@@ -110,7 +110,7 @@ impl Station {
         &self.lines
     }
 
-    /// One millisecond of everything.
+    /// Advances everything by one millisecond.
     pub(super) fn tick(&mut self, wish: Option<Wish>) -> Result<(), HardwareError> {
         self.follow_controller();
         self.follow_person(wish.as_ref());
@@ -121,7 +121,7 @@ impl Station {
         Ok(())
     }
 
-    /// What happens inside of the devices now.
+    /// State inside the devices.
     pub(super) fn inside(&self) -> Inside {
         Inside {
             time_s: self.tick as f32 * 1e-3,
@@ -134,7 +134,7 @@ impl Station {
         self.tick as f64 * 1e-3
     }
 
-    /// The hand works while a controller renders forces, and starts anew with a new one.
+    /// The hand works while a controller renders forces, and restarts with a new controller.
     fn follow_controller(&mut self) {
         if self.haptic.is_commanded() {
             self.silent_ms = 0;
@@ -148,7 +148,7 @@ impl Station {
         }
     }
 
-    /// From the first wish on the script is over.
+    /// The first wish ends the script.
     fn follow_person(&mut self, wish: Option<&Wish>) {
         if let (None, Some(wish)) = (&self.operated, wish) {
             let tip_m = self.hand.intent(self.hand_time_s()).tip_m;
@@ -160,12 +160,12 @@ impl Station {
     }
 
     fn hand_time_s(&self) -> f32 {
-        // Taken off while it is still an integer: no precision is lost however long it runs.
+        // Reduced as an integer, so that precision lasts however long it runs.
         (self.hand_time_ms % (REPEAT_S * 1e3) as u32) as f32 * 1e-3
     }
 
     fn haptic_millisecond(&mut self) -> Result<(), HardwareError> {
-        // The watchdog runs on real time: a slow machine must not make it patient.
+        // The watchdog runs on real time, so that a slow machine does not delay it.
         let now_us = self.started.elapsed().as_micros() as u32;
         let mut bytes = [0; 4096];
         let count = self.haptic_line.read(&mut bytes, self.tick)?;
@@ -239,7 +239,7 @@ impl Station {
             if self.bird.is_streaming() {
                 let mut record = self.bird.record();
                 if self.tracker_line.line.degenerate() {
-                    // A rotation of no length: its words follow the position's.
+                    // A rotation of length zero: its words follow the position's.
                     record.iter_mut().skip(6).for_each(|byte| *byte = 0);
                 }
                 self.tracker_line.line.send(&record, time_s);
@@ -278,7 +278,7 @@ fn record(tracker_from_sensor: Pose, noise_m: Vec3) -> Record {
     }
 }
 
-/// A line that is plugged in, or not just now.
+/// A line that is connected or temporarily not.
 struct Plug {
     path: PathBuf,
     pty: Option<Pty>,
@@ -298,7 +298,7 @@ impl Plug {
         self.line.send(frame.as_bytes(), time_s);
     }
 
-    /// Hangs up and comes back as the faults say; reads what the controller sent.
+    /// Hangs up and comes back as the faults demand; reads the controller's bytes.
     fn read(&mut self, bytes: &mut [u8], tick: u64) -> Result<usize, HardwareError> {
         let at_s = tick as f32 * 1e-3;
         let faults = *self.line.faults();
@@ -338,7 +338,7 @@ impl Plug {
     }
 }
 
-/// One emulator per directory: the lock ends with the process, however it ends.
+/// Locks the directory for one emulator. The lock ends with the process.
 fn lock(directory: &Path) -> Result<File, HardwareError> {
     let path = directory.join("emulator.lock");
     let file = File::create(&path).map_err(|error| HardwareError::Line {

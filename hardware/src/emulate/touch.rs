@@ -1,5 +1,5 @@
-//! A Touch-class haptic device as a body: a handle with mass, friction and damping between
-//! the motors and the hand that holds it.
+//! A Touch-class haptic device as a body: a handle with mass, friction and damping between the
+//! motors and the hand that holds it.
 
 use rt_core::math::Vec3;
 
@@ -8,27 +8,28 @@ const SUBSTEPS: u32 = 10;
 /// Length of one step, s.
 const STEP_S: f32 = 1e-3 / SUBSTEPS as f32;
 
-/// The device's body. Figures of the Touch's data sheet.
+/// Mechanical properties of the device.
 #[derive(Debug, Clone, Copy)]
 pub struct Body {
     /// Apparent mass at the tip, kg.
     pub mass_kg: f32,
-    /// Force that moves it slowly (dry friction), N.
+    /// Dry friction, N.
     pub friction_n: f32,
     /// Damping of the mechanism, N s/m.
     pub damping_n_s_m: f32,
     /// Encoder step at the tip, m.
     pub encoder_step_m: f32,
-    /// Mechanical stops, m from the base frame's origin.
+    /// Distance of the mechanical stops from the base frame's origin, m.
     pub workspace_radius_m: f32,
-    /// Motors: peak force, N.
+    /// Peak force of the motors, N.
     pub force_max_n: f32,
-    /// Motors: force that they bear for ever, N.
+    /// Continuous force of the motors, N.
     pub force_continuous_n: f32,
 }
 
 impl Body {
-    /// 45 g, 0.26 N, 0.055 mm, 3.3 N, 0.88 N. The damping is the hinges', small.
+    /// Figures of the Touch's data sheet: 45 g, 0.26 N, 0.055 mm, 3.3 N, 0.88 N. The damping of the
+    /// hinges is small.
     pub const TOUCH: Self = Self {
         mass_kg: 0.045,
         friction_n: 0.26,
@@ -40,12 +41,12 @@ impl Body {
     };
 }
 
-/// The hand on the handle: a spring and a damper to where it wants the handle.
+/// The hand on the handle: a spring and a damper to its target.
 #[derive(Debug, Clone, Copy)]
 pub struct Grip {
-    /// N/m.
+    /// Stiffness, N/m.
     pub stiffness_n_m: f32,
-    /// N s/m.
+    /// Damping, N s/m.
     pub damping_n_s_m: f32,
 }
 
@@ -59,9 +60,9 @@ impl Grip {
 
 /// Stiffness of the mechanical stops, N/m.
 const STOP_STIFFNESS_N_M: f32 = 8000.0;
-/// Time over which the motors' heat averages, s.
+/// Averaging time of the motors' heat, s.
 const HEAT_TIME_S: f32 = 20.0;
-/// Smoothing of the reported velocity per sample, as the vendor's driver smooths it.
+/// Smoothing of the reported velocity per sample, as in the vendor's driver.
 const VELOCITY_BLEND: f32 = 0.2;
 
 /// The device in motion, in its base frame.
@@ -73,14 +74,14 @@ pub struct Touch {
     velocity_m_s: Vec3,
     measured_m: Vec3,
     measured_velocity_m_s: Vec3,
-    /// Force asked for in the last millisecond: motors answer one millisecond late.
+    /// Force asked for in the last millisecond; the motors respond one millisecond later.
     pending_n: Vec3,
     /// Average of the squared force, N².
     heat_n2: f32,
 }
 
 impl Touch {
-    /// At rest at `position_m`.
+    /// A device at rest at `position_m`.
     #[must_use]
     pub fn new(body: Body, grip: Grip, position_m: Vec3) -> Self {
         Self {
@@ -95,8 +96,8 @@ impl Touch {
         }
     }
 
-    /// One millisecond: the motors render `force_n`, the hand pulls towards `target_m` moving
-    /// at `target_velocity_m_s`.
+    /// Advances one millisecond. The motors render `force_n`; the hand pulls towards `target_m`,
+    /// which moves at `target_velocity_m_s`.
     pub fn step(&mut self, target_m: Vec3, target_velocity_m_s: Vec3, force_n: Vec3) {
         let asked_n = std::mem::replace(&mut self.pending_n, force_n);
         let motors_n = self.motors(asked_n);
@@ -109,7 +110,7 @@ impl Touch {
                 sum_n -= self.position_m.normalize() * (outside_m * STOP_STIFFNESS_N_M);
             }
             self.velocity_m_s += sum_n * (STEP_S / self.body.mass_kg);
-            // Dry friction takes speed away but never turns it round.
+            // Dry friction reduces speed but never reverses it.
             let speed = self.velocity_m_s.norm();
             let braked = (speed - self.body.friction_n * STEP_S / self.body.mass_kg).max(0.0);
             self.velocity_m_s *= if speed > 0.0 { braked / speed } else { 0.0 };
@@ -138,19 +139,19 @@ impl Touch {
         force_n
     }
 
-    /// What the encoders say, m.
+    /// Position from the encoders, m.
     #[must_use]
     pub fn measured_m(&self) -> Vec3 {
         self.measured_m
     }
 
-    /// What the device reports as velocity, m/s: smoothed encoder steps.
+    /// Reported velocity, m/s: smoothed encoder steps.
     #[must_use]
     pub fn measured_velocity_m_s(&self) -> Vec3 {
         self.measured_velocity_m_s
     }
 
-    /// Whether heat holds the motors to what they bear for ever.
+    /// True if heat limits the motors to their continuous force.
     #[must_use]
     pub fn is_limited(&self) -> bool {
         self.heat_n2.sqrt() >= self.body.force_continuous_n
@@ -212,7 +213,7 @@ mod tests {
         let force = Vec3::new(3.3, 0.0, 0.0);
         settle(&mut touch, Vec3::zeros(), force);
         assert!(touch.is_limited());
-        // Held at what it bears for ever, the heat no longer falls below the limit for long.
+        // At the continuous force, the heat stays near the limit.
         for _ in 0..20_000 {
             touch.step(Vec3::zeros(), Vec3::zeros(), force);
         }
@@ -221,8 +222,8 @@ mod tests {
         assert!(x < 2.0 * expected, "{x} {expected}");
     }
 
-    /// Peak to peak of the handle, m, once the hand has pressed it into a wall of that stiffness
-    /// for a second.
+    /// Peak-to-peak movement of the handle, m, after the hand has pressed it for a second into a
+    /// wall of this stiffness.
     fn trembling_m(wall_n_m: f32) -> f32 {
         let mut touch = Touch::new(Body::TOUCH, Grip::STYLUS, Vec3::zeros());
         let pressed_m = Vec3::new(-0.005, 0.0, 0.0);

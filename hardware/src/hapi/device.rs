@@ -1,5 +1,5 @@
-//! The firmware's side of the protocol, as the emulator plays it: with the torque that stays, and
-//! the bytes that it takes for others.
+//! The board's side of the protocol, for the emulator. It reproduces two flaws: the torque stays,
+//! and bytes are misread.
 
 use std::collections::VecDeque;
 
@@ -7,27 +7,27 @@ use super::wire::command;
 
 /// Ports of the board.
 const PORTS: usize = 4;
-/// Most that it lets through, N m.
+/// Torque limit of the firmware, N m.
 const TORQUE_MAX_N_M: f32 = 0.123;
-/// A command that is not finished after so long is taken as it is, µs.
+/// Time after which an incomplete command is executed, µs.
 const READ_TIMEOUT_US: u32 = 1_000_000;
-/// Bytes that the board holds unread; more are dropped.
+/// Size of the receive buffer, bytes; more bytes are dropped.
 const ROOM: usize = 512;
 
-/// One board. It holds every torque until it is told another, or loses its power.
+/// One board. It holds every torque until it receives another or loses its power.
 #[derive(Debug, Clone, Default)]
 pub struct Board {
     unread: VecDeque<u8>,
     motors: [Motor; PORTS],
     encoders: [Encoder; PORTS],
     waiting: Option<Waiting>,
-    /// Since it was powered.
+    /// Set up since it was powered.
     was_set_up: bool,
 }
 
 #[derive(Debug, Clone, Copy, Default)]
 struct Motor {
-    /// Who set it up; 0: nobody.
+    /// Id of the host that set the motor up; 0: none.
     host: u8,
     torque_n_m: f32,
 }
@@ -36,13 +36,13 @@ struct Motor {
 struct Encoder {
     host: u8,
     counts_per_turn: f32,
-    /// What the host said at the set-up that the arm's angle is.
+    /// Angle of the arm that the host stated at the set-up.
     told_deg: f32,
-    /// What it was.
+    /// True angle of the arm at the set-up.
     was_deg: f32,
 }
 
-/// A command whose floats are still coming.
+/// A command whose floats are incomplete.
 #[derive(Debug, Clone, Copy)]
 struct Waiting {
     host: u8,
@@ -58,10 +58,10 @@ enum Floats {
 }
 
 impl Board {
-    /// Takes the bytes that the host sent while the arms are at these angles (by port, degrees);
-    /// answers every command for torques.
+    /// Takes the host's bytes and answers every torque command; `angles_deg` are the arms' angles
+    /// by port.
     ///
-    /// The firmware does not wait for single bytes, only for floats: what is not there yet it
+    /// The firmware waits for floats but not for single bytes: a missing byte reads as FF.
     /// reads as FF.
     pub fn receive(
         &mut self,
@@ -109,13 +109,13 @@ impl Board {
         }
     }
 
-    /// What the motors render, by port, N m.
+    /// Torques of the motors, by port, N m.
     #[must_use]
     pub fn torques_n_m(&self) -> [f32; PORTS] {
         self.motors.map(|motor| motor.torque_n_m)
     }
 
-    /// Whether anybody has told it since it was powered where its arms are, right or wrong.
+    /// True if a host has stated the arms' angles since power-up, right or wrong.
     #[must_use]
     pub const fn was_set_up(&self) -> bool {
         self.was_set_up
@@ -126,13 +126,13 @@ impl Board {
     }
 
     fn float(&mut self) -> f32 {
-        // Of bytes that never came the firmware takes what was on its stack; here zeros.
+        // For missing bytes the firmware uses the contents of its stack; here zeros.
         f32::from_le_bytes(std::array::from_fn(|_| {
             self.unread.pop_front().unwrap_or(0)
         }))
     }
 
-    /// Nobody's motors: they go on with the torque that they have.
+    /// The motors lose their host but keep their torque.
     fn forget(&mut self) {
         for motor in &mut self.motors {
             motor.host = 0;
@@ -172,8 +172,8 @@ impl Board {
             Floats::Torques => {
                 for port in 0..PORTS {
                     if self.motors[port].host == host {
-                        // As the firmware does: no NaN passes the comparisons of `clamp`, but its
-                        // conversion to a duty makes zero of it.
+                        // As in the firmware: a NaN passes its clamp, and the conversion to a duty
+                        // cycle turns it into zero.
                         let torque = self.float();
                         self.motors[port].torque_n_m = if torque.is_nan() {
                             0.0

@@ -17,39 +17,39 @@ use crate::HardwareError;
 use crate::gate::Gate;
 use crate::line::{Line, Read, Written, now_ns};
 
-/// The board's USB ignores it.
+/// The board's USB ignores the rate.
 pub(crate) const BAUD: u32 = 115_200;
 const NAME: &str = "Haply hAPI board";
-/// The firmware waits up to 1 s for what a broken command lacks.
+/// Longest handshake. The firmware waits up to 1 s for the rest of a broken command.
 const HANDSHAKE: Duration = Duration::from_secs(3);
-/// A board that is well answers within a millisecond; a busy host may take longer to notice.
+/// Longest wait for an answer. A board answers within a millisecond; a busy host may notice later.
 const ANSWER: Duration = Duration::from_millis(150);
-/// The board has then read what was sent, and expects a command.
+/// Time after which the board has read everything and expects a command.
 const SETTLED: Duration = Duration::from_millis(5);
-/// Asked so often without a whole answer, a board is not going to give one as it is.
+/// Requests without a complete answer after which the board is set up anew.
 const ROUNDS: u32 = 8;
-/// What a board is told when nobody knows where its arms are: no arm is ever turned so far, so
-/// neither this nor what is turned since passes for a place.
+/// Angles for a board that does not know its own. No arm can turn this far, so neither these angles
+/// nor later ones relative to them pass for real ones.
 const UNKNOWN_DEG: [f32; ARMS] = [560.0; ARMS];
-/// No arm of any generation is turned further than this from the line of the motors, degrees.
+/// Largest angle of any arm of any generation from the line of the motors, degrees.
 const TURN_MAX_DEG: f32 = 390.0;
-/// Completes any command that was broken off, with floats near zero; the rest are resets.
+/// Completes any broken command with floats near zero; the remaining bytes are resets.
 const ZEROS: [u8; SET_UP_BYTES] = [0; SET_UP_BYTES];
 /// Most bytes that one poll reads: 56 answers.
 const BYTES_PER_POLL: usize = 512;
-/// A sample further out than so many workspace radii is no sample.
+/// Farthest plausible sample, in workspace radii.
 const REACH: f32 = 3.0;
-/// No arm is turned faster than this, degrees per second…
+/// Fastest plausible turn of an arm, degrees per second…
 const SPEED_LIMIT_DEG_S: f32 = 2000.0;
-/// …beside this much noise.
+/// …on top of this much noise.
 const NOISE_DEG: f32 = 0.3;
-/// What is left of an answer after so long is not going to be finished.
+/// Age at which an incomplete answer is given up.
 const LEFT_OVER_NS: u64 = 500_000;
-/// Asked for so long without an answer, the board has lost its place or its power: it has to be
-/// opened anew. Until then it may hold a torque.
+/// Time without an answer after which the board counts as lost: it has lost its angles or its power
+/// and must be opened anew. Until then it may hold a torque.
 const LOST_NS: u64 = 100_000_000;
 
-/// A board with a flat two-armed device. It answers commands: without [`HapticDevice::send`]
+/// A board with a flat two-armed device. It only answers commands: without [`HapticDevice::send`]
 /// there are no samples.
 #[derive(Debug)]
 pub struct HapiHaptic {
@@ -59,40 +59,41 @@ pub struct HapiHaptic {
     gate: Gate<ARMS>,
     counters: LineCounters,
     sequence: u16,
-    /// Bytes of a command that the line did not take: they come first, as zeros.
+    /// Bytes of a command that the line did not take. They are sent first, as zeros.
     owed: usize,
-    /// When the oldest command without an answer was sent.
+    /// Time of the oldest unanswered command.
     asked_ns: Option<TimeNs>,
     is_silent: bool,
 }
 
-/// What a board says to a command for torques.
+/// Answer of a board to a torque command.
 enum Answer {
-    /// It is set up: the angles of arms 1 and 2, degrees.
+    /// The board is set up: angles of arms 1 and 2, degrees.
     Angles([f32; ARMS]),
-    /// It is not: its name alone.
+    /// The board is not set up and sends its id only.
     Name,
-    /// Nothing, or what is no answer.
+    /// No answer, or an invalid one.
     Nothing,
 }
 
 impl HapiHaptic {
-    /// Opens the line, takes away any torque, and sets the board up.
+    /// Opens the line, removes any torque, and sets the board up.
     ///
-    /// A board that Calot has set up since it was powered knows its angles. For any other the handle
-    /// must be **at home** now: that is where its encoders begin to count. Not for the tick: waits
-    /// up to 4 s.
+    /// A board that Calot has set up since power-up knows its angles. For any other board the
+    /// handle must be **at home** now, because its encoders count from there. Not for the tick:
+    /// waits up to 4 s.
     pub fn open(path: &Path, generation: Pantograph) -> Result<Self, HardwareError> {
         Self::on(Line::open(path, BAUD)?, generation, generation.home_deg)
     }
 
-    /// The same after a loss, with nobody there who holds the handle at home: a board that does not
-    /// know its angles any more is refused, without torque.
+    /// Opens the device after a loss, when nobody holds the handle at home. A board that no longer
+    /// knows its angles is refused, without torque.
     pub fn reopen(path: &Path, generation: Pantograph) -> Result<Self, HardwareError> {
         Self::on(Line::open(path, BAUD)?, generation, UNKNOWN_DEG)
     }
 
-    /// The same on a line that is open; a board that does not know its angles is told these.
+    /// Opens the device on an open line. `else_deg` are the angles for a board that does not know
+    /// its own.
     pub(crate) fn on(
         line: Line,
         generation: Pantograph,
@@ -110,12 +111,12 @@ impl HapiHaptic {
             asked_ns: None,
             is_silent: false,
         };
-        // Where this fails, `drop` sends no more than a zero: it must not give the board a place.
+        // If this fails, `drop` may send a zero but must not give the board angles.
         let angles_deg = board.greet(else_deg)?;
         if board.place(angles_deg).is_none() {
             return Err(HardwareError::Calibration {
                 path,
-                remedy: "The board does not know where its arms are. End Calot, switch the board off and on, hold the handle \
+                remedy: "The board does not know the angles of its arms. End Calot, switch the board off and on, hold the handle \
                          at home (near the motors)",
             });
         }
@@ -125,31 +126,32 @@ impl HapiHaptic {
         Ok(board)
     }
 
-    /// The line.
+    /// Path of the line.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.line.path()
     }
 
-    /// Whether the line is gone or the board has lost its place; see
+    /// True if the line is lost or the board has lost its angles; see
     /// [`crate::rig::RigHaptic::is_lost`].
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.is_silent || self.line.is_lost()
     }
 
-    /// Where the handle was last, base frame, m.
+    /// Last position of the handle, base frame, m.
     #[must_use]
     pub fn position_m(&self) -> Vec3 {
         let angles_deg = self.gate.last().unwrap_or(self.generation.home_deg);
         self.generation.position_m(angles_deg).unwrap_or_default()
     }
 
-    /// Takes any torque away, and gives the angles of a board that knows them or takes these.
+    /// Removes any torque. Returns the angles of a board that knows them; any other board is given
+    /// `else_deg`.
     fn greet(&mut self, else_deg: [f32; ARMS]) -> Result<[f32; ARMS], HardwareError> {
         let start = Instant::now();
         let mut heard = 0;
-        // If it is set up already, this takes its torque away within a millisecond.
+        // On a board that is set up, this removes the torque within a millisecond.
         self.write([0.0; ARMS], now_ns());
         loop {
             if let Some(angles_deg) = self.settle(&mut heard)? {
@@ -167,11 +169,11 @@ impl HapiHaptic {
         }
     }
 
-    /// Waits until the board, which was sent a zero, has heard one for sure; sets nothing up. None
-    /// where it is not set up, or silent for long: a board that is merely slow keeps its angles.
+    /// Waits until the board has certainly received a zero torque; sets nothing up. Returns `None`
+    /// if the board is not set up, or silent for long. A slow board keeps its angles.
     fn settle(&mut self, heard: &mut u64) -> Result<Option<[f32; ARMS]>, HardwareError> {
-        // The first answer may be to what another host's broken command made of it, and its rest
-        // then resets the board with the motors on: only one that answers twice has heard a zero.
+        // The first answer may belong to another host's broken command, whose rest then resets the
+        // board with the motors on. Only a second answer proves that the zero arrived.
         let mut is_sure = false;
         for _ in 0..ROUNDS {
             match self.answer(heard)? {
@@ -185,8 +187,8 @@ impl HapiHaptic {
         Ok(None)
     }
 
-    /// From whatever the board is doing to no torque and a question: only a board that is set up
-    /// takes a torque, and resetting it leaves the motors on.
+    /// Brings the board from any state to zero torque and a request. Only a board that is set up
+    /// takes a torque, and a reset leaves the motors on.
     fn begin(&mut self, angles_deg: [f32; ARMS]) {
         self.line.write(&ZEROS);
         self.owed = 0;
@@ -195,7 +197,7 @@ impl HapiHaptic {
         self.line.write(&torques([0.0; ARMS]));
     }
 
-    /// Waits a little for an answer.
+    /// Waits a short time for an answer.
     fn answer(&mut self, heard: &mut u64) -> Result<Answer, HardwareError> {
         let asked = Instant::now();
         let (mut count_now, mut last) = (0, 0);
@@ -229,7 +231,7 @@ impl HapiHaptic {
         })
     }
 
-    /// Where the handle is, if it can be there.
+    /// Position of the handle, if it is plausible.
     fn place(&self, angles_deg: [f32; ARMS]) -> Option<Vec3> {
         let reach_m = self.generation.radius_m as f32 * REACH;
         if angles_deg.iter().any(|deg| deg.abs() > TURN_MAX_DEG) {
@@ -269,8 +271,8 @@ impl HapiHaptic {
 }
 
 impl Drop for HapiHaptic {
-    /// The board would hold its torque for ever. One that has lost its place is set up as one
-    /// that does not know where it is: only a board that is set up takes a zero.
+    /// The board would hold its torque for ever. A board that lost its angles is set up with
+    /// impossible ones, because only a board that is set up takes a zero.
     fn drop(&mut self) {
         self.write([0.0; ARMS], 0);
         if self.is_silent && matches!(self.settle(&mut 0), Ok(None)) {
@@ -290,12 +292,12 @@ impl HapticDevice for HapiHaptic {
             damping_n_s_m: self.generation.damping_n_s_m as f32,
             delay_s: self.generation.delay_s as f32,
             workspace_radius_m: self.generation.radius_m as f32,
-            // As often as it is asked.
+            // It answers as often as it is asked.
             rate_hz: 1000.0,
         }
     }
 
-    /// In the plane: of the force's three directions it drops one.
+    /// Planar: one of the force's three directions is dropped.
     fn freedom(&self) -> Freedom {
         Freedom {
             measured: 2,
@@ -333,12 +335,12 @@ impl HapticDevice for HapiHaptic {
                 None => self.counters.bad_frames += 1,
             }
         }
-        // Answers come whole, or not at all: what is left must not be taken for the next one's head.
+        // Answers arrive whole or not at all. A rest must not pass for the head of the next answer.
         if count > 0 && self.reader.waiting() > 0 && now_ns.saturating_sub(at_ns) > LEFT_OVER_NS {
             self.counters.bad_frames += 1;
             self.reader.clear();
         }
-        // Whatever it says: it may be set up no more, and answer with its name alone.
+        // Even if it sends bytes: a board that is no longer set up answers with its id only.
         let is_overdue = |asked_ns| now_ns.saturating_sub(asked_ns) > LOST_NS;
         if !self.is_silent && self.asked_ns.is_some_and(is_overdue) {
             self.is_silent = true;

@@ -1,18 +1,18 @@
 //! Haply's hAPI boards: binary commands over a serial line, and the flat two-armed linkage (2DIY).
 //!
-//! The protocol has no frame, checksum or watchdog: the board holds the last torque for as long as
-//! it has power. So zero torque is the first thing that the driver sends, what it does when answers
-//! stay away, and its last words when it is dropped. A host that is killed, and a board that does not
-//! read, leave the torque on, and where the arms are then taken it may be more force than was asked
-//! for: keep the board's switch within reach.
+//! The protocol has no frame, checksum or watchdog: the board holds the last torque as long as it
+//! has power. Therefore the driver sends zero torque first, when answers stay away, and when it is
+//! dropped. If the host is killed, or the board does not read, the torque stays. If the arms are
+//! then moved, the force may exceed what was asked for: keep the board's switch within reach.
 //!
-//! Its encoders count from where the handle is when the board is set up. Only a person knows where
-//! that is, so after a loss a board is asked with patience, and never set up as if it were at home: one
-//! that has lost its place is told angles that no arm has, and refused until it is powered anew.
+//! The encoders count from the handle's position at the set-up, which only a person knows. After a
+//! loss the driver therefore asks the board patiently and never sets it up as if it were at home. A
+//! board that lost its angles gets impossible ones and is refused until its power is switched off
+//! and on.
 //!
-//! Source: Haply's firmware `Haply_M3_Firmware_V1_5` and API (commands, limit of the torque, and
-//! what a set-up does), its `Pantograph` of 2021 and examples (arms, encoders, directions of the
-//! three generations). Not published: gear, friction, what the motors bear; see [`pantograph`].
+//! Source: Haply's firmware `Haply_M3_Firmware_V1_5` and API (commands, torque limit, effect of a
+//! set-up), its `Pantograph` of 2021 and examples (arms, encoders, directions of the three
+//! generations). Not published: gear, friction, continuous torque; see [`pantograph`].
 
 pub mod device;
 mod driver;

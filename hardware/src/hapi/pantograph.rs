@@ -1,17 +1,17 @@
-//! The linkage: two near arms on motors, two far arms that join them at the handle, in a plane.
+//! The linkage: two near arms on motors, and two far arms that join them at the handle, in a plane.
 //!
-//! In the makers' frame (x along the line from motor 1 to motor 2, y to where the arms reach) near
-//! arm 1 turns about (0, 0), near arm 2 about (`apart_m`, 0). Lying on the table with its motors
-//! away from the user, makers' x is to the user's left and y comes to the user: ours is x right,
-//! y up, z to the user. Nothing is measured or rendered along our y.
+//! In the makers' frame, x runs along the line from motor 1 to motor 2, and y to the side that the
+//! arms reach. Near arm 1 turns about (0, 0), near arm 2 about (`apart_m`, 0). On the table, with
+//! the motors away from the user, the makers' x points to the user's left and y to the user. Our
+//! frame is x right, y up, z to the user. Nothing is measured or rendered along our y.
 
 use nalgebra::{Matrix2, Vector2};
 use rt_core::math::Vec3;
 
 use super::wire::{ARMS, Port};
 
-/// Far arms closer to one line than this (sine of the angle between them) render no force: the
-/// motors could not bear it.
+/// Smallest sine of the angle between the far arms at which force is rendered. Closer to a line,
+/// the motors could not bear it.
 const STRETCHED: f64 = 0.1;
 
 /// Arms, encoders, drives and limits of one generation.
@@ -21,27 +21,27 @@ pub struct Pantograph {
     pub near_m: f64,
     /// Length of the arms at the handle, m.
     pub far_m: f64,
-    /// Between the motors, m.
+    /// Distance between the motors, m.
     pub apart_m: f64,
-    /// Angles of near arms 1 and 2 when the handle is at home, degrees.
+    /// Angles of near arms 1 and 2 with the handle at home, degrees.
     pub home_deg: [f32; ARMS],
-    /// Counts of each encoder per turn of its arm.
+    /// Encoder counts per turn of the arm.
     pub counts_per_turn: f32,
-    /// Whether motors of arms 1 and 2 turn the other way.
+    /// True if the motor of arm 1 or 2 turns the other way.
     pub motor_reversed: [bool; ARMS],
-    /// Whether encoders of arms 1 and 2 count the other way.
+    /// True if the encoder of arm 1 or 2 counts the other way.
     pub encoder_reversed: [bool; ARMS],
-    /// Torque that the board is told per torque at the arm.
+    /// Ratio of the torque sent to the board to the torque at the arm.
     pub motor_share: f64,
-    /// Most that the board lets through, N m.
+    /// Torque limit of the board, N m.
     pub torque_max_n_m: f64,
-    /// Middle of the workspace in the makers' frame, m.
+    /// Centre of the workspace in the makers' frame, m.
     pub origin_m: [f64; 2],
-    /// Its radius, m.
+    /// Radius of the workspace, m.
     pub radius_m: f64,
     /// Peak force, N.
     pub force_max_n: f64,
-    /// Force that can be held for ever, N.
+    /// Continuous force, N.
     pub force_continuous_n: f64,
     /// Largest stable stiffness, N/m.
     pub stiffness_max_n_m: f64,
@@ -49,16 +49,16 @@ pub struct Pantograph {
     pub damping_max_n_s_m: f64,
     /// Damping of the device itself, N s/m.
     pub damping_n_s_m: f64,
-    /// From a movement to its sample and from a command to its force, together, s.
+    /// Delay from a movement to its sample plus delay from a command to its force, s.
     pub delay_s: f64,
 }
 
 impl Pantograph {
     /// The second generation, both motors on one axis.
     ///
-    /// Arms and encoders as published. The gear is not: of the makers' own factors (1 and 0.1) the
-    /// lower is taken, so that the hand may feel less than was asked for, and not more, up to a gear
-    /// of 10. Nor are force, stiffness, damping and delay: low ones are taken.
+    /// Arms and encoders as published. The gear is not published: of the makers' factors (1 and
+    /// 0.1) the lower one is used, so that up to a gear of 10 the force is too low rather than too
+    /// high. Force, stiffness, damping and delay are not published either; low values are assumed.
     pub const GEN2: Self = Self {
         near_m: 0.07,
         far_m: 0.09,
@@ -90,14 +90,14 @@ impl Pantograph {
         ..Self::GEN2
     };
 
-    /// The third generation as revised: another home, motors the other way.
+    /// The revised third generation: another home position, motors reversed.
     pub const GEN3_1: Self = Self {
         home_deg: [168.0, 12.0],
         motor_reversed: [true, true],
         ..Self::GEN3
     };
 
-    /// The generation of this name: `gen2`, `gen3` or `gen3.1`.
+    /// Generation with this name: `gen2`, `gen3` or `gen3.1`.
     #[must_use]
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
@@ -108,7 +108,7 @@ impl Pantograph {
         })
     }
 
-    /// What the board is told of its ports while the arms are at these angles. Arm 1 is at port 2.
+    /// Set-up of the board's ports with the arms at these angles. Arm 1 is at port 2.
     #[must_use]
     pub fn ports(&self, angles_deg: [f32; ARMS]) -> [Port; ARMS] {
         let arms: [Port; ARMS] = std::array::from_fn(|arm| Port {
@@ -120,16 +120,16 @@ impl Pantograph {
         swapped(arms)
     }
 
-    /// Position of the handle, base frame, m. None where arms of these lengths do not meet.
+    /// Position of the handle, base frame, m. `None` if arms of these lengths do not meet.
     #[must_use]
     pub fn position_m(&self, angles_deg: [f32; ARMS]) -> Option<Vec3> {
         let joint = self.joint(&self.elbows(angles_deg))?;
         Some(self.ours(&joint))
     }
 
-    /// Torques for arms 1 and 2 as the board is told them, N m, that render what of `force_n` (base
-    /// frame) lies in the plane; lowered together when a motor cannot bear its share. None where the
-    /// arms are stretched.
+    /// Torques to send for arms 1 and 2, N m, which render the part of `force_n` (base frame) in
+    /// the plane. Both are lowered together when a motor cannot bear its share. `None` if the arms
+    /// are stretched.
     #[must_use]
     pub fn torques_n_m(&self, angles_deg: [f32; ARMS], force_n: Vec3) -> Option<[f32; ARMS]> {
         let makers_n = Vector2::new(-f64::from(force_n.x), f64::from(force_n.z));
@@ -143,8 +143,8 @@ impl Pantograph {
         Some((told * scale).cast().into())
     }
 
-    /// The force that torques told to the board render, base frame, N; the gear is the one that is
-    /// assumed. None where the arms are stretched.
+    /// Force that these torques render with the assumed gear, base frame, N. `None` if the arms are
+    /// stretched.
     #[must_use]
     pub fn force_n(&self, angles_deg: [f32; ARMS], told_n_m: [f32; ARMS]) -> Option<Vec3> {
         let arms_n_m = Vector2::from(told_n_m).cast::<f64>() / self.motor_share;
@@ -152,8 +152,8 @@ impl Pantograph {
         Some(Vec3::new(-makers_n.x as f32, 0.0, makers_n.y as f32))
     }
 
-    /// Angles of arms 1 and 2, degrees, with the handle above or below `position_m`, base frame; out
-    /// of reach the nearest that they reach.
+    /// Angles of arms 1 and 2, degrees, for a handle position in the base frame, whatever its
+    /// height. Beyond the reach: the angles of the nearest reachable position.
     #[must_use]
     pub fn angles_deg(&self, position_m: Vec3) -> [f32; ARMS] {
         let [x, y] = self.origin_m;
@@ -176,7 +176,7 @@ impl Pantograph {
         [Vector2::zeros(), Vector2::new(self.apart_m, 0.0)]
     }
 
-    /// Far ends of the near arms.
+    /// Ends of the near arms.
     fn elbows(&self, angles_deg: [f32; ARMS]) -> [Vector2<f64>; ARMS] {
         let motors = self.motors();
         std::array::from_fn(|arm| {
@@ -185,7 +185,7 @@ impl Pantograph {
         })
     }
 
-    /// Where the far arms meet, on the side that they reach to.
+    /// Point at which the far arms meet, on their side.
     fn joint(&self, [one, two]: &[Vector2<f64>; ARMS]) -> Option<Vector2<f64>> {
         let between = two - one;
         let half = between.norm() / 2.0;
@@ -197,8 +197,8 @@ impl Pantograph {
         Some((one + two) / 2.0 + out * height)
     }
 
-    /// Velocity of the handle per turning of the arms, makers' frame, m/rad. A far arm keeps its
-    /// length, so the handle moves along it as its elbow does.
+    /// Velocity of the handle per turning speed of the arms, makers' frame, m/rad. A far arm keeps
+    /// its length, so along it the handle moves as its elbow does.
     fn jacobian(&self, angles_deg: [f32; ARMS]) -> Option<Matrix2<f64>> {
         let elbows = self.elbows(angles_deg);
         let joint = self.joint(&elbows)?;
@@ -222,7 +222,7 @@ impl Pantograph {
     }
 }
 
-/// What is in the order of arms in the order of ports, and the other way.
+/// Reorders from arms to ports, and back.
 #[must_use]
 pub fn swapped<T>([one, two]: [T; ARMS]) -> [T; ARMS] {
     [two, one]
@@ -242,7 +242,7 @@ mod tests {
             assert!(home.x.abs() < 1e-3 && home.z < -0.03, "{home}");
             assert!(home.y.abs() < 1e-9);
         }
-        // 180° and 0° of the third generation, by hand: 89 mm to each side of the middle.
+        // Angles 180° and 0° of the third generation, by hand: 89 mm to each side of the middle.
         let home = Pantograph::GEN3.position_m([180.0, 0.0]).unwrap();
         let height = (0.09f32.powi(2) - 0.089f32.powi(2)).sqrt();
         assert!((home.z - (height - 0.095)).abs() < 1e-6, "{home}");
@@ -297,7 +297,8 @@ mod tests {
             prop_assert!((read - place).norm() < 1e-6, "{read} {place}");
         }
 
-        /// Virtual work: turning the arms against the torques is moving the handle against the force.
+        /// Virtual work: the work of the torques at the arms equals the work of the force at the
+        /// handle.
         #[test]
         fn torques_render_the_force(
             place in place(),

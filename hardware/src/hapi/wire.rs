@@ -1,18 +1,19 @@
 //! Commands and answers of the board.
 //!
 //! ```text
-//! 00 id                                         forget every motor and encoder (torque stays!)
+//! 00 id                                         forget all motors and encoders (torque stays!)
 //! 01 id motors dir.. encoders dir.. 0 0 f32..   set up: masks of ports, a direction for each port,
 //!                                               no sensors, no pins, offset and counts per encoder
-//! 02 id f32..                                   a torque per motor, N m; the only one that is answered:
+//! 02 id f32..                                   a torque per motor, N m; only this is answered:
 //! id f32..                                      an angle per encoder, degrees
 //! ```
 //!
-//! Floats are little-endian. A board that was not set up by this `id` takes no torques, and answers
-//! with the `id` alone: what is left of the command it reads as new commands, and zeros as `00 00`.
+//! Floats are little-endian. A board that this `id` has not set up takes no torques and answers
+//! with its id only. It reads the rest of the command as new commands, and zeros as `00 00`.
 
-/// Our name on the board. As the upper byte of a float, where a lost byte may put it, it is no force
-/// (1e-22); and it tells a set-up of ours from another program's (Haply's examples are 5).
+/// Calot's id on the board. As the upper byte of a float, where a lost byte may put it, it makes a
+/// negligible force (1e-22). It also distinguishes our set-up from other programs' (Haply's
+/// examples use 5).
 pub const ID: u8 = 0x1C;
 /// Motors and encoders in use.
 pub const ARMS: usize = 2;
@@ -22,35 +23,35 @@ pub const SET_UP_BYTES: usize = 10 + 8 * ARMS;
 pub const TORQUES_BYTES: usize = 2 + 4 * ARMS;
 /// Length of the answer.
 pub const ANSWER_BYTES: usize = 1 + 4 * ARMS;
-/// Motors and encoders of ports 1 and 2.
+/// Mask of the motors and encoders at ports 1 and 2.
 const PORTS: u8 = 0b11;
-/// An arm that says more than this has not turned so far, degrees.
+/// Largest plausible angle of an arm, degrees.
 const ANGLE_LIMIT_DEG: f32 = 720.0;
 
 /// First bytes of commands.
 pub mod command {
     /// Forgets every motor and encoder.
     pub const RESET: u8 = 0;
-    /// Names motors and encoders.
+    /// Sets up motors and encoders.
     pub const SET_UP: u8 = 1;
-    /// Torques; asks for angles.
+    /// Sets torques and requests the angles.
     pub const TORQUES: u8 = 2;
 }
 
-/// What the board is told of the motor and the encoder at one port.
+/// Set-up of the motor and the encoder at one port.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Port {
-    /// Whether the motor turns the other way.
+    /// True if the motor turns the other way.
     pub motor_reversed: bool,
-    /// Whether the encoder counts the other way.
+    /// True if the encoder counts the other way.
     pub encoder_reversed: bool,
-    /// Angle of the arm at this moment, degrees.
+    /// Present angle of the arm, degrees.
     pub angle_deg: f32,
-    /// Counts of the encoder per turn of the arm.
+    /// Encoder counts per turn of the arm.
     pub counts_per_turn: f32,
 }
 
-/// The set-up of ports 1 and 2.
+/// Set-up command for ports 1 and 2.
 #[must_use]
 pub fn set_up(ports: &[Port; ARMS]) -> [u8; SET_UP_BYTES] {
     let [a, b] = ports;
@@ -80,7 +81,7 @@ pub fn set_up(ports: &[Port; ARMS]) -> [u8; SET_UP_BYTES] {
     bytes
 }
 
-/// Torques of ports 1 and 2, N m.
+/// Torque command for ports 1 and 2, N m.
 #[must_use]
 pub fn torques(torque_n_m: [f32; ARMS]) -> [u8; TORQUES_BYTES] {
     let [a, b] = torque_n_m.map(|torque| coarse(torque).to_le_bytes());
@@ -88,8 +89,9 @@ pub fn torques(torque_n_m: [f32; ARMS]) -> [u8; TORQUES_BYTES] {
     [command::TORQUES, ID, a0, a1, a2, a3, b0, b1, b2, b3]
 }
 
-/// The torque in steps of less than 1 %, towards zero: its two lower bytes are zero. So one or two
-/// bytes that are lost on the way make no torque of it, for zeros are then the float's upper bytes.
+/// Rounds the torque towards zero in steps of less than 1 %, so that its two lower bytes are zero.
+/// Losing one or two bytes on the way then shifts zeros into the float's upper bytes and makes no
+/// torque.
 fn coarse(torque_n_m: f32) -> f32 {
     if torque_n_m.is_finite() {
         f32::from_bits(torque_n_m.to_bits() & 0xFFFF_0000)
@@ -105,13 +107,13 @@ pub struct AnswerReader {
     len: usize,
 }
 
-/// Bytes that are no answer.
+/// Bytes that are not an answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Broken;
 
 impl AnswerReader {
-    /// Takes one byte. `Some(Ok)` with the angles of ports 1 and 2, degrees, when it completes an
-    /// answer; `Some(Err)` when it shows that one was broken.
+    /// Takes one byte. Returns `Some(Ok)` with the angles of ports 1 and 2, degrees, when an answer
+    /// is complete, and `Some(Err)` when an answer was broken.
     pub fn push(&mut self, byte: u8) -> Option<Result<[f32; ARMS], Broken>> {
         if self.len == 0 && byte != ID {
             return Some(Err(Broken));
@@ -125,7 +127,7 @@ impl AnswerReader {
         }
         let [_, a0, a1, a2, a3, b0, b1, b2, b3] = self.bytes;
         let angles_deg = [[a0, a1, a2, a3], [b0, b1, b2, b3]].map(f32::from_le_bytes);
-        // NaN fails the comparison, too.
+        // NaN also fails this comparison.
         if angles_deg.iter().all(|deg| deg.abs() <= ANGLE_LIMIT_DEG) {
             self.len = 0;
             Some(Ok(angles_deg))
@@ -135,14 +137,14 @@ impl AnswerReader {
         }
     }
 
-    /// The last answer was none after all: it may begin anywhere behind its first byte.
+    /// Rejects the last answer: another may begin anywhere behind its first byte.
     pub fn refuse(&mut self) {
         if self.len == 0 {
             self.take_up(self.bytes);
         }
     }
 
-    /// Looks for the next beginning in bytes that were taken for an answer.
+    /// Searches the bytes of a rejected answer for the next beginning.
     fn take_up(&mut self, [_, rest @ ..]: [u8; ANSWER_BYTES]) {
         let skipped = rest.iter().take_while(|&&byte| byte != ID).count();
         self.len = 0;
@@ -152,19 +154,19 @@ impl AnswerReader {
         }
     }
 
-    /// How many bytes of an unfinished answer there are.
+    /// Number of bytes of the incomplete answer.
     #[must_use]
     pub const fn waiting(&self) -> usize {
         self.len
     }
 
-    /// Drops an answer that is not going to be finished.
+    /// Drops an incomplete answer.
     pub fn clear(&mut self) {
         self.len = 0;
     }
 }
 
-/// The answer of a board that was set up.
+/// Answer of a board that is set up.
 #[must_use]
 pub fn answer(angles_deg: [f32; ARMS]) -> [u8; ANSWER_BYTES] {
     let [[a0, a1, a2, a3], [b0, b1, b2, b3]] = angles_deg.map(f32::to_le_bytes);
@@ -192,7 +194,7 @@ mod tests {
             expected.extend_from_slice(&float.to_le_bytes());
         }
         assert_eq!(set_up(&[port(180.0), port(0.0)]).to_vec(), expected);
-        // 0.5 and -0.25 have one bit of mantissa.
+        // 0.5 and −0.25 have one bit of mantissa.
         assert_eq!(
             torques([0.5, -0.25]),
             [2, ID, 0, 0, 0, 0x3F, 0, 0, 0x80, 0xBE]
@@ -224,7 +226,7 @@ mod tests {
     #[test]
     fn an_answer_that_was_refused_may_begin_later() {
         let mut reader = AnswerReader::default();
-        // Three bytes of noise that look like a beginning.
+        // Three bytes of noise that look like the start of an answer.
         for byte in [ID, 0, 0] {
             assert_eq!(reader.push(byte), None);
         }
@@ -256,7 +258,7 @@ mod tests {
             }
         }
 
-        /// What the board takes for torques when bytes of a command are lost or come twice.
+        /// Torques that the board reads when bytes of a command are lost or doubled.
         #[test]
         fn one_or_two_lost_bytes_are_no_torque(
             sent in prop::array::uniform2(-0.123..0.123f32),

@@ -1,13 +1,13 @@
-//! A server that sends every client the same messages and waits for none.
+//! A server that sends the same messages to all clients and waits for none.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream, ToSocketAddrs};
 
 use super::wire::Transform;
 
-/// Clients at once; more are turned away.
+/// Most clients at once; more are turned away.
 const CLIENTS_MAX: usize = 8;
-/// Bytes of a client's that one call reads and drops.
+/// Bytes of a client that one call reads and discards.
 const DROP_BYTES: usize = 4096;
 
 /// A listening server.
@@ -21,16 +21,16 @@ pub struct Server {
 #[derive(Debug)]
 struct Client {
     stream: TcpStream,
-    /// Rest of a message that its socket did not take whole.
+    /// Rest of a message that the socket did not take whole.
     rest: Vec<u8>,
 }
 
 impl Server {
-    /// The port that Slicer suggests.
+    /// Default port of 3D Slicer.
     pub const PORT: u16 = 18944;
 
-    /// Listens. Bind to a loopback address unless others on the network are to see the poses:
-    /// the protocol knows no login.
+    /// Starts listening. Use a loopback address unless others on the network may see the poses: the
+    /// protocol has no login.
     pub fn bind(address: impl ToSocketAddrs) -> io::Result<Self> {
         let listener = TcpListener::bind(address)?;
         listener.set_nonblocking(true)?;
@@ -41,25 +41,25 @@ impl Server {
         })
     }
 
-    /// Where it listens.
+    /// Address of the server.
     pub fn address(&self) -> io::Result<SocketAddr> {
         self.listener.local_addr()
     }
 
-    /// How many clients listen.
+    /// Number of connected clients.
     #[must_use]
     pub fn client_count(&self) -> usize {
         self.clients.len()
     }
 
-    /// Messages that slow clients did not get.
+    /// Number of messages that slow clients missed.
     #[must_use]
     pub const fn skipped(&self) -> u64 {
         self.skipped
     }
 
-    /// Accepts who knocks, and sends everybody these poses. Never blocks: a client that does not
-    /// read misses messages, one that is gone is forgotten.
+    /// Accepts new clients and sends these poses to all. Never blocks: a client that does not read
+    /// misses messages, and one that is gone is removed.
     pub fn publish(&mut self, transforms: &[Transform<'_>]) {
         self.accept();
         let mut skipped = 0;
@@ -80,12 +80,12 @@ impl Server {
     }
 
     fn accept(&mut self) {
-        // Bounded: a flood of knocks must not hold the caller.
+        // Bounded, so that a flood of connections cannot hold the caller.
         for _ in 0..CLIENTS_MAX {
             let Ok((stream, _)) = self.listener.accept() else {
                 return;
             };
-            // One too many is closed again at once.
+            // A client too many is closed at once.
             if self.clients.len() < CLIENTS_MAX && stream.set_nonblocking(true).is_ok() {
                 let _ = stream.set_nodelay(true);
                 self.clients.push(Client {
@@ -98,7 +98,7 @@ impl Server {
 }
 
 impl Client {
-    /// Reads and drops what it says (requests that are not served).
+    /// Reads and discards requests of the client, which are not served.
     fn is_alive(&mut self) -> bool {
         match self.stream.read(&mut [0; DROP_BYTES]) {
             Ok(count) => count > 0,
@@ -106,7 +106,7 @@ impl Client {
         }
     }
 
-    /// Whether the message was taken.
+    /// Returns true if the message was taken.
     fn send(&mut self, message: &[u8]) -> io::Result<bool> {
         if !self.rest.is_empty() {
             let sent = self.write(&self.rest)?;
@@ -147,7 +147,7 @@ mod tests {
         }
     }
 
-    /// Publishes until `done`, for a while.
+    /// Publishes until `done`, at most for a while.
     fn until(server: &mut Server, mut done: impl FnMut(&Server) -> bool) {
         let start = Instant::now();
         while start.elapsed() < Duration::from_secs(60) {
@@ -187,7 +187,7 @@ mod tests {
             }
         }
         assert!(server.skipped() > 10, "its buffers never fill");
-        // It wakes up: what it reads are whole messages, and it gets new ones again.
+        // The client resumes: it reads whole messages and gets new ones again.
         let reader = std::thread::spawn(move || {
             let expected = tool().bytes().unwrap();
             let mut message = [0; MESSAGE_BYTES];

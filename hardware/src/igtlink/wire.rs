@@ -4,7 +4,7 @@
 use crc::{CRC_64_ECMA_182, Crc};
 use nalgebra::Isometry3;
 
-/// Where the header's fields stand; all big-endian.
+/// Offsets of the header's fields; all big-endian.
 mod field {
     pub(super) const VERSION: usize = 0;
     pub(super) const KIND: usize = 2;
@@ -25,7 +25,7 @@ pub const NAME_BYTES: usize = field::TIME - field::NAME;
 
 const CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_ECMA_182);
 
-/// A pose by name.
+/// A named pose.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transform<'a> {
     /// `ToolToReference` and the like, ASCII; cut after [`NAME_BYTES`].
@@ -42,7 +42,7 @@ impl Transform<'_> {
     pub fn bytes(&self) -> Option<[u8; MESSAGE_BYTES]> {
         let rotation = self.pose.rotation.to_rotation_matrix();
         let position_mm = self.pose.translation.vector * 1e3;
-        // Both column after column.
+        // Both column by column.
         let numbers = rotation.matrix().iter().chain(position_mm.iter());
         if !numbers.clone().all(|number| number.is_finite()) {
             return None;
@@ -66,7 +66,7 @@ impl Transform<'_> {
     }
 }
 
-/// Seconds in the upper half, 2⁻³² s in the lower.
+/// Converts to seconds in the upper half and units of 2⁻³² s in the lower.
 fn time(unix_ns: u64) -> u64 {
     let (seconds, ns) = (unix_ns / 1_000_000_000, unix_ns % 1_000_000_000);
     (seconds << 32) | ((ns << 32) / 1_000_000_000)

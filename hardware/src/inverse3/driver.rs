@@ -23,28 +23,28 @@ use crate::HardwareError;
 use crate::line::now_ns;
 use crate::slot::Slot;
 
-/// The service's port for what this driver speaks.
+/// Port of the service for the messages of this driver.
 const PORT: u16 = 10_001;
-/// The service answers at once, when it is there.
+/// Longest handshake; a running service answers at once.
 const HANDSHAKE: Duration = Duration::from_secs(2);
-/// A service that has not answered for so long is told to let go…
+/// Silence after which the driver commands zero force…
 const LET_GO: Duration = Duration::from_millis(30);
-/// …and is lost after so long.
+/// …and after which the service counts as lost.
 const ANSWER: Duration = Duration::from_millis(100);
-/// Longest that a pile of messages is read through for its newest.
+/// Longest time for reading a backlog up to its newest message.
 const CATCH_UP: Duration = Duration::from_millis(20);
-/// The thread's last words; then the socket is shut.
+/// Time limit of the thread's last command before the socket is closed.
 const LAST_WORDS: Duration = Duration::from_millis(50);
-/// Between two commands.
+/// Interval between two commands.
 const PERIOD: Duration = Duration::from_millis(1);
-/// Without a new force for so long none is asked for: the thread lives on when the tick hangs.
+/// Age of a force at which none is commanded: the thread goes on when the tick hangs.
 const WATCHDOG_NS: u64 = 50_000_000;
-/// Longest message.
+/// Longest message, bytes.
 const MESSAGE_BYTES: usize = 1 << 20;
-/// A sample further out than so many workspace radii is no sample.
+/// Farthest plausible sample, in workspace radii.
 const REACH: f32 = 3.0;
 
-/// The maker says 10 N; what it bears for ever is not published.
+/// The maker states 10 N; the continuous force is not published.
 const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
     force_max_n: 5.0,
     force_continuous_n: 1.0,
@@ -57,25 +57,25 @@ const CAPABILITIES: DeviceCapabilities = DeviceCapabilities {
     rate_hz: 1000.0,
 };
 
-/// An Inverse3 that is being served.
+/// An Inverse3 whose thread runs.
 #[derive(Debug)]
 pub struct Inverse3Haptic {
     path: PathBuf,
     shared: Arc<Shared>,
-    /// To shut down what the thread may wait for.
+    /// Handle for closing the socket while the thread waits for it.
     socket: TcpStream,
     thread: Option<JoinHandle<()>>,
     last_turn: u32,
     counters: LineCounters,
 }
 
-/// What the thread and the tick share.
+/// State shared by the thread and the tick.
 #[derive(Debug)]
 struct Shared {
     running: AtomicBool,
     is_lost: AtomicBool,
     bad_messages: AtomicU64,
-    /// Older ones that a newer one stood behind.
+    /// Samples that were skipped for a newer one.
     passed_over: AtomicU64,
     /// Position (3), quaternion x y z w (4), velocity (3) as bits of f32; buttons; count; time as
     /// two words.
@@ -85,8 +85,8 @@ struct Shared {
 }
 
 impl Inverse3Haptic {
-    /// Opens the device of that number (none: the first) behind the service at `address`: a host of
-    /// this computer with or without a port, `localhost` as a rule. Force does not go over a
+    /// Opens the device with this number (`None`: the first) through the service at `address`, a
+    /// host of this computer with or without a port, usually `localhost`. Force is not sent over a
     /// network. Not for the tick: waits up to 2 s.
     pub fn open(address: &Path, device: Option<&str>) -> Result<Self, HardwareError> {
         let service = |what: String| HardwareError::Service {
@@ -97,9 +97,9 @@ impl Inverse3Haptic {
         let mut socket = connect(name).map_err(service)?;
         socket.get_mut().limit(HANDSHAKE, HANDSHAKE);
         let inventory = receive(&mut socket)
-            .map_err(|error| service(format!("the service does not answer: {error}")))?
+            .map_err(|error| service(format!("the service does not answer ({error})")))?
             .and_then(|text| Message::parse(&text))
-            .ok_or_else(|| service("what answers is no Haply Inverse Service".into()))?;
+            .ok_or_else(|| service("another program answers, not the Haply service".into()))?;
         let id = inventory
             .device_id(device)
             .ok_or_else(|| service("the service has no such Inverse3".into()))?
@@ -131,7 +131,7 @@ impl Inverse3Haptic {
                 let lost = LostAtEnd(&with);
                 let _ = converse(&mut socket, &id, key, &with);
                 drop(lost);
-                // Its last words, if there is still anybody to hear them.
+                // Send a last command, if the service is still there.
                 socket.get_mut().limit(LAST_WORDS, LAST_WORDS);
                 let _ = socket.send(Frame::text(command(&id, key, Vec3::zeros())));
                 let _ = socket.close(None);
@@ -149,20 +149,20 @@ impl Inverse3Haptic {
         })
     }
 
-    /// The service's address.
+    /// Address of the service.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether the service is gone; see [`crate::rig::RigHaptic::is_lost`].
+    /// True if the service is lost; see [`crate::rig::RigHaptic::is_lost`].
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.shared.is_lost.load(Ordering::Acquire)
     }
 }
 
-/// Opens the conversation with a service of this computer.
+/// Connects to a service on this computer.
 fn connect(name: &str) -> Result<WebSocket<Timed>, String> {
     let name = name.strip_prefix("ws://").unwrap_or(name);
     let with_port = match name.contains(':') {
@@ -190,10 +190,10 @@ fn connect(name: &str) -> Result<WebSocket<Timed>, String> {
     let request = format!("ws://{with_port}/");
     tungstenite::client::client_with_config(request, stream, Some(config))
         .map(|(socket, _)| socket)
-        .map_err(|error| format!("what listens there speaks no WebSocket: {error}"))
+        .map_err(|error| format!("no WebSocket service listens there: {error}"))
 }
 
-/// The next text; None when something else than text came. Ends as the socket is limited.
+/// Next text; `None` when something other than text came. Ends at the socket's time limit.
 fn receive(socket: &mut WebSocket<Timed>) -> Result<Option<String>, Error> {
     loop {
         match socket.read()? {
@@ -204,15 +204,15 @@ fn receive(socket: &mut WebSocket<Timed>) -> Result<Option<String>, Error> {
     }
 }
 
-/// Whether an error says no more than that nothing came in time.
+/// True if the error only means that nothing arrived in time.
 fn is_late(error: &Error) -> bool {
     matches!(error, Error::Io(error)
         if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut))
 }
 
-/// The newest text of all that have come, waiting for the first. A service that says more than it is
-/// asked for would otherwise be heard later and later. None when the newest is no text, or
-/// there is no end of them.
+/// Newest text of all that have arrived; waits for the first. Without this, a service that sends
+/// more than one answer per command would be read later and later. `None` when the newest message
+/// is not text, or the backlog has no end.
 fn newest(
     socket: &mut WebSocket<Timed>,
     let_go: impl Fn() -> Frame,
@@ -236,14 +236,14 @@ fn newest(
                 shared.passed_over.fetch_add(1, Ordering::Relaxed);
             }
             Err(Error::Io(error)) if error.kind() == ErrorKind::WouldBlock => return Ok(newest),
-            // There is no end of it: none is known to be the newest.
+            // The backlog has no end, so none is known to be the newest.
             Err(error) if is_late(&error) => return Ok(None),
             Err(error) => return Err(error),
         }
     }
 }
 
-/// However the thread ends, the tick hears of it.
+/// Reports the end of the thread to the tick, however it ends.
 struct LostAtEnd<'a>(&'a Shared);
 
 impl Drop for LostAtEnd<'_> {
@@ -252,7 +252,7 @@ impl Drop for LostAtEnd<'_> {
     }
 }
 
-/// Commands and states until the driver goes or the service does.
+/// Sends commands and reads states until the driver or the service ends.
 fn converse(
     socket: &mut WebSocket<Timed>,
     id: &str,
@@ -265,7 +265,7 @@ fn converse(
         if let Some(early) = due.checked_duration_since(Instant::now()) {
             thread::sleep(early);
         }
-        // What was missed is not made up for.
+        // Missed periods are skipped.
         due = (due + PERIOD).max(Instant::now());
         socket.get_mut().limit(Duration::ZERO, LET_GO);
         socket.send(Frame::text(command(id, key, shared.wanted_force_n())))?;
@@ -289,7 +289,7 @@ fn converse(
 }
 
 impl Shared {
-    /// The newest force that is no older than the watchdog, no stronger than the device.
+    /// Newest force if it is younger than the watchdog's limit, clamped to the device's peak.
     fn wanted_force_n(&self) -> Vec3 {
         let Some((_, [x, y, z, low, high])) = self.force.read() else {
             return Vec3::zeros();
@@ -321,7 +321,7 @@ impl HapticDevice for Inverse3Haptic {
         CAPABILITIES
     }
 
-    /// With a grip it measures how that is turned; it is not known to be there for ever.
+    /// A grip measures its rotation, but it may not always be connected.
     fn freedom(&self) -> Freedom {
         Freedom {
             measured: 6,
@@ -339,7 +339,7 @@ impl HapticDevice for Inverse3Haptic {
         if turn == self.last_turn {
             return Polled::Nothing;
         }
-        // What nobody polled for was replaced by a newer one: that is no loss of the line's.
+        // A sample replaced before the tick polled it is not lost on the line.
         self.last_turn = turn;
         self.counters.frames += 1;
         let [x, y, z, qx, qy, qz, qw, vx, vy, vz, ..] = words.map(f32::from_bits);
@@ -371,8 +371,8 @@ impl HapticDevice for Inverse3Haptic {
 }
 
 impl Drop for Inverse3Haptic {
-    /// The thread's last command has no force. It ends soon: what it waits for has an end, or is
-    /// shut.
+    /// The thread's last command has zero force. It ends soon, because every wait has a limit or is
+    /// cut off.
     fn drop(&mut self) {
         self.shared.running.store(false, Ordering::Release);
         if let Some(thread) = self.thread.take() {

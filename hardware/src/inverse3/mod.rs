@@ -1,12 +1,12 @@
-//! Haply's Inverse3: its serial protocol is not published, but its maker's service on this computer
-//! speaks JSON over a WebSocket, one state for each command.
+//! Haply's Inverse3. Its serial protocol is not published, but the maker's service on this computer
+//! speaks JSON over a WebSocket: one state per command.
 //!
-//! A thread keeps that conversation, a thousand times a second; the tick takes the newest sample and
-//! leaves the newest force. Force that nobody renews for 50 ms is no longer asked for, and the
+//! A thread exchanges messages a thousand times a second; the tick takes the newest sample and
+//! leaves the newest force. A force that is not renewed for 50 ms is no longer commanded, and the
 //! service itself drops a force that is not repeated.
 //!
-//! Source: Haply's documentation of the service, 3.0 to 3.5, and drivers that use it. Not published,
-//! and assumed low: what the device bears for ever, its damping and delay.
+//! Source: Haply's documentation of the service, 3.0 to 3.5, and drivers that use it. Not
+//! published, and assumed low: continuous force, damping and delay.
 
 mod driver;
 mod stream;

@@ -1,5 +1,5 @@
-//! The service's socket with an end to every read and write, whatever the service sends: a message
-//! that comes a byte at a time would otherwise be waited for for ever.
+//! The service's socket with a time limit on every read and write. Without it, a message that
+//! arrives one byte at a time could hold the thread for ever.
 
 use std::io::{self, ErrorKind, Read, Write};
 use std::net::{Shutdown, TcpStream};
@@ -8,13 +8,13 @@ use std::time::{Duration, Instant};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 use rustix::io::Errno;
 
-/// A stream that waits for bytes until one instant, and takes none after another.
+/// A stream with one deadline for waiting and one for everything.
 #[derive(Debug)]
 pub(super) struct Timed {
     stream: TcpStream,
     wait_until: Instant,
     end: Instant,
-    /// A read after the end is still tried once: the thread itself may have been late.
+    /// A read after the deadline is still tried once, because the thread itself may have been late.
     is_late: bool,
 }
 
@@ -31,13 +31,13 @@ impl Timed {
         })
     }
 
-    /// Another handle of the same socket, to shut it down with.
+    /// Another handle of the socket, for closing it.
     pub(super) fn try_clone(&self) -> io::Result<TcpStream> {
         self.stream.try_clone()
     }
 
-    /// From now on, reads wait for `wait` (then: would block), and all ends after `end` (then:
-    /// timed out).
+    /// From now on reads wait for `wait` (then: would block), and everything ends after `end`
+    /// (then: timed out).
     pub(super) fn limit(&mut self, wait: Duration, end: Duration) {
         let now = Instant::now();
         self.wait_until = now + wait;
@@ -45,12 +45,12 @@ impl Timed {
         self.is_late = false;
     }
 
-    /// Hangs up.
+    /// Closes the connection.
     pub(super) fn hang_up(&self) {
         let _ = self.stream.shutdown(Shutdown::Both);
     }
 
-    /// Waits until the socket may go on; not beyond `until`.
+    /// Waits until the socket is ready, at most until `until`.
     fn wait(&self, flags: PollFlags, until: Instant) -> io::Result<()> {
         let Some(left) = until.checked_duration_since(Instant::now()) else {
             return Err(ErrorKind::WouldBlock.into());

@@ -6,22 +6,23 @@
 //!   "status":{"calibrated":true}}],
 //!  "wireless_verse_grip":[{"state":{"orientation":{"w":1,"x":0,"y":0,"z":0},
 //!   "buttons":{"a":false,"b":false,"c":false}}}]}
-//! {"inverse3":[{"device_id":"049D","commands":{"set_cursor_force":{"vector":{"x":0,"y":0,"z":1.5}}}}]}
+//! {"inverse3":[{"device_id":"049D",
+//!   "commands":{"set_cursor_force":{"vector":{"x":0,"y":0,"z":1.5}}}}]}
 //! ```
 //!
 //! The service's frame is x right, y away from the user, z up, in metres, from the device's base.
-//! Ours is x right, y up, z to the user, from the middle of the workspace.
+//! Our frame is x right, y up, z to the user, from the centre of the workspace.
 
 use nalgebra::{Quaternion, UnitQuaternion};
 use rt_core::math::Vec3;
 use serde::Deserialize;
 
-/// Middle of the workspace in the service's frame, m.
+/// Centre of the workspace in the service's frame, m.
 const MIDDLE_M: [f64; 3] = [0.0, -0.12, 0.15];
-/// Longest number of a device; they have four characters.
+/// Longest device number, characters; real ones have four.
 pub const ID_MAX: usize = 64;
 
-/// A message of the service: what is needed of it. Everything may be missing.
+/// The used part of a message from the service. Every field may be missing.
 #[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 #[serde(default)]
 pub struct Message {
@@ -89,27 +90,27 @@ struct Orientation {
     z: f64,
 }
 
-/// What a message says of one device and its grip, in our frame.
+/// Sample of one device and its grip, in our frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
-    /// Handle, from the middle of the workspace, m.
+    /// Handle position from the centre of the workspace, m.
     pub position_m: Vec3,
-    /// Its velocity, m/s.
+    /// Velocity of the handle, m/s.
     pub velocity_m_s: Vec3,
-    /// How the grip is turned; without a grip not at all.
+    /// Rotation of the grip; the identity without a grip.
     pub rotation: UnitQuaternion<f32>,
-    /// Buttons a, b and c as bits 0, 1 and 2; a wired grip's one button is bit 0.
+    /// Buttons a, b and c as bits 0, 1 and 2; the one button of a wired grip is bit 0.
     pub buttons: u8,
 }
 
 impl Message {
-    /// Reads a message. None when it is none.
+    /// Parses a message; `None` if it is invalid.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         serde_json::from_str(text).ok()
     }
 
-    /// The number of the device `wanted`, or of the first.
+    /// Number of the device `wanted`, or of the first.
     #[must_use]
     pub fn device_id(&self, wanted: Option<&str>) -> Option<&str> {
         let ids = self.inverse3.iter().map(|device| device.device_id.as_str());
@@ -117,14 +118,14 @@ impl Message {
             .find(|&id| wanted.is_none_or(|wanted| wanted == id))
     }
 
-    /// Whether the service says that this device has to be calibrated first.
+    /// True if the service reports that this device needs calibration.
     #[must_use]
     pub fn is_uncalibrated(&self, id: &str) -> bool {
         self.device(id)
             .is_some_and(|device| device.status.calibrated == Some(false))
     }
 
-    /// How this service wants the force to be called.
+    /// Name of the force in this service's commands.
     #[must_use]
     pub fn force_key(&self) -> ForceKey {
         if self.session_id.is_some() {
@@ -134,7 +135,7 @@ impl Message {
         }
     }
 
-    /// What it says of this device. None without a position, or with one that is no number.
+    /// Sample of this device; `None` without a position or with a value that is not finite.
     #[must_use]
     pub fn sample(&self, id: &str) -> Option<Sample> {
         let state = &self.device(id)?.state;
@@ -170,7 +171,7 @@ impl Message {
     }
 }
 
-/// A number that needs no quoting in JSON.
+/// True for a device number that needs no quoting in JSON.
 fn is_id(id: &str) -> bool {
     (1..=ID_MAX).contains(&id.len()) && id.bytes().all(|byte| byte.is_ascii_alphanumeric())
 }
@@ -179,7 +180,7 @@ fn ours(x: f64, y: f64, z: f64) -> Vec3 {
     Vec3::new(x as f32, z as f32, -y as f32)
 }
 
-/// A turning in the service's frame, in ours.
+/// Converts a rotation from the service's frame to ours.
 fn rotation(q: Orientation) -> Option<UnitQuaternion<f32>> {
     let turned = Quaternion::new(q.w, q.x, q.z, -q.y);
     let norm = turned.norm();
@@ -189,16 +190,16 @@ fn rotation(q: Orientation) -> Option<UnitQuaternion<f32>> {
     Some(UnitQuaternion::new_normalize((turned / norm).cast()))
 }
 
-/// The name of the force in a command: services of 3.5 document `vector`, earlier ones `values`.
+/// Name of the force in a command: services of 3.5 document `vector`, earlier ones `values`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ForceKey {
-    /// 3.5, which opens with a `session_id`.
+    /// Version 3.5, which starts with a `session_id`.
     Vector,
-    /// Earlier.
+    /// Earlier versions.
     Values,
 }
 
-/// The command: `force_n` in our frame.
+/// Command for `force_n` in our frame.
 #[must_use]
 pub fn command(id: &str, key: ForceKey, force_n: Vec3) -> String {
     let key = match key {
@@ -233,7 +234,7 @@ mod tests {
         let sample = message.sample("049D").unwrap();
         assert!((sample.position_m - Vec3::new(0.01, 0.03, 0.02)).norm() < 1e-6);
         assert!((sample.velocity_m_s - Vec3::new(0.1, 0.3, -0.2)).norm() < 1e-6);
-        // A quarter turn about the service's z, up, is one about our y.
+        // A quarter turn about the service's z (up) is one about our y.
         assert!((sample.rotation * Vec3::x() + Vec3::z()).norm() < 1e-5);
         assert_eq!(sample.buttons, 0b101);
         assert_eq!(message.sample("other"), None);

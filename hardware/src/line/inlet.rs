@@ -1,9 +1,9 @@
-//! What comes in on a line, read by a thread of its own.
+//! Input of a line, read by a thread of its own.
 //!
-//! Any system call on a terminal may wait for a kernel worker of ordinary priority: a read without
-//! input flushes the line's buffer, a question for how much there is takes the lock that the worker
-//! holds while it fills it. On a busy machine that takes tens of milliseconds. So a thread waits
-//! here, notes when bytes arrived, and the tick takes them from memory.
+//! Any system call on a terminal may wait for a kernel worker of ordinary priority: an empty read
+//! flushes the line's buffer, and a query of the input's length takes the lock that the worker
+//! holds while it fills the buffer. On a busy machine that takes tens of milliseconds. Therefore a
+//! thread waits for input and stamps it, and the tick takes the bytes from memory.
 
 use core::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::io;
@@ -19,24 +19,24 @@ use rustix::time::{ClockId, clock_gettime};
 
 use super::Read;
 
-/// Room for bytes that nobody has taken yet: a second of a 1 kHz rig.
+/// Capacity for unread bytes: one second of a 1 kHz rig.
 const ROOM: usize = 1 << 16;
 /// Most bytes of one read.
 const CHUNK: usize = 4096;
-/// More bytes than this were left while nobody polled: they are history.
+/// Unread bytes above which the old ones are discarded: nobody polled for a while.
 const BACKLOG: u64 = 2048;
-/// What of a backlog is still taken: its newest.
+/// Newest bytes of a backlog that are kept.
 const BACKLOG_KEPT: u64 = 512;
-/// Between two reads of a line that brings more than any device sends.
+/// Interval between two reads of a flooded line.
 const FLOODED: Duration = Duration::from_millis(1);
 
-/// The bytes between the reading thread and the tick: one writes, the other takes.
+/// Ring buffer from the reading thread to the tick.
 #[derive(Debug)]
 pub(crate) struct Bytes {
     ring: Box<[AtomicU8]>,
     written: AtomicU64,
     taken: AtomicU64,
-    /// When the last of them arrived.
+    /// Arrival time of the newest byte.
     arrived_ns: AtomicU64,
     is_lost: AtomicBool,
 }
@@ -57,7 +57,7 @@ impl Bytes {
         self.ring.iter().cycle().skip(start)
     }
 
-    /// Takes in what arrived. What finds no room is dropped: nobody has polled for a second.
+    /// Stores a chunk. Bytes without room are dropped: nobody has polled for a second.
     pub(crate) fn put(&self, chunk: &[u8], at_ns: TimeNs) {
         let written = self.written.load(Ordering::Relaxed);
         let used = written - self.taken.load(Ordering::Acquire);
@@ -71,7 +71,7 @@ impl Bytes {
         self.written.store(written + count, Ordering::Release);
     }
 
-    /// Gives what is there, at most `buffer`; of a backlog the newest.
+    /// Copies the available bytes into `buffer`; of a backlog only the newest.
     fn take(&self, buffer: &mut [u8]) -> (usize, TimeNs) {
         let written = self.written.load(Ordering::Acquire);
         let mut taken = self.taken.load(Ordering::Relaxed);
@@ -88,10 +88,10 @@ impl Bytes {
         (count, self.arrived_ns.load(Ordering::Relaxed))
     }
 
-    /// What is there, at most `buffer`, and when the last of it arrived; what came before a loss is
-    /// still given. Neither waits nor allocates.
+    /// Copies the available bytes into `buffer` and returns the arrival time of the last. Bytes
+    /// from before a loss are still returned. Neither waits nor allocates.
     pub(crate) fn read(&self, buffer: &mut [u8]) -> Read {
-        // Asked first: what arrived before the loss is then there.
+        // Read this first, so that bytes from before the loss are visible below.
         let is_lost = self.is_lost();
         match self.take(buffer) {
             (0, _) if is_lost => Read::Lost,
@@ -100,28 +100,28 @@ impl Bytes {
         }
     }
 
-    /// Whether nothing will come any more.
+    /// True if no more bytes will come.
     pub(crate) fn is_lost(&self) -> bool {
         self.is_lost.load(Ordering::Acquire)
     }
 
-    /// Nothing will come any more.
+    /// Marks the end of the input.
     pub(crate) fn lose(&self) {
         self.is_lost.store(true, Ordering::Release);
     }
 }
 
-/// The reading thread and what it has read. Dropping it ends the thread.
+/// The reading thread and its buffer. Dropping it ends the thread.
 #[derive(Debug)]
 pub(super) struct Inlet {
     bytes: Arc<Bytes>,
-    /// Written to when the thread shall end.
+    /// Event that ends the thread.
     end: OwnedFd,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Inlet {
-    /// Starts the thread, with the caller's cores and priority.
+    /// Starts the thread with the caller's cores and priority.
     pub(super) fn open(port: &Arc<OwnedFd>) -> io::Result<Self> {
         let end = eventfd(0, EventfdFlags::CLOEXEC)?;
         let asked_to_end = end.try_clone()?;
@@ -146,12 +146,12 @@ impl Inlet {
         self.bytes.read(buffer)
     }
 
-    /// Whether nothing will come any more.
+    /// True if no more bytes will come.
     pub(super) fn is_lost(&self) -> bool {
         self.bytes.is_lost()
     }
 
-    /// Nothing shall be read any more.
+    /// Ends the input.
     pub(super) fn lose(&self) {
         self.bytes.lose();
     }
@@ -166,7 +166,7 @@ impl Drop for Inlet {
     }
 }
 
-/// Reads until the line is lost or the thread is asked to end.
+/// Reads until the line is lost or the thread must end.
 fn read_all(port: &OwnedFd, end: &OwnedFd, into: &Bytes) -> Result<(), Errno> {
     let mut chunk = [0; CHUNK];
     loop {
@@ -180,7 +180,7 @@ fn read_all(port: &OwnedFd, end: &OwnedFd, into: &Bytes) -> Result<(), Errno> {
             Err(error) => return Err(error),
         }
         match rustix::io::read(port, &mut chunk) {
-            // A non-blocking tty in raw mode says EAGAIN when it is idle; 0 means hung up.
+            // A non-blocking tty in raw mode returns EAGAIN when idle; 0 means that it hung up.
             Ok(0) => return Ok(()),
             Ok(count) => {
                 into.put(chunk.get(..count).unwrap_or(&[]), now_ns());
@@ -194,7 +194,7 @@ fn read_all(port: &OwnedFd, end: &OwnedFd, into: &Bytes) -> Result<(), Errno> {
     }
 }
 
-/// Host time.
+/// `CLOCK_MONOTONIC`, ns.
 pub(crate) fn now_ns() -> TimeNs {
     let now = clock_gettime(ClockId::Monotonic);
     now.tv_sec.cast_unsigned() * 1_000_000_000 + now.tv_nsec.cast_unsigned()
@@ -206,7 +206,7 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// As long as it is polled often enough every byte comes out, once and in order.
+        /// If it is polled often enough, every byte comes out once and in order.
         #[test]
         fn what_is_put_in_comes_out(
             chunks in prop::collection::vec(prop::collection::vec(any::<u8>(), 0..300), 0..1200),

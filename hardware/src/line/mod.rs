@@ -1,8 +1,8 @@
-//! A serial line for the tick: opened with `serialport`, read by a thread of its own ([`inlet`]), and
-//! written directly: the tick neither waits nor allocates.
+//! A serial line for the tick. It is opened with `serialport`, read by a thread of its own
+//! ([`inlet`]), and written directly, so the tick neither waits nor allocates.
 //!
-//! `serialport`'s own reads box an error whenever there is nothing to read, so after opening,
-//! the descriptor is non-blocking and used directly.
+//! `serialport`'s own reads allocate an error whenever there is no input, so after opening, the
+//! non-blocking descriptor is used directly.
 #![allow(unsafe_code)] // One descriptor changes hands between two crates' types.
 
 mod inlet;
@@ -23,63 +23,63 @@ use crate::HardwareError;
 use inlet::Inlet;
 pub(crate) use inlet::{Bytes, now_ns};
 
-/// An open line. Dropping it closes it, and waits for its thread: not for the tick.
+/// An open line. Dropping it closes it and waits for its thread, so never drop it in the tick.
 #[derive(Debug)]
 pub(crate) struct Line {
     ends: Ends,
     path: PathBuf,
 }
 
-/// Where bytes come from and go to.
+/// Ends of the line.
 #[derive(Debug)]
 enum Ends {
     /// A terminal.
     Tty {
-        // Before the port: the port closes with the last who holds it.
+        // Dropped before the port, because the port closes with its last holder.
         inlet: Inlet,
         port: Arc<OwnedFd>,
     },
-    /// A device in memory that hears at once.
+    /// A device in memory that receives at once.
     Played {
         heard: Arc<Bytes>,
         device: Arc<dyn Hears>,
     },
 }
 
-/// A device that is played, for tests: without a terminal, threads or time of its own.
+/// A device played by a test, without a terminal, threads or time of its own.
 pub(crate) trait Hears: fmt::Debug + Send + Sync {
-    /// What the host has sent.
+    /// Receives the host's bytes.
     fn hear(&self, bytes: &[u8]);
 }
 
-/// What a read brought.
+/// Result of a read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Read {
-    /// So many bytes, the last of which arrived then.
+    /// Number of bytes, and the arrival time of the last.
     Bytes(usize, TimeNs),
-    /// Nothing now.
+    /// No input now.
     Empty,
-    /// The line is gone.
+    /// The line is lost.
     Lost,
 }
 
-/// What became of a write.
+/// Result of a write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Written {
     /// The line took everything.
     All,
-    /// It took so many bytes; the rest is dropped.
+    /// The line took so many bytes; the rest is dropped.
     Part(usize),
     /// It took nothing.
     Nothing,
 }
 
 impl Line {
-    /// Opens `path` for this program alone: raw, 8N1, RTS low where the line has one (high
-    /// resets an Ascension tracker). Not for the tick.
+    /// Opens `path` exclusively: raw, 8N1, RTS low if the line has one (high resets an Ascension
+    /// tracker). Not for the tick.
     pub(crate) fn open(path: &Path, baud: u32) -> Result<Self, HardwareError> {
         let mut port = open_port(path, baud)?;
-        // Ptys and some USB adapters have no modem lines (ENOTTY): nothing to clear there.
+        // Ptys and some USB adapters have no modem lines (ENOTTY), so nothing needs clearing there.
         let _ = port.write_request_to_send(false);
         let _ = port.clear(serialport::ClearBuffer::Input);
 
@@ -102,7 +102,7 @@ impl Line {
         })
     }
 
-    /// A line to a device in memory: what is put into `heard` comes in.
+    /// A line to a device in memory. Bytes put into `heard` are its input.
     pub(crate) fn played(heard: Arc<Bytes>, device: Arc<dyn Hears>) -> Self {
         Self {
             ends: Ends::Played { heard, device },
@@ -110,12 +110,12 @@ impl Line {
         }
     }
 
-    /// The path that was opened.
+    /// Path of the line.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether the line has gone.
+    /// True if the line is lost.
     pub(crate) fn is_lost(&self) -> bool {
         match &self.ends {
             Ends::Tty { inlet, .. } => inlet.is_lost(),
@@ -123,8 +123,8 @@ impl Line {
         }
     }
 
-    /// What has come, at most `buffer`; when more than 2 KiB were left, only the newest of it. What
-    /// came before the line was lost is still given.
+    /// Reads the available bytes, at most `buffer`; of more than 2 KiB only the newest. Bytes from
+    /// before a loss are still returned.
     pub(crate) fn read(&mut self, buffer: &mut [u8]) -> Read {
         match &self.ends {
             Ends::Tty { inlet, .. } => inlet.read(buffer),
@@ -132,7 +132,7 @@ impl Line {
         }
     }
 
-    /// Writes what the line takes now; does not wait for room. Never allocates.
+    /// Writes the bytes that the line takes now, without waiting for room. Never allocates.
     pub(crate) fn write(&mut self, bytes: &[u8]) -> Written {
         if self.is_lost() {
             return Written::Nothing;
@@ -156,7 +156,7 @@ impl Line {
     }
 }
 
-/// Opens `path` for this program alone, raw, 8N1.
+/// Opens `path` exclusively: raw, 8N1.
 pub(crate) fn open_port(path: &Path, baud: u32) -> Result<TTYPort, HardwareError> {
     serialport::new(path.to_string_lossy(), baud)
         .timeout(Duration::from_millis(100))
@@ -166,8 +166,8 @@ pub(crate) fn open_port(path: &Path, baud: u32) -> Result<TTYPort, HardwareError
 
 fn open_error(path: &Path, error: &serialport::Error) -> HardwareError {
     let path = path.to_path_buf();
-    // `serialport` reports a taken line and a vanished one alike (`NoDevice`), and what is no
-    // terminal as unknown; the file system tells them apart.
+    // `serialport` reports a busy and a missing line alike (`NoDevice`), and a path that is no
+    // terminal as unknown. The file system tells them apart.
     let exists = std::fs::metadata(&path);
     match (error.kind(), exists) {
         (ErrorKind::Io(io::ErrorKind::PermissionDenied), _) => HardwareError::Permission { path },
@@ -192,7 +192,7 @@ mod tests {
     use super::*;
     use std::io::Write;
 
-    /// The far end and a line on a pty.
+    /// A pty: its far end and a line on the near one.
     fn pair() -> (TTYPort, Line) {
         let (far, near) = TTYPort::pair().unwrap();
         let path = PathBuf::from(near.name().unwrap());
@@ -220,7 +220,7 @@ mod tests {
         assert_eq!(heard, b"0123456789");
     }
 
-    /// What it says, other than that there is nothing; on a busy machine after some time.
+    /// First result other than `Empty`; on a busy machine after some time.
     fn hears(line: &mut Line) -> Read {
         let mut buffer = [0; 4];
         for _ in 0..30_000 {

@@ -1,13 +1,13 @@
-//! Contacts bounce: a press counts at once, a release once it has lasted.
+//! Debouncing: a press counts at once, a release once it has lasted.
 
 use rt_core::time::TimeNs;
 
-/// After a press the switch stays pressed at least so long.
+/// Shortest press.
 const HOLD_NS: u64 = 10_000_000;
-/// A release counts once the contact has been open for so long.
+/// Time for which the contact must be open before a release counts.
 const RELEASE_NS: u64 = 20_000_000;
 
-/// One switch.
+/// One debounced switch.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Debounced {
     pressed_at_ns: Option<TimeNs>,
@@ -15,7 +15,7 @@ pub struct Debounced {
 }
 
 impl Debounced {
-    /// Takes what the contact is now; returns what the switch is.
+    /// Takes the state of the contact and returns that of the switch.
     pub fn update(&mut self, closed: bool, now_ns: TimeNs) -> bool {
         let Some(pressed_at_ns) = self.pressed_at_ns else {
             if closed {
@@ -59,7 +59,7 @@ mod tests {
     }
 
     proptest! {
-        /// However a contact chatters, once it rests the switch agrees with it.
+        /// For any chatter of the contact, the switch finally agrees with it.
         #[test]
         fn it_ends_where_the_contact_ends(chatter in prop::collection::vec(any::<bool>(), 0..200),
                                           end in any::<bool>()) {

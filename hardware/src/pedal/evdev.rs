@@ -1,5 +1,5 @@
-//! A USB pedal: the kernel sees a keyboard. It is grabbed, so that its keys reach nobody else,
-//! and read without blocking.
+//! A USB pedal, which is a keyboard to the kernel. It is grabbed, so that no other program gets its
+//! keys, and read without blocking.
 
 use std::io;
 use std::os::fd::{AsFd, OwnedFd};
@@ -12,7 +12,7 @@ use rustix::io::Errno;
 
 use crate::HardwareError;
 
-/// Where the fields of the kernel's `input_event` stand on a 64-bit machine.
+/// Offsets of the kernel's `input_event` on a 64-bit machine.
 mod field {
     pub(super) const KIND: usize = 16;
     pub(super) const CODE: usize = 18;
@@ -22,19 +22,19 @@ mod field {
 
 const EV_SYN: u16 = 0;
 const EV_KEY: u16 = 1;
-/// The kernel's buffer ran over: what is pressed is unknown.
+/// The kernel's buffer overflowed: the pressed keys are unknown.
 const SYN_DROPPED: u16 = 3;
 /// Most events that one poll reads.
 const EVENTS_PER_POLL: usize = 32;
 
-/// One event as parsed.
+/// A parsed event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Event {
     /// A key went down or up.
     Key { code: u16, down: bool },
     /// Events were lost.
     Dropped,
-    /// Anything else: a repetition, a marker.
+    /// Any other event: a repetition or a marker.
     Other,
 }
 
@@ -56,7 +56,7 @@ impl Event {
     }
 }
 
-/// Which key of a pedal does what: the kernel's key codes. A key may have no role.
+/// Roles of a pedal's keys, by the kernel's key codes. A role may be empty.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Roles {
     /// Electrosurgery: cut.
@@ -68,8 +68,8 @@ pub struct Roles {
 }
 
 impl Default for Roles {
-    /// A three-switch pedal whose keys are the buttons 0, 1 and 2 (VEC Infinity): left cuts,
-    /// right coagulates, the middle holds the camera.
+    /// A three-switch pedal with the keys 0, 1 and 2 (VEC Infinity): left cuts, right coagulates,
+    /// the middle holds the camera.
     fn default() -> Self {
         Self {
             cut: Some(256),
@@ -82,7 +82,7 @@ impl Default for Roles {
 /// A USB pedal.
 #[derive(Debug)]
 pub struct EvdevPedal {
-    /// None once it is unplugged.
+    /// `None` once it is unplugged.
     events: Option<OwnedFd>,
     path: PathBuf,
     roles: Roles,
@@ -131,13 +131,13 @@ impl EvdevPedal {
         })
     }
 
-    /// The input device.
+    /// Path of the input device.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Whether it is unplugged; see [`crate::rig::RigHaptic::is_lost`].
+    /// True if it is unplugged; see [`crate::rig::RigHaptic::is_lost`].
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.events.is_none()
@@ -168,7 +168,7 @@ impl EvdevPedal {
 }
 
 impl Pedal for EvdevPedal {
-    /// Always fresh while it is plugged in: the kernel tells of every change.
+    /// Always fresh while it is connected: the kernel reports every change.
     fn poll(&mut self, now_ns: TimeNs) -> Polled<PedalSample> {
         let mut bytes = [0; EVENTS_PER_POLL * field::END];
         let Some(events) = &self.events else {
@@ -181,7 +181,7 @@ impl Pedal for EvdevPedal {
                     self.take(Event::parse(event));
                 }
                 if !rest.is_empty() {
-                    // The kernel never does that; whatever it is, nothing is pressed.
+                    // The kernel never sends a partial event. If it does, nothing is pressed.
                     self.counters.bad_frames += 1;
                     self.take(Event::Dropped);
                 }
@@ -202,7 +202,7 @@ impl Pedal for EvdevPedal {
     }
 }
 
-/// Input devices whose name contains `name`, whatever its case: path and name.
+/// Path and name of all input devices whose name contains `name`, ignoring case.
 #[must_use]
 pub fn find(name: &str) -> Vec<(PathBuf, String)> {
     let wanted = name.to_lowercase();

@@ -1,20 +1,20 @@
-//! Two pedals as one: what either presses is pressed.
+//! Two pedals as one: a switch pressed on either is pressed.
 
 use rt_core::port::{LineCounters, Pedal, PedalSample, Polled};
 use rt_core::time::TimeNs;
 
-/// Two pedals, whatever their drivers. One that falls silent or is lost presses nothing; one that is
-/// lost loses both, so that both are opened anew.
+/// Two pedals with any drivers. A silent pedal presses nothing. If one is lost, both are lost, so
+/// that both are opened anew.
 pub struct JoinedPedals {
     pedals: [Box<dyn Pedal + Send>; 2],
     pressed: [PedalSample; 2],
 }
 
-/// A pedal that has not been heard of for so long presses nothing; the core waits as long.
+/// Silence after which a pedal presses nothing; the core waits as long.
 const SILENT_NS: u64 = 200_000_000;
 
 impl JoinedPedals {
-    /// Joins them.
+    /// Joins two pedals.
     #[must_use]
     pub fn new(pedals: [Box<dyn Pedal + Send>; 2]) -> Self {
         Self {

@@ -1,8 +1,8 @@
-//! Foot pedals that speak no protocol of ours: USB pedals, which are keyboards to the kernel
+//! Foot pedals without the rig protocol: USB pedals, which are keyboards to the kernel
 //! ([`EvdevPedal`]), and plain switches on a serial line's control wires ([`ModemPedal`]).
 //!
-//! Both poll all the time and say what is pressed now; a pedal that is unplugged is lost, and
-//! lost means released. Two electrodes at once are the core's to judge.
+//! Both report the pressed switches at every poll. An unplugged pedal is lost, and lost means
+//! released. If both electrodes are pressed, the core decides.
 
 pub mod debounce;
 mod evdev;

@@ -1,5 +1,5 @@
-//! Plain switches on a serial line: one closes CTS, the other DSR. The cheapest pedal there is,
-//! and one wire from RTS or DTR feeds both.
+//! Plain switches on a serial line: one closes CTS, the other DSR. This is the cheapest pedal; one
+//! wire from RTS or DTR feeds both switches.
 
 use core::sync::atomic::{AtomicU8, AtomicU64, Ordering::Relaxed};
 use std::path::Path;
@@ -13,31 +13,31 @@ use serialport::{SerialPort, TTYPort};
 use super::debounce::Debounced;
 use crate::HardwareError;
 
-/// Reads the two wires. A trait, because ptys have none: tests bring their own.
+/// Reads the two wires. It is a trait because ptys have none: tests bring their own.
 pub trait ModemLines {
-    /// Whether CTS and DSR are closed; `None` when the line is gone.
+    /// State of CTS and DSR, true when closed; `None` when the line is lost.
     fn closed(&mut self) -> Option<[bool; 2]>;
 }
 
-/// Between two looks at the wires: a contact bounces for longer.
+/// Interval between two reads of the wires; a contact bounces for longer.
 const LOOK_EVERY: Duration = Duration::from_millis(2);
-/// An adapter that has not answered for so long says nothing any more: released, ms.
+/// Silence of the adapter after which the switches count as released, ms.
 const SILENT_MS: u64 = 250;
-/// Bits of what a look found.
+/// Bits of [`Looked::found`].
 const CTS: u8 = 1;
 const DSR: u8 = 2;
 const GONE: u8 = 4;
 
-/// The wires of a real serial line. A thread looks at them: an adapter is asked over the USB, which
-/// takes a millisecond and more.
+/// The wires of a real serial line. A thread reads them, because a query over USB takes a
+/// millisecond or more.
 #[derive(Debug)]
 pub struct SerialLines(Arc<Looked>);
 
-/// What the thread saw, and when.
+/// The thread's last reading and its time.
 #[derive(Debug)]
 struct Looked {
     found: AtomicU8,
-    /// Since `began`.
+    /// Time since `began`, ms.
     at_ms: AtomicU64,
     began: Instant,
 }
@@ -47,7 +47,7 @@ impl Looked {
         u64::try_from(self.began.elapsed().as_millis()).unwrap_or(u64::MAX)
     }
 
-    /// The two wires; both open when the last look is too old.
+    /// The two wires; both open when the last reading is too old.
     fn closed(&self) -> Option<[bool; 2]> {
         let found = self.found.load(Relaxed);
         let age_ms = self.elapsed_ms().saturating_sub(self.at_ms.load(Relaxed));
@@ -57,8 +57,8 @@ impl Looked {
 }
 
 impl SerialLines {
-    /// Opens the line and feeds the switches from RTS and DTR. A line without such wires (a
-    /// pty, some adapters) is refused. Not for the tick.
+    /// Opens the line and feeds the switches from RTS and DTR. A line without CTS and DSR (a pty,
+    /// some adapters) is refused. Not for the tick.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         let mut port = crate::line::open_port(path, 9600)?;
         let no_wires = |error: serialport::Error| HardwareError::NotSerial {
@@ -88,7 +88,7 @@ impl SerialLines {
     }
 }
 
-/// Looks until the line is gone or nobody wants to know any more.
+/// Reads the wires until the line is lost or the pedal is dropped.
 fn look(port: &mut TTYPort, into: &Weak<Looked>) {
     while let Some(into) = into.upgrade() {
         let found = match (port.read_clear_to_send(), port.read_data_set_ready()) {

@@ -1,9 +1,9 @@
 //! The device's side of the rig protocol, for firmware: bytes in, frames out.
 //!
-//! `no_std`, no `alloc`, no clock of its own. A firmware loop does four things: hand received
-//! bytes to [`Device::receive`], send what [`Device::answer`] returns, ask [`Device::force`]
-//! what the motors shall do, and send a [`Device::state`] per sample. The emulator in this
-//! package runs this very code.
+//! `no_std`, no `alloc`, no clock of its own. A firmware loop does four things: it passes received
+//! bytes to [`Device::receive`], sends the result of [`Device::answer`], applies [`Device::force`]
+//! to the motors, and sends a [`Device::state`] per sample. The emulator in this package runs this
+//! code.
 //!
 //! ```
 //! use hardware::rig::device::{Device, Motion};
@@ -25,10 +25,10 @@ use super::wire::{
     Capabilities, DeviceKind, Force, Hello, Kind, Message, State, Status, Switches, VERSION,
 };
 
-/// Longest time that a device may render a force without a new `FORCE`, ms.
+/// Longest time for which a device may render a force without a new `FORCE`, ms.
 pub const WATCHDOG_LIMIT_MS: u8 = 100;
 
-/// What the device measured.
+/// Measurements of the device.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
     /// Handle in the base frame, m.
@@ -52,14 +52,14 @@ impl Default for Motion {
     }
 }
 
-/// Counters of the device's side. All only grow, and wrap.
+/// Counters of the device. They only grow, and wrap.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct DeviceCounters {
     /// Messages understood.
     pub messages: u32,
-    /// Frames or messages thrown away.
+    /// Frames or messages rejected.
     pub bad: u32,
-    /// Times that the watchdog dropped a force.
+    /// Number of times that the watchdog dropped a force.
     pub watchdog_trips: u32,
 }
 
@@ -72,15 +72,15 @@ pub struct Device {
     streaming: bool,
     sequence: u16,
     force: Option<Rendered>,
-    /// Newest FORCE since the greeting. It outlives the force, so that a repetition is known as
-    /// one after the watchdog, too.
+    /// Number of the newest `FORCE` since the greeting. It outlives the force, so that a repetition
+    /// is recognised even after the watchdog.
     last_force_sequence: Option<u16>,
     tripped: bool,
     limited: bool,
     counters: DeviceCounters,
 }
 
-/// The force that is being rendered, and when it came.
+/// Rendered force and the time of its arrival.
 #[derive(Debug, Clone, Copy)]
 struct Rendered {
     command: Force,
@@ -89,8 +89,8 @@ struct Rendered {
 }
 
 impl Device {
-    /// A device that nobody has greeted. A watchdog of none or of more than
-    /// [`WATCHDOG_LIMIT_MS`] is set to that limit for a haptic device.
+    /// A device that no host has greeted. For a haptic device, a watchdog of 0 or more than
+    /// [`WATCHDOG_LIMIT_MS`] is set to that limit.
     #[must_use]
     pub fn new(mut capabilities: Capabilities) -> Self {
         if capabilities.kind == DeviceKind::Haptic
@@ -112,7 +112,7 @@ impl Device {
         }
     }
 
-    /// Takes the bytes that the host sent. `now_us` may wrap.
+    /// Takes bytes from the host. `now_us` may wrap.
     pub fn receive(&mut self, bytes: &[u8], now_us: u32) {
         for &byte in bytes {
             let Some(read) = self.reader.push(byte) else {
@@ -135,7 +135,7 @@ impl Device {
     fn obey(&mut self, heard: Heard, now_us: u32) {
         match heard {
             Heard::Hello => {
-                // A new host starts from nothing: no force left over from the last one.
+                // A new host starts without a force from the last one.
                 self.force = None;
                 self.last_force_sequence = None;
                 self.tripped = false;
@@ -147,8 +147,8 @@ impl Device {
                 self.streaming = false;
             }
             Heard::Force(command, sequence) if self.streaming => {
-                // A repeated or older number is a stuck or shuffled line, not a live host: it
-                // must not feed the watchdog.
+                // A repeated or older number shows a stuck or reordering line, not a living host:
+                // it must not feed the watchdog.
                 let newer = self
                     .last_force_sequence
                     .is_none_or(|last| (1..0x8000).contains(&sequence.wrapping_sub(last)));
@@ -166,7 +166,7 @@ impl Device {
         }
     }
 
-    /// The answer to a greeting, when one is due.
+    /// Answer to a greeting, if one is due.
     pub fn answer(&mut self) -> Option<Frame> {
         core::mem::take(&mut self.answer_due).then(|| {
             let sequence = self.next_sequence();
@@ -178,15 +178,15 @@ impl Device {
         })
     }
 
-    /// What the motors shall render now: the newest force, no stronger than the device can,
-    /// or nothing when the host has been silent for longer than the watchdog.
+    /// Force for the motors now: the newest one, clamped to the device's peak, or zero when the
+    /// host has been silent for longer than the watchdog.
     pub fn force(&mut self, now_us: u32) -> Force {
         let Some(rendered) = self.force else {
             return Force::default();
         };
         let limit_us = u32::from(self.capabilities.watchdog_ms) * 1000;
         if now_us.wrapping_sub(rendered.at_us) > limit_us {
-            // Forgotten, not only ignored: the clock wraps.
+            // Clear the force for good, because the clock wraps.
             self.force = None;
             self.tripped = true;
             self.counters.watchdog_trips = self.counters.watchdog_trips.wrapping_add(1);
@@ -199,7 +199,7 @@ impl Device {
         }
     }
 
-    /// One sample for the host; none before a greeting and after a stop.
+    /// One sample for the host; `None` before a greeting and after a stop.
     pub fn state(&mut self, motion: &Motion, now_us: u32) -> Option<Frame> {
         if !self.streaming {
             return None;
@@ -227,7 +227,7 @@ impl Device {
         Some(state.frame(sequence))
     }
 
-    /// One report of a pedal's switches; none before a greeting and after a stop.
+    /// One report of a pedal's switches; `None` before a greeting and after a stop.
     pub fn switches(&mut self, switches: Switches) -> Option<Frame> {
         if !self.streaming {
             return None;
@@ -236,24 +236,24 @@ impl Device {
         Some(switches.frame(sequence))
     }
 
-    /// Tells the host, from the next sample on, whether heat or current hold the force down.
+    /// Reports, from the next sample on, that heat or current limits the force.
     pub fn set_limited(&mut self, limited: bool) {
         self.limited = limited;
     }
 
-    /// Whether a force (a zero one counts) is in effect.
+    /// True if a force command is in effect, even a zero one.
     #[must_use]
     pub const fn is_commanded(&self) -> bool {
         self.force.is_some()
     }
 
-    /// Whether a host listens.
+    /// True if a host listens.
     #[must_use]
     pub const fn is_streaming(&self) -> bool {
         self.streaming
     }
 
-    /// What the device has seen.
+    /// Counters of the device.
     #[must_use]
     pub const fn counters(&self) -> DeviceCounters {
         self.counters
@@ -265,7 +265,7 @@ impl Device {
     }
 }
 
-/// What a host can say.
+/// Messages from a host.
 #[derive(Clone, Copy)]
 enum Heard {
     Hello,
@@ -286,7 +286,7 @@ impl Heard {
     }
 }
 
-/// `vector`, no longer than `max`.
+/// `vector`, shortened to at most `max`.
 fn shorten(vector: [f32; 3], max: f32) -> [f32; 3] {
     let squared: f32 = vector.iter().map(|x| x * x).sum();
     let limit = max * max;

@@ -1,7 +1,7 @@
 //! Frames: a payload and its CRC-32C (little-endian), COBS-stuffed, ended by one zero byte.
 //!
-//! A zero never stands inside a frame, so a receiver that lost its place finds the next frame
-//! at the next zero. Both sides have this file; it allocates nothing.
+//! A frame contains no zero, so a receiver that lost its place resumes at the next zero. Device and
+//! host use this file; it allocates nothing.
 
 use crc::{CRC_32_ISCSI, Crc};
 
@@ -22,7 +22,7 @@ pub struct Frame {
 }
 
 impl Frame {
-    /// Frames `payload`. `None` when it is longer than [`MAX_PAYLOAD`].
+    /// Frames `payload`; `None` when it is longer than [`MAX_PAYLOAD`].
     #[must_use]
     pub fn new(payload: &[u8]) -> Option<Self> {
         let mut plain = [0; MAX_PAYLOAD + CRC_BYTES];
@@ -40,7 +40,7 @@ impl Frame {
         Some(Self { bytes, len })
     }
 
-    /// No bytes at all.
+    /// An empty frame.
     pub(super) fn empty() -> Self {
         Self {
             bytes: [0; MAX_FRAME],
@@ -48,14 +48,14 @@ impl Frame {
         }
     }
 
-    /// The bytes to send.
+    /// Bytes to send.
     #[must_use]
     pub fn as_bytes(&self) -> &[u8] {
         self.bytes.get(..self.len).unwrap_or(&[])
     }
 }
 
-/// Why bytes between two zeros were no frame.
+/// Reasons for which bytes between two zeros are not a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FrameError {
     /// No closing zero within [`MAX_FRAME`] bytes.
@@ -68,7 +68,7 @@ pub enum FrameError {
     Checksum,
 }
 
-/// Finds frames in a stream of bytes that may start, break and lie anywhere.
+/// Finds frames in a stream of bytes that may start, break and be wrong anywhere.
 #[derive(Debug, Clone)]
 pub struct FrameReader {
     bytes: [u8; MAX_FRAME],
@@ -93,7 +93,8 @@ impl FrameReader {
         }
     }
 
-    /// Takes one byte. `Some` when it closes a frame: its payload, or why it was thrown away.
+    /// Takes one byte. Returns `Some` at the end of a frame: its payload, or the reason for its
+    /// rejection.
     pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], FrameError>> {
         if byte != 0 {
             match self.bytes.get_mut(self.len) {
@@ -138,7 +139,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// Every payload that a reader finds in `bytes`.
+    /// All payloads that a reader finds in `bytes`.
     fn read(bytes: &[u8]) -> (Vec<Vec<u8>>, usize) {
         let mut reader = FrameReader::new();
         let mut good = Vec::new();
@@ -196,8 +197,8 @@ mod tests {
             prop_assert!(good.len() + bad <= bytes.iter().filter(|&&byte| byte == 0).count());
         }
 
-        /// CRC-32C finds every burst of up to 32 bits; a damaged byte is one of 8, but it may
-        /// become or destroy a stuffing code, so the check is on the payload that arrives.
+        /// CRC-32C finds every burst of up to 32 bits. A damaged byte is a burst of 8, but it may
+        /// become or destroy a stuffing code, so this tests the payload that arrives.
         #[test]
         fn one_damaged_byte_never_changes_a_payload(
             payload in prop::collection::vec(any::<u8>(), 1..=MAX_PAYLOAD),

@@ -22,7 +22,7 @@ pub struct RigHaptic {
     status: RigStatus,
 }
 
-/// What the device last said of itself, beside its pose.
+/// Status that the device last reported, without its pose.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RigStatus {
     /// Status bits.
@@ -34,13 +34,13 @@ pub struct RigStatus {
 }
 
 impl RigHaptic {
-    /// Opens the line, greets the device and checks what it says of itself. Not for the tick:
-    /// waits up to 2 s for the answer.
+    /// Opens the line, greets the device and checks its capabilities. Not for the tick: waits up to
+    /// 2 s for the answer.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         Ok(Self::of(Host::open(path, DeviceKind::Haptic)?))
     }
 
-    /// The same on a line that is open.
+    /// Opens the device on an open line.
     pub(crate) fn on(line: Line) -> Result<Self, HardwareError> {
         Ok(Self::of(Host::on(line, DeviceKind::Haptic)?))
     }
@@ -53,33 +53,33 @@ impl RigHaptic {
         }
     }
 
-    /// What the device said of itself when it was opened.
+    /// Capabilities that the device reported when it was opened.
     #[must_use]
     pub const fn identity(&self) -> &Capabilities {
         &self.identity
     }
 
-    /// What the last sample said beside its pose.
+    /// Status of the last sample.
     #[must_use]
     pub const fn status(&self) -> RigStatus {
         self.status
     }
 
-    /// Sequence number of the last force sent: [`RigStatus::applied_force`] names it once it is
+    /// Sequence number of the last force sent. [`RigStatus::applied_force`] reports it once it is
     /// in effect.
     #[must_use]
     pub fn sent_sequence(&self) -> u16 {
         self.host.sent_sequence()
     }
 
-    /// The line.
+    /// Path of the line.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.host.path()
     }
 
-    /// Whether the line is gone: open the path anew on a thread that may wait, hand the new
-    /// driver to the tick in exchange for this one, and drop this one outside the tick.
+    /// True if the line is lost. Then open the path anew on a thread that may wait, exchange the
+    /// drivers in the tick, and drop this one outside the tick.
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.host.is_lost()
@@ -138,7 +138,8 @@ impl HapticDevice for RigHaptic {
     }
 
     fn send(&mut self, command: ForceCommand, _now_ns: TimeNs) {
-        // The core has limited both already; a line never carries more than the device can.
+        // The core has limited both already; this keeps the line within the device's peak in any
+        // case.
         let force_n = within(command.force_n, self.identity.force_max_n);
         let torque_n_m = within(command.torque_n_m, self.identity.torque_max_n_m);
         let sequence = self.host.next_sequence();
@@ -154,7 +155,7 @@ impl HapticDevice for RigHaptic {
     }
 }
 
-/// `wanted`, no longer than `limit`; nothing where it is no number.
+/// `wanted`, shortened to at most `limit`; zero if it is not finite.
 fn within(wanted: Vec3, limit: f32) -> Vec3 {
     let norm = wanted.norm();
     if norm <= limit {
@@ -166,7 +167,7 @@ fn within(wanted: Vec3, limit: f32) -> Vec3 {
     }
 }
 
-/// A sample further out than so many workspace radii is no sample: past the mechanical stops.
+/// Farthest plausible sample, in workspace radii: beyond the mechanical stops.
 const REACH: f32 = 2.0;
 
 fn sample(state: &State, sequence: u16, velocity: bool, at_ns: TimeNs) -> DeviceSample {

@@ -1,4 +1,4 @@
-//! What the host's drivers share: a line with frames on it, and the greeting.
+//! Common part of the host's drivers: a line with frames, and the greeting.
 
 use std::path::Path;
 use std::thread;
@@ -13,13 +13,13 @@ use crate::line::{Line, Read, Written};
 use super::frame::{Frame, FrameReader};
 use super::wire::{Capabilities, DeviceKind, Hello, Message, VERSION, stop_frame};
 
-/// USB adapters ignore it; a UART at this rate carries 1 kHz of `STATE` in half its time.
+/// USB adapters ignore the rate. A UART at this rate carries 1 kHz of `STATE` in half its time.
 pub(crate) const BAUD: u32 = 1_000_000;
-/// A device that has not answered by then is not there.
+/// Longest wait for the device's answer.
 const HANDSHAKE: Duration = Duration::from_secs(2);
-/// Between two greetings.
+/// Interval between two greetings.
 const GREETING_INTERVAL: Duration = Duration::from_millis(100);
-/// Between two looks at the line while waiting.
+/// Interval between two reads of the line while waiting.
 const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 /// Most bytes that one poll reads: 20 frames, so that a flooded line cannot hold the tick.
 const BYTES_PER_POLL: usize = 1024;
@@ -32,13 +32,12 @@ pub(super) struct Host {
     counters: LineCounters,
     last_sequence: Option<u16>,
     send_sequence: u16,
-    /// A write broke off: the next frame needs a zero in front.
+    /// True if a write broke off; the next frame then needs a zero in front.
     torn: bool,
 }
 
 impl Host {
-    /// Opens the line and greets the device. Not for the tick: takes until the device
-    /// answers, 2 s at most.
+    /// Opens the line and greets the device. Not for the tick: waits up to 2 s for the answer.
     pub(super) fn open(
         path: &Path,
         kind: DeviceKind,
@@ -46,7 +45,7 @@ impl Host {
         Self::on(Line::open(path, BAUD)?, kind)
     }
 
-    /// The same on a line that is open.
+    /// Greets the device on an open line.
     pub(super) fn on(line: Line, kind: DeviceKind) -> Result<(Self, Capabilities), HardwareError> {
         let path = line.path().to_path_buf();
         let mut host = Self {
@@ -55,7 +54,7 @@ impl Host {
             counters: LineCounters::default(),
             last_sequence: None,
             send_sequence: 0,
-            // The device may have half a frame of whoever was here before.
+            // The device may hold half a frame of an earlier host.
             torn: true,
         };
         let capabilities = host.greet(kind)?;
@@ -98,8 +97,8 @@ impl Host {
         })
     }
 
-    /// Reads what is there, hands every good message that is not a repetition to `take`, with the time
-    /// when what is there had arrived, and returns how many bytes came. `None` when the line is lost.
+    /// Reads the available bytes and passes every good, new message to `take`, with the arrival
+    /// time of the bytes. Returns the number of bytes; `None` when the line is lost.
     pub(super) fn receive(&mut self, mut take: impl FnMut(&Message<'_>, TimeNs)) -> Option<usize> {
         let mut bytes = [0; BYTES_PER_POLL];
         let (count, at_ns) = match self.line.read(&mut bytes) {
@@ -122,11 +121,11 @@ impl Host {
                 .replace(sequence)
                 .map(|last| sequence.wrapping_sub(last))
             {
-                // The same frame again: a stuck or doubling line, nothing new.
+                // A repeated frame shows a stuck or doubling line and brings nothing new.
                 Some(0) => self.counters.bad_frames += 1,
                 Some(step) => {
                     self.counters.frames += 1;
-                    // A step backwards is a restarted device, not 60 000 lost frames.
+                    // A step backwards shows a restarted device, not 60 000 lost frames.
                     if step < 0x8000 {
                         self.counters.lost_frames += u64::from(step - 1);
                     }
@@ -141,13 +140,13 @@ impl Host {
         Some(count)
     }
 
-    /// A message that parsed to nothing: takes it off the good ones.
+    /// Counts a message as bad that a driver could not parse.
     pub(super) fn reject(&mut self) {
         self.counters.frames -= 1;
         self.counters.bad_frames += 1;
     }
 
-    /// Sends a frame or counts it as dropped.
+    /// Sends a frame, or counts it as dropped.
     pub(super) fn send(&mut self, frame: &Frame) {
         if self.torn {
             match self.line.write(&[0]) {
@@ -168,13 +167,13 @@ impl Host {
         }
     }
 
-    /// The number of the next message to send.
+    /// Number of the next message to send.
     pub(super) fn next_sequence(&mut self) -> u16 {
         self.send_sequence = self.send_sequence.wrapping_add(1);
         self.send_sequence
     }
 
-    /// The number of the last message sent.
+    /// Number of the last message sent.
     pub(super) fn sent_sequence(&self) -> u16 {
         self.send_sequence
     }
@@ -193,7 +192,7 @@ impl Host {
 }
 
 impl Drop for Host {
-    /// No force and no stream without a host.
+    /// Ends force and stream.
     fn drop(&mut self) {
         let sequence = self.next_sequence();
         self.send(&stop_frame(sequence));

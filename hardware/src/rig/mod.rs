@@ -1,6 +1,6 @@
 //! Our own serial protocol for rig builders, version 1. `PROTOCOL.md` documents every byte.
 //!
-//! [`frame`], [`wire`] and [`device`] are `no_std` and serve firmware too; the drivers are the
+//! [`frame`], [`wire`] and [`device`] are `no_std` and also serve firmware; the drivers are the
 //! host's side.
 
 pub mod device;

@@ -9,10 +9,10 @@ use super::host::Host;
 use super::wire::{DeviceKind, Switches};
 use crate::HardwareError;
 
-/// Reports that a pedal may miss before it counts as released.
+/// Missed reports after which a pedal counts as released.
 const MISSED_REPORTS: u64 = 10;
 
-/// A greeted foot pedal. It reports all the time; when it falls silent it reads as released.
+/// A greeted foot pedal. It reports all the time; when it falls silent, it counts as released.
 #[derive(Debug)]
 pub struct RigPedal {
     host: Host,
@@ -22,8 +22,8 @@ pub struct RigPedal {
 }
 
 impl RigPedal {
-    /// Opens the line, greets the pedal and checks what it says of itself. Not for the tick:
-    /// waits up to 2 s for the answer.
+    /// Opens the line, greets the pedal and checks its capabilities. Not for the tick: waits up to
+    /// 2 s for the answer.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         let (host, identity) = Host::open(path, DeviceKind::Pedal)?;
         let silence_ns = MISSED_REPORTS * 1_000_000_000 / u64::from(identity.rate_hz);
@@ -35,13 +35,13 @@ impl RigPedal {
         })
     }
 
-    /// The line.
+    /// Path of the line.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.host.path()
     }
 
-    /// Whether the line is gone; see [`super::RigHaptic::is_lost`].
+    /// True if the line is lost; see [`super::RigHaptic::is_lost`].
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.host.is_lost()

@@ -1,48 +1,49 @@
-//! Where a device stands: the rigid motion that brings what it measured at landmarks to where they
-//! are.
+//! Pose of a device, found as the rigid motion from its measurements of landmarks to their known
+//! positions.
 
 use nalgebra::{Matrix3, Rotation3, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 
-/// Fewest landmarks that tell where a device stands.
+/// Fewest landmarks that determine a pose.
 pub const LANDMARKS_MIN: usize = 3;
-/// Landmarks must spread this far across their longest line, m: else the turn about it is unknown.
+/// Smallest spread of landmarks across their longest line, m; otherwise the rotation about it is
+/// unknown.
 const SPREAD_MIN_M: f32 = 0.01;
 
-/// Where a device stands, and how well that fits.
+/// Pose of a device, and the quality of the fit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fit {
-    /// The device's frame in the world.
+    /// Frame of the device in the world.
     pub world_from_device: Pose,
-    /// Root mean square of what is left at the landmarks, m.
+    /// Root mean square of the residuals, m.
     pub rms_m: f32,
-    /// The largest of it, m.
+    /// Largest residual, m.
     pub worst_m: f32,
-    /// The landmark that fits the others least: without it the least is left. None of three: any two
-    /// of them fit.
+    /// Landmark that fits the others least: without it the residual is smallest. `None` for three
+    /// landmarks, because any two fit.
     pub odd_one: Option<usize>,
 }
 
-/// Why there is no fit.
+/// Reasons for which no fit is possible.
 #[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 pub enum NoFit {
-    /// Too few.
+    /// Too few landmarks.
     #[error(
         "{0} landmarks are too few: a frame needs {LANDMARKS_MIN} or more; name them in the station file"
     )]
     TooFew(usize),
-    /// All on one line.
+    /// All landmarks lie on one line.
     #[error(
         "the landmarks lie on a line, within {0:.4} m: choose one that is {SPREAD_MIN_M} m or more off it"
     )]
     OnALine(f32),
-    /// Not a number.
-    #[error("a measured position is no number: look at the device with `calot devices watch`")]
+    /// A measurement is not finite.
+    #[error("a measured position is not finite: check the device with `calot devices watch`")]
     NotFinite,
 }
 
-/// The rigid motion with the least squares (Kabsch 1976, Umeyama 1991): `pairs` are what was measured
-/// and where it is, m.
+/// Least-squares rigid motion (Kabsch 1976, Umeyama 1991). `pairs` holds measured and known
+/// positions, m.
 pub fn fit(pairs: &[(Vec3, Vec3)]) -> Result<Fit, NoFit> {
     let whole = least_squares(pairs)?;
     let without = |landmark: &usize| {
@@ -74,7 +75,7 @@ fn least_squares(pairs: &[(Vec3, Vec3)]) -> Result<Fit, NoFit> {
             .iter()
             .map(|pair| (of(pair) - middle) * (of(pair) - middle).transpose())
             .sum();
-        // The second largest: how far they go across their longest line.
+        // Second largest: the spread across the longest line.
         let mut across = about.symmetric_eigenvalues().map(|x| x.max(0.0).sqrt());
         across.as_mut_slice().sort_by(f32::total_cmp);
         across[1]
@@ -91,7 +92,7 @@ fn least_squares(pairs: &[(Vec3, Vec3)]) -> Result<Fit, NoFit> {
     let (Some(u), Some(v_t)) = (parts.u, parts.v_t) else {
         return Err(NoFit::NotFinite);
     };
-    // A mirror is no motion: the least of the three directions is turned over.
+    // A reflection is not a motion: flip the weakest of the three directions.
     let mut signs = Vec3::new(1.0, 1.0, 1.0);
     if (u * v_t).determinant() < 0.0 {
         signs[parts.singular_values.imin()] = -1.0;
@@ -138,7 +139,7 @@ mod tests {
     }
 
     proptest! {
-        /// However the device stands, it is found; noise is what is left over.
+        /// Any pose of the device is found, and the residual is the noise.
         #[test]
         fn the_frame_is_found(
             world_from_device in pose(), count in 3usize..6,

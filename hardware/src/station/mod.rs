@@ -1,4 +1,4 @@
-//! The station file: which devices there are, how they are driven and where they stand.
+//! The station file: the devices, their drivers and their poses.
 //!
 //! ```toml
 //! [haptic]
@@ -57,7 +57,7 @@ use crate::bird::BirdSetup;
 use crate::hapi::pantograph::Pantograph;
 use crate::pedal::Roles;
 
-/// A station as its file describes it.
+/// Contents of a station file.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct StationFile {
     /// The haptic device.
@@ -66,48 +66,49 @@ pub struct StationFile {
     pub tracker: Option<TrackerSpec>,
     /// The foot pedal.
     pub pedal: Option<PedalSpec>,
-    /// Buttons of the haptic device that are a pedal's.
+    /// Buttons of the haptic device that act as a pedal.
     pub handle_buttons: HandleButtons,
-    /// Base frame of the haptic device; else the scene's.
+    /// Base frame of the haptic device; `None`: the scene's.
     pub world_from_device: Option<Pose>,
-    /// The tracker's transmitter; else the scene's.
+    /// Frame of the tracker's transmitter; `None`: the scene's.
     pub world_from_tracker: Option<Pose>,
-    /// The instrument's trocar, world frame, m; else the scene's.
+    /// The instrument's trocar, world frame, m; `None`: the scene's.
     pub instrument_port_m: Option<Vec3>,
-    /// The endoscope's, world frame, m; else the scene's.
+    /// The endoscope's trocar, world frame, m; `None`: the scene's.
     pub endoscope_port_m: Option<Vec3>,
     /// Places of the station that the devices can touch, for calibration.
     pub landmarks: Vec<Landmark>,
 }
 
-/// A place of the station whose position is known.
+/// A place of the station with a known position.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Landmark {
-    /// What a person calls it.
+    /// Name for people.
     pub name: String,
-    /// Where it is, world frame, m.
+    /// Position, world frame, m.
     pub position_m: Vec3,
 }
 
-/// How the haptic device is reached.
+/// Access to the haptic device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct HapticSpec {
-    /// Which driver.
+    /// Driver.
     pub driver: HapticDriver,
-    /// The line; for a Touch the vendor's library, for an Inverse3 the address of its service.
+    /// Path of the line; for a Touch the vendor's library, for an Inverse3 the address of its
+    /// service.
     pub path: PathBuf,
     /// Limits below those of the device.
     pub limits: Limits,
-    /// How much farther the simulation's handle goes than the device's; none: as far.
+    /// Movement of the simulation's handle per movement of the device's; `None`: 1.
     pub motion_scale: Option<f32>,
 }
 
-/// Limits that a person sets below what a device says of itself. None: the device's own.
+/// Limits that a person sets below those of the device. `None`: the device's own.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Limits {
     /// Peak force, N.
     pub force_max_n: Option<f32>,
-    /// Force held for long, N.
+    /// Continuous force, N.
     pub force_continuous_n: Option<f32>,
     /// Stiffness, N/m.
     pub stiffness_max_n_m: Option<f32>,
@@ -124,17 +125,17 @@ pub enum HapticDriver {
     Hapi(Pantograph),
     /// Haply's Inverse3 behind its service, by its number there.
     Inverse3 {
-        /// None: the first.
+        /// `None`: the first.
         device: Option<String>,
     },
-    /// 3D Systems' Touch, by the name in the vendor's set-up.
+    /// 3D Systems' Touch, by its name in the vendor's set-up.
     Touch {
-        /// None: the default device.
+        /// `None`: the default device.
         device: Option<String>,
     },
 }
 
-/// Buttons of the haptic device that do a pedal's work, counted from 1; none: no button does.
+/// Buttons of the haptic device that act as a pedal, counted from 1; `None`: no button.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct HandleButtons {
     /// Electrosurgery: cut.
@@ -146,7 +147,7 @@ pub struct HandleButtons {
 }
 
 impl HandleButtons {
-    /// The bits of these buttons in a sample: cut, coagulate, camera lock; 0 for none.
+    /// Bits of these buttons in a sample: cut, coagulate, camera lock; 0 without a button.
     #[must_use]
     pub fn bits(&self) -> [u8; 3] {
         [self.cut, self.coagulate, self.camera_lock].map(|number| match number {
@@ -156,14 +157,14 @@ impl HandleButtons {
     }
 }
 
-/// How the tracker is reached.
+/// Access to the tracker.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrackerSpec {
-    /// Which driver.
+    /// Driver.
     pub driver: TrackerDriver,
-    /// The line; for a trakSTAR `usb` or its serial number.
+    /// Path of the line; for a trakSTAR `usb` or its serial number.
     pub path: PathBuf,
-    /// How it is set up.
+    /// Settings of the tracker.
     pub setup: BirdSetup,
 }
 
@@ -176,14 +177,14 @@ pub enum TrackerDriver {
     Trakstar,
 }
 
-/// How the pedal is reached.
+/// Access to the pedal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PedalSpec {
-    /// Which driver.
+    /// Driver.
     pub driver: PedalDriver,
-    /// The line or the input device.
+    /// Path of the line or of the input device.
     pub path: PathBuf,
-    /// Another pedal beside it: what either presses is pressed.
+    /// A second pedal: a switch pressed on either is pressed.
     pub second: Option<Box<PedalSpec>>,
 }
 
@@ -202,9 +203,9 @@ impl StationFile {
     /// Reads the file at `path`.
     ///
     /// # Errors
-    /// When it is no regular file, cannot be read, or says what [`StationFile::parse`] refuses.
+    /// When it is not a regular file, cannot be read, or [`StationFile::parse`] refuses its text.
     pub fn read(path: &Path) -> Result<Self, HardwareError> {
-        // A line, a pipe or an endless device would block, or grow without end.
+        // Reading a line, a pipe or an endless device would block or never end.
         if std::fs::metadata(path).is_ok_and(|it| !it.is_file()) {
             return Err(HardwareError::NoStationFile {
                 path: path.to_path_buf(),
@@ -218,7 +219,7 @@ impl StationFile {
         Self::parse(&text, path)
     }
 
-    /// Parses a station file's text; `path` is for errors.
+    /// Parses the text of a station file; `path` appears in errors.
     pub fn parse(text: &str, path: &Path) -> Result<Self, HardwareError> {
         raw::parse(text, path)
     }

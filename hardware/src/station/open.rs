@@ -1,4 +1,4 @@
-//! Opening what a station file names, whatever the driver.
+//! Opening the devices of a station file with their drivers.
 
 use rt_core::port::{
     DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters, Pedal,
@@ -18,13 +18,13 @@ use crate::touch::TouchHaptic;
 use crate::woody::WoodyHaptic;
 
 impl HapticSpec {
-    /// Opens the device, held to the station's limits, its movements scaled. Not for the tick.
+    /// Opens the device with the station's limits and motion scale. Not for the tick.
     pub fn open(&self) -> Result<Box<dyn HapticDevice + Send>, HardwareError> {
         self.open_again(false)
     }
 
-    /// The same after a loss, with nobody there who holds the handle at home: what has to be held
-    /// there is refused, without force.
+    /// Opens the device after a loss, when nobody holds the handle at home. A device that must be
+    /// held there is refused, without force.
     pub fn reopen(&self) -> Result<Box<dyn HapticDevice + Send>, HardwareError> {
         self.open_again(true)
     }
@@ -65,7 +65,7 @@ impl TrackerSpec {
 }
 
 impl PedalSpec {
-    /// Opens the pedal, and the second where there is one. Not for the tick.
+    /// Opens the pedal, and the second one if there is one. Not for the tick.
     pub fn open(&self) -> Result<Box<dyn Pedal + Send>, HardwareError> {
         let first = self.open_alone()?;
         Ok(match &self.second {
@@ -84,7 +84,7 @@ impl PedalSpec {
     }
 }
 
-/// A haptic device that a person holds to less than it can.
+/// A haptic device with lower limits than its own.
 struct Limited {
     device: Box<dyn HapticDevice + Send>,
     limits: Limits,
@@ -112,7 +112,7 @@ impl HapticDevice for Limited {
         self.device.poll(now_ns)
     }
 
-    /// A force over the station's limit is shortened here too, whatever the caller did.
+    /// A force above the station's limit is shortened here too, whatever the caller did.
     fn send(&mut self, mut command: ForceCommand, now_ns: TimeNs) {
         let norm = command.force_n.norm();
         if let Some(limit) = self.limits.force_max_n

@@ -1,4 +1,4 @@
-//! The file as it is written, checked into what it means.
+//! The station file as written, and its checks.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -138,7 +138,7 @@ struct RawPose {
     rotation_xyzw: Spanned<[f32; 4]>,
 }
 
-/// Nothing of a station is further away, m.
+/// Farthest position of a station, m.
 const ROOM_M: f32 = 5.0;
 /// The kernel's highest key code.
 const KEY_MAX: u16 = 0x2FF;
@@ -177,7 +177,7 @@ impl File<'_> {
         Err(self.error(value.span().start, what))
     }
 
-    /// A place in the room.
+    /// Checks a position in the room.
     fn place(&self, name: &str, raw: &Spanned<[f32; 3]>) -> Result<Vec3, HardwareError> {
         let position = Vec3::from(*raw.get_ref());
         if position
@@ -186,7 +186,7 @@ impl File<'_> {
         {
             return Ok(position);
         }
-        let what = format!("{name} lies outside of ±{ROOM_M} m: it is in metres");
+        let what = format!("{name} lies outside ±{ROOM_M} m; is it in metres?");
         Err(self.error(raw.span().start, what))
     }
 
@@ -271,7 +271,7 @@ impl File<'_> {
         })
     }
 
-    /// A wrong generation turns the motors the wrong way: it has no default.
+    /// There is no default, because a wrong generation turns the motors the wrong way.
     fn generation(
         &self,
         driver: &Spanned<RawHapticDriver>,

@@ -1,13 +1,14 @@
-//! A haptic device whose movements are larger or smaller in the simulation.
+//! A haptic device whose movements are scaled in the simulation.
 
 use rt_core::port::{
     DeviceCapabilities, DeviceSample, ForceCommand, Freedom, HapticDevice, LineCounters, Polled,
 };
 use rt_core::time::TimeNs;
 
-/// The simulation's handle moves `by` times as far as the device's. By virtual work its forces
-/// reach the hand `by` times as strong; so what the device can render looks, from there, smaller by
-/// that factor, and its stiffness and damping by its square: whatever is passive stays so.
+/// The simulation's handle moves `by` times as far as the device's. By virtual work, its forces
+/// reach the hand `by` times as strong. Seen from the simulation, the device's force is therefore
+/// smaller by that factor, and its stiffness and damping by its square, so a passive system stays
+/// passive.
 pub(super) struct Scaled {
     pub(super) device: Box<dyn HapticDevice + Send>,
     pub(super) by: f32,
@@ -101,8 +102,8 @@ mod tests {
     }
 
     proptest! {
-        /// The hand gives what the instrument takes, whatever the scale; and a force at the limit
-        /// that the simulation sees is at the device's own.
+        /// Hand and instrument do equal work at any scale, and the force limit that the simulation
+        /// sees maps to the device's own.
         #[test]
         fn work_is_the_same_on_both_sides(by in 0.2f32..5.0, force in [-3.0f32..3.0, -3.0..3.0, -3.0..3.0]) {
             let rendered = Arc::new(Mutex::new(Vec3::zeros()));

@@ -17,24 +17,24 @@ use super::hd::{Hd, Servo, name};
 use crate::HardwareError;
 use crate::slot::Slot;
 
-/// Without a new force for so long the force is dropped: the vendor's thread lives on when ours
-/// hangs.
+/// Age of a force at which it is dropped: the vendor's thread goes on when ours hangs.
 const WATCHDOG_NS: u64 = 50_000_000;
-/// Handles beyond this are not handles but the sign of a failure.
+/// Larger handles are a sign of failure.
 const HANDLE_MAX: u32 = 1024;
-/// A device that the last program left in use comes free after a moment.
+/// Attempts to open a device; one that the last program left in use comes free after a moment.
 const INIT_TRIES: u32 = 10;
 const INIT_INTERVAL: Duration = Duration::from_millis(100);
 const ALREADY_INITIATED: u16 = 0x0301;
-/// Warm motors, and force, impulse and speed beyond the limits: the library mends them itself.
+/// Harmless errors: warm motors, and force, impulse and speed above the limits. The library handles
+/// them itself.
 const HARMLESS: std::ops::RangeInclusive<u16> = 0x0200..=0x0204;
-/// The scheduler's own rate.
+/// Rate of the library's scheduler.
 const RATE_HZ: f32 = 1000.0;
 
-/// The library knows one scheduler, so one driver at a time.
+/// The library has one scheduler, so only one driver may exist.
 static IN_USE: AtomicBool = AtomicBool::new(false);
 
-/// A Touch that is being served.
+/// A Touch that the library's scheduler serves.
 #[derive(Debug)]
 pub struct TouchHaptic {
     hd: &'static Hd,
@@ -47,7 +47,7 @@ pub struct TouchHaptic {
     counters: LineCounters,
 }
 
-/// What the vendor's thread and ours share.
+/// State shared by the vendor's thread and ours.
 #[derive(Debug)]
 struct Shared {
     hd: &'static Hd,
@@ -64,8 +64,8 @@ struct Shared {
 }
 
 impl TouchHaptic {
-    /// Opens the device of that name (as in the vendor's set-up; none: the default one) through
-    /// `library` (usually `libHD.so`). Not for the tick: takes a second or so.
+    /// Opens the device with this name (as in the vendor's set-up; `None`: the default one) through
+    /// `library` (usually `libHD.so`). Not for the tick: takes about a second.
     pub fn open(library: &Path, device: Option<&str>) -> Result<Self, HardwareError> {
         let path = PathBuf::from(device.unwrap_or("default Touch"));
         if IN_USE.swap(true, Ordering::AcqRel) {
@@ -118,13 +118,13 @@ impl TouchHaptic {
         })
     }
 
-    /// Model and serial number, as the library says.
+    /// Model and serial number from the library.
     #[must_use]
     pub fn identity(&self) -> &str {
         &self.identity
     }
 
-    /// The library's error that ended the service, if one did.
+    /// Error of the library that ended the service, if any.
     #[must_use]
     pub fn failure(&self) -> Option<u16> {
         match self.shared.failed.load(Ordering::Acquire) {
@@ -133,7 +133,7 @@ impl TouchHaptic {
         }
     }
 
-    /// Whether the device is gone; see [`crate::rig::RigHaptic::is_lost`].
+    /// True if the device is lost; see [`crate::rig::RigHaptic::is_lost`].
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.failure().is_some()
@@ -156,7 +156,7 @@ fn init(hd: &Hd, device: Option<&str>, path: &Path) -> Result<u32, HardwareError
         if code == 0 && handle <= HANDLE_MAX {
             return Ok(handle);
         }
-        // A failed call can leave a handle that looks good: only the error counts.
+        // A failed call can return a handle that looks good, so only the error counts.
         if code != ALREADY_INITIATED {
             return Err(vendor(path, "opening the device", code));
         }
@@ -181,12 +181,11 @@ fn vendor(path: &Path, doing: &'static str, code: u16) -> HardwareError {
     }
 }
 
-/// Limits and workspace as the device itself reports them. The library counts in mm.
+/// Limits and workspace that the device reports. The library counts in mm.
 fn capabilities(hd: &Hd) -> DeviceCapabilities {
     let one = |parameter| hd.doubles::<1>(parameter)[0] as f32;
     let [x0, y0, z0, x1, y1, z1] = hd.doubles::<6>(name::USABLE_WORKSPACE);
-    // The largest sphere about the origin that stays usable is not asked for but the reach:
-    // samples beyond it cannot be.
+    // The radius is the device's reach, not the largest usable sphere: no sample can lie beyond it.
     let farthest_mm = [x0, y0, z0, x1, y1, z1]
         .iter()
         .fold(0.0f64, |most, mm| most.max(mm.abs()));
@@ -276,7 +275,7 @@ impl Servo for Shared {
 }
 
 impl Shared {
-    /// The newest force that is no older than the watchdog, no stronger than the device.
+    /// Newest force if it is younger than the watchdog's limit, clamped to the device's peak.
     fn wanted_force_n(&self) -> [f64; 3] {
         let Some((_, [x, y, z, low, high])) = self.force.read() else {
             return [0.0; 3];
@@ -297,13 +296,13 @@ impl Shared {
     }
 }
 
-/// The words of a sample; `None` when it is not finite or no rigid transform.
+/// Words of a sample; `None` when it is not finite or not a rigid transform.
 fn sample_words(
     transform: &[f64; 16],
     velocity_mm_s: &[f64; 3],
     buttons: i32,
 ) -> Option<[u32; 12]> {
-    // Column-major, translation last, in mm.
+    // Column-major, translation last, mm.
     let [a, b, c, _, d, e, f, _, g, h, i, _, x, y, z, _] = *transform;
     let rotation = Matrix3::new(a, d, g, b, e, h, c, f, i);
     let finite = transform
@@ -344,7 +343,7 @@ impl HapticDevice for TouchHaptic {
         if turn == self.last_turn {
             return Polled::Nothing;
         }
-        // What nobody polled for was replaced by a newer one: that is no loss of the line's.
+        // A sample replaced before the tick polled it is not lost on the line.
         self.last_turn = turn;
         self.counters.frames += 1;
         let [x, y, z, qx, qy, qz, qw, vx, vy, vz, ..] = words.map(f32::from_bits);
@@ -374,11 +373,11 @@ impl HapticDevice for TouchHaptic {
 }
 
 impl Drop for TouchHaptic {
-    /// The last frame has no force; the library stays loaded.
+    /// The last frame has zero force; the library stays loaded.
     fn drop(&mut self) {
         self.shared.running.store(false, Ordering::Release);
         self.hd.unschedule(self.schedule);
-        // Once more, should the callback have been taken off before it saw the end.
+        // Repeat it, in case the callback was removed before it saw the end.
         let (hd, device) = (self.hd, self.device);
         hd.in_servo(|| {
             hd.begin_frame(device);

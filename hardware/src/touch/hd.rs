@@ -1,8 +1,8 @@
-//! The part of the HD API that is used: symbols, numbers, and the two calls back.
+//! The used part of the HD API: symbols, numbers, and the two callbacks.
 //!
-//! Symbols and numbers as in OpenHaptics 3.4. Every function is C, takes and returns plain
-//! numbers and pointers to arrays of a stated length, and may be called from any thread; frames
-//! belong into the scheduler's callbacks.
+//! Symbols and numbers as in OpenHaptics 3.4. Every function is C, takes and returns plain numbers
+//! and pointers to arrays of a stated length, and may be called from any thread; frames belong in
+//! the scheduler's callbacks.
 #![allow(unsafe_code)] // The one door to the vendor's library.
 
 use std::ffi::{CStr, CString, c_char, c_int, c_uint, c_ushort, c_void};
@@ -31,14 +31,14 @@ pub(super) mod name {
     pub(in crate::touch) const CALIBRATION_UPDATE: u32 = 0x5001;
 }
 
-/// The callback goes on, or is done.
+/// Return values of a callback: call again, or done.
 pub(super) const CONTINUE: u32 = 1;
 pub(super) const DONE: u32 = 0;
-/// The highest priority of the scheduler.
+/// Highest priority of the scheduler.
 const PRIORITY: c_ushort = 0xFFFF;
 
-/// What the library returns as its last error. `errorCode` is 16 or 32 bits wide, depending on
-/// the header: the lower 16 are the same in both, and no code needs more.
+/// Last error of the library. `errorCode` is 16 or 32 bits wide, depending on the header; the lower
+/// 16 bits agree, and no code needs more.
 #[repr(C)]
 #[derive(Clone, Copy)]
 struct ErrorInfo {
@@ -50,7 +50,7 @@ struct ErrorInfo {
 
 type Callback = unsafe extern "C" fn(*mut c_void) -> c_uint;
 
-/// Declares the table of functions and how to find them.
+/// Declares the table of functions and their lookup.
 macro_rules! symbols {
     ($($field:ident = $symbol:literal: fn($($argument:ty),*) $(-> $result:ty)?;)*) => {
         /// The library's functions.
@@ -99,7 +99,7 @@ impl std::fmt::Debug for Hd {
     }
 }
 
-/// What the scheduler's thread calls. `call` returns whether it wants to be called again.
+/// Callback of the scheduler's thread. `call` returns true to be called again.
 pub(super) trait Servo: Sync {
     /// One frame.
     fn call(&self) -> bool;
@@ -119,7 +119,7 @@ unsafe extern "C" fn once<F: FnMut()>(data: *mut c_void) -> c_uint {
 }
 
 impl Hd {
-    /// Opens the library, for good. A second time gives the same library again.
+    /// Opens the library for good. A second call returns the same library.
     pub(super) fn load(path: &Path) -> Result<&'static Self, HardwareError> {
         let failed = |error: libloading::Error| HardwareError::Library {
             path: path.to_path_buf(),
@@ -134,7 +134,7 @@ impl Hd {
         Ok(Box::leak(Box::new(table)))
     }
 
-    /// Opens a device; the vendor's default one without a name.
+    /// Opens a device; without a name the vendor's default one.
     pub(super) fn init_device(&self, device: Option<&CString>) -> u32 {
         let name = device.map_or(std::ptr::null(), |name| name.as_ptr());
         // SAFETY: the name is a string or null, which the API allows.
@@ -166,9 +166,9 @@ impl Hd {
         unsafe { (self.enable)(name::FORCE_OUTPUT) }
     }
 
-    /// A parameter of one whole number.
+    /// A parameter of one integer.
     pub(super) fn integer(&self, parameter: u32) -> i32 {
-        // Longer than any parameter, in case one has more numbers than the manual says.
+        // Longer than any parameter, in case one has more numbers than the manual states.
         let mut values = [0; 32];
         // SAFETY: the library writes as many numbers as the parameter has, at most 16.
         unsafe { (self.get_integers)(parameter, values.as_mut_ptr()) };
@@ -202,7 +202,7 @@ impl Hd {
             .into_owned()
     }
 
-    /// Takes the oldest error off the library's stack; 0 when there is none.
+    /// Takes the oldest error off the library's stack; 0 if there is none.
     pub(super) fn error(&self) -> u16 {
         // SAFETY: no arguments.
         unsafe { (self.get_error)() }.code
@@ -235,14 +235,14 @@ impl Hd {
         unsafe { (self.schedule_asynchronous)(servo::<S>, data, PRIORITY) }
     }
 
-    /// Does `work` once on the scheduler's thread and waits for it.
+    /// Runs `work` once on the scheduler's thread and waits for it.
     pub(super) fn in_servo<F: FnMut() + Send>(&self, mut work: F) {
         let data = std::ptr::from_mut(&mut work).cast();
         // SAFETY: `once::<F>` takes exactly this pointer, and the call returns after it.
         unsafe { (self.schedule_synchronous)(once::<F>, data, PRIORITY) }
     }
 
-    /// Waits for the callback to end, and forgets it.
+    /// Waits for the callback to end and removes it.
     pub(super) fn unschedule(&self, handle: u64) {
         // SAFETY: plain numbers.
         unsafe { (self.unschedule)(handle) }

@@ -1,14 +1,14 @@
-//! The firmware's side of the text protocol, as the emulator plays it.
+//! The firmware's side of the text protocol, for the emulator.
 
 use super::wire::{Currents, Encoders, ListReader, Model};
 
-/// Without a command for so long the motors are dropped, µs.
+/// Time without a command after which the motors are switched off, µs.
 const WATCHDOG_US: u32 = 100_000;
 /// Error codes of the firmware.
 const TOO_LONG: i32 = 128;
 const NO_LIST: i32 = 1024;
 
-/// One Teensy.
+/// Firmware of one Teensy.
 #[derive(Debug, Clone, Default)]
 pub struct Firmware {
     reader: ListReader,
@@ -16,7 +16,7 @@ pub struct Firmware {
 }
 
 impl Firmware {
-    /// Takes the bytes that the host sent; answers every command with the encoders.
+    /// Takes the host's bytes and answers every command with the encoder counts.
     pub fn receive(
         &mut self,
         bytes: &[u8],
@@ -48,8 +48,8 @@ impl Firmware {
         }
     }
 
-    /// What the motors get now, mA: a current over the limit becomes zero, and without a
-    /// command for 100 ms all do.
+    /// Motor currents now, mA. A current above the limit becomes zero; 100 ms without a command
+    /// turn all of them to zero.
     pub fn currents_ma(&mut self, now_us: u32) -> [i32; 3] {
         let Some((Currents(currents), at_us)) = self.command else {
             return [0; 3];
@@ -67,7 +67,7 @@ impl Firmware {
         })
     }
 
-    /// Whether commands come.
+    /// True if commands arrive.
     #[must_use]
     pub const fn is_commanded(&self) -> bool {
         self.command.is_some()

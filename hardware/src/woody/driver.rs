@@ -17,23 +17,23 @@ use crate::HardwareError;
 use crate::gate::Gate;
 use crate::line::{Line, Read, Written};
 
-/// The Teensy's USB ignores it.
+/// The Teensy's USB ignores the rate.
 const BAUD: u32 = 115_200;
 const NAME: &str = "WoodenHaptics device";
 const HANDSHAKE: Duration = Duration::from_secs(2);
 const ASK_INTERVAL: Duration = Duration::from_millis(50);
 /// Most bytes that one poll reads: 15 of the longest lines.
 const BYTES_PER_POLL: usize = 1024;
-/// A sample further out than so many workspace radii is no sample.
+/// Farthest plausible sample, in workspace radii.
 const REACH: f32 = 3.0;
-/// The handle is never moved faster than this, m/s…
+/// Fastest plausible movement of the handle, m/s…
 const SPEED_LIMIT_M_S: f32 = 5.0;
-/// …beside this much noise, m.
+/// …on top of this much noise, m.
 const NOISE_M: f32 = 0.002;
-/// Codes below this are about a joint's sensor; from it on a command was not understood.
+/// Codes below this concern a joint's sensor; from it on, a command was not understood.
 const COMMAND_ERROR: i32 = 8;
 
-/// A WoodenHaptics device. It answers commands: without [`HapticDevice::send`] there are no
+/// A WoodenHaptics device. It only answers commands: without [`HapticDevice::send`] there are no
 /// samples.
 #[derive(Debug)]
 pub struct WoodyHaptic {
@@ -44,23 +44,23 @@ pub struct WoodyHaptic {
     sequence: u16,
     angles_rad: [f64; 3],
     gate: Gate<3>,
-    /// A write broke off: the next needs a newline in front.
+    /// True if a write broke off; the next one then needs a newline in front.
     torn: bool,
 }
 
 impl WoodyHaptic {
-    /// Opens the line with the published mechanism. The device must have been set to zero in its
-    /// home position. Not for the tick: waits up to 2 s for an answer.
+    /// Opens the line with the published mechanism. The device must have been zeroed in its home
+    /// position. Not for the tick: waits up to 2 s for an answer.
     pub fn open(path: &Path) -> Result<Self, HardwareError> {
         Self::open_as(path, Mechanism::WOODY)
     }
 
-    /// The same, for a device of other dimensions.
+    /// Opens a device with another mechanism.
     pub fn open_as(path: &Path, mechanism: Mechanism) -> Result<Self, HardwareError> {
         Self::on(Line::open(path, BAUD)?, mechanism)
     }
 
-    /// The same on a line that is open.
+    /// Opens the device on an open line.
     pub(crate) fn on(line: Line, mechanism: Mechanism) -> Result<Self, HardwareError> {
         let path = line.path().to_path_buf();
         let mut woody = Self {
@@ -88,19 +88,19 @@ impl WoodyHaptic {
         Ok(woody)
     }
 
-    /// The line.
+    /// Path of the line.
     #[must_use]
     pub fn path(&self) -> &Path {
         self.line.path()
     }
 
-    /// Whether the line is gone; see [`crate::rig::RigHaptic::is_lost`].
+    /// True if the line is lost; see [`crate::rig::RigHaptic::is_lost`].
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.line.is_lost()
     }
 
-    /// Asks with zero currents until the device answers.
+    /// Sends zero currents until the device answers.
     fn greet(&mut self) -> Result<Encoders, HardwareError> {
         let path = self.path().to_path_buf();
         let start = Instant::now();
@@ -140,7 +140,7 @@ impl WoodyHaptic {
 
     fn write(&mut self, currents: Currents) {
         if self.torn {
-            // Ends whatever was begun; the firmware answers it with an error at most.
+            // Ends an incomplete command; the firmware answers with an error at most.
             match self.line.write(b"\n") {
                 Written::All => self.torn = false,
                 Written::Part(_) | Written::Nothing => {
@@ -158,7 +158,7 @@ impl WoodyHaptic {
 }
 
 impl Drop for WoodyHaptic {
-    /// Not left to the watchdog.
+    /// Zero the motors now instead of leaving it to the watchdog.
     fn drop(&mut self) {
         self.write(Currents::default());
     }
@@ -175,12 +175,12 @@ impl HapticDevice for WoodyHaptic {
             torque_max_n_m: 0.0,
             damping_n_s_m: self.mechanism.damping_n_s_m as f32,
             delay_s: self.mechanism.delay_s as f32,
-            // As often as it is asked.
+            // It answers as often as it is asked.
             rate_hz: 1000.0,
         }
     }
 
-    /// Where the handle is, not how it is turned.
+    /// Measures the position of the handle, not its rotation.
     fn freedom(&self) -> Freedom {
         Freedom {
             measured: 3,
@@ -210,7 +210,7 @@ impl HapticDevice for WoodyHaptic {
                     && position_m.norm() <= reach_m;
                 good.then_some((angles_rad, position_m))
             });
-            // A line has no checksum: of a number that lost a digit nothing shows but that it leaps.
+            // The line has no checksum: a number that lost a digit shows only as a jump.
             let sample = sample
                 .filter(|(_, position_m)| self.gate.admit(<[f32; 3]>::from(*position_m), at_ns));
             match sample {

@@ -1,6 +1,6 @@
 //! The linkage: encoder counts to the handle's position, force to motor currents.
 //!
-//! Body A turns about the vertical, bodies B and C are a parallelogram's two links. In the
+//! Body A turns about the vertical; bodies B and C are the two links of a parallelogram. In the
 //! makers' frame (x to the user, y to the right, z up), with angles tA, tB, tC:
 //!
 //! ```text
@@ -9,8 +9,8 @@
 //! z = La + Lb cos tB − Lc cos tC
 //! ```
 //!
-//! Ours is x right, y up, z to the user. Source of structure and figures: WoodenHaptics' CHAI3D
-//! driver and Haptikfabriken's API.
+//! Our frame is x right, y up, z to the user. Source of structure and figures: WoodenHaptics'
+//! CHAI3D driver and Haptikfabriken's API.
 
 use nalgebra::{Matrix3, Vector3};
 use rt_core::math::Vec3;
@@ -24,25 +24,25 @@ pub struct Mechanism {
     pub drum_m: [f64; 3],
     /// Lengths of the bodies A, B, C, m.
     pub length_m: [f64; 3],
-    /// Middle of the workspace in the makers' frame, m.
+    /// Centre of the workspace in the makers' frame, m.
     pub origin_m: [f64; 3],
-    /// Its radius, m.
+    /// Radius of the workspace, m.
     pub radius_m: f64,
-    /// N m per A of each motor.
+    /// Torque constant of each motor, N m/A.
     pub torque_constant_n_m_a: [f64; 3],
     /// Counts per turn of each motor's encoder, all four edges.
     pub counts_per_turn: [f64; 3],
-    /// Whether each body turns with (1) or against (−1) its encoder.
+    /// Direction of each body with (1) or against (−1) its encoder.
     pub encoder_sign: [f64; 3],
-    /// Whether each body is pushed with (1) or against (−1) its current.
+    /// Direction of each body with (1) or against (−1) its current.
     pub motor_sign: [f64; 3],
     /// Angles of the bodies at count zero, rad.
     pub home_rad: [f64; 3],
-    /// Most that a motor and its amplifier take, A.
+    /// Largest current of a motor and its amplifier, A.
     pub current_max_a: f64,
     /// Peak force, N.
     pub force_max_n: f64,
-    /// Force that can be held for ever, N.
+    /// Continuous force, N.
     pub force_continuous_n: f64,
     /// Largest stable stiffness, N/m.
     pub stiffness_max_n_m: f64,
@@ -50,14 +50,14 @@ pub struct Mechanism {
     pub damping_max_n_s_m: f64,
     /// Damping of the device itself, N s/m.
     pub damping_n_s_m: f64,
-    /// From a movement to its sample and from a command to its force, together, s.
+    /// Delay from a movement to its sample plus delay from a command to its force, s.
     pub delay_s: f64,
 }
 
 impl Mechanism {
-    /// The device as published. What it holds for ever is not: a fifth of the peak is taken; nor its
-    /// damping and delay: those of the emulated one, as a tremor of 0.2 m/s finds its friction, and
-    /// a millisecond each way.
+    /// The device as published. The continuous force is not published; a fifth of the peak is
+    /// assumed. Damping and delay are not published either; they are those of the emulated device:
+    /// its friction at a tremor of 0.2 m/s, and 1 ms each way.
     pub const WOODY: Self = Self {
         capstan_m: [0.010; 3],
         drum_m: [0.160, 0.120, 0.120],
@@ -106,7 +106,7 @@ impl Mechanism {
         ours(makers).cast()
     }
 
-    /// Currents that render `force_n` (base frame) at the bodies' angles, mA, scaled down
+    /// Currents that render `force_n` (base frame) at these angles, mA. All are scaled down
     /// together when a motor cannot bear its share.
     #[must_use]
     pub fn currents_ma(&self, angles_rad: [f64; 3], force_n: Vec3) -> [i32; 3] {
@@ -126,8 +126,8 @@ impl Mechanism {
         currents_a.map(|current| (current * scale * 1e3) as i32)
     }
 
-    /// The force that currents render at the bodies' angles, base frame, N. None where the
-    /// links are stretched.
+    /// Force that these currents render at these angles, base frame, N. `None` if the links are
+    /// stretched.
     #[must_use]
     pub fn force_n(&self, angles_rad: [f64; 3], currents_ma: [i32; 3]) -> Option<Vec3> {
         let torque = Vector3::from_fn(|axis, _| {
@@ -141,8 +141,8 @@ impl Mechanism {
         Some(ours(force).cast())
     }
 
-    /// Counts that the encoders show with the handle at `position_m`, base frame. Positions out
-    /// of reach give the nearest that the links reach.
+    /// Encoder counts with the handle at `position_m`, base frame. Beyond the reach: the counts of
+    /// the nearest reachable position.
     #[must_use]
     pub fn counts(&self, position_m: Vec3) -> [i32; 3] {
         let at = makers(position_m.cast()) + Vector3::from(self.origin_m);
@@ -160,7 +160,7 @@ impl Mechanism {
         })
     }
 
-    /// Velocity of the handle per body's turning, makers' frame, m/rad.
+    /// Velocity of the handle per turning speed of each body, makers' frame, m/rad.
     fn jacobian(&self, angles_rad: [f64; 3]) -> Matrix3<f64> {
         let [a, b, c] = angles_rad;
         let [_, lb, lc] = self.length_m;
@@ -179,12 +179,12 @@ impl Mechanism {
     }
 }
 
-/// Makers' axes (to the user, right, up) to ours (right, up, to the user).
+/// Converts from the makers' axes (to the user, right, up) to ours (right, up, to the user).
 fn ours(makers: Vector3<f64>) -> Vector3<f64> {
     Vector3::new(makers.y, makers.z, makers.x)
 }
 
-/// Ours to the makers'.
+/// Converts from our axes to the makers'.
 fn makers(ours: Vector3<f64>) -> Vector3<f64> {
     Vector3::new(ours.z, ours.x, ours.y)
 }
@@ -222,11 +222,11 @@ mod tests {
             prop_assume!(direction.norm() > 0.1);
             let sent = direction.normalize() * radius_m;
             let read = WOODY.position_m(WOODY.angles_rad(WOODY.counts(sent)));
-            // Half a count of each encoder: 0.04 mm and less.
+            // Half a count of each encoder: at most 0.04 mm.
             prop_assert!((read - sent).norm() < 1e-4, "{read} {sent}");
         }
 
-        /// Virtual work: what the currents do is the force that was asked for.
+        /// Virtual work: the currents render the wanted force.
         #[test]
         fn currents_render_the_force(position in prop::array::uniform3(-0.05..0.05f32),
                                      force in prop::array::uniform3(-2.0..2.0f32)) {

@@ -2,12 +2,12 @@
 
 /// Longest line, bytes; the firmware's own buffer is as long.
 pub const MAX_LINE: usize = 127;
-/// Counts further from zero than this are no encoder's.
+/// Largest plausible encoder count.
 const COUNT_LIMIT: i32 = 10_000_000;
-/// Numbers of the device's line.
+/// Numbers in the device's line.
 const FIELDS: usize = 8;
 
-/// What a device says it is.
+/// Model that a device reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Model {
     /// Polhem: another linkage.
@@ -21,17 +21,17 @@ pub enum Model {
 /// The device's line: `[model,e0,e1,e2,e3,e4,e5,error]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Encoders {
-    /// What it is.
+    /// Model of the device.
     pub model: Model,
     /// Counts of the three motors, then of the three joints of the handle.
     pub counts: [i32; 6],
-    /// 0, or why the last command was not taken: 1, 2, 4 a joint's sensor; 8 and above a
-    /// command that was not understood.
+    /// 0, or the reason for which the last command was refused: 1, 2, 4 for a joint's sensor; 8 and
+    /// above for a command that was not understood.
     pub error: i32,
 }
 
 impl Encoders {
-    /// Reads what stands between the brackets.
+    /// Parses the text between the brackets.
     #[must_use]
     pub fn parse(text: &[u8]) -> Option<Self> {
         let mut numbers = [0; FIELDS];
@@ -60,7 +60,7 @@ impl Encoders {
         })
     }
 
-    /// The line.
+    /// The line of text.
     #[must_use]
     pub fn line(&self) -> Text {
         let model = match self.model {
@@ -73,16 +73,16 @@ impl Encoders {
     }
 }
 
-/// The host's line: `[a,b,c]`, currents of the three motors, mA. The firmware makes zero of a
-/// current over 6 A: it must be limited before.
+/// The host's line: `[a,b,c]`, currents of the three motors, mA. The firmware turns a current above
+/// 6 A into zero, so limit it before.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Currents(pub [i32; 3]);
 
 impl Currents {
-    /// Most that the firmware takes, mA.
+    /// Largest current that the firmware accepts, mA.
     pub const LIMIT_MA: i32 = 6000;
 
-    /// Reads what stands between the brackets.
+    /// Parses the text between the brackets.
     #[must_use]
     pub fn parse(text: &[u8]) -> Option<Self> {
         let mut fields = text.split(|&byte| byte == b',');
@@ -93,14 +93,14 @@ impl Currents {
         fields.next().is_none().then_some(Self(currents))
     }
 
-    /// The line.
+    /// The line of text.
     #[must_use]
     pub fn line(&self) -> Text {
         Text::list(&self.0)
     }
 }
 
-/// A whole number of at most nine digits, with or without a sign.
+/// An integer of at most nine digits, with or without a sign.
 fn integer(text: &[u8]) -> Option<i32> {
     let (sign, digits) = match text {
         [b'-', digits @ ..] => (-1, digits),
@@ -183,11 +183,11 @@ impl Text {
 #[derive(Debug, Clone)]
 pub struct ListReader {
     bytes: [u8; MAX_LINE],
-    /// None outside of brackets.
+    /// `None` outside brackets.
     len: Option<usize>,
 }
 
-/// Something between brackets was broken off, or was too long.
+/// A list was broken off or too long.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Broken;
 
@@ -201,7 +201,7 @@ impl Default for ListReader {
 }
 
 impl ListReader {
-    /// Takes one byte. `Some(Ok)` with what stood between the brackets when they close.
+    /// Takes one byte. Returns `Some(Ok)` with the text between the brackets when they close.
     pub fn push(&mut self, byte: u8) -> Option<Result<&[u8], Broken>> {
         match (byte, self.len) {
             (b'[', before) => {

@@ -1,5 +1,5 @@
-//! The fuzz target's body on bytes that proptest makes up: wholly random, and what devices say with
-//! damage.
+//! Runs the fuzz target's body on bytes from proptest: random ones, and damaged messages of
+//! devices.
 
 use hardware::hapi::wire::{ID, answer};
 use hardware::rig::frame::Frame;
@@ -9,7 +9,7 @@ use proptest::prelude::*;
 #[path = "../../fuzz/body.rs"]
 mod body;
 
-/// A piece for the body: so long, and what passes behind it.
+/// A piece for the body: its bytes, and the time that passes behind it.
 fn piece(bytes: &[u8], passes: u8) -> Vec<u8> {
     let bytes = &bytes[..bytes.len().min(63)];
     let mut piece = vec![(bytes.len() as u8) << 2 | passes & 3];
@@ -17,7 +17,7 @@ fn piece(bytes: &[u8], passes: u8) -> Vec<u8> {
     piece
 }
 
-/// What a device might have said.
+/// Bytes that a device might send.
 fn said() -> impl Strategy<Value = Vec<u8>> {
     let encoders =
         (prop::array::uniform6(-20_000..20_000i32), 0..2000i32).prop_map(|(counts, error)| {

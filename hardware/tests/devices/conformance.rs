@@ -1,4 +1,4 @@
-//! The conformance suite on the emulated devices, well and ill.
+//! The conformance suite on emulated devices, healthy and faulty.
 
 use std::time::{Duration, Instant};
 
@@ -15,8 +15,9 @@ fn shortly() -> Options<'static> {
     }
 }
 
-/// The emulators, too, live on this computer, and a busy one can spoil a healthy device: one good report
-/// is enough, in two minutes. A device that is ill has none.
+/// Repeats the suite until a report is good, for at most two minutes. The emulators share this
+/// computer, and a busy one can spoil a healthy device's report; a faulty device never gets a good
+/// one.
 fn once_good(mut suite: impl FnMut() -> Report) -> Report {
     let start = Instant::now();
     loop {
@@ -73,9 +74,9 @@ fn a_device_behind_a_bad_cable_fails() {
         haptic: bad,
         ..LineFaults::default()
     });
-    // The greeting itself may be hit: then that is what is reported.
+    // The fault may hit the greeting itself; then the report says so.
     let report = haptic(&emulator.lines.haptic, &mut shortly());
-    // A computer that was itself late judges no gaps: it must not pass them either.
+    // A computer that was itself late must neither judge nor pass the gaps.
     let gaps = report.check("gaps").map(|check| check.outcome);
     assert!(
         !report.passed() || gaps == Some(Outcome::Skipped),
@@ -100,7 +101,7 @@ fn the_emulated_woody_passes() {
 
 #[test]
 fn the_emulated_hapi_passes() {
-    // A board that a busy machine lost has to be switched off and on: another one.
+    // A board that a busy machine lost needs a power cycle, so take another one.
     let report = once_good(|| {
         let emulator = Emulator::of(HapticModel::Hapi, LineFaults::default());
         hapi(&emulator.lines.haptic, Pantograph::GEN3, &mut shortly())

@@ -48,7 +48,8 @@ fn the_haptic_device_answers_streams_and_works_through_its_script() {
         "the hand moved the handle by {moved_m} m only"
     );
     let counters = device.counters();
-    // A busy machine lets a backlog grow, and of that only the newest is taken, from within a frame.
+    // A busy machine builds up a backlog, of which only the newest bytes are read, starting inside
+    // a frame.
     assert!(counters.bad_frames * 50 < counters.frames, "{counters:?}");
 }
 
@@ -62,8 +63,8 @@ fn a_force_pushes_the_hand_back() {
     pushes_back(|| HapiHaptic::open(&emulator.lines.haptic, Pantograph::GEN3));
 }
 
-/// The script moves the hand as well, and a busy machine lets the force fade: each round pushes to
-/// and fro twice, so that an even drift cancels. A device that a busy machine lost is opened anew.
+/// The script moves the hand too, and a busy machine lets the force fade. Each round pushes to and
+/// fro twice, so that an even drift cancels. A device lost by a busy machine is opened anew.
 fn pushes_back<D: HapticDevice>(open: impl Fn() -> Result<D, HardwareError>) {
     let mut device = Some(persist(&open));
     let mut mean_x = |force_n: f32| {
@@ -294,7 +295,7 @@ fn a_noisy_line_still_gives_good_samples_and_counts_the_bad_ones() {
     };
     let emulator = Emulator::with(LineFaults {
         haptic: noisy,
-        // A bird's answers have no checksum: it needs a line that is silent between them.
+        // A bird's answers have no checksum, so its line must be silent between them.
         tracker: Faults {
             babble: 0.0,
             ..noisy
@@ -342,7 +343,7 @@ fn a_stuck_line_gives_nothing_new() {
         ..LineFaults::default()
     });
     let mut device = RigHaptic::open(&emulator.lines.haptic).unwrap();
-    // Once it is stuck it sends on, and none of it is news.
+    // A stuck line keeps sending, but nothing new.
     let (mut since, mut repeats) = (device.counters().bad_frames, 0);
     poll_for(PATIENCE, |now_ns| {
         if matches!(device.poll(now_ns), Polled::Fresh(_)) {
@@ -356,7 +357,7 @@ fn a_stuck_line_gives_nothing_new() {
 
 #[test]
 fn a_pedal_that_falls_silent_reads_as_released() {
-    // It is stuck while the script presses: the last report says "pressed" for ever.
+    // The line gets stuck while the script presses, so the last report says "pressed" for ever.
     let stuck = Faults {
         stuck_from_s: Some(3.9),
         ..Faults::default()

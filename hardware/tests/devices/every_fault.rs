@@ -1,5 +1,6 @@
-//! Every driver under every fault of a line: nothing panics, every sample is sane, the motors get no
-//! more than the clamp, nothing is left when the driver goes, and a line that is well again is used.
+//! Every driver under every fault of a line. Nothing panics, every sample is plausible, the motors
+//! get no more than the clamp, nothing is left when the driver goes, and a line that recovers is
+//! used again.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -16,13 +17,13 @@ use rt_core::port::{DeviceSample, ForceCommand, HapticDevice, Pedal, Polled, Tra
 
 use crate::support::{Emulator, now_ns};
 
-/// Enough for a busy machine.
+/// Long enough for a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// Faults begin and end then, on the emulator's clock.
+/// Start and end of the faults on the emulator's clock.
 const FROM_S: f32 = 0.3;
 const UNTIL_S: f32 = 0.8;
 
-/// Every fault of issue and reference, as strong as a bad line has it or stronger.
+/// Every fault of a real line, at least as strong as on a bad one.
 fn faults() -> Vec<(&'static str, Faults)> {
     let ill = Faults {
         from_s: FROM_S,
@@ -101,12 +102,12 @@ fn faults() -> Vec<(&'static str, Faults)> {
     ]
 }
 
-/// Opens as a person would: again and again.
+/// Opens a device as a person would: again and again.
 fn opened<D>(open: impl Fn() -> Result<D, HardwareError>) -> D {
     unless_uncalibrated(open).expect("it needs no calibration")
 }
 
-/// The same; none where the device says that a person has to come.
+/// Opens a device; `None` if it needs a person's calibration.
 fn unless_uncalibrated<D>(open: impl Fn() -> Result<D, HardwareError>) -> Option<D> {
     let start = Instant::now();
     loop {
@@ -132,7 +133,7 @@ fn under_every_fault<D: HapticDevice>(
     reach_m: f32,
     open: impl Fn(&Path) -> Result<D, HardwareError>,
 ) {
-    // Too much on purpose: the driver itself must hold it to the device's peak.
+    // Too much on purpose: the driver itself must limit it to the device's peak.
     let push = ForceCommand {
         force_n: Vec3::new(-60.0, 80.0, 40.0),
         torque_n_m: Vec3::zeros(),
@@ -166,12 +167,13 @@ fn under_every_fault<D: HapticDevice>(
             }
             std::thread::sleep(Duration::from_millis(1));
         }
-        // A hAPI board that heard nothing for long (on a busy machine, too) has no place any more, and
-        // says so.
+        // A hAPI board that received nothing for long, perhaps because of a busy machine, has lost
+        // its angles and says so.
         let is_refused = model == HapticModel::Hapi && opened.is_none();
         assert!(opened.is_some() || is_refused, "{name}: not calibrated");
-        // Of the motors, not of the hand: a torque is reckoned for where the handle is believed to be,
-        // which is a little off where samples stay away or damage looks like a movement.
+        // This checks the motors, not the hand: a torque is computed for the assumed position of
+        // the handle, which is slightly wrong while samples are missing or damage looks like a
+        // movement.
         let seen = emulator.seen();
         assert!(seen.strain <= 1.001, "{name}: {} of the most", seen.strain);
         assert!(
@@ -194,7 +196,7 @@ fn the_rig() {
 
 #[test]
 fn the_rig_deafened() {
-    // Its frames have a checksum: what is damaged on the way to the device is no force.
+    // These frames have a checksum, so damage on the way to the device makes no force.
     let faults = Faults {
         corrupted_to_device: 0.02,
         ..Faults::default()
@@ -283,7 +285,7 @@ fn the_pedal() {
             assert!(start.elapsed() < PATIENCE, "{name}: no samples again");
             match pedal.poll(now_ns()) {
                 Polled::Fresh(sample) => {
-                    // Nobody operates, so the script presses nothing, whatever the line says.
+                    // No controller renders a force, so the script presses nothing.
                     assert!(!sample.cut && !sample.coagulate, "{name}: {sample:?}");
                     recovered += u32::from(emulator.seen().time_s > UNTIL_S);
                 }

@@ -1,4 +1,4 @@
-//! A hAPI board that the test plays: what its motors do when hosts come, go and are cut off.
+//! A hAPI board played by the test: its motors when hosts come, go and are cut off.
 
 use std::fs::File;
 use std::io::{Read, Write};
@@ -22,11 +22,11 @@ use crate::hostile::pty;
 use crate::support::{now_ns, persist, poll_for};
 
 const LINKAGE: Pantograph = Pantograph::GEN3;
-/// Enough for a busy machine.
+/// Long enough for a busy machine.
 const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A board behind a pty. The handle is held at home until the board is set up, then where
-/// the test has it: at first in the middle.
+/// A board behind a pty. The handle is held at home until the board is set up, then at the test's
+/// position, at first the middle.
 struct Played {
     path: PathBuf,
     board: Arc<Mutex<Board>>,
@@ -62,7 +62,7 @@ impl Played {
         persist(|| HapiHaptic::open(&self.path, LINKAGE))
     }
 
-    /// Pushes until the motors are on; opens the board anew where a busy machine lost it.
+    /// Pushes until the motors are on; opens the board anew if a busy machine lost it.
     fn push(&self, device: &mut Option<HapiHaptic>) -> bool {
         self.becomes(true, |now_ns| {
             let pushed = device.as_mut().is_some_and(|device| {
@@ -76,12 +76,12 @@ impl Played {
         })
     }
 
-    /// Somebody takes the handle elsewhere.
+    /// Moves the handle elsewhere.
     fn carry(&self, handle_m: Vec3) {
         *self.handle_m.lock().expect("no test panics with it") = handle_m;
     }
 
-    /// Samples of the device come to this place; opens it anew where a busy machine lost it.
+    /// Waits until the device reports this position; opens it anew if a busy machine lost it.
     fn comes_to(&self, device: HapiHaptic, wanted_m: Vec3) -> bool {
         let mut device = Some(device);
         let mut is_there = false;
@@ -115,7 +115,7 @@ impl Played {
             .fold(0.0, |most, torque| most.max(torque.abs()))
     }
 
-    /// Whether the motors come to this, in good time.
+    /// Waits until the motors are on or off, as given, and returns true if they are in time.
     fn becomes(&self, on: bool, mut meanwhile: impl FnMut(u64)) -> bool {
         let mut so = false;
         poll_for(PATIENCE, |now_ns| {
@@ -146,7 +146,7 @@ fn play(
     let start = Instant::now();
     let mut bytes = [0; 256];
     while !end.load(Ordering::Relaxed) {
-        // While nobody has the line open, reading fails.
+        // Reading fails while nobody has the line open.
         let count = line.read(&mut bytes).unwrap_or(0);
         let said = if deaf.load(Ordering::Relaxed) {
             0
@@ -176,7 +176,7 @@ fn push(newtons: f32) -> ForceCommand {
     }
 }
 
-/// What another host left behind.
+/// Leaves a torque behind, as another host would.
 fn leave_torque(path: &Path, played: &Played, commands: &[&[u8]]) {
     let mut host = File::options().write(true).open(path).expect("the line");
     for command in commands {
@@ -194,7 +194,7 @@ fn the_force_is_rendered_and_gone_when_the_driver_goes() {
         .torques_n_m(LINKAGE.angles_deg(Vec3::zeros()), Vec3::new(2.0, 0.0, 0.0))
         .unwrap();
     let most = expected[0].abs().max(expected[1].abs());
-    // Once the way from home is believed.
+    // Wait until the step away from home is believed.
     let mut so = false;
     poll_for(PATIENCE, |_| {
         assert!(played.push(&mut device));
@@ -208,7 +208,7 @@ fn the_force_is_rendered_and_gone_when_the_driver_goes() {
 
 #[test]
 fn what_another_host_left_is_taken_away_before_anything_else() {
-    // Its own earlier set-up, another program's, and a command that broke off.
+    // Its own earlier set-up, another program's, and a broken command.
     let ours = set_up(&LINKAGE.ports(LINKAGE.home_deg));
     let strong = torques([0.1, -0.1]);
     let (mut theirs, mut their_torque) = (ours, strong);
@@ -219,7 +219,7 @@ fn what_another_host_left_is_taken_away_before_anything_else() {
         vec![&ours[..], &strong, &strong[..7]],
     ] {
         let played = Played::start();
-        // Held open, as without any host the pty loses its settings.
+        // Held open, because without any host the pty loses its settings.
         let _line = hold(&played.path);
         leave_torque(&played.path, &played, &commands);
         let mut device = Some(played.open());
@@ -230,7 +230,7 @@ fn what_another_host_left_is_taken_away_before_anything_else() {
             open_device.send(push(0.0), now_ns);
             let polled = open_device.poll(now_ns);
             fresh = matches!(polled, Polled::Fresh(_));
-            // One that a busy machine lost is closed, and opened anew.
+            // A device that a busy machine lost is closed and opened anew.
             device = Some(open_device).filter(|_| polled != Polled::Lost);
             !fresh
         });
@@ -252,7 +252,7 @@ fn hold(path: &Path) -> File {
     line
 }
 
-/// A place that is neither home nor the middle.
+/// A position that is neither home nor the middle.
 const ELSEWHERE_M: Vec3 = Vec3::new(0.02, 0.0, 0.015);
 
 /// Sends until the device is lost.
@@ -273,7 +273,8 @@ fn a_board_that_lost_its_place_ends_without_torque_and_is_refused_until_it_is_at
     let mut device = None;
     assert!(played.push(&mut device));
     let mut device = device.expect("it pushes");
-    // Some bytes never arrive; then it hears again, out of step. Its set-up goes, its torque stays.
+    // Some bytes never arrive; then it reads again, out of step. Its set-up is lost and its torque
+    // stays.
     played.deaf.store(true, Ordering::Relaxed);
     played
         .board()
@@ -290,7 +291,7 @@ fn a_board_that_lost_its_place_ends_without_torque_and_is_refused_until_it_is_at
             "{error}"
         );
     }
-    // Switched off and on, the handle at home.
+    // Power cycle with the handle at home.
     *played.board() = Board::default();
     assert!(
         played.comes_to(played.open(), ELSEWHERE_M),
@@ -304,7 +305,7 @@ fn a_board_that_answers_with_its_name_alone_is_lost() {
     let mut device = None;
     assert!(played.push(&mut device));
     let mut device = device.expect("it pushes");
-    // One byte of a command is lost: what is left of it resets the board, and its torque stays.
+    // One byte of a command is lost: the rest resets the board, and its torque stays.
     played.board().receive(&[0, 0], [0.0; 4], 0, |_| {});
     lose(&mut device);
     drop(device);

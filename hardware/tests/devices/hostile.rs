@@ -1,4 +1,4 @@
-//! A greeted device that then sends anything at all.
+//! A greeted device that then sends any bytes.
 
 use std::cell::RefCell;
 use std::fs::File;
@@ -40,7 +40,7 @@ fn greeted() -> (RigHaptic, Played) {
         let mut device = Device::new(Capabilities::touch_class());
         let mut bytes = [0; 256];
         loop {
-            // Until the driver opens the line, reading fails.
+            // Reading fails until the driver opens the line.
             let count = line.read(&mut bytes).unwrap_or(0);
             device.receive(&bytes[..count], 0);
             if let Some(answer) = device.answer() {
@@ -53,10 +53,10 @@ fn greeted() -> (RigHaptic, Played) {
     (driver, player.join().expect("it plays"))
 }
 
-/// What a hostile device may send.
+/// Bytes that a hostile device may send.
 fn anything() -> impl Strategy<Value = Vec<u8>> {
     let noise = prop::collection::vec(any::<u8>(), 0..300);
-    // Well framed, with a good checksum, saying anything.
+    // Valid frames with any content.
     let framed = (
         prop::sample::select(vec![0x81u8, 0x82, 0x82, 0x82, 0x83, 0x01, 0x7F]),
         prop::collection::vec(any::<u8>(), 0..59),
@@ -102,8 +102,8 @@ fn whatever_comes_samples_are_sane_and_the_next_good_one_is_found() {
                     }
                 }
             }
-            // A zero ends whatever was begun; two good samples follow (the first may happen to
-            // repeat the last hostile number).
+            // A zero ends any incomplete frame. Two good samples follow, because the first may
+            // repeat the last hostile number.
             played.line.write_all(&[0]).unwrap();
             for _ in 0..2 {
                 let good = played.device.state(&Motion::default(), 0).unwrap();
@@ -124,7 +124,7 @@ fn whatever_comes_samples_are_sane_and_the_next_good_one_is_found() {
 fn after_a_flood_the_next_good_sample_is_found() {
     let (mut driver, mut played) = greeted();
     let before = driver.counters();
-    // More than the reading thread keeps, and more than a poll may look at.
+    // More than the reading thread keeps, and more than one poll reads.
     for _ in 0..50 {
         played.line.write_all(&[0x55; 4000]).unwrap();
         driver.poll(now_ns());
@@ -132,7 +132,7 @@ fn after_a_flood_the_next_good_sample_is_found() {
     let mut clock_ns = 0;
     let mut is_found = false;
     poll_for(PATIENCE, |now_ns| {
-        // What is written while the backlog lasts may be thrown away with it.
+        // A frame written during the backlog may be discarded with it.
         clock_ns += 1_000_000;
         let good = played.device.state(&Motion::default(), clock_ns).unwrap();
         played.line.write_all(&[0]).unwrap();

@@ -19,7 +19,7 @@ fn path(service: &EmulatedInverse3) -> PathBuf {
     PathBuf::from(service.address().to_string())
 }
 
-/// Opens it; on a busy machine the service may be slower than it is given time for.
+/// Opens it with retries, because on a busy machine the service may be too slow.
 fn open(service: &EmulatedInverse3) -> Inverse3Haptic {
     crate::support::persist(|| Inverse3Haptic::open(&path(service), None))
 }
@@ -31,7 +31,7 @@ fn push(newtons: f32) -> ForceCommand {
     }
 }
 
-/// Sends `command` and polls until `enough`; opens the device anew where it was lost.
+/// Sends `command` and polls until `enough`; opens the device anew if it was lost.
 fn until(
     service: &EmulatedInverse3,
     device: &mut Inverse3Haptic,
@@ -135,7 +135,7 @@ fn whatever_the_service_does_samples_are_sane_and_it_comes_back() {
                 Polled::Nothing => {}
                 Polled::Lost => {
                     shown |= lost;
-                    // By a busy machine.
+                    // Lost by a busy machine.
                     if !shown {
                         device = open(&service);
                     }
@@ -165,7 +165,7 @@ fn of_a_service_that_says_too_much_the_newest_is_used() {
         samples > 300
     }));
     let counters = device.counters();
-    // Four of five; on a busy machine a lost device began to count anew.
+    // Four of five; on a busy machine a reopened device counts anew.
     service.misbehave(Misbehaviour::Silent);
     let (mut left, mut lost) = (0, false);
     poll_for(PATIENCE, |now_ns| {
@@ -177,7 +177,7 @@ fn of_a_service_that_says_too_much_the_newest_is_used() {
         !lost
     });
     assert!(lost);
-    // Read one for one, more than a thousand would be left.
+    // Read one by one, more than a thousand would be left.
     assert!(left < 100, "{left} samples out of the past; {counters:?}");
 }
 
@@ -193,7 +193,7 @@ fn what_is_no_service_says_so() {
     let service = EmulatedInverse3::start().unwrap();
     let other = Inverse3Haptic::open(&path(&service), Some("1234")).unwrap_err();
     assert!(other.to_string().contains("no such Inverse3"), "{other}");
-    // Listens, and never says anything.
+    // A server that never sends anything.
     let mute = TcpListener::bind("127.0.0.1:0").unwrap();
     let address = mute.local_addr().unwrap().to_string();
     let error = Inverse3Haptic::open(Path::new(&address), None).unwrap_err();

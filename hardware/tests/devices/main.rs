@@ -1,5 +1,5 @@
-//! Devices on real ptys: the drivers against the emulated station, the conformance suite, lines
-//! that say anything at all, and the promise that a poll allocates nothing.
+//! Devices on real ptys: drivers against the emulated station, the conformance suite, hostile
+//! lines, and polls without allocation.
 
 mod any_bytes;
 mod conformance;

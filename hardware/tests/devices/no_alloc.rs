@@ -18,7 +18,7 @@ use rt_core::port::{ForceCommand, HapticDevice, Pedal, Polled, Tracker};
 
 use crate::support::{Emulator, PATIENCE, persist, poll_for};
 
-/// The system's allocator; counts what an armed thread asks of it.
+/// The system's allocator, which counts the calls of an armed thread.
 struct Counting;
 
 thread_local! {
@@ -50,7 +50,7 @@ unsafe impl GlobalAlloc for Counting {
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
 
-/// How often `work` allocates or frees.
+/// Number of allocations and frees in `work`.
 fn allocations(work: impl FnOnce()) -> u64 {
     COUNT.set(0);
     ARMED.set(true);
@@ -66,7 +66,7 @@ fn the_counter_counts() {
 
 #[test]
 fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_hangs_up() {
-    // A tracker needs a quiet line to answer on.
+    // A tracker needs a quiet line for its answers.
     let hang_up = Faults {
         hang_up_at_s: Some(9.0),
         ..Faults::default()
@@ -108,8 +108,8 @@ fn polls_and_sends_do_not_allocate_even_on_a_noisy_line_that_hangs_up() {
     assert_eq!(count, 0);
 }
 
-/// Sends and polls until the device is lost, in which nothing may be allocated; how many samples
-/// came. `meanwhile` is told after each.
+/// Sends and polls without allocation until the device is lost; returns the number of samples.
+/// `meanwhile` runs after each sample.
 fn until_lost(device: &mut dyn HapticDevice, mut meanwhile: impl FnMut(u32)) -> u32 {
     let (mut samples, mut lost) = (0, false);
     let count = allocations(|| {
@@ -135,7 +135,7 @@ fn until_lost(device: &mut dyn HapticDevice, mut meanwhile: impl FnMut(u32)) -> 
     samples
 }
 
-/// The same on a noisy line that hangs up; again where a busy machine loses the device sooner.
+/// Runs on a noisy line that hangs up; repeats if a busy machine loses the device sooner.
 fn on_a_noisy_line<D: HapticDevice>(
     model: HapticModel,
     open: impl Fn(&Path) -> Result<D, HardwareError>,

@@ -33,7 +33,7 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
         assert!((capabilities.force_max_n - 0.5).abs() < 1e-6);
         assert!(capabilities.force_continuous_n <= 0.5);
 
-        // 100 N were enough to push the hand far away; half a newton moves it 1 mm.
+        // A force of 100 N would push the hand far away; 0.5 N move it 1 mm.
         let push = ForceCommand {
             force_n: Vec3::new(-100.0, 0.0, 0.0),
             torque_n_m: Vec3::zeros(),
@@ -50,7 +50,7 @@ fn the_named_devices_open_and_keep_to_the_stations_limits() {
                     samples += 1;
                 }
                 Polled::Nothing => {}
-                // By a busy machine.
+                // Lost by a busy machine.
                 Polled::Lost => {
                     drop(opened.take());
                     opened = Some(persist(|| haptic.open()));

@@ -1,4 +1,4 @@
-//! An emulated station in a directory of its own, and a patient loop around a driver.
+//! An emulated station in a directory of its own, and a patient polling loop.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
@@ -14,15 +14,15 @@ use nalgebra::{Translation3, UnitQuaternion};
 use rt_core::math::{Pose, Vec3};
 use tempfile::TempDir;
 
-/// What happened inside of the devices.
+/// State seen inside the devices.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Seen {
     pub(crate) time_s: f32,
-    /// What the motors are told now, N.
+    /// Force commanded to the motors now, N.
     pub(crate) force_n: f32,
-    /// The most that they were told, N.
+    /// Largest force commanded so far, N.
     pub(crate) strongest_n: f32,
-    /// The most that one was told, as a share of what it may be told.
+    /// Largest motor command so far, as a share of what may be commanded.
     pub(crate) strain: f32,
 }
 
@@ -86,17 +86,17 @@ impl Emulator {
         }
     }
 
-    /// What happened inside until now.
+    /// State inside the devices so far.
     pub(crate) fn seen(&self) -> Seen {
         *self.inside.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Tries to start a second one in the same directory.
+    /// Tries to start a second emulator in the same directory.
     pub(crate) fn try_another(&self) -> Result<(), HardwareError> {
         run(&self.config, &AtomicBool::new(true), &mut |_| {})
     }
 
-    /// Ends it, and gives its directory.
+    /// Stops the emulator and returns its directory.
     pub(crate) fn stop(mut self) -> TempDir {
         self.end();
         self.directory.take().expect("only stopped once")
@@ -122,10 +122,10 @@ impl Drop for Emulator {
     }
 }
 
-/// What has not happened by then does not happen, however busy the machine.
+/// Longest wait, even on a busy machine.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Calls `step` with the time every millisecond or so, until it returns false or time is up.
+/// Calls `step` with the time about every millisecond, until it returns false or time is up.
 pub(crate) fn poll_for(limit: Duration, mut step: impl FnMut(u64) -> bool) {
     let start = Instant::now();
     while start.elapsed() < limit && step(now_ns()) {
@@ -133,13 +133,13 @@ pub(crate) fn poll_for(limit: Duration, mut step: impl FnMut(u64) -> bool) {
     }
 }
 
-/// Host time.
+/// `CLOCK_MONOTONIC`, ns.
 pub(crate) fn now_ns() -> u64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
-/// A room like a prepared scene's: the handle at rest in the device's origin.
+/// A room like a prepared scene's, with the handle at rest in the device's origin.
 pub(crate) fn room() -> HandScript {
     let port = Vec3::zeros();
     let target = Vec3::new(0.02, -0.01, -0.2);
@@ -158,7 +158,7 @@ pub(crate) fn room() -> HandScript {
     }
 }
 
-/// Where the endoscope rests in the tracker's frame.
+/// Rest position of the endoscope in the tracker's frame.
 pub(crate) fn camera_in_tracker() -> Vec3 {
     let room = room();
     (room.world_from_tracker.inverse() * room.world_from_camera)
@@ -166,7 +166,7 @@ pub(crate) fn camera_in_tracker() -> Vec3 {
         .vector
 }
 
-/// Opens a device on a bad line as a person would: again, a few times.
+/// Opens a device on a bad line as a person would: with a few retries.
 pub(crate) fn persist<T>(open: impl Fn() -> Result<T, HardwareError>) -> T {
     let mut last = None;
     for _ in 0..8 {

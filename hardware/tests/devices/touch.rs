@@ -15,7 +15,7 @@ use rt_core::port::{ForceCommand, HapticDevice, Polled};
 
 use crate::support::{PATIENCE, now_ns, poll_for};
 
-/// The fake library, one test at a time: it has one device.
+/// The fake library. It has one device, so only one test may use it at a time.
 struct Fake {
     path: PathBuf,
     library: Library,
@@ -62,7 +62,7 @@ impl Fake {
         }
     }
 
-    /// What the motors render.
+    /// Force that the motors render.
     fn force_n(&self) -> f64 {
         let mut force = [0.0; 3];
         // SAFETY: the fake's own symbol, of this type; it writes three numbers.
@@ -74,7 +74,7 @@ impl Fake {
     }
 }
 
-/// Builds the fake with the compiler that builds everything.
+/// Builds the fake with the compiler in use.
 fn build() -> PathBuf {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("libHD.so");
     let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/fake_hd/libhd.rs");

@@ -58,7 +58,7 @@ fn records_are_asked_for_and_arrive() {
         assert!((pose.rotation.angle() - 0.3).abs() < 1e-3);
     }
     assert!(samples.windows(2).all(|pair| pair[1].at_ns > pair[0].at_ns));
-    // On a machine that stood still for a second and more a backlog is cut off within a record.
+    // After a stall of a second or more, the backlog is cut off inside a record.
     let cut = 2 * start.elapsed().as_secs();
     assert!(tracker.counters().bad_frames <= cut);
 
@@ -98,7 +98,7 @@ fn alone_it_leaves_the_group_that_an_earlier_host_made() {
     let name = Path::new("emulated");
     let mut tracker = BirdTracker::open_bulk(name, Box::new(pipe), BirdSetup::default()).unwrap();
     assert_eq!(samples(&mut tracker, 20).len(), 20);
-    // Records with an address would each be followed by a byte that belongs to none.
+    // If records carried an address, each would be followed by a stray byte.
     assert!(tracker.counters().bad_frames <= 2 * start.elapsed().as_secs());
 }
 

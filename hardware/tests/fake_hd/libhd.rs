@@ -1,6 +1,6 @@
-//! A stand-in for the vendor's `libHD.so`, built by the test with `rustc`: the same symbols, a
-//! thread that calls back a thousand times a second, a handle on a circle, and extra symbols by
-//! which the test makes it fail and looks at the motors.
+//! A stand-in for the vendor's `libHD.so`, which the test builds with `rustc`. It has the same
+//! symbols, a thread that calls back a thousand times a second, and a handle on a circle. Extra
+//! symbols let the test make it fail and read the motors.
 #![allow(non_snake_case)]
 
 use std::ffi::{c_char, c_int, c_uint, c_ushort, c_void};
@@ -139,7 +139,7 @@ pub extern "C" fn hdStartScheduler() {
     if SCHEDULING.swap(true, SeqCst) {
         return;
     }
-    // Stopped and started while it slept a thread would go on beside the next.
+    // A thread that slept through a stop and a start must not run next to the new one.
     let own = STARTS.fetch_add(1, SeqCst) + 1;
     std::thread::spawn(move || {
         while SCHEDULING.load(SeqCst) && STARTS.load(SeqCst) == own {
@@ -189,7 +189,7 @@ pub extern "C" fn hdUnschedule(handle: u64) {
     }
 }
 
-// What the test does to it.
+// Controls for the test.
 
 #[unsafe(no_mangle)]
 pub extern "C" fn fake_fail_init(times: u32, code: u32) {

@@ -1,10 +1,10 @@
-//! Wake-up latency of the realtime loop beside cyclictest's, interleaved in the same minutes.
+//! Wake-up latency of the realtime loop next to cyclictest's, interleaved in the same minutes.
 //!
-//! `cargo run --release -p rt-process --example wake_latency -- [ROUNDS] [SECONDS] [CORE] [WORK_US]`
-//! (as root or with the limits; needs the package `rt-tests`). Absolute figures of a machine that
-//! does other work are noise from p99 upwards: read the ratios, over several rounds. WORK_US is burnt
-//! in every tick of our loops (cyclictest has none): their misses compare to those of a tick that
-//! costs as much. With ROUNDS 0 it tells only what executor and bookkeeping cost.
+//! `cargo run --release -p rt-process --example wake_latency -- [ROUNDS] [SECONDS] [CORE]
+//! [WORK_US]` (as root or with the limits; needs the package `rt-tests`). On a machine that does
+//! other work, absolute figures from p99 upwards are noise: read the ratios, over several rounds.
+//! Every tick of our loops burns WORK_US (cyclictest burns nothing), so their misses compare to
+//! those of a tick of that cost. ROUNDS 0 reports only the cost of executor and bookkeeping.
 
 use std::process::Command;
 
@@ -102,7 +102,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// Latencies that cyclictest measures, ns; it counts whole µs.
+/// Latencies measured by cyclictest, ns; it counts whole µs.
 fn cyclictest(seconds: u64, core: usize) -> Result<Vec<u32>, Box<dyn std::error::Error>> {
     let output = Command::new("cyclictest")
         .args(["-m", "-q", "-t1", "-i1000", "-h100000"])
@@ -120,7 +120,7 @@ fn cyclictest(seconds: u64, core: usize) -> Result<Vec<u32>, Box<dyn std::error:
         if let (Some(us), Some(count)) = (words.next(), words.next())
             && let (Ok(us), Ok(count)) = (us.parse::<u32>(), count.parse::<usize>())
         {
-            // The middle of its bin.
+            // The middle of the histogram's bin.
             latencies.extend(std::iter::repeat_n(us * 1000 + 500, count));
         }
     }

@@ -1,4 +1,4 @@
-//! The accounting task: what only the kernel and the allocator know of the tick's thread.
+//! The accounting task: counts of the kernel and the allocator about the tick's thread.
 
 use core::sync::atomic::Ordering::Relaxed;
 use std::io::Write;
@@ -14,17 +14,18 @@ use crate::realtime::ThreadUsage;
 use crate::shared::Shared;
 use crate::time_driver::sleeps;
 
-/// Wakes the accounting; true with the last batch.
+/// Signal that wakes the accounting task; true with the last batch.
 pub(crate) type BatchDone = Signal<NoopRawMutex, bool>;
 
-/// The task: once a batch, in the gap after a tick. Its first run arms the counters, just before
-/// the first tick.
+/// Runs once per batch, in the gap after a tick. Its first run arms the counters just before the
+/// first tick.
 ///
-/// With [`OnViolation::Abort`] a page fault in locked memory ends the process, as an allocation does,
-/// and so does a block: a wait for anything but the next tick (a lock, a file). Not in a batch that
-/// missed periods: whoever stops the process (`SIGSTOP`, a debugger) makes it wait, too. And not in
-/// one in which a device came or went: the kernel holds a line while it hangs it up. Page faults end it at the
-/// first where the kernel leaves locked pages in their places, else when there are more than it causes by moving some.
+/// With [`OnViolation::Abort`], a page fault in locked memory ends the process, as an allocation
+/// does. So does a block: a wait for anything other than the next tick (a lock, a file). A block is
+/// excused in a batch with missed periods, because stopping the process (`SIGSTOP`, a debugger)
+/// also makes it wait, and in a batch in which a device came or went, because the kernel holds a
+/// line while it hangs up. If the kernel keeps locked pages in place, the first page fault ends the
+/// process; otherwise more than [`MOVED_MAX`] do.
 pub(crate) async fn account(
     batch_done: Rc<BatchDone>,
     shared: Arc<Shared>,
@@ -49,9 +50,9 @@ pub(crate) async fn account(
         shared.allocations.store(allocations, Relaxed);
         if is_strict && (usage.page_faults > faults_max || blocked_on_time) {
             alloc_counter::disarm();
-            // Not `eprintln`: a test harness would swallow the last words.
+            // `eprintln` is avoided, because a test harness would capture the message.
             let did = match blocked_on_time {
-                true => "waited for something else than its next tick",
+                true => "waited for something other than its next tick",
                 false => "took a page fault after its start",
             };
             let _ = writeln!(
@@ -66,7 +67,7 @@ pub(crate) async fn account(
             .store(usage.involuntary_switches, Relaxed);
         shared.blocks.store(blocks.count, Relaxed);
         if last {
-            // What follows frees the tasks.
+            // The code that follows frees the tasks.
             alloc_counter::disarm();
             return;
         }
@@ -74,17 +75,18 @@ pub(crate) async fn account(
     }
 }
 
-/// Pages of the tick's that the kernel may have moved in a run: it works through memory for minutes.
+/// Largest number of the tick's pages that the kernel may move in a run; it moves memory for
+/// minutes.
 const MOVED_MAX: u64 = 16;
 
-/// Whether the kernel, to get larger blocks of free memory, moves locked pages too: each is a page fault.
+/// True if the kernel moves locked pages to form larger free blocks. Each move is a page fault.
 fn moves_locked_pages() -> bool {
     std::fs::read_to_string("/proc/sys/vm/compact_unevictable_allowed")
         .is_ok_and(|allowed| allowed.trim() != "0")
 }
 
-/// Waits that were no sleep for a tick, counted batch by batch: a sleep whose time comes before it
-/// begins is none for the kernel, and must not hide a block elsewhere.
+/// Waits other than the sleep for a tick, counted per batch. The kernel does not count a sleep
+/// whose time has already come, and such a sleep must not hide a block elsewhere.
 #[derive(Debug, Default)]
 struct Blocks {
     waits: u64,
@@ -94,7 +96,8 @@ struct Blocks {
 }
 
 impl Blocks {
-    /// The next batch, by the counts so far. Gives whether it blocked without an excuse in it.
+    /// Takes the counts so far at the end of a batch. Returns true if the batch blocked without an
+    /// excuse.
     fn note(&mut self, waits: u64, sleeps: u64, excuses: u64) -> bool {
         let slept = sleeps - self.sleeps.unwrap_or(sleeps);
         let blocked = (waits - self.waits).saturating_sub(slept);

@@ -1,11 +1,10 @@
-//! Whether a scene's worst tick fits this machine, measured before it runs.
+//! Measures, before a scene runs, if its worst tick fits this machine.
 //!
-//! The instrument is driven through the places where it touches most, at once and without mercy:
-//! organs awake, contact lists as full as the anatomy makes them, caches emptied before every tick.
-//! The course is run several times from rest; a simulation repeats itself bit for bit, so what a
-//! tick takes longer than in its fastest run is the machine's noise, not the scene's cost. The
-//! worst tick of the course, at its fastest, must leave the margin free: for devices, publishing,
-//! and noise.
+//! The instrument is driven abruptly through the places of most contact: organs awake, contact
+//! lists as full as the anatomy makes them, caches emptied before every tick. The course is run
+//! several times from rest. A simulation repeats itself bit for bit, so the excess over a tick's
+//! fastest run is the machine's noise, not the scene's cost. The worst tick, each tick at its
+//! fastest, must leave the margin free for devices, publishing and noise.
 
 use core::time::Duration;
 use std::sync::mpsc;
@@ -30,41 +29,41 @@ use crate::time_driver::monotonic_ns;
 
 /// Share of the period that the worst tick must leave free.
 pub const MARGIN: f64 = 0.3;
-/// Runs of the course.
+/// Number of runs of the course.
 const RUNS: usize = 3;
-/// Places that the instrument goes to.
+/// Number of places that the instrument visits.
 const PLACES: usize = 32;
-/// Ticks at each: the blow, and what it leads to.
+/// Ticks at each place: the impact and its consequences.
 const TICKS_EACH: usize = 3;
-/// Memory walked before a tick to empty the caches: a large last-level cache.
+/// Memory read before a tick to empty the caches: the size of a large last-level cache.
 const CACHE_BYTES: usize = 32 << 20;
-/// A realtime thread that measures must let others run.
+/// Pause in which a measuring realtime thread lets others run.
 const BREATH: Duration = Duration::from_micros(50);
 
-/// What a scene costs here.
+/// Cost of a scene on this machine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Admission {
     /// The scene's name.
     pub scene: String,
-    /// Spheres in it.
+    /// Number of spheres.
     pub spheres: usize,
-    /// Its worst tick with cold caches, ns.
+    /// Worst tick with cold caches, ns.
     pub worst_tick_ns: u64,
     /// Time of each stage in that tick, ns: sample, tool, contact, solve, force, procedure,
     /// publish.
     pub worst_stage_ns: [u64; STAGES],
-    /// Its median tick with cold caches, ns.
+    /// Median tick with cold caches, ns.
     pub median_tick_ns: u64,
     /// Most contacts in a tick of the course.
     pub contacts_max: u32,
-    /// What the worst tick may take: the period less the margin, ns.
+    /// Time that the worst tick may take: the period less the margin, ns.
     pub budget_ns: u64,
-    /// Whether it does.
+    /// True if the worst tick fits.
     pub fits: bool,
 }
 
 impl Admission {
-    /// One line for people.
+    /// Summary in one line for people.
     #[must_use]
     pub fn in_words(&self) -> String {
         let us = |ns: u64| ns as f64 / 1000.0;
@@ -81,7 +80,7 @@ impl Admission {
     }
 }
 
-/// One tick of the course, at its fastest.
+/// Fastest measurement of one tick of the course.
 #[derive(Debug, Clone, Copy)]
 struct Cost {
     tick_ns: u64,
@@ -100,7 +99,7 @@ pub(crate) fn measure(
     let (tell, told) = mpsc::sync_channel(1);
     let thread = crate::run::spawn("admission", crate::run::TICK_STACK_BYTES, move || {
         if asks {
-            // What is refused is refused to the tick as well, and told there.
+            // The tick's thread reports the same refusals.
             let _ = realtime::pin_to(&[core]);
             let _ = realtime::take_fifo(priority);
         }
@@ -127,7 +126,7 @@ pub(crate) fn measure(
     })
 }
 
-/// Every tick of the course at its fastest, and the most contacts.
+/// Fastest measurement of every tick of the course, and the most contacts.
 fn run_course(scene: Scene<'static>, parameters: Parameters) -> (Vec<Cost>, u32) {
     let handles = course(&scene);
     let mut costs: Vec<Cost> = Vec::new();
@@ -191,7 +190,7 @@ fn course(scene: &Scene<'_>) -> Vec<Pose> {
         hits.count()
     };
     let within = |tip_m: &&Vec3| norm(&(**tip_m - room.instrument_port_m)) < reach_m;
-    // Every so many spheres: the search is quadratic.
+    // A subset of the spheres, because the search is quadratic.
     let step = spheres.len().div_ceil(1024).max(1);
     let candidates = spheres.iter().step_by(step).map(|s| &s.center_m);
     let mut tips: Vec<(usize, Vec3)> = candidates
@@ -217,7 +216,7 @@ fn empty_caches(memory: &mut [u8]) {
     core::hint::black_box(memory);
 }
 
-/// The world of the course: every device answers, frames are filled and go nowhere.
+/// World of the course: every device answers, frames are filled and discarded.
 struct Course {
     now_ns: u64,
     device_from_handle: Pose,
@@ -252,7 +251,7 @@ impl Ports for Course {
             now_ns: at_ns,
             device: Polled::Fresh(DeviceSample {
                 device_from_handle: self.device_from_handle,
-                // At rest, so that no jump trips the speed limit.
+                // Zero, so that jumps do not trip the speed limit.
                 velocity_m_s: Some(Vec3::zeros()),
                 buttons: Buttons::GRASP,
                 sequence: 0,

@@ -1,25 +1,25 @@
-//! The allocator that counts what an armed thread allocates.
+//! Allocator that counts the allocations of an armed thread.
 //!
 //! A binary declares it: `#[global_allocator] static ALLOCATOR: CountingAllocator =
-//! CountingAllocator::new();`. [`arm`] finds out whether it did, so that a count of zero is never a count
-//! that nobody made.
+//! CountingAllocator::new();`. [`arm`] checks that it did, so that a count of zero always means
+//! that someone counted.
 #![expect(unsafe_code, reason = "GlobalAlloc is an unsafe trait")]
 
 use core::cell::Cell;
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::io::Write;
 
-/// What breaking a rule of the realtime thread (no allocation, no page fault) leads to.
+/// Consequence of breaking a rule of the realtime thread (no allocation, no page fault).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OnViolation {
-    /// It is counted.
+    /// The violation is counted.
     Count,
-    /// It ends the process, with a backtrace: for debugging.
+    /// The violation ends the process with a backtrace, for debugging.
     Abort,
 }
 
 impl OnViolation {
-    /// Debug builds abort on the first, release builds count.
+    /// Debug builds abort on the first violation; release builds count.
     pub const BUILD_DEFAULT: Self = if cfg!(debug_assertions) {
         Self::Abort
     } else {
@@ -27,12 +27,12 @@ impl OnViolation {
     };
 }
 
-/// The system's allocator, counting for threads that are armed.
+/// The system's allocator, which counts for armed threads.
 #[derive(Debug, Default)]
 pub struct CountingAllocator(());
 
 impl CountingAllocator {
-    /// The allocator.
+    /// Makes the allocator.
     #[must_use]
     pub const fn new() -> Self {
         Self(())
@@ -47,12 +47,12 @@ enum Arming {
 }
 
 thread_local! {
-    // Constant and without destructors: reading them never allocates.
+    // Constant and without destructors, so reading them never allocates.
     static ARMING: Cell<Arming> = const { Cell::new(Arming::Off) };
     static COUNT: Cell<u64> = const { Cell::new(0) };
 }
 
-/// Starts counting the calling thread's allocations at 0. Gives false, and stays off, when
+/// Starts counting the calling thread's allocations at 0. Returns false, and does not count, when
 /// [`CountingAllocator`] is not the program's allocator.
 pub fn arm(on_violation: OnViolation) -> bool {
     COUNT.set(0);
@@ -73,7 +73,7 @@ pub fn disarm() {
     ARMING.set(Arming::Off);
 }
 
-/// Allocations (frees and reallocations too) of the calling thread while it was armed.
+/// Allocations, frees and reallocations of the calling thread while it was armed.
 #[must_use]
 pub fn count() -> u64 {
     COUNT.get()
@@ -83,12 +83,12 @@ fn note() {
     match ARMING.get() {
         Arming::Off => {}
         Arming::Counting => COUNT.set(COUNT.get() + 1),
-        // A panic allocates on its way to its message, and shall reach it.
+        // A panic allocates for its message and must get it out.
         Arming::Aborting if std::thread::panicking() => {}
         Arming::Aborting => {
             disarm();
             let trace = std::backtrace::Backtrace::force_capture();
-            // Not `eprintln`: a test harness would swallow the last words.
+            // `eprintln` is avoided, because a test harness would capture the message.
             let said = "the realtime thread allocated after its start";
             let _ = writeln!(std::io::stderr(), "{said}:\n{trace}");
             std::process::abort();

@@ -1,23 +1,23 @@
-//! What each stage may take, and what a late tick leaves out.
+//! Time budget of each stage, and the work that a late tick drops.
 //!
-//! A tick must end before the next one starts. Force leaves after stage `force`, whatever happens;
-//! what makes the picture rather than the force is optional. A tick that has less time left than
-//! the rest of it needs drops optional work, in this order:
+//! A tick must end before the next one starts. The force always leaves after stage `force`; work
+//! for the picture is optional. A tick with too little time for its remaining stages drops optional
+//! work in this order:
 //!
 //! 1. self-collision, before stage `contact`;
 //! 2. far organs, before stage `solve`: those that the instrument neither touches nor holds;
-//! 3. publishing: frames for the display (events and timing records are never dropped), but never
-//!    more than [`DROPPED_MAX`] frames on end, so that the display goes on.
+//! 3. publishing: frames for the display, at most [`DROPPED_MAX`] in a row, so that the display
+//!    goes on. Events and timing records are never dropped.
 //!
-//! What the rest needs is the scene's worst tick as its admission measured it, or else the budgets.
-//! Each drop is counted and stands in the tick's record.
+//! The remaining stages need the time of the scene's worst tick as measured at admission, or else
+//! their budgets. Each drop is counted and recorded in the tick's record.
 
 use rt_core::sim::Stage;
 use shared_mem::message::STAGES;
 
-/// Thousandths of the period that each stage may take: sample, tool, contact, solve, force,
-/// procedure, publish. What is left over is for waking up late. From measured ticks
-/// (`stage_ns` of a run's summary.json): solving is two thirds of the work, reading and writing serial lines a tenth.
+/// Share of the period for each stage, ‰: sample, tool, contact, solve, force, procedure, publish.
+/// The rest is for late wake-ups. From measured ticks (`stage_ns` of a run's summary.json): solving
+/// is two thirds of the work, reading and writing serial lines a tenth.
 pub const STAGE_PER_MILLE: [u64; STAGES] = [80, 20, 200, 400, 50, 30, 80];
 
 const _: () = {
@@ -30,10 +30,10 @@ const _: () = {
     assert!(sum <= 900, "a tenth of the period is for late wake-ups");
 };
 
-/// Frames that may be dropped on end: 100 ms at one in four ticks.
+/// Most frames that may be dropped in a row: 100 ms at one frame in four ticks.
 pub const DROPPED_MAX: u32 = 25;
 
-/// What `stage` may take in a period, ns.
+/// Budget of `stage` in a period, ns.
 #[must_use]
 pub fn stage_ns(stage: usize, period_ns: u64) -> u64 {
     STAGE_PER_MILLE
@@ -41,25 +41,26 @@ pub fn stage_ns(stage: usize, period_ns: u64) -> u64 {
         .map_or(0, |share| share * period_ns / 1000)
 }
 
-/// What the stages from `first` to the force's end need, ns, by `needs_ns` of each.
+/// Time needed by the stages from `first` to the end of the force, ns; `needs_ns` holds that of
+/// each.
 pub(crate) fn until_force_ns(needs_ns: &[u64; STAGES], first: Stage) -> u64 {
     let upto_force = needs_ns.iter().take(Stage::Force as usize + 1);
     upto_force.skip(first as usize).sum()
 }
 
-/// The budgets of all stages in a period, ns.
+/// Budgets of all stages in a period, ns.
 pub(crate) fn all_ns(period_ns: u64) -> [u64; STAGES] {
     STAGE_PER_MILLE.map(|share| share * period_ns / 1000)
 }
 
-/// Decides whether a frame that is due is shown.
+/// Decides if a due frame is published.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct PublishGate {
     dropped: u32,
 }
 
 impl PublishGate {
-    /// Whether there is time for it before `deadline_ns`.
+    /// Returns true if there is time for the frame before `deadline_ns`, or too many were dropped.
     pub(crate) fn may_publish(&mut self, now_ns: u64, deadline_ns: u64, period_ns: u64) -> bool {
         let publish_ns = stage_ns(STAGES - 1, period_ns);
         let in_time = now_ns + publish_ns <= deadline_ns;

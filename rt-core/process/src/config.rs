@@ -1,4 +1,4 @@
-//! What the realtime process is asked to do.
+//! Settings of a run of the realtime process.
 
 use std::path::PathBuf;
 
@@ -8,16 +8,16 @@ use crate::alloc_counter::OnViolation;
 use crate::error::RtError;
 use crate::scope_line::ScopeLine;
 
-/// Whether to ask Linux for realtime.
+/// Request for realtime privileges from Linux.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Realtime {
-    /// Ask; go on without what is refused, and say so everywhere.
+    /// Ask; continue without the refused ones and report that everywhere.
     Ask,
     /// Do not ask: every report is marked "not realtime".
     Never,
 }
 
-/// Which of Linux's realtime schedulers.
+/// Linux's realtime schedulers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scheduler {
     /// `SCHED_FIFO`, pinned to one core.
@@ -27,68 +27,67 @@ pub enum Scheduler {
     Deadline,
 }
 
-/// Whether a scene must prove that it fits this machine ([`crate::admission`]).
+/// Policy on scenes that may not fit this machine ([`crate::admission`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AdmissionPolicy {
-    /// Measured; a scene that does not fit gives way to the next coarser level. When no level
-    /// fits, the coarsest runs and says so.
+    /// Measure; take the finest level that fits. If none fits, run the coarsest and report it.
     Measure,
-    /// As `Measure`, but when no level fits, nothing runs.
+    /// Like `Measure`, but refuse to run if no level fits.
     Strict,
-    /// Not measured: a test that must start at once.
+    /// Do not measure: for tests that must start at once.
     Skip,
 }
 
-/// Everything that a run is given. `RtConfig::new` fills in the defaults.
+/// Settings of a run. `RtConfig::new` fills in the defaults.
 #[derive(Debug, Clone)]
 pub struct RtConfig {
-    /// Name that the station's processes meet under.
+    /// Name under which the station's processes meet.
     pub station: String,
     /// The compiled scene.
     pub scene: PathBuf,
-    /// Coarser scenes, finest first, for a machine that fits none of the levels in the scene's
-    /// own file.
+    /// Coarser scenes, finest first, for a machine that fits no level in the scene's own file.
     pub coarser: Vec<PathBuf>,
-    /// Whether the scene must prove that it fits.
+    /// Policy on scenes that may not fit.
     pub admission: AdmissionPolicy,
-    /// File that names the station's devices and where they stand ([`hardware::station`]).
+    /// File with the station's devices and their poses ([`hardware::station`]).
     pub station_file: Option<PathBuf>,
-    /// Serial device of the haptic device, in place of the station file's. Without either the
-    /// force stays zero.
+    /// Serial device of the haptic device; overrides the station file. Without either the force
+    /// stays zero.
     pub haptic: Option<PathBuf>,
     /// Serial device of the endoscope's tracker.
     pub tracker: Option<PathBuf>,
     /// Serial device of the foot pedal.
     pub pedal: Option<PathBuf>,
-    /// Whether to ask for realtime.
+    /// Request for realtime privileges.
     pub realtime: Realtime,
-    /// Which realtime scheduler the tick's thread asks for.
+    /// Realtime scheduler of the tick's thread.
     pub scheduler: Scheduler,
-    /// Core of the tick; none: the last one allowed.
+    /// Core of the tick; `None`: the last allowed one.
     pub core: Option<usize>,
     /// `SCHED_FIFO` priority of the tick, 2 to 99.
     pub priority: u8,
     /// `SCHED_FIFO` priority of the publishing thread, below the tick's.
     pub publisher_priority: u8,
-    /// Control period, ns. 1 ms; others are for experiments.
+    /// Control period, ns. 1 ms; other values are for experiments.
     pub period_ns: u64,
-    /// Time before a tick that is spun instead of slept, ns. Lowers the wake-up latency, costs
-    /// processor time; at most half a period, for Linux throttles a thread that never sleeps.
+    /// Time before a tick that is spun instead of slept, ns. It lowers the wake-up latency and
+    /// costs processor time. At most half a period, because Linux throttles a thread that never
+    /// sleeps.
     pub spin_ns: u64,
-    /// A sphere and tool frame is published every so many ticks.
+    /// Ticks per published sphere and tool frame.
     pub publish_every: u32,
-    /// Ends by itself after so many periods (run or missed); none: runs until stopped.
+    /// Number of periods (run or missed) after which the run ends; `None`: until stopped.
     pub periods_max: Option<u64>,
-    /// Iterations, force ramp, and whether force may leave from the start.
+    /// Solver iterations, force ramp, and the permission for force from the start.
     pub parameters: Parameters,
-    /// A line that is high while a tick runs, for an oscilloscope.
+    /// A modem line that is high while a tick runs, for an oscilloscope.
     pub scope_line: Option<ScopeLine>,
-    /// What an allocation or page fault of the tick's thread leads to.
+    /// Consequence of an allocation or page fault in the tick's thread.
     pub on_violation: OnViolation,
 }
 
 impl RtConfig {
-    /// A station's usual run of a scene, without devices.
+    /// Usual settings of a station for a scene, without devices.
     #[must_use]
     pub fn new(station: impl Into<String>, scene: impl Into<PathBuf>) -> Self {
         Self {
@@ -109,7 +108,7 @@ impl RtConfig {
             spin_ns: 0,
             publish_every: 4,
             periods_max: None,
-            // The ramp takes the place of a person who enables the force.
+            // The ramp replaces a person who enables the force.
             parameters: Parameters {
                 force_enabled: true,
                 ..Parameters::default()
@@ -119,10 +118,10 @@ impl RtConfig {
         }
     }
 
-    /// Whether every number is in its range.
+    /// Checks that every number is in its range.
     ///
     /// # Errors
-    /// [`RtError::Config`] names the first that is not.
+    /// [`RtError::Config`] names the first one that is not.
     pub fn check(&self) -> Result<(), RtError> {
         let range = |what: &'static str, value: u64, min: u64, max: u64| {
             if (min..=max).contains(&value) {

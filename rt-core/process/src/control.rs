@@ -1,4 +1,4 @@
-//! The control task: one tick a period, on absolute deadlines.
+//! The control task: one tick per period, on absolute deadlines.
 
 use core::ops::ControlFlow;
 
@@ -7,13 +7,13 @@ use embassy_time::{Instant, Timer};
 use crate::schedule::{Due, Schedule};
 use crate::time_driver::now_ns;
 
-/// Ticks that may follow one another without a sleep between them. A tick that always takes longer
-/// than its period must still leave its core to others now and then, or Linux stops it (realtime
-/// throttling) or ends it ([`crate::runaway`]).
+/// Most ticks in a row without a sleep. A tick that always exceeds its period must still leave its
+/// core to others now and then; otherwise Linux stops it (realtime throttling) or ends it
+/// ([`crate::runaway`]).
 const BREATHLESS_MAX: u32 = 10;
 
-/// Runs `tick` on the schedule until it breaks. After a stall the periods that are over are
-/// skipped and counted; there is no burst to catch up.
+/// Runs `tick` on the schedule until it breaks. After a stall, the periods that passed are skipped
+/// and counted; there is no burst to catch up.
 pub async fn control(mut schedule: Schedule, mut tick: impl FnMut(Due) -> ControlFlow<()>) {
     let mut breathless = 0;
     loop {
@@ -44,7 +44,7 @@ mod tests {
 
     const MS: u64 = 1_000_000;
 
-    /// Runs `ticks` of the control task in simulated time, each costing what `cost_ns` says.
+    /// Runs `ticks` of the control task in simulated time. `cost_ns` gives the cost of each.
     fn simulate(
         ticks: u64,
         mut cost_ns: impl FnMut(u64) -> u64 + Send + 'static,
@@ -92,8 +92,8 @@ mod tests {
         // The third tick takes 10.4 ms.
         let log = simulate(6, |i| if i == 2 { 10_400_000 } else { 100_000 });
         let starts: Vec<u64> = log.iter().map(|(now, _)| (now - 2 * MS) / 1000).collect();
-        // It began at 2 ms and ended at 12.4 ms: the next tick starts there, late in its own
-        // period, the one after it is on time again.
+        // It began at 2 ms and ended at 12.4 ms. The next tick starts then, late in its own period;
+        // the one after it is on time again.
         assert_eq!(starts, [0, 1000, 2000, 12400, 13000, 14000]);
         let missed: Vec<u32> = log.iter().map(|(_, due)| due.missed).collect();
         assert_eq!(missed, [0, 0, 0, 9, 0, 0]);
@@ -109,7 +109,7 @@ mod tests {
             without_sleep = if slept_ns == 0 { without_sleep + 1 } else { 0 };
             assert!(without_sleep < BREATHLESS_MAX);
         }
-        // Every period is a tick's or told as missed.
+        // Every period is run or reported as missed.
         let missed: u64 = log.iter().map(|(_, due)| u64::from(due.missed)).sum();
         let deadline_ns = log[log.len() - 1].1.deadline_ns;
         assert_eq!((deadline_ns - 2 * MS) / MS, 1000 + missed);

@@ -1,7 +1,7 @@
-//! The station's devices behind the core's ports; one that is not configured is simply absent.
+//! The station's devices behind the core's ports. A device that is not configured is absent.
 //!
-//! A line that is lost goes out of the tick to the thread that opens devices ([`crate::reconnect`]),
-//! and comes back open.
+//! A lost device moves from the tick to the thread that opens devices ([`crate::reconnect`]) and
+//! returns open.
 
 use std::path::Path;
 
@@ -20,7 +20,7 @@ use crate::config::RtConfig;
 use crate::error::RtError;
 use crate::handle_pedal::HandlePedal;
 
-/// What the core is told when there is no haptic device: nothing is rendered anyway.
+/// Capabilities for the core without a haptic device; nothing is rendered then.
 pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities {
     force_max_n: 3.3,
     force_continuous_n: 0.88,
@@ -33,10 +33,10 @@ pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities {
     rate_hz: 1000.0,
 };
 
-/// Kinds of devices, in the order of [`DeviceHealth`]s.
+/// Number of device kinds, in the order of [`DeviceHealth`]s.
 pub(crate) const KINDS: usize = 3;
 
-/// Any open device.
+/// An open device of any kind.
 pub(crate) enum Device {
     Haptic(Box<dyn HapticDevice + Send>),
     Tracker(Box<dyn Tracker + Send>),
@@ -44,8 +44,8 @@ pub(crate) enum Device {
 }
 
 impl Device {
-    /// Opens what is configured as this kind (0 to [`KINDS`]), by path or by the station file. Waits
-    /// for the device's answer.
+    /// Opens the configured device of this kind (0 to [`KINDS`]), from its path or the station
+    /// file. Waits for the device's answer.
     pub(crate) fn open(
         kind: usize,
         config: &RtConfig,
@@ -58,7 +58,7 @@ impl Device {
         })
     }
 
-    /// The same for one that was lost: nobody holds its handle at home.
+    /// Opens a device that was lost, when nobody holds its handle at home.
     pub(crate) fn reopen(
         kind: usize,
         config: &RtConfig,
@@ -80,7 +80,7 @@ impl Device {
         }
     }
 
-    /// Kind and path, for people.
+    /// Kind and path, for messages.
     pub(crate) fn name(kind: usize, config: &RtConfig, file: &StationFile) -> String {
         let (name, path) = match kind {
             0 => (
@@ -157,24 +157,24 @@ fn pedal(config: &RtConfig, file: &StationFile) -> Result<Option<Box<dyn Pedal +
     })
 }
 
-/// The tick's ends of the queues to the thread that opens devices. Each holds every kind once: what
-/// is lost does not come back twice.
+/// The tick's ends of the queues to the thread that opens devices. Each has room for every kind
+/// once, which is enough: a lost device returns once.
 pub(crate) struct Exchange {
     pub(crate) lost: Producer<'static, Device>,
     pub(crate) reopened: Consumer<'static, Device>,
 }
 
-/// Where one kind of device is, or was.
+/// One kind of device, present or lost.
 #[derive(Default)]
 struct Slot {
     device: Option<Device>,
     is_lost: bool,
-    /// Counters of those that were lost.
+    /// Counters of the devices lost before.
     before: LineCounters,
     configured: bool,
 }
 
-/// Devices of every kind, as the tick holds them.
+/// The tick's devices of all kinds.
 #[derive(Default)]
 pub(crate) struct Devices {
     slots: [Slot; KINDS],
@@ -183,7 +183,7 @@ pub(crate) struct Devices {
 }
 
 impl Devices {
-    /// Opens what is configured. Waits for each device's answer.
+    /// Opens all configured devices. Waits for each device's answer.
     pub(crate) fn open(config: &RtConfig, file: &StationFile) -> Result<Self, RtError> {
         let mut devices = Self {
             handle_pedal: HandlePedal::new(file.handle_buttons),
@@ -197,7 +197,7 @@ impl Devices {
         Ok(devices)
     }
 
-    /// Lost devices leave by `exchange`, and come back.
+    /// From now on, lost devices leave and return through `exchange`.
     pub(crate) fn with_exchange(mut self, exchange: Exchange) -> Self {
         self.exchange = Some(exchange);
         self
@@ -212,7 +212,7 @@ impl Devices {
         }
     }
 
-    /// Takes back what was opened again. Neither waits nor frees anything.
+    /// Takes back reopened devices. Neither waits nor frees memory.
     pub(crate) fn take_reopened(&mut self) {
         while let Some(device) = self.exchange.as_mut().and_then(|e| e.reopened.dequeue()) {
             self.put(device);
@@ -237,7 +237,7 @@ impl Devices {
         })
     }
 
-    /// The newest state of the pedal, with the handle's buttons that are a pedal's. After
+    /// Newest state of the pedal, including handle buttons that act as a pedal. Call it after
     /// [`Self::poll_haptic`].
     pub(crate) fn poll_pedal(&mut self, now_ns: TimeNs) -> Polled<PedalSample> {
         let pedal = self.poll(2, |device| match device {
@@ -258,25 +258,27 @@ impl Devices {
                 Polled::Nothing
             };
         };
-        // It stays in its place meanwhile: a driver that panics must still get its zero force.
+        // The device stays in its slot meanwhile: a driver that panics must still get its zero
+        // force.
         let polled = poll(device);
         if let (Polled::Lost, Some(exchange)) = (&polled, &mut self.exchange)
             && let Some(lost) = slot.device.take()
         {
             slot.is_lost = true;
             slot.before = sum(slot.before, lost.counters());
-            // Never full; if it were, the device would stay and be lost in the next tick, too.
+            // The queue is never full. If it were, the device would stay and be lost again in the
+            // next tick.
             slot.device = exchange.lost.enqueue(lost).err();
         }
         polled
     }
 
-    /// Whether there is a haptic device, lost or not.
+    /// True if a haptic device is configured, lost or not.
     pub(crate) fn has_haptic(&self) -> bool {
         self.slots.first().is_some_and(|slot| slot.configured)
     }
 
-    /// Sends a force, if there is a haptic device now.
+    /// Sends a force if a haptic device is present.
     pub(crate) fn send(&mut self, command: ForceCommand, now_ns: TimeNs) {
         if let Some(Device::Haptic(haptic)) = self.slots.first_mut().and_then(|s| s.device.as_mut())
         {
@@ -284,7 +286,7 @@ impl Devices {
         }
     }
 
-    /// What the haptic device can do.
+    /// Capabilities of the haptic device.
     pub(crate) fn capabilities(&self) -> DeviceCapabilities {
         match self.slots.first().and_then(|slot| slot.device.as_ref()) {
             Some(Device::Haptic(haptic)) => haptic.capabilities(),
@@ -292,14 +294,14 @@ impl Devices {
         }
     }
 
-    /// Zero force: the safe state. Repeated, for a line may drop one.
+    /// Sends zero force, the safe state. Repeated, because a line may drop one.
     pub(crate) fn make_safe(&mut self, now_ns: TimeNs) {
         for _ in 0..3 {
             self.send(ForceCommand::default(), now_ns);
         }
     }
 
-    /// Counters of haptic device, tracker and pedal; none for an absent one.
+    /// Counters of haptic device, tracker and pedal; `None` for an absent one.
     pub(crate) fn counters(&self) -> [Option<LineCounters>; KINDS] {
         self.slots.each_ref().map(|slot| {
             let now = slot.device.as_ref().map(Device::counters);
@@ -309,7 +311,7 @@ impl Devices {
     }
 }
 
-/// What a kind's lines have seen together.
+/// Sum of the counters of two lines.
 fn sum(a: LineCounters, b: LineCounters) -> LineCounters {
     LineCounters {
         frames: a.frames + b.frames,
@@ -327,13 +329,13 @@ fn named<T>(
     open(path).map_err(|source| RtError::Device { device, source })
 }
 
-/// A device's health as frames carry it.
+/// Health of a device as frames carry it.
 pub(crate) fn health(health: rt_core::words::Health, line: Option<LineCounters>) -> DeviceHealth {
     let line_or_zero = line.unwrap_or_default();
     DeviceHealth {
         status: match (line, health.status) {
             (None, _) => DeviceHealth::ABSENT,
-            // Open, but nothing came from it yet.
+            // Open, but no sample has come yet.
             (Some(_), rt_core::words::Status::Absent | rt_core::words::Status::Stale) => {
                 DeviceHealth::STALE
             }

@@ -1,78 +1,78 @@
-//! Why a run did not start, or broke off.
+//! Errors of a run.
 
 use shared_mem::scene::SceneError;
 use shared_mem::service::ServiceError;
 
-/// Why the realtime process did not start, or broke off.
+/// Reasons for which the realtime process did not start or broke off.
 #[derive(Debug, thiserror::Error)]
 pub enum RtError {
-    /// A number of the configuration is out of its range.
+    /// A setting is out of its range.
     #[error("{what} is {value}, allowed are {min} to {max}")]
     Config {
-        /// Its name.
+        /// Name of the setting.
         what: &'static str,
         /// Its value.
         value: u64,
-        /// Least allowed.
+        /// Smallest allowed value.
         min: u64,
-        /// Most allowed.
+        /// Largest allowed value.
         max: u64,
     },
-    /// The compiled scene is refused.
+    /// The compiled scene is invalid.
     #[error("scene: {0}")]
     Scene(#[from] SceneError),
-    /// The core does not take the scene.
+    /// The core refuses the scene.
     #[error("scene does not fit the simulation: {0}")]
     Core(rt_core::scene::SceneError),
-    /// No level of the scene fits this machine, and the run is strict.
+    /// No level of the scene fits this machine, and the policy is strict.
     #[error("{}; take a coarser scene (`calot prepare --spheres`) or run without --strict", .0.in_words())]
     DoesNotFit(Box<crate::admission::Admission>),
-    /// The station is taken, or the services do not open.
+    /// The station is taken, or its services do not open.
     #[error(transparent)]
     Service(#[from] ServiceError),
-    /// A device that is configured cannot be opened or does not answer.
+    /// A configured device cannot be opened or does not answer.
     #[error("{device}: {source}")]
     Device {
-        /// Which: haptic device, tracker, pedal, or the station file that names them.
+        /// Haptic device, tracker, pedal, or the station file.
         device: &'static str,
-        /// What `hardware` says.
+        /// Error from `hardware`.
         source: hardware::HardwareError,
     },
-    /// The oscilloscope's line cannot be driven.
+    /// The oscilloscope's line cannot be used.
     #[error(
         "scope line {tty}: {source}; name the port of a UART that has modem lines (--scope-tty)"
     )]
     ScopeLine {
         /// The port.
         tty: std::path::PathBuf,
-        /// The system's words.
+        /// Error of the operating system.
         source: std::io::Error,
     },
     /// The system refused a thread.
     #[error("cannot start the {thread} thread: {source}; is memory or the process limit used up?")]
     Thread {
-        /// Which.
+        /// Name of the thread.
         thread: &'static str,
-        /// The system's words.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// A session is to be shown from a time on that it does not have.
+    /// The start time lies beyond the end of the session.
     #[error(
-        "the session is {length_s:.3} s long, so nothing of it comes after {from_s} s; allowed are 0 to \
+        "the session is {length_s:.3} s long, so it cannot start at {from_s} s; allowed are 0 to \
          less than its length (--from)"
     )]
     NothingToShow {
-        /// From when on.
+        /// Start time, s.
         from_s: f64,
-        /// How long it is, up to its end or first gap.
+        /// Length up to the end or the first gap, s.
         length_s: f64,
     },
-    /// A thread panicked: a bug. The force was set to zero on the way out.
+    /// A thread panicked, which is a bug. The force was set to zero on the way out.
     #[error("the {thread} thread panicked: {message}; the force is zero; please report this")]
     Panicked {
-        /// Which.
+        /// Name of the thread.
         thread: &'static str,
-        /// Its last words.
+        /// Message of the panic.
         message: String,
     },
     /// The tick did not end when asked: a bug, or a machine that stands still.
@@ -81,7 +81,7 @@ pub enum RtError {
          realtime scheduler; the device's own watchdog, if it has one, takes its force away"
     )]
     Wedged {
-        /// How long was waited.
+        /// Time waited, ms.
         waited_ms: u64,
     },
 }

@@ -1,8 +1,8 @@
-//! embassy's raw executor on the calling thread, with our own pender and an idle loop that
+//! embassy's raw executor on the calling thread, with a pender of our own and an idle loop that
 //! sleeps to absolute deadlines.
 //!
-//! Forbidden in its tasks: `yield_now` and other futures that wake themselves. Tasks that are
-//! ready at the same time run in reverse order of waking; what has an order is one task.
+//! Tasks must not use `yield_now` or other futures that wake themselves. Tasks that are ready at
+//! the same time run in reverse order of waking, so work with an order belongs in one task.
 #![expect(
     unsafe_code,
     reason = "the pender is a symbol that gets a raw pointer; polling is unsafe by contract"
@@ -14,13 +14,13 @@ use embassy_executor::raw;
 
 use crate::time_driver;
 
-/// embassy's executor. It and its tasks live for ever, as embassy demands: create one a thread.
+/// embassy's executor. It and its tasks live for ever, as embassy demands: create one per thread.
 pub struct Executor {
     raw: &'static raw::Executor,
     pending: &'static AtomicBool,
 }
 
-/// Called by embassy, from any thread, when a task of the executor with this context wants to run.
+/// embassy calls this from any thread when a task of the executor with this context becomes ready.
 #[unsafe(export_name = "__pender")]
 fn pender(context: *mut ()) {
     // SAFETY: every executor of this program is made in `Executor::new`, whose context points to
@@ -36,7 +36,7 @@ impl Default for Executor {
 }
 
 impl Executor {
-    /// An executor for the calling thread.
+    /// Makes an executor for the calling thread.
     #[must_use]
     pub fn new() -> Self {
         let pending: &'static AtomicBool = Box::leak(Box::new(AtomicBool::new(false)));
@@ -47,17 +47,17 @@ impl Executor {
         }
     }
 
-    /// Adds a task. Allocates: before the loop only.
+    /// Adds a task. Allocates, so call it before the loop only.
     pub fn spawn<F: Future<Output = ()> + 'static>(&self, task: F) {
         let storage: &'static raw::TaskStorage<F> = Box::leak(Box::new(raw::TaskStorage::new()));
-        // Fails only for storage that is in use, and this one is new.
+        // Fails only for storage in use, and this one is new.
         if let Ok(token) = storage.spawn(|| task) {
             self.raw.spawner().spawn(token);
         }
     }
 
-    /// Runs until no task is ready and no timer is set. Wakes `spin_ns` before each timer and
-    /// spins the rest away.
+    /// Runs until no task is ready and no timer is set. Wakes `spin_ns` before each timer and spins
+    /// for the rest.
     pub fn run(&self, spin_ns: u64) {
         loop {
             // SAFETY: the executor was made on this thread (it is not `Send`) and this is the

@@ -1,4 +1,5 @@
-//! From what a tick shows to what crosses the process border. Runs in the tick: fills in place.
+//! Conversion of a tick's results to the messages that cross the process border. Runs in the tick
+//! and fills in place.
 
 use rt_core::math::{Pose, Vec3};
 use rt_core::port::LineCounters;
@@ -13,7 +14,7 @@ use shared_mem::message::{
 
 use crate::devices;
 
-// The two sides agree on what fits and on the bits.
+// Both sides agree on limits and bits.
 const _: () = {
     assert!(MAX_SPHERES == rt_core::capacity::MAX_SPHERES);
     assert!(MAX_CLIPPED == rt_core::capacity::MAX_CLIPPED);
@@ -123,7 +124,7 @@ pub(crate) fn fill_tools(
     ];
 }
 
-/// An event's message.
+/// Message of an event.
 pub(crate) fn event(event: &Event, sequence: u64, tick: u64, at_ns: u64) -> EventMsg {
     EventMsg {
         sequence,
@@ -156,7 +157,7 @@ pub(crate) fn event(event: &Event, sequence: u64, tick: u64, at_ns: u64) -> Even
     }
 }
 
-/// What a tick's record says of its content.
+/// Content bits of a tick's record.
 pub(crate) fn record_bits(view: &TickView<'_>) -> u32 {
     let stale = matches!(view.device.status, Status::Stale | Status::Lost);
     let contact = view.tool.contact_count > 0;

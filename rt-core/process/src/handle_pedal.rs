@@ -1,18 +1,18 @@
-//! Buttons of the haptic device that are a pedal's: they never reach the simulation as buttons.
+//! Handle buttons that act as a pedal. They never reach the simulation as buttons.
 
 use hardware::station::HandleButtons;
 use rt_core::port::{DeviceSample, PedalSample, Polled};
 use rt_core::time::TimeNs;
 
-/// A handle that said nothing for so long has let go.
+/// Silence after which the handle counts as released.
 const SILENT_NS: TimeNs = 500_000_000;
 
-/// What the handle's buttons press.
+/// State of the handle's pedal buttons.
 #[derive(Debug, Default)]
 pub(crate) struct HandlePedal {
     buttons: HandleButtons,
     pressed: PedalSample,
-    /// The pedal's own last word.
+    /// Last state of the pedal itself.
     pedal: PedalSample,
     is_news: bool,
 }
@@ -25,7 +25,7 @@ impl HandlePedal {
         }
     }
 
-    /// Takes the pedal's buttons out of what the handle said.
+    /// Removes the pedal's buttons from the handle's sample.
     pub(crate) fn take(&mut self, polled: &mut Polled<DeviceSample>) {
         match polled {
             Polled::Fresh(sample) => {
@@ -45,7 +45,7 @@ impl HandlePedal {
         }
     }
 
-    /// What pedal and handle press together. A pedal that is lost is lost: then nothing is pressed.
+    /// Joins the pedal and the handle's buttons. If the pedal is lost, nothing is pressed.
     pub(crate) fn join(
         &mut self,
         pedal: Polled<PedalSample>,
@@ -129,7 +129,7 @@ mod tests {
             Polled::Nothing,
             "no news"
         );
-        // The pedal itself works beside it.
+        // The pedal itself works too.
         let foot = PedalSample {
             cut: true,
             ..PedalSample::default()

@@ -6,8 +6,8 @@
 //! send, loan again ◄───── full ◄──────  give back
 //! ```
 //!
-//! The tick never calls iceoryx2: it takes a slot, fills it, gives it back, and allocates, faults
-//! and blocks nowhere. With no free slot it skips the frame and says so.
+//! The tick never calls iceoryx2. It takes a slot, fills it and gives it back, without allocation,
+//! page fault or block. With no free slot it skips the frame and reports that.
 #![expect(
     unsafe_code,
     reason = "loaned samples cross to the tick as pointers: iceoryx2's types are not Send"
@@ -19,33 +19,33 @@ use core::ptr::NonNull;
 use bytemuck::Pod;
 use heapless::spsc::{Consumer, Producer, Queue};
 
-/// Samples in circulation for each service.
+/// Samples in circulation per service.
 pub(crate) const SLOTS: usize = 5;
 const QUEUE: usize = SLOTS + 1;
 
-/// Where slots come from: a publisher, or memory in tests.
+/// Source of slots: a publisher, or memory in tests.
 ///
 /// # Safety
-/// A loan's memory is initialised, stays where it is and is written by nobody else until the loan
-/// is sent or dropped; it may be written from another thread.
+/// A loan's memory is initialised, stays in place, and is written by nobody else until the loan is
+/// sent or dropped. It may be written from another thread.
 pub(crate) unsafe trait Lender<T> {
     /// Exclusive use of one sample's memory.
     type Loan;
-    /// A free sample, or `None` if there is none just now.
+    /// Lends a free sample; `None` if there is none just now.
     fn loan(&mut self) -> Option<Self::Loan>;
-    /// Its memory.
+    /// Memory of the loan.
     fn memory(loan: &mut Self::Loan) -> NonNull<T>;
-    /// Publishes it.
+    /// Publishes the sample.
     fn send(&mut self, loan: Self::Loan);
 }
 
-/// A lent sample on its way. Whoever holds it may use the memory.
+/// A lent sample under way. Its holder may use the memory.
 struct Slot<T> {
     index: usize,
     memory: NonNull<T>,
 }
 
-// SAFETY: a slot is the only way to its memory while it travels, and `Lender` promises that the
+// SAFETY: while a slot travels, it is the only access to its memory, and `Lender` promises that the
 // memory may be written from another thread. `T: Pod` wherever it is used.
 unsafe impl<T: Send> Send for Slot<T> {}
 
@@ -55,7 +55,7 @@ pub(crate) struct Filler<T: 'static> {
     full: Producer<'static, Slot<T>>,
 }
 
-/// The publishing thread's end: owns the loans.
+/// The publishing thread's end, which owns the loans.
 pub(crate) struct Sender<T: 'static, L: Lender<T>> {
     lender: L,
     /// Never dropped while the tick may still write: see [`Sender::finish`].
@@ -64,7 +64,7 @@ pub(crate) struct Sender<T: 'static, L: Lender<T>> {
     full: Consumer<'static, Slot<T>>,
 }
 
-/// Makes a pair; lives for ever, as the threads that use it do. Allocates.
+/// Both ends of a handover. It allocates and lives for ever, as the threads that use it do.
 pub(crate) struct Handover<T: 'static> {
     to_tick: (Producer<'static, Slot<T>>, Consumer<'static, Slot<T>>),
     from_tick: (Producer<'static, Slot<T>>, Consumer<'static, Slot<T>>),
@@ -79,7 +79,7 @@ impl<T: Pod + Send> Handover<T> {
         }
     }
 
-    /// The two ends; the sender still needs its lender.
+    /// Splits it into the two ends. The sender still needs its lender.
     pub(crate) fn split(self) -> (Filler<T>, SenderEnds<T>) {
         let (free_in, free_out) = self.to_tick;
         let (full_in, full_out) = self.from_tick;
@@ -95,14 +95,14 @@ impl<T: Pod + Send> Handover<T> {
     }
 }
 
-/// The publishing thread's queues, before it has opened its publisher.
+/// The publishing thread's queues before its publisher is open.
 pub(crate) struct SenderEnds<T: 'static> {
     free: Producer<'static, Slot<T>>,
     full: Consumer<'static, Slot<T>>,
 }
 
 impl<T: Pod + Send> SenderEnds<T> {
-    /// Begins to lend: every sample is touched before the tick gets it.
+    /// Starts lending. Every sample is touched before the tick gets it.
     pub(crate) fn lend<L: Lender<T>>(self, lender: L) -> Sender<T, L> {
         let mut sender = Sender {
             lender,
@@ -116,8 +116,8 @@ impl<T: Pod + Send> SenderEnds<T> {
 }
 
 impl<T: Pod + Send> Filler<T> {
-    /// Lets `fill` write the next free sample and gives it back for sending. The memory holds
-    /// whatever an earlier frame left. False, and `fill` is not called, when none is free.
+    /// Lets `fill` write the next free sample and returns it for sending. The memory holds an
+    /// earlier frame. Returns false without calling `fill` when no sample is free.
     pub(crate) fn fill(&mut self, fill: impl FnOnce(&mut T)) -> bool {
         let Some(mut slot) = self.free.dequeue() else {
             return false;
@@ -125,13 +125,13 @@ impl<T: Pod + Send> Filler<T> {
         // SAFETY: the sender lent this memory and waits for the slot before it touches it again;
         // it is initialised (`Lender`) and any content is valid (`Pod`).
         fill(unsafe { slot.memory.as_mut() });
-        // There are no more slots than the queue holds.
+        // The queue has room for all slots.
         self.full.enqueue(slot).is_ok()
     }
 }
 
 impl<T: Pod + Send, L: Lender<T>> Sender<T, L> {
-    /// Publishes what the tick has filled, oldest first, and lends anew. Gives how many.
+    /// Publishes the filled samples, oldest first, and lends new ones. Returns their number.
     pub(crate) fn send_filled(&mut self) -> usize {
         let mut sent = 0;
         while let Some(slot) = self.full.dequeue() {
@@ -155,13 +155,13 @@ impl<T: Pod + Send, L: Lender<T>> Sender<T, L> {
             let memory = L::memory(&mut loan);
             touch(memory);
             *place = Some(ManuallyDrop::new(loan));
-            // There are no more slots than the queue holds.
+            // The queue has room for all slots.
             let _ = self.free.enqueue(Slot { index, memory });
         }
     }
 
-    /// Gives the loans back. Only for when the tick's thread has ended: dropping a sender without
-    /// it (a panic) leaks the loans instead of pulling memory from under the tick.
+    /// Takes the loans back. Only for use after the tick's thread has ended. A sender dropped
+    /// without it (in a panic) leaks the loans instead of taking memory from the tick.
     pub(crate) fn finish(mut self) {
         self.send_filled();
         for loan in self.loans.iter_mut().filter_map(Option::take) {
@@ -170,7 +170,7 @@ impl<T: Pod + Send, L: Lender<T>> Sender<T, L> {
     }
 }
 
-/// Writes to every page, so that the tick's first write does not fault.
+/// Writes to every page, so that the tick's first write causes no page fault.
 fn touch<T>(memory: NonNull<T>) {
     let start = memory.cast::<u8>();
     for offset in (0..size_of::<T>()).step_by(4096) {
@@ -188,7 +188,7 @@ mod tests {
     use std::cell::RefCell;
     use std::rc::Rc;
 
-    /// Boxes as samples; at most `left` loans, what is sent is kept.
+    /// Boxes as samples: at most `left` loans; sent ones are kept.
     struct Boxes {
         left: usize,
         sent: Rc<RefCell<Vec<[u64; 1024]>>>,

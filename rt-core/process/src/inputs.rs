@@ -1,4 +1,4 @@
-//! What a tick takes in ↔ the record of it that crosses the process border.
+//! Conversion between a tick's inputs and their record, which crosses the process border.
 
 use nalgebra::{Quaternion, Unit};
 use rt_core::math::{Pose, Vec3};
@@ -13,7 +13,7 @@ use rt_core::tool::Instrument;
 use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, PoseMsg};
 
-/// The record of `samples`; [`seal`] adds what the tick made of them.
+/// Record of `samples`; [`seal`] adds the tick's results.
 pub(crate) fn record(samples: &Samples) -> InputRecord {
     let mut record: InputRecord = bytemuck::Zeroable::zeroed();
     record.now_ns = samples.now_ns;
@@ -65,7 +65,7 @@ pub(crate) fn record(samples: &Samples) -> InputRecord {
     record
 }
 
-/// Adds the tick's number and what it came to.
+/// Adds the tick's number and the digest of its result.
 pub(crate) fn seal(record: &mut InputRecord, tick: u64, digest: Digest) {
     record.tick = tick;
     record.tools_hash = digest.tools;
@@ -73,8 +73,8 @@ pub(crate) fn seal(record: &mut InputRecord, tick: u64, digest: Digest) {
     record.organ_hashes = digest.organs;
 }
 
-/// The samples of a record. Any record gives some: what it says wrongly is refused by the core as
-/// from a device.
+/// Samples of a record. Any record can be converted; the core refuses wrong values as it does from
+/// a device.
 pub(crate) fn samples(record: &InputRecord) -> Samples {
     let has = |bit: u32| record.bits & bit != 0;
     Samples {
@@ -133,7 +133,7 @@ pub(crate) fn command(code: u8) -> Option<Command> {
     })
 }
 
-/// An instrument by its number.
+/// Instrument with this number.
 pub(crate) fn instrument(number: u32) -> Option<Instrument> {
     Some(match number {
         0 => Instrument::Grasper,
@@ -144,7 +144,7 @@ pub(crate) fn instrument(number: u32) -> Option<Instrument> {
     })
 }
 
-/// What a run begins with.
+/// Start conditions of a run.
 pub(crate) fn setup(
     scene_id: [u8; 16],
     period_ns: u64,
@@ -179,7 +179,7 @@ pub(crate) fn setup(
     }
 }
 
-/// What the haptic device of a recorded run could do.
+/// Capabilities of a recorded run's haptic device.
 pub(crate) fn capabilities(setup: &RunSetup) -> DeviceCapabilities {
     let [
         force_max_n,
@@ -205,7 +205,7 @@ pub(crate) fn capabilities(setup: &RunSetup) -> DeviceCapabilities {
     }
 }
 
-/// What a recorded run was started with.
+/// Parameters of a recorded run.
 pub(crate) fn parameters(setup: &RunSetup) -> Parameters {
     Parameters {
         method: match setup.paper_iterations {
@@ -225,7 +225,7 @@ fn message(pose: &Pose) -> PoseMsg {
     }
 }
 
-/// Bit for bit: scaling the quaternion to length one again would change it.
+/// Bit-exact: normalising the quaternion again would change it.
 pub(crate) fn pose(message: &PoseMsg) -> Pose {
     let [x, y, z, w] = message.orientation;
     let rotation = Unit::new_unchecked(Quaternion::new(w, x, y, z));

@@ -1,5 +1,5 @@
-//! The realtime process: locked memory, a pinned `SCHED_FIFO` thread, embassy's raw executor on
-//! it, the 1 kHz tick, and the publishing thread beside it.
+//! The realtime process: locked memory, a pinned `SCHED_FIFO` thread with embassy's raw executor
+//! and the 1 kHz tick, and the publishing thread.
 //!
 //! ```text
 //! run (main thread)   checks, opens, starts; then sleeps and watches
@@ -8,12 +8,12 @@
 //!  └─ publishing      FIFO 40, other cores: owns every iceoryx2 object
 //! ```
 //!
-//! Between the threads are only lock-free queues (loan handover for frames) and atomics.
+//! The threads share only lock-free queues (loan handover for frames) and atomics.
 
 mod account;
 pub mod admission;
-/// A line on standard error. Unlike `eprintln!` it does not panic when nobody reads it any more:
-/// the thread that watches the tick must not die of that.
+/// Writes a line to standard error. Unlike `eprintln!` it does not panic when the reader is gone,
+/// because the thread that watches the tick must not die of that.
 macro_rules! say {
     ($($text:tt)*) => {{
         use std::io::Write as _;

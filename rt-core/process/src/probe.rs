@@ -1,8 +1,8 @@
-//! Bare loops for measuring: what waking up costs on this machine, without a simulation.
+//! Bare loops that measure the cost of waking up on this machine, without a simulation.
 //!
-//! The executor's loop is the very one that the tick runs on; the plain loop is the least that any
-//! program can do. Compare both with `cyclictest` in the same minutes: figures of this kind are
-//! only comparable between runs that are interleaved.
+//! The executor's loop is the one that the tick runs on; the plain loop is the minimum of any
+//! program. Compare both with `cyclictest` in the same minutes: such figures compare only between
+//! interleaved runs.
 
 use core::cell::RefCell;
 use core::ops::ControlFlow;
@@ -28,22 +28,22 @@ use crate::tick::{Tick, World};
 use crate::tick_thread::Settings;
 use crate::time_driver::{monotonic_ns, now_ns, simulate_from, sleep_until};
 
-/// Which loop.
+/// Loop under test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loop {
-    /// embassy's executor with our time driver, spinning the last so many ns.
+    /// embassy's executor with our time driver, which spins for the last `spin_ns`.
     Executor {
-        /// As in `RtConfig`.
+        /// Time that is spun, ns; see `RtConfig`.
         spin_ns: u64,
     },
     /// `clock_nanosleep` to the next absolute deadline, nothing else.
     Plain,
 }
 
-/// What is measured.
+/// Settings of a measurement.
 #[derive(Debug, Clone)]
 pub struct Probe {
-    /// Which loop.
+    /// Loop under test.
     pub kind: Loop,
     /// Periods of 1 ms to run or miss.
     pub periods: u64,
@@ -51,26 +51,26 @@ pub struct Probe {
     pub core: usize,
     /// `SCHED_FIFO` priority.
     pub priority: u8,
-    /// Work of each tick, in order and from the start again: so much as takes these ns when nothing
-    /// disturbs it. None: none.
+    /// Undisturbed duration of each tick's work, ns, used in order and repeated. Empty: no work.
     pub work_ns: Vec<u32>,
 }
 
-/// Missed periods, told apart by who missed them.
+/// Missed periods by cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Misses {
-    /// By a loop that slept, its last tick done in time: the machine woke it too late.
+    /// Periods missed by a sleeping loop whose last tick was on time: the machine woke it too late.
     pub woken_late: u64,
-    /// By a loop whose last tick was still at work.
+    /// Periods missed by a loop whose last tick was still at work.
     pub at_work: u64,
-    /// Times that it happened, each of one period or more.
+    /// Number of occasions, each of one period or more.
     pub occasions: u64,
     /// Ticks that ended after their deadline; most cost no period.
     pub overruns: u64,
 }
 
 impl Misses {
-    /// A tick began; `missed`: periods lost before it, `overran`: whether the one before it did.
+    /// Notes the start of a tick, with the periods missed before it, and if the tick before it
+    /// overran.
     pub fn note_begin(&mut self, missed: u32, overran: bool) {
         self.occasions += u64::from(missed > 0);
         match overran {
@@ -79,23 +79,23 @@ impl Misses {
         }
     }
 
-    /// Periods missed.
+    /// Total of missed periods.
     #[must_use]
     pub fn periods(&self) -> u64 {
         self.woken_late + self.at_work
     }
 }
 
-/// What was found.
+/// Results of a measurement.
 #[derive(Debug, Clone, Default)]
 pub struct Latencies {
-    /// Actual − scheduled wake-up of every tick, ns, in order.
+    /// Actual minus scheduled wake-up of every tick, ns, in order.
     pub wake_latency_ns: Vec<u32>,
-    /// What each tick's work took, ns, as it was disturbed; empty without work.
+    /// Duration of each tick's work with its disturbances, ns; empty without work.
     pub burnt_ns: Vec<u32>,
-    /// Periods that were skipped, ticks that ended late.
+    /// Skipped periods and late ticks.
     pub misses: Misses,
-    /// How realtime the thread was.
+    /// Realtime privileges that the thread got.
     pub standing: Standing,
     /// Page faults and involuntary switches during the run.
     pub usage: ThreadUsage,
@@ -104,7 +104,7 @@ pub struct Latencies {
 const PERIOD_NS: u64 = 1_000_000;
 
 impl Probe {
-    /// Measures, in a thread of its own.
+    /// Measures in a thread of its own.
     ///
     /// # Errors
     /// When the thread does not start.
@@ -129,7 +129,7 @@ impl Probe {
         standing.note(TimingBatch::FIFO, realtime::take_fifo(self.priority));
         let touched = |each: usize| {
             let mut room = vec![1u32; each * usize::try_from(self.periods).unwrap_or(0)];
-            // Touched now, not in the loop.
+            // Touch the memory now, not in the loop.
             room.clear();
             room
         };
@@ -194,16 +194,16 @@ impl Probe {
     }
 }
 
-/// Work that takes the same number of instructions each time, however long it is interrupted.
+/// Work of a fixed number of instructions, however long it is interrupted.
 fn work(rounds: u64) {
     let mut x = 1u64;
     for _ in 0..rounds {
-        // Each waits for the one before.
+        // Each step depends on the one before.
         x = core::hint::black_box(x.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(1));
     }
 }
 
-/// How fast [`work`] is when nothing disturbs it: the best of many tries.
+/// Undisturbed speed of [`work`]: the best of many tries.
 fn rounds_per_ns() -> f64 {
     const ROUNDS: u64 = 20_000;
     let try_once = |_| {
@@ -215,7 +215,7 @@ fn rounds_per_ns() -> f64 {
     ROUNDS as f64 / best_ns as f64
 }
 
-/// Mean time that executor, timer queue and schedule cost a tick, ns: `ticks` empty ticks in
+/// Mean cost of executor, timer queue and schedule per tick, ns, over `ticks` empty ticks in
 /// simulated time.
 #[must_use]
 pub fn executor_cost_ns(ticks: u64) -> f64 {
@@ -238,9 +238,9 @@ pub fn executor_cost_ns(ticks: u64) -> f64 {
     std::thread::spawn(measure).join().unwrap_or(f64::NAN)
 }
 
-/// Mean time of a whole tick over an empty room without devices, ns, on this machine's clock: what
-/// remains of a tick when the work is taken away, that is its stamps, budgets, counters and record,
-/// and the passage through the simulation's stages.
+/// Mean time of a whole tick over an empty room without devices, ns, on this machine's clock. This
+/// is the tick without its work: stamps, budgets, counters, record, and the passage through the
+/// stages.
 ///
 /// # Errors
 /// When the thread does not start.
@@ -273,7 +273,7 @@ pub fn empty_tick_cost_ns(ticks: u64) -> Result<f64, RtError> {
             let due = Schedule::new(start_ns, PERIOD_NS).begin(start_ns);
             let _ = tick.run(due);
             in_ticks_ns += monotonic_ns() - start_ns;
-            // As the publishing thread does: a full queue would be another path.
+            // As the publishing thread does, because a full queue would take another path.
             while other_ends.records.dequeue().is_some() {}
             while other_ends.inputs.dequeue().is_some() {}
             while other_ends.events.dequeue().is_some() {}

@@ -1,5 +1,5 @@
-//! The publishing thread: owns every iceoryx2 object, sends what the tick has filled, passes
-//! commands on. Woken by time, late in each period, when the tick is expected to be done.
+//! The publishing thread owns every iceoryx2 object, sends the tick's frames and passes commands
+//! on. A timer wakes it late in each period, when the tick should be done.
 
 use core::mem::MaybeUninit;
 use core::ptr::NonNull;
@@ -24,13 +24,13 @@ use crate::shared::Shared;
 use crate::summary::Ended;
 use crate::time_driver::{monotonic_ns, sleep_until};
 
-/// Events that can wait for the publishing thread: 32 ticks full of them.
+/// Capacity for events: 32 ticks full of them.
 pub(crate) const EVENT_QUEUE: usize = 1025;
-/// Timing records, and inputs, that can wait: a second.
+/// Capacity for timing records, and for inputs: one second.
 pub(crate) const RECORD_QUEUE: usize = 1025;
-/// Commands on their way to the tick, which takes one a tick.
+/// Capacity for commands; the tick takes one per tick.
 pub(crate) const COMMAND_QUEUE: usize = 9;
-/// How often hosts that died are forgotten.
+/// Interval at which dead hosts are removed.
 const FORGET_DEAD_NS: u64 = 1_000_000_000;
 
 /// The publishing thread's ends of all queues.
@@ -41,11 +41,11 @@ pub(crate) struct Ends {
     pub(crate) records: Consumer<'static, TickRecord>,
     pub(crate) inputs: Consumer<'static, InputRecord>,
     pub(crate) commands: Producer<'static, Command>,
-    /// The tick at which each command took effect, in the commands' order.
+    /// Tick at which each command took effect, in the order of the commands.
     pub(crate) accepted: Consumer<'static, u64>,
 }
 
-/// Publishes until the tick's thread has ended and all it left is sent.
+/// Publishes until the tick's thread has ended and everything it left is sent.
 pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, period_ns: u64) {
     let mut state = ends.state.lend(Samples(&controller.state));
     let mut tools = ends.tools.lend(Samples(&controller.tools));
@@ -59,7 +59,7 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
     };
     let mut forget_at_ns = monotonic_ns() + FORGET_DEAD_NS;
     loop {
-        // Read first: what the tick left before it ended is then still sent below.
+        // Read this first, so that everything the tick left is still sent below.
         let last_round = shared.tick_ended.load(Acquire);
         state.send_filled();
         tools.send_filled();
@@ -86,7 +86,8 @@ pub(crate) fn publish(controller: &Controller, ends: Ends, shared: &Shared, peri
     tools.finish();
 }
 
-/// Eight tenths into a period of the tick, so that the frames of that period are complete.
+/// Time of the next round: eight tenths into a period of the tick, when the frames of that period
+/// are complete.
 fn next_round_ns(shared: &Shared, period_ns: u64) -> u64 {
     let now = monotonic_ns();
     let phase = shared.scheduled_ns.load(Relaxed) + period_ns / 10 * 8;
@@ -125,7 +126,7 @@ unsafe impl<T: Pod + core::fmt::Debug + ZeroCopySend> Lender<T> for Samples<'_, 
     }
 }
 
-/// Collects records into batches.
+/// Collects timing records into batches.
 struct Timing {
     records: Consumer<'static, TickRecord>,
     batch: Box<TimingBatch>,
@@ -204,7 +205,7 @@ impl Inputs {
         }
     }
 
-    /// Tells a recorder too that this is the end, and how many ticks there were.
+    /// Also tells a recorder that this is the end, and the number of ticks.
     fn send_rest(&mut self, controller: &Controller, shared: &Shared) {
         self.send_full(controller, shared);
         self.batch.ran = u32::try_from(shared.ticks.load(Relaxed)).unwrap_or(u32::MAX);
@@ -217,13 +218,13 @@ impl Inputs {
         };
         self.batch.setup = *setup;
         self.batch.lost = shared.inputs_lost.load(Relaxed);
-        // Without a recorder this costs a look at an empty list.
+        // Without a recorder, this only checks an empty list.
         let _ = controller.inputs.send_copy(*self.batch);
         self.batch.count = 0;
     }
 }
 
-/// Where commands come in and replies go out.
+/// Receives commands and sends replies.
 struct Desk {
     commands: Producer<'static, Command>,
     accepted: Consumer<'static, u64>,
@@ -268,7 +269,7 @@ fn reply(outcome: u32, tick: u64) -> ReplyMsg {
     }
 }
 
-/// What a message asks, or the outcome that refuses it.
+/// Parses a command, or returns the outcome that refuses it.
 fn parse(message: CommandMsg) -> Result<Asked, u32> {
     let flag = match message.argument {
         0 => Ok(false),

@@ -1,5 +1,5 @@
-//! What makes a thread realtime on Linux, asked for step by step; what is refused is said in
-//! plain words with the command that mends it.
+//! The steps that make a thread realtime on Linux. Each refusal is a sentence with the command that
+//! remedies it.
 #![expect(
     unsafe_code,
     reason = "libc calls that rustix does not have: scheduler, signal mask, malloc, rusage"
@@ -13,29 +13,29 @@ use rustix::process::{Resource, getrlimit};
 use rustix::thread::CpuSet;
 use shared_mem::message::TimingBatch;
 
-/// Stack that the tick may use and that is touched before it starts.
+/// Stack of the tick that is touched before it starts, bytes.
 const STACK_BYTES: usize = 512 * 1024;
-/// Memory that a finite lock limit must leave for growth, else later mappings would fail.
+/// Memory that a finite lock limit must leave for growth; otherwise later mappings would fail.
 const LOCK_HEADROOM_BYTES: u64 = 256 << 20;
 
-/// How realtime this process got.
+/// Realtime privileges of this process.
 #[derive(Debug, Clone, Default)]
 pub struct Standing {
     /// [`TimingBatch::FIFO`], [`TimingBatch::LOCKED`], [`TimingBatch::PINNED`].
     pub bits: u32,
-    /// One sentence for everything that was refused, with the mending command.
+    /// One sentence per refusal, with the remedy.
     pub refused: Vec<String>,
 }
 
 impl Standing {
-    /// Realtime only with all three.
+    /// True with all three privileges.
     #[must_use]
     pub fn is_realtime(&self) -> bool {
         let all = TimingBatch::FIFO | TimingBatch::LOCKED | TimingBatch::PINNED;
         self.bits & all == all
     }
 
-    /// Adds what one step came to.
+    /// Adds the outcome of one step.
     pub fn note(&mut self, bit: u32, outcome: Result<(), String>) {
         match outcome {
             Ok(()) => self.bits |= bit,
@@ -43,7 +43,7 @@ impl Standing {
         }
     }
 
-    /// Takes away what `thread` no longer has; gives a sentence for each.
+    /// Removes privileges that `thread` no longer has; returns a sentence for each.
     pub(crate) fn lose(&mut self, thread: libc::pid_t) -> Vec<String> {
         let still = [
             (
@@ -75,7 +75,7 @@ impl Standing {
     }
 }
 
-/// A thread that has ended has lost nothing.
+/// A thread that has ended counts as realtime.
 fn is_realtime(thread: libc::pid_t) -> bool {
     policy(thread).is_none_or(|policy| [libc::SCHED_FIFO, libc::SCHED_DEADLINE].contains(&policy))
 }
@@ -86,7 +86,7 @@ fn policy(thread: libc::pid_t) -> Option<libc::c_int> {
     (policy >= 0).then_some(policy)
 }
 
-/// A thread that has ended has lost nothing.
+/// A thread that has ended counts as pinned.
 fn is_pinned(thread: libc::pid_t) -> bool {
     if policy(thread) == Some(libc::SCHED_DEADLINE) {
         return true; // the kernel's admission takes the place of a core of one's own
@@ -95,10 +95,10 @@ fn is_pinned(thread: libc::pid_t) -> bool {
     rustix::thread::sched_getaffinity(thread).map_or(true, |set| set.count() == 1)
 }
 
-/// Keeps freed memory in the process, then locks all of it, present and future.
+/// Keeps freed memory in the process, then locks all memory, present and future.
 ///
 /// # Errors
-/// In words, with the mending command.
+/// A sentence with the remedy.
 pub fn lock_memory() -> Result<(), String> {
     // SAFETY: two valid settings; glibc makes them under its own lock.
     unsafe {
@@ -110,7 +110,7 @@ pub fn lock_memory() -> Result<(), String> {
     let refused = |why: String| format!("memory is not locked: {why}; {MEND}");
     rustix::mm::mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)
         .map_err(|error| refused(error.to_string()))?;
-    // Under a finite limit the lock can succeed now and make later mappings fail.
+    // Under a finite limit, the lock can succeed now and make later mappings fail.
     let limit = getrlimit(Resource::Memlock).current;
     if let Some(limit) = limit
         && !may_lock_without_limit()
@@ -142,7 +142,7 @@ fn locked_bytes() -> u64 {
     status_field("VmLck").unwrap_or(0) << 10
 }
 
-/// Touches the stack that the tick will use, so that it never faults there.
+/// Touches the stack that the tick will use, so that it causes no page fault.
 #[inline(never)]
 pub fn prefault_stack() {
     let mut stack = [0u8; STACK_BYTES];
@@ -165,7 +165,7 @@ pub fn allowed_cores() -> Vec<usize> {
 /// Pins the calling thread to these cores.
 ///
 /// # Errors
-/// In words, with the mending command.
+/// A sentence with the remedy.
 pub fn pin_to(cores: &[usize]) -> Result<(), String> {
     let mut set = CpuSet::new();
     for &core in cores.iter().filter(|&&core| core < CpuSet::MAX_CPU) {
@@ -182,7 +182,7 @@ pub fn pin_to(cores: &[usize]) -> Result<(), String> {
 /// Gives the calling thread `SCHED_FIFO` at a priority of 1 to 99.
 ///
 /// # Errors
-/// In words, with the mending command.
+/// A sentence with the remedy.
 pub fn take_fifo(priority: u8) -> Result<(), String> {
     let parameter = libc::sched_param {
         sched_priority: libc::c_int::from(priority),
@@ -203,11 +203,11 @@ pub fn take_fifo(priority: u8) -> Result<(), String> {
     ))
 }
 
-/// Gives the calling thread what works beside the tick has: cores other than the tick's, where there
-/// are any, and `SCHED_FIFO`.
+/// Prepares the calling thread for work next to the tick: cores other than the tick's, if there are
+/// any, and `SCHED_FIFO`.
 ///
 /// # Errors
-/// In words, with the mending command.
+/// A sentence with the remedy.
 pub fn work_beside_tick(cores: &[usize], tick_core: usize, priority: u8) -> Result<(), String> {
     let cores = cores.iter().copied();
     let others: Vec<usize> = cores.filter(|&core| core != tick_core).collect();
@@ -217,10 +217,10 @@ pub fn work_beside_tick(cores: &[usize], tick_core: usize, priority: u8) -> Resu
     take_fifo(priority)
 }
 
-/// Gives the calling thread `SCHED_DEADLINE`: nine tenths of every period, by its end.
+/// Gives the calling thread `SCHED_DEADLINE`: nine tenths of every period, due at its end.
 ///
 /// # Errors
-/// In words, with the mending command.
+/// A sentence with the remedy.
 pub fn take_deadline(period_ns: u64) -> Result<(), String> {
     let attributes = libc::sched_attr {
         size: size_of::<libc::sched_attr>() as u32,
@@ -244,15 +244,15 @@ pub fn take_deadline(period_ns: u64) -> Result<(), String> {
     ))
 }
 
-/// Gives a thread of this process back to the ordinary scheduler: the answer to a runaway tick.
+/// Returns a thread of this process to the ordinary scheduler: the answer to a runaway tick.
 pub(crate) fn demote(thread: libc::pid_t) {
     let parameter = libc::sched_param { sched_priority: 0 };
     // SAFETY: a thread id of this process; the parameter is a valid, initialised struct.
     unsafe { libc::sched_setscheduler(thread, libc::SCHED_OTHER, &raw const parameter) };
 }
 
-/// Keeps signals away from the calling thread, so that the main thread takes them all. Faults of
-/// the thread's own making stay deliverable.
+/// Blocks signals in the calling thread, so that the main thread gets them all. Faults of the
+/// thread itself stay deliverable.
 pub(crate) fn leave_signals_to_main() {
     // SAFETY: the set is initialised by `sigfillset` before use; pointers are to locals.
     unsafe {
@@ -271,19 +271,19 @@ pub(crate) fn leave_signals_to_main() {
     }
 }
 
-/// Counters of the calling thread that only the kernel knows.
+/// The kernel's counters of the calling thread.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ThreadUsage {
     /// Page faults, minor and major.
     pub page_faults: u64,
     /// Involuntary context switches: something of higher priority took the core.
     pub involuntary_switches: u64,
-    /// Voluntary context switches: it waited.
+    /// Voluntary context switches: the thread waited.
     pub waits: u64,
 }
 
 impl ThreadUsage {
-    /// Reads them: one system call, no allocation.
+    /// Reads the counters: one system call, no allocation.
     #[must_use]
     pub fn now() -> Self {
         // SAFETY: all-zero is a valid rusage; the pointer is to a local.
@@ -300,7 +300,7 @@ impl ThreadUsage {
         }
     }
 
-    /// What happened since `start`.
+    /// Difference since `start`.
     #[must_use]
     pub fn since(self, start: Self) -> Self {
         Self {
@@ -313,15 +313,15 @@ impl ThreadUsage {
     }
 }
 
-/// Keeps the processor out of deep idle states for as long as it lives.
+/// Keeps the processor out of deep idle states while it lives.
 #[derive(Debug)]
 pub struct NoDeepIdle(#[expect(dead_code, reason = "the open file is the request")] File);
 
 impl NoDeepIdle {
-    /// Asks for a wake-up latency of 0 µs.
+    /// Requests a wake-up latency of 0 µs.
     ///
     /// # Errors
-    /// In words, with the mending command.
+    /// A sentence with the remedy.
     pub fn ask() -> Result<Self, String> {
         let path = "/dev/cpu_dma_latency";
         let ask = || -> io::Result<File> {

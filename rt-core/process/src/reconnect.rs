@@ -1,6 +1,6 @@
-//! The thread that opens the devices, and opens again what was unplugged.
+//! The thread that opens the devices and reopens lost ones.
 //!
-//! A lost device comes out of the tick, is closed here, and its path is tried until it answers again.
+//! A lost device leaves the tick and is closed here. Its path is then tried until it answers again.
 
 use core::sync::atomic::Ordering::Acquire;
 use core::time::Duration;
@@ -20,12 +20,12 @@ use crate::realtime;
 use crate::run::spawn;
 use crate::shared::Shared;
 
-/// Between two looks for what was lost, and two tries to open it.
+/// Interval between two checks for lost devices, and between two attempts to open one.
 const LOOK_EVERY: Duration = Duration::from_millis(100);
-/// One place more than kinds: a queue of `N` holds `N − 1`.
+/// One more than the number of kinds: a queue of `N` holds `N − 1`.
 const PLACES: usize = KINDS + 1;
 
-/// What the thread needs.
+/// Settings of the thread.
 pub(crate) struct Opener {
     pub(crate) config: RtConfig,
     pub(crate) file: StationFile,
@@ -49,8 +49,8 @@ impl Opener {
     fn run(self, tell: &SyncSender<Result<Devices, RtError>>) {
         realtime::leave_signals_to_main();
         if self.config.realtime == Realtime::Ask {
-            // The lines' threads inherit it: what arrives is noted before the tick looks for it. What
-            // is refused here is refused to the tick as well, and told there.
+            // The lines' threads inherit this priority, so that input is stamped before the tick
+            // reads it. The tick's thread reports the same refusals.
             let priority = self.config.priority.saturating_add(1).min(99);
             let _ = realtime::work_beside_tick(&self.cores, self.tick_core, priority);
         }
@@ -74,7 +74,8 @@ impl Opener {
         while !self.shared.tick_ended.load(Acquire) {
             sleep(LOOK_EVERY);
             for kind in 0..KINDS {
-                // Before each try, which may take seconds: what is closed gets its zero force.
+                // Before each attempt, which may take seconds, because closing a device zeroes its
+                // force.
                 self.close(&mut lost, &mut waiting);
                 if waiting.get(kind) != Some(&true) {
                     continue;
@@ -89,7 +90,7 @@ impl Opener {
         }
     }
 
-    /// Closes what was lost.
+    /// Closes the lost devices.
     fn close(&self, lost: &mut Consumer<'static, Device>, waiting: &mut [bool; KINDS]) {
         while let Some(device) = lost.dequeue() {
             let kind = device.kind();
@@ -104,11 +105,11 @@ impl Opener {
         }
     }
 
-    /// The device, if it answers and is the one that was lost.
+    /// Reopens the device, if it answers and is the one that was lost.
     fn try_open(&self, kind: usize, capabilities: &DeviceCapabilities) -> Option<Device> {
         let device = match Device::reopen(kind, &self.config, &self.file) {
             Ok(device) => device?,
-            // It is there, and needs a person.
+            // It is present but needs a person.
             Err(RtError::Device {
                 device,
                 source: source @ HardwareError::Calibration { .. },
@@ -120,7 +121,7 @@ impl Opener {
             Err(_) => return None,
         };
         match &device {
-            // Its limits are in every gate of the force.
+            // Its limits are part of every check of the force.
             Device::Haptic(haptic) if haptic.capabilities() != *capabilities => {
                 static TOLD: OnceLock<()> = OnceLock::new();
                 TOLD.get_or_init(|| {
@@ -141,7 +142,7 @@ impl Opener {
     }
 }
 
-/// Lives as long as the process, as the tick's other queues do.
+/// Lives as long as the process, like the tick's other queues.
 fn queue() -> (Producer<'static, Device>, Consumer<'static, Device>) {
     Box::leak(Box::new(Queue::<Device, PLACES>::new())).split()
 }

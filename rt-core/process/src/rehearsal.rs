@@ -1,6 +1,5 @@
-//! The simulation with the emulated hand at it, and nothing else: no processes, lines or clocks. The same
-//! scene and the same wishes give the same bits, as fast as it goes. For whoever tries a task out, and for
-//! tests.
+//! The simulation with the emulated hand, without processes, lines or clocks. Equal scenes and
+//! wishes give equal bits, as fast as possible. For trying out a task, and for tests.
 
 use hardware::emulate::{HandScript, LedHand, Wish};
 use hardware::rig::wire::{Capabilities, Switches};
@@ -18,9 +17,9 @@ use crate::error::RtError;
 use crate::scene::LoadedScene;
 use crate::{frames, inputs};
 
-/// A tick, ns.
+/// Duration of a tick, ns.
 const PERIOD_NS: u64 = 1_000_000;
-/// Frames are filled, and tracker and pedal speak, every so many ticks, as in a station.
+/// Ticks per frame, and ticks per sample of tracker and pedal, as in a station.
 const FRAME_EVERY: u64 = 4;
 const SLOW_EVERY: u64 = 10;
 
@@ -33,7 +32,7 @@ pub struct Rehearsal<'a> {
     setup: RunSetup,
 }
 
-/// What the simulation takes in and shows.
+/// Inputs and outputs of the simulation.
 #[derive(Debug)]
 struct World {
     samples: Samples,
@@ -48,10 +47,10 @@ struct World {
     records: Vec<InputRecord>,
 }
 
-/// Lets `work` work in `scene`, from rest.
+/// Runs `work` on `scene`, from rest.
 ///
 /// # Errors
-/// When the core refuses the scene, or the emulated devices do not reach where it is worked.
+/// When the core refuses the scene, or the emulated devices do not reach its work place.
 pub fn rehearse<R>(
     scene: &SceneFile,
     work: impl FnOnce(&mut Rehearsal<'_>) -> R,
@@ -100,7 +99,7 @@ pub fn rehearse<R>(
 }
 
 impl Rehearsal<'_> {
-    /// A tick, in which the hand does what `asked` says. Events are added to [`Self::events`].
+    /// Runs a tick in which the hand follows `asked`. Events are added to [`Self::events`].
     pub fn tick(&mut self, asked: &HandMsg, command: Option<CommandMsg>) {
         let world = &mut self.world;
         world.ticks += 1;
@@ -132,41 +131,42 @@ impl Rehearsal<'_> {
         self.sim.tick(world);
     }
 
-    /// The newest frame of the spheres.
+    /// Newest frame of the spheres.
     #[must_use]
     pub fn state(&self) -> &StateFrame {
         &self.world.state
     }
 
-    /// The newest frame of the tools.
+    /// Newest frame of the tools.
     #[must_use]
     pub fn tools(&self) -> &ToolFrame {
         &self.world.tools
     }
 
-    /// What happened since the last call.
+    /// Takes the events since the last call.
     pub fn events(&mut self) -> Vec<EventMsg> {
         core::mem::take(&mut self.world.events)
     }
 
-    /// What the run began with: with [`Self::records`], all that [`crate::replay::Replay`] needs.
+    /// Start conditions of the run: with [`Self::records`], all that [`crate::replay::Replay`]
+    /// needs.
     #[must_use]
     pub fn setup(&self) -> RunSetup {
         self.setup
     }
 
-    /// What the ticks since the last call took in, and what each came to.
+    /// Takes the input records since the last call, with the digest of each tick.
     pub fn records(&mut self) -> Vec<InputRecord> {
         core::mem::take(&mut self.world.records)
     }
 
-    /// Ticks so far.
+    /// Number of ticks so far.
     #[must_use]
     pub fn ticks(&self) -> u64 {
         self.world.ticks
     }
 
-    /// Of all that every tick came to.
+    /// Hash over the results of all ticks.
     #[must_use]
     pub fn hash(&self) -> u64 {
         self.world.hash
@@ -214,7 +214,7 @@ impl Ports for World {
     fn stamp(&mut self, _stage: Stage) {}
 }
 
-/// The emulated hand works where a scene's room says.
+/// Script of the emulated hand for a scene's room.
 #[must_use]
 pub fn script(room: &RoomRecord) -> HandScript {
     HandScript {
@@ -229,7 +229,7 @@ pub fn script(room: &RoomRecord) -> HandScript {
     }
 }
 
-/// What a display asks of the emulated hand. What is no number is no movement.
+/// Wish of a display for the emulated hand. A number that is not finite counts as no movement.
 #[must_use]
 pub fn wish(message: &HandMsg) -> Wish {
     let number = |part: f64| if part.is_finite() { part } else { 0.0 };

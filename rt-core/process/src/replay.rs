@@ -1,10 +1,10 @@
-//! The same simulation again, from recorded inputs, as fast as it goes.
+//! Repeats a simulation from recorded inputs, as fast as possible.
 //!
 //! ```text
 //! InputRecord ─► Samples, answers to "is there time?" ─► Sim::tick ─► Digest  ==?  the record's
 //! ```
 //!
-//! No clock, no device, no thread: what the tick was given is what it gets.
+//! There is no clock, device or thread: the tick gets the recorded inputs.
 
 mod leaks;
 mod player;
@@ -27,7 +27,7 @@ use crate::frames;
 use crate::inputs;
 use crate::scene::LoadedScene;
 
-/// What a run began with, ready to be run again.
+/// Start conditions of a run, ready to be repeated.
 #[derive(Debug)]
 pub struct Replay {
     scene: LoadedScene,
@@ -35,19 +35,19 @@ pub struct Replay {
     organs: Vec<String>,
 }
 
-/// A tick as it came out again.
+/// A repeated tick.
 #[derive(Debug)]
 pub struct Replayed<'a> {
-    /// What it was given, and what it came to when it was recorded.
+    /// Its recorded inputs and digest.
     pub record: &'a InputRecord,
-    /// What it came to now.
+    /// Digest of the repeated tick.
     pub digest: Digest,
-    /// What it shows.
+    /// Results of the repeated tick.
     pub view: &'a TickView<'a>,
 }
 
 impl Replayed<'_> {
-    /// What differs from the recorded run.
+    /// Difference from the recorded run, if any.
     #[must_use]
     pub fn differs(&self) -> Option<Difference> {
         if self.record.spheres_hash != self.digest.spheres {
@@ -57,7 +57,7 @@ impl Replayed<'_> {
         (self.record.tools_hash != self.digest.tools).then_some(Difference::Tools)
     }
 
-    /// What a display would have been sent of it; times are the record's.
+    /// Fills the frames that a display would have received; the times are the record's.
     pub fn fill(&self, scene_id: [u8; 16], state: &mut StateFrame, tools: &mut ToolFrame) {
         let now_ns = self.record.now_ns;
         let lines = [Some(LineCounters::default()); 3];
@@ -65,7 +65,7 @@ impl Replayed<'_> {
         frames::fill_tools(tools, self.view, lines, scene_id, now_ns);
     }
 
-    /// What happened in it; the numbers count from 0 in each tick.
+    /// Events of the tick; their numbers start at 0 in each tick.
     pub fn events(&self) -> impl Iterator<Item = EventMsg> {
         let (tick, now_ns) = (self.record.tick, self.record.now_ns);
         let numbered = (0..).zip(self.view.events);
@@ -73,21 +73,22 @@ impl Replayed<'_> {
     }
 }
 
-/// Where two runs differ.
+/// Difference between two runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Difference {
-    /// The first organ that does, by its index in the scene; none if their few bits agree by chance.
+    /// The first organ that differs, by its index in the scene; `None` if the few stored bits agree
+    /// by chance.
     Organ(Option<usize>),
-    /// The instrument, the endoscope, or the force.
+    /// The instrument, the endoscope or the force.
     Tools,
 }
 
 impl Replay {
-    /// Prepares to run `scene` as `setup` says. Its identity may be another than the recorded one:
-    /// whoever asks for equal bits compares [`Replay::scene_id`] first.
+    /// Prepares to run `scene` from `setup`. The scene may differ from the recorded one: compare
+    /// [`Replay::scene_id`] first if equal bits are needed.
     ///
     /// # Errors
-    /// When the core refuses the scene, or where the run's devices stood.
+    /// When the core refuses the scene or the devices' poses.
     pub fn new(scene: &SceneFile, setup: &RunSetup) -> Result<Self, RtError> {
         let loaded = LoadedScene::from_file(scene, &StationFile::default())?.in_room_of(setup);
         loaded.scene()?;
@@ -120,7 +121,8 @@ impl Replay {
         &self.organs
     }
 
-    /// Runs all ticks, in order, from the scene at rest; `each` sees them and ends it with `false`.
+    /// Runs all ticks in order, from the scene at rest. `each` sees every tick and ends the run
+    /// with `false`.
     ///
     /// # Errors
     /// When the core refuses the scene.
@@ -134,7 +136,7 @@ impl Replay {
     }
 }
 
-/// [`Replay::run`] on a scene in memory, whose room is the recorded run's.
+/// Like [`Replay::run`], on a scene in memory whose room is the recorded run's.
 pub(crate) fn run_scene(
     scene: Scene<'_>,
     setup: &RunSetup,
@@ -156,7 +158,7 @@ pub(crate) fn run_scene(
     }
 }
 
-/// The world as it was recorded.
+/// The recorded world.
 struct Recorded<'a, F> {
     record: &'a InputRecord,
     each: F,
@@ -198,7 +200,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(64))]
 
-        /// A session whose checksums are right may still hold anything.
+        /// A session with correct checksums may still hold any values.
         #[test]
         fn any_setup_and_any_inputs_run_without_a_panic(
             setup in prop::collection::vec(any::<u8>(), size_of::<RunSetup>()),
@@ -224,7 +226,7 @@ mod tests {
             }
             let records: Vec<InputRecord> =
                 ticks.iter().map(|it| bytemuck::pod_read_unaligned(it)).collect();
-            // What the core refuses is refused.
+            // The core may refuse it.
             if let Ok(scene) = Scene::new(&[], &[], &[], room) {
                 let mut seen = 0;
                 run_scene(scene, &setup, records.iter().copied(), |_| {

@@ -1,4 +1,4 @@
-//! From a configuration to a running station and back: what the main thread does.
+//! The main thread's work: from a configuration to a running station and back.
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed, Ordering::Release};
 use core::time::Duration;
@@ -32,25 +32,25 @@ use crate::tick_thread::{self, Settings, Start};
 use crate::time_driver::monotonic_ns;
 use crate::watch::Watch;
 
-/// Stack of the tick's thread: holds a simulation state while it is built, and far more than the
-/// tick needs.
+/// Stack of the tick's thread: room for building a simulation state, and far more than the tick
+/// needs.
 pub(crate) const TICK_STACK_BYTES: usize = 8 << 20;
-/// How long the tick may take to end when it is asked to.
+/// Longest wait for the tick to end when asked.
 const PATIENCE_TO_END_NS: u64 = 2_000_000_000;
-/// How often the main thread looks.
+/// Interval of the main thread's checks.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
 
 /// Runs the realtime process until `stop` is set, a host's command ends it, or
-/// [`RtConfig::periods_max`] periods are over. Calls `on_ready` once, when it ticks.
+/// [`RtConfig::periods_max`] periods have passed. Calls `on_ready` once, when it ticks.
 ///
 /// Blocks the calling thread, which should take the signals (`signal_hook::flag` on `stop`). The
-/// force is zero when it returns, however it returns. What Linux refuses and what goes wrong on
-/// the way is written to standard error.
+/// force is zero when it returns, in every case. Refusals of Linux and problems are written to
+/// standard error.
 ///
 /// The simulation's storage lives as long as the process, as embassy's tasks must.
 ///
 /// # Errors
-/// As [`RtError`] says: why it did not start, or broke off.
+/// [`RtError`] tells why it did not start or broke off.
 pub fn run(
     config: &RtConfig,
     stop: &AtomicBool,
@@ -77,14 +77,14 @@ pub fn run(
     };
     let (tick_ends, publisher_ends) = queues();
 
-    // The station first: a second controller must not touch the first one's devices.
+    // The station first, because a second controller must not touch the first one's devices.
     let publisher = run.start_publisher(publisher_ends)?;
     let outcome = run
         .admit()
         .and_then(|()| run.start_tick(tick_ends))
         .and_then(|tick| run.supervise(tick, &publisher, stop, on_ready));
     if let Err(wedged @ RtError::Wedged { .. }) = outcome {
-        // The tick may still write into the publisher's memory: leave both as they are.
+        // The tick may still write into the publisher's memory, so leave both running.
         return Err(wedged);
     }
     run.shared.tick_ended.store(true, Release);
@@ -94,32 +94,32 @@ pub fn run(
     Ok(run.summary(supervised))
 }
 
-/// A run's constants.
+/// Constants of a run.
 struct Run<'a> {
     config: &'a RtConfig,
     scene: &'static LoadedScene,
-    /// Devices, as the station file names them.
+    /// Devices as the station file names them.
     file: StationFile,
-    /// What the scene costs, if it was measured.
+    /// Measured cost of the scene, if it was measured.
     admission: Option<Admission>,
     /// Cores that this process may use.
     cores: Vec<usize>,
-    /// The tick's.
+    /// Core of the tick.
     core: usize,
     shared: Arc<Shared>,
 }
 
-/// The tick's thread, about to tick.
+/// The tick's thread, ready to tick.
 struct TickThread {
     thread: JoinHandle<()>,
-    /// Opens devices that were lost; ends after the tick.
+    /// Reopens lost devices; ends after the tick.
     opener: JoinHandle<()>,
     standing: Standing,
-    /// The request holds as long as it lives.
+    /// The request lasts as long as this lives.
     _no_deep_idle: Option<NoDeepIdle>,
 }
 
-/// What watching came to.
+/// Result of the supervision.
 struct Supervised {
     ended: Ended,
     standing: Standing,
@@ -146,7 +146,7 @@ impl Run<'_> {
                 }
             };
             if asks {
-                // What is refused here is refused to the tick as well, and told there.
+                // The tick's thread reports the same refusals.
                 let _ = realtime::work_beside_tick(&cores, core, priority);
             }
             let _ = tell.send(Ok(()));
@@ -160,8 +160,8 @@ impl Run<'_> {
         }
     }
 
-    /// Takes the finest level whose worst tick fits this machine; when none does, refuses (strict)
-    /// or takes the coarsest and says so.
+    /// Takes the finest level whose worst tick fits this machine. If none fits, refuses (strict) or
+    /// takes the coarsest and reports it.
     fn admit(&mut self) -> Result<(), RtError> {
         if self.config.admission == AdmissionPolicy::Skip {
             return Ok(());
@@ -213,7 +213,7 @@ impl Run<'_> {
             }
             Realtime::Never => standing
                 .refused
-                .push("realtime was not asked for".to_owned()),
+                .push("realtime was not requested".to_owned()),
         }
         let start = Start {
             scene: self.scene.scene()?,
@@ -358,7 +358,7 @@ impl Run<'_> {
     }
 }
 
-/// The queues between the tick and the publishing thread. They live as long as the process.
+/// Makes the queues between the tick and the publishing thread. They live as long as the process.
 pub(crate) fn queues() -> (tick::Ends, publisher::Ends) {
     fn queue<T, const N: usize>() -> (Producer<'static, T>, Consumer<'static, T>) {
         Box::leak(Box::new(Queue::<T, N>::new())).split()
@@ -411,7 +411,7 @@ pub(crate) fn join(thread: &'static str, handle: JoinHandle<()>) -> Result<(), R
     })
 }
 
-/// A thread that ended before it told anything has panicked.
+/// Error for a thread that ended before it reported anything: it panicked.
 pub(crate) fn without_a_word(thread: &'static str, handle: JoinHandle<()>) -> RtError {
     let silent = RtError::Panicked {
         thread,

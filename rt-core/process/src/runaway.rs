@@ -1,9 +1,11 @@
-//! A tick that never sleeps: the kernel tells us, we take the core away from it.
+//! Detection of a tick that never sleeps, so that it can lose its core.
 //!
-//! `RLIMIT_RTTIME` bounds how long a realtime thread may run without sleeping once. Past the soft
-//! limit the process gets `SIGXCPU`, and the main thread takes the tick off the realtime scheduler;
-//! past the hard limit, when not even the main thread gets a core, the kernel kills the process.
-//! Either way the device's own watchdog (100 ms at most), where it has one, has dropped the force before.
+//! `RLIMIT_RTTIME` bounds the time for which a realtime thread may run without a sleep. Past the
+//! soft limit the process gets `SIGXCPU`, and the main thread takes the tick off the realtime
+//! scheduler. Past the hard limit, when not even the main thread gets a core, the kernel kills the
+//! process. In either case the device's own watchdog (100 ms at most), if it has one, has already
+//! dropped the force.
+//! before.
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use std::io;
@@ -13,12 +15,12 @@ use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use signal_hook::SigId;
 use signal_hook::consts::SIGXCPU;
 
-/// Longest run of a realtime thread without a sleep: hundreds of periods.
+/// Soft limit of a realtime thread's run without a sleep, µs: hundreds of periods.
 const SOFT_US: u64 = 200_000;
-/// Then the kernel ends it.
+/// Hard limit at which the kernel ends the process, µs.
 const HARD_US: u64 = 2_000_000;
 
-/// Watches for runaway realtime threads of this process for as long as it lives.
+/// Detects runaway realtime threads of this process while it lives.
 #[derive(Debug)]
 pub struct RunawayGuard {
     tripped: Arc<AtomicBool>,
@@ -29,10 +31,10 @@ impl RunawayGuard {
     /// Sets the limits and the handler.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the operating system.
     pub fn arm() -> io::Result<Self> {
         let tripped = Arc::new(AtomicBool::new(false));
-        // The handler first: the signal's own action is to end the process.
+        // The handler first: the signal's default action ends the process.
         let handler = signal_hook::flag::register(SIGXCPU, Arc::clone(&tripped))?;
         let lower = |limit: Option<u64>, to| Some(limit.map_or(to, |limit| limit.min(to)));
         let hard = lower(getrlimit(Resource::Rttime).maximum, HARD_US);
@@ -47,7 +49,7 @@ impl RunawayGuard {
         Ok(Self { tripped, handler })
     }
 
-    /// Whether a thread ran away.
+    /// True if a thread ran away.
     #[must_use]
     pub fn tripped(&self) -> bool {
         self.tripped.load(Relaxed)

@@ -1,4 +1,4 @@
-//! The compiled scene as the core takes it.
+//! Conversion of the compiled scene for the core.
 
 use std::path::Path;
 
@@ -23,7 +23,7 @@ use crate::inputs;
 #[derive(Debug)]
 pub(crate) struct LoadedScene {
     pub(crate) name: String,
-    /// First half of the identity, as frames carry it.
+    /// First half of the identity, as in frames.
     pub(crate) short_id: [u8; 16],
     /// The whole identity, hexadecimal.
     pub(crate) id: String,
@@ -41,13 +41,13 @@ pub(crate) struct LoadedScene {
 }
 
 impl LoadedScene {
-    /// Reads and checks a compiled scene.
-    /// Devices stand where the station file says, or else where the scene says.
+    /// Reads and checks a compiled scene. The devices stand where the station file puts them, or
+    /// else the scene.
     pub(crate) fn load(path: &Path, station: &StationFile) -> Result<Self, RtError> {
         Self::from_file(&SceneFile::open(path)?, station)
     }
 
-    /// Where things stood in a recorded run.
+    /// Uses the device poses of a recorded run.
     pub(crate) fn in_room_of(mut self, setup: &RunSetup) -> Self {
         self.room.world_from_device = inputs::pose(&setup.world_from_device);
         self.room.world_from_tracker = inputs::pose(&setup.world_from_tracker);
@@ -116,7 +116,7 @@ impl LoadedScene {
             .map_err(RtError::Core)
     }
 
-    /// How many spheres.
+    /// Number of spheres.
     pub(crate) fn sphere_count(&self) -> usize {
         self.spheres.len()
     }
@@ -192,7 +192,7 @@ fn column(record: &CellColumnRecord) -> Column {
     }
 }
 
-/// An organ; its batches of tetrahedra are not yet known.
+/// Converts an organ; its batches of tetrahedra are not yet known.
 fn organ(record: &OrganRecord) -> Organ {
     let material = &record.material;
     Organ {
@@ -253,7 +253,7 @@ fn room(record: &RoomRecord, station: &StationFile) -> Room {
 
 fn pose(message: &PoseMsg) -> Pose {
     let [x, y, z, w] = message.orientation;
-    // The file's check has made sure that the length is near one.
+    // The check of the file ensures a length near one.
     let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, x, y, z));
     Pose::from_parts(Vec3::from(message.position_m).into(), rotation)
 }

@@ -1,12 +1,12 @@
-//! Which period a tick belongs to: absolute deadlines, no burst after a stall.
+//! Periods of the ticks: absolute deadlines, no burst after a stall.
 
-/// The 1 kHz grid. Deadlines stand at `start + k × period`; a period that is over before its
-/// tick could start is missed, counted, and never made up for.
+/// The 1 kHz grid. Deadlines stand at `start + k × period`. A period that ends before its tick
+/// could start is missed, counted, and never made up for.
 #[derive(Debug, Clone, Copy)]
 pub struct Schedule {
     /// The first deadline that no tick has served.
     next_ns: u64,
-    /// Not before this: a rest.
+    /// Earliest start after a rest.
     rest_until_ns: u64,
     period_ns: u64,
 }
@@ -14,12 +14,12 @@ pub struct Schedule {
 /// A tick that is due.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Due {
-    /// When it should have started: the first deadline that no tick has served. The lateness
-    /// against it is the whole truth, lost periods included.
+    /// Scheduled start: the first deadline that no tick has served. The lateness against it
+    /// includes missed periods.
     pub scheduled_ns: u64,
-    /// When it must have ended: the start of the next period.
+    /// Deadline for the tick's end: the start of the next period.
     pub deadline_ns: u64,
-    /// Whole periods that passed between its scheduled and its actual start: skipped.
+    /// Whole periods skipped between the scheduled and the actual start.
     pub missed: u32,
 }
 
@@ -34,15 +34,15 @@ impl Schedule {
         }
     }
 
-    /// When to wake up.
+    /// Next wake-up.
     #[must_use]
     pub fn next_ns(&self) -> u64 {
         self.next_ns.max(self.rest_until_ns)
     }
 
-    /// Gives up the period that runs at `now_ns`, if its tick has not begun: the loop may sleep up to
-    /// the grid's first point after it. For one that has not slept for too long. The tick that
-    /// follows tells of the period as missed.
+    /// Gives up the period that runs at `now_ns`, if its tick has not begun, so that the loop may
+    /// sleep to the next grid point. For a loop that has not slept for too long. The next tick
+    /// reports the period as missed.
     pub fn rest(&mut self, now_ns: u64) {
         if now_ns >= self.next_ns {
             let over = (now_ns - self.next_ns) / self.period_ns;
@@ -50,8 +50,8 @@ impl Schedule {
         }
     }
 
-    /// The tick that starts at `now_ns`, and moves on: the next one is due on the grid, after
-    /// `now_ns`. Whole periods that passed meanwhile are skipped.
+    /// Returns the tick that starts at `now_ns` and advances: the next one is due at the first grid
+    /// point after `now_ns`. Whole periods in between are skipped.
     pub fn begin(&mut self, now_ns: u64) -> Due {
         let late_ns = now_ns.saturating_sub(self.next_ns);
         let missed = late_ns / self.period_ns;

@@ -1,5 +1,5 @@
-//! A modem line of a serial port that is high while a tick runs: for an oscilloscope, which sees
-//! what no clock of this machine can deceive it about.
+//! A modem line of a serial port that is high while a tick runs. An oscilloscope measures it
+//! independently of this machine's clocks.
 #![expect(
     unsafe_code,
     reason = "the modem lines' ioctls, which rustix does not have"
@@ -12,7 +12,7 @@ use std::path::PathBuf;
 
 use crate::error::RtError;
 
-/// Which line.
+/// A modem line that can be driven.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ModemLine {
     /// Request to send.
@@ -21,23 +21,23 @@ pub enum ModemLine {
     Dtr,
 }
 
-/// Which line of which port.
+/// A modem line of a port.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ScopeLine {
-    /// The port. Nothing else may use it. A real UART: each change of a line behind USB takes a
-    /// transfer, up to milliseconds, in the tick.
+    /// The port. Nothing else may use it. It must be a real UART: behind USB, each change of a
+    /// line takes a transfer of up to milliseconds, in the tick.
     pub tty: PathBuf,
     /// The line.
     pub line: ModemLine,
 }
 
-/// Puts a line high or low.
+/// Sets a line high or low.
 pub(crate) type Switch = Box<dyn Fn(bool) + Send>;
 
-/// Sets or clears modem bits: a port, `TIOCMBIS` or `TIOCMBIC`, the bits. `false`: refused.
+/// Sets or clears modem bits: a port, `TIOCMBIS` or `TIOCMBIC`, the bits. Returns false if refused.
 type SetBits = fn(&File, libc::Ioctl, libc::c_int) -> bool;
 
-/// The line, open; low when it goes.
+/// The open line; low after it is dropped.
 struct OpenLine {
     port: File,
     bit: libc::c_int,
@@ -45,7 +45,7 @@ struct OpenLine {
 }
 
 impl ScopeLine {
-    /// Opens the port and puts the line low; as it is when it is dropped.
+    /// Opens the port and sets the line low; it is set low again when dropped.
     ///
     /// # Errors
     /// [`RtError::ScopeLine`] when the port does not open or has no such line.
@@ -75,7 +75,7 @@ impl ScopeLine {
         };
         match line.set(false) {
             true => Ok(Box::new(move |high| {
-                // Refused only when the port goes; the tick has nobody to tell.
+                // Refused only when the port is gone; the tick has nobody to report it to.
                 let _ = line.set(high);
             })),
             false => Err(failed(std::io::Error::last_os_error())),
@@ -84,14 +84,14 @@ impl ScopeLine {
 }
 
 impl OpenLine {
-    /// High or low: one system call, no allocation. `false`: refused.
+    /// Sets the line: one system call, no allocation. Returns false if refused.
     fn set(&self, high: bool) -> bool {
         let request = if high { libc::TIOCMBIS } else { libc::TIOCMBIC };
         (self.set_bits)(&self.port, request, self.bit)
     }
 }
 
-/// The kernel's.
+/// Sets the bits through the kernel.
 fn set_bits(port: &File, request: libc::Ioctl, bits: libc::c_int) -> bool {
     // SAFETY: the descriptor is open; the pointer is to a value that lives through the call.
     unsafe { libc::ioctl(port.as_raw_fd(), request, &raw const bits) == 0 }
@@ -133,7 +133,7 @@ mod tests {
             }
             drop(switch);
             let [up, down] = [(libc::TIOCMBIS, bit), (libc::TIOCMBIC, bit)];
-            // Low at first, high and low in each tick, low when it goes.
+            // Low at first, high and low in each tick, low at the end.
             assert_eq!(ASKED.take(), [down, up, down, up, down, down]);
         }
     }

@@ -1,4 +1,4 @@
-//! What the three threads know of each other: atomics, nothing that blocks.
+//! State shared by the three threads: atomics, nothing that blocks.
 
 use core::sync::atomic::{
     AtomicBool, AtomicI32, AtomicU8, AtomicU32, AtomicU64, Ordering::Relaxed,
@@ -11,24 +11,24 @@ use shared_mem::message::STAGES;
 
 use crate::summary::Ended;
 
-/// Kinds of faults that the reports have room for.
+/// Number of fault kinds in the reports.
 pub(crate) const FAULTS: usize = 20;
 
-/// Counters and flags. Written by the tick's thread unless said otherwise.
+/// Counters and flags. The tick's thread writes them unless stated otherwise.
 #[derive(Debug, Default)]
 pub(crate) struct Shared {
-    /// Asks the tick to end: 0 no, else an [`Ended`] + 1. Anybody writes it.
+    /// Request to the tick to end: 0 for none, otherwise an [`Ended`] + 1. Any thread writes it.
     stop: AtomicU8,
-    /// The tick's thread is past its last tick; nothing more comes.
+    /// The tick's thread is past its last tick and sends nothing more.
     pub(crate) tick_ended: AtomicBool,
-    /// Kernel's number of the tick's thread.
+    /// Kernel's id of the tick's thread.
     pub(crate) tick_thread: AtomicI32,
-    /// Bits of `TimingBatch::realtime`; the watch takes away what is lost.
+    /// Bits of `TimingBatch::realtime`; the watch removes lost ones.
     pub(crate) realtime: AtomicU32,
     pub(crate) ticks: AtomicU64,
-    /// When the newest tick should have started: the publishing thread follows it.
+    /// Scheduled start of the newest tick, which the publishing thread follows.
     pub(crate) scheduled_ns: AtomicU64,
-    /// When the newest tick ended: the watch looks at it.
+    /// End of the newest tick, which the watch checks.
     pub(crate) heartbeat_ns: AtomicU64,
     pub(crate) deadline_misses: AtomicU64,
     pub(crate) overruns: AtomicU64,
@@ -39,12 +39,12 @@ pub(crate) struct Shared {
     pub(crate) blocks: AtomicU64,
     /// Ticks in which a device came, went stale or was lost.
     pub(crate) device_changes: AtomicU64,
-    /// The watch asks the tick to cut the force; a host's command lets it through again.
+    /// Request of the watch to cut the force; a host's command enables it again.
     pub(crate) cut_force: AtomicBool,
     /// Ticks in which each stage took longer than its budget.
     pub(crate) stages_over: [AtomicU64; STAGES],
     pub(crate) faults: [AtomicU64; FAULTS],
-    /// Largest force sent, N, as bits.
+    /// Largest force sent, N, as bits of f32.
     pub(crate) force_max_n: AtomicU32,
     pub(crate) frames_skipped: AtomicU64,
     pub(crate) self_collisions_dropped: AtomicU64,
@@ -52,21 +52,21 @@ pub(crate) struct Shared {
     pub(crate) frames_dropped: AtomicU64,
     pub(crate) events_lost: AtomicU64,
     pub(crate) records_lost: AtomicU64,
-    /// Ticks whose inputs did not fit their queue: a recording has a gap there.
+    /// Ticks whose inputs did not fit their queue; a recording has a gap there.
     pub(crate) inputs_lost: AtomicU64,
-    /// What the run began with; there before its first tick.
+    /// Start conditions of the run, set before its first tick.
     pub(crate) setup: OnceLock<RunSetup>,
 }
 
 impl Shared {
-    /// Asks the tick to end. The first reason stays.
+    /// Asks the tick to end. The first reason is kept.
     pub(crate) fn ask_to_end(&self, why: Ended) {
         let _ = self
             .stop
             .compare_exchange(0, why as u8 + 1, Relaxed, Relaxed);
     }
 
-    /// Why the tick shall end, if it shall.
+    /// Reason for which the tick must end, if any.
     pub(crate) fn asked_to_end(&self) -> Option<Ended> {
         match self.stop.load(Relaxed) {
             0 => None,
@@ -77,7 +77,7 @@ impl Shared {
         }
     }
 
-    /// Counts one.
+    /// Adds one to a counter.
     pub(crate) fn count(counter: &AtomicU64) {
         counter.fetch_add(1, Relaxed);
     }

@@ -1,4 +1,4 @@
-//! What a run comes to.
+//! Summary of a run.
 
 use std::collections::BTreeMap;
 
@@ -6,7 +6,7 @@ use serde::Serialize;
 
 use crate::admission::Admission;
 
-/// Why a run ended.
+/// Reason for the end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ended {
@@ -14,23 +14,23 @@ pub enum Ended {
     Asked,
     /// A host's command.
     Commanded,
-    /// The configured number of periods is over.
+    /// The configured number of periods has passed.
     Finished,
-    /// A tick ran for 200 ms without an end and came back when it was taken off the realtime
+    /// A tick ran for 200 ms without an end, and returned when it was taken off the realtime
     /// scheduler.
     Runaway,
 }
 
-/// What a run comes to. Counts are since the first tick.
+/// Summary of a run. Counts start at the first tick.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RtSummary {
-    /// Station.
+    /// Name of the station.
     pub station: String,
-    /// The scene's name.
+    /// Name of the scene.
     pub scene: String,
-    /// Its identity, hexadecimal.
+    /// Identity of the scene, hexadecimal.
     pub scene_id: String,
-    /// Why the run ended.
+    /// Reason for the end of the run.
     pub ended: Ended,
     /// Ticks run.
     pub ticks: u64,
@@ -38,23 +38,23 @@ pub struct RtSummary {
     pub deadline_misses: u64,
     /// Ticks that ended after their deadline.
     pub overruns: u64,
-    /// Heap calls of the tick's thread; none when the program does not count them.
+    /// Heap calls of the tick's thread; `None` when the program does not count them.
     pub allocations_after_start: Option<u64>,
     /// Page faults of the tick's thread.
     pub page_faults_after_start: u64,
-    /// Times that the kernel took the core away from the tick's thread.
+    /// Number of times that the kernel took the core away from the tick's thread.
     pub involuntary_switches: u64,
-    /// Times that the tick's thread waited for anything but its next tick.
+    /// Number of times that the tick's thread waited for anything other than its next tick.
     pub blocks: u64,
-    /// Whether the tick ran pinned, under `SCHED_FIFO`, in locked memory.
+    /// True if the tick ran pinned, under `SCHED_FIFO`, in locked memory.
     pub realtime: bool,
-    /// What Linux refused, with the mending command each.
+    /// Refusals of Linux, each with its remedy.
     pub refused: Vec<String>,
-    /// What the scene costs on this machine; none: not measured.
+    /// Cost of the scene on this machine; `None`: not measured.
     pub admission: Option<Admission>,
-    /// Core that the tick ran on.
+    /// Core of the tick.
     pub core: usize,
-    /// Faults by name.
+    /// Number of faults by name.
     pub faults: BTreeMap<String, u64>,
     /// Largest force sent, N.
     pub force_max_n: f32,
@@ -74,27 +74,27 @@ pub struct RtSummary {
     pub records_lost: u64,
     /// Ticks whose inputs did not reach a recorder.
     pub inputs_lost: u64,
-    /// Times that the watch found the tick standing still.
+    /// Number of times that the watch found the tick standing still.
     pub stalls_seen: u64,
 }
 
-/// What a run tells once it ticks.
+/// Report of a run once it ticks.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Ready {
-    /// Station.
+    /// Name of the station.
     pub station: String,
-    /// The scene's name.
+    /// Name of the scene.
     pub scene: String,
-    /// Its identity, hexadecimal.
+    /// Identity of the scene, hexadecimal.
     pub scene_id: String,
-    /// Spheres in it.
+    /// Number of spheres.
     pub spheres: usize,
-    /// Core that the tick runs on.
+    /// Core of the tick.
     pub core: usize,
-    /// Whether it is realtime.
+    /// True if it is realtime.
     pub realtime: bool,
-    /// What Linux refused, with the mending command each.
+    /// Refusals of Linux, each with its remedy.
     pub refused: Vec<String>,
-    /// What the scene costs on this machine; none: not measured.
+    /// Cost of the scene on this machine; `None`: not measured.
     pub admission: Option<Admission>,
 }

@@ -1,4 +1,4 @@
-//! The tick's way to the world: devices, clock, queues. Nothing here blocks or allocates.
+//! The tick's access to devices, clock and queues. Nothing here blocks or allocates.
 
 use core::ops::ControlFlow;
 use core::sync::atomic::Ordering::Relaxed;
@@ -33,7 +33,7 @@ pub(crate) struct Ends {
     pub(crate) accepted: Producer<'static, u64>,
 }
 
-/// What the tick needs besides the simulation.
+/// The tick's context besides the simulation.
 pub(crate) struct World {
     devices: Devices,
     ends: Ends,
@@ -42,22 +42,22 @@ pub(crate) struct World {
     publish_every: u64,
     period_ns: u64,
     gate: PublishGate,
-    /// What each stage may need.
+    /// Time that each stage may need, ns.
     needs_ns: [u64; STAGES],
-    /// When the tick must have ended.
+    /// Deadline for the tick's end.
     deadline_ns: u64,
     next_event: u64,
-    /// When the device sample of this tick arrived, if it is new.
+    /// Arrival time of this tick's device sample, if it is new.
     fresh_at_ns: Option<u64>,
     last_stamp_ns: u64,
     record: TickRecord,
-    /// What this tick took in.
+    /// Inputs of this tick.
     input: InputRecord,
-    /// Haptic device, tracker, pedal.
+    /// Status of haptic device, tracker and pedal.
     device_status: [Status; 3],
 }
 
-/// Simulation and world: one control period after the other.
+/// Simulation and world, advanced one control period at a time.
 pub(crate) struct Tick {
     sim: Sim<'static>,
     world: World,
@@ -106,7 +106,7 @@ impl World {
     }
 
     fn raise(&mut self, event: &rt_core::words::Event, tick: u64, at_ns: u64) {
-        // Numbered before it is queued: a lost event leaves a gap that the reader sees.
+        // Numbered before it is queued, so that the reader sees a gap for a lost event.
         let message = frames::event(event, self.next_event, tick, at_ns);
         self.next_event += 1;
         if self.ends.events.enqueue(message).is_err() {
@@ -131,7 +131,7 @@ impl Ports for World {
         } else {
             let command = self.ends.commands.dequeue();
             if command.is_some() {
-                // As many places as commands can be under way.
+                // The queue has room for all commands under way.
                 let _ = self.ends.accepted.enqueue(self.record.tick);
             }
             command
@@ -180,7 +180,7 @@ impl Ports for World {
             self.device_status = status;
             Shared::count(&self.shared.device_changes);
         }
-        // Non-negative floats are ordered as their bits.
+        // Non-negative floats are ordered like their bits.
         let force_n = rt_core::math::norm(&view.tool.force_n).max(0.0);
         self.shared
             .force_max_n
@@ -263,7 +263,7 @@ impl Tick {
         }
     }
 
-    /// One control period, and its record.
+    /// Runs one control period and writes its record.
     pub(crate) fn run(&mut self, due: Due) -> ControlFlow<()> {
         let start = now_ns();
         let world = &mut self.world;
@@ -305,7 +305,7 @@ impl Tick {
         }
     }
 
-    /// Zero force.
+    /// Sends zero force.
     pub(crate) fn make_safe(&mut self) {
         self.world.devices.make_safe(now_ns());
     }

@@ -30,10 +30,10 @@ use crate::shared::Shared;
 use crate::tick::{Ends, Tick, World};
 use crate::time_driver::now_ns;
 
-/// From the end of the preparation to the first tick.
+/// Delay from the end of the preparation to the first tick, ns.
 const START_DELAY_NS: u64 = 5_000_000;
 
-/// What the thread is started with.
+/// Arguments of the thread.
 pub(crate) struct Start {
     pub(crate) scene: Scene<'static>,
     pub(crate) scene_id: [u8; 16],
@@ -41,7 +41,7 @@ pub(crate) struct Start {
     pub(crate) ends: Ends,
     pub(crate) shared: Arc<Shared>,
     pub(crate) core: usize,
-    /// How realtime the process is so far; the thread adds its own.
+    /// Realtime privileges of the process so far; the thread adds its own.
     pub(crate) standing: Standing,
     pub(crate) scope_line: Option<Switch>,
     pub(crate) settings: Settings,
@@ -56,7 +56,7 @@ pub(crate) struct Settings {
     pub(crate) period_ns: u64,
     spin_ns: u64,
     pub(crate) publish_every: u32,
-    /// What each stage may need: as measured, or its budget.
+    /// Time that each stage may need: measured, or its budget.
     pub(crate) needs_ns: [u64; STAGES],
     periods_max: Option<u64>,
     parameters: Parameters,
@@ -81,8 +81,8 @@ impl Settings {
     }
 }
 
-/// Body of the thread. Tells its standing just before the first tick. The force is zero when it
-/// returns or unwinds.
+/// Body of the thread. Reports its realtime privileges just before the first tick. The force is
+/// zero when it returns or unwinds.
 pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     let shared = Arc::clone(&start.shared);
     let settings = start.settings;
@@ -94,7 +94,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
         .tick_thread
         .store(thread.as_raw_nonzero().get(), Relaxed);
 
-    // Both live as long as the process: embassy's tasks must.
+    // Both live as long as the process, as embassy's tasks must.
     let state: &'static mut State = Box::leak(Box::new(State::new()));
     let capabilities = start.devices.capabilities();
     let _ = shared.setup.set(inputs::setup(
@@ -132,7 +132,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
 
     let outcome = catch_unwind(AssertUnwindSafe(|| executor.run(settings.spin_ns)));
     alloc_counter::disarm();
-    // Unwinding has given back the borrow that a panicking tick held.
+    // Unwinding has released the borrow of a panicking tick.
     if let Ok(mut tick) = tick.try_borrow_mut() {
         tick.make_safe();
     }
@@ -142,7 +142,7 @@ pub(crate) fn run(start: Start, told: &SyncSender<Standing>) {
     }
 }
 
-/// Steps from an ordinary thread to a realtime one.
+/// Turns an ordinary thread into a realtime one.
 fn become_realtime(mut standing: Standing, settings: Settings, core: usize) -> Standing {
     match (settings.realtime, settings.scheduler) {
         (Realtime::Never, _) => {}
@@ -161,7 +161,7 @@ fn become_realtime(mut standing: Standing, settings: Settings, core: usize) -> S
     standing
 }
 
-/// The body of the control task.
+/// Body of the control task.
 fn ticking(
     tick: Rc<RefCell<Tick>>,
     batch_done: Rc<BatchDone>,
@@ -199,7 +199,7 @@ mod tests {
     use shared_mem::message::TickRecord;
     use std::sync::{Mutex, mpsc};
 
-    /// A device that answers every poll; `step` may stall or panic; forces are kept.
+    /// A device that answers every poll and keeps the forces; `step` may stall or panic.
     struct Fake<F> {
         polls: u64,
         step: F,
@@ -243,7 +243,7 @@ mod tests {
         }
     }
 
-    /// When the oscilloscope's line changed, and to what.
+    /// Changes of the oscilloscope's line: time and level.
     type Scoped = Arc<Mutex<Vec<(u64, bool)>>>;
 
     #[global_allocator]
@@ -257,13 +257,13 @@ mod tests {
         ends: crate::publisher::Ends,
     }
 
-    /// The whole thread in simulated time, over an empty room.
+    /// Runs the whole thread in simulated time over an empty room.
     fn simulate(periods: u64, step: impl FnMut(u64) + Send + 'static) -> Outcome {
         let prepare = || simulate_from(1_000_000_000);
         run_in_room(periods, Standing::default(), prepare, step)
     }
 
-    /// The same, in the time that `prepare` makes.
+    /// Runs the thread in the time that `prepare` sets up.
     fn run_in_room(
         periods: u64,
         standing: Standing,
@@ -286,7 +286,7 @@ mod tests {
         let mut config = RtConfig::new("simulated", "none");
         config.realtime = Realtime::Never;
         config.periods_max = Some(periods);
-        // A fake allocates.
+        // The fake device allocates.
         if standing.bits == 0 {
             config.on_violation = OnViolation::Count;
         }
@@ -323,8 +323,7 @@ mod tests {
         }
     }
 
-    /// What the thread handed out for a recorder gives the same run again, and another one if a
-    /// handle was elsewhere for one tick.
+    /// The recorded inputs repeat the run; a handle moved in a single tick changes it.
     #[test]
     fn what_was_recorded_is_replayed_bit_by_bit() {
         let mut outcome = simulate(800, |_| ());
@@ -418,7 +417,7 @@ mod tests {
         for (rule, said) in [
             ("allocation", "allocated after its start"),
             ("page fault", "took a page fault after its start"),
-            ("block", "waited for something else"),
+            ("block", "waited for something other"),
         ] {
             let name = "tick_thread::tests::breaks_a_rule";
             let output = std::process::Command::new(std::env::current_exe().unwrap())
@@ -461,7 +460,7 @@ mod tests {
             advance_simulated(if poll == 50 { 7_300_000 } else { 200_000 });
         });
         assert_eq!(outcome.shared.overruns.load(Relaxed), 1);
-        // Due at 0, done at 7.3: the tick due at 1 starts there, the periods at 2 to 7 are lost.
+        // Due at 0, done at 7.3: the tick due at 1 starts then; the periods at 2 to 7 are lost.
         assert_eq!(outcome.shared.deadline_misses.load(Relaxed), 6);
         assert_eq!(outcome.shared.ticks.load(Relaxed), 94);
         let overruns = &outcome.shared.faults[rt_core::fault::Fault::Overrun.code() as usize];
@@ -497,7 +496,7 @@ mod tests {
         let shared = &outcome.shared;
         assert_eq!(shared.ticks.load(Relaxed), 400);
         assert_eq!(outcome.forces.len(), 400 + 3);
-        // Of 100 frames that were due every 26th is shown all the same.
+        // Of 100 due frames every 26th is published in any case.
         assert_eq!(shared.frames_dropped.load(Relaxed), 97);
         assert_eq!(shared.stages_over[0].load(Relaxed), 400, "sampling took it");
         let mut dropped = 0;
@@ -505,7 +504,7 @@ mod tests {
             dropped += u64::from(record.bits & TickRecord::DROPPED_PUBLISH != 0);
         }
         assert_eq!(dropped, 97);
-        // Sampling alone took the time: nothing else was left to do in it.
+        // Sampling alone took the time, so all other work was dropped.
         assert_eq!(shared.self_collisions_dropped.load(Relaxed), 400);
         assert_eq!(shared.far_organs_dropped.load(Relaxed), 400);
     }
@@ -513,7 +512,7 @@ mod tests {
     #[test]
     fn optional_work_is_dropped_in_its_order() {
         // After 250 µs the budgets of contact to force still fit; after 400 µs only those of solve
-        // and force; after 600 µs not even they.
+        // and force; after 600 µs none.
         for (taken_us, self_collision, far) in [(250, 0, 0), (400, 50, 0), (600, 50, 50)] {
             let outcome = simulate(50, move |_| advance_simulated(taken_us * 1000));
             let shared = &outcome.shared;

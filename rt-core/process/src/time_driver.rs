@@ -1,8 +1,8 @@
 //! Time for embassy: `CLOCK_MONOTONIC` in ns, or simulated time that jumps to the next expiry.
 //!
-//! embassy knows one time driver a program. This one keeps clock and timer queue per thread, so
-//! that executors in several threads (tests) do not touch each other: a task's timers are only
-//! ever polled on the thread of its executor.
+//! embassy allows one time driver per program. This one keeps clock and timer queue per thread, so
+//! that executors in several threads (tests) do not affect each other: a task's timers are polled
+//! only on the thread of its executor.
 
 use core::cell::{Cell, RefCell};
 use core::task::Waker;
@@ -23,7 +23,7 @@ pub fn now_ns() -> u64 {
     SIMULATED_NS.get().unwrap_or_else(monotonic_ns)
 }
 
-/// Nanoseconds of `CLOCK_MONOTONIC`, simulated time or not.
+/// Nanoseconds of `CLOCK_MONOTONIC`, even in simulated time.
 #[must_use]
 pub fn monotonic_ns() -> u64 {
     let now = rustix::time::clock_gettime(ClockId::Monotonic);
@@ -31,25 +31,26 @@ pub fn monotonic_ns() -> u64 {
     now.tv_sec.cast_unsigned() * 1_000_000_000 + now.tv_nsec.cast_unsigned()
 }
 
-/// Lets this thread live in simulated time from now on: sleeping takes no time.
+/// Switches this thread to simulated time, in which sleeping takes no time.
 pub fn simulate_from(start_ns: u64) {
     SIMULATED_NS.set(Some(start_ns));
 }
 
-/// Moves simulated time on, as work or a stall would. Does nothing in real time.
+/// Advances simulated time, as work or a stall would. Does nothing in real time.
 pub fn advance_simulated(by_ns: u64) {
     if let Some(now) = SIMULATED_NS.get() {
         SIMULATED_NS.set(Some(now.saturating_add(by_ns)));
     }
 }
 
-/// Times that this thread went to sleep for a deadline.
+/// Number of times that this thread slept for a deadline.
 pub(crate) fn sleeps() -> u64 {
     SLEEPS.get()
 }
 
-/// Sleeps until `at_ns`, waking `spin_ns` early to spin the rest away. Returns at once when it
-/// has passed. A signal does not end the sleep early: an absolute deadline is slept for again.
+/// Sleeps until `at_ns`, waking `spin_ns` early to spin for the rest. Returns at once when the time
+/// has passed. A signal does not end the sleep early, because the loop sleeps to the absolute
+/// deadline again.
 pub(crate) fn sleep_until(at_ns: u64, spin_ns: u64) {
     if let Some(now) = SIMULATED_NS.get() {
         SIMULATED_NS.set(Some(now.max(at_ns)));
@@ -62,7 +63,7 @@ pub(crate) fn sleep_until(at_ns: u64, spin_ns: u64) {
     };
     while monotonic_ns() < wake_ns {
         SLEEPS.set(SLEEPS.get() + 1);
-        // The error is EINTR; the loop asks the clock, whatever it was.
+        // The error is EINTR; in any case the loop reads the clock again.
         let _ = rustix::thread::clock_nanosleep_absolute(ClockId::Monotonic, &wake);
     }
     while monotonic_ns() < at_ns {
@@ -70,7 +71,7 @@ pub(crate) fn sleep_until(at_ns: u64, spin_ns: u64) {
     }
 }
 
-/// Wakes this thread's tasks whose time has come; gives the next expiry, `u64::MAX` for none.
+/// Wakes this thread's tasks whose time has come; returns the next expiry, `u64::MAX` for none.
 pub(crate) fn wake_expired() -> u64 {
     TIMERS.with_borrow_mut(|timers| timers.next_expiration(now_ns()))
 }
@@ -87,7 +88,7 @@ impl embassy_time_driver::Driver for ThreadTime {
     }
 }
 
-// One tick of embassy is one nanosecond of ours.
+// One tick of embassy is one nanosecond here.
 const _: () = assert!(embassy_time::TICK_HZ == 1_000_000_000);
 
 embassy_time_driver::time_driver_impl!(static DRIVER: ThreadTime = ThreadTime);

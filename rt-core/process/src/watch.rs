@@ -1,4 +1,4 @@
-//! The main thread's look at the tick: does it still beat, and is it still realtime?
+//! The main thread's checks of the tick: it must keep beating and stay realtime.
 
 use core::sync::atomic::Ordering::Relaxed;
 
@@ -8,20 +8,20 @@ use crate::realtime::Standing;
 use crate::shared::Shared;
 use crate::time_driver::monotonic_ns;
 
-/// From any end of the tick (panic, signal, `SIGSTOP`, a kill, a lock on memory or a device that is
-/// lost) to the end of the force. A tick that still runs zeroes it itself; else the device's watchdog
-/// does, whose limit (`hardware::rig::device::WATCHDOG_LIMIT_MS`) is this, too.
+/// Longest time from any end of the tick (panic, signal, `SIGSTOP`, a kill, a lost memory lock or
+/// device) to zero force. A tick that still runs zeroes the force itself. Otherwise the device's
+/// watchdog does, whose limit (`hardware::rig::device::WATCHDOG_LIMIT_MS`) is equal.
 pub const FORCE_ZERO_WITHIN: Duration = Duration::from_millis(100);
 const _: () = assert!(
     FORCE_ZERO_WITHIN.as_millis() >= hardware::rig::device::WATCHDOG_LIMIT_MS as u128
         && FORCE_ZERO_WITHIN.as_nanos() >= 2 * STANDING_EVERY_NS as u128
 );
-/// A tick that stands still for longer is reported.
+/// Standstill of the tick from which it is reported.
 const STALL_NS: u64 = 50_000_000;
-/// How often the thread's standing is asked for: it reads a file.
+/// Interval at which the thread's privileges are checked, which reads a file.
 const STANDING_EVERY_NS: u64 = 50_000_000;
 
-/// Reports each standstill once, and how long it was.
+/// Reports each standstill once, and its length.
 #[derive(Debug, Default)]
 pub(crate) struct Watch {
     silent_since_ns: Option<u64>,
@@ -29,7 +29,7 @@ pub(crate) struct Watch {
     standing_at_ns: u64,
 }
 
-/// What a look found.
+/// Result of a check.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Finding {
     Nothing,
@@ -42,7 +42,7 @@ impl Watch {
         Self::default()
     }
 
-    /// Looks at the heartbeat, and says what it finds on standard error.
+    /// Checks the heartbeat and reports findings on standard error.
     pub(crate) fn look(&mut self, shared: &Shared) {
         match self.find(shared.heartbeat_ns.load(Relaxed), monotonic_ns()) {
             Finding::Nothing => {}
@@ -55,8 +55,8 @@ impl Watch {
         }
     }
 
-    /// Looks, now and then, whether somebody took from the tick what makes it realtime. Takes it
-    /// from `standing` and from every report too, says so, and cuts the force.
+    /// Checks now and then that the tick still has its realtime privileges. Removes lost ones from
+    /// `standing` and from every report, reports them, and cuts the force.
     pub(crate) fn look_at_standing(&mut self, shared: &Shared, standing: &mut Standing) {
         let now_ns = monotonic_ns();
         if now_ns < self.standing_at_ns {
@@ -70,13 +70,13 @@ impl Watch {
         shared.realtime.store(standing.bits, Relaxed);
     }
 
-    /// Standstills so far.
+    /// Number of standstills so far.
     pub(crate) fn stalls_seen(&self) -> u64 {
         self.stalls_seen
     }
 
     fn find(&mut self, heartbeat_ns: u64, now_ns: u64) -> Finding {
-        // No heartbeat before the first tick.
+        // There is no heartbeat before the first tick.
         let silent_ns = match heartbeat_ns {
             0 => 0,
             beat => now_ns.saturating_sub(beat),

@@ -21,7 +21,7 @@ fn devices_are_read_force_is_sent_and_an_unplugged_one_is_used_again() {
     let flag = Arc::clone(&stop);
     let controller = thread::spawn(move || rt_process::run(&config, &flag, |_| ()));
 
-    // Live: the hand begins to move with the first force that reaches the device.
+    // Live: the hand starts to move with the first force that reaches the device.
     let mut records: Vec<TickRecord> = Vec::new();
     let mut tools = ToolFrame::zeroed();
     let (mut lowest, mut highest) = ([f32::MAX; 3], [f32::MIN; 3]);
@@ -54,7 +54,7 @@ fn devices_are_read_force_is_sent_and_an_unplugged_one_is_used_again() {
     assert!(tools.health.iter().all(|h| h.frames > 10));
     let fresh = records.iter().filter(|r| r.motion_to_force_ns > 0).count();
     assert!(fresh > 100, "{fresh} of {} ticks", records.len());
-    // What arrives after a tick has sampled is answered by the next one.
+    // A sample that arrives after a tick has sampled is used by the next tick.
     let in_next_tick = records.windows(2).filter(|pair| {
         let begun_ns = |r: &TickRecord| r.scheduled_ns + u64::from(r.wake_latency_ns);
         let ended_ns = begun_ns(&pair[1]) + u64::from(pair[1].tick_ns);
@@ -77,7 +77,7 @@ fn devices_are_read_force_is_sent_and_an_unplugged_one_is_used_again() {
     assert!(tools.force_n.iter().all(|f| f.abs() < f32::MIN_POSITIVE));
     let heard = tools.health.map(|h| h.frames);
 
-    // Plugged in again: the same run goes on with them.
+    // Plugged in again: the same run continues with them.
     let devices = Emulated::start(&bench);
     for _ in 0..12_000 {
         let fresh = host.newest_tools(&mut tools);

@@ -21,7 +21,7 @@ use support::{Bench, Emulated, host};
 /// Time over which the force rises after each enable, s.
 const RAMP_S: f32 = 0.4;
 
-/// A controller in a process of its own, which is this test program again.
+/// Starts a controller in a process of its own, which is this test program again.
 fn spawn_controller(bench: &Bench, periods: u64, change: impl FnOnce(&mut Command)) -> Child {
     let mut command = Command::new(std::env::current_exe().expect("the test's own set-up"));
     command
@@ -44,7 +44,7 @@ fn controller_process() {
     let mut config = RtConfig::new(station, std::env::var("RT_TEST_SCENE").unwrap());
     config.periods_max = Some(std::env::var("RT_TEST_PERIODS").unwrap().parse().unwrap());
     config.admission = AdmissionPolicy::Skip;
-    // On a busy machine samples go stale now and then, and the force begins again.
+    // On a busy machine samples go stale now and then, and the force starts again.
     config.parameters.force_ramp_s = RAMP_S;
     config.haptic = std::env::var_os("RT_TEST_HAPTIC").map(Into::into);
     let stop = Arc::new(AtomicBool::new(false));
@@ -63,9 +63,9 @@ fn signal(child: &Child, signal: Signal) {
     kill_process(pid, signal).expect("the test's own set-up");
 }
 
-/// The first line of its output that starts with `word`.
+/// First line of its output that starts with `word`.
 fn line_with(child: &mut Child, word: &str) -> Option<String> {
-    // A byte at a time: what is read ahead would be lost to the next call.
+    // One byte at a time, because bytes read ahead would be lost to the next call.
     let lines = BufReader::with_capacity(1, child.stdout.as_mut()?).lines();
     lines
         .map_while(Result::ok)
@@ -163,7 +163,7 @@ fn a_stopped_controller_goes_on_without_a_jolt() {
     });
     assert!(line_with(&mut child, "ready").is_some());
 
-    // Until the hand presses: the script takes some seconds to get there.
+    // Wait until the hand presses: the script takes some seconds to get there.
     let mut tools = ToolFrame::zeroed();
     let force_n = |tools: &ToolFrame| tools.force_n.iter().map(|f| f * f).sum::<f32>().sqrt();
     for _ in 0..30_000 {
@@ -187,7 +187,7 @@ fn a_stopped_controller_goes_on_without_a_jolt() {
     let last_tick = tools.tick;
     let continued_ns = monotonic_ns();
     signal(&child, Signal::CONT);
-    // Frames of ticks from before it stood may still have been on their way.
+    // Frames of ticks from before the stop may still arrive.
     let is_later = |frame: &ToolFrame| frame.tick > last_tick && frame.sample_ns >= continued_ns;
     let mut first = tools;
     for _ in 0..12_000 {
@@ -250,7 +250,7 @@ fn a_realtime_thread_that_never_sleeps_is_noticed() {
     }
     let told = line_with(&mut child, "tripped").is_some();
     let status = child.wait().unwrap();
-    // Where not even the main thread gets a core, the kernel ends the process.
+    // If not even the main thread gets a core, the kernel ends the process.
     let killed = status.signal() == Some(Signal::KILL.as_raw());
     assert!(if told { status.success() } else { killed }, "{status}");
 }
@@ -314,7 +314,7 @@ fn displays_that_join_leave_and_are_killed_cost_the_tick_nothing() {
     assert!(killed > seconds / 3);
     assert_eq!(summary.allocations_after_start, Some(0));
     if summary.realtime {
-        // Where the kernel may move locked pages, it does so now and then.
+        // If the kernel may move locked pages, it does so now and then.
         let allowed = std::fs::read_to_string("/proc/sys/vm/compact_unevictable_allowed");
         let most = if allowed.is_ok_and(|it| it.trim() != "0") {
             16

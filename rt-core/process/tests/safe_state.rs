@@ -1,5 +1,5 @@
-//! The force that a device renders while its controller comes to grief: zero within the stated
-//! time, whatever happens. Seen from the device's side: this test is the device.
+//! The force that a device renders while its controller fails: zero within the stated time in every
+//! case. The test plays the device and sees the force from its side.
 
 use core::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering::Relaxed};
 use core::time::Duration;
@@ -21,19 +21,19 @@ use rustix::termios::{OptionalActions, tcgetattr, tcsetattr};
 mod support;
 use support::Bench;
 
-/// Handle's height in the device's frame, m: the tip 2 cm above the tissue, and 1 cm in it.
+/// Heights of the handle in the device's frame, m: the tip 2 cm above the tissue, and 1 cm inside.
 const ABOVE_M: f32 = 0.06;
 const PRESSED_M: f32 = 0.03;
-/// At once the signals would share the core and the test its figures.
+/// Tests in parallel would disturb each other's core and timing.
 static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
 
-/// What the device renders.
+/// Force that the device renders.
 #[derive(Debug, Default)]
 struct Seen {
     force_n: AtomicU32,
-    /// When the motors last had a force.
+    /// Time at which the motors last had a force.
     last_force_ns: AtomicU64,
-    /// The longest that an ordinary thread did not get a core.
+    /// Longest time for which an ordinary thread got no core.
     gap_ns: AtomicU64,
     pull_the_plug: AtomicBool,
     end: AtomicBool,
@@ -45,7 +45,7 @@ impl Seen {
     }
 }
 
-/// A rig's firmware at a pty, with a hand that presses and stays.
+/// A rig's firmware on a pty, with a hand that presses and stays.
 struct Rig {
     seen: Arc<Seen>,
     threads: [JoinHandle<()>; 2],
@@ -107,7 +107,7 @@ impl Rig {
                         next_state_ns = now_ns + 1_000_000;
                         if let Some(state) = device.state(&motion, now_us) {
                             let _ = rustix::io::write(master, state.as_bytes());
-                            // 5 cm/s down, once somebody looks.
+                            // 5 cm/s down, once a host listens.
                             motion.position_m[2] = (motion.position_m[2] - 5e-5).max(PRESSED_M);
                         }
                     }
@@ -140,7 +140,7 @@ fn controller_process() {
         std::env::var_os("RT_TEST_SCENE").unwrap(),
     );
     config.admission = AdmissionPolicy::Skip;
-    // On a busy machine samples go stale now and then, and the force begins again.
+    // On a busy machine samples go stale now and then, and the force starts again.
     config.parameters.force_ramp_s = 0.2;
     config.haptic = Some(tty.into());
     let flag = |signal| {
@@ -185,14 +185,14 @@ fn controller_process() {
 struct Pressing {
     rig: Rig,
     child: Child,
-    /// Whether Linux granted it realtime.
+    /// True if Linux granted realtime.
     realtime: bool,
     _bench: Bench,
 }
 
 impl Pressing {
-    /// On a machine so busy that samples come in jumps, the speed trip holds the force back for good:
-    /// then another is started.
+    /// Starts controllers until one renders a force. On a very busy machine, samples come in jumps,
+    /// and the speed trip holds the force back for good.
     fn start() -> Self {
         (0..5).find_map(|_| Self::try_start()).expect("a force")
     }
@@ -229,7 +229,7 @@ impl Pressing {
         kill_process(Pid::from_child(&self.child), signal).expect("the test's own set-up");
     }
 
-    /// Lets `harm` happen: the force must be gone in time, and stay away.
+    /// Applies `harm`: the force must be gone in time and stay away.
     fn is_safe_after(&mut self, what: &str, harm: impl FnOnce(&Self)) {
         let seen = &self.rig.seen;
         seen.gap_ns.store(0, Relaxed);
@@ -239,7 +239,7 @@ impl Pressing {
         assert!(seen.force_n() == 0.0, "{what}: {} N", seen.force_n());
         let last_ns = seen.last_force_ns.load(Relaxed);
         let took_ms = last_ns.saturating_sub(start_ns) as f64 / 1e6;
-        // What ordinary threads waited for a core, here and in the controller.
+        // Waiting time of ordinary threads for a core, here and in the controller.
         let noise_ms = 2.0 * seen.gap_ns.load(Relaxed) as f64 / 1e6;
         println!("{what}: force zero after {took_ms:.1} ms (noise {noise_ms:.1} ms)");
         let stated_ms = FORCE_ZERO_WITHIN.as_secs_f64() * 1e3;
@@ -260,9 +260,9 @@ impl Pressing {
     }
 }
 
-/// The first line of its output that starts with `word`.
+/// First line of its output that starts with `word`.
 fn line_with(child: &mut Child, word: &str) -> Option<String> {
-    // A byte at a time: what is read ahead would be lost to the next call.
+    // One byte at a time, because bytes read ahead would be lost to the next call.
     let lines = BufReader::with_capacity(1, child.stdout.as_mut()?).lines();
     lines
         .map_while(Result::ok)

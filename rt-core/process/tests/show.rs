@@ -1,4 +1,4 @@
-//! A session that displays watch, gone about in: what leaks at a moment, and nothing else, leaks there.
+//! Seeking in a session that displays watch: at every moment exactly the right places leak.
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;
@@ -17,15 +17,15 @@ use shared_mem::scene::{
 };
 use shared_mem::service::{Host, Station};
 
-/// How long anything may take before the test gives up on it.
+/// Longest wait of a test.
 const PATIENCE: Duration = Duration::from_secs(300);
 const PORT_M: [f32; 3] = [0.0, 0.0, 0.18];
 const LENGTH_M: f32 = 0.33;
-/// Buttons of a handle: the jaws close.
+/// Handle button that closes the jaws.
 const GRASP: u8 = rt_core::port::Buttons::GRASP.0;
 const SCISSORS: u8 = 2;
 
-/// An artery of 2.4 mm across along x, held at its left end and tied at its right.
+/// An artery along x, 2.4 mm wide, held at its left end and tied at its right.
 fn artery() -> SceneFile {
     let at = |i: u32| [0.003 * (i as f32 - 10.0), 0.0, 0.0];
     let (young_pa, area_m2) = (2.0e5, 4.5e-6);
@@ -109,7 +109,7 @@ fn setup(scene: &SceneFile) -> RunSetup {
     }
 }
 
-/// A hand that cuts the artery far from where it comes from, then nearer, and then all is put back to rest.
+/// A hand that cuts the artery far from its source, then nearer to it; then everything is reset.
 fn session() -> Vec<InputRecord> {
     let kinematics = Kinematics {
         port_m: Vec3::from(PORT_M),
@@ -154,10 +154,10 @@ fn session() -> Vec<InputRecord> {
     records
 }
 
-/// What leaks, by place.
+/// Open leaks by place.
 type Open = BTreeMap<[u32; 3], f32>;
 
-/// What a display keeps of leaks: all until it hears that one is closed, or sees that it has gone back.
+/// Leaks as a display keeps them: until it hears that one is closed, or notices a jump back.
 struct Display {
     host: Host,
     state: Box<StateFrame>,
@@ -215,7 +215,7 @@ fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// Ends the show, however the watching ends.
+/// Ends the show when dropped.
 struct AtEnd<'a>(&'a AtomicBool);
 
 impl Drop for AtEnd<'_> {
@@ -224,7 +224,7 @@ impl Drop for AtEnd<'_> {
     }
 }
 
-/// Runs in a thread with room for a simulation's state on its stack.
+/// Runs in a thread whose stack has room for a simulation's state.
 fn shown(name: &str, watch: impl FnOnce(&Station, &dyn Fn(u64) -> Open)) {
     let scene = artery();
     let replay = Replay::new(&scene, &setup(&scene)).expect("a scene");
@@ -243,7 +243,7 @@ fn shown(name: &str, watch: impl FnOnce(&Station, &dyn Fn(u64) -> Open)) {
             told
         });
         let told = told.expect("a thread").join().expect("no panic");
-        // What a display knows that has seen all from the start.
+        // Leaks known to a display that has seen everything from the start.
         let open_at = |tick: u64| {
             let mut open = Open::new();
             let past = told.iter().filter(|event| event.tick <= tick);
@@ -275,7 +275,7 @@ fn shown(name: &str, watch: impl FnOnce(&Station, &dyn Fn(u64) -> Open)) {
 #[test]
 fn at_any_moment_leaks_what_leaks_then_and_nothing_later() {
     shown("seek", |station, open_at| {
-        // One forgets when it goes back, as windows do; one only hears.
+        // One display forgets its leaks on a jump back, as windows do; the other only listens.
         let mut displays = [true, false].map(|forgets| Display::join(station, forgets));
         displays[0].ask(CommandMsg::PAUSE, 1);
         for at_ms in [500, 4500, 2000, 4500, 500, 2000, 4800, 4500, 500] {
@@ -288,7 +288,7 @@ fn at_any_moment_leaks_what_leaks_then_and_nothing_later() {
                     display.tick.abs_diff(at_ms.into()) < 10 && display.open == wanted
                 });
             }
-            // Who joins is told the last events from before, also when nothing more is to be told.
+            // A new display first receives earlier events, even if nothing more is sent.
             std::thread::sleep(Duration::from_millis(200));
             let mut late = Display::join(station, true);
             wait_until("who joins sees the same", || {
@@ -306,7 +306,7 @@ fn who_hears_of_leaks_before_it_sees_that_it_has_gone_back_hears_again() {
         let mut display = Display::join(station, true);
         display.ask(CommandMsg::PAUSE, 1);
         let mut told = 0;
-        // On a machine that is busy for so long both come at once: then it is tried again.
+        // On a busy machine both may arrive together; then try again.
         while told != 1 {
             display.ask(CommandMsg::SEEK, 4500);
             wait_until("it is there", || {

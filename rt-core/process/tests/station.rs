@@ -22,7 +22,7 @@ fn run(config: &RtConfig) -> Result<RtSummary, RtError> {
     rt_process::run(config, &AtomicBool::new(false), |_| ())
 }
 
-/// Runs in a thread of its own; gives the flag that stops it.
+/// Runs in a thread of its own; returns the flag that stops it.
 fn start(
     config: RtConfig,
 ) -> (
@@ -35,7 +35,7 @@ fn start(
     let thread = thread::spawn(move || {
         rt_process::run(&config, &flag, |_| ready.send(()).unwrap_or_default())
     });
-    // An error when it did not start: the join tells.
+    // Fails if it did not start; joining the thread gives the error.
     let _ = told.recv();
     (stop, thread)
 }
@@ -75,7 +75,7 @@ fn two_seconds_tick_publish_and_cost_no_allocation_and_no_page_fault() {
         assert_eq!(summary.page_faults_after_start, 0);
     }
 
-    // What the host saw of it.
+    // Observations of the host.
     assert!(frames > 10, "{frames} state frames");
     assert_eq!(state.sphere_count as usize, SPHERES);
     assert!(state.spheres[0].center_m.iter().all(|x| x.is_finite()));
@@ -112,7 +112,7 @@ fn hosts_that_join_and_leave_cost_the_tick_nothing() {
         for round in 0.. {
             seen |= host.newest_state(&mut state);
             thread::sleep(Duration::from_millis(5));
-            // Ten rounds at least: it stays a while. A machine that is busy may need more.
+            // At least ten rounds. A busy machine may need more.
             if (round >= 10 && seen) || Instant::now() > deadline {
                 break;
             }
@@ -210,7 +210,7 @@ fn deadline_scheduling_is_an_option() {
     };
     let summary = run(&config).unwrap();
     assert!(summary.ticks > 0);
-    // Realtime, or it says why not; never silently something else.
+    // Realtime, or it states the reason; never silently something else.
     let refused = summary
         .refused
         .iter()
@@ -250,8 +250,8 @@ fn what_is_missing_is_named_and_leaves_the_station_free() {
     assert!(run(&config).is_ok());
 }
 
-/// Iterations at which the block of 125 spheres takes more than a period a tick and the one of 8
-/// spheres less than half of one.
+/// Iterations at which the block of 125 spheres takes more than a period per tick, and the one of 8
+/// spheres less than half a period.
 const HEAVY: u32 = 650;
 
 fn heavy(bench: &Bench, admission: AdmissionPolicy) -> RtConfig {

@@ -1,4 +1,4 @@
-//! A station of one organ that nobody simulates, and keys.
+//! A station with one organ that nobody simulates, and keys.
 #![allow(dead_code)] // each test file uses its part
 
 use std::io::{Read, Write};
@@ -23,10 +23,10 @@ use shared_mem::scene::{
 };
 use shared_mem::service::{Controller, Host, Station};
 
-/// How long anything may take before a test gives up on it.
+/// Longest wait of a test.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
-/// Says at its end, however that comes, that it is over: whoever waits for that waits no longer.
+/// Sets the flag when dropped, so that other threads stop waiting.
 pub(crate) struct AtEnd<'a>(pub(crate) &'a AtomicBool);
 
 impl Drop for AtEnd<'_> {
@@ -47,7 +47,7 @@ pub(crate) fn scene() -> SceneFile {
     scene_of(3)
 }
 
-/// One of so many vertices, which makes it large.
+/// A scene with so many vertices, to make it large.
 pub(crate) fn scene_of(vertices: u32) -> SceneFile {
     let sphere = |x: f32| SphereRecord {
         center_m: [x, 0.0, 0.0],
@@ -177,23 +177,23 @@ pub(crate) fn station(name: &str) -> Station {
     Station::new(&format!("l{}-{name}", std::process::id())).expect("a plain name")
 }
 
-/// A port that nobody has at the moment.
+/// A free port.
 pub(crate) fn port() -> u16 {
     let free = TcpListener::bind("127.0.0.1:0").expect("a port");
     free.local_addr().expect("a port").port()
 }
 
-/// A theatre and a desk that know each other.
+/// A theatre and a desk with keys of one authority.
 pub(crate) struct Proven {
     pub(crate) theatre: Keys,
     pub(crate) desk: Keys,
-    /// Where the theatre listens, and its address as the desk has it.
+    /// Address at which the theatre listens, and the same address with the desk's keys.
     pub(crate) listen: String,
     pub(crate) address: Address,
 }
 
 impl Proven {
-    /// Its keys lie in `folder`.
+    /// Makes the keys in `folder`.
     pub(crate) fn in_folder(folder: &Path) -> Self {
         make_keys(folder, &["authority"]);
         make_keys(folder, &["station", "theatre", "IP:127.0.0.1"]);
@@ -209,7 +209,7 @@ impl Proven {
     }
 }
 
-/// Somewhere between a station and who watches it without keys, and its address.
+/// A proxy between a station and a watcher without keys, and its address.
 pub(crate) fn halfway() -> (TcpListener, Address) {
     let between = TcpListener::bind("127.0.0.1:0").expect("a port");
     let address = between.local_addr().expect("a port").to_string();
@@ -224,7 +224,7 @@ pub(crate) fn now_ns() -> u64 {
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
-/// A station that moves, its `serve`, and whatever `watcher` does meanwhile.
+/// Runs a station that moves and its `serve` while `watcher` runs.
 pub(crate) fn beside_a_station<T>(
     name: &str,
     listen: (&str, Option<Keys>),
@@ -234,10 +234,10 @@ pub(crate) fn beside_a_station<T>(
     beside(name, listen, place, (&scene(), state), watcher)
 }
 
-/// What a station shows at a tick, at a time, of a scene.
+/// State of a station for a tick, a time and a scene.
 pub(crate) type Shows = fn(u64, u64, [u8; 16]) -> Box<StateFrame>;
 
-/// The same with a scene, and what it shows.
+/// Like [`beside_a_station`], with a given scene and given states.
 pub(crate) fn beside<T>(
     name: &str,
     (listen, keys): (&str, Option<Keys>),
@@ -287,7 +287,7 @@ pub(crate) fn beside<T>(
     })
 }
 
-/// Watches until `enough`, which sees what happened.
+/// Watches until `enough` returns; it sees everything that happened.
 pub(crate) fn watched(
     name: &str,
     address: &Address,
@@ -313,14 +313,14 @@ pub(crate) fn watched(
     })
 }
 
-/// As much as a state holds.
+/// The largest state.
 pub(crate) fn full_state(tick: u64, at_ns: u64, scene_id: [u8; 16]) -> Box<StateFrame> {
     let mut frame = state(tick, at_ns, scene_id);
     (frame.sphere_count, frame.cell_count) = (MAX_SPHERES as u32, MAX_CELLS as u32);
     frame
 }
 
-/// What a display of this computer sees: the newest tick, and the numbers of all events.
+/// A display of this computer: the newest tick, and the numbers of all events.
 pub(crate) struct Display {
     host: Host,
     state: Box<StateFrame>,
@@ -336,7 +336,7 @@ impl Display {
         }
     }
 
-    /// Waits until it has seen so many more states.
+    /// Waits for `states` more states.
     pub(crate) fn see(&mut self, states: u32) {
         let mut seen = 0;
         wait_until("states come", || {
@@ -348,7 +348,7 @@ impl Display {
     }
 }
 
-/// A question for all that is newest, from one that knows nothing, as it goes over the line.
+/// The bytes of a question for all data, from a watcher that has none.
 pub(crate) fn question() -> Vec<u8> {
     let ask = Ask {
         magic: link::wire::MAGIC,
@@ -360,7 +360,7 @@ pub(crate) fn question() -> Vec<u8> {
     bytes
 }
 
-/// A message's kind and content.
+/// Reads the kind and content of a message.
 pub(crate) fn message(line: &mut impl Read) -> std::io::Result<(u8, Vec<u8>)> {
     let mut head = [0; 5];
     line.read_exact(&mut head)?;
@@ -370,7 +370,7 @@ pub(crate) fn message(line: &mut impl Read) -> std::io::Result<(u8, Vec<u8>)> {
     Ok((kind, content))
 }
 
-/// A line that keeps to nothing but TLS.
+/// A TLS connection without the link's protocol.
 pub(crate) fn tls(
     listen: &str,
     keys: &Keys,
@@ -394,8 +394,8 @@ pub(crate) fn tls(
     rustls::StreamOwned::new(tls, TcpStream::connect(listen).expect("it listens"))
 }
 
-/// A way between watcher and station, in the clear, that can break: `passes` sees each question, with the number of
-/// its connection, and breaks the line with `false`. Until `over`.
+/// A proxy between watcher and station, without TLS. `passes` receives the number of the connection
+/// and each question; `false` breaks the line. Ends when `over` is set.
 pub(crate) fn way(
     listener: &TcpListener,
     to: &str,

@@ -2,14 +2,14 @@
 
 use super::{Frame, Kind, Message, VERSION, WireError, Writer};
 
-/// Where the fields of `HELLO` stand in the payload.
+/// Offsets of the fields of `HELLO` in the payload.
 mod hello {
     pub(super) const MAGIC: usize = 3;
     pub(super) const VERSION: usize = 8;
     pub(super) const END: usize = 9;
 }
 
-/// Where the fields of `CAPABILITIES` stand in the payload.
+/// Offsets of the fields of `CAPABILITIES` in the payload.
 mod capabilities {
     pub(super) const VERSION: usize = 3;
     pub(super) const KIND: usize = 4;
@@ -49,7 +49,7 @@ pub struct Hello {
 }
 
 impl Hello {
-    /// Reads a message of kind `HELLO`.
+    /// Parses a message of kind `HELLO`.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         if message.kind() != Kind::Hello {
             return Err(WireError::Kind(message.kind() as u8));
@@ -62,7 +62,7 @@ impl Hello {
         })
     }
 
-    /// The message, framed.
+    /// The framed message.
     #[must_use]
     pub fn frame(&self, sequence: u16) -> Frame {
         let mut writer = Writer::new(Kind::Hello, sequence);
@@ -72,7 +72,7 @@ impl Hello {
     }
 }
 
-/// What kind of device answers.
+/// Kind of the device that answers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum DeviceKind {
@@ -82,22 +82,22 @@ pub enum DeviceKind {
     Pedal = 2,
 }
 
-/// What a device says of itself. A pedal leaves the haptic fields zero.
+/// Capabilities that a device reports. A pedal leaves the haptic fields zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Capabilities {
-    /// Version that the device will speak.
+    /// Version that the device will use.
     pub version: u8,
-    /// What it is.
+    /// Kind of the device.
     pub kind: DeviceKind,
-    /// Whether the velocity in `STATE` is measured.
+    /// True if the velocity in `STATE` is measured.
     pub measures_velocity: bool,
-    /// Without a new `FORCE` for so long the device drops the force, ms.
+    /// Time without a new `FORCE` after which the device drops the force, ms.
     pub watchdog_ms: u8,
     /// Samples per second.
     pub rate_hz: u16,
     /// Peak force, N; in steps of 1 mN.
     pub force_max_n: f32,
-    /// Force that can be held for ever, N; in steps of 1 mN.
+    /// Continuous force, N; in steps of 1 mN.
     pub force_continuous_n: f32,
     /// Largest stable stiffness, N/m; in steps of 1 N/m.
     pub stiffness_max_n_m: f32,
@@ -109,7 +109,7 @@ pub struct Capabilities {
     pub torque_max_n_m: f32,
     /// Damping of the device itself, N s/m; in steps of 1 mN s/m.
     pub damping_n_s_m: f32,
-    /// From a movement to its sample and from a command to its force, together, s; in steps of
+    /// Delay from a movement to its sample plus delay from a command to its force, s; in steps of
     /// 10 µs.
     pub delay_s: f32,
     /// Serial number.
@@ -119,7 +119,7 @@ pub struct Capabilities {
 }
 
 impl Capabilities {
-    /// Reads a message of kind `CAPABILITIES`.
+    /// Parses a message of kind `CAPABILITIES`.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         use capabilities as at;
         if message.kind() != Kind::Capabilities {
@@ -150,7 +150,7 @@ impl Capabilities {
         })
     }
 
-    /// The message, framed.
+    /// The framed message.
     #[must_use]
     pub fn frame(&self, sequence: u16) -> Frame {
         let mut writer = Writer::new(Kind::Capabilities, sequence);
@@ -174,7 +174,7 @@ impl Capabilities {
         writer.frame()
     }
 
-    /// A Touch-class haptic device, as the emulator plays it.
+    /// A Touch-class haptic device, as the emulator has it.
     #[must_use]
     pub const fn touch_class() -> Self {
         Self {

@@ -1,8 +1,8 @@
-//! `STATE`, a sample of a haptic device, and `FORCE`, what it is to render.
+//! `STATE`, a sample of a haptic device, and `FORCE`, the command for its motors.
 
 use super::{Frame, Kind, Message, WireError, Writer, field};
 
-/// Where the fields of `STATE` stand in the payload.
+/// Offsets of the fields of `STATE` in the payload.
 mod state {
     pub(super) const STATUS: usize = 3;
     pub(super) const BUTTONS: usize = 4;
@@ -14,7 +14,7 @@ mod state {
     pub(super) const END: usize = 43;
 }
 
-/// Where the fields of `FORCE` stand in the payload.
+/// Offsets of the fields of `FORCE` in the payload.
 mod force {
     pub(super) const FORCE: usize = 3;
     pub(super) const TORQUE: usize = 9;
@@ -37,14 +37,14 @@ pub struct Status(pub u8);
 impl Status {
     /// The motors follow `FORCE`.
     pub const FORCE_ON: Self = Self(1);
-    /// The watchdog dropped the force; the next `FORCE` takes it up again.
+    /// The watchdog dropped the force; the next `FORCE` restores it.
     pub const WATCHDOG: Self = Self(2);
     /// The device limits the force (heat, current).
     pub const LIMITED: Self = Self(4);
-    /// A fault that a person must mend; no force.
+    /// A fault that a person must repair; no force.
     pub const FAULT: Self = Self(8);
 
-    /// Whether every bit of `other` is set.
+    /// True if every bit of `other` is set.
     #[must_use]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
@@ -54,30 +54,30 @@ impl Status {
 /// One sample of a haptic device, SI, in the device's base frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct State {
-    /// How the device is.
+    /// Status of the device.
     pub status: Status,
     /// Buttons pressed, one bit each.
     pub buttons: u8,
-    /// Sequence number of the `FORCE` that is being rendered.
+    /// Sequence number of the `FORCE` that the device renders.
     pub applied_force: u16,
-    /// The device's clock when it took the sample, µs; wraps.
+    /// The device's clock at the sample, µs; wraps.
     pub device_time_us: u32,
     /// Handle, m; in steps of 0.1 µm.
     pub position_m: [f32; 3],
-    /// Velocity, m/s; in steps of 1 µm/s. Zero when it is not measured.
+    /// Velocity, m/s; in steps of 1 µm/s. Zero if it is not measured.
     pub velocity_m_s: [f32; 3],
     /// Unit quaternion x y z w; in steps of 1/32767.
     pub rotation_xyzw: [f32; 4],
 }
 
 impl State {
-    /// No desk device reaches further from its base.
+    /// Largest position; no table-top device reaches further from its base.
     pub const POSITION_LIMIT_M: f32 = 1.6;
-    /// No hand is faster.
+    /// Largest speed; no hand is faster.
     pub const SPEED_LIMIT_M_S: f32 = 20.0;
 
-    /// Reads a message of kind `STATE`. The rotation comes out normalised; one whose length is
-    /// not near 1 is out of range.
+    /// Parses a message of kind `STATE` and normalises the rotation. A rotation whose length is not
+    /// near 1 is out of range.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         use state as at;
         if message.kind() != Kind::State {
@@ -104,7 +104,7 @@ impl State {
         })
     }
 
-    /// The message, framed. What does not fit a field saturates.
+    /// The framed message. Values saturate at the range of their fields.
     #[must_use]
     pub fn frame(&self, sequence: u16) -> Frame {
         let mut writer = Writer::new(Kind::State, sequence);
@@ -130,8 +130,8 @@ fn unit_quaternion(q: [f32; 4]) -> Result<[f32; 4], WireError> {
     if !(0.9..=1.1).contains(&squared) {
         return Err(WireError::Range);
     }
-    // Newton's steps for 1/√s from 1: `core` has no square root. At 10 % off three steps leave
-    // less than a part in 10⁶.
+    // Newton's steps for 1/√s from 1, because `core` has no square root. At 10 % off, three steps
+    // leave less than one part in 10⁶.
     let mut scale = 1.0;
     for _ in 0..3 {
         scale *= 1.5 - 0.5 * squared * scale * scale;
@@ -139,17 +139,17 @@ fn unit_quaternion(q: [f32; 4]) -> Result<[f32; 4], WireError> {
     Ok(q.map(|part| part * scale))
 }
 
-/// What a haptic device is to render, SI, in its base frame.
+/// Command for a haptic device, SI, in its base frame.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Force {
     /// Force at the handle, N; in steps of 1 mN, up to ±32.767 N.
     pub force_n: [f32; 3],
-    /// Torque, N m; in steps of 0.1 mN m. A device that renders none drops it.
+    /// Torque, N m; in steps of 0.1 mN m. A device without torque ignores it.
     pub torque_n_m: [f32; 3],
 }
 
 impl Force {
-    /// Reads a message of kind `FORCE`.
+    /// Parses a message of kind `FORCE`.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         if message.kind() != Kind::Force {
             return Err(WireError::Kind(message.kind() as u8));
@@ -160,7 +160,7 @@ impl Force {
         })
     }
 
-    /// The message, framed. What does not fit a field saturates; not a number becomes zero.
+    /// The framed message. Values saturate at the range of their fields; NaN becomes zero.
     #[must_use]
     pub fn frame(&self, sequence: u16) -> Frame {
         let mut writer = Writer::new(Kind::Force, sequence);

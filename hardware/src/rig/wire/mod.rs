@@ -1,8 +1,8 @@
 //! Messages of the rig protocol: fixed layouts, little-endian, fixed-point numbers.
 //!
-//! Every message starts with its kind and a sequence number. Numbers are integers with a
-//! stated unit: no bit pattern is a NaN or an infinity. A message has exactly one length.
-//! Parsed values are SI.
+//! Every message starts with its kind and a sequence number, and has exactly one length. Numbers
+//! are integers with a stated unit, so no bit pattern is a NaN or an infinity. Parsed values are
+//! SI.
 
 mod handshake;
 mod haptic;
@@ -14,10 +14,10 @@ pub use pedal::Switches;
 
 use super::frame::{Frame, MAX_PAYLOAD};
 
-/// Version of the protocol that this file describes.
+/// Version of the protocol in this file.
 pub const VERSION: u8 = 1;
 
-/// Where the header's fields stand.
+/// Offsets of the header's fields.
 mod field {
     pub(super) const KIND: usize = 0;
     pub(super) const SEQUENCE: usize = 1;
@@ -32,15 +32,15 @@ pub struct Message<'a> {
     kind: Kind,
 }
 
-/// What a message is. Host to device below 0x80, device to host above.
+/// Kind of a message. Host to device below 0x80, device to host above.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u8)]
 pub enum Kind {
-    /// Host: who are you? Starts the stream.
+    /// Host: a greeting, which starts the stream.
     Hello = 0x01,
     /// Host: render this force.
     Force = 0x02,
-    /// Host: no force, no stream.
+    /// Host: end of force and stream.
     Stop = 0x03,
     /// Device: the answer to `Hello`.
     Capabilities = 0x81,
@@ -75,12 +75,12 @@ impl Kind {
     }
 }
 
-/// Why a payload with a good checksum was no message.
+/// Reasons for which a payload with a good checksum is not a message.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum WireError {
-    /// No such kind in this version.
+    /// This version has no such kind.
     Kind(u8),
-    /// The kind has another length.
+    /// The length does not fit the kind.
     Length,
     /// A field is outside its range.
     Range,
@@ -97,19 +97,19 @@ impl<'a> Message<'a> {
         Ok(Self { payload, kind })
     }
 
-    /// What it is.
+    /// Kind of the message.
     #[must_use]
     pub const fn kind(&self) -> Kind {
         self.kind
     }
 
-    /// Counts up by one per message of its kind from one sender; wraps.
+    /// Sequence number: counts the messages of one kind from one sender; wraps.
     #[must_use]
     pub fn sequence(&self) -> u16 {
         u16::from_le_bytes(self.bytes(field::SEQUENCE))
     }
 
-    /// `N` bytes at `at` of the payload; zeros past its end, which the length check excludes.
+    /// `N` bytes at `at` of the payload; zeros beyond its end, which the length check excludes.
     fn bytes<const N: usize>(&self, at: usize) -> [u8; N] {
         self.payload
             .get(at..at + N)
@@ -129,12 +129,12 @@ impl<'a> Message<'a> {
         u32::from_le_bytes(self.bytes(at))
     }
 
-    /// Three i16 of `unit` each.
+    /// Three i16 in steps of `unit`.
     fn i16_triple(&self, at: usize, unit: f32) -> [f32; 3] {
         [0, 2, 4].map(|offset| f32::from(i16::from_le_bytes(self.bytes(at + offset))) * unit)
     }
 
-    /// Three i32 of `unit` each, all within ±`limit` of the unit's quantity.
+    /// Three i32 in steps of `unit`, all within ±`limit`.
     fn i32_triple(&self, at: usize, unit: f32, limit: f32) -> Result<[f32; 3], WireError> {
         let values =
             [0, 4, 8].map(|offset| i32::from_le_bytes(self.bytes(at + offset)) as f32 * unit);
@@ -178,18 +178,18 @@ impl Writer {
         self.put(&(round(value / unit) as i32).to_le_bytes());
     }
 
-    /// An unsigned number of `unit`s, saturating.
+    /// Appends an unsigned number in steps of `unit`; saturates.
     fn put_u16(&mut self, value: f32, unit: f32) {
         self.put(&(round(value / unit) as u16).to_le_bytes());
     }
 
     fn frame(&self) -> Frame {
-        // `MAX_PAYLOAD` bounds `len`, so framing succeeds; an empty frame is never read.
+        // `MAX_PAYLOAD` bounds `len`, so framing succeeds; the empty frame is never sent.
         Frame::new(self.bytes.get(..self.len).unwrap_or(&[])).unwrap_or_else(Frame::empty)
     }
 }
 
-/// Half away from zero; `as` then saturates, and makes zero of what is not a number.
+/// Rounds half away from zero; the later `as` saturates and turns NaN into zero.
 fn round(value: f32) -> f32 {
     if value < 0.0 {
         value - 0.5
@@ -198,7 +198,7 @@ fn round(value: f32) -> f32 {
     }
 }
 
-/// The message that ends stream and force.
+/// Message that ends stream and force.
 #[must_use]
 pub fn stop_frame(sequence: u16) -> Frame {
     Writer::new(Kind::Stop, sequence).frame()
@@ -245,7 +245,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever passes the checks is finite and within the documented ranges.
+        /// Every value that passes the checks is finite and within the documented range.
         #[test]
         fn arbitrary_payloads_parse_to_sane_values_or_to_errors(
             kind in prop::sample::select(vec![1u8, 2, 3, 0x81, 0x82, 0x83]),

@@ -1,8 +1,8 @@
-//! `SWITCHES`: what a foot presses.
+//! `SWITCHES`, the state of a foot pedal.
 
 use super::{Frame, Kind, Message, WireError, Writer, field};
 
-/// Where the field stands in the payload.
+/// Offset of the field in the payload.
 mod switches {
     pub(super) const BITS: usize = 3;
     pub(super) const END: usize = 4;
@@ -22,7 +22,7 @@ pub struct Switches {
 }
 
 impl Switches {
-    /// Reads a message of kind `SWITCHES`. Bits of no meaning are out of range.
+    /// Parses a message of kind `SWITCHES`. Unused bits are out of range.
     pub fn parse(message: &Message<'_>) -> Result<Self, WireError> {
         if message.kind() != Kind::Switches {
             return Err(WireError::Kind(message.kind() as u8));
@@ -38,7 +38,7 @@ impl Switches {
         })
     }
 
-    /// The message, framed.
+    /// The framed message.
     #[must_use]
     pub fn frame(&self, sequence: u16) -> Frame {
         let mut writer = Writer::new(Kind::Switches, sequence);

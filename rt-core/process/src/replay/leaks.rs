@@ -1,32 +1,32 @@
-//! What a session says of leaks, so that displays, which keep each until they hear that it has changed, can be told
-//! how all of them are at any moment.
+//! History of leaks in a session. A display keeps each leak until it hears of a change, so after a
+//! jump it must be told the state of all of them.
 
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::{CommandMsg, EventMsg};
 
-/// Changes that are kept; a session has some dozens.
+/// Most changes kept; a session has some dozens.
 const KEPT: usize = 4096;
 
-/// What changed at a tick.
+/// A change at a tick.
 enum Change {
-    /// What an event says.
+    /// A leak event.
     Told(EventMsg),
-    /// The organs were put back to rest.
+    /// The organs were reset, which closes all leaks.
     AllClosed,
 }
 
-/// What was said of leaks in the ticks that have run.
+/// Changes of leaks in the ticks that have run.
 #[derive(Default)]
 pub(super) struct Leaks(Vec<(u64, Change)>);
 
-/// Whether this tick puts the organs back to rest, or to where a task begins.
+/// True if this tick resets the organs, to rest or to the start of a task.
 pub(super) fn puts_back(record: &InputRecord) -> bool {
     let command = u32::from(record.command & 15);
     [CommandMsg::RESET, CommandMsg::START].contains(&command)
 }
 
 impl Leaks {
-    /// Keeps what is said in a tick.
+    /// Keeps the changes of a tick.
     pub(super) fn keep(
         &mut self,
         tick: u64,
@@ -41,15 +41,15 @@ impl Leaks {
         self.0.extend(changes.take(room).map(|it| (tick, it)));
     }
 
-    /// Whether the organs were put back in the ticks after `from` and before `to`.
+    /// True if the organs were reset in the ticks after `from` and before `to`.
     pub(super) fn were_put_back(&self, from: u64, to: u64) -> bool {
         let mut changes = self.0.iter();
         changes
             .any(|(at, change)| matches!(change, Change::AllClosed) && (from + 1..to).contains(at))
     }
 
-    /// All places that ever leak, each as it is at a tick: what leaks only later, or did before, does not. Those
-    /// that leak come last, for whoever keeps the newest alone.
+    /// All places that ever leak, with their state at a tick; leaks that are closed then, or start
+    /// later, have the value 0. Open leaks come last, for displays that keep only the newest.
     pub(super) fn at(&self, tick: u64) -> Vec<EventMsg> {
         let place = |event: &EventMsg| (event.organ, event.at_m.map(f32::to_bits));
         let mut places: Vec<EventMsg> = Vec::new();

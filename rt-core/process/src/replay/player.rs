@@ -1,15 +1,16 @@
-//! A run that can be gone back in: checkpoints on the way, and the ticks from the nearest one run again.
+//! A replay with random access: it keeps checkpoints and repeats the ticks from the nearest one.
 
 use rt_core::sim::{Checkpoint, Sim};
 use shared_mem::inputs::InputRecord;
 
 use super::{Recorded, Replayed};
 
-/// Checkpoints kept, of 1.5 MB each: all of an hour is at most half a minute of ticks from one of them.
+/// Most checkpoints, of 1.5 MB each. In a session of one hour, every moment is at most half a
+/// minute of ticks from one of them.
 const KEPT_MAX: usize = 128;
-/// Ticks between two of them at first; twice as many whenever there are too many.
+/// Ticks between two checkpoints at first; doubled whenever there are too many.
 const EVERY_FIRST: u64 = 500;
-/// Longest time between two ticks: what a damaged session says may be hundreds of years.
+/// Longest time between two ticks: a damaged session may claim hundreds of years.
 const STEP_MAX_NS: u64 = 1_000_000_000;
 
 /// Time that has passed in a session.
@@ -20,7 +21,7 @@ pub(super) struct SessionTime {
 }
 
 impl SessionTime {
-    /// Goes on to a tick's time.
+    /// Advances to a tick's time.
     pub(super) fn pass(&mut self, now_ns: u64) -> u64 {
         let before_ns = self.newest_ns.replace(now_ns).unwrap_or(now_ns);
         let step_ns = now_ns.saturating_sub(before_ns).min(STEP_MAX_NS);
@@ -38,15 +39,15 @@ pub fn length_ns(ticks: impl IntoIterator<Item = InputRecord>) -> u64 {
     time.passed_ns
 }
 
-/// Somewhere to go on from.
+/// A checkpoint.
 struct Kept<T> {
-    /// Ticks that were run before it.
+    /// Number of ticks run before it.
     ran: u64,
     time: SessionTime,
     state: T,
 }
 
-/// Bounded however long the session is.
+/// Checkpoints, bounded however long the session is.
 struct Keeper<T> {
     kept: Vec<Kept<T>>,
     every: u64,
@@ -60,7 +61,7 @@ impl<T> Keeper<T> {
         }
     }
 
-    /// Keeps where the run is, if that is due.
+    /// Keeps a checkpoint if one is due.
     fn offer(&mut self, ran: u64, time: SessionTime, make: impl FnOnce() -> T) {
         let is_new = self.kept.last().is_none_or(|last| ran > last.ran);
         if !is_new || !ran.is_multiple_of(self.every) {
@@ -78,14 +79,14 @@ impl<T> Keeper<T> {
         self.kept.push(Kept { ran, time, state });
     }
 
-    /// The last from where a moment is still to come; the first is the start.
+    /// Last checkpoint before a moment; the first one is the start.
     fn before(&self, at_ns: u64) -> Option<&Kept<T>> {
         let after = self.kept.partition_point(|it| it.time.passed_ns < at_ns);
         self.kept.get(after.saturating_sub(1))
     }
 }
 
-/// A simulation, where it is in its session, and where it can go back to.
+/// A simulation, its place in the session, and its checkpoints.
 pub(super) struct Player<'a> {
     sim: Sim<'a>,
     keeper: Keeper<Box<Checkpoint>>,
@@ -95,7 +96,7 @@ pub(super) struct Player<'a> {
 }
 
 impl<'a> Player<'a> {
-    /// At the start.
+    /// A player at the start of the session.
     pub(super) fn new(sim: Sim<'a>) -> Self {
         Self {
             sim,
@@ -111,7 +112,8 @@ impl<'a> Player<'a> {
         self.time.passed_ns
     }
 
-    /// Runs a tick. `each` is told the time passed, and whether this tick was never run before.
+    /// Runs a tick. `each` receives the tick, the time passed, and true if the tick was never run
+    /// before.
     pub(super) fn tick(
         &mut self,
         record: &InputRecord,
@@ -135,8 +137,9 @@ impl<'a> Player<'a> {
         });
     }
 
-    /// Goes to where a moment of the session is still to come: stays if it is, and a later checkpoint is not
-    /// nearer; else takes the nearest. Gives how many of the session's ticks lie before, if it has moved.
+    /// Goes to a state before a moment of the session. Stays if the moment is still ahead and no
+    /// later checkpoint is nearer; otherwise restores the nearest checkpoint. Returns the number of
+    /// ticks before the new place if it has moved.
     pub(super) fn go_before(&mut self, at_ns: u64) -> Option<u64> {
         let kept = self.keeper.before(at_ns)?;
         let is_ahead = self.time.passed_ns < at_ns || self.ran == 0;
@@ -164,7 +167,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is asked for, a checkpoint lies before it, and no further than two of their distances.
+        /// For any moment a checkpoint lies before it, at most two distances away.
         #[test]
         fn a_checkpoint_is_near_and_there_are_few(length in 1u64..4_000_000, share in 0.0f64..1.0) {
             let (mut keeper, mut time) = (Keeper::new(), SessionTime::default());

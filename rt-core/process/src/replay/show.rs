@@ -1,4 +1,4 @@
-//! A replay that displays watch: it takes the controller's place at a station.
+//! A replay that displays watch; it replaces the controller of a station.
 
 use core::sync::atomic::{AtomicBool, Ordering::Relaxed};
 use core::time::Duration;
@@ -18,48 +18,48 @@ use crate::error::RtError;
 use crate::time_driver::monotonic_ns;
 use crate::{frames, inputs};
 
-/// A frame for so many ticks, as the controller does.
+/// Ticks per frame, as in the controller.
 const FRAME_EVERY: u64 = 4;
-/// Bit of [`ToolFrame::switches`]: it stands still.
+/// Bit of [`ToolFrame::switches`]: the show is paused.
 const PAUSED: u32 = 8;
-/// A display that sees nothing for longer takes its controller for gone.
+/// Time without a frame after which a display considers its controller gone.
 const STILL_ALIVE_NS: u64 = 100_000_000;
-/// How often commands are looked for while nothing else is to be done.
+/// Interval at which commands are read while idle.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// The same in ticks that are run and not shown.
+/// Interval at which commands are read while ticks run without being shown, ticks.
 const LOOK_EVERY_TICKS: u64 = 16;
-/// Records that are read before commands are looked for again.
+/// Records that are read before commands are read again.
 const READ_AT_ONCE: u64 = 4096;
 
-/// How a session is shown.
+/// Speed and start of a show.
 #[derive(Debug, Clone, Copy)]
 pub struct Pace {
-    /// So many times as fast as it was.
+    /// Speed relative to the session.
     pub speed: f64,
-    /// What comes before is run, but not shown, s.
+    /// Start time, s; earlier ticks run without being shown.
     pub from_s: f64,
 }
 
-/// Where a show is.
+/// State of a show.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Shown {
     /// Time in the session, s.
     pub at_s: f64,
-    /// So many times as fast as it was.
+    /// Speed relative to the session.
     pub speed: f64,
-    /// It is on its way to a moment that was asked for, s.
+    /// Moment that the show is seeking, s.
     pub seeks_s: Option<f64>,
-    /// Its length, once its end was seen, s.
+    /// Length of the session, s, once its end was reached.
     pub length_s: Option<f64>,
 }
 
-/// Shows the ticks that `open` gives on `station`, from when `begun` is set (until then the first stands
-/// still) until `stop` is set; the last one stands. A display's commands pause it, change its speed, go to any
-/// moment, or begin anew (reset). `each` sees every tick once, as soon as it is run; `tell` where the show is.
-/// Needs a stack of several megabytes.
+/// Shows the ticks from `open` on `station` until `stop` is set. The first frame stands still until
+/// `begun` is set; the last one stands. Commands of a display pause it, change its speed, seek any
+/// moment, or restart it (reset). `each` sees every tick once, as soon as it has run; `tell`
+/// receives the state of the show. Needs a stack of several megabytes.
 ///
 /// # Errors
-/// When somebody controls the station, the core refuses the scene, or no tick is as late as
+/// When the station has a controller, the core refuses the scene, or the session ends before
 /// [`Pace::from_s`].
 #[expect(
     clippy::too_many_arguments,
@@ -111,7 +111,8 @@ pub fn show<I: Iterator<Item = InputRecord>>(
             if let Some(before) = player.go_before(at_ns) {
                 let Some(again) = open() else { break };
                 ticks = again;
-                // As many as were run: the file is read from its start, which takes no simulation.
+                // Skip the ticks before the checkpoint: the file is read from its start, without
+                // simulation.
                 let mut left = before;
                 while let Some(last) = left.min(READ_AT_ONCE).checked_sub(1) {
                     if stop.load(Relaxed) || ticks.nth(last as usize).is_none() {
@@ -142,7 +143,7 @@ pub fn show<I: Iterator<Item = InputRecord>>(
             None => {
                 let end_ns = *stage.length_ns.insert(player.passed_ns());
                 if stage.seek_ns.is_some() {
-                    // It is not as long: its last moment is shown.
+                    // The session is shorter, so show its last moment.
                     stage.asked_ns = Some(end_ns);
                     continue;
                 }
@@ -159,32 +160,32 @@ pub fn show<I: Iterator<Item = InputRecord>>(
 struct Stage {
     controller: Controller,
     scene_id: [u8; 16],
-    /// Where it begins, and begins anew.
+    /// Start of the show, also after a restart.
     start_ns: u64,
     speed: f64,
     state: Box<StateFrame>,
     tools: Box<ToolFrame>,
     next_event: u64,
     paused: bool,
-    /// What comes before is run, but not shown.
+    /// Ticks before this time run without being shown.
     seek_ns: Option<u64>,
-    /// Where a display asked to go.
+    /// Moment that a display asked for.
     asked_ns: Option<u64>,
     length_ns: Option<u64>,
     at_ns: u64,
-    /// A moment of the session, and when it was shown: what follows is shown by it.
+    /// A moment of the session and the time at which it was shown; later ticks are timed from it.
     anchor: Option<(u64, u64)>,
     sent_ns: u64,
     has_shown: bool,
     leaks: Leaks,
-    /// The tick that stands, or is being played.
+    /// Tick that stands or is being played.
     shown_tick: u64,
-    /// When leaks are told of again after a jump.
+    /// Time at which the leaks are sent again after a jump.
     again_ns: Option<u64>,
 }
 
 impl Stage {
-    /// Shows a tick when its time has come, unless it is only run on the way to another.
+    /// Shows a tick when its time has come, unless a seek goes beyond it.
     fn play(
         &mut self,
         tick: &Replayed<'_>,
@@ -205,7 +206,7 @@ impl Stage {
         let before = core::mem::replace(&mut self.shown_tick, tick.view.tick);
         if self.seek_ns.take().is_some() {
             self.show(tick);
-            // A jump over a reset is one, for every display.
+            // Displays must see a jump over a reset as a reset.
             if self.leaks.were_put_back(before, self.shown_tick) {
                 self.tell(EventMsg {
                     kind: EventMsg::RESET,
@@ -214,7 +215,8 @@ impl Stage {
                 });
             }
             self.tell_leaks();
-            // A display that took these events before it saw that it has gone back forgets them with the rest.
+            // A display that takes these events before it notices the jump forgets them with the
+            // rest, so they are sent again.
             self.again_ns = Some(monotonic_ns().saturating_add(STILL_ALIVE_NS));
         }
         tell(self.shown());
@@ -225,7 +227,7 @@ impl Stage {
             }
             let now = monotonic_ns();
             if self.paused || !begun.load(Relaxed) {
-                // As much later as it stands.
+                // The following ticks are shown later by the time of the pause.
                 self.anchor = None;
                 self.send_again_if_due();
                 std::thread::sleep(LOOK_EVERY);
@@ -253,15 +255,15 @@ impl Stage {
         }
     }
 
-    /// Tells how all leaks are at this moment: also of those that are closed then, for who joins is told the last
-    /// events from before.
+    /// Sends the state of all leaks at this moment, closed ones too, because a new display first
+    /// receives earlier events.
     fn tell_leaks(&mut self) {
         for event in self.leaks.at(self.shown_tick) {
             self.tell(event);
         }
     }
 
-    /// Tells of something at the tick that stands.
+    /// Sends an event at the tick that stands.
     fn tell(&mut self, event: EventMsg) {
         let event = EventMsg {
             sequence: self.next_event,
@@ -289,7 +291,7 @@ impl Stage {
         self.send();
     }
 
-    /// What stands still is shown again, for whoever joins and whoever waits for it.
+    /// Repeats the standing frame for displays that join or wait for it.
     fn send_again_if_due(&mut self) {
         let now = monotonic_ns();
         if self.has_shown && now.saturating_sub(self.sent_ns) > STILL_ALIVE_NS {
@@ -303,7 +305,7 @@ impl Stage {
         self.sent_ns = monotonic_ns();
         let paused = u32::from(self.paused) * PAUSED;
         self.tools.switches = self.tools.switches & !PAUSED | paused;
-        // Each fails only when the service is gone.
+        // Sending fails only when the service is gone.
         let _ = self.controller.state.send_copy(*self.state);
         let _ = self.controller.tools.send_copy(*self.tools);
         self.controller.greet();
@@ -333,7 +335,7 @@ impl Stage {
                 }
                 CommandMsg::SPEED => outcome = ReplyMsg::OUT_OF_RANGE,
                 CommandMsg::STOP => stop.store(true, Relaxed),
-                // Force and instrument are as they were.
+                // A recorded run's force and instrument cannot change.
                 _ => outcome = ReplyMsg::UNKNOWN,
             }
             request.reply(ReplyMsg {

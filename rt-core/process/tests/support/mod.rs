@@ -21,10 +21,10 @@ use shared_mem::service::{Host, Station};
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator::new();
 
-/// Spheres of the test scene: a 5 × 5 × 5 block of tissue, its bottom held.
+/// Spheres of the test scene: a 5 × 5 × 5 block of tissue whose bottom is held.
 pub const SPHERES: usize = 125;
 
-/// A folder with a compiled scene, and a station name that nobody else has.
+/// A folder with a compiled scene, and a unique station name.
 pub struct Bench {
     pub folder: tempfile::TempDir,
     pub station: String,
@@ -51,12 +51,12 @@ impl Bench {
         self.folder.path().join("block.calot")
     }
 
-    /// The same in 8 spheres.
+    /// The scene with 8 spheres.
     pub fn coarse_scene(&self) -> PathBuf {
         self.folder.path().join("coarse.calot")
     }
 
-    /// Without admission, which takes a second.
+    /// Settings without admission, which takes a second.
     pub fn config(&self) -> RtConfig {
         RtConfig {
             admission: AdmissionPolicy::Skip,
@@ -66,7 +66,7 @@ impl Bench {
 }
 
 impl Drop for Bench {
-    /// iceoryx2 leaves a few bytes a station in shared memory; nobody uses this one again.
+    /// iceoryx2 leaves a few bytes per station in shared memory; this station is never used again.
     fn drop(&mut self) {
         let own = format!("calot_{}_", self.station);
         for entry in std::fs::read_dir("/dev/shm")
@@ -81,21 +81,20 @@ impl Drop for Bench {
     }
 }
 
-/// The end that a display holds.
+/// A display's host of the bench's station.
 pub fn host(bench: &Bench) -> Host {
     Host::open(&Station::new(&bench.station).expect("the test's own set-up"))
         .expect("the test's own set-up")
 }
 
-/// Gives the calling thread what a device has, as far as it may: a processor of its own, whatever
-/// else this machine is busy with.
+/// Gives the calling thread a processor of its own, if possible, as a real device has.
 pub fn have_own_processor() {
     let cores = realtime::allowed_cores();
     let tick_core = cores.last().copied().unwrap_or(0);
     let _ = realtime::work_beside_tick(&cores, tick_core, 70);
 }
 
-/// Emulated devices in a thread; they go away when `stop` is set.
+/// Emulated devices in a thread; they end when `stop` is set.
 pub struct Emulated {
     pub stop: Arc<AtomicBool>,
     pub thread: JoinHandle<()>,
@@ -145,7 +144,7 @@ impl Emulated {
         self.thread.join().expect("the test's own set-up");
     }
 
-    /// A station file that names them, two by driver, and puts the device elsewhere.
+    /// Writes a station file that names them, two by driver, and moves the device.
     pub fn station_file(&self, bench: &Bench) -> PathBuf {
         let Lines {
             haptic, tracker, ..
@@ -192,7 +191,8 @@ fn block(n: usize) -> SceneData {
             mass_kg: 0.5 / (n * n * n) as f32,
             held: u32::from(z == 0),
         });
-        // Along the edges, and across the faces: without those it would shear like a deck of cards.
+        // Along edges and across faces; without the diagonals the block would shear like a deck of
+        // cards.
         for (dx, dy, dz) in [
             (1, 0, 0),
             (0, 1, 0),
