@@ -1,5 +1,5 @@
-//! Pictures of moments of a session that is run again: what a display would have shown then, without a
-//! window or a station.
+//! Pictures of moments of a session that is run again: what a display would have shown then,
+//! without a window or a station.
 
 use std::io::Cursor;
 
@@ -72,8 +72,8 @@ impl Album {
         self.renderer.effects_mut().clear();
     }
 
-    /// A picture of this moment as PNG, the endoscope turned about what it looks at, to the right seen
-    /// from it, rad.
+    /// A picture of this moment as PNG, the endoscope turned about what it looks at, to the right
+    /// seen from it, rad.
     ///
     /// # Errors
     /// [`DisplayError::Device`].

@@ -15,7 +15,8 @@ const RATE: u16 = 10;
 const COLOURS: usize = 128;
 /// Pixels whose channels changed by no more than this stay as they were: film grain is no news.
 const SAME: u8 = 12;
-/// Every so many pixels of a picture are looked at for the colours, and fewer of more pictures than this.
+/// Every so many pixels of a picture are looked at for the colours, and fewer of more pictures than
+/// this.
 const SAMPLE: usize = 7;
 /// See [`SAMPLE`].
 const MANY: usize = 64;
@@ -24,8 +25,8 @@ const LEAST: usize = 100_000;
 /// Bits of each channel that a colour is looked up by.
 const BITS: u32 = 5;
 
-/// Writes the pictures, which have one size, in their order, for their user alone. One of them at a time is in
-/// memory.
+/// Writes the pictures, which have one size, in their order, for their user alone. One of them at a
+/// time is in memory.
 ///
 /// # Errors
 /// When there is none, one cannot be read or has another size, or the file cannot be written.

@@ -64,7 +64,8 @@ pub enum Observed<'a> {
     Tools(&'a ToolFrame),
     /// The newest state; checked.
     State(&'a StateFrame),
-    /// The endoscope looks another way off its shaft: how far, and how far it is turned about it, rad.
+    /// The endoscope looks another way off its shaft: how far, and how far it is turned about it,
+    /// rad.
     Scope([f32; 2]),
     /// The first state is there, and pictures can be drawn: the run's time begins.
     Begun,
@@ -186,7 +187,8 @@ impl Run<'_> {
     ) -> Result<bool, DisplayError> {
         let start = Instant::now();
         let mut progress = Progress::new();
-        // Pictures are to show the newest state when their time comes: the run begins when they can.
+        // Pictures are to show the newest state when their time comes: the run begins when they
+        // can.
         while !self.is_ready() {
             self.receive(observer);
             self.check_painter(observer)?;

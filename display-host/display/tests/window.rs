@@ -20,13 +20,13 @@ use shared_mem::service::{Controller, Station};
 const RINGS: usize = 32;
 /// Set in the process that opens the window; names the scene's file.
 const IN_CHILD: &str = "CALOT_WINDOW_TEST_SCENE";
-/// Set there too if the window is to meet with trouble, and its graphics device to be lost; names a file that
-/// ends it.
+/// Set there too if the window is to meet with trouble, and its graphics device to be lost; names a
+/// file that ends it.
 const TROUBLED_UNTIL: &str = "CALOT_WINDOW_TEST_UNTIL";
 /// And is there beside it once the device is lost: its extension.
 const LOST: &str = "lost";
-/// Pictures before the device is lost, and those at least that the screen is watched for after it: in the new
-/// window, and after the halt.
+/// Pictures before the device is lost, and those at least that the screen is watched for after it:
+/// in the new window, and after the halt.
 const LOST_AFTER: u64 = 4;
 const GOES_ON: usize = 2;
 /// How long something may take on a busy machine.
@@ -110,8 +110,8 @@ fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Made smaller, taken off the screen and put back, stopped for a while, its graphics device lost: each time the
-/// picture comes back.
+/// Made smaller, taken off the screen and put back, stopped for a while, its graphics device lost:
+/// each time the picture comes back.
 #[test]
 fn a_window_in_trouble_goes_on() {
     let dir = tempfile::tempdir().unwrap();

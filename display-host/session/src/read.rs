@@ -22,9 +22,7 @@ pub enum ReadError {
         source: std::io::Error,
     },
     /// The file is not a session, or is damaged before its first tick or entry.
-    #[error(
-        "{path} is not a session of Calot: {problem}; `calot run --record FILE` records one"
-    )]
+    #[error("{path} is not a session of Calot: {problem}; `calot run --record FILE` records one")]
     NotASession {
         /// Path of the file.
         path: PathBuf,

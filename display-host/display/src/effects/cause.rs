@@ -80,8 +80,9 @@ impl Effect {
     }
 
     /// What an electrode that touches tissue does in a moment of `seconds`: cutting (switch 1)
-    /// sparks and smokes a little, coagulating (2) smokes, steams and chars. `touched` are the spheres
-    /// that some tool touches, centre and radius in m: a shaft that leans on tissue burns nothing.
+    /// sparks and smokes a little, coagulating (2) smokes, steams and chars. `touched` are the
+    /// spheres that some tool touches, centre and radius in m: a shaft that leans on tissue burns
+    /// nothing.
     #[must_use]
     pub fn of_electrode(
         tools: &ToolFrame,

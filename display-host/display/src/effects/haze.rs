@@ -3,8 +3,8 @@
 
 use super::{Kind, Particle};
 
-/// Light that a puff takes from a beam once it has spread through the cavity, 1/m: ten seconds of full
-/// coagulation, some 480 puffs, take a quarter of the light from 7 cm, there and back.
+/// Light that a puff takes from a beam once it has spread through the cavity, 1/m: ten seconds of
+/// full coagulation, some 480 puffs, take a quarter of the light from 7 cm, there and back.
 const PUFF_PER_M: f32 = 0.006;
 /// Thicker than this nothing is seen any more, 1/m.
 const THICKEST_PER_M: f32 = 40.0;

@@ -74,8 +74,8 @@ impl Effects {
         }
     }
 
-    /// Begins an effect. What is not finite, or no effect at all, is left out. A leak takes the place of
-    /// what was told of it before; one without strength is stopped.
+    /// Begins an effect. What is not finite, or no effect at all, is left out. A leak takes the
+    /// place of what was told of it before; one without strength is stopped.
     pub fn begin(&mut self, effect: &Effect, skin: &Skin<'_>) {
         let sane = effect.at_m.is_finite() && effect.along.is_finite();
         if sane && effect.lasts_s >= LEAK_S {
@@ -207,7 +207,8 @@ impl Effects {
         &self.stains
     }
 
-    /// Stops what oozes near a place; what leaks goes on until the controller says that it is closed.
+    /// Stops what oozes near a place; what leaks goes on until the controller says that it is
+    /// closed.
     fn dry(&mut self, at_m: Vec3) {
         self.sources.retain(|s| {
             s.effect.kind != Kind::Blood

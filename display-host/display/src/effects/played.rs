@@ -11,7 +11,8 @@ use crate::render::Renderer;
 
 /// The electrode is looked at this often between two pictures, s.
 const LOOK_S: f32 = 1.0 / 30.0;
-/// Between pictures that are farther apart than this only the last is played, s: nothing flies longer.
+/// Between pictures that are farther apart than this only the last is played, s: nothing flies
+/// longer.
 const STRETCH_MAX_S: f32 = 20.0;
 /// Effects between two pictures at most.
 const MOST: usize = 4096;

@@ -18,8 +18,8 @@ const DROP_M: f32 = 0.002;
 /// Jaws at most.
 const JAWS: usize = 3;
 
-/// Shares of the working end that are covered: 0 clean, 1 all over. An instrument that is exchanged comes
-/// back wiped.
+/// Shares of the working end that are covered: 0 clean, 1 all over. An instrument that is exchanged
+/// comes back wiped.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wear {
     /// By char.

@@ -1,5 +1,5 @@
-//! The gallery: every organ, instrument, effect and view of a scene as pictures, with a page that one looks
-//! through in a minute. It needs no controller: nothing moves.
+//! The gallery: every organ, instrument, effect and view of a scene as pictures, with a page that
+//! one looks through in a minute. It needs no controller: nothing moves.
 
 mod page;
 mod shot;

@@ -117,8 +117,8 @@ impl Shot {
         }
     }
 
-    /// Chapter, number (titles may differ in punctuation alone) and title, in letters that every file
-    /// system takes.
+    /// Chapter, number (titles may differ in punctuation alone) and title, in letters that every
+    /// file system takes.
     pub(super) fn file(&self, number: usize) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
         let title: String = self.title.to_lowercase().chars().map(plain).collect();

@@ -17,8 +17,8 @@ pub struct Scope {
     pub half_angle: f32,
     /// How far it looks off its shaft, rad: 0, 30° or 45° are made.
     pub angle: f32,
-    /// How far its light cable is turned about the shaft, rad; at 0 it looks down. The picture stays
-    /// upright: the camera is held.
+    /// How far its light cable is turned about the shaft, rad; at 0 it looks down. The picture
+    /// stays upright: the camera is held.
     pub turned: f32,
     /// Radius of the circle in half heights of the picture.
     pub circle: f32,
@@ -63,8 +63,8 @@ impl Scope {
         self.focus_m = (self.focus_m * FOCUS_STEP.powi(steps.into())).clamp(nearest, farthest);
     }
 
-    /// What the scope sees, as seen from the world: along −z, y up. `world_from_camera` of the tools
-    /// is its shaft.
+    /// What the scope sees, as seen from the world: along −z, y up. `world_from_camera` of the
+    /// tools is its shaft.
     #[must_use]
     pub fn world_from_view(&self, tools: &ToolFrame) -> Mat4 {
         let turn = Quat::from_rotation_z(self.turned);

@@ -9,8 +9,8 @@ use crate::skinning::RestVertex;
 
 /// Points around and from pole to pole of the shell.
 const SHELL: [usize; 2] = [120, 72];
-/// The wall is drawn to the instrument's trocar over so wide an angle, rad; one that lies nearer to the middle
-/// than this share of the way to the wall, or farther than that, goes through no wall.
+/// The wall is drawn to the instrument's trocar over so wide an angle, rad; one that lies nearer to
+/// the middle than this share of the way to the wall, or farther than that, goes through no wall.
 const DRAWN_RAD: f32 = 0.5;
 const DRAWN: core::ops::Range<f32> = 0.45..1.4;
 /// So much room stays behind the eye, as a share of its way from the middle.
@@ -36,8 +36,8 @@ struct Space {
     back: Vec3,
     /// Height of the apron's middle, m, relative to the centre.
     floor: f32,
-    /// Where the instrument's trocar goes through the wall, and over what angle the wall is drawn to it: shares
-    /// of the radii, rad.
+    /// Where the instrument's trocar goes through the wall, and over what angle the wall is drawn
+    /// to it: shares of the radii, rad.
     trocar: Option<(Vec3, f32)>,
 }
 
@@ -110,8 +110,8 @@ impl Space {
     }
 }
 
-/// Over what angle a wall may be drawn to a trocar without coming before the eye; `None`: over none. Places are
-/// shares of the radii.
+/// Over what angle a wall may be drawn to a trocar without coming before the eye; `None`: over
+/// none. Places are shares of the radii.
 fn drawn_to(trocar: Vec3, eye: Vec3) -> Option<(Vec3, f32)> {
     let far = trocar.length();
     let leaves_eye = |angle: &f32| {

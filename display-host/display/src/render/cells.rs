@@ -1,10 +1,11 @@
 //! Layered tissue as it is taken away: faces of its cells where the organ's own skin is no more.
 //!
 //! As long as nothing was done to it an organ shows its fine skin. Over cells that are gone or warm
-//! the skin's triangles go, and the faces of the cells around appear: those towards nothing or towards
-//! cells that are gone. One more ring of cells shows its faces too, so that no seam opens at the
-//! skin's edge; tissue is coloured by its place at rest, so that both look the same. Corners lie where
-//! the spheres take them, evened out over the faces that show, or they would look like bricks.
+//! the skin's triangles go, and the faces of the cells around appear: those towards nothing or
+//! towards cells that are gone. One more ring of cells shows its faces too, so that no seam opens
+//! at the skin's edge; tissue is coloured by its place at rest, so that both look the same. Corners
+//! lie where the spheres take them, evened out over the faces that show, or they would look like
+//! bricks.
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
@@ -140,7 +141,8 @@ impl Cells {
         self.cells.len()
     }
 
-    /// Takes what has become of them ([`StateFrame::cells`]); `skin` is the index buffer of the skin.
+    /// Takes what has become of them ([`StateFrame::cells`]); `skin` is the index buffer of the
+    /// skin.
     pub(super) fn set(&mut self, gpu: &Gpu, states: &[u8], skin: &wgpu::Buffer) {
         if states.len() != self.cells.len() || states == self.states {
             return;

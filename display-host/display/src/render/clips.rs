@@ -12,8 +12,8 @@ pub(super) const FIRST_PART: usize = 8;
 /// Half of a closed clip's length, mm.
 const HALF_MM: f32 = 4.5;
 
-/// All clips that there can be, around a tube of 1 mm radius: along x the tube, towards −z the legs'
-/// open ends, along y their spread.
+/// All clips that there can be, around a tube of 1 mm radius: along x the tube, towards −z the
+/// legs' open ends, along y their spread.
 pub(super) fn all() -> Solid {
     let mut solid = Solid::default();
     for number in 0..MAX_CLIPPED as u32 {

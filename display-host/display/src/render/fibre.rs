@@ -1,5 +1,5 @@
-//! Thin tubes, of few sides: fibres of connective tissue, threads. Each corner carries its radius, negative, where
-//! skin has its push: the shader widens what is finer than a pixel.
+//! Thin tubes, of few sides: fibres of connective tissue, threads. Each corner carries its radius,
+//! negative, where skin has its push: the shader widens what is finer than a pixel.
 
 use glam::Vec3;
 

@@ -1,6 +1,6 @@
-//! Chooses the quality by what frames cost: down at once when they cost too much, up only after a long
-//! calm, and more slowly each time that going up turned out wrong. Where the graphics device has no clock
-//! for its passes, a frame costs the time from one to the next.
+//! Chooses the quality by what frames cost: down at once when they cost too much, up only after a
+//! long calm, and more slowly each time that going up turned out wrong. Where the graphics device
+//! has no clock for its passes, a frame costs the time from one to the next.
 
 use super::quality::Quality;
 
@@ -9,8 +9,9 @@ const FRAMES: usize = 40;
 /// Too much, and little enough to try more, as shares of what a frame may cost.
 const TOO_MUCH: f32 = 1.05;
 const LITTLE: f32 = 0.55;
-/// The same of the time from frame to frame, as shares of the screen's own, which no frame undercuts: who keeps
-/// up with the screen may have room to spare, and whether that is so only going up can tell.
+/// The same of the time from frame to frame, as shares of the screen's own, which no frame
+/// undercuts: who keeps up with the screen may have room to spare, and whether that is so only
+/// going up can tell.
 const LATE: f32 = 1.2;
 const IN_TIME: f32 = 1.1;
 /// Calm windows before going up, at first and at most.
@@ -33,15 +34,15 @@ pub struct Governor {
 }
 
 impl Governor {
-    /// Begins with the first of the tiers, best first; what a frame has the graphics device do may cost so
-    /// much, ms.
+    /// Begins with the first of the tiers, best first; what a frame has the graphics device do may
+    /// cost so much, ms.
     #[must_use]
     pub fn new(tiers: Vec<Quality>, may_cost_ms: f32) -> Self {
         Self::between(tiers, TOO_MUCH * may_cost_ms, LITTLE * may_cost_ms)
     }
 
-    /// The same, told of the time from one frame to the next: that may be `period_ms`, or what the screen takes
-    /// (`screen_ms`) if that is longer.
+    /// The same, told of the time from one frame to the next: that may be `period_ms`, or what the
+    /// screen takes (`screen_ms`) if that is longer.
     #[must_use]
     pub fn by_period(tiers: Vec<Quality>, period_ms: f32, screen_ms: f32) -> Self {
         let late_ms = LATE * period_ms.max(screen_ms);

@@ -1,8 +1,8 @@
 //! The instruments: shapes, and how their jaws stand.
 //!
 //! Frame of every instrument as [`ToolFrame::world_from_instrument`] defines it: origin at the jaw
-//! joint, −z along the shaft towards the tip, the upper jaw at +y. Jaws are modelled closed, the biting face of the
-//! upper one towards −y, and turn about x.
+//! joint, −z along the shaft towards the tip, the upper jaw at +y. Jaws are modelled closed, the
+//! biting face of the upper one towards −y, and turn about x.
 
 use glam::{Mat4, Quat, Vec2, Vec3};
 use shared_mem::message::ToolFrame;
@@ -56,7 +56,8 @@ pub(super) fn all() -> [Model; 6] {
     })
 }
 
-/// Where the parts stand: body, upper jaw, lower jaw, and the trocar at `port`, which the shaft turns.
+/// Where the parts stand: body, upper jaw, lower jaw, and the trocar at `port`, which the shaft
+/// turns.
 #[must_use]
 pub(super) fn parts(tools: &ToolFrame, port: Vec3) -> [Mat4; 4] {
     let body = super::camera::matrix(&tools.world_from_instrument);
@@ -365,8 +366,8 @@ fn clip_leg(solid: &mut Solid, part: u32) {
     solid.swept(&path, section, blade(part));
 }
 
-/// A trocar's cannula of 6 mm bore from 25 mm inside the port to outside, ribbed, its mouth cut aslant
-/// by its thin lip.
+/// A trocar's cannula of 6 mm bore from 25 mm inside the port to outside, ribbed, its mouth cut
+/// aslant by its thin lip.
 fn trocar() -> Solid {
     let mut solid = Solid::default();
     let plastic = Finish {

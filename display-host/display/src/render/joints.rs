@@ -286,7 +286,8 @@ impl Way {
         })
     }
 
-    /// A point around the line, at the share `t` of it: in direction `out`, as seen where it begins.
+    /// A point around the line, at the share `t` of it: in direction `out`, as seen where it
+    /// begins.
     fn ring(&self, t: f32, out: Vec3, radius_m: f32) -> Vec3 {
         let at = |t| hermite(t, self.from, self.leave, self.to, self.arrive);
         const AHEAD: f32 = 1e-3;

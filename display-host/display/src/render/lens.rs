@@ -1,5 +1,5 @@
-//! The endoscope's front lens: it fogs while it is colder than the cavity, smoke settles on it, and it
-//! can be wiped.
+//! The endoscope's front lens: it fogs while it is colder than the cavity, smoke settles on it, and
+//! it can be wiped.
 
 use glam::Vec3;
 

@@ -334,7 +334,8 @@ impl Renderer {
         self.shown = shown;
     }
 
-    /// What has become of the cells of layered tissue (`StateFrame::cells`), from the next frame on.
+    /// What has become of the cells of layered tissue (`StateFrame::cells`), from the next frame
+    /// on.
     pub fn set_cells(&mut self, gpu: &Gpu, states: &[u8]) {
         self.cells.set(gpu, states, &self.skinning.corners);
     }
@@ -359,7 +360,8 @@ impl Renderer {
         self.motions.update(spheres);
     }
 
-    /// Begins effects, and lets all that go on do so by `seconds`; from the next frame on they show.
+    /// Begins effects, and lets all that go on do so by `seconds`; from the next frame on they
+    /// show.
     pub fn play(&mut self, spheres: &[SphereState], begin: &[Effect], seconds: f32) {
         let skin = Skin::new(&self.mesh, &self.rest, spheres, self.motions.now());
         for effect in begin {
@@ -386,8 +388,8 @@ impl Renderer {
         &mut self.lens
     }
 
-    /// What the passes of the newest frame that came back cost, ms ([`timing::PASSES`]); `None` where
-    /// the device has no clock, or nothing came back since the last call.
+    /// What the passes of the newest frame that came back cost, ms ([`timing::PASSES`]); `None`
+    /// where the device has no clock, or nothing came back since the last call.
     pub fn take_pass_times(&mut self) -> Option<PassTimes> {
         self.timing.take()
     }
@@ -444,7 +446,8 @@ impl Renderer {
         gpu.check("resizing")
     }
 
-    /// Where sutures hang organs on the abdominal wall, from the next frame on; none: where the scene has them.
+    /// Where sutures hang organs on the abdominal wall, from the next frame on; none: where the
+    /// scene has them.
     pub fn set_sutures(&mut self, sutures: Option<&[SutureMsg]>) {
         self.sutures.set(sutures);
     }

@@ -59,8 +59,8 @@ pub(super) fn noise(at: Vec3) -> (Vec3, f32) {
     (gradient, value)
 }
 
-/// A tile of cells packed side by side, RGBA, x fastest: slope of a dome over each cell, and how much
-/// nearer its own middle is than the next one's (0 in the furrow between two cells).
+/// A tile of cells packed side by side, RGBA, x fastest: slope of a dome over each cell, and how
+/// much nearer its own middle is than the next one's (0 in the furrow between two cells).
 #[must_use]
 pub(super) fn cells_tile() -> Vec<[f32; 4]> {
     let n = CELLS as i32;

@@ -411,7 +411,8 @@ fn draw(device: &Device, what: &Draw<'_>) -> RenderPipeline {
             Some(wgpu::ColorTargetState {
                 format,
                 blend: what.translucent.then_some(wgpu::BlendState::ALPHA_BLENDING),
-                // Beside the light stands how far it comes from: of what is seen through, of what is behind.
+                // Beside the light stands how far it comes from: of what is seen through, of what
+                // is behind.
                 write_mask: match what.translucent {
                     true => wgpu::ColorWrites::COLOR,
                     false => wgpu::ColorWrites::ALL,

@@ -78,8 +78,8 @@ impl Quality {
         },
     ];
 
-    /// What fits an adapter for a window, best first, and what a frame may cost, ms: 60 a second with
-    /// something left for the window itself, or 15 on a software driver.
+    /// What fits an adapter for a window, best first, and what a frame may cost, ms: 60 a second
+    /// with something left for the window itself, or 15 on a software driver.
     #[must_use]
     pub fn tiers(gpu: &Gpu) -> (Vec<Self>, f32) {
         if gpu.is_software() {

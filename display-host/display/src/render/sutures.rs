@@ -1,5 +1,6 @@
-//! Sutures that hang an organ on the abdominal wall: doubled threads, from where they go through the organ's skin
-//! to where they leave through the wall. Taut they are straight, slack they sag; cut through, their ends hang.
+//! Sutures that hang an organ on the abdominal wall: doubled threads, from where they go through
+//! the organ's skin to where they leave through the wall. Taut they are straight, slack they sag;
+//! cut through, their ends hang.
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
@@ -19,7 +20,8 @@ const RADIUS_M: f32 = 0.000_12;
 const BITE_M: f32 = 0.006;
 /// It begins so far under the skin, m.
 const UNDER_M: f32 = 0.000_6;
-/// The wall lies somewhere behind the place in the world that it is tied to: it is drawn so much farther, m.
+/// The wall lies somewhere behind the place in the world that it is tied to: it is drawn so much
+/// farther, m.
 const BEYOND_M: f32 = 0.12;
 /// What hangs of it at the organ and at the wall when it is cut, m.
 const TAIL_M: f32 = 0.014;
@@ -64,7 +66,8 @@ impl Organ {
         })
     }
 
-    /// Where the two strands of a suture leave its skin; none if it has none, or another's sphere is meant.
+    /// Where the two strands of a suture leave its skin; none if it has none, or another's sphere
+    /// is meant.
     fn leaves(&self, suture: &SutureMsg) -> Option<[RestVertex; 2]> {
         let own = suture.sphere.checked_sub(self.first_sphere)?;
         let sphere = self.spheres.get(own as usize)?;

@@ -1,5 +1,6 @@
-//! Vessels on the organs, as trees: grown over each skin at load from where blood comes in, and kept
-//! as distance to the nearest vessel in a grid of the tissue at rest, so that they stick to it.
+//! Vessels on the organs, as trees: grown over each skin at load from where blood comes in, and
+//! kept as distance to the nearest vessel in a grid of the tissue at rest, so that they stick to
+//! it.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -14,8 +15,8 @@ use crate::skinning::{RestVertex, SkinMesh};
 
 /// Organs that have trees, at most; slot 0 has none. Also in `tissue.wgsl`.
 pub(super) const SLOTS: usize = 16;
-/// Vertices that a tree grows over, at most: every twig may search all of them. Of more some stand for
-/// those around.
+/// Vertices that a tree grows over, at most: every twig may search all of them. Of more some stand
+/// for those around.
 const NODES: usize = 8000;
 /// Voxels of an organ's grid, about.
 const VOXELS: f32 = 1.1e6;
@@ -23,8 +24,8 @@ const VOXELS: f32 = 1.1e6;
 const BAND: f32 = 2.5;
 /// A twig is no thinner, m.
 const TWIG_M: f32 = 0.000_11;
-/// How much of the way to a vessel counts where it lies above or below the skin: skin is flat between
-/// its vertices, and a vessel is not to come and go with them.
+/// How much of the way to a vessel counts where it lies above or below the skin: skin is flat
+/// between its vertices, and a vessel is not to come and go with them.
 const ABOVE: f32 = 0.25;
 /// Going along a vessel costs this share of going over bare skin: branches leave at sharp angles.
 const ALONG: f32 = 0.4;
@@ -302,7 +303,8 @@ impl Skin {
         None
     }
 
-    /// Curves through a tree's nodes; as many twigs as a vessel feeds, so thick it is (Murray 1926).
+    /// Curves through a tree's nodes; as many twigs as a vessel feeds, so thick it is (Murray
+    /// 1926).
     fn pieces(&self, nodes: &[usize], parent: &[u32], root_m: f32) -> Vec<Piece> {
         let mut fed = vec![0.0f32; self.count];
         let mut heir = vec![usize::MAX; self.count];
@@ -362,8 +364,8 @@ impl Skin {
     }
 }
 
-/// By vertex which of the vertices that stand for others stands for it, and those: one for each cell
-/// of a grid and each way that skin faces there, so that two sides of a thin wall stay two.
+/// By vertex which of the vertices that stand for others stands for it, and those: one for each
+/// cell of a grid and each way that skin faces there, so that two sides of a thin wall stay two.
 fn merge(vertices: &[RestVertex], low: Vec3, cell_m: f32) -> (Vec<usize>, Vec<usize>) {
     let mut cells = HashMap::new();
     let mut stands = Vec::new();

@@ -1,8 +1,9 @@
 //! Skin that jaws hold lies between them.
 //!
-//! The controller's jaws hold inner spheres, which lie some mm under the skin and far apart: skin that only
-//! follows those would stay beside the jaws. So what is near to closing jaws is drawn to their mouth
-//! and pressed flat between them, less the farther it is. Only the picture, like a press.
+//! The controller's jaws hold inner spheres, which lie some mm under the skin and far apart: skin
+//! that only follows those would stay beside the jaws. So what is near to closing jaws is drawn to
+//! their mouth and pressed flat between them, less the farther it is. Only the picture, like a
+//! press.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
@@ -22,7 +23,8 @@ pub struct Bite {
 
 /// Where between joint and tip tissue is drawn to. `skinning.wgsl` has the same numbers.
 const MOUTH: f32 = 0.72;
-/// All that is so near to the jaws' line goes with them, what is farther off by some `FADES_M` does not, m.
+/// All that is so near to the jaws' line goes with them, what is farther off by some `FADES_M` does
+/// not, m.
 const CORE_M: f32 = 0.0025;
 const FADES_M: f32 = 0.0045;
 /// How much a fold is narrowed along the jaws' hinge.
@@ -131,8 +133,8 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever comes over the border: skin stays finite, moves no farther than to the mouth, and what
-        /// is far off does not move.
+        /// Whatever comes over the border: skin stays finite, moves no farther than to the mouth,
+        /// and what is far off does not move.
         #[test]
         fn a_bite_is_smooth_and_ends(
             jaw in 0.0f32..1.0, x in -0.04f32..0.04, y in -0.04f32..0.04, z in -0.04f32..0.06,

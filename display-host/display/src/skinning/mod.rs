@@ -6,8 +6,8 @@
 //! vertex goes where its spheres, by the same weights, carry it: `v' = v + Σ w_i (G_i v + t_i)`:
 //! 0.6 mm for twice the time. `examples/skinning.rs` measures this and the other ways that were
 //! tried. Normals are gathered: every vertex sums the area-weighted normals of its triangles, in a
-//! fixed order, without atomics. At last, skin is drawn into jaws that hold it ([`bite`]) and pushed out of
-//! the tool ([`press`]).
+//! fixed order, without atomics. At last, skin is drawn into jaws that hold it ([`bite`]) and
+//! pushed out of the tool ([`press`]).
 //!
 //! Two twins, compared in a test: [`SkinMesh::skin`] on the CPU (also the faster one when the
 //! "graphics device" is a CPU: 14 to 40 times), and [`gpu::GpuSkinning`].
@@ -62,8 +62,8 @@ pub struct RestVertex {
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct SkinnedVertex {
-    /// Position, world frame, m; the fourth is how far a tool has pushed the skin here, m; of a fibre of
-    /// connective tissue its radius, negative.
+    /// Position, world frame, m; the fourth is how far a tool has pushed the skin here, m; of a
+    /// fibre of connective tissue its radius, negative.
     pub position: [f32; 4],
     /// Unit normal; the fourth is how much more the skin is bent inwards than at rest, 1/m.
     pub normal: [f32; 4],

@@ -1,6 +1,6 @@
 //! Sound: the electrode, clips, alarms, the heart monitor. Synthesised ([`synth`]) and given to the
-//! system's own player, so that nothing of a sound card is needed to build Calot; without a card or a
-//! player one warning, and silence.
+//! system's own player, so that nothing of a sound card is needed to build Calot; without a card or
+//! a player one warning, and silence.
 
 pub mod synth;
 

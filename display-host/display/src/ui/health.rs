@@ -9,7 +9,8 @@ const WINDOW: usize = 4096;
 /// Bars of a histogram; each is twice as wide as the one before, the first ends at 1 µs.
 pub(super) const BARS: usize = 16;
 
-/// Gates that a force passes, in the safety chain's order: the controller's names of their counters.
+/// Gates that a force passes, in the safety chain's order: the controller's names of their
+/// counters.
 const GATES: [&str; 12] = [
     "bad_sample",
     "speed_trip",
@@ -40,7 +41,8 @@ pub struct TickHealth {
     pub allocations: u64,
     /// Page faults of the realtime thread.
     pub page_faults: u64,
-    /// Ticks that each fault happened in since the controller started, as [`FAULT_NAMES`] names them.
+    /// Ticks that each fault happened in since the controller started, as [`FAULT_NAMES`] names
+    /// them.
     pub faults: [u64; FAULT_NAMES.len()],
     /// What the realtime thread got from the system; `None`: no batch yet.
     pub realtime: Option<u32>,

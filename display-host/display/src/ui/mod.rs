@@ -127,8 +127,8 @@ impl UiState {
         self.settings = settings;
     }
 
-    /// Takes the newest that an instructor was told of the task; `None`: there is none any more, or nobody here
-    /// understands it. What was told before is old then.
+    /// Takes the newest that an instructor was told of the task; `None`: there is none any more, or
+    /// nobody here understands it. What was told before is old then.
     pub fn watch(&mut self, bulletin: Option<Bulletin>) {
         self.task_view = bulletin.as_ref().map(|it| it.task.clone());
         self.bulletin = bulletin;

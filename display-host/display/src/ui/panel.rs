@@ -11,7 +11,8 @@ use crate::words::Words;
 /// The panel's share of the window, and its width at least and at most, points.
 const PANEL_SHARE: f32 = 0.28;
 const PANEL: [f32; 2] = [240.0, 350.0];
-/// Sizes of its text, points: of what concerns the trainee, and of what concerns who looks after the station.
+/// Sizes of its text, points: of what concerns the trainee, and of what concerns who looks after
+/// the station.
 const TEXT: f32 = 17.0;
 const FINE: f32 = 13.5;
 

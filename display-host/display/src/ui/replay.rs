@@ -129,7 +129,8 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
     asked
 }
 
-/// What the pointer on the picture asks for: dragged about what is seen, and nearer or further by the wheel.
+/// What the pointer on the picture asks for: dragged about what is seen, and nearer or further by
+/// the wheel.
 pub(super) fn look_around(ui: &Ui, picture: &egui::Response, state: &UiState) -> Option<Asked> {
     state.replay.as_ref()?;
     let turned = picture.drag_delta();

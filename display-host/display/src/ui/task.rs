@@ -1,4 +1,5 @@
-//! The task in the panel: time, what is to be done, what was wrong. Words and shapes, never colour alone.
+//! The task in the panel: time, what is to be done, what was wrong. Words and shapes, never colour
+//! alone.
 
 use assess::{Hint, Reason, Step};
 use egui::{Color32, RichText, Ui};

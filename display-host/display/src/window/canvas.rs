@@ -234,8 +234,8 @@ impl Canvas {
     }
 }
 
-/// Lets go of a frame whose device is lost. wgpu 30 does so only while it unwinds (its issue 8243); else the
-/// surface's own end panics.
+/// Lets go of a frame whose device is lost. wgpu 30 does so only while it unwinds (its issue 8243);
+/// else the surface's own end panics.
 fn give_up(frame: wgpu::SurfaceTexture) {
     let unwinds = move || {
         let _frame = frame;

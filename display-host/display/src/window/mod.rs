@@ -62,7 +62,8 @@ pub struct WindowConfig {
     pub language: Language,
     /// How the task stands, kept up to date by whoever assesses it.
     pub task: Option<Arc<Mutex<TaskView>>>,
-    /// An instructor watches: what the task's assessor tells is shown, and nothing is asked of the station.
+    /// An instructor watches: what the task's assessor tells is shown, and nothing is asked of the
+    /// station.
     pub instructor: bool,
     /// Where the show is, if a session is shown again, kept up to date by whoever shows it.
     pub replay: Option<Arc<Mutex<ReplayView>>>,

@@ -1,4 +1,5 @@
-//! A window of widgets alone, as the launcher's: it is drawn when something happens, and rests else.
+//! A window of widgets alone, as the launcher's: it is drawn when something happens, and rests
+//! else.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -30,9 +31,9 @@ pub trait Page {
     fn is_over(&self) -> bool;
 }
 
-/// Opens a window of `size` pixels inside and runs it until it is closed, its page is over or `stop` is set.
-/// Once a process; on systems other than Linux, from the main thread only. Its thread keeps its priority: what
-/// the page starts inherits it.
+/// Opens a window of `size` pixels inside and runs it until it is closed, its page is over or
+/// `stop` is set. Once a process; on systems other than Linux, from the main thread only. Its
+/// thread keeps its priority: what the page starts inherits it.
 ///
 /// # Errors
 /// When there is no screen, or nothing that can draw on it.

@@ -59,7 +59,8 @@ fn not_done(words: &Words, command: CommandMsg, why: String) -> String {
     words.say_with("command-not-done", &values)
 }
 
-/// What is of the computer and not of the station is said as it is: it is rare, and for who set it up.
+/// What is of the computer and not of the station is said as it is: it is rare, and for who set it
+/// up.
 fn service(words: &Words, error: &ServiceError) -> String {
     match error {
         ServiceError::SecondHand(_) => words.say("hand-elsewhere"),

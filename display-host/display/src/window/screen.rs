@@ -144,7 +144,8 @@ impl Screen {
         self.mouse_held = hold;
         let window = &self.canvas.window;
         window.set_cursor_visible(!hold);
-        // Where neither can be had the mouse leads the hand all the same, as far as the screen goes.
+        // Where neither can be had the mouse leads the hand all the same, as far as the screen
+        // goes.
         let _ = if hold {
             window
                 .set_cursor_grab(CursorGrabMode::Locked)

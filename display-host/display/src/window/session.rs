@@ -441,7 +441,8 @@ impl Session {
         }
     }
 
-    /// Says why something is not done: here in the user's language, in English to who runs the station.
+    /// Says why something is not done: here in the user's language, in English to who runs the
+    /// station.
     fn refuse(&mut self, refusal: &Refusal, observer: &mut dyn FnMut(Observed<'_>)) {
         observer(Observed::Warning(&refusal.said(&Words::default())));
         self.ui.alarm = Some(refusal.said(&self.ui.words));

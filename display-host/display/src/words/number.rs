@@ -29,7 +29,8 @@ impl Words {
             "deg" => (value, "°".to_owned()),
             _ => (value, format!(" {unit}")),
         };
-        // Three digits tell apart all that rules and metrics are given in; zeros at their end tell nothing.
+        // Three digits tell apart all that rules and metrics are given in; zeros at their end tell
+        // nothing.
         let text = format!("{value:.3}");
         let text = text.trim_end_matches('0').trim_end_matches('.');
         self.localised(format!("{text}{unit}"))

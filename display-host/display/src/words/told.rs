@@ -1,4 +1,5 @@
-//! What the assessment says (a step, a hint, a reason), from its kind and values, in the user's language.
+//! What the assessment says (a step, a hint, a reason), from its kind and values, in the user's
+//! language.
 
 use assess::{Advice, Hint, Instrument, Metric, Reason, Step};
 

@@ -405,7 +405,8 @@ fn a_debrief_leads_on_by_pointer_and_key() {
     assert!(desk.state().wishes.is_empty());
 }
 
-/// A machine that is slow hears several keys at once: the last counts for a task, each for an answer.
+/// A machine that is slow hears several keys at once: the last counts for a task, each for an
+/// answer.
 #[test]
 fn keys_of_one_frame_are_taken_in_their_order() {
     let press = |desk: &mut Harness<'_, Seen>, keys: [Key; 2]| {

@@ -1,6 +1,7 @@
 //! Pictures of the tests' scene against committed ones. Drawn by a software driver they are the
 //! same on any machine up to rounding; a graphics card's filtering differs a little more.
-//! `UPDATE_PICTURES=1 cargo test -p display-host --test all picture` writes them anew: look at them.
+//! `UPDATE_PICTURES=1 cargo test -p display-host --test all picture` writes them anew: look at
+//! them.
 
 use std::path::PathBuf;
 

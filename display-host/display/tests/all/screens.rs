@@ -1,5 +1,6 @@
-//! Every screen in every language at four sizes: nothing is cut off, nothing over the picture covers another thing.
-//! `SCREENS=DIR cargo test -p display-host --test all screens` also draws them there: look at them.
+//! Every screen in every language at four sizes: nothing is cut off, nothing over the picture
+//! covers another thing. `SCREENS=DIR cargo test -p display-host --test all screens` also draws
+//! them there: look at them.
 
 use std::path::PathBuf;
 
@@ -361,7 +362,8 @@ fn nothing_is_cut_off_and_no_words_cover_others() {
                     if rect.left() < -1.0 || rect.right() > width + 1.0 {
                         wrong.push(format!("{place}: cut off: {text} {rect}"));
                     }
-                    // A launcher's page scrolls, above buttons that do not; so does the panel at the right.
+                    // A launcher's page scrolls, above buttons that do not; so does the panel at
+                    // the right.
                     if is_window && rect.bottom() <= height {
                         texts.push((text, rect));
                     }

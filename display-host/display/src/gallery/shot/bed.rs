@@ -1,5 +1,5 @@
-//! The gallbladder's bed, laid open: half dissected from the neck on, and the gallbladder drawn away, so that
-//! what still holds it is seen.
+//! The gallbladder's bed, laid open: half dissected from the neck on, and the gallbladder drawn
+//! away, so that what still holds it is seen.
 
 use glam::Vec3;
 use shared_mem::message::{SphereState, StateFrame};

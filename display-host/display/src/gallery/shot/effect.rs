@@ -14,8 +14,8 @@ const HOOK_TIP_M: Vec3 = Vec3::new(0.0, -0.0042, -0.0119);
 /// So much wider than an organ's spheres must be what one looks past, m.
 const CLEAR_M: f32 = 0.004;
 
-/// Each kind of effect where it belongs, a few seconds on: what burns with the hook that burns it, blood and
-/// bile from what has them, seen from beside their course.
+/// Each kind of effect where it belongs, a few seconds on: what burns with the hook that burns it,
+/// blood and bile from what has them, seen from beside their course.
 pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
     use OrganKind as Organ;
     let burns = Site::on(scene, &[Organ::Fat, Organ::ConnectiveTissue, Organ::Liver]);

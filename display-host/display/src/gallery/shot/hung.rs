@@ -1,4 +1,5 @@
-//! The sutures that hang an organ on the abdominal wall: as they hold it, one of them cut, one not there yet.
+//! The sutures that hang an organ on the abdominal wall: as they hold it, one of them cut, one not
+//! there yet.
 
 use glam::Vec3;
 use shared_mem::message::SutureMsg;

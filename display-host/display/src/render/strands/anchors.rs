@@ -12,7 +12,8 @@ use crate::skinning::{RestVertex, pairs};
 /// A fibre is anchored in skin within this of its cell, m.
 const ANCHORED_M: f32 = 0.006;
 
-/// Where fibres are anchored, inwards and outwards of the cells' corners: on skins, nowhere where none is near.
+/// Where fibres are anchored, inwards and outwards of the cells' corners: on skins, nowhere where
+/// none is near.
 #[derive(Default)]
 pub(in crate::render) struct Anchors {
     pub(super) places: Vec<RestVertex>,

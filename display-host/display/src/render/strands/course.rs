@@ -1,4 +1,5 @@
-//! A fibre as it is now: where it runs, how thick it is, and what is drawn of it and of the films beside it.
+//! A fibre as it is now: where it runs, how thick it is, and what is drawn of it and of the films
+//! beside it.
 
 use glam::Vec3;
 

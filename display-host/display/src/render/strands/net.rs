@@ -1,4 +1,5 @@
-//! Which fibres there are, and between what: from the cells that are gone, and by chance that is the same every time.
+//! Which fibres there are, and between what: from the cells that are gone, and by chance that is
+//! the same every time.
 
 use glam::Vec3;
 use shared_mem::scene::{CellRecord, NO_CELL};
@@ -214,7 +215,8 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         Self::inner_edge(side).map(|k| u32::from(self.cells[cell].corners[k | outer]))
     }
 
-    /// A number that is the same whatever else is gone: of a column's side, and a level and more there.
+    /// A number that is the same whatever else is gone: of a column's side, and a level and more
+    /// there.
     fn seed(&self, cell: usize, side: usize, level: u32, more: u32) -> u32 {
         let root = foot(self.cells, cell) as u32;
         (root * 4 + side as u32)

@@ -1,4 +1,5 @@
-//! What an operation came to: outcome, score, what was wrong, what counts beside the pass rule and the past.
+//! What an operation came to: outcome, score, what was wrong, what counts beside the pass rule and
+//! the past.
 
 use assess::Reason;
 use egui::{Grid, Key, Label, RichText, Ui};

@@ -1,5 +1,5 @@
-//! The launcher's screens: start, while an operation runs, debrief, questions. Each is a pure function from
-//! what is known to widgets, and to what is wished for.
+//! The launcher's screens: start, while an operation runs, debrief, questions. Each is a pure
+//! function from what is known to widgets, and to what is wished for.
 
 mod debrief;
 mod failed;
@@ -107,8 +107,8 @@ pub fn launcher(ui: &mut Ui, state: &Launcher) -> Vec<Wish> {
     wishes
 }
 
-/// A screen: its buttons below, always in sight, one of them perhaps what Enter presses, and what it says
-/// above them.
+/// A screen: its buttons below, always in sight, one of them perhaps what Enter presses, and what
+/// it says above them.
 fn screen(
     ui: &mut Ui,
     name: &'static str,
@@ -172,8 +172,8 @@ fn first(ui: &mut Ui, text: &str) -> Response {
     response
 }
 
-/// A key that is held asks for one thing, not for what stands there next. What edits and what moves about
-/// goes on while it is held.
+/// A key that is held asks for one thing, not for what stands there next. What edits and what moves
+/// about goes on while it is held.
 fn drop_repeats(ui: &Ui) {
     use egui::Key;
     let goes_on = |key: &Key| {
@@ -200,7 +200,8 @@ fn pressed(ui: &Ui, key: egui::Key) -> bool {
     ui.input(|input| input.key_pressed(key))
 }
 
-/// The keys that were pressed since the last frame, in their order: on a slow machine there are several.
+/// The keys that were pressed since the last frame, in their order: on a slow machine there are
+/// several.
 fn typed(ui: &Ui) -> Vec<egui::Key> {
     let key = |event: &egui::Event| match event {
         egui::Event::Key {

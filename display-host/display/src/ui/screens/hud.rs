@@ -16,8 +16,8 @@ const HELP: f32 = 14.0;
 const SIDE: f32 = 236.0;
 /// Between what stands at the left and the alarm, margins and frames included, points.
 const CLEAR: f32 = 62.0;
-/// In a picture narrower than this, points, what stands in its middle would lie over what stands at its
-/// sides: that is left out.
+/// In a picture narrower than this, points, what stands in its middle would lie over what stands at
+/// its sides: that is left out.
 const NARROW: f32 = 900.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {

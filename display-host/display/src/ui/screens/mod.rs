@@ -1,5 +1,5 @@
-//! What stands over the picture: the task as it goes, the pause, the settings. Each is a pure function
-//! from the state to widgets and to what is asked.
+//! What stands over the picture: the task as it goes, the pause, the settings. Each is a pure
+//! function from the state to widgets and to what is asked.
 
 mod hud;
 mod pause;
