@@ -46,7 +46,7 @@ impl fmt::Display for Step {
         match self {
             Self::Hang { count } => write!(to, "Suspend the gallbladder with {count} sutures"),
             Self::Triangle => to.write_str("Clear Calot's triangle"),
-            Self::LowerBed => to.write_str("Free the lower third of the gallbladder's bed"),
+            Self::LowerBed => to.write_str("Free the lower third of the gallbladder from its bed"),
             Self::LeaveWhole => to.write_str("Keep cystic duct and artery intact"),
             Self::Clip { organ, count } => write!(to, "Place {count} clips on the {organ}"),
             Self::Divide { organ } => write!(to, "Divide the {organ} between clips"),
@@ -137,25 +137,25 @@ impl fmt::Display for Hint {
             Advice::Use(Instrument::Grasper) => {
                 write!(
                     to,
-                    "{step}: touch it, press the pedal, draw the thread to the wall, press again."
+                    "{step}: touch it, press the pedal, draw the thread to the abdominal wall, press again."
                 )
             }
             Advice::Use(Instrument::Hook) => {
                 write!(
                     to,
-                    "{step}: hook a strand, lift it clear, then a short current."
+                    "{step}: hook a strand, lift it clear, then give a short burst of current."
                 )
             }
             Advice::Use(Instrument::ClipApplier) => {
                 write!(
                     to,
-                    "{step}: both jaws around it, tips in sight, then close."
+                    "{step}: pass both jaws around it, keep the tips in view, then close."
                 )
             }
             Advice::Use(Instrument::Scissors) => {
-                write!(to, "{step}: see both clips before the blades close.")
+                write!(to, "{step}: see both clips before you close the blades.")
             }
-            Advice::Hold => write!(to, "{step}: hold it in the middle of the picture."),
+            Advice::Hold => write!(to, "{step}: keep it in the middle of the picture."),
         }
     }
 }
@@ -270,7 +270,7 @@ mod tests {
             ),
             (
                 hint(Advice::Use(Instrument::ClipApplier)).to_string(),
-                "Place 2 clips on the cystic duct: both jaws around it, tips in sight, then close.",
+                "Place 2 clips on the cystic duct: pass both jaws around it, keep the tips in view, then close.",
             ),
             (
                 Reason::NotDone { step: clip() }.to_string(),

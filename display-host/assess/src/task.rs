@@ -60,13 +60,13 @@ impl Task {
     #[must_use]
     pub fn title(self) -> &'static str {
         match self {
-            Self::Identify => "Identify: show cystic duct and artery",
+            Self::Identify => "Identify: expose cystic duct and artery",
             Self::Clamp => "Clamp: clip cystic duct and artery",
             Self::Cut => "Cut: divide both between the clips",
             Self::Disconnect => "Disconnect: free the gallbladder from the liver",
             Self::Full => "The whole operation",
             Self::Free => "Free practice",
-            Self::Scope => "Endoscope: show the organs in turn",
+            Self::Scope => "Endoscope: show each organ in turn",
         }
     }
 

@@ -210,7 +210,7 @@ mod tests {
         };
         assert_eq!(
             german.reason(&score),
-            "Punkte: 69,75, verlangt mindestens 70"
+            "Punkte: 69,75, mindestens 70 erforderlich"
         );
         // A scene of one's own may name its organs as it likes.
         let spleen = Step::Show {
