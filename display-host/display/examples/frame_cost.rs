@@ -77,7 +77,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             renderer.render(&gpu, spheres, &tools, frame as f32 * 0.02);
             gpu.wait("drawing")?;
             let ms = start.elapsed().as_secs_f32() * 1e3;
-            // The first ones compile shaders.
+            // The first frames compile shaders.
             if frame >= 4 {
                 whole.push(ms);
                 if let Some(times) = renderer.take_pass_times() {

@@ -19,7 +19,7 @@ use shared_mem::scene::{BINDINGS, SceneFile, WEIGHT_SUM};
 
 type Error = Box<dyn std::error::Error>;
 
-/// Spheres and weights of a vertex.
+/// Spheres of a vertex, and their weights.
 type Binding = [(u16, f32); BINDINGS];
 
 struct Row {
@@ -29,7 +29,7 @@ struct Row {
     rms_mm: f64,
     p99_mm: f64,
     max_mm: f64,
-    /// A frame of the whole scene.
+    /// Time of a frame of the whole scene, µs.
     frame_us: f64,
 }
 
@@ -123,7 +123,7 @@ fn measure(scene: &SceneFile) -> Vec<Row> {
     rows
 }
 
-/// Sorted distances of the skin from where the deformation puts it, m.
+/// Distances of the skin from the exact deformation, sorted, m.
 fn errors(
     scene: &SceneFile,
     organ: &shared_mem::scene::OrganRecord,
@@ -151,7 +151,7 @@ fn errors(
         each.collect()
     };
     let mut motions = Motions::new(scene, follow);
-    // As tissue comes there: from frame to frame.
+    // In small steps, as tissue moves from frame to frame.
     for step in 1..=8 {
         motions.update(&carried(step as f32 / 8.0));
     }
@@ -212,10 +212,10 @@ fn time(scene: &SceneFile, bindings: &[Binding], follow: Follow) -> f64 {
     times[times.len() / 2]
 }
 
-/// A map of space about an organ.
+/// A deformation of the space around an organ.
 struct Deformation<'a> {
     name: &'a str,
-    /// Longest side first, as columns.
+    /// Principal axes as columns, the longest first.
     axes: Mat3,
     middle: Vec3,
     length: f32,
@@ -260,7 +260,7 @@ impl<'a> Deformation<'a> {
                 Vec3::new(x, y * cos - z * sin, y * sin + z * cos)
             }
             "dent" => {
-                // A quarter of the organ wide, from its side.
+                // A quarter of the organ wide, on its side.
                 let wide = self.length / 8.0;
                 let top = Vec3::Z * self.length * 0.25;
                 let near = (-(local - top).length_squared() / (wide * wide)).exp();
@@ -320,7 +320,7 @@ fn linear_precision(scene: &SceneFile) -> Vec<Binding> {
     bindings
 }
 
-/// Error (the worst organ's) against time, a mark a method and deformation.
+/// Error of the worst organ against time, with one mark for each method and deformation.
 fn chart(rows: &[Row]) -> Result<String, Error> {
     let mut text = String::new();
     {
@@ -369,7 +369,7 @@ fn chart(rows: &[Row]) -> Result<String, Error> {
             if deformation == DEFORMATIONS[0] {
                 let mut marks = marks;
                 marks.sort_by(|a, b| b.1.total_cmp(&a.1));
-                // Names keep out of each other's way.
+                // Names do not overlap.
                 let mut placed: Vec<(f64, f64)> = Vec::new();
                 for (us, mm, method) in marks {
                     let near = placed.iter().filter(|p| (p.0 - us).abs() < 0.4 * slowest);

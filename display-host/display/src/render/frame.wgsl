@@ -1,4 +1,4 @@
-// What every drawing pass knows. Lengths in m unless they say cm.
+// Uniforms of every drawing pass. Lengths in m unless they say cm.
 
 struct Frame {
   clip_from_world: mat4x4f,
@@ -18,7 +18,8 @@ struct Frame {
 
 const PI = 3.14159265;
 
-// How far before the camera a place is, m. In the picture's light it is the alpha, for the focus; 0: always sharp.
+// Distance of a point in front of the camera, m. The light picture stores it as alpha, for the
+// focus; 0: always sharp.
 fn depth_of(world: vec3f) -> f32 {
   return dot(world - frame.camera.xyz, frame.forward.xyz);
 }

@@ -1,4 +1,4 @@
-//! `report.html`: one page, no network, readable by a stranger.
+//! The page `report.html`: self-contained and understandable without prior knowledge.
 
 use core::fmt::Write as _;
 use std::path::Path;
@@ -7,7 +7,7 @@ use super::recorder::STAGE_NAMES;
 use super::{Machine, Quantiles, Recorder, Summary, chart};
 use crate::headless::{Ended, Outcome};
 
-/// How reports look.
+/// Style sheet of reports.
 pub const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
 padding:0 1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2rem;\
 font-size:1.15rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem .8rem;text-align:\
@@ -17,7 +17,7 @@ background:#e8f3ec;border-left:4px solid #2e7d4f;padding:.5rem 1rem}figure{margi
 color:#555;font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:\
 repeat(auto-fill,minmax(17rem,1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}";
 
-/// The page's text. Pictures in `folder` are linked by their relative names.
+/// Text of the page. Pictures in `folder` are linked by their relative names.
 pub(super) fn render(
     summary: &Summary,
     recorder: &Recorder,
@@ -230,7 +230,7 @@ fn machine(page: &mut Page, s: &Summary) {
     page.0 += &machine_table(&s.machine, &[("graphics", graphics)]);
 }
 
-/// The machine that a page's figures are of, and what else is told of it.
+/// Table of the machine of a page's figures, with further rows.
 #[must_use]
 pub fn machine_table(m: &Machine, more: &[(&str, &str)]) -> String {
     let (cores, memory) = (m.cores.to_string(), format!("{} MiB", m.memory_mib));
@@ -256,7 +256,7 @@ pub fn machine_table(m: &Machine, more: &[(&str, &str)]) -> String {
     )
 }
 
-/// Text from outside, safe between tags and in attributes.
+/// Escapes text for use between tags and in attributes.
 #[must_use]
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;")

@@ -65,7 +65,7 @@ const CORE: f32 = 0.0025;
 const FADES: f32 = 0.0045;
 const NARROWED: f32 = 0.2;
 
-// How far a vertex is drawn into the jaws. Twin of `bite::bitten`, which explains it.
+// Displacement of a vertex into the jaws. Twin of `bite::bitten`, which explains it.
 fn bitten(at: vec3f) -> vec3f {
   let closed = touch.bite.joint.w;
   let joint = touch.bite.joint.xyz;
@@ -88,7 +88,7 @@ const SHOULDER: f32 = 0.003;
 const SHOULDER_PER_DEPTH: f32 = 0.35;
 const STEPS: u32 = 6u;
 
-// How far the tools push a vertex. Twin of `press::pushed`, which explains it.
+// Displacement of a vertex by the tools. Twin of `press::pushed`, which explains it.
 fn pushed(at: vec3f, normal: vec3f, around: f32) -> vec3f {
   var push = vec3f(0.0);
   var most = 0.0;

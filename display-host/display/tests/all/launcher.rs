@@ -1,4 +1,4 @@
-//! The launcher's screens by accessible name, by pointer and by keyboard alone.
+//! Screens of the launcher by accessible name, by pointer and by keyboard alone.
 
 use display_host::ui::TaskNote;
 use display_host::ui::launcher::{
@@ -26,7 +26,7 @@ fn harness_in(language: Language, screen: Screen) -> Harness<'static, Seen> {
     };
     let show = |area: &mut egui::Ui, seen: &mut Seen| {
         let wishes = launcher(area, &seen.state);
-        // As the launcher does: what is chosen is what is shown next.
+        // As the launcher does: a choice is shown next.
         for wish in &wishes {
             if let (Wish::Form(form), Screen::Start(start)) = (wish, &mut seen.state.screen) {
                 start.form = form.clone();
@@ -207,7 +207,7 @@ fn enter_begins_numbers_choose_the_task_and_n_writes_a_name() {
     desk.key_press(Key::N);
     desk.run();
     desk.event(egui::Event::Text("Cy".into()));
-    // In a name a number is no task.
+    // In a name a digit selects no task.
     desk.key_press(Key::Num2);
     desk.run();
     assert_eq!((&*form(&desk).trainee, &*form(&desk).task), ("Cy", "free"));
@@ -260,7 +260,7 @@ fn devices_are_told_with_what_happens_where_one_is_missing() {
 fn an_operation_that_runs_can_be_stopped_and_one_that_hangs_too() {
     for (ending, overdue, title, wish) in [
         (false, false, "Operation in progress", Some(Wish::Stop)),
-        // A second S is no wish to lose what it came to.
+        // A second S does not discard the report.
         (true, false, "Ending the operation", None),
         (true, true, "Ending the operation", Some(Wish::StopAtOnce)),
     ] {
@@ -390,7 +390,7 @@ fn a_debrief_leads_on_by_pointer_and_key() {
         desk.run();
         assert_eq!(desk.state().wishes, [wish], "{key:?}");
     }
-    // What nobody's session has not is not offered, by key neither.
+    // A guest's session offers neither button nor key for these.
     let mut desk = harness(Screen::Debrief(Debrief {
         trainee: String::new(),
         report: None,
@@ -404,7 +404,7 @@ fn a_debrief_leads_on_by_pointer_and_key() {
     assert!(desk.state().wishes.is_empty());
 }
 
-/// A machine that is slow hears several keys at once: the last counts for a task, each for an
+/// A slow machine receives several keys at once: the last one counts for a task, each for an
 /// answer.
 #[test]
 fn keys_of_one_frame_are_taken_in_their_order() {
@@ -457,7 +457,7 @@ fn questions_are_answered_by_pointer_and_key_and_taken_back() {
     desk.run();
     desk.get_by_label("4   How realistic is the anatomy?");
     desk.get_by_label("the store is busy");
-    // After the last one a number answers nothing.
+    // After the last item a digit answers nothing.
     desk.key_press(Key::Num1);
     desk.run();
     desk.key_press(Key::Enter);
@@ -522,7 +522,7 @@ fn every_screen_speaks_every_language_and_fits_a_small_one() {
             let mut desk = harness_in(language, screen);
             desk.set_size(egui::vec2(800.0, 600.0));
             desk.run();
-            // A message that is missing shows as its id.
+            // A missing message is shown as its id.
             for id in [
                 "task-",
                 "start-",

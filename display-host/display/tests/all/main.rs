@@ -1,4 +1,4 @@
-//! Every test of the display that needs no window, in one program: each would link all of wgpu and
+//! All tests of the display that need no window, in one program: each would link all of wgpu and
 //! egui.
 
 mod effects;

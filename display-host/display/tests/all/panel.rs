@@ -191,7 +191,7 @@ fn the_safety_chain_tells_what_each_gate_did() {
     panel.get_by_label("40 × smoothed: the force changed too fast");
 }
 
-/// With a picture, as the task's cards lie on it.
+/// With a picture, on which the task's cards lie.
 fn at_work(task: TaskView) -> UiState {
     UiState {
         picture: Some((egui::TextureId::default(), 4.0 / 3.0)),
@@ -332,7 +332,7 @@ fn settings_are_chosen_and_left_by_pointer_and_key() {
         );
     }
     let mut panel = harness(open());
-    // What leads the operation is not for now.
+    // The operation's keys are inactive.
     panel.key_press(egui::Key::R);
     panel.run();
     assert!(panel.state().asked.is_empty());
@@ -370,7 +370,7 @@ fn everything_is_said_in_every_language() {
             } else {
                 panel.get_by_label(&words.say("settings-title"));
             }
-            // A message that is missing shows as its id.
+            // A missing message is shown as its id.
             let ids = [
                 "task-",
                 "hud-",
@@ -515,7 +515,7 @@ fn a_session_shown_again_goes_where_it_is_asked_to() {
         assert_eq!(panel.state().asked, [asked], "{key:?}");
         panel.state_mut().asked.clear();
     }
-    // On its way, steps count from where it goes.
+    // During a seek, steps count from its target.
     if let Some(view) = &mut panel.state_mut().state.replay {
         view.seeks_s = Some(20.0);
     }

@@ -301,7 +301,7 @@ fn screens() -> Vec<(&'static str, Shown)> {
     ]
 }
 
-/// What is shown, and the picture's texture once there is one.
+/// The shown state, and the picture's texture once it exists.
 type Desk = (Shown, Words, Option<TextureHandle>);
 
 fn harness(language: Language, shown: Shown, size: [u16; 3]) -> Harness<'static, Desk> {
