@@ -1,7 +1,7 @@
-//! What a frame costs, pass by pass, in every quality: `cargo run --release -p display-host
-//! --example frame_cost -- [SCENE.calot] [--size WxH] [--frames N]`. Times are the graphics
-//! device's own (timestamp queries); "whole" is from submission until the device is idle. Without a
-//! scene it draws the tests' blobs.
+//! Measures the cost of a frame, pass by pass, in every quality: `cargo run --release -p
+//! display-host --example frame_cost -- [SCENE.calot] [--size WxH] [--frames N]`. Times are the
+//! graphics device's own (timestamp queries); "whole" is from submission until the device is idle.
+//! Without a scene it draws the tests' blobs.
 
 #[path = "../tests/support/mod.rs"]
 mod support;

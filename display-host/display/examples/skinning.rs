@@ -1,11 +1,11 @@
-//! Ways of skinning, compared: error against a known deformation, and time. `cargo run --release -p
+//! Compares skinning methods: error against a known deformation, and time. `cargo run --release -p
 //! display-host --example skinning -- SCENE.calot [--out DIR]` prints a table and writes
 //! `skinning.csv` and `skinning.svg`. `calot prepare built-in --out SCENE.calot` makes a scene.
 //!
-//! Spheres and skin of every organ are carried through a bend and a twist of 90° along its longest
-//! side, a dent, and an affine stretch; the error is how far the skin, moved by the spheres, is
-//! from where the deformation puts it. `noise` moves spheres at random by 0.2 mm: what the skin
-//! makes of that should be no more.
+//! Spheres and skin of every organ undergo a bend and a twist of 90° along its longest side, a
+//! dent, and an affine stretch. The error is the distance between the skin as the spheres move it
+//! and the deformed skin. `noise` moves spheres at random by 0.2 mm: the skin's error should be no
+//! larger.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;

@@ -50,7 +50,7 @@ pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> 
         samples.extend(looked_at.flat_map(|it| [it.0[0], it.0[1], it.0[2], 255]));
     }
     let (width, height) =
-        size.ok_or_else(|| refused("there is no picture; ask for some with --frames".to_owned()))?;
+        size.ok_or_else(|| refused("there is no picture; request some with --frames".to_owned()))?;
     let sides = [width, height].map(u16::try_from);
     let [Ok(wide), Ok(high)] = sides else {
         return Err(refused(format!("{width}×{height} pixels are too many")));

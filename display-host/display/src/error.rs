@@ -53,7 +53,7 @@ pub enum DisplayError {
         detail: String,
     },
     /// The scene exceeds a limit of the graphics device.
-    #[error("scene has {found} {what}, this graphics device takes {max}; prepare a coarser skin")]
+    #[error("scene has {found} {what}, this graphics device allows {max}; prepare a coarser skin")]
     TooLarge {
         /// The limited quantity.
         what: &'static str,
@@ -82,7 +82,7 @@ pub enum DisplayError {
         detail: String,
     },
     /// The pictures cannot be made into an animation.
-    #[error("{path}: no animation: {detail}")]
+    #[error("{path}: cannot write the animation: {detail}")]
     Animation {
         /// Path of the animation.
         path: PathBuf,

@@ -254,7 +254,10 @@ impl Run<'_> {
             }
             let silence = self.last_state.elapsed();
             if silence > self.config.patience {
-                self.warn(observer, "the controller fell silent; the run ends here");
+                self.warn(
+                    observer,
+                    "the controller stopped responding; the run ends here",
+                );
                 return Ok(Ended::ControllerGone);
             }
             if silence > Duration::from_millis(500) && !silent {
@@ -294,7 +297,7 @@ impl Run<'_> {
                 painter.drop_waiting();
             }
             let left = self.painter.as_ref().map_or(0, Painter::left);
-            progress.say(observer, || format!("drawing: {left} pictures to go"));
+            progress.say(observer, || format!("drawing: {left} pictures left"));
             std::thread::sleep(POLL);
         }
         self.receive(observer);

@@ -1,11 +1,11 @@
-//! What happens beside the tissue's motion: smoke, steam, sparks, blood, bile, char. Fed by a plain
-//! list of [`Effect`]s, whoever makes it; nothing of it goes back to the controller.
+//! Effects in addition to the tissue's motion: smoke, steam, sparks, blood, bile, char. The input
+//! is a plain list of [`Effect`]s from any source; nothing returns to the controller.
 //!
 //! ```text
 //! events, tools ─► Effect ─► sources ─► particles (billboards)
-//!                    │          └─────► stains (on the skin at rest, so that they stick to it)
-//!                    ├────────────────► haze (smoke that has spread, until it is drawn off)
-//!                    └────────────────► wear (what is left on the instrument)
+//!                    │          └─────► stains (on the skin at rest: they move with it)
+//!                    ├────────────────► haze (spread smoke, until it is evacuated)
+//!                    └────────────────► wear (residues on the instrument)
 //! ```
 
 mod cause;

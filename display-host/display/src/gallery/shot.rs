@@ -61,8 +61,8 @@ impl Chapter {
     pub(super) fn title(self) -> &'static str {
         match self {
             Self::Views => "Views",
-            Self::Organs => "Organs in their place",
-            Self::Alone => "Organs by themselves",
+            Self::Organs => "Organs in place",
+            Self::Alone => "Single organs",
             Self::Instruments => "Instruments",
             Self::Effects => "Effects",
         }
@@ -261,7 +261,7 @@ fn dissected(
         _ => 0,
     });
     let shots = [
-        (format!("{name}, a third gone"), third),
+        (format!("{name}, a third removed"), third),
         (format!("{name}, gone"), with(&|_| StateFrame::GONE)),
     ];
     let all = shots.into_iter().map(|(title, cells)| Shot {
@@ -290,7 +290,7 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
         ..view(format!("Endoscope of {degrees}°"), start)
     };
     vec![
-        view("Where the endoscope starts".to_owned(), start),
+        view("Initial view of the endoscope".to_owned(), start),
         angled(30.0),
         angled(45.0),
         Shot {
@@ -305,7 +305,7 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
                 soot: 0.4,
                 ..Lens::warm()
             },
-            ..view("Lens sooty".to_owned(), start)
+            ..view("Lens sooted".to_owned(), start)
         },
         Shot {
             scope: Scope {
@@ -314,7 +314,10 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
             },
             ..view("Focused too near".to_owned(), start)
         },
-        view("Nearer to the target".to_owned(), nothing(scene, nearer)),
+        view(
+            "Closer view of the target".to_owned(),
+            nothing(scene, nearer),
+        ),
         Shot {
             inside: Some(Inside::VIEW),
             ..view("Spheres and springs".to_owned(), start)

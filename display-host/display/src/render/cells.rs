@@ -1,11 +1,10 @@
-//! Layered tissue as it is taken away: faces of its cells where the organ's own skin is no more.
+//! Drawing of dissected layered tissue: the faces of its cells replace the organ's skin.
 //!
-//! As long as nothing was done to it an organ shows its fine skin. Over cells that are gone or warm
-//! the skin's triangles go, and the faces of the cells around appear: those towards nothing or
-//! towards cells that are gone. One more ring of cells shows its faces too, so that no seam opens
-//! at the skin's edge; tissue is coloured by its place at rest, so that both look the same. Corners
-//! lie where the spheres take them, evened out over the faces that show, or they would look like
-//! bricks.
+//! An untreated organ shows its fine skin. Over removed or warm cells the triangles of the skin are
+//! hidden, and the faces of the surrounding cells appear where they border on nothing or on removed
+//! cells. One more ring of cells shows its faces, so that no seam opens at the skin's edge. Tissue
+//! is coloured by its position at rest, so that both look alike. The corners follow the spheres and
+//! are smoothed over the visible faces, which would otherwise look like bricks.
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;

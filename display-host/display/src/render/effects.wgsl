@@ -3,8 +3,8 @@
 // See particles.rs.
 struct Disc {
   at: vec4f,     // middle, m; w: radius, m
-  colour: vec4f, // rgb; a: how much it hides
-  look: vec4f,   // 0 puff, 1 drop, 2 spark; its own number; streak's half length over radius; 0
+  colour: vec4f, // rgb; a: opacity
+  look: vec4f,   // 0 puff, 1 drop, 2 spark; individual number; streak's half length over radius; 0
   along: vec4f,  // unit direction of a streak
 }
 @group(1) @binding(0) var<storage, read> discs: array<Disc>;

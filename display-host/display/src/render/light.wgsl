@@ -23,7 +23,7 @@ struct Stains {
 
 // Grid of an organ's vessels (see trees.rs).
 struct Tree {
-  origin: vec4f,    // its corner in the tissue at rest, cm; w: distance that a texel of 1 stands for, cm
+  origin: vec4f,    // its corner in the tissue at rest, cm; w: distance of a texel of 1, cm
   scale: vec4f,     // cm to texture; w: where it starts along the texture's depth
 }
 
@@ -33,11 +33,11 @@ struct Look {
   high: vec4f,      // lightest albedo; w: middle frequency, 1/cm
   streak: vec4f,    // colour of streaks; w: their share
   slope: vec4f,     // steepness of the bumps: middle, lobules, grain; w: of the wet film
-  wet: vec4f,       // roughness, film strength, film roughness, reflectance head on
-  scatter: vec4f,   // how far light of each colour wraps around; w: fine albedo contrast
+  wet: vec4f,       // roughness, film strength, film roughness, normal reflectance
+  scatter: vec4f,   // scattered light, by colour; w: fine albedo contrast
   lobule: vec4f,    // lobule frequency, grain frequency (1/cm), metal, brushed (of tissue: veins)
-  cell: vec4f,      // packed cells: frequency (1/cm), steepness, how dark their furrows, how light their middles
-  veil: vec4f,      // colour of a thin wall seen along it; w: how much it hides
+  cell: vec4f,      // packed cells: frequency (1/cm), steepness, darkness of furrows, lightness of middles
+  veil: vec4f,      // colour of a thin wall at grazing view; w: opacity
 }
 
 struct Surface {

@@ -1,5 +1,5 @@
-//! One frame: skin, shadow, scene, exposure, glare, lens. Plain inputs: a compiled scene, a state
-//! and a tool frame that passed their checks.
+//! Rendering of a frame: skin, shadow, scene, exposure, glare, lens. The inputs are plain: a
+//! checked scene, state and tool frame.
 //!
 //! ```text
 //! state ─ skinning ─► vertices ─► shadow map ─► light (16 bit float) ─► exposure, glare ─► lens ─► picture

@@ -1,7 +1,7 @@
-//! Strands of connective tissue where cells beside them are gone: a net of fibres along the sides
-//! of the cells that are left, from what the tissue lies around to what it joins that to, with
-//! films in its forks; and a few that span the gaps. Fat has its septa of the same. They are
-//! anchored in skins and cells, get thinner and straighter as these part, and go with their cells.
+//! Strands of connective tissue next to removed cells: a net of fibres along the sides of the
+//! remaining cells, between the two structures that the tissue joins, with films in its forks. A
+//! few fibres span the gaps. Fat has septa of the same kind. The strands are anchored in skins and
+//! cells, get thinner and straighter as these part, and vanish with their cells.
 
 mod anchors;
 mod course;

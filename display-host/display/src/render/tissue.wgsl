@@ -52,7 +52,7 @@ struct Body {
   albedo: vec3f,
   bump: vec3f,    // slope of the tissue, in rest space
   wet: vec3f,     // slope of the film on it
-  sheen: vec4f,   // roughness, film strength, film roughness, reflectance head on
+  sheen: vec4f,   // roughness, film strength, film roughness, normal reflectance
   scatter: vec3f,
   veil: vec4f,
 }

@@ -55,9 +55,9 @@ impl Page {
 fn ended(how: Ended) -> &'static str {
     match how {
         Ended::TimeOver => "It ran for its full time.",
-        Ended::TaskOver => "It ended when its task was decided.",
+        Ended::TaskOver => "It ended with the outcome of its task.",
         Ended::Stopped => "It was stopped by the user.",
-        Ended::ControllerGone => "<b>The controller fell silent before the end.</b>",
+        Ended::ControllerGone => "<b>The controller stopped responding before the end.</b>",
         Ended::ProcessDied => "<b>A process of the station died: see the warnings.</b>",
     }
 }
@@ -132,8 +132,8 @@ fn charts(page: &mut Page, recorder: &Recorder) {
     };
     figure(
         chart::histogram(&recorder.wake_latency, None),
-        "Wake latency: how late a tick began. Both axes are logarithmic, so that one late tick \
-         in a million is seen.",
+        "Wake latency: delay of a tick's start. Both axes are logarithmic, so that one late tick \
+         in a million is visible.",
     );
     figure(
         chart::histogram(&recorder.tick, Some(1000.0)),
@@ -141,8 +141,8 @@ fn charts(page: &mut Page, recorder: &Recorder) {
     );
     figure(
         chart::histogram(&recorder.motion_to_force, None),
-        "Motion to force: from the moment the tick read a device sample to the force that answers it \
-         being written. The time a sample waited for the tick comes on top, up to a period.",
+        "Motion to force: from reading a device sample to writing the force that answers it. The \
+         sample's wait for the tick comes on top, up to a period.",
     );
     figure(
         chart::course(&recorder.force_course(), "N"),

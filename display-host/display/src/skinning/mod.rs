@@ -1,16 +1,16 @@
-//! Skinning: every vertex follows the spheres that it is bound to.
+//! Skinning: every vertex follows the spheres to which it is bound.
 //!
 //! The paper (Eq. 9–12) shows a vertex at a fixed offset from the weighted mean of its spheres'
-//! centres; the offset does not turn with the tissue, and a liver bent by 90° is wrong by 5.5 mm on
-//! the whole. Here each sphere carries the deformation of the tissue around it ([`motion`]), and a
-//! vertex goes where its spheres, by the same weights, carry it: `v' = v + Σ w_i (G_i v + t_i)`:
-//! 0.6 mm for twice the time. `examples/skinning.rs` measures this and the other ways that were
-//! tried. Normals are gathered: every vertex sums the area-weighted normals of its triangles, in a
-//! fixed order, without atomics. At last, skin is drawn into jaws that hold it ([`bite`]) and
-//! pushed out of the tool ([`press`]).
+//! centres. The offset does not turn with the tissue: a liver bent by 90° has an overall error of
+//! 5.5 mm. Here each sphere carries the deformation of the tissue around it ([`motion`]), and its
+//! spheres carry a vertex by the same weights: `v' = v + Σ w_i (G_i v + t_i)`. The error is 0.6 mm
+//! at twice the time. `examples/skinning.rs` measures this and the other methods that were tried.
+//! Normals are gathered: every vertex sums the area-weighted normals of its triangles, in a fixed
+//! order, without atomics. Finally, skin is drawn into jaws that hold it ([`bite`]) and pushed out
+//! of the tool ([`press`]).
 //!
-//! Two twins, compared in a test: [`SkinMesh::skin`] on the CPU (also the faster one when the
-//! "graphics device" is a CPU: 14 to 40 times), and [`gpu::GpuSkinning`].
+//! Two twins, compared in a test: [`SkinMesh::skin`] on the CPU (14 to 40 times faster where the
+//! "graphics device" is a CPU), and [`gpu::GpuSkinning`].
 
 pub mod bite;
 pub mod gpu;

@@ -1,11 +1,11 @@
-//! How the tissue around each sphere moves: where its centre went, and how its neighbours turned
-//! and stretched about it.
+//! Motion of the tissue around each sphere: the displacement of its centre, and the rotation and
+//! stretch of its neighbours about it.
 //!
-//! A sphere's neighbours, joined to it by links, went from `d` to `d'`. `A = Σ d' dᵀ / |d|²` and `B
-//! = Σ d dᵀ / |d|²` give the deformation `F = A B⁻¹`, exact wherever tissue deforms affinely. The
-//! rotation in it (Müller, Bender, Chentanez, Macklin: "A Robust Method to Extract the Rotational
-//! Part of Deformations", 2016; started from the last frame's) stands in where neighbours say
-//! nothing: along a duct of spheres in a row, or at a sphere that has lost them.
+//! A sphere's neighbours, joined to it by links, moved from `d` to `d'`. `A = Σ d' dᵀ / |d|²` and
+//! `B = Σ d dᵀ / |d|²` give the deformation `F = A B⁻¹`, exact wherever tissue deforms affinely.
+//! Its rotation (Müller, Bender, Chentanez, Macklin: "A Robust Method to Extract the Rotational
+//! Part of Deformations", 2016; started from the last frame's) replaces it in directions without
+//! neighbours: along a duct of spheres in a row, or at a sphere that has lost them.
 
 use glam::{Mat3, Quat, Vec3};
 use shared_mem::message::SphereState;

@@ -1,10 +1,10 @@
-//! The skin wraps the tool.
+//! Skin wraps around the tool.
 //!
-//! Spheres lie some 14 mm apart, a tool's tip is 3 mm thick: it goes between them, and skin that
-//! only follows spheres would be cut through by it. So after skinning every vertex that a tool has
-//! passed is pushed on, the way that the tool presses, until it lies before the tool, and its
-//! neighbours with it, less the farther they are. Only the picture: force and tissue are the
-//! controller's, and nothing here knows how it solves them.
+//! Spheres lie some 14 mm apart, and a tool's tip is 3 mm thick. It passes between them and would
+//! cut through skin that only follows spheres. After skinning, every vertex behind the tool's
+//! surface is therefore pushed in the direction of the press until it lies in front of the tool,
+//! and its neighbours with it, less with distance. This affects only the picture: force and tissue
+//! belong to the controller, and nothing here depends on its solver.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};

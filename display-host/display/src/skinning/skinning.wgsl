@@ -13,13 +13,13 @@ struct Motion { x: vec4f, y: vec4f, z: vec4f }
 struct Press {
   a: vec4f,     // w: radius, m
   b: vec4f,
-  into: vec4f,  // w: how much it touches
+  into: vec4f,  // w: degree of contact
 }
 // Jaws that hold tissue (see bite.rs).
 struct Bite {
-  joint: vec4f,   // w: how far they have closed
+  joint: vec4f,   // w: closure
   tip: vec4f,
-  across: vec4f,  // unit direction in which they open
+  across: vec4f,  // unit vector along their opening
 }
 struct Touch { presses: array<Press, 8>, bite: Bite }
 struct Counts { skinned: u32, unused0: u32, unused1: u32, unused2: u32 }

@@ -98,7 +98,7 @@ impl Sound {
                 }
             });
         if let Err(error) = thread {
-            let _ = failed.send(format!("nothing is heard: {error}"));
+            let _ = failed.send(format!("no sound: {error}"));
         }
         Self {
             heard,
@@ -175,12 +175,12 @@ fn play_by_any(
         match played {
             Played::ToTheEnd => return Ok(()),
             Played::Never => {}
-            Played::UntilLost => return Err(format!("{program} has ended: nothing is heard")),
+            Played::UntilLost => return Err(format!("{program} has ended: no sound")),
         }
     }
     let names: Vec<&str> = players.iter().map(|(program, _)| *program).collect();
     Err(format!(
-        "nothing is heard: no sound card, or none of {} to play with (apt-get install alsa-utils); \
+        "no sound: there is no sound card, or none of {} to play with (apt-get install alsa-utils); \
          --mute spares this",
         names.join(", ")
     ))
@@ -254,7 +254,7 @@ mod tests {
                 assert_eq!(sound.take_problem(), None);
                 return problem;
             }
-            assert!(Instant::now() < end, "nobody said why");
+            assert!(Instant::now() < end, "no reason was given");
             std::thread::sleep(Duration::from_millis(5));
         }
     }
@@ -266,7 +266,7 @@ mod tests {
         const MUTE: [(&str, &[&str]); 1] = [("false", &[])];
         for players in [&NONE, &MUTE] {
             let problem = problem_of(players);
-            assert!(problem.contains("nothing is heard"), "{problem}");
+            assert!(problem.contains("no sound"), "{problem}");
             assert!(problem.contains(players[0].0), "{problem}");
         }
     }

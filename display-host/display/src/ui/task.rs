@@ -1,5 +1,4 @@
-//! The task in the panel: time, what is to be done, what was wrong. Words and shapes, never colour
-//! alone.
+//! Task in the panel: time, steps, errors. Words and shapes, never colour alone.
 
 use assess::{Hint, Reason, Step};
 use egui::{Color32, RichText, Ui};

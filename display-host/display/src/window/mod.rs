@@ -222,7 +222,7 @@ impl App<'_> {
         {
             Some(screen) => {
                 self.losses_left -= 1;
-                let warning = format!("{error}; it is opened anew");
+                let warning = format!("{error}; reopening it");
                 (self.session).warn(warning, self.observer);
                 // Keys released meanwhile reach no window.
                 self.session.operate.let_go();

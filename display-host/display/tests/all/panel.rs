@@ -509,7 +509,7 @@ fn a_session_shown_again_goes_where_it_is_asked_to() {
         (egui::Key::PageDown, Asked::Seek(75_000)),
         (egui::Key::Home, Asked::Seek(0)),
     ] {
-        panel.get_by_label("Free camera (C)"); // nothing has the keyboard
+        panel.get_by_label("Free camera (C)"); // no widget has the focus
         panel.key_press(key);
         panel.run();
         assert_eq!(panel.state().asked, [asked], "{key:?}");

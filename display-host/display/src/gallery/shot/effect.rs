@@ -28,10 +28,10 @@ pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
     let kinds = [
         ("Smoke", vec![Kind::Smoke], 1.1, burns),
         ("Coagulation", burnt, 0.8, burns),
-        ("Smoke that has gathered", vec![Kind::Smoke], 20.0, burns),
+        ("Dense smoke", vec![Kind::Smoke], 20.0, burns),
         ("Sparks of a cut", vec![Kind::Sparks], 0.15, burns),
-        ("Bleeding, at first", vec![Kind::Blood], 0.25, bleeds),
-        ("Bleeding, later", vec![Kind::Blood], 9.0, bleeds),
+        ("Fresh bleeding", vec![Kind::Blood], 0.25, bleeds),
+        ("Older bleeding", vec![Kind::Blood], 9.0, bleeds),
         ("Bile", vec![Kind::Bile], 8.0, leaks),
     ];
     let shots = kinds.into_iter().map(|(title, kinds, seconds, site)| {

@@ -47,7 +47,7 @@ pub(super) fn shots(scene: &SceneFile) -> Vec<Shot> {
     let carried = middle.lerp(to, 0.2) + side.cross(out) * 0.01;
     vec![
         shot("Sutures", SutureMsg::HUNG, to),
-        shot("A suture cut through", SutureMsg::CUT, to),
+        shot("A divided suture", SutureMsg::CUT, to),
         shot(
             "A suture on its way to the wall",
             SutureMsg::AT_HAND,
