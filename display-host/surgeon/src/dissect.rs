@@ -22,7 +22,7 @@ const WAY_M: f64 = 0.0018;
 const LOOK_M: f64 = 0.04;
 /// Cells within this distance of that path are considered, m.
 const BESIDE_M: f64 = 0.012;
-/// Detour charged for an obstacle that need not be removed, m.
+/// Detour charged for an obstructing cell outside the regions to remove, m.
 const OTHER_M: f64 = 0.02;
 /// Detour charged for a cell at which the hook has no room, m. A cell with less room than `ROOMY_M`
 /// is charged `NARROW_M`.

@@ -24,8 +24,8 @@ const VOXELS: f32 = 1.1e6;
 const BAND: f32 = 2.5;
 /// Least radius of a twig, m.
 const TWIG_M: f32 = 0.000_11;
-/// Weight of the distance from a vessel normal to the skin: skin is flat between its vertices, and
-/// vessels must not fade between them.
+/// Weight of the component normal to the skin in the distance from a vessel: skin is flat between
+/// its vertices, and vessels must not fade between them.
 const ABOVE: f32 = 0.25;
 /// Cost of a path along a vessel relative to bare skin: it makes branches leave at acute angles.
 const ALONG: f32 = 0.4;

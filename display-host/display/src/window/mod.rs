@@ -34,7 +34,7 @@ use crate::words::Language;
 
 /// Pause between frames of an invisible window.
 const UNSEEN: Duration = Duration::from_millis(50);
-/// Number of losses of the graphics device after which a run gives up.
+/// Most losses of the graphics device that a run survives.
 const LOSSES_MAX: u32 = 3;
 
 /// Configuration of a window.
