@@ -492,7 +492,11 @@ fn lengths_that_lie_are_damage_and_cost_no_memory() {
         (chunk, &[0x86], "0x86"),
         (body + 28, &0xf000_0000u32.to_le_bytes(), "compressed"),
         (body + 32, &[0xff; 8], "length"),
-        (body + 40 + 1, &10_000_000u64.to_le_bytes(), "exceeds its chunk"),
+        (
+            body + 40 + 1,
+            &10_000_000u64.to_le_bytes(),
+            "exceeds its chunk",
+        ),
     ];
     for (at, value, said) in lies {
         let mut bytes = whole.clone();
