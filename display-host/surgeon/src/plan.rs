@@ -129,7 +129,11 @@ mod tests {
             });
             closes.count()
         };
-        assert_eq!(clips(Surgeon::Careful, Task::Cut), 0, "the task begins with clips");
+        assert_eq!(
+            clips(Surgeon::Careful, Task::Cut),
+            0,
+            "the task begins with clips"
+        );
         assert_eq!(clips(Surgeon::Careful, Task::Full), 4);
         assert_eq!(clips(Surgeon::Careful, Task::Clamp), 4);
         assert_eq!(clips(Surgeon::Careful, Task::Identify), 0);

@@ -23,7 +23,7 @@ device-pedal = Fußschalter
 
 ## Während der Aufgabe
 hud-clips = { $count } Clips übrig
-hud-pedal-none = Fußschalter: nicht gedrückt
+hud-pedal-none = Fußschalter: aus
 hud-pedal-cut = Fußschalter: Schneiden
 hud-pedal-coagulate = Fußschalter: Koagulieren
 hud-pedal-both = Beide Pedale gedrückt: kein Strom
@@ -91,7 +91,7 @@ outcome-passed = Bestanden
 outcome-failed = Nicht bestanden
 outcome-aborted = Nicht abgeschlossen
 outcome-practised = Übung beendet
-hud-end = Beenden und Bericht zeigen (Esc)
+hud-end = Zum Bericht (Esc)
 
 ## Die Leiste
 quit = Beenden (Esc)
@@ -136,8 +136,8 @@ switch-hand = Instrument mit Maus und Tastatur führen (M)
 switch-hand-off = Instrument loslassen (M)
 switch-force = Kraft einschalten (F)
 switch-force-off = Kraft ausschalten (F)
-help = Maus oder Pfeiltasten: bewegen   Mausrad oder Bild-Tasten: vor, zurück   Linke Taste oder Leertaste: Branchen   Rechte Taste oder V: koagulieren   C: schneiden   , und .: drehen
-    Mittlere Taste mit Maus oder Strg mit Pfeiltasten: Endoskop   L: Kamera sperren   Umschalt: langsam   M oder Esc: loslassen
+help = Maus oder Pfeile: bewegen   Rad oder Bild-Tasten: vor, zurück   Links oder Leertaste: Branchen   Rechts oder V: koagulieren   C: schneiden   , und .: drehen
+    Mittlere Taste oder Strg+Pfeile: Endoskop   L: Kamera sperren   Umschalt: langsam   M oder Esc: loslassen
 force = Kraft auf die Hand: { $force } N
 force-cut = Kraft auf die Hand: { $force } N, ausgeschaltet
 picture = Bild: { $rate } pro Sekunde, { $age } ms hinter der Hand
@@ -300,7 +300,7 @@ failed-recorded = Die Aufzeichnung ist erhalten: calot store add NAME '{ $path }
 ## Nachbesprechung
 debrief-again = Noch einmal (Eingabe)
 debrief-another = Andere Aufgabe (Esc)
-debrief-report = Vollständigen Bericht öffnen (R)
+debrief-report = Ganzen Bericht öffnen (R)
 debrief-questions = Fragebogen (Q)
 debrief-sheet = Bewertungsbogen (I)
 debrief-answered = Fragebogen: ausgefüllt
@@ -315,7 +315,7 @@ debrief-report-lies = Der Bericht liegt in { $path }; kein Programm hat ihn geö
 metric = Messgröße
 metric-now = Aktuell
 metric-rule = Zum Bestehen
-metric-best = Bisher bestes
+metric-best = Bestwert
 sheet-not-whole = Bitte alle fünf Punkte bewerten.
 
 ## Punkte von 1 bis 5
@@ -363,7 +363,7 @@ metric-idle-s = Ruhezeit
 metric-force-max-n = Größte Kraft
 metric-force-mean-n = Mittlere Kraft
 metric-force-p95-n = Kraft, 95. Perzentil
-metric-force-saturated-s = Zeit an der Kraftgrenze des Geräts
+metric-force-saturated-s = Zeit an der Kraftgrenze
 metric-cautery-on-s = Stromabgabe
 metric-cautery-air-s = Strom ohne Kontakt
 metric-burn-wrong-j = Energie in geschützte Strukturen
@@ -394,8 +394,8 @@ metric-scope-turn-deg = Endoskopdrehung
 metric-scope-tilt-deg = Horizontneigung
 metric-exchanges = Instrumentenwechsel
 metric-cvs-triangle = Calot-Dreieck freigelegt
-metric-cvs-bed = Unteres Drittel des Betts freigelegt
-metric-cvs-two = Nur zwei Strukturen ziehen zur Gallenblase
+metric-cvs-bed = Unteres Drittel freigelegt
+metric-cvs-two = Nur zwei Strukturen
 metric-bed = Gallenblasenbett freigelegt
 metric-alarms = Alarme
 

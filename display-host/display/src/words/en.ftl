@@ -23,7 +23,7 @@ device-pedal = Foot pedal
 
 ## During a task
 hud-clips = { $count } clips left
-hud-pedal-none = Pedal: released
+hud-pedal-none = Pedal: off
 hud-pedal-cut = Pedal: cut
 hud-pedal-coagulate = Pedal: coagulate
 hud-pedal-both = Both pedals pressed: no current
@@ -91,7 +91,7 @@ outcome-passed = Passed
 outcome-failed = Failed
 outcome-aborted = Not completed
 outcome-practised = Practice completed
-hud-end = Finish and show the report (Esc)
+hud-end = Show the report (Esc)
 
 ## The panel
 quit = Quit (Esc)
@@ -136,8 +136,8 @@ switch-hand = Control with mouse and keyboard (M)
 switch-hand-off = Release the instrument (M)
 switch-force = Enable force (F)
 switch-force-off = Disable force (F)
-help = Mouse or arrows: move   Wheel or Page keys: advance, withdraw   Left button or Space: jaws   Right button or V: coagulate   C: cut   , and .: rotate
-    Middle button with mouse, or Ctrl with arrows: endoscope   L: lock the camera   Shift: slow   M or Esc: release
+help = Mouse or arrows: move   Wheel or Page keys: in, out   Left or Space: jaws   Right or V: coagulate   C: cut   , and .: rotate
+    Middle button or Ctrl+arrows: endoscope   L: lock the camera   Shift: slow   M or Esc: release
 force = Force on the hand: { $force } N
 force-cut = Force on the hand: { $force } N, disabled
 picture = Picture: { $rate } per second, { $age } ms behind the hand
@@ -315,7 +315,7 @@ debrief-report-lies = The report is in { $path }; no program opened it ({ $probl
 metric = Metric
 metric-now = Now
 metric-rule = To pass
-metric-best = Previous best
+metric-best = Best so far
 sheet-not-whole = Rate all five items.
 
 ## Points from 1 to 5
@@ -394,8 +394,8 @@ metric-scope-turn-deg = Endoscope rotation
 metric-scope-tilt-deg = Horizon tilt
 metric-exchanges = Instrument changes
 metric-cvs-triangle = Triangle cleared
-metric-cvs-bed = Lower third of the bed cleared
-metric-cvs-two = Only two structures enter the gallbladder
+metric-cvs-bed = Lower third dissected
+metric-cvs-two = Only two structures
 metric-bed = Bed cleared
 metric-alarms = Alarms
 
