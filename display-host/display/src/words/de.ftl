@@ -1,4 +1,4 @@
-# Was die Oberfläche auf Deutsch sagt. Zahlen kommen als Text, vom Programm gerundet.
+# Texte der Oberfläche auf Deutsch. Zahlen übergibt das Programm als gerundeten Text.
 
 ## Aufgaben
 task-identify = Darstellen: Ductus cysticus und Arteria cystica freilegen
@@ -49,7 +49,7 @@ settings-sound-off = aus
 settings-screen = Vollbild (F11)
 settings-close = Zurück (Esc)
 
-## Eine Sitzung, noch einmal gezeigt
+## Wiedergabe
 replay-at = { $at } von { $length }
 replay-slider = Position in der Sitzung
 replay-step = { $step } s
@@ -78,7 +78,7 @@ alarm-clip-misplaced = Clip falsch gesetzt: { $organ }
 alarm-too-early = vor Erreichen des Critical View geclippt: { $organ }
 alarm-unclamped = ohne Clips durchtrennt: { $organ }
 
-## Wie es um eine Aufgabe steht
+## Stand einer Aufgabe
 task-time = Zeit: { $time }
 task-score = { $score } von 100 Punkten
 task-done = { $step } (erledigt)
@@ -181,14 +181,14 @@ gate-clamped = auf die Höchstkraft des Geräts begrenzt
 gate-thermal-limited = verringert: die Motoren sind warm
 gate-slewed = geglättet: die Kraft änderte sich zu schnell
 
-## Was Kraft oder Strom nimmt
+## Störungen, die Kraft oder Strom abschalten
 fault-no-number = die Kraft war ungültig: sie ist ausgeschaltet
 fault-late = das haptische Gerät ist verzögert: die Kraft wird abgesenkt
 fault-gone = das haptische Gerät ist getrennt: die Kraft ist aus
 fault-fast = der Griff bewegte sich zu schnell: die Kraft bleibt aus, bis sie eingeschaltet wird (F)
 fault-both = Schneiden und Koagulieren zugleich gedrückt: kein Strom
 
-## Was verlangt und nicht getan wurde
+## Abgelehnte Befehle
 command-not-done = Nicht möglich: { $what }. { $why }
 command-pause = anhalten oder fortsetzen
 command-start = Aufgabe neu beginnen
@@ -207,7 +207,7 @@ service-other-version = Auf dieser Station läuft ein Prozess einer anderen Vers
 hand-elsewhere = Eine andere Anzeige führt das Instrument: bitte dort loslassen (M).
 hand-nobody = Kein simuliertes Instrument verfügbar: es gehört zu einem echten Gerät, oder die Station läuft nicht.
 
-## Der Starter
+## Startfenster
 launcher-start = Start
 launcher-running = Operation
 launcher-debrief = Nachbesprechung
@@ -215,7 +215,7 @@ launcher-questions = Fragebogen
 launcher-sheet = Bewertungsbogen
 launcher-failed = Operation nicht gestartet
 
-## Beginn
+## Start
 start-title = Aufgabe wählen
 start-begin = Beginnen (Eingabe)
 start-trainee = Wer übt
@@ -414,7 +414,7 @@ inside-awake = Aktiv { $awake } von { $organs }: { $names }
 inside-legend = Kugeln: grau ruhend, blau aktiv, weiß befestigt, orange berührt, rosa gegriffen.
     Türkis: Instrument; magenta: Position der Hand; gelb: Kraft, 2 cm pro Newton.
 
-## Organe, wie Szenen sie nennen
+## Organe, nach ihren Namen in Szenen
 organ-liver = Leber
 organ-gallbladder = Gallenblase
 organ-connective-tissue = Bindegewebe
@@ -427,7 +427,7 @@ organ-stomach = Magen
 organ-duodenum = Zwölffingerdarm
 organ-intestine = Darm
 
-## Was die Bewertung sagt: was zu tun ist, was hilft, warum es vorbei ist
+## Texte der Bewertung: Schritte, Hinweise, Gründe
 reason-not-done = nicht abgeschlossen: { $step }
 hint-hold = { $step }. In der Bildmitte halten.
 hint-take = { $step }. Dazu: { $instrument } ({ $key }).

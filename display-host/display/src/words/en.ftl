@@ -1,4 +1,4 @@
-# What the interface says, in English. Numbers come as text, rounded by the program.
+# Texts of the interface in English. The program passes numbers as rounded text.
 
 ## Tasks
 task-identify = Identify: expose cystic duct and artery
@@ -49,7 +49,7 @@ settings-sound-off = off
 settings-screen = Full screen (F11)
 settings-close = Back (Esc)
 
-## A session shown again
+## Replay
 replay-at = { $at } of { $length }
 replay-slider = Position in the session
 replay-step = { $step } s
@@ -78,7 +78,7 @@ alarm-clip-misplaced = clip misplaced on: { $organ }
 alarm-too-early = clipped before the critical view was achieved: { $organ }
 alarm-unclamped = divided without clips: { $organ }
 
-## How a task stands
+## State of a task
 task-time = Time: { $time }
 task-score = Score: { $score } of 100
 task-done = { $step } (done)
@@ -174,21 +174,21 @@ gate-bad-force = no force: its value was invalid
 gate-not-enabled = no force: nobody has enabled it
 gate-lost-device = switched off: the device was disconnected
 gate-stale-device = faded out: the device was delayed
-gate-ramped = faded in: after enabling, or during a pause
+gate-ramped = ramped: after enabling, or during a pause
 gate-stiffness-capped = softened to the stiffness that the device renders stably
 gate-damped = damped: the contact fed energy to the hand
 gate-clamped = limited to the device's peak force
 gate-thermal-limited = reduced: the motors are warm
 gate-slewed = smoothed: the force changed too fast
 
-## What takes the force or the current away
+## Faults that switch off the force or the current
 fault-no-number = the force was invalid: it is off
 fault-late = the haptic device is delayed: the force fades out
 fault-gone = the haptic device is disconnected: the force is off
 fault-fast = the handle moved too fast: the force is off until enabled (F)
 fault-both = cut and coagulate pressed together: no current
 
-## What was asked for and not done
+## Refused requests
 command-not-done = Not possible: { $what }. { $why }
 command-pause = pause or resume
 command-start = restart the task
@@ -205,7 +205,7 @@ refused-otherwise = The controller refused (answer { $answer }).
 service-no-answer = The controller does not respond: is the station running?
 service-other-version = A process of a different version runs on this station: stop it.
 hand-elsewhere = Another display controls the instrument: release it there (M).
-hand-nobody = No emulated instrument is available: it belongs to a real device, or the station is not running.
+hand-nobody = No simulated instrument is available: it belongs to a real device, or the station is not running.
 
 ## The launcher
 launcher-start = Start
@@ -414,7 +414,7 @@ inside-awake = Awake { $awake } of { $organs }: { $names }
 inside-legend = Spheres: grey asleep, blue awake, white fixed, orange touched, pink grasped.
     Cyan: instrument; magenta: position of the hand; yellow: force, 2 cm per newton.
 
-## Organs, as scenes name them
+## Organs, by their names in scenes
 organ-liver = liver
 organ-gallbladder = gallbladder
 organ-connective-tissue = connective tissue
@@ -427,7 +427,7 @@ organ-stomach = stomach
 organ-duodenum = duodenum
 organ-intestine = intestine
 
-## What the assessment says: what is to be done, what helps, why it is over
+## Texts of the assessment: steps, hints, reasons
 reason-not-done = not done: { $step }
 hint-hold = { $step }: keep it in the middle of the picture.
 hint-take = { $step }: take the { $instrument } ({ $key }).
