@@ -1,4 +1,5 @@
-//! The course of an operation: positions of both hands, a hundred times a second, and the events. An assessment uses nothing else, so that a later one yields the same numbers.
+//! The course of an operation: positions of both hands, a hundred times a second, and the events.
+//! An assessment uses nothing else, so that a later one yields the same numbers.
 //!
 //! ```text
 //! u8 kind, u64 tick, u64 host time ns, then

@@ -19,9 +19,9 @@
 //! A proper end is the metadata `calot.end`: the number of ticks that ran, as the controller
 //! reported it, and the missing ticks and events.
 //!
-//! Times are wall-clock times; host times are [`Info::wall_from_host_ns`] behind. The compiled scene
-//! is attached, because another version would prepare a different one. The file holds no personal
-//! data.
+//! Times are wall-clock times; host times are [`Info::wall_from_host_ns`] behind. The compiled
+//! scene is attached, because another version would prepare a different one. The file holds no
+//! personal data.
 
 mod course;
 mod describe;

@@ -6,7 +6,8 @@ use crate::sight::Bar;
 use crate::work::{Vec3, Work};
 
 /// Least distance between the hook and a structure that it must not touch, m. Within `SHY_M` it
-/// turns more slowly. In a quarter of a second it approaches by at most `SLOWS` times the room left.
+/// turns more slowly. In a quarter of a second it approaches by at most `SLOWS` times the room
+/// left.
 pub(crate) const ROOM_M: f64 = 0.0007;
 const SHY_M: f64 = 0.0015;
 const SLOWS: f64 = 3.0;
