@@ -1,33 +1,33 @@
-//! What was wrong, and when.
+//! Alarms: the kind of an error, its organ, time and place.
 
-/// What an alarm is about.
+/// The kind of an error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum AlarmKind {
-    /// A structure was touched that must not be.
+    /// A protected structure was touched.
     Touched,
-    /// A structure was burnt that must not be.
+    /// A protected structure was burnt.
     Burnt,
-    /// A structure was cut that must not be.
+    /// A protected structure was cut.
     Cut,
     /// A structure was torn.
     Torn,
-    /// A wall was opened.
+    /// A wall was perforated.
     Perforated,
-    /// Jaws crushed something.
+    /// Jaws crushed tissue.
     Crushed,
-    /// A clip closed on nothing.
+    /// A clip closed without tissue.
     ClipLost,
-    /// A clip closed on what must not be clipped.
+    /// A clip closed on a structure that must not be clipped.
     ClipMisplaced,
-    /// Clipped before the critical view of safety was there.
+    /// Clipped before the critical view of safety was achieved.
     TooEarly,
     /// Duct or artery was divided without being clamped. The task fails.
     Unclamped,
 }
 
 impl AlarmKind {
-    /// As `summary.json` has it.
+    /// Name in `summary.json`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -45,21 +45,21 @@ impl AlarmKind {
     }
 }
 
-/// Something that was wrong.
+/// An error of the trainee.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Alarm {
-    /// When, s since the task began.
+    /// Time since the task began, s.
     pub at_s: f64,
-    /// What.
+    /// Kind of error.
     pub kind: AlarmKind,
-    /// On what, if on something.
+    /// The organ concerned, if any.
     pub organ: Option<String>,
-    /// Where, world frame, m.
+    /// Position in the world frame, m.
     pub at_m: [f32; 3],
 }
 
 impl Alarm {
-    /// What the trainee reads.
+    /// Text for the trainee.
     #[must_use]
     pub fn text(&self) -> String {
         let organ = self.organ.as_deref().unwrap_or("something");
@@ -69,13 +69,13 @@ impl Alarm {
             AlarmKind::Cut => format!("cut the {organ}"),
             AlarmKind::Torn => format!("tore the {organ}"),
             AlarmKind::Perforated => format!("opened the {organ}"),
-            AlarmKind::Crushed => format!("crushed the {organ}: grip less"),
-            AlarmKind::ClipLost => "a clip closed on nothing".to_owned(),
-            AlarmKind::ClipMisplaced => format!("a clip on the {organ}"),
+            AlarmKind::Crushed => format!("crushed the {organ}: loosen the grip"),
+            AlarmKind::ClipLost => "a clip closed without tissue".to_owned(),
+            AlarmKind::ClipMisplaced => format!("clip misplaced on the {organ}"),
             AlarmKind::TooEarly => {
-                format!("clipped the {organ} before the critical view was there")
+                format!("clipped the {organ} before the critical view was achieved")
             }
-            AlarmKind::Unclamped => format!("divided the {organ} unclamped"),
+            AlarmKind::Unclamped => format!("divided the {organ} without clips"),
         }
     }
 }

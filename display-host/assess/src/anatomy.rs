@@ -1,33 +1,34 @@
-//! What an assessment needs to know of a scene.
+//! The assessment's knowledge of a scene.
 
 use shared_mem::scene::{AttachmentRecord, CellRecord, OrganKind, SceneFile, WORLD, str_from_name};
 
 use crate::vector::{Vec3, wide};
 
-/// How far around duct and artery the controller clears the triangle (`rt_core::sim`, `CLEARED_M`), m.
+/// Distance around duct and artery within which the controller clears the triangle (`rt_core::sim`,
+/// `CLEARED_M`), m.
 const CLEARED_M: f64 = 0.008;
 
-/// Where a cell of layered tissue lies, as the procedure counts it.
+/// Part of the layered tissue, as the procedure counts it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Region {
-    /// Elsewhere.
+    /// Outside the regions below.
     Elsewhere,
     /// In Calot's triangle, over duct and artery.
     Triangle,
-    /// Lower third of the gallbladder's bed: what the critical view of safety wants freed.
+    /// Lower third of the gallbladder's bed: the critical view of safety requires it to be free.
     LowerBed,
     /// The rest of the bed.
     UpperBed,
 }
 
 impl Region {
-    /// How many there are.
+    /// Number of regions.
     pub(crate) const COUNT: usize = 4;
-    /// The regions whose share of removed cells is told.
+    /// Regions whose removed share is reported.
     pub const COUNTED: [Self; 3] = [Self::Triangle, Self::LowerBed, Self::UpperBed];
 
-    /// As a compiled scene counts them ([`CellRecord::region`]).
+    /// From the number in a compiled scene ([`CellRecord::region`]).
     #[must_use]
     pub fn from_number(number: u8) -> Self {
         match number {
@@ -44,7 +45,7 @@ impl Region {
 pub(crate) struct Organ {
     pub(crate) name: String,
     pub(crate) kind: Option<OrganKind>,
-    /// Middle of its spheres at rest, m.
+    /// Centroid of its spheres at rest, m.
     pub(crate) middle_m: Vec3,
 }
 
@@ -54,18 +55,18 @@ pub struct Anatomy {
     pub(crate) organs: Vec<Organ>,
     /// Region and volume (m³) of each cell of layered tissue.
     pub(crate) cells: Vec<(Region, f64)>,
-    /// Cells that are gone when a task begins with the triangle cleared.
+    /// Cells already removed when a task begins with the triangle cleared.
     pub(crate) cleared: Vec<usize>,
     /// Volume of each region, m³.
     pub(crate) volume_in: [f64; Region::COUNT],
     /// Sutures that hang organs on the abdominal wall.
     pub(crate) sutures: usize,
-    /// Against gravity, of unit length, or zero.
+    /// Unit vector against gravity, or zero.
     pub(crate) up: Vec3,
 }
 
 impl Anatomy {
-    /// Of a compiled scene.
+    /// The anatomy of a compiled scene.
     #[must_use]
     pub fn of(scene: &SceneFile) -> Self {
         let gravity = wide(scene.room().gravity_m_s2);
@@ -96,7 +97,8 @@ impl Anatomy {
         }
     }
 
-    /// Of organs and cells of equal volume that are named; for tests and scenes of other programs.
+    /// An anatomy of named organs and cells of equal volume, for tests and for scenes of other
+    /// programs.
     #[must_use]
     pub fn new(organs: &[(&str, OrganKind)], cells: &[Region]) -> Self {
         let organs = organs.iter().map(|&(name, kind)| Organ {
@@ -115,7 +117,7 @@ impl Anatomy {
         }
     }
 
-    /// How many sutures hang organs on the abdominal wall.
+    /// Number of sutures that hang organs on the abdominal wall.
     #[must_use]
     pub fn sutures(&self) -> usize {
         self.sutures
@@ -129,13 +131,13 @@ impl Anatomy {
         self.organ(index)?.kind
     }
 
-    /// Whether it has an organ of this kind.
+    /// True if the scene has an organ of this kind.
     #[must_use]
     pub fn has(&self, kind: OrganKind) -> bool {
         self.organs.iter().any(|organ| organ.kind == Some(kind))
     }
 
-    /// Whether a region has layered tissue.
+    /// True if a region has layered tissue.
     pub(crate) fn has_cells(&self, region: Region) -> bool {
         self.volume_in
             .get(region as usize)
@@ -143,7 +145,8 @@ impl Anatomy {
     }
 }
 
-/// Cells whose middle at rest is as near to cystic duct or artery as the controller clears them.
+/// Cells whose centre at rest is within the controller's clearing distance of cystic duct or
+/// artery.
 fn cleared(scene: &SceneFile) -> Vec<usize> {
     let is_bare = |kind| matches!(kind, Some(OrganKind::CysticDuct | OrganKind::CysticArtery));
     let tubes = scene.organs().iter();

@@ -1,4 +1,4 @@
-//! An operation's assessment: the course goes in, entry by entry; status and result come out.
+//! Assessment of an operation: takes the entries of its course, and yields status and result.
 
 use session::{Entry, Movement, What};
 use shared_mem::message::EventMsg;
@@ -12,89 +12,89 @@ use crate::step::{Hint, Reason, Step, plain_steps, plainly};
 use crate::task::{Difficulty, Outcome, Task};
 use crate::vector::{Vec3, distance, looking_off, wide};
 
-/// Version of the metrics' definitions and of what tasks ask beside their rules.
+/// Version of the metrics' definitions and of the tasks' built-in requirements.
 pub const VERSION: u32 = 3;
-/// As `CommandMsg::START` counts tasks: from here on the triangle is cleared.
+/// Task number in `CommandMsg::START` from which the triangle is cleared.
 const START_CLAMP: u8 = 2;
-/// Alarms and moments that are kept.
+/// Most alarms and moments that are kept.
 const KEPT_MAX: usize = 5000;
-/// Steps of the paths that are kept for pictures, m.
+/// Distance between points of the paths kept for pictures, m.
 const PATH_STEP_M: f64 = 2e-3;
-/// Points of such a path.
+/// Most points of such a path.
 const PATH_MAX: usize = 20_000;
 
-/// A moment for a time line.
+/// An event on the time line.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Moment {
-    /// When, s since the task began.
+    /// Time since the task began, s.
     pub at_s: f64,
     /// The event's name.
     pub what: String,
-    /// On what.
+    /// The organ concerned, if any.
     pub organ: Option<String>,
     /// The event's value.
     pub value: f32,
 }
 
-/// A path for pictures: x, y, z in m, world frame; time in s.
+/// A path for pictures: x, y, z in the world frame, m, and the time, s.
 pub type Path = Vec<[f32; 4]>;
 
-/// How a task stands.
+/// Present status of a task.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Status {
-    /// Time that counts, s.
+    /// Counted time, s.
     pub time_s: f64,
-    /// How it stands.
+    /// Outcome so far.
     pub outcome: Outcome,
     /// Score so far.
     pub score: f64,
-    /// What is to be done, and whether it is.
+    /// The task's steps, and whether each is done.
     pub steps: Vec<(Step, bool)>,
-    /// The newest alarm, and how many there were.
+    /// The newest alarm.
     pub alarm: Option<Alarm>,
-    /// See [`Status::alarm`].
+    /// Number of alarms.
     pub alarms: usize,
-    /// What to do next, for beginners.
+    /// Next thing to do, for beginners.
     pub hint: Option<Hint>,
-    /// Why it is over.
+    /// Reasons why the task is over.
     pub reasons: Vec<Reason>,
 }
 
-/// What an operation came to.
+/// Result of an operation.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Assessed {
-    /// [`VERSION`].
+    /// [`VERSION`] of the assessment.
     pub version: u32,
     /// The task.
     pub task: Task,
-    /// How much help was given.
+    /// Amount of help.
     pub difficulty: Difficulty,
-    /// How it ended.
+    /// Outcome of the task.
     pub outcome: Outcome,
-    /// Why.
+    /// Reasons for the outcome.
     #[serde(serialize_with = "plainly")]
     pub reasons: Vec<Reason>,
-    /// 0 to 100.
+    /// Score, 0 to 100.
     pub score: f64,
-    /// What points were lost for.
+    /// Lost points, by metric.
     pub lost: Vec<Lost>,
-    /// What was to be done, and whether it was.
+    /// The task's steps, and whether each was done.
     #[serde(serialize_with = "plain_steps")]
     pub steps: Vec<(Step, bool)>,
-    /// What was wrong.
+    /// All alarms, the oldest first.
     pub alarms: Vec<Alarm>,
-    /// All metrics; `null` where there is none.
+    /// All metrics; `null` where a metric has no value.
     pub metrics: Values,
     /// Time at each force while the instrument touched, in bins of [`crate::metrics::BIN_N`], s.
     pub force_histogram_s: Vec<f64>,
-    /// What happened, for a time line.
+    /// Events for the time line.
     pub moments: Vec<Moment>,
     /// Paths of instrument and endoscope.
     #[serde(skip)]
     pub paths: [Path; 2],
 }
 
-/// An operation that is being assessed.
+/// The running assessment of an operation.
 #[derive(Debug, Clone)]
 pub struct Assessment {
     task: Task,
@@ -108,18 +108,18 @@ pub struct Assessment {
     paths: [Path; 2],
     began_ns: Option<u64>,
     newest: Option<Movement>,
-    /// How far the endoscope looks off its shaft, and which way, rad.
+    /// Angle between the endoscope's view and its shaft, and its direction about the shaft, rad.
     sight_rad: [f64; 2],
     restarts: u32,
     is_prepared: bool,
-    /// Number of the next event, once there was one.
+    /// Number of the next event, known after the first.
     next_event: Option<u64>,
     lost_events: u64,
     over: Option<(Outcome, Vec<Reason>)>,
 }
 
 impl Assessment {
-    /// Of a task that begins with the first movement.
+    /// Assesses a task that begins with the first movement.
     #[must_use]
     pub fn new(task: Task, difficulty: Difficulty, rules: Rules, anatomy: Anatomy) -> Self {
         Self {
@@ -143,7 +143,7 @@ impl Assessment {
         }
     }
 
-    /// Takes in what comes next. Once the task is over nothing changes any more.
+    /// Takes the next entry. Entries after the end of the task change nothing.
     pub fn take(&mut self, entry: &Entry) {
         if self.over.is_some() {
             return;
@@ -151,12 +151,12 @@ impl Assessment {
         match &entry.what {
             What::Device { force_max_n } => self.tally.device(f64::from(*force_max_n)),
             What::Reset => {
-                // Before the first movement it is no attempt.
+                // Before the first movement there is no attempt to restart.
                 self.restarts += u32::from(self.began_ns.is_some());
                 self.restart();
             }
             What::Start { task } => {
-                // The first prepares; whoever asks again begins again.
+                // The first such command prepares the task; a later one restarts it.
                 self.restarts += u32::from(self.is_prepared && self.began_ns.is_some());
                 self.is_prepared = true;
                 self.restart();
@@ -192,7 +192,7 @@ impl Assessment {
 
     fn moved(&mut self, at_ns: u64, moved: &Movement) {
         self.began_ns.get_or_insert(at_ns);
-        // What is in the picture is judged by the picture, not by the shaft.
+        // The view decides what is in the picture, not the shaft.
         let moved = &Movement {
             world_from_camera: looking_off(&moved.world_from_camera, self.sight_rad),
             ..*moved
@@ -213,13 +213,13 @@ impl Assessment {
     }
 
     fn event(&mut self, event: &EventMsg) {
-        // A smaller number is another controller's.
+        // A smaller number comes from another controller.
         let expected = self.next_event.unwrap_or(event.sequence);
         let lost = event.sequence.saturating_sub(expected);
         self.lost_events = self.lost_events.saturating_add(lost);
         self.next_event = Some(event.sequence.saturating_add(1));
         self.tally.event(event, &self.anatomy);
-        // As everything that is judged: in time that counts, without pauses and gaps.
+        // Like all assessed times: without pauses and gaps.
         let at_s = self.tally.time_s();
         let wrong = self
             .procedure
@@ -281,20 +281,20 @@ impl Assessment {
         values
     }
 
-    /// Time that counts since the task began, s.
+    /// Counted time since the task began, s.
     #[must_use]
     pub fn time_s(&self) -> f64 {
         self.tally.time_s()
     }
 
-    /// Whether the critical view of safety is there, or was before the vessels were divided.
+    /// True if the critical view of safety is present, or was before the vessels were divided.
     #[must_use]
     pub fn has_critical_view(&self) -> bool {
         self.procedure
             .has_view(&self.anatomy, &self.rules, &self.tally)
     }
 
-    /// Whether it is decided.
+    /// True once the outcome is decided.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.over.is_some()
@@ -306,13 +306,13 @@ impl Assessment {
         self.values()
     }
 
-    /// What was wrong so far, oldest first.
+    /// Alarms so far, the oldest first.
     #[must_use]
     pub fn alarms(&self) -> &[Alarm] {
         &self.alarms
     }
 
-    /// How it stands.
+    /// Present status.
     #[must_use]
     pub fn status(&self) -> Status {
         let steps = self.steps();
@@ -331,7 +331,7 @@ impl Assessment {
         }
     }
 
-    /// What it came to: what is not over now is aborted, and scores nothing.
+    /// Ends the assessment. A task that is not over is aborted and scores nothing.
     #[must_use]
     pub fn end(self) -> Assessed {
         let metrics = self.values();

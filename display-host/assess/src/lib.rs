@@ -1,15 +1,15 @@
-//! What a trainee did, judged: tasks, metrics, score. It sees only the course of an operation as a session
-//! has it ([`session::Entry`]), so that what is said while it runs and what is made of the recording are
-//! the same numbers, bit for bit.
+//! Assessment of a trainee: tasks, metrics, score. It sees only the course of an operation as a
+//! session records it ([`session::Entry`]), so an assessment of the recording yields the numbers of
+//! the running operation bit for bit.
 //!
 //! ```text
-//! session::Entry ─► Assessment ─┬─ Tally      metrics (metrics/definition.rs says what each is)
-//!                               ├─ Procedure  the task: how far, passed or failed, and why
-//!                               └─ Alarms     what was wrong, and when
+//! session::Entry ─► Assessment ─┬─ Tally      metrics (definitions: metrics/definition.rs)
+//!                               ├─ Procedure  progress of the task, its outcome and the reasons
+//!                               └─ Alarms     errors and their times
 //!                                     └─► Status while it runs, Assessed at its end
 //! ```
 //!
-//! Pass rules and weights are a file (`rules.toml` beside this one is the built-in one).
+//! Pass rules and weights come from a file; `rules.toml` in this package is the built-in one.
 
 mod alarm;
 mod anatomy;

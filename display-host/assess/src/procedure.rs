@@ -1,4 +1,4 @@
-//! A task as it goes: what is done of it, what was wrong, and whether it is over.
+//! Progress of a task: its finished steps, its errors, and its end.
 
 use session::Movement;
 use shared_mem::message::EventMsg;
@@ -14,43 +14,44 @@ use crate::task::Task;
 use crate::vector::wide;
 use crate::vessel::Vessel;
 
-/// The vessels that the procedure is about, in the order of [`Procedure::vessels`].
+/// The vessels of the procedure, in the order of [`Procedure::vessels`].
 const VESSELS: [(OrganKind, &str); 2] = [
     (OrganKind::CysticDuct, "cystic duct"),
     (OrganKind::CysticArtery, "cystic artery"),
 ];
 
-/// As `CommandMsg::START` counts tasks: nothing is hung yet; from here on the vessels are clipped, from here on divided.
+/// Task numbers in `CommandMsg::START`: no suture is placed; from `START_CUT` on the vessels are
+/// clipped; from `START_DISCONNECT` on they are divided.
 const START_HANG: u8 = 0;
 const START_CUT: u8 = 3;
 const START_DISCONNECT: u8 = 4;
-/// Clips on each vessel then (`rt_core::sim`, `CLIPS_AT`).
+/// Clips on each vessel at such a start (`rt_core::sim`, `CLIPS_AT`).
 const GIVEN_CLIPS: usize = 3;
 
-/// A task as it goes.
+/// State of a running task.
 #[derive(Debug, Clone)]
 pub(crate) struct Procedure {
     task: Task,
     vessels: [Vessel; 2],
-    /// The sutures are the trainee's to place.
+    /// True if the trainee places the sutures.
     hangs: bool,
-    /// Which are, bit by bit.
+    /// Placed sutures, one bit each.
     hung: u32,
-    /// The critical view of safety has been there.
+    /// The critical view of safety has been achieved.
     had_view: bool,
     drill: ScopeDrill,
     touches_wrong: u32,
     burns_wrong: u32,
     burn_wrong_j: f64,
-    /// What structures that must not be burnt have taken since that last counted, by organ, J.
+    /// Heat that protected structures have taken since the last counted burn, by organ, J.
     warmed_j: Vec<(u32, f64)>,
     cuts_wrong: u32,
     unclamped: [bool; 2],
-    /// Until when an alarm of this kind on this organ is not told again, s.
+    /// Time until which an alarm of this kind on this organ is not repeated, s.
     quiet: Vec<(AlarmKind, u32, f64)>,
 }
 
-/// What came of an event.
+/// Errors of an event.
 #[derive(Debug, Default)]
 pub(crate) struct Wrong(pub(crate) Vec<Alarm>);
 
@@ -73,7 +74,7 @@ impl Procedure {
         }
     }
 
-    /// The controller has prepared what comes before a task (`CommandMsg::START`).
+    /// Takes the controller's preparation of a task (`CommandMsg::START`).
     pub(crate) fn prepare(&mut self, task: u8) {
         self.hangs = task == START_HANG;
         for vessel in &mut self.vessels {
@@ -86,7 +87,7 @@ impl Procedure {
         }
     }
 
-    /// The hands moved, in time that counts.
+    /// Takes a movement of the hands, in counted time.
     pub(crate) fn moved(
         &mut self,
         moved: &Movement,
@@ -99,7 +100,7 @@ impl Procedure {
         }
     }
 
-    /// Something happened, `at_s` after the task began.
+    /// Takes an event, `at_s` after the task began.
     pub(crate) fn event(
         &mut self,
         at_s: f64,
@@ -163,9 +164,9 @@ impl Procedure {
                 }
             }
             EventMsg::CUT => match vessel {
-                // Part of it: that it is divided is told by itself.
+                // A partial cut: division has an event of its own.
                 Some(_) => {}
-                // Sutures and bands are named after an organ that they hold.
+                // Sutures and bands bear the name of an organ that they hold.
                 None if is_target(kind) || kind.is_none() => {}
                 None if matches!(kind, Some(OrganKind::Gallbladder | OrganKind::Liver)) => {}
                 None => {
@@ -203,7 +204,7 @@ impl Procedure {
             }
             _ => {}
         }
-        // A leak may be told before or after the cut that it comes of.
+        // A leak may be reported before or after the cut that causes it.
         if let Some(which) = vessel
             && let Some(vessel) = self.vessels.get(which)
             && vessel.divided.is_some()
@@ -215,7 +216,7 @@ impl Procedure {
         wrong
     }
 
-    /// Whether an organ that takes so much more heat is burnt by it.
+    /// Adds heat to an organ. Returns true if the organ counts as burnt.
     fn is_burnt(&mut self, organ: u32, heat_j: f64, rules: &Rules) -> bool {
         let known = self.warmed_j.iter().position(|it| it.0 == organ);
         let place = known.unwrap_or_else(|| {
@@ -233,7 +234,7 @@ impl Procedure {
         is_burnt
     }
 
-    /// Whether it is the first time of late.
+    /// True if this alarm has not been raised recently.
     fn is_new(&mut self, kind: AlarmKind, organ: u32, at_s: f64, rules: &Rules) -> bool {
         let until_s = at_s + rules.quiet_s;
         let known = self
@@ -261,7 +262,7 @@ impl Procedure {
         }
     }
 
-    /// Notes it; whether it was not known.
+    /// Records an unclamped division. Returns true if it is new.
     fn is_unclamped(&mut self, which: usize) -> bool {
         let known = self.unclamped.get_mut(which);
         known.is_some_and(|known| !core::mem::replace(known, true))
@@ -271,13 +272,13 @@ impl Procedure {
         self.vessels.iter().all(Vessel::is_whole)
     }
 
-    /// The critical view of safety, from what is removed.
+    /// True if the removed tissue gives the critical view of safety.
     fn view(&self, anatomy: &Anatomy, rules: &Rules, tally: &Tally) -> bool {
         let [triangle, lower_bed] = self.cleared(anatomy, rules, tally);
         triangle && lower_bed && self.are_whole()
     }
 
-    /// Whether the critical view of safety is there, or was.
+    /// True if the critical view of safety is or was present.
     pub(crate) fn has_view(&self, anatomy: &Anatomy, rules: &Rules, tally: &Tally) -> bool {
         self.had_view || self.view(anatomy, rules, tally)
     }
@@ -303,7 +304,7 @@ impl Procedure {
             && vessel.divided.is_some_and(|(since_s, _)| settled(since_s))
     }
 
-    /// What is to be done, and whether it is.
+    /// Steps of the task, and whether each is done.
     pub(crate) fn steps(
         &self,
         at_s: f64,
@@ -320,7 +321,7 @@ impl Procedure {
         }
         if wants(Task::Identify) {
             let [triangle, lower_bed] = self.cleared(anatomy, rules, tally);
-            // In the whole operation the view is there once; then the vessels are divided.
+            // In the whole operation the view is needed once; then the vessels are divided.
             let had = self.task == Task::Full && self.had_view;
             steps.push((Step::Triangle, triangle || had));
             steps.push((Step::LowerBed, lower_bed || had));
@@ -357,7 +358,7 @@ impl Procedure {
         steps
     }
 
-    /// Why it has failed, if it has.
+    /// Reason for failure, if the task has failed.
     pub(crate) fn failure(&self, time_s: f64, rules: &Rules) -> Option<Reason> {
         if self.task == Task::Free {
             return None;
@@ -379,7 +380,7 @@ impl Procedure {
         (time_s > most_s).then_some(Reason::TooLong { seconds: most_s })
     }
 
-    /// Sets the numbers that it knows.
+    /// Sets the metrics that the procedure counts.
     pub(crate) fn values(&self, values: &mut Values) {
         let [duct, artery] = &self.vessels;
         let one_sided = self.vessels.iter().filter(|it| it.one_sided).count();
@@ -403,7 +404,7 @@ impl Procedure {
         }
     }
 
-    /// What a beginner is told to do next.
+    /// Next instruction for a beginner.
     pub(crate) fn hint(&self, steps: &[(Step, bool)], moved: Option<&Movement>) -> Option<Hint> {
         let (step, _) = steps.iter().find(|(_, done)| !done)?;
         let held = moved.map(|moved| moved.instrument);

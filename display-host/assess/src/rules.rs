@@ -1,4 +1,4 @@
-//! Pass rules and weights, from a TOML file that may come from anywhere.
+//! Pass rules and weights, from a TOML file of any origin.
 
 use std::collections::BTreeMap;
 use std::io::Read as _;
@@ -14,37 +14,37 @@ use crate::task::Task;
 
 /// The built-in rules.
 const BUILT_IN: &str = include_str!("../rules.toml");
-/// Version of the file's form.
+/// Version of the file format.
 const VERSION: u32 = 1;
-/// Longest file that is read.
+/// Longest file accepted, bytes.
 const MAX_BYTES: usize = 64 << 10;
 
-/// Why rules are refused.
+/// Reason why rules are refused.
 #[derive(Debug, thiserror::Error)]
 pub enum RulesError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error(
-        "{path}: {source}; give a file of rules with --rules, or leave it out for the built-in ones"
+        "{path}: {source}; name a file of rules with --rules, or omit it to use the built-in ones"
     )]
     Io {
-        /// Which.
+        /// Path of the file.
         path: std::path::PathBuf,
-        /// The system's words.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// It is no TOML of the expected form.
-    #[error("rules: {0}copy the built-in ones (`calot report --rules-file`) and change those")]
+    /// The text is not TOML of the expected form.
+    #[error("rules: {0}copy the built-in ones (`calot report --rules-file`) and edit the copy")]
     Form(String),
-    /// A value is out of its range.
+    /// A value is out of range.
     #[error("rules, line {line}: {what} is {value}; allowed is {allowed}")]
     Value {
         /// Line, from 1.
         line: usize,
-        /// Which.
+        /// The value's name.
         what: String,
-        /// What it is.
+        /// The value.
         value: String,
-        /// What it may be.
+        /// Allowed values.
         allowed: String,
     },
 }
@@ -56,7 +56,7 @@ pub struct Rules {
     touch: Vec<OrganKind>,
     burn: Vec<OrganKind>,
     pub(crate) quiet_s: f64,
-    /// Heat from which a structure counts as burnt, J.
+    /// Heat above which a structure counts as burnt, J.
     pub(crate) burn_j: f64,
     pub(crate) done: Done,
     flow_ml_min: Vec<(OrganKind, f64)>,
@@ -64,7 +64,7 @@ pub struct Rules {
     tasks: BTreeMap<&'static str, TaskRules>,
 }
 
-/// When steps count as done.
+/// Thresholds at which steps count as done.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Done {
     pub(crate) triangle: f64,
@@ -90,10 +90,10 @@ struct TaskRules {
     pass: Vec<Condition>,
 }
 
-/// What a score or metric must be.
+/// Required range of the score or of a metric.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Condition {
-    /// `None`: the score.
+    /// The metric; `None`: the score.
     metric: Option<Metric>,
     at_least: f64,
     at_most: f64,
@@ -102,16 +102,16 @@ struct Condition {
 /// Points lost for something.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Lost {
-    /// For which metric.
+    /// The metric.
     pub metric: &'static str,
-    /// What it was.
+    /// Its value.
     pub value: f64,
-    /// Points.
+    /// Lost points.
     pub points: f64,
 }
 
 mod written {
-    //! The file as it is written.
+    //! Form of the file.
     use super::{BTreeMap, Deserialize, Spanned};
 
     #[derive(Deserialize)]
@@ -134,7 +134,7 @@ mod written {
         pub(super) touch: Vec<Spanned<String>>,
         pub(super) burn: Vec<Spanned<String>>,
         pub(super) quiet_s: Spanned<f64>,
-        /// Files of before had none: any heat counted.
+        /// Optional in older files, in which any heat counted.
         pub(super) burn_j: Option<Spanned<f64>>,
     }
 
@@ -177,7 +177,8 @@ mod written {
 
 impl Default for Rules {
     fn default() -> Self {
-        // The built-in file is tested; were it broken, nothing would be asked and nothing lost.
+        // The built-in file is tested; if it were broken, nothing would be required and no point
+        // lost.
         Self::parse(BUILT_IN).unwrap_or_else(|_| Self {
             text: String::new(),
             touch: Vec::new(),
@@ -201,7 +202,7 @@ impl Default for Rules {
 }
 
 impl Rules {
-    /// The built-in rules, as a file.
+    /// Text of the built-in rules.
     #[must_use]
     pub const fn built_in() -> &'static str {
         BUILT_IN
@@ -210,24 +211,24 @@ impl Rules {
     /// Reads a file.
     ///
     /// # Errors
-    /// As [`RulesError`] says.
+    /// See [`RulesError`].
     pub fn read(path: &std::path::Path) -> Result<Self, RulesError> {
         let io = |source| RulesError::Io {
             path: path.to_owned(),
             source,
         };
         let mut text = String::new();
-        // One byte more than is allowed, by which `parse` knows; some files never end.
+        // One byte more than allowed tells `parse` that the file is too long; some files never end.
         let file = std::fs::File::open(path).map_err(io)?;
         let mut file = file.take(MAX_BYTES as u64 + 1);
         file.read_to_string(&mut text).map_err(io)?;
         Self::parse(&text)
     }
 
-    /// Reads a text.
+    /// Parses a text.
     ///
     /// # Errors
-    /// As [`RulesError`] says; lines count from 1.
+    /// See [`RulesError`]; lines count from 1.
     pub fn parse(text: &str) -> Result<Self, RulesError> {
         if text.len() > MAX_BYTES {
             let why = format!(
@@ -291,7 +292,7 @@ impl Rules {
         })
     }
 
-    /// The file that it was read from.
+    /// Text from which the rules were parsed.
     #[must_use]
     pub fn text(&self) -> &str {
         &self.text
@@ -305,7 +306,7 @@ impl Rules {
         kind.is_some_and(|kind| self.burn.contains(&kind))
     }
 
-    /// What runs from an organ of this kind that is cut right through, ml/min.
+    /// Flow from an organ of this kind after a complete cut, ml/min.
     pub(crate) fn flow_ml_min(&self, kind: Option<OrganKind>) -> f64 {
         let mut flows = self.flow_ml_min.iter();
         flows
@@ -313,20 +314,20 @@ impl Rules {
             .map_or(0.0, |(_, flow)| *flow)
     }
 
-    /// How long a task may take, s; infinite: as long as it likes.
+    /// Time limit of a task, s; infinite without one.
     #[must_use]
     pub fn time_max_s(&self, task: Task) -> f64 {
         let rules = self.tasks.get(task.name());
         rules.map_or(f64::INFINITY, |rules| rules.time_max_s)
     }
 
-    /// The score, 0 to 100, and what it lost points for.
+    /// Score, 0 to 100, and the lost points.
     #[must_use]
     pub fn score(&self, values: &Values) -> (f64, Vec<Lost>) {
         let lost = self.penalties.iter().filter_map(|penalty| {
             let value = values.get(penalty.metric);
             let points = penalty.each * (value - penalty.free);
-            // What is not a number costs nothing.
+            // A metric without a value costs nothing.
             (points > 0.0).then(|| Lost {
                 metric: penalty.metric.name(),
                 value,
@@ -338,7 +339,7 @@ impl Rules {
         ((100.0 - sum).max(0.0), lost)
     }
 
-    /// What a task asks for and is not so.
+    /// Pass rules of a task that are not met.
     #[must_use]
     pub fn unmet(&self, task: Task, score: f64, values: &Values) -> Vec<Reason> {
         let Some(rules) = self.tasks.get(task.name()) else {
@@ -363,7 +364,7 @@ impl Rules {
         unmet.collect()
     }
 
-    /// The pass rule of a task, for reports: name, least, most.
+    /// Pass rules of a task for reports: name, least, most.
     #[must_use]
     pub fn pass(&self, task: Task) -> Vec<(&'static str, f64, f64)> {
         let rules = self.tasks.get(task.name());
@@ -379,7 +380,7 @@ impl Rules {
     }
 }
 
-/// Checks values of a text.
+/// Checks the values of a text.
 struct Check<'a> {
     text: &'a str,
 }

@@ -1,4 +1,4 @@
-//! The endoscope drill: organs that are to be held in the middle of the picture, one after the other.
+//! The endoscope drill: organs to be held in the middle of the picture, one after the other.
 
 use session::Movement;
 use shared_mem::scene::OrganKind;
@@ -8,7 +8,7 @@ use crate::metrics::VIEW_HALF_RAD;
 use crate::step::Step;
 use crate::vector::off_sight;
 
-/// What is shown, in this order, as far as a scene has it.
+/// Organs to show, in this order; those missing from a scene are left out.
 const SHOWN: [OrganKind; 6] = [
     OrganKind::Gallbladder,
     OrganKind::CysticDuct,
@@ -17,13 +17,13 @@ const SHOWN: [OrganKind; 6] = [
     OrganKind::Intestine,
     OrganKind::CysticArtery,
 ];
-/// Share of the view's half angle that is its middle.
+/// Share of the view's half angle that counts as the middle.
 const MIDDLE: f64 = 0.5;
-/// From so near to so far an organ is seen well, m.
+/// Least and largest distance at which an organ counts as shown, m.
 const NEAR_M: f64 = 0.01;
 const FAR_M: f64 = 0.25;
 
-/// How far the drill is.
+/// Progress of the drill.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ScopeDrill {
     targets: Vec<usize>,
@@ -57,7 +57,7 @@ impl ScopeDrill {
         }
     }
 
-    /// The organs, and whether each has been shown.
+    /// The organs as steps, and whether each has been shown.
     pub(crate) fn steps(&self, anatomy: &Anatomy) -> Vec<(Step, bool)> {
         let targets = self.targets.iter().enumerate();
         let step = |(number, index): (usize, &usize)| {

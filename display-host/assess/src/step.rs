@@ -1,42 +1,42 @@
-//! What is to be done, what helps, and why a task is over: a kind and its values. `Display` is the plain English
-//! of reports and JSON; an interface says them in its own words.
+//! Steps, hints and reasons for the end of a task, each as a kind with values. `Display` gives the
+//! plain English of reports and JSON; the interface has its own words.
 
 use core::fmt;
 
 use crate::metrics::Metric;
 
-/// Something that is to be done.
+/// A step of a task.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Step {
-    /// The gallbladder is hung on the abdominal wall.
+    /// Hang the gallbladder on the abdominal wall.
     Hang {
-        /// Sutures.
+        /// Number of sutures.
         count: usize,
     },
-    /// Calot's triangle is cleared.
+    /// Clear Calot's triangle.
     Triangle,
-    /// The lower third of the gallbladder's bed is free.
+    /// Free the lower third of the gallbladder's bed.
     LowerBed,
-    /// Cystic duct and artery stay whole.
+    /// Leave cystic duct and artery intact.
     LeaveWhole,
-    /// A vessel is clipped.
+    /// Clip a vessel.
     Clip {
-        /// Which, as scenes name it.
+        /// The vessel's name in the scene.
         organ: String,
-        /// Clips on it.
+        /// Number of clips.
         count: usize,
     },
-    /// A vessel is divided between clips.
+    /// Divide a vessel between clips.
     Divide {
-        /// Which, as scenes name it.
+        /// The vessel's name in the scene.
         organ: String,
     },
-    /// The gallbladder is off the liver.
+    /// Free the gallbladder from the liver.
     Free,
-    /// An organ is shown with the endoscope.
+    /// Show an organ with the endoscope.
     Show {
-        /// Which, as the scene names it.
+        /// The organ's name in the scene.
         organ: String,
     },
 }
@@ -44,11 +44,11 @@ pub enum Step {
 impl fmt::Display for Step {
     fn fmt(&self, to: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Hang { count } => write!(to, "Hang the gallbladder by {count} sutures"),
+            Self::Hang { count } => write!(to, "Suspend the gallbladder with {count} sutures"),
             Self::Triangle => to.write_str("Clear Calot's triangle"),
-            Self::LowerBed => to.write_str("Free the lower third of the gallbladder's bed"),
-            Self::LeaveWhole => to.write_str("Leave cystic duct and artery whole"),
-            Self::Clip { organ, count } => write!(to, "Put {count} clips on the {organ}"),
+            Self::LowerBed => to.write_str("Free the lower third of the gallbladder from its bed"),
+            Self::LeaveWhole => to.write_str("Keep cystic duct and artery intact"),
+            Self::Clip { organ, count } => write!(to, "Place {count} clips on the {organ}"),
             Self::Divide { organ } => write!(to, "Divide the {organ} between clips"),
             Self::Free => to.write_str("Free the gallbladder from the liver"),
             Self::Show { organ } => write!(to, "Show the {organ}"),
@@ -57,7 +57,7 @@ impl fmt::Display for Step {
 }
 
 impl Step {
-    /// The instrument that it is done with; none: the endoscope.
+    /// Instrument for the step; `None`: the endoscope.
     pub(crate) fn instrument(&self) -> Option<Instrument> {
         match self {
             Self::Hang { .. } => Some(Instrument::Grasper),
@@ -69,7 +69,7 @@ impl Step {
     }
 }
 
-/// An instrument that a step is done with.
+/// An instrument of a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Instrument {
@@ -84,7 +84,7 @@ pub enum Instrument {
 }
 
 impl Instrument {
-    /// As [`session::Movement::instrument`] counts them; the key that takes it is one more.
+    /// Number in [`session::Movement::instrument`]; its key is one higher.
     #[must_use]
     pub fn number(self) -> u8 {
         match self {
@@ -105,24 +105,24 @@ impl Instrument {
     }
 }
 
-/// What a beginner is told to do next.
+/// Next instruction for a beginner.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Hint {
-    /// What is to be done.
+    /// The step to do.
     pub step: Step,
-    /// What helps.
+    /// Advice for it.
     pub advice: Advice,
 }
 
-/// What helps with a step.
+/// Advice for a step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Advice {
-    /// Another instrument.
+    /// Take another instrument.
     Take(Instrument),
-    /// How the one that is held is used.
+    /// Use the present instrument.
     Use(Instrument),
-    /// To hold it in the middle of the picture.
+    /// Hold the organ in the middle of the picture.
     Hold,
 }
 
@@ -137,66 +137,66 @@ impl fmt::Display for Hint {
             Advice::Use(Instrument::Grasper) => {
                 write!(
                     to,
-                    "{step}: touch it, press the pedal, carry the thread towards the wall, press again."
+                    "{step}: touch it, press the pedal, draw the thread to the abdominal wall, press again."
                 )
             }
             Advice::Use(Instrument::Hook) => {
                 write!(
                     to,
-                    "{step}: hook a strand, lift it clear, then a short current."
+                    "{step}: hook a strand, lift it clear, then give a short burst of current."
                 )
             }
             Advice::Use(Instrument::ClipApplier) => {
                 write!(
                     to,
-                    "{step}: both jaws around it, tips in sight, then close."
+                    "{step}: pass both jaws around it, keep the tips in view, then close."
                 )
             }
             Advice::Use(Instrument::Scissors) => {
-                write!(to, "{step}: see both clips before the blades close.")
+                write!(to, "{step}: see both clips before you close the blades.")
             }
-            Advice::Hold => write!(to, "{step}: hold it in the middle of the picture."),
+            Advice::Hold => write!(to, "{step}: keep it in the middle of the picture."),
         }
     }
 }
 
-/// Why a task is over, or not passed.
+/// Reason why a task is over, or not passed.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case")]
 pub enum Reason {
-    /// It ended before this was done.
+    /// The task ended before a step was done.
     NotDone {
-        /// What.
+        /// The step.
         step: Step,
     },
-    /// A vessel was divided unclamped.
+    /// A vessel was divided without clips.
     Unclamped {
-        /// Which, as scenes name it.
+        /// The vessel's name in the scene.
         organ: String,
     },
-    /// A vessel that was to stay whole is not.
+    /// A vessel that had to stay intact is damaged.
     NotWhole,
-    /// It took longer than it may.
+    /// The time limit was exceeded.
     TooLong {
-        /// How long it may take, s.
+        /// The limit, s.
         seconds: f64,
     },
-    /// Less than a pass rule asks for.
+    /// A value is below a pass rule.
     TooLittle {
-        /// Of what; none: of the score.
+        /// The metric; `None`: the score.
         metric: Option<Metric>,
-        /// How much it is, in the metric's unit.
+        /// Value, in the metric's unit.
         value: f64,
-        /// What is asked.
+        /// Least value allowed.
         limit: f64,
     },
-    /// More than a pass rule allows.
+    /// A value is above a pass rule.
     TooMuch {
-        /// Of what; none: of the score.
+        /// The metric; `None`: the score.
         metric: Option<Metric>,
-        /// How much it is, in the metric's unit.
+        /// Value, in the metric's unit.
         value: f64,
-        /// What is allowed.
+        /// Largest value allowed.
         limit: f64,
     },
 }
@@ -206,8 +206,8 @@ impl fmt::Display for Reason {
         let name = |metric: &Option<Metric>| metric.map_or("score", Metric::name);
         match self {
             Self::NotDone { step } => write!(to, "not done: {step}"),
-            Self::Unclamped { organ } => write!(to, "the {organ} was divided unclamped"),
-            Self::NotWhole => to.write_str("cystic duct or artery is no longer whole"),
+            Self::Unclamped { organ } => write!(to, "the {organ} was divided without clips"),
+            Self::NotWhole => to.write_str("cystic duct or artery is no longer intact"),
             Self::TooLong { seconds } => write!(to, "it took longer than {seconds:.0} s"),
             Self::TooLittle {
                 metric,
@@ -215,7 +215,7 @@ impl fmt::Display for Reason {
                 limit,
             } => {
                 let name = name(metric);
-                write!(to, "{name} is {value:.1}, at least {limit} is asked")
+                write!(to, "{name} is {value:.1}, at least {limit} is required")
             }
             Self::TooMuch {
                 metric,
@@ -229,7 +229,7 @@ impl fmt::Display for Reason {
     }
 }
 
-/// As reports have them: in plain English.
+/// Serializes reasons as plain English, for reports.
 pub(crate) fn plainly<S: serde::Serializer>(
     reasons: &[Reason],
     serializer: S,
@@ -237,7 +237,7 @@ pub(crate) fn plainly<S: serde::Serializer>(
     serializer.collect_seq(reasons.iter().map(Reason::to_string))
 }
 
-/// The same of steps, each with whether it is done.
+/// Serializes steps as plain English, each with true if it is done.
 pub(crate) fn plain_steps<S: serde::Serializer>(
     steps: &[(Step, bool)],
     serializer: S,
@@ -263,18 +263,18 @@ mod tests {
             advice,
         };
         for (said, told) in [
-            (clip().to_string(), "Put 2 clips on the cystic duct"),
+            (clip().to_string(), "Place 2 clips on the cystic duct"),
             (
                 hint(Advice::Take(Instrument::ClipApplier)).to_string(),
-                "Put 2 clips on the cystic duct: take the clip applier (4).",
+                "Place 2 clips on the cystic duct: take the clip applier (4).",
             ),
             (
                 hint(Advice::Use(Instrument::ClipApplier)).to_string(),
-                "Put 2 clips on the cystic duct: both jaws around it, tips in sight, then close.",
+                "Place 2 clips on the cystic duct: pass both jaws around it, keep the tips in view, then close.",
             ),
             (
                 Reason::NotDone { step: clip() }.to_string(),
-                "not done: Put 2 clips on the cystic duct",
+                "not done: Place 2 clips on the cystic duct",
             ),
             (
                 Reason::TooLong { seconds: 600.0 }.to_string(),
@@ -296,7 +296,7 @@ mod tests {
                     limit: 70.5,
                 }
                 .to_string(),
-                "score is 60.0, at least 70.5 is asked",
+                "score is 60.0, at least 70.5 is required",
             ),
         ] {
             assert_eq!(said, told);

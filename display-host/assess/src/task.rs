@@ -1,10 +1,10 @@
-//! The tasks, how much help is given, and how they end.
+//! Tasks, degrees of help, and outcomes.
 
 use shared_mem::scene::OrganKind;
 
 use crate::anatomy::{Anatomy, Region};
 
-/// What the trainee is to do.
+/// A task for the trainee.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Task {
@@ -18,14 +18,14 @@ pub enum Task {
     Disconnect,
     /// All four, in order.
     Full,
-    /// Nothing is asked; everything is measured.
+    /// Free practice: nothing is required, everything is measured.
     Free,
     /// Show one organ after the other with the endoscope.
     Scope,
 }
 
 impl Task {
-    /// All of them.
+    /// All tasks.
     pub const ALL: [Self; 7] = [
         Self::Identify,
         Self::Clamp,
@@ -36,7 +36,7 @@ impl Task {
         Self::Scope,
     ];
 
-    /// As it is typed.
+    /// Name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -50,33 +50,33 @@ impl Task {
         }
     }
 
-    /// The task that is typed so.
+    /// The task of this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|task| task.name() == name)
     }
 
-    /// What the trainee reads.
+    /// Title for the trainee.
     #[must_use]
     pub fn title(self) -> &'static str {
         match self {
-            Self::Identify => "Identify: show cystic duct and artery",
+            Self::Identify => "Identify: expose cystic duct and artery",
             Self::Clamp => "Clamp: clip cystic duct and artery",
             Self::Cut => "Cut: divide both between the clips",
             Self::Disconnect => "Disconnect: free the gallbladder from the liver",
             Self::Full => "The whole operation",
             Self::Free => "Free practice",
-            Self::Scope => "Endoscope: show the organs in turn",
+            Self::Scope => "Endoscope: show each organ in turn",
         }
     }
 
-    /// Whether the trainee may place the sutures in it: whether it begins with nothing done.
+    /// True if the trainee may place the sutures: the task begins with nothing done.
     #[must_use]
     pub fn may_hang(self) -> bool {
         matches!(self, Self::Identify | Self::Full | Self::Free)
     }
 
-    /// What it needs and a scene lacks, if anything.
+    /// The first thing that the task needs and the scene lacks, if any.
     #[must_use]
     pub fn lacks(self, anatomy: &Anatomy) -> Option<String> {
         let vessels = [
@@ -100,24 +100,24 @@ impl Task {
     }
 }
 
-/// How much help is given.
+/// Degree of help.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Difficulty {
-    /// The next step is said.
+    /// Hints give the next step.
     Beginner,
     /// Alarms and progress are shown.
     #[default]
     Trainee,
-    /// Only time and task are shown; what went wrong is said at the end.
+    /// Only time and task are shown; errors are shown at the end.
     Exam,
 }
 
 impl Difficulty {
-    /// All of them.
+    /// All degrees of help.
     pub const ALL: [Self; 3] = [Self::Beginner, Self::Trainee, Self::Exam];
 
-    /// As it is typed.
+    /// Name on the command line.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -127,31 +127,31 @@ impl Difficulty {
         }
     }
 
-    /// The one that is typed so.
+    /// The degree of this name.
     #[must_use]
     pub fn from_name(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|it| it.name() == name)
     }
 }
 
-/// How a task stands or ended.
+/// Outcome of a task, or that it is running.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Outcome {
-    /// It goes on.
+    /// Still running.
     Running,
-    /// Done, and the pass rules are met.
+    /// Done, and all pass rules are met.
     Passed,
-    /// Something that must not happen did, or it is done and a pass rule is not met.
+    /// A critical error happened, or the task is done and a pass rule is not met.
     Failed,
     /// It ended before it was done.
     Aborted,
-    /// Free practice, which cannot be passed.
+    /// Free practice, which has no pass rules.
     Practised,
 }
 
 impl Outcome {
-    /// As `summary.json` has it.
+    /// Name in `summary.json`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

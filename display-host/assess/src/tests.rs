@@ -11,7 +11,7 @@ const DUCT: u32 = 1;
 const ARTERY: u32 = 2;
 const BILE_DUCT: u32 = 3;
 const FAT: u32 = 4;
-/// Names no organ.
+/// An organ number without an organ.
 const NOTHING: u32 = u32::MAX;
 
 fn anatomy() -> Anatomy {
@@ -77,7 +77,7 @@ fn unclamped(organ: &str) -> Reason {
     Reason::Unclamped { organ }
 }
 
-/// Hands at rest from one time to another, ten times a second.
+/// Keeps the hands at rest between two times, with ten movements a second.
 fn rest(assessment: &mut Assessment, from_s: f64, to_s: f64) {
     let steps = ((to_s - from_s) * 10.0).round() as u32;
     for step in 0..=steps {
@@ -111,12 +111,12 @@ fn clip_both(assessment: &mut Assessment) {
     clip(assessment, 0.4, ARTERY, 0.01, 3.0);
 }
 
-/// Cut right through where clips close both sides.
+/// Divides a vessel with clips closed on both sides.
 fn cut(assessment: &mut Assessment, at_s: f64, organ: u32) {
     cut_open(assessment, at_s, organ, 0.0);
 }
 
-/// Cut right through where so much of one side is open.
+/// Divides a vessel, with this share of one side open.
 fn cut_open(assessment: &mut Assessment, at_s: f64, organ: u32, open: f32) {
     assessment.take(&event(at_s, EventMsg::CUT, organ, 0.0, 0.001));
     assessment.take(&event(at_s, EventMsg::DIVIDED, organ, 0.0, open));
@@ -136,7 +136,7 @@ fn clamping_passes_with_two_clips_on_each() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 1.0);
     clip(&mut assessment, 1.0, DUCT, 0.0, 0.0);
-    // The same clip is told once for each organ it closed on.
+    // One clip is reported once for each organ that it closed on.
     clip(&mut assessment, 1.0, FAT, 0.0, 0.0);
     clip(&mut assessment, 1.1, DUCT, 0.004, 1.0);
     assert!(!assessment.is_over());
@@ -173,7 +173,7 @@ fn clips_that_are_lost_or_misplaced_sound_and_cost() {
             limit: 0.0
         }]
     );
-    // Reports have it in plain English.
+    // Reports give it in plain English.
     let report = serde_json::to_value(&assessed).unwrap();
     assert_eq!(
         report["reasons"][0],
@@ -181,7 +181,7 @@ fn clips_that_are_lost_or_misplaced_sound_and_cost() {
     );
     assert_eq!(
         report["steps"][0],
-        serde_json::json!(["Put 2 clips on the cystic duct", true])
+        serde_json::json!(["Place 2 clips on the cystic duct", true])
     );
 }
 
@@ -202,7 +202,7 @@ fn cutting_unclamped_fails_at_once() {
         let status = assessment.status();
         assert_eq!(status.outcome, Outcome::Failed);
         assert_eq!(status.reasons, [unclamped("cystic duct")]);
-        // What comes later changes nothing.
+        // Later entries change nothing.
         clip_both(&mut assessment);
         assert_eq!(assessment.status(), status);
     }
@@ -247,7 +247,7 @@ fn a_prepared_task_has_the_clips_that_come_before_it() {
     is(prepared.score, 100.0);
     is(prepared.metrics.get(Metric::ClipsUsed), 0.0);
     is(prepared.metrics.get(Metric::Restarts), 0.0);
-    // Beside the clips it leaks.
+    // A cut beside the clips leaks.
     let mut beside = begin(Task::Cut);
     beside.take(&start(3));
     cut(&mut beside, 1.0, DUCT);
@@ -262,7 +262,7 @@ fn a_prepared_task_has_the_clips_that_come_before_it() {
 
 #[test]
 fn clips_that_do_not_hold_are_no_clamp() {
-    // The leak is told after the cut, or before it in the same tick.
+    // The leak is reported after the cut, or before it in the same tick.
     for before in [false, true] {
         let mut assessment = begin(Task::Cut);
         rest(&mut assessment, 0.0, 0.5);
@@ -365,7 +365,7 @@ fn the_whole_operation_in_order_passes_and_out_of_order_sounds() {
 fn a_structure_is_burnt_once_enough_heat_has_come_together() {
     let mut assessment = begin(Task::Clamp);
     rest(&mut assessment, 0.0, 0.1);
-    // Built-in: 0.1 J, and quiet for a second.
+    // Built-in rules: 0.1 J, and no repetition for a second.
     let (mut alarms, mut before_s) = (Vec::new(), 0.1);
     for (at_s, heat_j) in [
         (0.2, 0.04),
@@ -407,7 +407,7 @@ fn blood_is_flow_over_time_until_it_is_stopped() {
     rest(&mut assessment, 1.1, 7.0);
     assessment.take(&event(7.0, EventMsg::LEAK, ARTERY, 0.0, 0.0));
     rest(&mut assessment, 7.1, 20.0);
-    // Two ends lie near each other; one of them is stopped.
+    // Two ends lie close together; one of them stops leaking.
     assessment.take(&event(20.0, EventMsg::LEAK, ARTERY, 0.0, 1.0));
     assessment.take(&event(20.0, EventMsg::LEAK, ARTERY, 0.002, 1.0));
     assessment.take(&event(20.0, EventMsg::LEAK, ARTERY, 0.002, 0.0));
@@ -432,7 +432,7 @@ fn a_reset_begins_anew_and_is_counted() {
     is(assessment.status().score, 100.0);
     let assessed = assessment.end();
     is(assessed.metrics.get(Metric::Restarts), 1.0);
-    // Who does nothing has done nothing wrong, and nothing.
+    // A trainee who does nothing makes no error and achieves nothing.
     assert_eq!(assessed.outcome, Outcome::Aborted);
     is(assessed.score, 0.0);
     assert!((assessed.metrics.get(Metric::Time) - 1.0).abs() < 0.01);
@@ -442,7 +442,7 @@ fn a_reset_begins_anew_and_is_counted() {
 fn pauses_and_gaps_are_no_time() {
     let mut assessment = begin(Task::Free);
     rest(&mut assessment, 0.0, 1.0);
-    // Nothing for four seconds, and the hand is elsewhere then.
+    // Four seconds without a movement, then the hand is elsewhere.
     assessment.take(&moved(5.0, here([0.3, 0.0, 0.0])));
     assessment.take(&moved(5.1, here([0.3, 0.0, 0.0])));
     let paused = Movement {
@@ -523,14 +523,14 @@ fn whoever_is_to_place_the_sutures_begins_with_that() {
             own.find(|(step, _)| matches!(step, Step::Hang { count: 2 }))
         };
         assert_eq!(step(&assessment).is_some(), hangs, "{task:?}");
-        // The same one twice hangs it once.
+        // Placing one suture twice counts once.
         for (number, is_done) in [(0.0, false), (0.0, false), (1.0, hangs)] {
             assessment.take(&event(1.0, EventMsg::STITCH, LIVER, 0.0, number));
             assessment.take(&event(2.0, EventMsg::HUNG, LIVER, 0.0, number));
             let done = step(&assessment).is_some_and(|(_, done)| done);
             assert_eq!(done, is_done, "{task:?} {number}");
         }
-        // Clips that nobody put on are nobody's.
+        // Clips of the prepared start are not the trainee's.
         assert!(assessment.status().steps.iter().all(|(step, done)| {
             !*done || matches!(step, Step::Hang { .. } | Step::LeaveWhole)
         }));
@@ -650,7 +650,7 @@ fn the_current_counts_with_and_without_contact() {
     near(Metric::Force95, 1.05);
 }
 
-/// Current that bridges a gap burns what it does not touch.
+/// Current that burns across a gap does not count as current in air.
 #[test]
 fn current_that_burns_is_not_in_air() {
     let mut assessment = begin(Task::Free);
@@ -686,7 +686,7 @@ fn definitions_are_complete_and_their_names_differ() {
     }
 }
 
-/// A hand on a circle of 5 cm, once in four seconds, looked at so often.
+/// A hand on a circle of 5 cm, one turn in four seconds, sampled at this rate.
 fn circle(hz: f64, seconds: f64, tremor_m: f64) -> Values {
     let mut assessment = begin(Task::Free);
     for step in 0..=(hz * seconds) as u32 {
@@ -733,7 +733,7 @@ proptest! {
             entries.iter().for_each(|entry| assessment.take(entry));
             assessment.end().metrics
         };
-        // The entry in the middle ends one part and begins the other.
+        // The entry in the middle ends one part and begins the next.
         let [one, two, whole] =
             [&entries[..=middle], &entries[middle..], &entries[..]].map(over);
         for metric in [Metric::Time, Metric::CauteryOn, Metric::CauteryAir] {
@@ -742,7 +742,7 @@ proptest! {
         }
     }
 
-    /// Whatever a file says: it ends, with a score within bounds, twice the same.
+    /// The assessment of any file ends, has a score in range, and is reproducible.
     #[test]
     fn hostile_entries_are_assessed(
         raw in prop::collection::vec((0u8..5, any::<u64>(), any::<[f32; 4]>(), 0u32..18, 0u32..7), 0..200),

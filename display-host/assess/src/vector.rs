@@ -1,4 +1,4 @@
-//! The little geometry that an assessment needs, in `f64`.
+//! Geometry of an assessment, in `f64`.
 
 use shared_mem::message::PoseMsg;
 
@@ -24,7 +24,7 @@ pub(crate) fn distance(a: Vec3, b: Vec3) -> f64 {
     norm(sub(a, b))
 }
 
-/// An axis of a pose's frame in the world: 0 x, 1 y, else z.
+/// Axis of a pose's frame in world coordinates: 0 x, 1 y, otherwise z.
 pub(crate) fn axis(pose: &PoseMsg, which: usize) -> Vec3 {
     let [x, y, z, w] = pose.orientation.map(f64::from);
     match which {
@@ -46,11 +46,12 @@ pub(crate) fn axis(pose: &PoseMsg, which: usize) -> Vec3 {
     }
 }
 
-/// What an endoscope sees whose shaft stands so, which looks so far off it, turned so far about it, rad (at 0 down).
+/// Camera pose of an endoscope whose view is inclined by `off_rad` to its shaft and turned by
+/// `turned_rad` about it, rad (0: down).
 pub(crate) fn looking_off(shaft: &PoseMsg, [off_rad, turned_rad]: [f64; 2]) -> PoseMsg {
     let [x, y, z, w] = shaft.orientation.map(f64::from);
     let (sin, cos) = (-0.5 * off_rad).sin_cos();
-    // About an axis across the shaft: no part along it.
+    // The axis is across the shaft: it has no component along it.
     let [a, b] = [sin * turned_rad.cos(), sin * turned_rad.sin()];
     let orientation = [
         w * a + x * cos - z * b,
@@ -64,7 +65,7 @@ pub(crate) fn looking_off(shaft: &PoseMsg, [off_rad, turned_rad]: [f64; 2]) -> P
     }
 }
 
-/// How far a place lies off the line of sight (−z) of a camera, rad, and how far away, m.
+/// Angle of a point off the line of sight (−z) of a camera, rad, and its distance, m.
 pub(crate) fn off_sight(camera: &PoseMsg, place: Vec3) -> (f64, f64) {
     let to = sub(place, wide(camera.position_m));
     let ahead = -dot(to, axis(camera, 2));
@@ -89,7 +90,7 @@ mod tests {
         ] {
             assert!(off_sight(&see(turned), place).0 < 1e-6, "{turned}");
         }
-        // On any shaft: as seen from it.
+        // On any shaft, relative to it.
         let half = 0.5f32.sqrt();
         let turned = PoseMsg {
             orientation: [0.0, half, 0.0, half],

@@ -1,8 +1,8 @@
-//! Cystic duct and artery: clips, and how they were divided.
+//! Clips on cystic duct and artery, and their division.
 
 use crate::vector::{Vec3, distance};
 
-/// Leaks as near as this to each other are one, m; so many are remembered.
+/// Leaks within this distance of each other are one, m. At most `LEAKS_MAX` are remembered.
 const SAME_LEAK_M: f64 = 0.000_1;
 const LEAKS_MAX: usize = 64;
 
@@ -13,19 +13,19 @@ struct Clip {
     at_m: Vec3,
 }
 
-/// What became of one of the two vessels.
+/// State of one of the two vessels.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Vessel {
     clips: Vec<Clip>,
-    /// Clips that were there when the task began.
+    /// Clips present when the task began.
     pub(crate) given: usize,
-    /// When it was first divided, s, and with how many clips on it.
+    /// Time of its first division, s, and the number of clips on it then.
     pub(crate) divided: Option<(f64, usize)>,
-    /// It was divided with clips on it, but none that closes one of the sides.
+    /// It was divided with clips, none of which closes one of the sides.
     pub(crate) one_sided: bool,
-    /// That was told.
+    /// The division has been judged.
     is_judged: bool,
-    /// Where it leaks, m, and how much: every event of one leak has one place.
+    /// Positions of its leaks, m, and their flows: all events of a leak have one position.
     leaking: Vec<(Vec3, f64)>,
     /// It was perforated or torn.
     pub(crate) injured: bool,
@@ -42,7 +42,8 @@ impl Vessel {
         self.given + self.clips.len()
     }
 
-    /// It is divided, and this says whether clips close both sides; of a tear that is told later.
+    /// Records a division. `is_closed` says if clips close both sides; for a tear, a later event
+    /// says it.
     pub(crate) fn divide(&mut self, at_s: f64, is_closed: Option<bool>) {
         let clips = self.clips();
         let (_, clips) = *self.divided.get_or_insert((at_s, clips));
@@ -52,7 +53,7 @@ impl Vessel {
         }
     }
 
-    /// It leaks so much here from now on.
+    /// Sets the flow of a leak at this position.
     pub(crate) fn leak(&mut self, at_m: Vec3, flow: f64) {
         let same = |it: &&mut (Vec3, f64)| distance(it.0, at_m) < SAME_LEAK_M;
         if let Some(leak) = self.leaking.iter_mut().find(same) {
@@ -62,7 +63,7 @@ impl Vessel {
         }
     }
 
-    /// Whether more than `least` comes out anywhere.
+    /// True if any leak exceeds `least`.
     pub(crate) fn leaks(&self, least: f64) -> bool {
         self.leaking.iter().any(|(_, flow)| *flow > least)
     }

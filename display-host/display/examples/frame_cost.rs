@@ -1,7 +1,7 @@
-//! What a frame costs, pass by pass, in every quality:
-//! `cargo run --release -p display-host --example frame_cost -- [SCENE.calot] [--size WxH] [--frames N]`.
-//! Times are the graphics device's own (timestamp queries); "whole" is from submission until the
-//! device is idle. Without a scene it draws the tests' blobs.
+//! Measures the cost of a frame, pass by pass, in every quality: `cargo run --release -p
+//! display-host --example frame_cost -- [SCENE.calot] [--size WxH] [--frames N]`. Times are the
+//! graphics device's own (timestamp queries); "whole" is from submission until the device is idle.
+//! Without a scene it draws the tests' blobs.
 
 #[path = "../tests/support/mod.rs"]
 mod support;
@@ -77,7 +77,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             renderer.render(&gpu, spheres, &tools, frame as f32 * 0.02);
             gpu.wait("drawing")?;
             let ms = start.elapsed().as_secs_f32() * 1e3;
-            // The first ones compile shaders.
+            // The first frames compile shaders.
             if frame >= 4 {
                 whole.push(ms);
                 if let Some(times) = renderer.take_pass_times() {

@@ -1,12 +1,11 @@
-//! Ways of skinning, compared: error against a known deformation, and time.
-//! `cargo run --release -p display-host --example skinning -- SCENE.calot [--out DIR]` prints a table
-//! and writes `skinning.csv` and `skinning.svg`. `calot prepare built-in --out SCENE.calot` makes a
-//! scene.
+//! Compares skinning methods: error against a known deformation, and time. `cargo run --release -p
+//! display-host --example skinning -- SCENE.calot [--out DIR]` prints a table and writes
+//! `skinning.csv` and `skinning.svg`. `calot prepare built-in --out SCENE.calot` makes a scene.
 //!
-//! Spheres and skin of every organ are carried through a bend and a twist of 90° along its longest
-//! side, a dent, and an affine stretch; the error is how far the skin, moved by the spheres, is from
-//! where the deformation puts it. `noise` moves spheres at random by 0.2 mm: what the skin makes of
-//! that should be no more.
+//! Spheres and skin of every organ undergo a bend and a twist of 90° along its longest side, a
+//! dent, and an affine stretch. The error is the distance between the skin as the spheres move it
+//! and the deformed skin. `noise` moves spheres at random by 0.2 mm: the skin's error should be no
+//! larger.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -20,7 +19,7 @@ use shared_mem::scene::{BINDINGS, SceneFile, WEIGHT_SUM};
 
 type Error = Box<dyn std::error::Error>;
 
-/// Spheres and weights of a vertex.
+/// Spheres of a vertex, and their weights.
 type Binding = [(u16, f32); BINDINGS];
 
 struct Row {
@@ -30,7 +29,7 @@ struct Row {
     rms_mm: f64,
     p99_mm: f64,
     max_mm: f64,
-    /// A frame of the whole scene.
+    /// Time of a frame of the whole scene, µs.
     frame_us: f64,
 }
 
@@ -124,7 +123,7 @@ fn measure(scene: &SceneFile) -> Vec<Row> {
     rows
 }
 
-/// Sorted distances of the skin from where the deformation puts it, m.
+/// Distances of the skin from the exact deformation, sorted, m.
 fn errors(
     scene: &SceneFile,
     organ: &shared_mem::scene::OrganRecord,
@@ -152,7 +151,7 @@ fn errors(
         each.collect()
     };
     let mut motions = Motions::new(scene, follow);
-    // As tissue comes there: from frame to frame.
+    // In small steps, as tissue moves from frame to frame.
     for step in 1..=8 {
         motions.update(&carried(step as f32 / 8.0));
     }
@@ -213,10 +212,10 @@ fn time(scene: &SceneFile, bindings: &[Binding], follow: Follow) -> f64 {
     times[times.len() / 2]
 }
 
-/// A map of space about an organ.
+/// A deformation of the space around an organ.
 struct Deformation<'a> {
     name: &'a str,
-    /// Longest side first, as columns.
+    /// Principal axes as columns, the longest first.
     axes: Mat3,
     middle: Vec3,
     length: f32,
@@ -261,7 +260,7 @@ impl<'a> Deformation<'a> {
                 Vec3::new(x, y * cos - z * sin, y * sin + z * cos)
             }
             "dent" => {
-                // A quarter of the organ wide, from its side.
+                // A quarter of the organ wide, on its side.
                 let wide = self.length / 8.0;
                 let top = Vec3::Z * self.length * 0.25;
                 let near = (-(local - top).length_squared() / (wide * wide)).exp();
@@ -321,7 +320,7 @@ fn linear_precision(scene: &SceneFile) -> Vec<Binding> {
     bindings
 }
 
-/// Error (the worst organ's) against time, a mark a method and deformation.
+/// Error of the worst organ against time, with one mark for each method and deformation.
 fn chart(rows: &[Row]) -> Result<String, Error> {
     let mut text = String::new();
     {
@@ -370,7 +369,7 @@ fn chart(rows: &[Row]) -> Result<String, Error> {
             if deformation == DEFORMATIONS[0] {
                 let mut marks = marks;
                 marks.sort_by(|a, b| b.1.total_cmp(&a.1));
-                // Names keep out of each other's way.
+                // Names do not overlap.
                 let mut placed: Vec<(f64, f64)> = Vec::new();
                 for (us, mm, method) in marks {
                     let near = placed.iter().filter(|p| (p.0 - us).abs() < 0.4 * slowest);

@@ -1,4 +1,4 @@
-//! Draws one picture of a compiled scene, pressed in where its scripted hand works:
+//! Draws one picture of a compiled scene, pressed in at its scripted hand's target:
 //! `cargo run -p display-host --example still -- [SCENE] [--size WxH] [--dent M] [--jaw 0..1]
 //! [--instrument 0..3] [--eye X,Y,Z] [--at X,Y,Z] [--live] [--out FILE]`.
 //! Without a scene it draws the tests' blobs.

@@ -1,4 +1,4 @@
-//! Pictures of moments of a session that is run again: what a display would have shown then, without a
+//! Pictures of chosen moments of a replayed session, as a display would have shown them, without a
 //! window or a station.
 
 use std::io::Cursor;
@@ -12,12 +12,12 @@ use crate::effects::{Causes, Effect};
 use crate::render::gpu::Gpu;
 use crate::render::{Quality, Renderer};
 
-/// Draws them.
+/// Draws pictures of a session's moments.
 pub struct Album {
     gpu: Gpu,
     renderer: Renderer,
     causes: Causes,
-    /// What the endoscope is there to look at, m.
+    /// Target of the endoscope, m.
     target_m: Vec3,
 }
 
@@ -28,7 +28,7 @@ impl core::fmt::Debug for Album {
 }
 
 impl Album {
-    /// For pictures of this scene, of `size` pixels.
+    /// Opens an album for pictures of this scene, of `size` pixels.
     ///
     /// # Errors
     /// [`DisplayError::Device`] without a graphics driver, [`DisplayError::Size`].
@@ -39,7 +39,7 @@ impl Album {
             ..Quality::for_adapter(&gpu)
         };
         let mut renderer = Renderer::new(&gpu, scene, quality)?;
-        // No picture comes before the first.
+        // The first picture has no predecessor to adapt from.
         renderer.exposure_mut().adapt = 1.0;
         Ok(Self {
             gpu,
@@ -49,7 +49,8 @@ impl Album {
         })
     }
 
-    /// `seconds` pass up to this moment, in which these events came: smoke drifts, blood runs.
+    /// Advances the effects by `seconds` up to this moment, with the events of that time: smoke
+    /// drifts, blood runs.
     pub fn pass(
         &mut self,
         state: &StateFrame,
@@ -67,13 +68,12 @@ impl Album {
         self.renderer.play(spheres, &begin, seconds);
     }
 
-    /// The organs go back to rest.
+    /// Clears all effects: the organs were reset.
     pub fn clear(&mut self) {
         self.renderer.effects_mut().clear();
     }
 
-    /// A picture of this moment as PNG, the endoscope turned about what it looks at, to the right seen
-    /// from it, rad.
+    /// Draws this moment as PNG, with the endoscope turned about its target, to its right, rad.
     ///
     /// # Errors
     /// [`DisplayError::Device`].
@@ -102,7 +102,7 @@ impl Album {
         Ok(png.into_inner())
     }
 
-    /// A camera that looks from beside at the same place.
+    /// A camera that looks at the same target from another side.
     fn turned(&self, camera: &PoseMsg, angle_rad: f32) -> PoseMsg {
         let (place, turn) = (
             Vec3::from(camera.position_m),

@@ -1,4 +1,4 @@
-//! Pictures of a run as one animated GIF, for pages that show no video.
+//! Pictures of a run as an animated GIF, for pages that cannot show video.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -9,26 +9,27 @@ use gif::{DisposalMethod, Encoder, Frame, Repeat};
 
 use crate::DisplayError;
 
-/// Pictures a second.
+/// Pictures per second.
 const RATE: u16 = 10;
-/// Colours beside the one that stands for "as before".
+/// Number of colours, in addition to the one for "unchanged".
 const COLOURS: usize = 128;
-/// Pixels whose channels changed by no more than this stay as they were: film grain is no news.
+/// Largest change of a channel at which a pixel counts as unchanged: film grain is ignored.
 const SAME: u8 = 12;
-/// Every so many pixels of a picture are looked at for the colours, and fewer of more pictures than this.
+/// Every `SAMPLE`-th pixel is sampled for the colours, and fewer if there are more than `MANY`
+/// pictures.
 const SAMPLE: usize = 7;
 /// See [`SAMPLE`].
 const MANY: usize = 64;
-/// Samples that it takes to find good colours.
+/// Samples needed for good colours.
 const LEAST: usize = 100_000;
-/// Bits of each channel that a colour is looked up by.
+/// Bits of each channel in the colour table.
 const BITS: u32 = 5;
 
-/// Writes the pictures, which have one size, in their order, for their user alone. One of them at a time is in
-/// memory.
+/// Writes the pictures, all of one size, in this order, readable by their user alone. Keeps one
+/// picture in memory at a time.
 ///
 /// # Errors
-/// When there is none, one cannot be read or has another size, or the file cannot be written.
+/// There is no picture, one cannot be read or has another size, or the file cannot be written.
 pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> {
     let refused = |detail: String| DisplayError::Animation {
         path: path.to_owned(),
@@ -49,12 +50,12 @@ pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> 
         samples.extend(looked_at.flat_map(|it| [it.0[0], it.0[1], it.0[2], 255]));
     }
     let (width, height) =
-        size.ok_or_else(|| refused("there is no picture; ask for some with --frames".to_owned()))?;
+        size.ok_or_else(|| refused("there is no picture; request some with --frames".to_owned()))?;
     let sides = [width, height].map(u16::try_from);
     let [Ok(wide), Ok(high)] = sides else {
         return Err(refused(format!("{width}×{height} pixels are too many")));
     };
-    // The quantiser learns from each once: of little it learns nothing.
+    // The quantiser learns once from each sample, and needs many.
     let times = (4 * LEAST).div_ceil(samples.len().max(1));
     let colours = Colours::of(&samples.repeat(times.max(1)));
     let file = session::create_private(path).map_err(|error| refused(error.to_string()))?;
@@ -70,12 +71,12 @@ pub fn write_gif(pictures: &[PathBuf], path: &Path) -> Result<(), DisplayError> 
     Ok(())
 }
 
-/// An animation that is being written.
+/// An animation being written.
 struct Animation<'a> {
     encoder: Encoder<BufWriter<File>>,
     size: [u16; 2],
     colours: &'a Colours,
-    /// What stands on the screen.
+    /// Pixels on the screen.
     shown: Vec<[u8; 3]>,
 }
 
@@ -137,15 +138,15 @@ fn is_same(a: [u8; 3], b: [u8; 3]) -> bool {
     a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= SAME)
 }
 
-/// The colours of all pictures, and which is nearest to any.
+/// The common palette, and the nearest colour for any pixel.
 struct Colours {
-    /// Red, green, blue of each; the last stands for "as before".
+    /// Red, green and blue of each colour; the last one means "unchanged".
     palette: Vec<u8>,
     nearest: Vec<u8>,
 }
 
 impl Colours {
-    /// From samples of red, green, blue and 255 each.
+    /// Makes the palette from samples of red, green, blue and 255.
     fn of(samples: &[u8]) -> Self {
         let quantiser = NeuQuant::new(10, COLOURS, samples);
         let mut palette = quantiser.color_map_rgb();
@@ -210,10 +211,10 @@ mod tests {
         assert_eq!(frames.len(), 3);
         assert!(frames.iter().all(|(delay, _)| *delay == 10));
         let pixel = |frame: usize, x: usize| &frames[frame].1[4 * x..4 * x + 4];
-        // 256 colours are shared by all pictures.
+        // All pictures share 256 colours.
         let first = pixel(0, 2);
         assert!(first[0].abs_diff(200) < 40 && first[3] == 255, "{first:?}");
-        // What stays is left as it was, what changes is drawn.
+        // Unchanged pixels are left transparent, changed ones are drawn.
         assert_eq!(pixel(1, 2)[3], 0);
         let last = pixel(2, 20);
         assert!(last[0].abs_diff(40) < 40 && last[3] == 255, "{last:?}");

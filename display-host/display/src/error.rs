@@ -1,101 +1,101 @@
-//! Why a display cannot go on.
+//! Errors of a display.
 
 use std::path::PathBuf;
 
-/// What went wrong, where, and what to do next.
+/// An error, its place, and the next step for the user.
 #[derive(Debug, thiserror::Error)]
 pub enum DisplayError {
-    /// The compiled scene is refused.
+    /// The compiled scene is invalid.
     #[error(transparent)]
     Scene(#[from] shared_mem::scene::SceneError),
-    /// The services do not open.
+    /// The services cannot be opened.
     #[error(transparent)]
     Service(#[from] shared_mem::service::ServiceError),
-    /// Nobody published on this station.
+    /// No controller published on this station.
     #[error(
         "station '{station}': no controller published a state within {waited_s:.1} s; start one \
          with `calot rt`, or use `calot run`, which starts everything"
     )]
     NoController {
-        /// Station.
+        /// The station's name.
         station: String,
-        /// How long was waited, s.
+        /// Time waited, s.
         waited_s: f64,
     },
-    /// Controller and display loaded different scenes.
+    /// Controller and display have loaded different scenes.
     #[error(
         "controller runs scene {running}, display has {ours} ('{name}'); start both with the same \
          compiled scene"
     )]
     OtherScene {
-        /// Identity that the controller publishes (hexadecimal, first half).
+        /// Identity of the controller's scene (hexadecimal, first half).
         running: String,
         /// Identity of the display's scene.
         ours: String,
         /// Name of the display's scene.
         name: String,
     },
-    /// No driver that can draw.
+    /// There is no graphics driver.
     #[error(
         "no Vulkan or OpenGL adapter ({detail}); install a driver: `sudo apt-get install \
          mesa-vulkan-drivers libegl1 libgl1-mesa-dri` (draws on the CPU if there is no GPU)"
     )]
     NoAdapter {
-        /// What the graphics library said.
+        /// Message of the graphics library.
         detail: String,
     },
-    /// The driver failed in mid-air.
+    /// The driver failed during operation.
     #[error("graphics device, {doing}: {detail}; start the display again")]
     Device {
-        /// What was being done.
+        /// The operation that failed.
         doing: &'static str,
-        /// What the driver said.
+        /// Message of the driver.
         detail: String,
     },
-    /// The scene needs more than the graphics device has.
-    #[error("scene has {found} {what}, this graphics device takes {max}; prepare a coarser skin")]
+    /// The scene exceeds a limit of the graphics device.
+    #[error("scene has {found} {what}, this graphics device allows {max}; prepare a coarser skin")]
     TooLarge {
-        /// What there is too much of.
+        /// The limited quantity.
         what: &'static str,
-        /// How many.
+        /// Amount required.
         found: u64,
-        /// How many fit.
+        /// Largest amount allowed.
         max: u64,
     },
-    /// Picture size that cannot be drawn.
+    /// The picture size is out of range.
     #[error("picture of {width}×{height} pixels: each side must be 64 to 8192")]
     Size {
-        /// Pixels across.
+        /// Width, pixels.
         width: u32,
-        /// Pixels down.
+        /// Height, pixels.
         height: u32,
     },
-    /// Not a duration to run for.
+    /// The duration of the run is out of range.
     #[error("cannot run for {0} s: more than 0 and at most 86400 are possible")]
     Seconds(f64),
     /// A file cannot be written.
     #[error("{path}: {detail}; choose another folder with --out")]
     Write {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// Message of the operating system.
         detail: String,
     },
-    /// Pictures that do not become an animation.
-    #[error("{path}: no animation: {detail}")]
+    /// The pictures cannot be made into an animation.
+    #[error("{path}: cannot write the animation: {detail}")]
     Animation {
-        /// The animation.
+        /// Path of the animation.
         path: PathBuf,
-        /// Why not.
+        /// The reason.
         detail: String,
     },
-    /// No window system.
+    /// There is no window system.
     #[error(
         "cannot open a window ({detail}); is DISPLAY or WAYLAND_DISPLAY set? Without a screen use \
          `calot run --headless`"
     )]
     NoWindow {
-        /// What the window system said.
+        /// Message of the window system.
         detail: String,
     },
 }

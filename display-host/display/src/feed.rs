@@ -1,44 +1,44 @@
-//! What the display knows of its controller: the newest valid frames, what it refused, and what
-//! it lost. Plain inputs, so that it is tested without shared memory.
+//! The display's view of its controller: the latest valid frames, and counts of refused and lost
+//! ones. The inputs are plain, so that it can be tested without shared memory.
 
 use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 
-/// Counters of what came in. All only grow.
+/// Counters of received messages. All only increase.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct FeedCounters {
-    /// Good states.
+    /// Valid states.
     pub states: u64,
-    /// Good tool frames.
+    /// Valid tool frames.
     pub tools: u64,
     /// Events.
     pub events: u64,
-    /// Timing batches.
+    /// Valid timing batches.
     pub batches: u64,
-    /// States, tool frames and batches thrown away: count, number, pose out of range.
+    /// Discarded states, tool frames and batches: a count, a number or a pose is out of range.
     pub malformed: u64,
-    /// Frames of another scene, thrown away.
+    /// Discarded frames of another scene.
     pub other_scene: u64,
-    /// Events that the sequence number says were lost.
+    /// Events lost, by their sequence numbers.
     pub events_lost: u64,
-    /// Timing batches that the sequence number says were lost.
+    /// Timing batches lost, by their sequence numbers.
     pub batches_lost: u64,
-    /// Times that the controller was seen to start afresh.
+    /// Restarts of the controller.
     pub restarts: u64,
 }
 
-/// What became of an offered frame.
+/// Result of offering a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Offer {
-    /// It is the newest now.
+    /// Accepted: it is the newest now.
     Taken,
     /// Counts or numbers are out of range.
     Malformed,
-    /// It shows another scene.
+    /// It belongs to another scene.
     OtherScene,
 }
 
-/// The newest valid frames of one scene.
+/// The latest valid frames of one scene.
 #[derive(Debug)]
 pub struct Feed {
     scene_id: [u8; 16],
@@ -67,31 +67,31 @@ impl Feed {
         }
     }
 
-    /// The newest valid state.
+    /// The latest valid state.
     #[must_use]
     pub fn state(&self) -> Option<&StateFrame> {
         self.state.as_deref()
     }
 
-    /// The newest valid tools.
+    /// The latest valid tools.
     #[must_use]
     pub fn tools(&self) -> Option<&ToolFrame> {
         self.tools.as_deref()
     }
 
-    /// Identity of another scene that the controller runs, if the last frame showed one.
+    /// Identity of the other scene that the controller runs, if the last frame came from one.
     #[must_use]
     pub fn other_scene_id(&self) -> Option<[u8; 16]> {
         self.other_scene_id
     }
 
-    /// What came in so far.
+    /// The counters.
     #[must_use]
     pub fn counters(&self) -> FeedCounters {
         self.counters
     }
 
-    /// Offers a state as it came out of shared memory.
+    /// Offers a state from shared memory.
     pub fn offer_state(&mut self, frame: &StateFrame) -> Offer {
         if frame.scene_id != self.scene_id {
             return self.refuse_scene(frame.scene_id);
@@ -112,7 +112,7 @@ impl Feed {
         Offer::Taken
     }
 
-    /// Offers a tool frame as it came out of shared memory.
+    /// Offers a tool frame from shared memory.
     pub fn offer_tools(&mut self, frame: &ToolFrame) -> Offer {
         if frame.scene_id != self.scene_id {
             return self.refuse_scene(frame.scene_id);
@@ -126,13 +126,13 @@ impl Feed {
         Offer::Taken
     }
 
-    /// Counts an event, and what is missing before it.
+    /// Counts an event and those missing before it.
     pub fn note_event(&mut self, event: &EventMsg) {
         self.counters.events_lost += gap(&mut self.next_event, event.sequence);
         self.counters.events += 1;
     }
 
-    /// Counts a timing batch, and what is missing before it. `false`: malformed.
+    /// Counts a timing batch and those missing before it. `false`: malformed.
     pub fn note_timing(&mut self, batch: &TimingBatch) -> bool {
         if batch.records().is_none() {
             self.counters.malformed += 1;
@@ -150,8 +150,8 @@ impl Feed {
     }
 }
 
-/// Numbers missing before `sequence`. A number that falls is a controller that started afresh;
-/// the first number seen is no gap, because a display may join late.
+/// Number of messages missing before `sequence`. A smaller number than before comes from a
+/// restarted controller. The first number is no gap: a display may join late.
 fn gap(next: &mut Option<u64>, sequence: u64) -> u64 {
     let expected = next.replace(sequence.wrapping_add(1));
     expected.map_or(0, |expected| sequence.saturating_sub(expected))

@@ -1,4 +1,4 @@
-//! The display without a window: watches a run, and leaves pictures of it.
+//! The display without a window: watches a run and saves pictures of it.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -16,106 +16,106 @@ use crate::feed::{Feed, FeedCounters, Offer, hex};
 use crate::latency::FrameRecord;
 use crate::painter::{Painter, Still};
 
-/// How often the services are looked at.
+/// Period at which the services are read.
 const POLL: Duration = Duration::from_millis(2);
-/// A tip must go this deep below the skin at rest before "deepest press" is worth a picture, m.
+/// Depth of the tip below the skin at rest from which "deepest press" is worth a picture, m.
 const PRESS_MIN_M: f32 = 0.001;
-/// Of presses that are as deep, up to so much, the last is shown: tissue has settled by then, m.
+/// Presses whose depths differ by less than this count as equally deep, m. The last of them is
+/// shown, in which the tissue has settled.
 const PRESS_SAME_M: f32 = 0.0005;
-/// Pictures at most; a state waits in memory (66 kB) until its picture is drawn.
+/// Most pictures: a state waits in memory (66 kB) until its picture is drawn.
 const FRAMES_MAX: u32 = 4096;
 
-/// How to run without a window.
+/// Configuration of a run without a window.
 #[derive(Debug, Clone)]
 pub struct HeadlessConfig {
     /// Station to watch.
     pub station: Station,
-    /// Compiled scene.
+    /// Path of the compiled scene.
     pub scene: PathBuf,
-    /// How long to watch, s, from the first state on.
+    /// Duration of the run from the first state on, s.
     pub seconds: f64,
-    /// Where pictures go; made if it is not there.
+    /// Folder of the pictures, created if missing.
     pub out_dir: PathBuf,
     /// Pixels; `None`: 1280×720 on a GPU, 640×480 on a software driver.
     pub size: Option<[u32; 2]>,
-    /// Pictures, spread evenly over the run: `frame_0000.png`, …. On top of these come
-    /// `deepest_press.png`, `before_press.png` (the same view of the tissue before it was touched)
-    /// and `grasp.png` when they happen. 0: no picture at all.
+    /// Number of pictures, spread evenly over the run: `frame_0000.png`, …. In addition
+    /// `deepest_press.png`, `before_press.png` (the same view of the untouched tissue) and
+    /// `grasp.png` are saved if they occur. 0: no pictures at all.
     pub frames: u32,
-    /// How long to wait for the first state, and how long silence may last after it.
+    /// Longest wait for the first state, and longest silence after it.
     pub patience: Duration,
-    /// Core of the realtime thread, to stay off.
+    /// Core of the realtime thread, which the display avoids.
     pub tick_cpu: Option<usize>,
-    /// Set once the run's task is decided: the run then ends.
+    /// Set once the outcome of the run's task is decided: the run then ends.
     pub task_over: Option<Arc<AtomicBool>>,
-    /// A missing graphics driver is an error; otherwise a warning, and the run goes on without
-    /// pictures.
+    /// True if a missing graphics driver is an error; otherwise it is a warning, and the run
+    /// continues without pictures.
     pub need_pictures: bool,
 }
 
-/// What the display saw, handed to its owner as it happens.
+/// An observation, passed to the owner as it happens.
 #[derive(Debug)]
 pub enum Observed<'a> {
     /// An event.
     Event(&'a EventMsg),
-    /// A batch of timing records; its record count is checked.
+    /// A batch of timing records with a valid record count.
     Timing(&'a TimingBatch),
-    /// The newest tools; checked.
+    /// The latest valid tools.
     Tools(&'a ToolFrame),
-    /// The newest state; checked.
+    /// The latest valid state.
     State(&'a StateFrame),
-    /// The endoscope looks another way off its shaft: how far, and how far it is turned about it, rad.
+    /// The endoscope's view changed: its angle to the shaft, and its turn about the shaft, rad.
     Scope([f32; 2]),
-    /// The first state is there, and pictures can be drawn: the run's time begins.
+    /// The first state has arrived and pictures can be drawn: the run's time starts.
     Begun,
-    /// Something to tell a waiting user, at most twice a second.
+    /// Progress for a waiting user, at most twice a second.
     Progress(&'a str),
-    /// Something that the user should know.
+    /// Warning for the user.
     Warning(&'a str),
-    /// The run is over; what follows is only drawing. Whoever runs the controller may end it now.
+    /// The run is over; only drawing remains. The owner may stop the controller now.
     Over,
 }
 
-/// How a run ended.
+/// Reason for the end of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Ended {
-    /// Its time was over.
+    /// Its time was up.
     TimeOver,
-    /// Its task was decided.
+    /// The outcome of its task was decided.
     TaskOver,
-    /// It was asked to stop, or the window was closed.
+    /// A stop was requested, or the window was closed.
     Stopped,
-    /// The controller fell silent for longer than allowed.
+    /// The controller was silent for too long.
     ControllerGone,
-    /// A process of the station died, or did not end when asked. Set by who runs them.
+    /// A process of the station died, or did not end on request. Set by the owner of the processes.
     ProcessDied,
 }
 
-/// What a display brought back. Raw numbers; reports are made elsewhere.
+/// Result of a run, as raw numbers; reports are made elsewhere.
 #[derive(Debug, Clone)]
 pub struct Outcome {
     /// Graphics adapter and driver; `None`: no picture could be drawn.
     pub adapter: Option<String>,
-    /// Whether the adapter is a CPU.
+    /// True if the adapter is a CPU.
     pub software_adapter: bool,
-    /// Pictures, in the order they were drawn.
+    /// Pictures in the order of drawing.
     pub frames: Vec<FrameRecord>,
-    /// What came in, what was refused, what was lost.
+    /// Counters of received, refused and lost messages.
     pub counters: FeedCounters,
-    /// How the run ended.
+    /// Reason for the end of the run.
     pub ended: Ended,
-    /// All that was handed to the observer as a warning.
+    /// All warnings that the observer received.
     pub warnings: Vec<String>,
 }
 
-/// Watches a station for a while and draws pictures of it.
-///
-/// Waits for the controller's first state up to `patience`. Sets nothing in motion itself.
+/// Watches a station for some time and draws pictures of it. Waits for the controller's first state
+/// up to `patience`, and starts nothing itself.
 ///
 /// # Errors
-/// See [`DisplayError`]; once the first state is there, only a file that cannot be written, or a
-/// graphics device that fails when pictures are needed, ends a run early.
+/// See [`DisplayError`]. After the first state only two things end a run early: a file that cannot
+/// be written, and a failing graphics device when pictures are needed.
 pub fn run(
     config: &HeadlessConfig,
     stop: &AtomicBool,
@@ -158,7 +158,7 @@ pub fn run(
     run.finish(ended, observer)
 }
 
-/// A state frame is large: it is made on the heap.
+/// A state frame is large, so it is allocated on the heap.
 pub(crate) fn zeroed_state() -> Box<StateFrame> {
     bytemuck::allocation::zeroed_box()
 }
@@ -179,20 +179,20 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// `false`: asked to stop before the first state came.
+    /// Returns `false` if a stop was requested before the first state arrived.
     fn wait_for_controller(
         &mut self,
         observer: &mut dyn FnMut(Observed<'_>),
     ) -> Result<bool, DisplayError> {
         let start = Instant::now();
         let mut progress = Progress::new();
-        // Pictures are to show the newest state when their time comes: the run begins when they can.
+        // Pictures show the newest state at their time, so the run starts once they can be drawn.
         while !self.is_ready() {
             self.receive(observer);
             self.check_painter(observer)?;
             let waited = start.elapsed();
             if let Some(running) = self.feed.other_scene_id() {
-                // A controller that is about to be replaced may still publish: give it a moment.
+                // A controller that is about to be replaced may still publish: wait a little.
                 if waited > self.config.patience.min(Duration::from_secs(2)) {
                     return Err(self.other_scene(running));
                 }
@@ -218,7 +218,7 @@ impl Run<'_> {
         Ok(true)
     }
 
-    /// Frames came in, and pictures can be drawn, if any are wanted.
+    /// True if frames have arrived, and pictures can be drawn or are not wanted.
     fn is_ready(&self) -> bool {
         let painter = self.painter.as_ref().is_none_or(Painter::is_ready);
         painter && self.feed.state().is_some() && self.feed.tools().is_some()
@@ -254,7 +254,10 @@ impl Run<'_> {
             }
             let silence = self.last_state.elapsed();
             if silence > self.config.patience {
-                self.warn(observer, "the controller fell silent; the run ends here");
+                self.warn(
+                    observer,
+                    "the controller stopped responding; the run ends here",
+                );
                 return Ok(Ended::ControllerGone);
             }
             if silence > Duration::from_millis(500) && !silent {
@@ -294,7 +297,7 @@ impl Run<'_> {
                 painter.drop_waiting();
             }
             let left = self.painter.as_ref().map_or(0, Painter::left);
-            progress.say(observer, || format!("drawing: {left} pictures to go"));
+            progress.say(observer, || format!("drawing: {left} pictures left"));
             std::thread::sleep(POLL);
         }
         self.receive(observer);
@@ -312,7 +315,7 @@ impl Run<'_> {
         })
     }
 
-    /// Takes what the services have.
+    /// Receives everything from the services.
     fn receive(&mut self, observer: &mut dyn FnMut(Observed<'_>)) {
         let restarts = self.feed.counters().restarts;
         if self.host.newest_state(&mut self.inbox_state)
@@ -343,7 +346,7 @@ impl Run<'_> {
         });
     }
 
-    /// A painter that failed is let go; the run goes on without pictures, unless they are needed.
+    /// Drops a failed painter; the run continues without pictures, unless they are needed.
     fn check_painter(
         &mut self,
         observer: &mut dyn FnMut(Observed<'_>),
@@ -372,7 +375,7 @@ impl Run<'_> {
     }
 }
 
-/// Which moments become pictures.
+/// Selection of the moments to draw.
 struct Plan {
     out_dir: PathBuf,
     seconds: f64,
@@ -380,7 +383,7 @@ struct Plan {
     next_frame: u32,
     scene: Arc<SceneFile>,
     deepest: Option<Still>,
-    /// Depth of the deepest press so far; the last state before any tool touched anything, or rest.
+    /// Depth of the deepest press so far; the last state before any contact, or rest.
     deepest_m: f32,
     untouched: Box<StateFrame>,
     grasp: Option<Still>,
@@ -409,8 +412,7 @@ impl Plan {
         }
     }
 
-    /// The pictures to draw now: those whose time has come. The newest of them is drawn from this
-    /// very state if the painter is `free`.
+    /// Pictures that are due now. The newest one is drawn from this state if the painter is `free`.
     fn next(
         &mut self,
         elapsed: Duration,
@@ -444,7 +446,7 @@ impl Plan {
         Some(still)
     }
 
-    /// How deep the instrument's tip is below the skin at rest, m; 0 while it does not press.
+    /// Depth of the instrument's tip below the skin at rest, m; 0 without a press.
     fn depth_m(&self, state: &StateFrame, tools: &ToolFrame) -> f32 {
         let grasped = |s: &SphereState| s.bits & SphereState::GRASPED != 0;
         if tools.contact_count == 0 || state.spheres().unwrap_or(&[]).iter().any(grasped) {
@@ -463,7 +465,7 @@ impl Plan {
         depths.fold(0.0, f32::max)
     }
 
-    /// Pictures of moments that only the end can choose.
+    /// Pictures of moments that are only known at the end.
     fn last_stills(&mut self) -> Vec<Still> {
         let deepest = self.deepest.take();
         let before = deepest.as_ref().map(|press| {
@@ -481,7 +483,7 @@ impl Plan {
     }
 }
 
-/// The tissue as it was prepared.
+/// The tissue at rest.
 pub(crate) fn at_rest(scene: &SceneFile) -> Box<StateFrame> {
     let mut state = zeroed_state();
     state.scene_id = scene.short_id();
@@ -496,7 +498,7 @@ fn frame_path(out_dir: &Path, number: u32) -> PathBuf {
     out_dir.join(format!("frame_{number:04}.png"))
 }
 
-/// Speaks at most twice a second.
+/// Reports at most twice a second.
 struct Progress(Option<Instant>);
 
 impl Progress {

@@ -1,5 +1,5 @@
-//! Calot's display: it watches a station's controller over shared memory, skins the organs with
-//! the spheres' motion, and shows them through an endoscope, in a window or into pictures.
+//! Calot's display: it watches a station's controller over shared memory, moves the organs' skins
+//! with the spheres, and shows them through an endoscope, in a window or in pictures.
 //!
 //! ```text
 //! shared-mem services ─► feed (newest valid frames, counters) ─► render ─► window / PNG
@@ -8,8 +8,8 @@
 //!                                                                └ lens (scope, exposure, tone)
 //! ```
 //!
-//! Nothing here feeds back into the controller but [`shared_mem::message::CommandMsg`]s, and
-//! nothing here is realtime: every thread of a display stays off the tick's core.
+//! Only [`shared_mem::message::CommandMsg`]s return to the controller. Nothing here is realtime:
+//! every thread of a display stays off the tick's core.
 
 pub mod album;
 pub mod animation;

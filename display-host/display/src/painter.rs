@@ -1,4 +1,4 @@
-//! A thread that draws stills into PNG files, aside from everything else.
+//! A thread that draws stills into PNG files.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -20,14 +20,14 @@ pub(crate) struct Still {
     pub(crate) state: Box<StateFrame>,
     pub(crate) tools: ToolFrame,
     pub(crate) path: PathBuf,
-    /// The state is the newest, and is drawn at once.
+    /// True if the state is the newest and is drawn at once.
     pub(crate) live: bool,
-    /// What went on since the picture before; none: a moment by itself, without smoke and blood.
+    /// Effects since the previous picture; `None`: a single moment, without smoke and blood.
     pub(crate) effects: Option<Stretch>,
 }
 
 impl Still {
-    /// Keeps a copy of a moment.
+    /// Keeps a copy of a moment, to be drawn later.
     pub(crate) fn kept(state: &StateFrame, tools: &ToolFrame, path: PathBuf) -> Self {
         let mut copy = crate::headless::zeroed_state();
         *copy = *state;
@@ -47,7 +47,7 @@ enum Answer {
     Failed(DisplayError),
 }
 
-/// The owner's end of the drawing thread.
+/// The owner's handle of the drawing thread.
 pub(crate) struct Painter {
     orders: Option<Sender<Still>>,
     answers: Receiver<Answer>,
@@ -60,7 +60,7 @@ pub(crate) struct Painter {
 }
 
 impl Painter {
-    /// Starts the thread. It opens the graphics device and prepares the scene by itself.
+    /// Starts the thread, which opens the graphics device and prepares the scene.
     pub(crate) fn start(
         scene: Arc<SceneFile>,
         size: Option<[u32; 2]>,
@@ -97,24 +97,24 @@ impl Painter {
         })
     }
 
-    /// Ready, and nothing to draw: a still ordered now is drawn now.
+    /// True if ready with nothing to draw: a still ordered now is drawn at once.
     pub(crate) fn is_free(&self) -> bool {
         self.adapter.is_some() && self.left == 0
     }
 
-    /// Ready to draw.
+    /// True if ready to draw.
     pub(crate) fn is_ready(&self) -> bool {
         self.adapter.is_some()
     }
 
-    /// Stills not drawn yet.
+    /// Number of stills not drawn yet.
     pub(crate) fn left(&self) -> usize {
         self.left
     }
 
     /// Orders a still.
     pub(crate) fn paint(&mut self, still: Still) {
-        // A thread that is gone has left its reason in `answers`.
+        // A thread that has ended left its reason in `answers`.
         if let Some(orders) = &self.orders
             && orders.send(still).is_ok()
         {
@@ -122,13 +122,13 @@ impl Painter {
         }
     }
 
-    /// Gives up on stills that wait.
+    /// Drops the waiting stills.
     pub(crate) fn drop_waiting(&mut self) {
         self.drop_waiting.store(true, Ordering::Relaxed);
         self.orders = None;
     }
 
-    /// Takes what the thread has done; the reason, if it failed.
+    /// Takes the thread's results. Returns the reason if it failed.
     pub(crate) fn collect(&mut self) -> Option<DisplayError> {
         loop {
             match self.answers.try_recv() {
@@ -150,7 +150,7 @@ impl Painter {
         }
     }
 
-    /// Ends the thread: adapter, whether it is software, and the pictures.
+    /// Ends the thread. Returns the adapter, true if it is software, and the pictures.
     pub(crate) fn end(mut self) -> (Option<String>, bool, Vec<FrameRecord>) {
         self.orders = None;
         if let Some(thread) = self.thread.take() {
@@ -173,7 +173,7 @@ fn work(
     dropped: &AtomicBool,
 ) {
     if let Err(error) = paint_all(scene, size, orders, answers, dropped) {
-        // The owner may be gone; nobody else wants to know.
+        // The owner may be gone; nobody else needs the reason.
         let _ = answers.send(Answer::Failed(error));
     }
 }
@@ -189,7 +189,7 @@ fn paint_all(
     let mut quality = Quality::for_adapter(&gpu);
     quality.size = size.unwrap_or(quality.size);
     let mut renderer = Renderer::new(&gpu, scene, quality)?;
-    // The first frame compiles shaders: seconds on a software driver. Nobody waits for it later.
+    // The first frame compiles shaders, which takes seconds on a software driver.
     renderer.render(&gpu, &[], &resting(scene), 0.0);
     gpu.wait("drawing the first frame")?;
     let ready = Answer::Ready {
@@ -220,7 +220,7 @@ fn paint_all(
             path: still.path.clone(),
             detail,
         };
-        // How somebody operates is theirs, in pictures as in recordings.
+        // A trainee's performance is private, in pictures as in recordings.
         let file = session::create_private(&still.path).map_err(|it| failed(it.to_string()))?;
         let mut file = std::io::BufWriter::new(file);
         picture
@@ -243,7 +243,7 @@ fn paint_all(
     Ok(())
 }
 
-/// Tools before the controller has shown any: nothing in the picture, the camera where it starts.
+/// Tools before the first frame of the controller: no instrument in view, the camera at its start.
 fn resting(scene: &SceneFile) -> ToolFrame {
     let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
     tools.world_from_camera = scene.room().world_from_camera;

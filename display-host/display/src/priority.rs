@@ -1,10 +1,11 @@
-//! Keeping a display out of the tick's way.
+//! Keeps a display off the tick's core.
 
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-/// Lowers the calling thread below everything realtime, and keeps it off `tick_cpu` where the
-/// machine has another one. Threads started afterwards (a software graphics driver starts one per
-/// CPU) inherit both. What the system refuses is left as it was: it costs smoothness, not safety.
+/// Lowers the priority of the calling thread below all realtime threads, and keeps it off
+/// `tick_cpu` where the machine has another core. Threads started later inherit both, such as those
+/// of a software graphics driver (one per CPU). A refusal of the system is ignored: it costs
+/// smoothness, not safety.
 pub fn step_aside(tick_cpu: Option<usize>) {
     let _ = rustix::process::nice(10);
     let Some(tick_cpu) = tick_cpu else { return };

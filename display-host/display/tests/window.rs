@@ -1,4 +1,4 @@
-//! A real window on a virtual screen (Xvfb). Where Xvfb is not installed the test says so.
+//! A real window on a virtual screen (Xvfb). Without Xvfb the test says so and skips.
 
 mod support;
 
@@ -16,20 +16,20 @@ use display_host::window::{WindowConfig, run};
 use display_host::words::Language;
 use shared_mem::service::{Controller, Station};
 
-/// How fine the skins are, in both processes.
+/// Resolution of the skins, in both processes.
 const RINGS: usize = 32;
-/// Set in the process that opens the window; names the scene's file.
+/// Set in the process that opens the window: path of the scene.
 const IN_CHILD: &str = "CALOT_WINDOW_TEST_SCENE";
-/// Set there too if the window is to meet with trouble, and its graphics device to be lost; names a file that
-/// ends it.
+/// Also set there if the window is to be disturbed and its graphics device lost: path of a file
+/// that ends the process.
 const TROUBLED_UNTIL: &str = "CALOT_WINDOW_TEST_UNTIL";
-/// And is there beside it once the device is lost: its extension.
+/// Extension of a further file, created once the device is lost.
 const LOST: &str = "lost";
-/// Pictures before the device is lost, and those at least that the screen is watched for after it: in the new
-/// window, and after the halt.
+/// Pictures before the loss of the device, and fewest pictures afterwards: in the new window, and
+/// after the halt.
 const LOST_AFTER: u64 = 4;
 const GOES_ON: usize = 2;
-/// How long something may take on a busy machine.
+/// Longest wait on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
 
 /// A virtual screen that ends with its owner.
@@ -81,7 +81,7 @@ impl Drop for Killed {
     }
 }
 
-/// The screen's pixels as Xvfb keeps them (XWD: a header of big-endian words, then rows).
+/// Pixels of the screen as stored by Xvfb (XWD: a header of big-endian words, then rows).
 fn pixels(dir: &Path) -> image::RgbImage {
     let bytes = std::fs::read(dir.join("Xvfb_screen0")).expect("Xvfb keeps its pixels there");
     let word = |i: usize| {
@@ -95,7 +95,7 @@ fn pixels(dir: &Path) -> image::RgbImage {
     })
 }
 
-/// Colours on the screen, beside the few of an empty one.
+/// Number of colours on the screen, beyond those of an empty one.
 fn colours(dir: &Path) -> usize {
     let shown = pixels(dir);
     let distinct: std::collections::HashSet<_> = shown.pixels().map(|p| p.0).collect();
@@ -110,8 +110,8 @@ fn wait_for(what: &str, mut is_so: impl FnMut() -> bool) {
     }
 }
 
-/// Made smaller, taken off the screen and put back, stopped for a while, its graphics device lost: each time the
-/// picture comes back.
+/// Resizes, unmaps and maps the window, stops its process for a while, and loses its graphics
+/// device: each time the picture returns.
 #[test]
 fn a_window_in_trouble_goes_on() {
     let dir = tempfile::tempdir().unwrap();
@@ -194,7 +194,7 @@ fn a_window_shows_picture_and_panel() {
         .env(IN_CHILD, &scene)
         .spawn()
         .unwrap();
-    // Judge the screen while the window is up.
+    // Judge the screen while the window is open.
     let mut colourful = 0;
     let end = loop {
         std::thread::sleep(Duration::from_millis(200));
@@ -216,7 +216,7 @@ fn a_window_shows_picture_and_panel() {
     );
 }
 
-/// Runs in the process above; by itself it does nothing.
+/// Runs in the process started above; does nothing by itself.
 #[test]
 fn in_the_window_s_process() {
     let Some(path) = std::env::var_os(IN_CHILD) else {
@@ -294,7 +294,7 @@ fn in_the_window_s_process() {
         );
     }
     assert!(outcome.frames.len() >= 2, "{} frames", outcome.frames.len());
-    // One that shows a tick again is not live.
+    // A frame that repeats a tick is not live.
     assert!(outcome.frames.iter().any(|frame| frame.live));
     for frame in &outcome.frames {
         assert!(frame.shown_ns >= frame.submitted_ns);
@@ -319,7 +319,7 @@ fn without_a_screen_the_error_names_the_way_on() {
     );
 }
 
-/// Runs in the process above; by itself it does nothing.
+/// Runs in the process started above; does nothing by itself.
 #[test]
 fn in_a_process_without_a_screen() {
     if std::env::var_os("CALOT_NO_SCREEN").is_none() {

@@ -1,5 +1,5 @@
-//! The course of an operation: where both hands were, a hundred times a second, and what happened. It is
-//! all that an assessment is made from, so that one made later comes to the same numbers.
+//! The course of an operation: positions of both hands, a hundred times a second, and the events.
+//! An assessment uses nothing else, so that a later one yields the same numbers.
 //!
 //! ```text
 //! u8 kind, u64 tick, u64 host time ns, then
@@ -26,11 +26,11 @@ const DEVICE: u8 = 3;
 const RESET: u8 = 4;
 const START: u8 = 5;
 const SIGHT: u8 = 6;
-/// Longest entry.
+/// Size of the longest entry, bytes.
 #[cfg(test)]
 const LONGEST_BYTES: usize = 17 + 3 * 28 + 2 * 12 + 4 + 5;
 
-/// Where both hands are at one moment.
+/// Poses of both hands at one moment.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Movement {
     /// Handle, world frame.
@@ -56,11 +56,11 @@ pub struct Movement {
 }
 
 impl Movement {
-    /// What a frame of the tools says; `None` when the frame is malformed.
+    /// From a frame of the tools; `None` if the frame is malformed.
     #[must_use]
     pub fn of(tools: &ToolFrame) -> Option<Self> {
         let capsules = tools.capsules()?;
-        // The hook's bent end, or both jaws; the shaft and the endoscope have none.
+        // Tips are the hook's bent end or both jaws; shaft and endoscope are none.
         let bent = capsules.iter().any(|capsule| capsule.role == 3);
         let is_tip = |role: u32| {
             if bent {
@@ -107,42 +107,42 @@ impl Movement {
     }
 }
 
-/// Something of the course.
+/// Content of an entry.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum What {
-    /// Where the hands were.
+    /// A movement of the hands.
     Moved(Movement),
-    /// What happened.
+    /// An event.
     Event(EventMsg),
-    /// What the haptic device can do at most, N.
+    /// The haptic device's limits.
     Device {
         /// Greatest force, N.
         force_max_n: f32,
     },
-    /// The organs were put back to rest.
+    /// The organs were reset to rest.
     Reset,
-    /// The endoscope looks another way off its shaft; at first it looks along it.
+    /// The endoscope's view changed its angle to the shaft; at first both are aligned.
     Sight {
-        /// How far off it, rad: 0 to a quarter turn.
+        /// Angle between view and shaft, rad: 0 to a quarter turn.
         off_rad: f32,
-        /// Which way: how far its light cable is turned about the shaft, rad; at 0 it looks down.
+        /// Turn of the light cable about the shaft, rad; at 0 the view is inclined downwards.
         turned_rad: f32,
     },
-    /// The organs were put to where a task begins: 0 hang, 1 identify, 2 clamp, 3 cut, 4 disconnect.
+    /// The organs were prepared for a task: 0 hang, 1 identify, 2 clamp, 3 cut, 4 disconnect.
     Start {
-        /// Which.
+        /// The task's number.
         task: u8,
     },
 }
 
-/// Something of the course, and when.
+/// An entry of the course.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Entry {
-    /// Tick that made it.
+    /// Tick of the entry.
     pub tick: u64,
-    /// When (`CLOCK_MONOTONIC` of the computer that recorded it), ns.
+    /// Time (`CLOCK_MONOTONIC` of the recording computer), ns.
     pub at_ns: u64,
-    /// What.
+    /// Its content.
     pub what: What,
 }
 
@@ -194,7 +194,7 @@ impl Entry {
         }
     }
 
-    /// What a message says; `None` when it is no such message, or says what cannot be.
+    /// Parses a message; `None` if its form or its values are invalid.
     pub(crate) fn unpack(message: &[u8]) -> Option<Self> {
         let mut rest = Rest(message);
         let [kind] = rest.take()?;
@@ -250,7 +250,7 @@ impl Entry {
         rest.0.is_empty().then_some(Self { tick, at_ns, what })
     }
 
-    /// An event as an entry; `None` when its numbers are none.
+    /// From an event; `None` if its numbers are not finite.
     pub(crate) fn of_event(event: &EventMsg) -> Option<Self> {
         is_sane(event).then_some(Self {
             tick: event.tick,
@@ -259,7 +259,7 @@ impl Entry {
         })
     }
 
-    /// The tools' newest frame as an entry; `None` when it is malformed.
+    /// From the tools' newest frame; `None` if it is malformed.
     pub(crate) fn of_tools(tools: &ToolFrame) -> Option<Self> {
         Some(Self {
             tick: tools.tick,
@@ -269,7 +269,7 @@ impl Entry {
     }
 }
 
-/// An endoscope's line of sight; `None` when there is no such.
+/// The endoscope's view; `None` if the angles are invalid.
 pub(crate) fn sight(off_rad: f32, turned_rad: f32) -> Option<What> {
     let is_sane = (0.0..=FRAC_PI_2).contains(&off_rad) && turned_rad.abs() <= TAU;
     is_sane.then_some(What::Sight {
@@ -375,7 +375,7 @@ mod tests {
 
     #[test]
     fn an_hour_of_it_leaves_room_for_the_inputs() {
-        // A message, its head in a chunk, its place in the index.
+        // A message, its head in a chunk, its entry in the index.
         let bytes = LONGEST_BYTES + 9 + 22 + 16;
         assert!(bytes * 100 * 3600 < 80_000_000, "{bytes}");
     }

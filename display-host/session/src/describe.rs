@@ -1,4 +1,4 @@
-//! The channels: topics, schemas, and messages for people's viewers.
+//! The channels: topics, schemas, and messages for viewers.
 
 use serde_json::{Value, json};
 use shared_mem::message::{EventMsg, FAULT_NAMES, PoseMsg, TimingBatch, ToolFrame};
@@ -22,7 +22,7 @@ const fn json_topic(name: &'static str, schema_name: &'static str, schema: &'sta
     }
 }
 
-/// Encoding of what `calot replay` reads.
+/// Encoding of the messages that `calot replay` reads.
 pub(crate) const OWN: &str = "x-calot";
 
 pub(crate) const SETUP: Topic = Topic {
@@ -144,7 +144,7 @@ pub(crate) fn event(event: &EventMsg, organs: &[String]) -> Value {
     })
 }
 
-/// A second of timing.
+/// Timing of one second.
 #[derive(Debug, Default)]
 pub(crate) struct Second {
     ticks: u64,

@@ -1,4 +1,4 @@
-//! The MCAP file that is being written.
+//! Writer of a session's MCAP file.
 
 use std::collections::BTreeMap;
 use std::sync::mpsc::Sender;
@@ -16,58 +16,58 @@ use crate::info::{self, Assignment, Finish, Info};
 use crate::pack::pack;
 use crate::storage::{Outbox, Storage, Waiting};
 
-/// Version of what is in a session; a reader refuses another.
+/// Version of a session's content; a reader refuses any other.
 pub const FILE_VERSION: u32 = 2;
 
-/// Name of the attachment that is the compiled scene.
+/// Name of the attachment that holds the compiled scene.
 pub(crate) const SCENE: &str = "scene.calot";
 
-/// Why a session cannot be begun.
+/// Reason why a session cannot be started.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The file cannot be made.
+    /// The file cannot be created.
     #[error("{path}: {source}; choose another place with --record or --out")]
     Create {
-        /// Which.
+        /// Path of the file.
         path: std::path::PathBuf,
-        /// The system's words.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// The services do not open.
+    /// The services cannot be opened.
     #[error(transparent)]
     Service(#[from] shared_mem::service::ServiceError),
-    /// The system gives no thread.
+    /// The thread cannot be started.
     #[error("cannot start the recorder's thread: {0}")]
     Thread(std::io::Error),
-    /// The MCAP library refuses: a defect of this program.
+    /// The MCAP library reports an error: a defect of this program.
     #[error("MCAP: {0}; please report this")]
     Mcap(#[from] mcap::McapError),
 }
 
-/// Ticks that are in it, and those that are not.
+/// Counts of recorded and missing ticks.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Ticks {
     pub(crate) recorded: u64,
-    /// Those of them that the disk has.
+    /// Recorded ticks that are on disk.
     pub(crate) on_disk: u64,
     pub(crate) missing: u64,
-    /// Those that ran, as the controller said at its end.
+    /// Number of ticks that ran, as the controller reported at its end.
     pub(crate) ran: Option<u64>,
-    /// Those that the controller could not hand over.
+    /// Ticks that the controller could not hand over.
     lost: u64,
-    /// The next one.
+    /// Number of the next tick.
     expected: u64,
 }
 
-/// Events that are not in it.
+/// Counts of missing events.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Events {
     pub(crate) missing: u64,
-    /// The next one.
+    /// Number of the next event.
     expected: u64,
 }
 
-/// A session that is being written. Nothing reaches the disk before [`SessionFile::flush`].
+/// A session being written. Nothing reaches the disk before [`SessionFile::flush`].
 pub(crate) struct SessionFile {
     writer: Writer<NoSeek<Waiting>>,
     pub(crate) outbox: Outbox,
@@ -81,7 +81,7 @@ pub(crate) struct SessionFile {
     told: Option<Sender<Entry>>,
     sequence: u32,
     packed: Vec<u8>,
-    /// When the newest inputs were taken, host time.
+    /// Host time of the newest inputs, ns.
     newest_ns: u64,
 }
 
@@ -97,7 +97,7 @@ struct Channels {
 }
 
 impl SessionFile {
-    /// Begins a session of `scene` in `storage`.
+    /// Starts a session of `scene` in `storage`.
     pub(crate) fn begin(
         storage: Box<dyn Storage>,
         info: &Info,
@@ -157,7 +157,7 @@ impl SessionFile {
         Ok(file)
     }
 
-    /// Says what the session is for.
+    /// Writes the purpose of the session.
     pub(crate) fn assignment(&mut self, assignment: &Assignment) -> Result<(), Error> {
         Ok(self.writer.write_metadata(&mcap::records::Metadata {
             name: info::ASSIGNMENT.to_owned(),
@@ -165,13 +165,13 @@ impl SessionFile {
         })?)
     }
 
-    /// Whoever assesses the operation while it runs is told its course, entry by entry as the file is.
+    /// Sends every entry of the course to `course` as well, for a running assessment.
     pub(crate) fn tell(&mut self, course: Sender<Entry>) {
         self.told = Some(course);
     }
 
     fn course(&mut self, entry: &Entry) -> Result<(), Error> {
-        // Nobody listens any more: the file goes on.
+        // The listener is gone: only the file goes on.
         let gone = |course: &Sender<Entry>| course.send(*entry).is_err();
         if self.told.as_ref().is_some_and(gone) {
             self.told = None;
@@ -184,7 +184,7 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Adds what ticks took in.
+    /// Writes the inputs of ticks.
     pub(crate) fn inputs(&mut self, batch: &InputBatch) -> Result<(), Error> {
         let Some(mut records) = batch.records() else {
             return Ok(());
@@ -225,7 +225,7 @@ impl SessionFile {
             self.put(self.channels.inputs, first.now_ns, &packed)?;
             self.packed = packed;
             self.ticks.recorded += count as u64;
-            // What comes through shared memory may say anything.
+            // Shared memory may hold any number.
             self.ticks.expected = first.tick.saturating_add(count as u64);
             records = records.get(count.max(1)..).unwrap_or_default();
         }
@@ -238,14 +238,15 @@ impl SessionFile {
 
     fn gap(&mut self, tick: u64, at_ns: u64) -> Result<(), Error> {
         let from = self.ticks.expected;
-        // A controller that started anew counts from 0: what came before is another run's.
+        // A restarted controller counts from 0: earlier ticks belong to another run.
         let missing = tick.saturating_sub(from).max(1);
         self.ticks.missing = self.ticks.missing.saturating_add(missing);
         let gap = serde_json::json!({ "from_tick": from, "to_tick": tick });
         self.json(self.channels.gaps, at_ns, &gap)
     }
 
-    /// Counts the events before this number that did not come. A smaller one is another controller's.
+    /// Counts the missing events before this number. A smaller number comes from another
+    /// controller.
     fn expect_event(&mut self, number: u64) -> u64 {
         let missing = number.saturating_sub(self.events.expected);
         self.events.missing = self.events.missing.saturating_add(missing);
@@ -253,17 +254,17 @@ impl SessionFile {
         missing
     }
 
-    /// So many events happened, as far as was heard: those after the last that came are missing too.
+    /// Takes the number of events that happened: those after the last one received are missing too.
     pub(crate) fn heard_of(&mut self, events: u64) {
         self.expect_event(events);
     }
 
-    /// Adds where the hands are.
+    /// Writes the positions of the hands.
     pub(crate) fn moved(&mut self, tools: &ToolFrame) -> Result<(), Error> {
         Entry::of_tools(tools).map_or(Ok(()), |entry| self.course(&entry))
     }
 
-    /// Adds which way the endoscope looks from these tools on; what cannot be is left out.
+    /// Writes the endoscope's view from these tools on; invalid angles are left out.
     pub(crate) fn sight(
         &mut self,
         [off, turned]: [f32; 2],
@@ -273,14 +274,14 @@ impl SessionFile {
         course::sight(off, turned).map_or(Ok(()), |what| self.course(&Entry { tick, at_ns, what }))
     }
 
-    /// Adds where the tools are, for viewers.
+    /// Writes the tools' poses, for viewers.
     pub(crate) fn tools(&mut self, tools: &ToolFrame) -> Result<(), Error> {
         let poses = describe::poses(tools, self.wall_ns(tools.at_ns));
         self.json(self.channels.poses, tools.at_ns, &poses)?;
         self.json(self.channels.tool, tools.at_ns, &describe::tool(tools))
     }
 
-    /// Adds an event.
+    /// Writes an event.
     pub(crate) fn event(&mut self, event: &EventMsg) -> Result<(), Error> {
         let from = self.events.expected;
         if self.expect_event(event.sequence) > 0 {
@@ -295,12 +296,12 @@ impl SessionFile {
         self.json(self.channels.events, event.at_ns, &value)
     }
 
-    /// Notes timing for [`SessionFile::flush`].
+    /// Collects timing for [`SessionFile::flush`].
     pub(crate) fn timing(&mut self, batch: &TimingBatch) {
         self.second.take(batch);
     }
 
-    /// Ends a chunk: what came so far is on the disk, or waits for it.
+    /// Ends a chunk: everything so far is on disk, or waits for it.
     pub(crate) fn flush(&mut self) -> Result<(), Error> {
         if self.newest_ns > 0 {
             let second = core::mem::take(&mut self.second);
@@ -313,9 +314,9 @@ impl SessionFile {
         Ok(())
     }
 
-    /// Ends the session: index and footer.
+    /// Ends the session with index and footer.
     pub(crate) fn finish(&mut self) -> Result<(), Error> {
-        // After the last recorded tick there is no gap to see.
+        // Ticks missing at the end leave no gap between recorded ticks.
         let after_last = match self.ticks.ran {
             Some(ran) => ran.saturating_sub(self.ticks.expected),
             None => self.ticks.lost.saturating_sub(self.ticks.missing),

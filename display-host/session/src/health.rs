@@ -1,30 +1,30 @@
-//! How a recording does, and what it came to.
+//! State and result of a recording.
 
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
-/// The writing thread tells its health as often as it writes: one that has not for so long hangs.
+/// The writing thread reports its health at every write; without a report for this time it hangs.
 const SILENT_MAX: Duration = Duration::from_secs(5);
 
-/// How a recording does while it goes on.
+/// State of a running recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Health {
-    /// Whether the disk takes it.
+    /// The disk's acceptance of the recording.
     pub standing: Standing,
-    /// Bytes that the disk has.
+    /// Bytes on disk.
     pub bytes: u64,
-    /// Bytes that wait for it.
+    /// Bytes waiting for the disk.
     pub waiting: u64,
-    /// Ticks that ran and are not in it.
+    /// Ticks that ran and are not recorded.
     pub missing: u64,
-    /// Events that happened and are not in it.
+    /// Events that happened and are not recorded.
     pub missing_events: u64,
-    /// When the writing thread said so; `None`: it is no matter how long ago.
+    /// Time of the writing thread's report; `None`: its age does not matter.
     pub told: Option<Instant>,
 }
 
 impl Health {
-    /// How it does at `now`: a writing thread that says nothing any more waits for a disk that hangs.
+    /// State at `now`: a writing thread without a report hangs with its disk.
     #[must_use]
     pub fn at(mut self, now: Instant) -> Self {
         let silent = self
@@ -37,40 +37,41 @@ impl Health {
     }
 }
 
-/// Whether the disk takes a recording.
+/// The disk's acceptance of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Standing {
-    /// It does.
+    /// The disk takes the data.
     #[default]
     Recording,
-    /// It refuses what waits.
+    /// The disk refuses the data.
     Refused,
-    /// It neither takes nor refuses what waits.
+    /// The disk neither takes nor refuses the data.
     Hanging,
-    /// It has refused too much, or the recording is over: nothing more is written.
+    /// Nothing more is written: the disk refused too much, or the recording is over.
     Ended,
 }
 
-/// What a recording came to; part of `summary.json`.
+/// Result of a recording; part of `summary.json`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 pub struct Recorded {
-    /// The file.
+    /// Path of the file.
     pub file: PathBuf,
-    /// Its size.
+    /// Size of the file, bytes.
     pub bytes: u64,
-    /// Ticks in it.
+    /// Recorded ticks.
     pub ticks: u64,
-    /// Ticks that ran and are not in it; replay stops at the first.
+    /// Ticks that ran and are not recorded; a replay stops at the first.
     pub missing: u64,
-    /// Events that happened and are not in it; an assessment of it knows nothing of them.
+    /// Events that happened and are not recorded; no assessment includes them.
     pub missing_events: u64,
-    /// Messages that the writing thread was too slow for; ticks and events among them are also missing.
+    /// Messages lost because the writing thread was too slow; ticks and events among them are
+    /// counted as missing too.
     pub overflowed: u64,
-    /// Times that the disk refused a write.
+    /// Number of refused writes.
     pub write_failures: u64,
-    /// Longest that the disk took for a second of it.
+    /// Longest time to write one second of the session.
     pub slowest_write_ms: u64,
-    /// Why it ends early, if it does.
+    /// Reason why the recording ends early, if it does.
     pub problem: Option<String>,
 }
 
@@ -89,7 +90,7 @@ impl Recorded {
         }
     }
 
-    /// What the user should know, if anything.
+    /// Warning for the user, if anything is missing.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         let file = self.file.display();
@@ -100,10 +101,10 @@ impl Recorded {
             ));
         }
         let ticks = (self.missing > 0)
-            .then(|| format!("{} ticks; replay ends at the first of them", self.missing));
+            .then(|| format!("{} ticks; a replay ends at the first of them", self.missing));
         let events = (self.missing_events > 0).then(|| {
             format!(
-                "{} events, which its assessment knows nothing of",
+                "{} events, which no assessment of it includes",
                 self.missing_events
             )
         });

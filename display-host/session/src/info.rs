@@ -1,4 +1,5 @@
-//! What a session says of itself: scene, program, clock. MCAP metadata, so that any viewer shows it.
+//! A session's description of itself: scene, program, clock. It is MCAP metadata, which any viewer
+//! shows.
 
 use std::collections::BTreeMap;
 
@@ -8,19 +9,20 @@ pub(crate) const NAME: &str = "calot";
 /// Name of the record at the end.
 pub(crate) const FINISH: &str = "calot.end";
 
-/// Name of the record of what a session is for.
+/// Name of the record with the session's purpose.
 pub(crate) const ASSIGNMENT: &str = "calot.task";
 
-/// What a session is for, if it is for a task: enough to assess it again. Nothing of a person.
+/// Purpose of a session that belongs to a task, sufficient to assess it again. It holds no personal
+/// data.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Assignment {
     /// The task's name.
     pub task: String,
-    /// How much help is given.
+    /// Degree of help.
     pub difficulty: String,
-    /// The pass rules as they were, TOML; empty: the built-in ones.
+    /// Pass rules of the session, TOML; empty: the built-in ones.
     pub rules: String,
-    /// The session's own name, by which a store knows it; empty: it has none.
+    /// The session's identifier in a store; empty: none.
     pub id: String,
 }
 
@@ -43,23 +45,23 @@ impl Assignment {
         Self {
             task: printable(&text("task")),
             difficulty: printable(&text("difficulty")),
-            // Whoever reads it checks it as he would a file.
+            // The reader checks them as it checks a file.
             rules: text("rules"),
             id: printable(&text("id")),
         }
     }
 }
 
-/// What a session says of itself.
+/// A session's description of itself.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct Info {
     /// The scene's name.
     pub scene: String,
-    /// The compiled scene's identity, hexadecimal.
+    /// Identity of the compiled scene, hexadecimal.
     pub scene_id: String,
-    /// Program and version that recorded it, its commit, how it was built and for what.
+    /// Recording program: version, commit, build.
     pub build: String,
-    /// What to add to host times (`CLOCK_MONOTONIC`) for the wall clock's, ns.
+    /// Offset from host time (`CLOCK_MONOTONIC`) to wall-clock time, ns.
     pub wall_from_host_ns: i64,
 }
 
@@ -77,7 +79,7 @@ impl Info {
         .collect()
     }
 
-    /// `Err`: the version of a file that this program does not read.
+    /// Parses the metadata; `Err`: the version of a file that this program cannot read.
     pub(crate) fn from_map(map: &BTreeMap<String, String>) -> Result<Self, String> {
         let text = |key: &str| map.get(key).cloned().unwrap_or_default();
         if text("version") != crate::FILE_VERSION.to_string() {
@@ -92,15 +94,15 @@ impl Info {
     }
 }
 
-/// What a recorder says when it ends a session in order.
+/// The recorder's final record of a properly ended session.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Finish {
-    /// Ticks that the controller ran, as it said at its end. `None`: it said nothing, for it was killed or
-    /// the recorder ended first; whether ticks ran after the last recorded one cannot be known.
+    /// Number of ticks that the controller reported at its end. `None`: it was killed, or the
+    /// recorder ended first, and ticks may have run after the last recorded one.
     pub ran: Option<u64>,
-    /// Ticks that are known to have run and are not in the session.
+    /// Ticks known to have run that are not recorded.
     pub missing: u64,
-    /// Events that are known to have happened and are not in it.
+    /// Events known to have happened that are not recorded.
     pub missing_events: u64,
 }
 
@@ -116,7 +118,7 @@ impl Finish {
         Some(Self {
             ran: map.get("ran").map(|ran| ran.parse()).transpose().ok()?,
             missing: map.get("missing")?.parse().ok()?,
-            // Older programs did not count them.
+            // Older programs did not count these.
             missing_events: match map.get("missing_events") {
                 Some(events) => events.parse().ok()?,
                 None => 0,
@@ -125,14 +127,14 @@ impl Finish {
     }
 }
 
-/// A text from a file, fit for a terminal: without control characters, 200 characters at most.
+/// Makes a file's text fit for a terminal: no control characters, 200 characters at most.
 #[must_use]
 pub fn printable(text: &str) -> String {
     let shown = text.chars().filter(|it| !it.is_control());
     shown.take(200).collect()
 }
 
-/// Half a scene's identity, as text.
+/// Half of a scene's identity as hexadecimal text.
 #[must_use]
 pub fn hex(id: [u8; 16]) -> String {
     use core::fmt::Write as _;

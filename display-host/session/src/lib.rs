@@ -5,23 +5,23 @@
 //!                                                               a chunk a second
 //! ```
 //!
-//! | topic | encoding | what | how often |
+//! | topic | encoding | content | rate |
 //! |---|---|---|---|
-//! | `/setup` | `x-calot` | [`shared_mem::inputs::RunSetup`] as it lies in memory | once |
-//! | `/inputs` | `x-calot` | what each tick took in, and its hashes, packed ([`pack`]) | every tick |
-//! | `/course` | `x-calot` | where both hands are, and raw events ([`Entry`]): what assessment reads | 100 Hz |
+//! | `/setup` | `x-calot` | [`shared_mem::inputs::RunSetup`] as laid out in memory | once |
+//! | `/inputs` | `x-calot` | inputs of each tick and its hashes, packed ([`pack`]) | every tick |
+//! | `/course` | `x-calot` | positions of both hands, raw events ([`Entry`]), for assessment | 100 Hz |
 //! | `/tf` | JSON | poses, `foxglove.FrameTransforms` | 20 Hz |
 //! | `/tool` | JSON | force, jaw, contacts, switches | 20 Hz |
-//! | `/events` | JSON | contact, grasp, tear, fault, … | as they come |
+//! | `/events` | JSON | contact, grasp, tear, fault, … | each one |
 //! | `/timing` | JSON | ticks, misses, slowest tick | every second |
-//! | `/gaps` | JSON | ticks or events that are missing | where they are |
+//! | `/gaps` | JSON | missing ticks or events | at each gap |
 //!
-//! An orderly end is metadata `calot.end`: ticks that ran, as the controller said at its own end, and ticks
-//! and events that are missing.
+//! A proper end is the metadata `calot.end`: the number of ticks that ran, as the controller
+//! reported it, and the missing ticks and events.
 //!
-//! Times are of the wall clock; host times are [`Info::wall_from_host_ns`] behind it. The compiled
-//! scene is attached: prepared again, by another version, it would be another. The file holds
-//! nothing of a person.
+//! Times are wall-clock times; host times are [`Info::wall_from_host_ns`] behind. The compiled
+//! scene is attached, because another version would prepare a different one. The file holds no
+//! personal data.
 
 mod course;
 mod describe;

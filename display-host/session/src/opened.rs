@@ -1,4 +1,4 @@
-//! A session opened: what it says of itself, up to the first of what is wanted of it.
+//! An opened session: its description, and its parts up to the first one wanted.
 
 use std::fs::File;
 use std::io::{BufReader, Read};
@@ -10,7 +10,7 @@ use crate::info::{Assignment, Finish, Info};
 use crate::read::{End, ReadError};
 use crate::records::{Part, Records};
 
-/// A file whose beginning has been read.
+/// A file whose head has been read.
 pub(crate) struct Opened {
     pub(crate) path: PathBuf,
     bytes: u64,
@@ -18,7 +18,7 @@ pub(crate) struct Opened {
     pub(crate) finish: Option<Finish>,
 }
 
-/// What it says of itself there.
+/// A session's description of itself.
 pub(crate) struct Head {
     pub(crate) info: Info,
     pub(crate) setup: Option<RunSetup>,
@@ -26,7 +26,7 @@ pub(crate) struct Head {
     pub(crate) assignment: Option<Assignment>,
 }
 
-/// A file, its length, and its bytes.
+/// Opens a file. Returns its length and its bytes.
 pub(crate) fn source(path: &Path) -> Result<(u64, Box<dyn Read>), ReadError> {
     let io = |source| ReadError::Io {
         path: path.to_owned(),
@@ -38,7 +38,8 @@ pub(crate) fn source(path: &Path) -> Result<(u64, Box<dyn Read>), ReadError> {
 }
 
 impl Opened {
-    /// Reads as far as the first part that is `wanted`; `without` says what a whole file lacks that has none.
+    /// Reads up to the first part that is `wanted`; `without` is the error for a whole file that
+    /// has none.
     pub(crate) fn read<T>(
         path: &Path,
         (bytes, source): (u64, Box<dyn Read>),
@@ -75,7 +76,7 @@ impl Opened {
             }
         };
         let head = Head {
-            info: info.ok_or_else(|| not_a_session(path, "it does not say what it is"))?,
+            info: info.ok_or_else(|| not_a_session(path, "it lacks its description"))?,
             setup,
             scene,
             assignment,
@@ -89,7 +90,7 @@ impl Opened {
         Ok((opened, head, first))
     }
 
-    /// The next part that is `wanted`.
+    /// Next part that is `wanted`.
     pub(crate) fn next<T>(&mut self, wanted: impl Fn(Part) -> Option<T>) -> Option<T> {
         loop {
             match self.records.next()? {
@@ -103,12 +104,12 @@ impl Opened {
         }
     }
 
-    /// Share of it that is read, 0 to 1.
+    /// Share of the file that has been read, 0 to 1.
     pub(crate) fn done(&self) -> f64 {
         self.records.at as f64 / self.bytes.max(1) as f64
     }
 
-    /// How it ended; there once there are no more parts.
+    /// The way in which the file ended; present once all parts are read.
     pub(crate) fn end(&self) -> Option<&End> {
         self.records.end.as_ref()
     }

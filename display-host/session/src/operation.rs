@@ -1,4 +1,4 @@
-//! An operation read from a session for its assessment: the scene, what it was for, and its course.
+//! An operation read from a session for its assessment: scene, purpose and course.
 
 use std::io::Read;
 use std::path::Path;
@@ -11,14 +11,14 @@ use crate::opened::{self, Opened};
 use crate::read::{End, ReadError};
 use crate::records::Part;
 
-/// An operation, being read.
+/// An operation being read.
 pub struct Operation {
     opened: Opened,
-    /// What the session says of itself.
+    /// The session's description of itself.
     pub info: Info,
-    /// The scene that ran.
+    /// The scene of the operation.
     pub scene: SceneFile,
-    /// What it was for.
+    /// Purpose of the session.
     pub assignment: Option<Assignment>,
     first: Option<Entry>,
 }
@@ -33,24 +33,24 @@ impl core::fmt::Debug for Operation {
 }
 
 impl Operation {
-    /// Opens a session and reads as far as the first entry of its course.
+    /// Opens a session and reads up to the first entry of its course.
     ///
     /// # Errors
-    /// As [`ReadError`] says; also of a session without a course, as older programs left them.
+    /// See [`ReadError`]; a session of an older program without a course is an error too.
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let (bytes, source) = opened::source(path)?;
         Self::read(path, bytes, source)
     }
 
-    /// The same from any source of bytes.
+    /// Reads a session from any source of bytes.
     ///
     /// # Errors
-    /// As [`Operation::open`].
+    /// See [`Operation::open`].
     pub fn read(path: &Path, bytes: u64, source: Box<dyn Read>) -> Result<Self, ReadError> {
-        let without = "it has no course of an operation; older programs recorded none";
+        let without = "it has no course of an operation (older programs recorded none)";
         let (opened, head, first) = Opened::read(path, (bytes, source), without, Part::entry)?;
         let not = |problem: &str| opened::not_a_session(path, problem);
-        let scene = head.scene.ok_or_else(|| not("its scene is not in it"))?;
+        let scene = head.scene.ok_or_else(|| not("it lacks its scene"))?;
         let scene = SceneFile::from_bytes(&scene)
             .map_err(|error| not(&format!("its scene cannot be used: {error}")))?;
         Ok(Self {
@@ -62,26 +62,26 @@ impl Operation {
         })
     }
 
-    /// Where it lies.
+    /// Path of the session.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.opened.path
     }
 
-    /// Share of it that is read, 0 to 1.
+    /// Share of it that has been read, 0 to 1.
     #[must_use]
     pub fn done(&self) -> f64 {
         self.opened.done()
     }
 
-    /// What its recorder said at its end; there once there is no more of it, unless it is cut, damaged, or
-    /// of a program that did not say.
+    /// The recorder's final record. Present once everything is read, unless the session is cut off,
+    /// damaged, or of a program that did not write it.
     #[must_use]
     pub fn finish(&self) -> Option<Finish> {
         self.opened.finish
     }
 
-    /// How it ended; there once there is no more of it.
+    /// The way in which it ended; present once everything is read.
     #[must_use]
     pub fn end(&self) -> Option<&End> {
         self.opened.end()

@@ -1,4 +1,4 @@
-//! A tick's inputs in 60 to 80 bytes: only what is there, times as distances.
+//! Packs the inputs of a tick in 60 to 80 bytes: absent fields are left out, times are differences.
 //!
 //! ```text
 //! u16 ticks, u64 first tick, u64 its time before the first distance, then each tick:
@@ -15,15 +15,14 @@ use bytemuck::Zeroable as _;
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::PoseMsg;
 
-/// Bits of a packed tick beside those.
+/// Bits of a packed tick, in addition to those of `InputRecord`.
 const ORGANS: u16 = 1 << 13;
 const COMMAND: u16 = 1 << 14;
 const LONG: u16 = 1 << 15;
-/// Bits of a record that are kept.
+/// Bits of `InputRecord` that are kept.
 const BITS: u32 = 0x0fff;
 
-/// What follows one another without a gap, from the front of `records`: packs it into `into` and says
-/// how many they were.
+/// Packs the records at the front that follow one another without a gap. Returns their number.
 pub fn pack(records: &[InputRecord], into: &mut Vec<u8>) -> usize {
     let Some(first) = records.first() else {
         return 0;
@@ -45,7 +44,7 @@ pub fn pack(records: &[InputRecord], into: &mut Vec<u8>) -> usize {
     together
 }
 
-/// What the first tick of a message is packed against.
+/// Reference against which the first tick of a message is packed.
 fn before_first(now_ns: u64) -> InputRecord {
     InputRecord {
         now_ns,
@@ -103,7 +102,7 @@ fn pack_one(record: &InputRecord, before: &InputRecord, into: &mut Vec<u8>) {
     }
 }
 
-/// The ticks of one message, appended to `into`; `None` when it is no such message.
+/// Appends the ticks of one message to `into`; `None` if the message is malformed.
 pub fn unpack(message: &[u8], into: &mut Vec<InputRecord>) -> Option<()> {
     let mut rest = Rest(message);
     let count = u16::from_le_bytes(rest.take()?);
@@ -155,7 +154,7 @@ fn unpack_one(tick: u64, before: &InputRecord, rest: &mut Rest<'_>) -> Option<In
     Some(record)
 }
 
-/// What is still to be read.
+/// Bytes still to be read.
 pub(crate) struct Rest<'a>(pub(crate) &'a [u8]);
 
 impl Rest<'_> {
@@ -182,7 +181,7 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
-    /// A record as the controller makes them: what is not in it is zero.
+    /// A record as the controller makes it: absent fields are zero.
     fn records() -> impl Strategy<Value = InputRecord> {
         let bytes = prop::collection::vec(any::<u8>(), size_of::<InputRecord>());
         (bytes, 0u8..4, any::<bool>()).prop_map(|(bytes, times, at_rest)| {
@@ -194,7 +193,7 @@ mod tests {
             record.bits &= BITS;
             record.reserved = 0;
             if times > 0 {
-                // Usual times: shortly before now.
+                // Usual times: shortly before the tick.
                 record.now_ns >>= 20;
                 let before = |age: u64| record.now_ns.wrapping_sub(age % 1_000_000);
                 record.device_at_ns = before(record.device_at_ns);

@@ -1,4 +1,4 @@
-//! A session read from the front, a chunk at a time: whole, cut off by a kill, or damaged.
+//! Reader of a session from the front, a chunk at a time: complete, cut off by a kill, or damaged.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -10,60 +10,57 @@ use crate::info::{Finish, Info};
 use crate::opened::{self, Opened};
 use crate::records::Part;
 
-/// Why a session cannot be replayed.
+/// Reason why a session cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
     /// The file cannot be opened or read.
-    #[error("{path}: {source}; a session is what `calot run --record FILE` leaves")]
+    #[error("{path}: {source}; `calot run --record FILE` records a session")]
     Io {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// The system's words.
+        /// Error of the operating system.
         source: std::io::Error,
     },
-    /// It is something else, or damaged before its first tick or entry.
-    #[error(
-        "{path} is no session of Calot: {problem}; a session is what `calot run --record FILE` leaves"
-    )]
+    /// The file is not a session, or is damaged before its first tick or entry.
+    #[error("{path} is not a session of Calot: {problem}; `calot run --record FILE` records one")]
     NotASession {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// What is missing or wrong.
+        /// The missing or faulty part.
         problem: String,
     },
-    /// Another version of Calot wrote it.
+    /// The file was written by another version of Calot.
     #[error(
-        "{path}: a session of version '{found}', this program reads {FILE_VERSION}; replay it with the program that recorded it"
+        "{path}: the session has version '{found}', and this program reads {FILE_VERSION}; replay it with the program that recorded it"
     )]
     Version {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// Its version.
+        /// The file's version.
         found: String,
     },
 }
 
-/// How a session ends.
+/// End of a session.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum End {
-    /// It was ended in order.
+    /// It was ended properly.
     Whole,
-    /// It breaks off in the middle of what it says is there: the recorder was killed, or the disk was
-    /// full; where. All before it is as it was recorded. A damaged length of the last record that is
-    /// not a chunk looks the same.
+    /// It breaks off at this place: the recorder was killed, or the disk was full. Everything
+    /// before it is as recorded. A damaged length of the last record outside a chunk looks alike.
     BrokenOff(String),
-    /// It is damaged; where and how. What comes after is not read.
+    /// It is damaged at this place, in this way. Nothing after it is read.
     Damaged(String),
 }
 
-/// A session, being read.
+/// A session being read.
 pub struct Session {
     opened: Opened,
-    /// What it says of itself.
+    /// The session's description of itself.
     pub info: Info,
-    /// What its run began with.
+    /// Setup of the run.
     pub setup: RunSetup,
-    /// The compiled scene, if it is in it.
+    /// The compiled scene, if the file holds it.
     pub scene: Option<Vec<u8>>,
     inputs: std::vec::IntoIter<InputRecord>,
 }
@@ -78,25 +75,25 @@ impl core::fmt::Debug for Session {
 }
 
 impl Session {
-    /// Opens a session and reads as far as its first tick.
+    /// Opens a session and reads up to its first tick.
     ///
     /// # Errors
-    /// As [`ReadError`] says.
+    /// See [`ReadError`].
     pub fn open(path: &Path) -> Result<Self, ReadError> {
         let (bytes, source) = opened::source(path)?;
         Self::read(path, bytes, source)
     }
 
-    /// The same from any source of bytes.
+    /// Reads a session from any source of bytes.
     ///
     /// # Errors
-    /// As [`ReadError`] says.
+    /// See [`ReadError`].
     pub fn read(path: &Path, bytes: u64, source: Box<dyn Read>) -> Result<Self, ReadError> {
         let without = "it has no ticks";
         let (opened, head, first) = Opened::read(path, (bytes, source), without, Part::inputs)?;
         let setup = head
             .setup
-            .ok_or_else(|| opened::not_a_session(path, "its first tick comes before its setup"))?;
+            .ok_or_else(|| opened::not_a_session(path, "its first tick precedes its setup"))?;
         Ok(Self {
             opened,
             info: head.info,
@@ -106,26 +103,26 @@ impl Session {
         })
     }
 
-    /// Where it lies.
+    /// Path of the session.
     #[must_use]
     pub fn path(&self) -> &Path {
         &self.opened.path
     }
 
-    /// Share of it that is read, 0 to 1.
+    /// Share of it that has been read, 0 to 1.
     #[must_use]
     pub fn done(&self) -> f64 {
         self.opened.done()
     }
 
-    /// What its recorder said at its end; there once there are no more ticks, unless the session is cut,
-    /// damaged, or of a program that did not say.
+    /// The recorder's final record. Present once all ticks are read, unless the session is cut off,
+    /// damaged, or of a program that did not write it.
     #[must_use]
     pub fn finish(&self) -> Option<Finish> {
         self.opened.finish
     }
 
-    /// How it ended; there once there are no more ticks.
+    /// The way in which it ended; present once all ticks are read.
     #[must_use]
     pub fn end(&self) -> Option<&End> {
         self.opened.end()

@@ -1,5 +1,5 @@
-//! The recorder: a thread that listens, a bounded queue, a thread that writes. Neither can hold up the
-//! simulation, whose end is a publisher that overwrites what nobody fetched.
+//! The recorder: a listening thread, a bounded queue, a writing thread. Neither can delay the
+//! simulation, whose publisher overwrites anything that is not fetched.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -21,34 +21,33 @@ use crate::health::{Health, Recorded, Standing};
 use crate::info::{Assignment, Info, hex};
 use crate::storage::{Storage, create_recording};
 
-/// What may wait for the writing thread: about 40 s of a session.
+/// Capacity of the queue to the writing thread, messages: about 40 s of a session.
 const QUEUE: usize = 6144;
-/// Room in it that is the events': a queue that the ticks have filled still takes an operation's worth of them.
+/// Capacity reserved for events: a queue full of ticks still takes an operation's worth of them.
 const FOR_EVENTS: usize = 1024;
-/// How often the services are looked at. They keep 8 s.
+/// Period at which the services are read; they keep 8 s.
 const LOOK_EVERY: Duration = Duration::from_millis(10);
-/// Poses and force for viewers; the course of the operation has them as often as the services are
-/// looked at.
+/// Period of poses and forces for viewers; the course has every one that is read.
 const TOOLS_EVERY: Duration = Duration::from_millis(50);
-/// A kill loses no more than this.
+/// Period of writing: a kill loses no more than this.
 const FLUSH_EVERY: Duration = Duration::from_secs(1);
-/// At the end a disk that hangs is waited for so long.
+/// Longest wait for a hanging disk at the end.
 const HANGING_MAX: Duration = Duration::from_secs(30);
 
 enum Item {
     Inputs(Box<InputBatch>),
-    /// With whether viewers are to see it.
+    /// The tools; true if viewers are to see them.
     Tools(Box<ToolFrame>, bool),
     Event(EventMsg),
     Timing(Box<TimingBatch>),
 }
 
-/// Which way the endoscope looks off its shaft, told by whoever shows its picture.
+/// The endoscope's view relative to its shaft, set by the display.
 #[derive(Debug, Clone, Default)]
 pub struct Sight(Arc<AtomicU64>);
 
 impl Sight {
-    /// Takes it: how far off the shaft, and how far turned about it, rad.
+    /// Sets the angle between view and shaft, and its turn about the shaft, rad.
     pub fn tell(&self, [off_rad, turned_rad]: [f32; 2]) {
         let (off, turned) = (
             u64::from(off_rad.to_bits()),
@@ -63,19 +62,19 @@ impl Sight {
     }
 }
 
-/// Where and how to record.
+/// Target and content of a recording.
 pub struct Config {
-    /// The file; replaced if it is there.
+    /// Path of the file; an existing one is replaced.
     pub path: PathBuf,
-    /// Program and version, commit, how it was built.
+    /// Program: version, commit, build.
     pub build: String,
-    /// The compiled scene that runs.
+    /// The compiled scene.
     pub scene: SceneFile,
-    /// What it is for, if it is for a task.
+    /// Purpose of the session, if it belongs to a task.
     pub assignment: Option<Assignment>,
-    /// Which way the endoscope looks off its shaft.
+    /// The endoscope's view relative to its shaft.
     pub sight: Sight,
-    /// Who is told the course of the operation as it is written: entry by entry what the file has.
+    /// Receiver of the course as it is written, entry by entry.
     pub course: Option<Sender<Entry>>,
 }
 
@@ -102,12 +101,13 @@ struct Queue {
     items: SyncSender<Item>,
     waiting: Arc<AtomicUsize>,
     overflowed: Arc<AtomicU64>,
-    /// How many events have happened: those that are lost at the end would be missed by nobody else.
+    /// Number of events that happened: reveals losses at the end.
     heard: Arc<AtomicU64>,
 }
 
 impl Queue {
-    /// With no writer yet, or one that is slow, items wait; when too many do they are lost, ticks before events.
+    /// Queues an item until the writer takes it. When too many wait they are dropped, ticks before
+    /// events.
     fn send(&self, item: Item) {
         let is_event = match &item {
             Item::Event(event) => {
@@ -151,7 +151,7 @@ fn queue(overflowed: Arc<AtomicU64>) -> (Queue, Items) {
     )
 }
 
-/// A thread that listens to a station, so that nothing is missed before the file is begun.
+/// A thread that listens to a station, so that nothing is missed before the file is opened.
 #[derive(Debug)]
 pub struct Listening {
     thread: JoinHandle<()>,
@@ -163,12 +163,12 @@ pub struct Listening {
 }
 
 impl Listening {
-    /// Begins to listen. Do so before the controller starts: a session without its first tick cannot
-    /// be replayed. `prepare` is called on each of the recorder's threads, with `tick_cpu`: to keep
-    /// them out of the tick's way.
+    /// Starts listening. Call it before the controller starts: a session without its first tick
+    /// cannot be replayed. Each of the recorder's threads calls `prepare` with `tick_cpu`, to stay
+    /// off the tick's core.
     ///
     /// # Errors
-    /// As [`Error`] says.
+    /// See [`Error`].
     pub fn begin(
         station: &Station,
         prepare: fn(Option<usize>),
@@ -207,10 +207,10 @@ impl Listening {
         })
     }
 
-    /// Writes what is heard, from the beginning on, to a file.
+    /// Writes everything received, from the start, to a file.
     ///
     /// # Errors
-    /// When the file cannot be made.
+    /// The file cannot be created.
     pub fn record(self, config: Config) -> Result<Recording, Error> {
         let created = create_recording(&config.path);
         let storage = created.map_err(|source| Error::Create {
@@ -220,10 +220,10 @@ impl Listening {
         self.record_to(Box::new(storage), config)
     }
 
-    /// The same, to any storage.
+    /// Writes everything received to any storage.
     ///
     /// # Errors
-    /// When the system gives no thread.
+    /// The thread cannot be started.
     pub fn record_to(self, storage: Box<dyn Storage>, config: Config) -> Result<Recording, Error> {
         let Self {
             thread: listener,
@@ -258,7 +258,7 @@ impl Listening {
     }
 }
 
-/// A session that is being recorded.
+/// A session being recorded.
 #[derive(Debug)]
 pub struct Recording {
     listener: JoinHandle<()>,
@@ -269,14 +269,14 @@ pub struct Recording {
 }
 
 impl Recording {
-    /// How it does, kept up to date once a second.
+    /// State of the recording, updated once a second.
     #[must_use]
     pub fn health(&self) -> Arc<Mutex<Health>> {
         self.health.clone()
     }
 
-    /// Ends it, once the controller has ended: takes what is still there. A disk that hangs is not waited for
-    /// for ever. `None`: a thread panicked.
+    /// Ends the recording after the controller has ended: fetches the remaining messages. Waits for
+    /// a hanging disk for a limited time. `None`: a thread panicked.
     #[must_use]
     pub fn end(self) -> Option<Recorded> {
         self.end_within(HANGING_MAX)
@@ -313,7 +313,7 @@ fn listen(tap: &Tap, queue: &Queue, stop: &AtomicBool) {
     let mut tools = ToolFrame::zeroed();
     let send = |item: Item| queue.send(item);
     loop {
-        // Read first: what was sent before the end is then still fetched.
+        // Read first, so that everything sent before the end is still fetched.
         let last = stop.load(Relaxed);
         tap.drain_inputs(|batch| send(Item::Inputs(Box::new(*batch))));
         tap.drain_events(|event| send(Item::Event(*event)));
@@ -439,13 +439,14 @@ fn lock(health: &Mutex<Health>) -> std::sync::MutexGuard<'_, Health> {
     health.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Says on standard error when the disk begins to refuse the recording, and when it takes it again.
+/// Reports on standard error when the disk begins to refuse the recording, and when it accepts it
+/// again.
 fn tell(refused: Option<&str>, before: &mut Option<String>) {
     if before.as_deref() == refused {
         return;
     }
     *before = refused.map(str::to_owned);
-    // Unlike `eprintln!` this does not panic when nobody reads any more.
+    // Unlike `eprintln!` this does not panic when standard error is closed.
     let _ = match refused {
         Some(why) => writeln!(
             std::io::stderr(),
@@ -454,12 +455,12 @@ fn tell(refused: Option<&str>, before: &mut Option<String>) {
         ),
         None => writeln!(
             std::io::stderr(),
-            "calot: the disk takes the recording again"
+            "calot: the disk accepts the recording again"
         ),
     };
 }
 
-/// Now, on the clock that the controller uses (`CLOCK_MONOTONIC`).
+/// Present time on the controller's clock (`CLOCK_MONOTONIC`), ns.
 fn now_ns() -> u64 {
     let now = rustix::time::clock_gettime(rustix::time::ClockId::Monotonic);
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
@@ -494,7 +495,7 @@ mod tests {
         assert_eq!((inputs, events), (QUEUE - FOR_EVENTS, FOR_EVENTS));
     }
 
-    /// What is heard was put in already; the station is gone.
+    /// A listener whose messages are already queued; the station is gone.
     fn heard(items: Items, overflowed: Arc<AtomicU64>) -> Listening {
         Listening {
             thread: std::thread::spawn(|| {}),
@@ -532,7 +533,7 @@ mod tests {
         let config = config(folder.path().join("session.mcap"));
         let recording = heard(items, overflowed).record(config).unwrap();
         let recorded = recording.end().unwrap();
-        // No tick is missing, so nothing else would tell.
+        // No tick is missing, so only the count of events shows it.
         assert_eq!(
             (
                 recorded.missing,
@@ -563,7 +564,7 @@ mod tests {
         let recorded = first.unwrap().end().unwrap();
         assert_eq!(recorded.problem, None);
         assert_eq!(std::fs::metadata(&path).unwrap().len(), recorded.bytes);
-        // Once it has ended the file may be replaced.
+        // After the end the file may be replaced.
         assert!(!crate::is_being_recorded(&path));
         let (queue, again) = begin();
         drop(queue);

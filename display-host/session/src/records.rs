@@ -1,6 +1,6 @@
-//! The records of a session's file, each checked before any of it is used: a file may come from
-//! elsewhere. The MCAP library only parses what has been measured here; given lengths that lie it asks
-//! for any memory, or panics.
+//! Records of a session's file. Each is checked before any of it is used: the file may come from
+//! anywhere. The MCAP library only parses what is measured here; false lengths would make it
+//! allocate any amount of memory, or panic.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Read;
@@ -16,14 +16,14 @@ use crate::info::{self, Assignment, Finish, printable};
 use crate::pack::unpack;
 use crate::read::End;
 
-/// Longest record that is read: a scene of real anatomy is a few megabytes.
+/// Longest record accepted, bytes: a scene of real anatomy is a few megabytes.
 const RECORD_MAX_BYTES: u64 = 64 << 20;
-/// Opcode and length.
+/// Size of opcode and length.
 const HEAD_BYTES: usize = 9;
-/// What is in a chunk before its records, without a name of a compression.
+/// Size of a chunk's head without the name of the compression.
 const CHUNK_HEAD_BYTES: u64 = 40;
 
-/// What replay and assessment need of a file.
+/// A part of a file that replay and assessment need.
 pub(crate) enum Part {
     Info(BTreeMap<String, String>),
     Setup(RunSetup),
@@ -50,14 +50,14 @@ impl Part {
     }
 }
 
-/// The parts of a file, in order.
+/// Iterator over the parts of a file, in order.
 pub(crate) struct Records {
     source: Box<dyn Read>,
     setup: Option<u16>,
     inputs: Option<u16>,
     course: Option<u16>,
     parts: VecDeque<Part>,
-    /// Bytes that are read.
+    /// Bytes read so far.
     pub(crate) at: u64,
     pub(crate) end: Option<End>,
 }
@@ -75,7 +75,7 @@ impl Records {
         }
     }
 
-    /// The next part; none at the end, which `end` then tells of.
+    /// Next part; `None` at the end, which `end` describes.
     pub(crate) fn next(&mut self) -> Option<Part> {
         loop {
             if let Some(part) = self.parts.pop_front() {
@@ -101,7 +101,7 @@ impl Records {
 
     fn record(&mut self) -> Result<(), End> {
         if self.at == 0 && self.take(mcap::MAGIC.len() as u64)? != mcap::MAGIC {
-            return Err(damaged("no MCAP file"));
+            return Err(damaged("not an MCAP file"));
         }
         let head = self.take(HEAD_BYTES as u64)?;
         let (Some(&opcode), Some(length)) = (head.first(), u64_at(&head, 1)) else {
@@ -122,11 +122,11 @@ impl Records {
         ];
         if !known.contains(&opcode) {
             return Err(damaged(format!(
-                "a record of kind {opcode:#04x}, which no session has there"
+                "a record of kind {opcode:#04x}, which is not allowed there"
             )));
         }
         let body = self.take(length)?;
-        // Before it is asked whether all of it is there: a length that is wrong is damage, no cut.
+        // Before checking that all of it is there: a wrong length is damage, not a cut.
         let agrees = match opcode {
             op::CHUNK => u64_at(&body, 32)
                 .is_none_or(|size| size.checked_add(CHUNK_HEAD_BYTES) == Some(length)),
@@ -135,14 +135,14 @@ impl Records {
             _ => true,
         };
         if !agrees {
-            return Err(damaged("a record's length is not that of what is in it"));
+            return Err(damaged("a record's length disagrees with its content"));
         }
         if (body.len() as u64) < length {
             return cut("a record");
         }
         match opcode {
             op::CHUNK => self.chunk(&body),
-            _ if !is_sound(opcode, &body) => Err(damaged("a record's texts do not fit it")),
+            _ if !is_sound(opcode, &body) => Err(damaged("a record's texts exceed it")),
             op::ATTACHMENT | op::METADATA => {
                 let record = mcap::parse_record(opcode, &body)
                     .map_err(|error| damaged(error.to_string()))?;
@@ -150,13 +150,13 @@ impl Records {
                 self.parts.extend(found);
                 Ok(())
             }
-            // What follows is an index; it is not needed.
+            // The rest is an index, which is not needed.
             op::DATA_END => Err(End::Whole),
             _ => Ok(()),
         }
     }
 
-    /// So many bytes, or as many as there are: memory grows only with them.
+    /// Reads this many bytes, or as many as there are: memory grows only with the bytes present.
     fn take(&mut self, wanted: u64) -> Result<Vec<u8>, End> {
         let mut bytes = Vec::new();
         let read = (&mut self.source).take(wanted).read_to_end(&mut bytes);
@@ -165,9 +165,10 @@ impl Records {
         Ok(bytes)
     }
 
-    /// All of a chunk, or nothing.
+    /// Reads a whole chunk, or nothing.
     fn chunk(&mut self, body: &[u8]) -> Result<(), End> {
-        // start and end 8 each, size 8, CRC 4, compression's name 4 and itself, compressed size 8
+        // Start and end 8 bytes each, size 8, CRC 4, length of the compression's name 4 and the
+        // name, compressed size 8.
         if u32_at(body, 28) != Some(0) {
             return Err(damaged("a compressed chunk; sessions have none"));
         }
@@ -186,13 +187,13 @@ impl Records {
                 Some((inner, after)) if known.contains(&opcode) && is_sound(opcode, inner) => after,
                 _ => {
                     return Err(damaged(
-                        "a record in a chunk that reaches out of it, or of a kind that none has",
+                        "a record that exceeds its chunk, or is of an unknown kind",
                     ));
                 }
             };
         }
         let mut parts = Vec::new();
-        // It checks the CRC once all are read, if there is one.
+        // Once all records are read it checks the CRC, if there is one.
         for record in ChunkReader::new(header, &data).map_err(|error| damaged(error.to_string()))? {
             parts.extend(self.part(record.map_err(|error| damaged(error.to_string()))?)?);
         }
@@ -247,14 +248,14 @@ impl Records {
     }
 }
 
-/// Whether the texts in a record lie in it, as the MCAP library takes for granted.
+/// True if the texts of a record lie inside it, which the MCAP library takes for granted.
 fn is_sound(opcode: u8, body: &[u8]) -> bool {
     let end = match opcode {
         op::SCHEMA => return after_texts(body, 2, 2).is_some(),
-        // ids 2 each, topic, encoding
+        // Ids 2 bytes each, topic, encoding.
         op::CHANNEL => after_texts(body, 4, 2).and_then(|at| after_map(body, at)),
         op::METADATA => after_texts(body, 0, 1).and_then(|at| after_map(body, at)),
-        // log and creation time 8 each, name, media type, data, CRC 4
+        // Log and creation time 8 bytes each, name, media type, data, CRC 4.
         op::ATTACHMENT => after_texts(body, 16, 2).and_then(|at| {
             let data = usize::try_from(u64_at(body, at)?).ok()?;
             data.checked_add(at + 8 + 4)
@@ -264,7 +265,7 @@ fn is_sound(opcode: u8, body: &[u8]) -> bool {
     end == Some(body.len())
 }
 
-/// Where so many texts end, if all of them are there.
+/// End of `count` texts, if they are complete.
 fn after_texts(body: &[u8], mut at: usize, count: usize) -> Option<usize> {
     for _ in 0..count {
         at += 4 + u32_at(body, at)? as usize;
@@ -272,7 +273,7 @@ fn after_texts(body: &[u8], mut at: usize, count: usize) -> Option<usize> {
     (at <= body.len()).then_some(at)
 }
 
-/// Where a map ends, if it is full of texts.
+/// End of a map of texts, if it is complete.
 fn after_map(body: &[u8], at: usize) -> Option<usize> {
     let end = at + 4 + u32_at(body, at)? as usize;
     let mut at = at + 4;

@@ -1,4 +1,4 @@
-//! Where a session's bytes go, and what becomes of them when they cannot.
+//! Storage of a session's bytes, and their fate if it fails.
 
 use std::fs::{File, Permissions, TryLockError};
 use std::io::{self, Write};
@@ -7,20 +7,20 @@ use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// What may wait for a disk that is full or slow: more than a minute of a session.
+/// Most bytes that wait for a full or slow disk: more than a minute of a session.
 const WAITING_MAX_BYTES: usize = 16 << 20;
 
-/// Something that takes bytes at a place, and can be cut off there.
+/// A sink that takes bytes at an offset and can be truncated.
 pub trait Storage: Send {
     /// Writes all of `bytes` at `offset`.
     ///
     /// # Errors
-    /// As the system says; part of them may have been written.
+    /// The error of the operating system; part of the bytes may have been written.
     fn put(&mut self, offset: u64, bytes: &[u8]) -> io::Result<()>;
-    /// Makes it end at `length`.
+    /// Truncates it to `length`.
     ///
     /// # Errors
-    /// As the system says.
+    /// The error of the operating system.
     fn cut(&mut self, length: u64) -> io::Result<()>;
 }
 
@@ -34,28 +34,28 @@ impl Storage for File {
     }
 }
 
-/// A new or emptied file that nobody else can open: how somebody operates is theirs.
+/// Creates or empties a file that nobody else can open: a trainee's performance is private.
 ///
 /// # Errors
-/// As the system says. A file that is somebody else's is left as it is.
+/// The error of the operating system. Another user's file is left untouched.
 pub fn create_private(path: &Path) -> io::Result<File> {
     let file = open_private(path)?;
     make_own(&file)?;
     Ok(file)
 }
 
-/// The same for a recording: no other recorder can write over it until it is dropped.
+/// Creates or empties a recording: until it is dropped no other recorder can write to it.
 pub(crate) fn create_recording(path: &Path) -> io::Result<File> {
-    // A pipe takes nothing at a place, and to open it waits for who reads it.
+    // A pipe has no offsets, and opening it waits for a reader.
     if std::fs::metadata(path).is_ok_and(|it| it.file_type().is_fifo()) {
-        let words = "a recording needs a file, this is a pipe";
+        let words = "a recording needs a file, and this is a pipe";
         return Err(io::Error::new(io::ErrorKind::InvalidInput, words));
     }
     let file = open_private(path)?;
     if file.metadata()?.is_file() {
         match file.try_lock() {
             Err(TryLockError::WouldBlock) => {
-                let words = "another recorder is writing it";
+                let words = "another recorder is writing to it";
                 return Err(io::Error::new(io::ErrorKind::ResourceBusy, words));
             }
             // A file system without locks takes recordings all the same.
@@ -66,22 +66,22 @@ pub(crate) fn create_recording(path: &Path) -> io::Result<File> {
     Ok(file)
 }
 
-/// Whether a recorder is writing this file.
+/// True if a recorder is writing this file.
 #[must_use]
 pub fn is_being_recorded(path: &Path) -> bool {
     let file = File::open(path);
     file.is_ok_and(|file| matches!(file.try_lock_shared(), Err(TryLockError::WouldBlock)))
 }
 
-/// As it is, or new.
+/// Opens an existing file unchanged, or a new one.
 fn open_private(path: &Path) -> io::Result<File> {
     let mut options = File::options();
     options.write(true).create(true).truncate(false).mode(0o600);
     options.open(path)
 }
 
-/// Empties it. The mode given before is for a file that is new; one that is replaced keeps its own. A pipe or a
-/// device may refuse both.
+/// Empties the file and makes it private. The mode given at opening is for a new file; a replaced
+/// one keeps its own. A pipe or a device may refuse both.
 fn make_own(file: &File) -> io::Result<()> {
     if file.metadata()?.is_file() {
         file.set_permissions(Permissions::from_mode(0o600))?;
@@ -90,18 +90,18 @@ fn make_own(file: &File) -> io::Result<()> {
     Ok(())
 }
 
-/// Bytes on their way: what the MCAP writer has finished waits here until the disk has it.
+/// Bytes in transit: finished output of the MCAP writer waits here until the disk has it.
 pub(crate) struct Outbox {
     storage: Box<dyn Storage>,
     waiting: Waiting,
-    /// Bytes that the disk has.
+    /// Bytes on disk.
     pub(crate) written: u64,
-    /// Times that it refused some.
+    /// Number of refused writes.
     pub(crate) failures: u64,
     pub(crate) slowest: Duration,
-    /// Why it refused the last ones, which wait.
+    /// Reason for the last refusal; the bytes wait.
     pub(crate) refused: Option<String>,
-    /// Why nothing more is written.
+    /// Reason why nothing more is written.
     pub(crate) given_up: Option<String>,
 }
 
@@ -135,8 +135,8 @@ impl Outbox {
         (outbox, waiting)
     }
 
-    /// Writes what waits; whether the disk has all of it. What it refuses goes on waiting, and the file
-    /// ends where it was whole; when too much waits, it stays so.
+    /// Writes the waiting bytes. Returns true if the disk has all of them. Refused bytes go on
+    /// waiting, and the file ends where it was complete. With too many waiting, it stays so.
     pub(crate) fn send(&mut self) -> bool {
         let mut waiting = lock(&self.waiting);
         if self.given_up.is_some() {
@@ -162,12 +162,12 @@ impl Outbox {
         true
     }
 
-    /// Bytes that wait for the disk.
+    /// Bytes waiting for the disk.
     pub(crate) fn waits(&self) -> usize {
         lock(&self.waiting).len()
     }
 
-    /// The last time: what the disk refuses now is lost.
+    /// Writes for the last time: bytes refused now are lost.
     pub(crate) fn finish(&mut self) -> bool {
         let whole = self.send();
         if !whole && self.given_up.is_none() {

@@ -16,7 +16,7 @@ use shared_mem::scene::{
 use crate::file::SessionFile;
 use crate::{Assignment, End, Entry, Finish, Info, Operation, ReadError, Session, Storage, What};
 
-/// A disk in memory, with so much room.
+/// A disk in memory with limited room.
 #[derive(Clone, Default)]
 struct Disk(Arc<Mutex<DiskState>>);
 
@@ -144,7 +144,7 @@ fn batch(first_tick: u64) -> InputBatch {
     batch
 }
 
-/// A session of so many batches, a chunk for each.
+/// A session with this many batches, a chunk for each.
 fn record(disk: &Disk, batches: u64) -> SessionFile {
     let mut file = SessionFile::begin(Box::new(disk.clone()), &info(), &scene()).unwrap();
     for i in 0..batches {
@@ -163,7 +163,7 @@ fn read(bytes: Vec<u8>) -> Result<(Vec<InputRecord>, Session), ReadError> {
     Ok((ticks, session))
 }
 
-/// Whatever it is, its course is read or refused.
+/// Reads the course of any file; it may be refused.
 fn read_course(bytes: &[u8]) {
     let source = Box::new(Cursor::new(bytes.to_vec()));
     if let Ok(operation) = Operation::read(Path::new("test.mcap"), bytes.len() as u64, source) {
@@ -202,7 +202,7 @@ fn a_session_is_read_as_it_was_written() {
     assert_eq!(session.end(), Some(&End::Whole));
 }
 
-/// What Foxglove and its like need: an index, schemas, JSON that is JSON, times of the wall clock.
+/// Foxglove and other viewers need an index, schemas, valid JSON, and wall-clock times.
 #[test]
 fn other_programs_can_open_a_session() {
     let disk = Disk::with_room(usize::MAX);
@@ -255,7 +255,7 @@ fn other_programs_can_open_a_session() {
     assert_eq!(seen, 2 + 2 + 1, "timing, /tf and /tool, the event");
 }
 
-/// Where the hands are, at this time.
+/// The tools at this time.
 fn tools(at_ns: u64) -> ToolFrame {
     ToolFrame {
         tick: at_ns / 1_000_000,
@@ -297,7 +297,7 @@ fn the_course_is_read_as_it_was_told() {
         file.event(&event).unwrap();
         file.flush().unwrap();
     }
-    // A frame that lies, and an event that is none, leave nothing.
+    // A false frame and an invalid event leave nothing.
     let mut bad = tools(1);
     bad.force_n[0] = f32::NAN;
     file.moved(&bad).unwrap();
@@ -324,7 +324,7 @@ fn the_course_is_read_as_it_was_told() {
     assert_eq!(count(|what| matches!(what, What::Reset)), 1);
     assert_eq!(count(|what| *what == What::Start { task: 3 }), 1);
     assert_eq!(count(|what| *what == What::Device { force_max_n: 3.3 }), 1);
-    // Replay does not mind.
+    // Replay is not affected.
     assert_eq!(self::read(disk.bytes()).unwrap().0.len(), 3 * INPUT_BATCH);
 }
 
@@ -362,7 +362,7 @@ fn a_gap_is_counted_and_stands_in_the_session() {
 fn events_that_are_missing_are_counted_and_stand_in_the_session() {
     let disk = Disk::with_room(usize::MAX);
     let mut file = record(&disk, 1);
-    // The second 0 is another controller's.
+    // The second 0 comes from another controller.
     for sequence in [0, 1, 4, 0, 1] {
         let event = EventMsg {
             sequence,
@@ -388,7 +388,7 @@ fn events_that_are_missing_are_counted_and_stand_in_the_session() {
     );
 }
 
-/// Shared memory may hold anything: a number at the end of all numbers stops no recorder.
+/// Shared memory may hold any number: the largest one stops no recorder.
 #[test]
 fn ticks_and_events_of_any_number_are_taken() {
     let disk = Disk::with_room(usize::MAX);
@@ -455,7 +455,7 @@ fn a_disk_that_stays_full_is_given_up_and_memory_stays_bounded() {
     assert!(given(10_000).starts_with(&ticks) && ticks.len() >= INPUT_BATCH);
 }
 
-/// Where the chunks begin and end.
+/// Start and end of each chunk.
 fn chunks(bytes: &[u8]) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut at = mcap::MAGIC.len();
@@ -485,14 +485,18 @@ fn lengths_that_lie_are_damage_and_cost_no_memory() {
     let whole = recorded();
     let (chunk, end) = chunks(&whole)[2];
     let body = chunk + 9;
-    // (place, value, what is said)
+    // (offset, bytes, error message)
     let lies: [(usize, &[u8], &str); 6] = [
         (chunk + 1, &[0xff; 8], "at most"),
         (chunk + 1, &1_000_000u64.to_le_bytes(), "length"),
         (chunk, &[0x86], "0x86"),
         (body + 28, &0xf000_0000u32.to_le_bytes(), "compressed"),
         (body + 32, &[0xff; 8], "length"),
-        (body + 40 + 1, &10_000_000u64.to_le_bytes(), "reaches out"),
+        (
+            body + 40 + 1,
+            &10_000_000u64.to_le_bytes(),
+            "exceeds its chunk",
+        ),
     ];
     for (at, value, said) in lies {
         let mut bytes = whole.clone();
@@ -506,7 +510,7 @@ fn lengths_that_lie_are_damage_and_cost_no_memory() {
             "{why}"
         );
     }
-    // A chunk is cut where it says that there is more.
+    // The chunk is cut although it claims to be longer.
     let (ticks, session) = read(whole[..end - 1].to_vec()).unwrap();
     assert!(ticks == given(1) && matches!(session.end(), Some(End::BrokenOff(_))));
     // Shorter than its own head, which the library does not expect.
@@ -514,7 +518,7 @@ fn lengths_that_lie_are_damage_and_cost_no_memory() {
     attachment.push(9);
     attachment.extend(32u64.to_le_bytes());
     attachment.extend([0; 32]);
-    assert!(why_damaged(attachment).contains("do not fit"));
+    assert!(why_damaged(attachment).contains("exceed it"));
 }
 
 #[test]
@@ -596,7 +600,7 @@ proptest! {
         bytes.truncate(cut);
         let whole = flushed.iter().filter(|&&end| end <= cut).count();
         match read(bytes) {
-            // One chunk more may be whole: only its index is cut.
+            // One more chunk may be complete: only its index is cut.
             Ok((ticks, _)) => {
                 prop_assert!(given(3).starts_with(&ticks));
                 prop_assert!(ticks.len() >= whole * INPUT_BATCH);
@@ -605,7 +609,7 @@ proptest! {
         }
     }
 
-    /// In the middle of a chunk, of what is said at the end, or of the index.
+    /// A disk may fill up in the middle of a chunk, of the final record, or of the index.
     #[test]
     fn a_disk_that_is_full_anywhere_leaves_what_is_said(share in 0.0f64..1.0) {
         let room = (share * recorded().len() as f64) as usize;
@@ -639,7 +643,8 @@ proptest! {
         }
     }
 
-    /// Without checksums flips reach all that is in a chunk: it may lie, but not crash.
+    /// Without checksums flipped bits reach everything in a chunk: the content may be false, but
+    /// nothing crashes.
     #[test]
     fn a_damaged_session_without_checksums_is_read_or_refused(
         flips in prop::collection::vec((0.0f64..1.0, any::<u8>()), 1..9),
@@ -652,7 +657,7 @@ proptest! {
         }
         let (from, to) = chunks[chunk];
         for (share, value) in flips {
-            // The beginning of a chunk is where lengths are.
+            // Lengths are at the beginning of a chunk.
             let at = from + (share * share * (to - from) as f64) as usize;
             bytes[at] = value;
         }

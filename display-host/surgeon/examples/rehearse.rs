@@ -1,6 +1,6 @@
-//! A scripted surgeon works a task in the simulation alone, faster than real time, in Calot's triangle or a
-//! compiled scene; what the simulation took in can be kept. LATE_MS: it sees everything so late, as through a
-//! display. `hang+full` for `full`: it places the sutures first.
+//! Runs a scripted surgeon on a task in the simulation alone, faster than real time. The scene is
+//! Calot's triangle or a compiled scene. The simulation's inputs can be saved. LATE_MS delays what
+//! the surgeon sees, as a display would. `hang+full` is `full` with the sutures placed first.
 //!
 //! ```text
 //! cargo run --release -p surgeon --example rehearse -- SCENE.calot careful identify 600 [LATE_MS [KEPT.inputs]]
@@ -22,9 +22,9 @@ use shared_mem::message::EventMsg;
 use shared_mem::scene::SceneFile;
 use surgeon::Surgeon;
 
-/// Before a task's name: the sutures are to be placed first.
+/// Prefix of a task's name: the surgeon places the sutures first.
 const HANGS: &str = "hang+";
-/// How often it says how things are, s.
+/// Period of the progress lines, s.
 const SAY_EVERY_S: f64 = 10.0;
 
 fn main() {

@@ -1,4 +1,4 @@
-//! With the hook: cell after cell of layered tissue is taken away, the nearest that can be reached first.
+//! Dissection with the hook: removes layered tissue cell by cell, the nearest reachable cell first.
 
 use shared_mem::scene::CellRecord;
 
@@ -8,61 +8,63 @@ use crate::nearing::Nearing;
 use crate::sight::{Bar, between, off_line};
 use crate::work::{BACK_M, COAGULATE, Vec3, Work};
 
-/// Current that comes this near to what must not be burnt is cut off, m.
+/// Distance to a structure that must not be burnt, at which the current is switched off, m.
 const CLEAR_M: f64 = 0.001;
-/// As near as this it comes no faster than what takes it so far in a quarter of a second, m: pedal and picture
-/// lag.
+/// Within `CLOSE_M` of a delicate structure, the hook moves at most `SLOW_M` in a quarter of a
+/// second: pedal and picture lag.
 const CLOSE_M: f64 = 0.003;
 const SLOW_M: f64 = 0.003;
-/// A cell farther from the hook's end than this is come to from in front, m.
+/// A cell farther from the hook's end than this is approached from in front, m.
 const NEAR_M: f64 = 0.010;
-/// What lies so near to the way of shaft and hook is in the way, m.
+/// Anything within this distance of the path of shaft and hook obstructs it, m.
 const WAY_M: f64 = 0.0018;
-/// The way that is looked along from a cell to the port, m.
+/// Length of the path checked from a cell towards the port, m.
 const LOOK_M: f64 = 0.04;
-/// What is so near to that way counts, m.
+/// Cells within this distance of that path are considered, m.
 const BESIDE_M: f64 = 0.012;
-/// What is in the way and need not go otherwise counts as so much farther, m.
+/// Detour charged for an obstructing cell outside the regions to remove, m.
 const OTHER_M: f64 = 0.02;
-/// And a cell at which the hook has no room; one where it has less than so much, m, comes after those where it has
-/// more.
+/// Detour charged for a cell at which the hook has no room, m. A cell with less room than `ROOMY_M`
+/// is charged `NARROW_M`.
 const CRAMPED_M: f64 = 0.1;
 const ROOMY_M: f64 = 0.0015;
 const NARROW_M: f64 = 0.04;
-/// So deep the electrode goes into what it burns, m.
+/// Depth to which the electrode sinks into the tissue that it burns, m.
 const SUNK_M: f64 = 0.0004;
-/// Candidates that are looked at closely, and ways to hold the hook.
+/// Number of candidates examined closely, and of hook orientations tried for each.
 const CLOSELY: usize = 16;
 const TURNS: u32 = 12;
-/// The hand does not pull farther ahead of a tip that is held in the bed, m, nor push fat farther: ducts lie in
-/// it, and come back when it gives way.
+/// Largest lead of the hand over a tip that is held in the bed, m. In fat the lead stays below
+/// `PUSH_M`: ducts lie in it and spring back when it gives way.
 const LAG_M: f64 = 0.006;
 const PUSH_M: f64 = 0.005;
-/// What has gone so far from where it was hangs on nothing any more, m.
+/// A cell displaced by more than this is no longer attached to anything, m.
 const ADRIFT_M: f64 = 0.025;
-/// A cell is left after so long, s.
+/// A cell is given up after this time, s.
 const LONG_S: f64 = 4.0;
-/// What is nearer than this to a cell may lie before it, m; the electrode touches what is so near to it, m.
+/// A cell within `AROUND_M` of the target may lie in front of it, m. The electrode touches tissue
+/// within `REACHED_M`, m.
 const AROUND_M: f64 = 0.010;
 const REACHED_M: f64 = 0.0002;
-/// A cell is tried so often, and again once so much more is gone.
+/// A cell is tried `TRIES` times, and again once a further share `WORTH` of the tissue is gone.
 const TRIES: u8 = 3;
 const WORTH: f64 = 0.01;
-/// Where nothing is in reach any more it goes back, lets the tissue settle, s, and looks again; so often.
+/// With nothing in reach, the surgeon backs off, lets the tissue settle for this time, s, and looks
+/// again, at most `RESTS` times.
 const REST_S: f64 = 1.5;
 const RESTS: u32 = 3;
 
-/// What there is to see before a cell is chosen.
+/// The scene as seen before a cell is chosen.
 struct Now {
-    /// Numbers and places of the cells that are left.
+    /// Indices and positions of the remaining cells, m.
     left: Vec<(usize, Vec3)>,
-    /// What else stands in the way of a shaft.
+    /// Solid organs that can obstruct the shaft.
     solid: Vec<Bar>,
-    /// What must not be burnt, or not even touched.
+    /// Structures that must not be burnt or touched.
     delicate: Vec<Bar>,
 }
 
-/// A cell, and which way the hook's bent end is to turn for it.
+/// A cell, and the direction in which to turn the hook's bent end for it.
 #[derive(Debug, Clone, Copy)]
 struct Choice {
     cost_m: f64,
@@ -71,7 +73,7 @@ struct Choice {
 }
 
 impl Work<'_> {
-    /// Takes cells of regions away until this share of them is gone.
+    /// Removes cells of these regions until this share of them is gone.
     pub(crate) fn dissect(&mut self, regions: &[u8], share: f64) -> Result<(), String> {
         self.field.begin();
         let (mut before, mut rests) = (0.0, 0);
@@ -82,7 +84,7 @@ impl Work<'_> {
             }
             let Some(choice) = self.choose(regions) else {
                 if gone > before + WORTH {
-                    // With what lay before it gone, there may be a way.
+                    // With the cells in front of it gone, it may be reachable.
                     before = gone;
                     self.field.begin();
                     continue;
@@ -101,7 +103,7 @@ impl Work<'_> {
             };
             if !self.take_away(&choice)? {
                 self.field.give_up(choice.cell);
-                // Out of what held it up, or came along.
+                // Off whatever held it up, or came along.
                 self.withdraw(0.01)?;
             }
             self.goes_on()?;
@@ -125,7 +127,7 @@ impl Work<'_> {
         }
     }
 
-    /// The cell to be taken away next: near, and little before it.
+    /// Chooses the next cell: near, with little in front of it.
     fn choose(&self, regions: &[u8]) -> Option<Choice> {
         let now = self.now();
         let (tip, port) = (self.works(), self.sight.port());
@@ -142,7 +144,7 @@ impl Work<'_> {
             }
         }
         candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
-        // Near ones, and some of all.
+        // The nearest ones, and a sample of all.
         let step = (candidates.len() / CLOSELY).max(1);
         let near = candidates.iter().take(CLOSELY);
         let chosen = near.chain(candidates.iter().step_by(step));
@@ -170,7 +172,7 @@ impl Work<'_> {
         chosen.min_by(|a, b| a.cost_m.total_cmp(&b.cost_m))
     }
 
-    /// How much stands between a cell and the port, as m of a detour, and the cell that comes first.
+    /// Obstruction between a cell and the port as a detour, m, and the cell to remove first.
     fn in_way(&self, now: &Now, index: usize, at: Vec3) -> (f64, Option<(usize, Vec3)>) {
         let out = (self.sight.port() - at).normalize();
         let line = [at, at + out * LOOK_M];
@@ -193,7 +195,7 @@ impl Work<'_> {
         (cost_m, first.map(|(_, first)| first))
     }
 
-    /// The best way to turn the hook for a cell, and what it costs, as m of a detour.
+    /// Best direction of the bent end for a cell, and its cost as a detour, m.
     fn hold(&self, now: &Now, at: Vec3, radius_m: f64) -> Option<(f64, Vec3)> {
         let [heel, end] = self.electrode()?;
         let port = self.sight.port();
@@ -211,7 +213,7 @@ impl Work<'_> {
             let (room_m, _) = hook.room(touchy.iter().copied());
             let from = held - bend * (WORKS * BEND_M);
             let burns_m = electrode_room_m([from, from + bend * BEND_M], near.iter().copied());
-            // Where there is no room at all the hook pushes aside what can be: it comes there last.
+            // Without any room the hook pushes aside what it can: such cells come last.
             let tight_m = |room_m: f64| 4.0 * (0.002 - room_m).clamp(0.0, 0.004);
             let is_cramped = room_m < ROOM_M || burns_m < CLEAR_M;
             let cost_m = 0.008 * angle.abs()
@@ -229,7 +231,7 @@ impl Work<'_> {
         best
     }
 
-    /// Whether an electrode touches any of these cells.
+    /// True if the electrode touches any of these cells.
     fn touches_any(&self, cells: &[usize], electrode: [Vec3; 2]) -> bool {
         let state = &self.seen.state;
         cells.iter().any(|&index| {
@@ -242,7 +244,7 @@ impl Work<'_> {
         })
     }
 
-    /// Goes to a cell and burns until it is gone; whether it is.
+    /// Moves to a cell and burns it. Returns true once it is gone.
     fn take_away(&mut self, choice: &Choice) -> Result<bool, String> {
         let &Choice {
             cell: index, bend, ..
@@ -269,7 +271,7 @@ impl Work<'_> {
         let around = self.field.around(index, AROUND_M);
         let began_s = self.seen.at_s;
         let (mut nearest_m, mut warmest) = (f64::MAX, 0);
-        // How far the hand has gone ahead.
+        // Lead of the hand over the tip.
         let (mut pulled, mut tip) = (Vec3::zeros(), self.works());
         let mut gone = false;
         let (mut nearing, mut hanging) = (Nearing::default(), None);
@@ -300,7 +302,7 @@ impl Work<'_> {
             let is_clear = nearing.soon(room_m, seconds) > CLEAR_M;
             let reach_m = radius_m + ELECTRODE_M;
             let touches = off_m < reach_m + REACHED_M;
-            // What lies before it on the way is burnt, too: else it would be pushed along.
+            // Burn what lies in front of it as well, or it would be pushed along.
             let burns = is_clear && (touches || work.touches_any(&around, electrode));
             work.asked.switches = if burns { COAGULATE } else { 0 };
             if burns && touches {
@@ -319,7 +321,7 @@ impl Work<'_> {
                 way = way.cap_magnitude(SLOW_M);
             }
             let is_held = work.seen.tools.contact_count > 0;
-            // In fat, between duct and artery, it goes no farther than that at a touch; in the bed it pushes.
+            // In fat, between duct and artery, it stops at a touch; in the bed it pushes.
             pulled = match (is_held, is_bed) {
                 (true, true) => pulled - (work.works() - tip),
                 (true, false) => pulled,

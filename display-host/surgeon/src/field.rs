@@ -1,4 +1,4 @@
-//! Layered tissue as a surgeon sees it: which cells are left, where, and which were given up.
+//! Layered tissue as a surgeon sees it: the remaining cells, their positions, and those given up.
 
 use shared_mem::message::StateFrame;
 use shared_mem::scene::{NO_CELL, SceneFile};
@@ -6,24 +6,24 @@ use shared_mem::scene::{NO_CELL, SceneFile};
 use crate::sight::{Sight, wide};
 use crate::work::Vec3;
 
-/// What lies so near to one that was given up counts as tried, too, m.
+/// Cells within this distance of one that was given up count as tried too, m.
 const BESIDE_M: f64 = 0.002;
 
 /// Layered tissue at rest.
 #[derive(Debug)]
 pub(crate) struct Field {
     pub(crate) cells: Vec<Cell>,
-    /// How often each was given up.
+    /// Number of times each cell was given up.
     tries: Vec<u8>,
 }
 
 #[derive(Debug)]
 pub(crate) struct Cell {
-    /// At rest, m.
+    /// Position at rest, m.
     pub(crate) center: Vec3,
     spheres: Vec<(usize, f64)>,
     neighbours: [u16; 6],
-    /// As a ball, m.
+    /// Radius of a ball of the cell's volume, m.
     pub(crate) radius_m: f64,
     volume_m3: f64,
     pub(crate) region: u8,
@@ -57,7 +57,7 @@ impl Field {
         }
     }
 
-    /// What held this one up holds those beside it up.
+    /// Gives up a cell and its neighbours: they are held up by the same obstacle.
     pub(crate) fn give_up(&mut self, index: usize) {
         let Some(at) = self.cells.get(index).map(|cell| cell.center) else {
             return;
@@ -69,7 +69,7 @@ impl Field {
         }
     }
 
-    /// Share of regions that is gone, by volume.
+    /// Removed share of these regions, by volume.
     pub(crate) fn gone(&self, regions: &[u8], state: &StateFrame) -> f64 {
         let (mut gone, mut all) = (0.0, 0.0);
         for (cell, shown) in self.cells.iter().zip(&state.cells) {
@@ -82,21 +82,21 @@ impl Field {
                 };
             }
         }
-        // What is not there is gone.
+        // A region without cells counts as gone.
         if all > 0.0 { gone / all } else { 1.0 }
     }
 
-    /// None was given up.
+    /// Forgets all attempts.
     pub(crate) fn begin(&mut self) {
         self.tries.fill(0);
     }
 
-    /// How often a cell was given up.
+    /// Number of times a cell was given up.
     pub(crate) fn tries(&self, index: usize) -> u8 {
         self.tries.get(index).copied().unwrap_or(u8::MAX)
     }
 
-    /// The cells that lie so near to one at rest.
+    /// Cells within this distance of a cell, at rest.
     pub(crate) fn around(&self, index: usize, within_m: f64) -> Vec<usize> {
         let Some(at) = self.cells.get(index).map(|cell| cell.center) else {
             return Vec::new();
@@ -111,7 +111,7 @@ impl Field {
         shown.is_some_and(|shown| *shown != StateFrame::GONE)
     }
 
-    /// Whether something beside a cell is not there.
+    /// True if a neighbour of the cell is missing.
     pub(crate) fn is_exposed(&self, cell: &Cell, state: &StateFrame) -> bool {
         let mut beside = cell.neighbours.iter();
         beside.any(|it| *it == NO_CELL || !self.is_left(usize::from(*it), state))
@@ -119,7 +119,7 @@ impl Field {
 }
 
 impl Cell {
-    /// Where it is now, m.
+    /// Present position of a cell, m.
     pub(crate) fn at(&self, sight: &Sight, state: &StateFrame) -> Vec3 {
         let moved = self.spheres.iter();
         let moved = moved.map(|(sphere, weight)| sight.moved(*sphere, state) * *weight);

@@ -1,42 +1,47 @@
-//! With the hook among what must not be touched: slower the nearer it comes, and back out again.
+//! Gentle motion of the hook among structures that must not be touched: it slows as it comes
+//! nearer, and finds its way back out.
 
 use crate::hold::{Hook, WORKS};
 use crate::sight::Bar;
 use crate::work::{Vec3, Work};
 
-/// The hook is not held nearer than this to what it must not touch, m; it turns more slowly within the
-/// other, and comes nearer by no more than so much of the room that is left in a quarter of a second.
+/// Least distance between the hook and a structure that it must not touch, m. Within `SHY_M` it
+/// turns more slowly. In a quarter of a second it approaches by at most `SLOWS` times the room
+/// left.
 pub(crate) const ROOM_M: f64 = 0.0007;
 const SHY_M: f64 = 0.0015;
 const SLOWS: f64 = 3.0;
-/// It turns no faster than this, rad/s.
+/// Largest rate of turn, rad/s.
 const TURN_RAD_S: f64 = 1.9;
-/// A cell that does not get nearer or warmer for so long is left, s; so is a way.
+/// A cell or a path is given up after this time without getting nearer or warmer, s.
 pub(crate) const STUCK_S: f64 = 0.7;
-/// Less than this is not nearer, m.
+/// Smallest approach that counts as getting nearer, m.
 pub(crate) const CLOSER_M: f64 = 0.0002;
-/// Where it is caught it goes in by so much, m, takes what hangs on it back by so much at most, m, and turns a
-/// quarter; so often.
+/// To free a caught hook, the surgeon moves in by `UNHOOK_M`, m, carries the caught tube back by at
+/// most `HOME_M`, m, and turns a quarter, `UNHOOKS` times at most.
 const UNHOOK_M: f64 = 0.005;
 const HOME_M: f64 = 0.02;
 const UNHOOKS: u32 = 5;
-/// As near as this is there, m; as little off as this is turned, rad; what a short way and a turn take at most, s.
+/// A movement has arrived within `THERE_M`, m, and `TURNED_RAD`, rad. A short movement and a turn
+/// take at most the times below, s.
 const THERE_M: f64 = 0.0015;
 const TURNED_RAD: f64 = 0.3;
 const SHORT_WAY_S: f64 = 1.0;
 const TURN_WAY_S: f64 = 1.5;
-/// A way out is over within so much, m, or so long, s.
+/// A way out ends within this distance, m, or after `LONG_WAY_S`, s.
 const OUT_ENOUGH_M: f64 = 0.006;
 const LONG_WAY_S: f64 = 6.0;
-/// A duct or vessel that is as near to the hook as this may hang on it, m; if it has come along by so much it does, m.
+/// A duct or vessel within `HANGS_M` of the hook may hang on it, m. It does if it has moved along
+/// by `COMES_ALONG_M`, m.
 const HANGS_M: f64 = 0.0012;
 const COMES_ALONG_M: f64 = 0.004;
 
-/// A sphere of a duct or vessel that may hang on the hook, and where it was when the hook came to it.
+/// A sphere of a duct or vessel that may hang on the hook, and its position when the hook came
+/// near.
 pub(crate) type Hanging = (usize, Vec3);
 
 impl Work<'_> {
-    /// Where the hook works.
+    /// The working point of the hook, m.
     pub(crate) fn works(&self) -> Vec3 {
         match self.electrode() {
             Some([heel, end]) => heel.lerp(&end, WORKS),
@@ -44,18 +49,18 @@ impl Work<'_> {
         }
     }
 
-    /// How far the hook is off a way to turn, about the shaft, rad.
+    /// Angle about the shaft between the hook and a direction, rad.
     fn turned_off(&self, bend: Vec3) -> f64 {
         let local = self.to_instrument(bend);
         local.x.atan2(-local.y)
     }
 
-    /// Back along the shaft, without current.
+    /// Withdraws along the shaft, without current.
     pub(crate) fn withdraw(&mut self, by_m: f64) -> Result<(), String> {
         self.back(by_m, f64::MAX, SHORT_WAY_S).map(|_| ())
     }
 
-    /// Far back along the shaft.
+    /// Withdraws far along the shaft.
     pub(crate) fn come_out(&mut self, by_m: f64) -> Result<(), String> {
         match self.back(by_m, OUT_ENOUGH_M, LONG_WAY_S)? {
             true => Ok(()),
@@ -63,8 +68,8 @@ impl Work<'_> {
         }
     }
 
-    /// Back along the shaft, within so much of the whole way. Where the bent end is caught behind a tube, to pull
-    /// would tear that: it is let go of first. Whether it came out.
+    /// Withdraws along the shaft to within `enough_m` of the whole way; returns true if it came
+    /// out. A bent end that is caught behind a tube lets go first: pulling would tear the tube.
     fn back(&mut self, by_m: f64, enough_m: f64, seconds: f64) -> Result<bool, String> {
         self.asked.switches = 0;
         let out = -self.along();
@@ -79,7 +84,8 @@ impl Work<'_> {
             if hanging.is_none() && (to - self.works()).dot(&out) < enough_m {
                 return Ok(true);
             }
-            // The same place each time, turned farther: else what hangs there is led away step by step.
+            // The same position each time, turned farther: otherwise the caught tube would be led
+            // away step by step.
             let free = *free.get_or_insert_with(|| self.loose(hanging) - out * UNHOOK_M);
             self.steer(free, bend, SHORT_WAY_S)?;
             self.steer(free, out.cross(&bend), TURN_WAY_S)?;
@@ -87,14 +93,14 @@ impl Work<'_> {
         Ok(false)
     }
 
-    /// Where the hook works when what hangs on it is back where it was, m.
+    /// Working point at which the tube that hangs on the hook is back in place, m.
     fn loose(&self, hanging: Option<Hanging>) -> Vec3 {
         let home = hanging.map(|(sphere, was)| was - self.sight.now(sphere, &self.seen.state));
         self.works() + home.unwrap_or_default().cap_magnitude(HOME_M)
     }
 
-    /// The hook goes to a place and turns, for so long at most, whatever it touches: to keep clear of a duct in its
-    /// crook would drag that along.
+    /// Moves and turns the hook for at most this time, whatever it touches: keeping clear of a duct
+    /// in its crook would drag the duct along.
     fn steer(&mut self, to: Vec3, bend: Vec3, seconds: f64) -> Result<(), String> {
         let mut before_s = self.seen.at_s;
         self.look_for(seconds, |work| {
@@ -108,8 +114,8 @@ impl Work<'_> {
         self.goes_on()
     }
 
-    /// The hook goes to a place, as far as there is room, and turns; for so long at most. What came along, for
-    /// which it stopped.
+    /// Moves the hook to a place as far as there is room, and turns it, for at most this time.
+    /// Returns the tube that came along, at which it stopped.
     pub(crate) fn travel(
         &mut self,
         to: &dyn Fn(&Self) -> Vec3,
@@ -130,7 +136,7 @@ impl Work<'_> {
             if hangs {
                 return true;
             }
-            // What it must not touch is in the way, or it is there.
+            // A structure that it must not touch is in the way, or it has arrived.
             if work.seen.at_s - nearer_s > STUCK_S {
                 return true;
             }
@@ -142,7 +148,7 @@ impl Work<'_> {
         Ok(hanging.filter(|_| hangs))
     }
 
-    /// Whether the duct or vessel that is nearest to the hook has come along with it.
+    /// True if the duct or vessel nearest to the hook has come along with it.
     pub(crate) fn comes_along(&self, hanging: &mut Option<Hanging>) -> bool {
         let (Some(electrode), state) = (self.electrode(), &self.seen.state) else {
             return false;
@@ -157,7 +163,8 @@ impl Work<'_> {
         hangs(hanging, near, |sphere| self.sight.now(sphere, state))
     }
 
-    /// How much room the hook has to what it must not touch, m, and the way from there.
+    /// Room between the hook and structures that it must not touch, m, and the direction away from
+    /// them.
     fn room(&self) -> (f64, Vec3) {
         let Some(electrode) = self.electrode() else {
             return (f64::MAX, Vec3::zeros());
@@ -166,7 +173,7 @@ impl Work<'_> {
         hook.room(&self.sight.touchy(self.works(), 0.07, &self.seen.state))
     }
 
-    /// Moves and turns for so long, the slower the nearer it comes to what it must not touch.
+    /// Moves and turns for this time, slowing as the hook nears structures that it must not touch.
     pub(crate) fn go_gently(&mut self, way: Vec3, bend: Vec3, seconds: f64) {
         let (room_m, away) = self.room();
         let room_m = self.nearing.soon(room_m, seconds);
@@ -180,8 +187,8 @@ impl Work<'_> {
     }
 }
 
-/// Whether what was near first, and something has been since, has gone far from where it was then: `near` is a sphere
-/// that is near now, if one is, and where it is.
+/// True if the sphere that first came near has been displaced far, with a tube near ever since.
+/// `near` is the sphere now near, if any, and its position.
 fn hangs(
     hanging: &mut Option<Hanging>,
     near: Option<Hanging>,
@@ -204,10 +211,10 @@ mod tests {
                 at(moved_mm)
             })
         };
-        // It came near at 2 mm; another sphere of it may be the nearest later.
+        // It came near at 2 mm; later another of its spheres may be the nearest.
         assert!(!look(Some(7), 2.0) && !look(Some(8), 5.0));
         assert!(look(Some(8), 6.5));
-        // What the hook has left hangs no more, however far it goes.
+        // A tube that the hook has left no longer hangs, however far it goes.
         assert!(!look(None, 20.0) && !look(Some(7), 20.0) && !look(Some(7), 17.0));
         assert!(look(Some(7), 15.5));
     }

@@ -1,4 +1,4 @@
-//! Sutures that are the trainee's to place: the surgeon places them where the scene has them.
+//! Suturing: the surgeon places the trainee's sutures at the points given by the scene.
 
 use shared_mem::message::SutureMsg;
 
@@ -6,25 +6,26 @@ use crate::plan::GRASPER;
 use crate::sight::{Place, wide};
 use crate::work::{COAGULATE, Vec3, Work};
 
-/// It begins so far before the organ, m.
+/// Distance in front of the organ at which a stitch begins, m.
 const BEFORE_M: f64 = 0.03;
-/// And carries the thread so far towards the wall, m: the farther, the truer the way that it goes on.
+/// Distance that the thread is carried towards the wall, m: the longer, the better it sets the
+/// thread's direction.
 const CARRIED_M: f64 = 0.06;
-/// The foot is so long on the pedal, and off it, s.
+/// Duration of a pedal press, and of the pause after it, s.
 const STEP_S: f64 = 0.15;
-/// It is given up after so long, s.
+/// A stitch is given up after this time, s.
 const GIVE_UP_S: f64 = 6.0;
-/// So often a needle that has met nothing is tried again.
+/// Attempts of a needle that has met nothing.
 const TRIES: usize = 3;
 
 impl Work<'_> {
-    /// Whether there is a suture to be placed.
+    /// True if a suture remains to be placed.
     pub(crate) fn must_hang(&self) -> bool {
         let sutures = self.seen.state.sutures().unwrap_or(&[]);
         sutures.iter().any(|it| it.placed == SutureMsg::AWAY)
     }
 
-    /// Places each suture that is away.
+    /// Places every suture that is not placed yet.
     pub(crate) fn hang(&mut self) -> Result<(), String> {
         if self.seen.tools.instrument != GRASPER {
             self.take(GRASPER)?;
@@ -44,7 +45,8 @@ impl Work<'_> {
         (sutures.get(number).copied()).ok_or_else(|| format!("there is no suture {number}"))
     }
 
-    /// Through the organ at a sphere, straight in from the port: what lies beside the way stays where it is.
+    /// Stitches the organ at a sphere, straight in from the port, so that its neighbours stay in
+    /// place.
     fn stitch(&mut self, number: usize, sphere: usize) -> Result<(), String> {
         let port = self.sight.port();
         let before = |work: &Self| {
@@ -77,7 +79,7 @@ impl Work<'_> {
         Err(format!("the needle of suture {number} met nothing"))
     }
 
-    /// Towards where the scene has it in the wall.
+    /// Carries the thread towards the point of the wall given by the scene.
     fn fasten(&mut self, number: usize, given: &SutureMsg) -> Result<(), String> {
         let sphere = self.suture(number)?.sphere as usize;
         let from = self.sight.now(sphere, &self.seen.state);

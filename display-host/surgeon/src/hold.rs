@@ -1,33 +1,34 @@
-//! How a hook is held: which way its bent end turns, and what its parts pass on the way to a place.
+//! Geometry of a held hook: the directions of its bent end, and the room that its parts have.
 
 use crate::sight::{Bar, between};
 use crate::work::Vec3;
 
-/// From the heel to the end, and from the heel to the shaft, m; radii, m (`rt_core::tool`).
+/// Lengths of the bent end and its parts from the heel, and their radii, m (`rt_core::tool`).
 pub(crate) const BEND_M: f64 = 0.004;
 const STEM_M: f64 = 0.012;
 pub(crate) const ELECTRODE_M: f64 = 0.0008;
 const NECK_M: f64 = 0.001;
 const SHAFT_M: f64 = 0.0025;
-/// So much of the shaft is looked after, m.
+/// Length of shaft that is checked, m.
 const SEEN_M: f64 = 0.05;
-/// Which part of the bent end works, from the heel.
+/// Working point of the bent end, as a share of its length from the heel.
 pub(crate) const WORKS: f64 = 0.7;
 
-/// A hook as a surgeon thinks of it: the middles of its parts, end to end, and how thick each is, m.
+/// A hook as the surgeon models it: the axes of its parts, end to end, and their radii, m.
 #[derive(Debug, Clone)]
 pub(crate) struct Hook {
     parts: [([Vec3; 2], f64); 3],
 }
 
 impl Hook {
-    /// One whose bent end works at `at` and turns this way (of unit length), through this port.
+    /// The hook through this port whose bent end works at `at`, in the direction `bend` (a unit
+    /// vector).
     pub(crate) fn held(at: Vec3, bend: Vec3, port: Vec3) -> Self {
         let heel = at - bend * (WORKS * BEND_M);
         Self::along(heel, heel + bend * BEND_M, port)
     }
 
-    /// The one in the picture.
+    /// The hook as seen in the picture.
     pub(crate) fn seen([heel, end]: [Vec3; 2], port: Vec3) -> Self {
         Self::along(heel, end, port)
     }
@@ -43,7 +44,7 @@ impl Hook {
         Self { parts }
     }
 
-    /// How much room there is between it and the nearest of these, m, and the way from there.
+    /// Room between the hook and the nearest of these bars, m, and the direction away from it.
     pub(crate) fn room<'a>(&self, bars: impl IntoIterator<Item = &'a Bar>) -> (f64, Vec3) {
         let mut least = (f64::MAX, Vec3::zeros());
         for bar in bars {
@@ -59,8 +60,8 @@ impl Hook {
     }
 }
 
-/// Ways that the bent end can turn about a shaft along `along`, beginning with `bend` as it is: each
-/// with how far it is to turn, rad.
+/// Directions of the bent end about a shaft along `along`, from the present one, each with its
+/// angle, rad.
 pub(crate) fn turns(bend: Vec3, along: Vec3, count: u32) -> impl Iterator<Item = (Vec3, f64)> {
     let first = (bend - along * bend.dot(&along)).normalize();
     let side = along.cross(&first);
@@ -73,7 +74,7 @@ pub(crate) fn turns(bend: Vec3, along: Vec3, count: u32) -> impl Iterator<Item =
     })
 }
 
-/// Room between an electrode's side and the nearest of these bars, m.
+/// Room between the electrode's side and the nearest of these bars, m.
 pub(crate) fn electrode_room_m<'a>(
     ends: [Vec3; 2],
     bars: impl IntoIterator<Item = &'a Bar>,
@@ -84,8 +85,8 @@ pub(crate) fn electrode_room_m<'a>(
     room_m.fold(f64::MAX, f64::min)
 }
 
-/// Where the hook takes a cell: from the side that looks away from the nearest of these bars, if one is near;
-/// the electrode's middle is then so far off the cell's, m.
+/// Point at which the hook takes a cell: `off_m` off its centre, on the side that faces away from
+/// the nearest of these bars, if one is near, m.
 pub(crate) fn free_side<'a>(
     at: Vec3,
     off_m: f64,

@@ -1,4 +1,5 @@
-//! With scissors and clip applier: where along a vessel there is a way to it, there and back.
+//! Work with scissors and clip applier: finds a place along a vessel with room to get there and
+//! back.
 
 use shared_mem::message::CapsuleMsg;
 use shared_mem::scene::OrganKind;
@@ -10,55 +11,59 @@ use crate::work::{BACK_M, BITE, JAW_M, Vec3, Work};
 /// `CapsuleMsg::role` of the jaws.
 const UPPER_JAW: u32 = 1;
 const LOWER_JAW: u32 = 2;
-/// How thick a jaw is, m (`rt_core::tool`).
+/// Radius of a jaw, m (`rt_core::tool`).
 const JAW_RADIUS_M: f64 = 0.0015;
-/// How often a vessel that was missed is tried.
+/// Attempts at a vessel that was missed.
 const ATTEMPTS: u32 = 4;
-/// A clip that closes less of a vessel does not close it.
+/// A clip that closes less than this share of a vessel leaves it open.
 const CLOSED: f32 = 0.99;
-/// A careful surgeon may take a vessel beside the place meant, in so many steps along it: clips stay on their side
-/// of the cut and so far from it, the cut nearer to where it was meant, as shares of its length.
+/// A careful surgeon may take a vessel beside the intended place, sampled in `STEPS` steps. Clips
+/// stay on their side of the cut, at least `CLIP_APART` from it; the cut moves at most `CUT_ASIDE`.
+/// Both are shares of the vessel's length.
 const STEPS: u32 = 25;
 const CLIP_APART: f64 = 0.12;
 const CUT_ASIDE: f64 = 0.1;
-/// A clip that does not close gets another so far beside it; so does a cut of which nothing came, and a place where
-/// another tube lay between the jaws.
+/// Distance along the vessel, as a share, between two attempts: after a clip that does not close, a
+/// cut without effect, or another tube between the jaws.
 const BITTEN_APART: f64 = 0.035;
-/// Scissors do not cut under a clip, also not under one on another vessel: nearer to one there is no room, m.
+/// Nearer to a clip than this there is no room to cut, m: scissors do not cut under a clip, on any
+/// vessel.
 const GUARDED_M: f64 = 0.0035;
-/// The way there is looked at for so long, m; more room than this is enough.
+/// Length of the approach that is checked for room, m. More room than `ROOM_M` is enough, m.
 const WAY_M: f64 = 0.05;
 const ROOM_M: f64 = 0.008;
-/// What is beside the place by a whole length counts as so much less room, m.
+/// Room charged for a place one vessel length away from the intended one, m.
 const ASIDE_M: f64 = 0.01;
-/// Other tubes that are farther than this from the middle between the jaws stay outside, m: half their opening,
-/// and how far they lie off where they aim.
+/// A tube farther than this from the midpoint between the jaws stays outside them, m: half their
+/// opening and the error of aim.
 const ALONE_M: f64 = 0.006;
-/// A place that goes away by so much while one comes near it is pushed, m; each time more is borne.
+/// A place is being pushed if it recedes by this during the approach, m; every attempt tolerates
+/// more.
 const PUSHED_M: f64 = 0.008;
-/// Farther off than this jaws would close on nothing, m.
+/// At a larger distance the jaws would close on nothing, m.
 const MISSED_M: f64 = 0.004;
 
 impl Work<'_> {
-    /// Clips or cuts at a share of the way along an organ; again, beside it, until something came of it.
+    /// Clips or cuts at a share of the way along an organ. Repeats beside it until a clip or a cut
+    /// succeeds.
     pub(crate) fn bite(&mut self, kind: OrganKind, share: f64) -> Result<(), String> {
         if self.sight.along(kind, share, &self.seen.state).is_none() {
-            return Err("there is none".to_owned());
+            return Err("the scene has no such vessel".to_owned());
         }
         let before = match self.seen.tools.instrument {
-            // Both vessels may have lain between the blades.
+            // Both vessels may have been between the blades.
             SCISSORS if self.worked(kind) > 0 => return Ok(()),
             _ => self.worked(kind),
         };
         if self.is_cut_unclipped(kind) {
-            return Err("it is not closed on both sides: left".to_owned());
+            return Err("not clipped on both sides: not cut".to_owned());
         }
         let mut bitten = Vec::new();
         for attempt in 0..ATTEMPTS {
             let at = self.attempted(kind, share, attempt, &bitten);
             let missed = self.approach(kind, at, attempt).err();
             self.goes_on()?;
-            // Where nothing else helps it takes what lies beside it, too.
+            // The last attempt also takes what lies beside it.
             let is_last = attempt + 1 == ATTEMPTS;
             let is_there = self.is_worth_closing(kind, at);
             let takes_another = is_there && self.takes_another(kind);
@@ -73,7 +78,7 @@ impl Work<'_> {
             match (done, missed) {
                 (true, _) if self.is_open_behind_its_clip(kind) => {
                     self.theatre
-                        .tell("the clip does not close it: another beside it");
+                        .tell("the clip does not close the vessel: another goes beside it");
                 }
                 (true, _) => {
                     self.closed.push((kind, share < CUT));
@@ -83,10 +88,10 @@ impl Work<'_> {
                 (false, None) => {}
             }
         }
-        Err(format!("nothing came of {ATTEMPTS} attempts"))
+        Err(format!("{ATTEMPTS} attempts failed"))
     }
 
-    /// Goes to a share of the way along an organ.
+    /// Moves to a share of the way along an organ.
     pub(crate) fn approach(
         &mut self,
         kind: OrganKind,
@@ -94,13 +99,13 @@ impl Work<'_> {
         attempt: u32,
     ) -> Result<(), String> {
         let place = |work: &Self| work.sight.along(kind, share, &work.seen.state);
-        // Beside it first, so that nothing is swept along on the way.
+        // First to a point in front of it, so that nothing is swept along on the way.
         self.reach(&place, BACK_M, true)?;
         let Some(before) = place(self).filter(|_| self.looks_first()) else {
             return self.reach(&place, 0.0, false);
         };
         let most_m = PUSHED_M * (1.0 + 0.5 * f64::from(attempt));
-        // What one pushes before one is never reached, and tears.
+        // A place that is pushed ahead is never reached, and tears.
         let unless_pushed = |work: &Self| {
             let stays = |now: &Place| (now.at - before.at).norm() < most_m;
             place(work).filter(stays)
@@ -108,7 +113,8 @@ impl Work<'_> {
         self.reach(&unless_pushed, 0.0, false)
     }
 
-    /// Where it is tried this time: tissue gives way, and other tubes may lie before a place or beside it.
+    /// Place for this attempt: tissue gives way, and other tubes may lie in front of a place or
+    /// beside it.
     fn attempted(&self, kind: OrganKind, share: f64, attempt: u32, bitten: &[f64]) -> f64 {
         if !self.looks_first() {
             let side = if attempt.is_multiple_of(2) {
@@ -120,7 +126,7 @@ impl Work<'_> {
         }
         let is_cut = self.has_scissors();
         let is_guarded = |place: f64| is_cut && self.clip_m(kind, place) < GUARDED_M;
-        // First where it was meant, if nothing else lies there, then where there is most room.
+        // First the intended place, if nothing else lies there, then the one with the most room.
         if attempt == 0 && self.alone_m(kind, share) > ALONE_M && !is_guarded(share) {
             return share;
         }
@@ -134,7 +140,7 @@ impl Work<'_> {
         })
     }
 
-    /// How far the nearest clip is from a place along an organ, m.
+    /// Distance between a place along an organ and the nearest clip, m.
     fn clip_m(&self, kind: OrganKind, share: f64) -> f64 {
         let state = &self.seen.state;
         let Some(Place { at, .. }) = self.sight.along(kind, share, state) else {
@@ -145,7 +151,7 @@ impl Work<'_> {
         away_m.fold(f64::MAX, f64::min)
     }
 
-    /// How far other tubes are from where the jaws would take this one, m.
+    /// Distance between other tubes and the jaws around this place, m.
     fn alone_m(&self, kind: OrganKind, share: f64) -> f64 {
         let state = &self.seen.state;
         let Some(Place { at, .. }) = self.sight.along(kind, share, state) else {
@@ -159,7 +165,8 @@ impl Work<'_> {
         room_m.fold(f64::MAX, f64::min)
     }
 
-    /// How far what must not be touched is from the straight way between port and place, m.
+    /// Room between the straight path from port to place and structures that must not be touched,
+    /// m.
     fn room_on_the_way(&self, kind: OrganKind, share: f64) -> f64 {
         let state = &self.seen.state;
         let Some(Place { at, .. }) = self.sight.along(kind, share, state) else {
@@ -174,10 +181,10 @@ impl Work<'_> {
         room_m.fold(f64::MAX, f64::min)
     }
 
-    /// Whether a careful surgeon would cut what its clips do not close on both sides.
+    /// True if a careful surgeon would be cutting a vessel that clips do not close on both sides.
     fn is_cut_unclipped(&self, kind: OrganKind) -> bool {
         let is_cut = self.has_scissors();
-        // Of clips that were there before it came it knows nothing.
+        // It does not know of clips placed before it began.
         let has_clipped = self.clipped.iter().any(|organ| *organ != u32::MAX);
         let is_closed = [true, false].map(|side| self.closed.contains(&(kind, side)));
         self.looks_first() && is_cut && has_clipped && is_closed != [true; 2]
@@ -191,14 +198,14 @@ impl Work<'_> {
         self.surgeon == Surgeon::Careful && self.has_jaws()
     }
 
-    /// Whether a careful surgeon sees the vessel between the jaws.
+    /// True if a careful surgeon sees the vessel between the jaws.
     fn is_worth_closing(&self, kind: OrganKind, share: f64) -> bool {
         let place = self.sight.along(kind, share, &self.seen.state);
         let is_near = |place: Place| (place.at - self.bite_at()).norm() < MISSED_M;
         !self.looks_first() || place.is_some_and(is_near)
     }
 
-    /// Whether a careful surgeon sees another tube between the jaws.
+    /// True if a careful surgeon sees another tube between the jaws.
     fn takes_another(&self, kind: OrganKind) -> bool {
         let tools = &self.seen.tools;
         let jaws: Vec<&CapsuleMsg> = (tools.capsules.iter().take(tools.capsule_count as usize))
@@ -212,7 +219,7 @@ impl Work<'_> {
         self.looks_first() && others.iter().any(|bar| lies_between(jaws, bar))
     }
 
-    /// Whether a careful surgeon sees that what it clipped last is not closed by that clip.
+    /// True if a careful surgeon sees that the last clip leaves the vessel open.
     fn is_open_behind_its_clip(&self, kind: OrganKind) -> bool {
         let closes = self.sight.last_clip_closes(kind, &self.seen.state);
         self.surgeon == Surgeon::Careful
@@ -220,7 +227,7 @@ impl Work<'_> {
             && closes.is_some_and(|share| share < CLOSED)
     }
 
-    /// How often an organ was clipped, or with scissors in hand: divided.
+    /// Number of times an organ was clipped or, with scissors in hand, divided.
     fn worked(&self, kind: OrganKind) -> usize {
         let organ = self.sight.organ(kind);
         let of = |index: &&u32| Some(**index as usize) == organ;
@@ -232,8 +239,8 @@ impl Work<'_> {
     }
 }
 
-/// The place along a vessel with the most room, as `room_m` has it, among those where a clip or a cut that is meant
-/// for `share` may come, none of them near those `bitten`.
+/// Place along a vessel with the most room, as `room_m` gives it, among those allowed for a clip or
+/// cut meant for `share`. None is near those `bitten`.
 fn roomiest(share: f64, is_cut: bool, bitten: &[f64], room_m: impl Fn(f64) -> f64) -> f64 {
     let fits = |place: f64| match is_cut {
         true => (place - share).abs() < CUT_ASIDE,
@@ -248,19 +255,20 @@ fn roomiest(share: f64, is_cut: bool, bitten: &[f64], room_m: impl Fn(f64) -> f6
     best.map_or(share, |best| best.1)
 }
 
-/// The middle between jaws that take a vessel at a place and come along this way, from their hinge to their end.
+/// Axis midway between jaws that take a vessel at this place, approaching along `along`, from hinge
+/// to end.
 fn jaws_at(place: Vec3, along: Vec3) -> [Vec3; 2] {
     [-BITE, 1.0 - BITE].map(|share| place + along * (share * JAW_M))
 }
 
-/// Whether open jaws, each from hinge to end, have some of this between them.
+/// True if part of the bar lies between open jaws, each given from hinge to end.
 fn lies_between([upper, lower]: [[Vec3; 2]; 2], bar: &Bar) -> bool {
     let ends = [upper[1], lower[1]];
     let hinge = (upper[0] + lower[0]) * 0.5;
     let (middle, across) = (ends[0].lerp(&ends[1], 0.5), ends[0] - ends[1]);
     let off = between([hinge, middle], bar.ends);
     let aside = across.try_normalize(1e-9).unwrap_or_default();
-    // Off the middle along the opening, and off the plane in which they close.
+    // Offsets from the axis: along the opening, and out of the plane of closing.
     let opened_m = off.dot(&aside).abs();
     let out_m = (off - aside * off.dot(&aside)).norm();
     opened_m < 0.5 * across.norm() && out_m < JAW_RADIUS_M + bar.radius_m
@@ -290,7 +298,7 @@ mod tests {
         for (at, is_taken) in [
             ([0.0, 0.0, -0.010], true),
             ([0.0, 0.003, -0.012], true),
-            // Beside a jaw, before their ends, behind the hinge, beside both.
+            // Beside a jaw, in front of their ends, behind the hinge, beside both.
             ([0.0, 0.006, -0.010], false),
             ([0.0, 0.0, -0.020], false),
             ([0.0, 0.0, 0.005], false),
@@ -306,14 +314,14 @@ mod tests {
     fn a_clip_comes_where_there_is_room_on_its_own_side_of_the_cut() {
         let everywhere = |_: f64| 0.0;
         assert!((roomiest(0.45, false, &[], everywhere) - 0.45).abs() < 0.02);
-        // All the room is at the far end: each stays on its side, away from the cut.
+        // All the room is at the far end: each stays on its own side of the cut.
         let far = |place: f64| place;
         let body = roomiest(0.45, false, &[], far);
         assert!(body > 0.45 && body < CUT - CLIP_APART, "{body}");
         let near = |place: f64| -place;
         let bag = roomiest(0.8, false, &[], near);
         assert!(bag > CUT + CLIP_APART && bag < 0.8 + 0.04, "{bag}");
-        // The cut stays near where it was meant, whatever the room.
+        // The cut stays near the intended place, whatever the room.
         let cut = roomiest(CUT, true, &[], far);
         assert!(cut > CUT && cut < CUT + CUT_ASIDE, "{cut}");
     }
@@ -328,7 +336,7 @@ mod tests {
             assert!(apart.fold(f64::MAX, f64::min) > BITTEN_APART, "{place}");
             bitten.push(place);
         }
-        // Where no place is left it is where it was meant.
+        // With no place left, the intended one is taken.
         let all: Vec<f64> = (0..100).map(|it| 0.01 * f64::from(it)).collect();
         let last = roomiest(0.45, false, &all, everywhere);
         assert!((last - 0.45).abs() < 1.0e-9, "{last}");

@@ -1,11 +1,11 @@
-//! Scripted surgeons: each works a task of the operation, for tests and demonstrations. They see what a
-//! display sees, lead the emulated hand as mouse and keyboard do, and look where it went.
+//! Scripted surgeons: each performs a task of the operation, for tests and demonstrations. They see
+//! what a display sees, move the emulated hand as mouse and keyboard do, and watch the result.
 //!
 //! ```text
 //! Theatre ─ state, tools, events ─► Sight ─► Work (acts of a plan: reach, close, burn) ─ HandMsg ─► Theatre
 //! ```
 //!
-//! A [`Theatre`] is the station's processes in real time, or the simulation alone, faster.
+//! A [`Theatre`] is either the station's processes in real time or the simulation alone, faster.
 
 mod dissect;
 mod field;
@@ -23,21 +23,21 @@ use shared_mem::message::{CommandMsg, EventMsg, HandMsg, StateFrame, ToolFrame};
 pub use plan::Surgeon;
 pub use work::operate;
 
-/// What a surgeon has before the eyes.
+/// Everything a surgeon sees at one moment.
 #[derive(Debug)]
 pub struct Seen {
-    /// The theatre's time, s.
+    /// Time of the theatre, s.
     pub at_s: f64,
-    /// The newest frame of the organs.
+    /// Latest frame of the organs.
     pub state: Box<StateFrame>,
-    /// The newest frame of the instrument.
+    /// Latest frame of the instrument.
     pub tools: Box<ToolFrame>,
-    /// What happened since the last look.
+    /// Events since the previous look.
     pub events: Vec<EventMsg>,
 }
 
 impl Seen {
-    /// Nothing yet.
+    /// The view before the first frame.
     #[must_use]
     pub fn nothing() -> Self {
         Self {
@@ -49,17 +49,18 @@ impl Seen {
     }
 }
 
-/// Where a surgeon operates.
+/// The place of an operation: a station, or the simulation alone.
 pub trait Theatre {
-    /// Gives the hand what it is asked, lets a few milliseconds pass and looks. `false`: it is over.
+    /// Passes the request to the hand, lets a few milliseconds pass and looks. Returns `false` once
+    /// the operation is over.
     fn look(&mut self, asked: &HandMsg, seen: &mut Seen) -> bool;
 
-    /// Asks the controller for something.
+    /// Sends a command to the controller.
     ///
     /// # Errors
-    /// Why it could not be asked.
+    /// The reason why it could not be sent.
     fn command(&mut self, command: CommandMsg) -> Result<(), String>;
 
-    /// The surgeon says why something was not done.
+    /// Receives the surgeon's reason for leaving a step undone.
     fn tell(&mut self, what: &str);
 }

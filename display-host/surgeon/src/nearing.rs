@@ -1,16 +1,16 @@
-//! Room that gets less while nobody moves: tissue that gives way springs back faster than a picture is seen and a
+//! Prediction of shrinking room: yielding tissue springs back faster than a picture is seen and a
 //! hand answers.
 
-/// How late picture and hand are together, s.
+/// Delay of picture and hand together, s.
 const LATE_S: f64 = 0.05;
-/// Nothing is taken to come faster, m/s.
+/// Largest assumed speed of approach, m/s.
 const SPEED_MAX_M_S: f64 = 0.15;
-/// Nothing is farther, m.
+/// Larger distances count as this, m.
 const FAR_M: f64 = 0.1;
-/// Share of a new speed that is believed at once.
+/// Weight of a new speed sample.
 const BELIEVED: f64 = 0.7;
 
-/// How a room has been changing.
+/// Estimate of the rate at which the room changes.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Nearing {
     last_m: Option<f64>,
@@ -18,7 +18,7 @@ pub(crate) struct Nearing {
 }
 
 impl Nearing {
-    /// What will be left of a room, m, `seconds` after it was last asked of, when the hand can answer.
+    /// Predicted room when the hand can react, m, `seconds` after the previous call.
     pub(crate) fn soon(&mut self, room_m: f64, seconds: f64) -> f64 {
         let room_m = room_m.min(FAR_M);
         if let Some(last_m) = self.last_m.filter(|_| seconds > 0.0) {

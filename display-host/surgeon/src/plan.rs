@@ -1,10 +1,10 @@
-//! Who operates, and what they do in each task.
+//! The surgeons, and their plan for each task.
 
 use assess::Task;
 use clap::ValueEnum;
 use shared_mem::scene::{CellRecord, OrganKind};
 
-/// Instruments, as `ToolFrame::instrument` counts.
+/// Instruments, numbered as in `ToolFrame::instrument`.
 pub(crate) const GRASPER: u32 = 0;
 pub(crate) const HOOK: u32 = 1;
 pub(crate) const SCISSORS: u32 = 2;
@@ -15,7 +15,7 @@ pub(crate) const CLIPS: u32 = 3;
 pub enum Surgeon {
     /// Dissects, two clips on each vessel, and cuts between clips
     Careful,
-    /// The same at three times the speed, without lining up
+    /// As `Careful`, at three times the speed, without lining up
     Hurried,
     /// Cuts where no clips are
     Unclamped,
@@ -25,28 +25,28 @@ pub enum Surgeon {
     Dropper,
 }
 
-/// What it does next.
+/// One step of a plan.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Act {
-    /// The sutures that are not placed yet.
+    /// Place the remaining sutures.
     Hang,
     Take(u32),
-    /// To this share of the way along an organ.
+    /// Move to this share of the way along an organ.
     Reach(OrganKind, f64),
-    /// There, closes the jaws, and goes back; again until a clip or a cut came of it.
+    /// Close the jaws there and withdraw, until a clip or a cut succeeds.
     Work(OrganKind, f64),
-    /// Closes the jaws, and opens them.
+    /// Close and open the jaws.
     Close,
-    /// The foot on the pedal, s.
+    /// Press the pedal, s.
     Burn(f64),
-    /// Back along the shaft.
+    /// Withdraw along the shaft.
     Retreat,
-    /// With the hook, until this share of the tissue of regions is gone.
+    /// Dissect with the hook until this share of the regions' tissue is gone.
     Dissect(&'static [u8], f64),
 }
 
 impl Surgeon {
-    /// What it does in a task.
+    /// The surgeon's steps for a task.
     pub(crate) fn plan(self, task: Task) -> Vec<Act> {
         let vessels = [OrganKind::CysticDuct, OrganKind::CysticArtery];
         let does = |own: Task| task == own || task == Task::Full;
@@ -68,7 +68,8 @@ impl Surgeon {
                     }
                 }
                 if does(Task::Cut) {
-                    // Task `cut` begins with clips: two on the body's side of 0.65, one on the other.
+                    // Task `cut` begins with clips: two on the body's side of 0.65, one on the
+                    // other.
                     plan.push(Act::Take(SCISSORS));
                     plan.extend(vessels.map(|kind| Act::Work(kind, CUT)));
                 }
@@ -81,7 +82,7 @@ impl Surgeon {
                 }
             }
             Self::Unclamped => {
-                // Beside the clips that task `cut` begins with.
+                // Beside the clips with which task `cut` begins.
                 let share = if task == Task::Cut { 0.92 } else { 0.65 };
                 plan.push(Act::Take(SCISSORS));
                 plan.extend(vessels.map(|kind| Act::Work(kind, share)));
@@ -105,9 +106,9 @@ impl Surgeon {
     }
 }
 
-/// Share of the way along a vessel where it is cut; clips come on both sides.
+/// Place of the cut, as a share of a vessel's length; clips go on both sides.
 pub(crate) const CUT: f64 = 0.65;
-/// Shares of regions that are taken away, a little more than the pass rules ask (`rules.toml`).
+/// Share of tissue that is removed, a little more than the pass rules require (`rules.toml`).
 const VIEW: f64 = 0.91;
 const WHOLE: f64 = 0.985;
 
@@ -128,7 +129,11 @@ mod tests {
             });
             closes.count()
         };
-        assert_eq!(clips(Surgeon::Careful, Task::Cut), 0, "they are there");
+        assert_eq!(
+            clips(Surgeon::Careful, Task::Cut),
+            0,
+            "the task begins with clips"
+        );
         assert_eq!(clips(Surgeon::Careful, Task::Full), 4);
         assert_eq!(clips(Surgeon::Careful, Task::Clamp), 4);
         assert_eq!(clips(Surgeon::Careful, Task::Identify), 0);

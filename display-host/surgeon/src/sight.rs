@@ -1,33 +1,34 @@
-//! Where organs are now: a compiled scene as the newest frame of it shows it.
+//! Positions of the organs: a compiled scene moved by its latest frame.
 
 use shared_mem::message::{ClipMsg, SphereState, StateFrame};
 use shared_mem::scene::{AttachmentRecord, OrganKind, SceneFile, WORLD};
 
 use crate::work::Vec3;
 
-/// A place, m, and which way what lies there runs, if it does.
+/// A position, m, and the direction of the tube there, if any.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Place {
     pub(crate) at: Vec3,
     pub(crate) along: Option<Vec3>,
 }
 
-/// A stretch of something between two spheres, and its radius, m.
+/// A segment between two spheres, and its radius, m.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bar {
     pub(crate) ends: [Vec3; 2],
     pub(crate) radius_m: f64,
-    /// Not even an instrument may touch it.
+    /// Must not even be touched by an instrument.
     pub(crate) is_touchy: bool,
-    /// Of a duct or vessel: the sphere of its first end.
+    /// For a duct or vessel: the sphere at its first end.
     pub(crate) tube: Option<usize>,
 }
 
-/// What a surgeon knows of a scene.
+/// A surgeon's knowledge of a scene.
 #[derive(Debug)]
 pub(crate) struct Sight {
     scene: SceneFile,
-    /// What fastens ducts and vessels to other organs: a band burns as the tube does from which it runs, and as wide.
+    /// Bands that fasten ducts and vessels to other organs: each burns as its tube does, and is as
+    /// wide.
     bands: Vec<AttachmentRecord>,
 }
 
@@ -50,7 +51,7 @@ impl Sight {
         wide(self.scene.room().instrument_port_m)
     }
 
-    /// Whether an instrument touches the organ of a sphere.
+    /// True if an instrument touches the organ of this sphere.
     pub(crate) fn is_touched(&self, sphere: usize, state: &StateFrame) -> bool {
         let organs = 0..self.scene.organs().len();
         let mut own = organs.map(|organ| self.spheres_of(organ));
@@ -60,7 +61,7 @@ impl Sight {
         spheres.is_some_and(|spheres| spheres.iter().any(touched))
     }
 
-    /// The first organ of a kind.
+    /// First organ of a kind.
     pub(crate) fn organ(&self, kind: OrganKind) -> Option<usize> {
         let mut organs = self.scene.organs().iter();
         organs.position(|organ| organ.kind == kind as u32)
@@ -85,7 +86,7 @@ impl Sight {
         first..first + count
     }
 
-    /// Share of the inside of an organ that the clip closes which was put on it last.
+    /// Share of the lumen closed by the last clip on an organ.
     pub(crate) fn last_clip_closes(&self, kind: OrganKind, state: &StateFrame) -> Option<f32> {
         let own = self.spheres_of(self.organ(kind)?);
         let clips = state.clips()?.iter();
@@ -93,7 +94,7 @@ impl Sight {
         on_it.max_by_key(|clip| clip.number).map(|clip| clip.closed)
     }
 
-    /// Where clips are now.
+    /// Present positions of the clips, m.
     pub(crate) fn clips(&self, state: &StateFrame) -> Vec<Vec3> {
         let clips = state.clips().into_iter().flatten();
         let place = |clip: &ClipMsg| {
@@ -108,18 +109,18 @@ impl Sight {
         sphere.map_or_else(Vec3::zeros, |it| wide(it.center_m))
     }
 
-    /// Where a sphere is now.
+    /// Present position of a sphere, m.
     pub(crate) fn now(&self, sphere: usize, state: &StateFrame) -> Vec3 {
         let sphere = state.spheres.get(sphere);
         sphere.map_or_else(Vec3::zeros, |it| wide(it.center_m))
     }
 
-    /// How far a sphere has gone from where it was at rest.
+    /// Displacement of a sphere from rest, m.
     pub(crate) fn moved(&self, sphere: usize, state: &StateFrame) -> Vec3 {
         self.now(sphere, state) - self.rest(sphere)
     }
 
-    /// A place along a tube, whose spheres stand in line; shares count towards the gallbladder.
+    /// Place along a tube, whose spheres are in order; shares count towards the gallbladder.
     pub(crate) fn along(&self, kind: OrganKind, share: f64, state: &StateFrame) -> Option<Place> {
         let own = self.spheres_of(self.organ(kind)?);
         let bag = self
@@ -145,7 +146,7 @@ impl Sight {
         })
     }
 
-    /// Every duct and vessel but the first organ of a kind, piece by piece.
+    /// All ducts and vessels except the first organ of a kind, segment by segment.
     pub(crate) fn tubes_beside(&self, kind: OrganKind, state: &StateFrame) -> Vec<Bar> {
         let wanted = self.organ(kind);
         let organs = 0..self.scene.organs().len();
@@ -168,7 +169,7 @@ impl Sight {
         pieces.map(bar).collect()
     }
 
-    /// Ducts, vessels, what fastens them, and bowels near a place: what current must not touch.
+    /// Structures near a place that current must not touch: ducts, vessels, their bands, bowels.
     pub(crate) fn delicate(&self, near: Vec3, within_m: f64, state: &StateFrame) -> Vec<Bar> {
         let mut bars = Vec::new();
         for (index, organ) in self.scene.organs().iter().enumerate() {
@@ -215,20 +216,20 @@ impl Sight {
         Bar {
             ends: [self.now(band.a as usize, state), to],
             radius_m: from.map_or(0.0, |it| f64::from(it.radius_m)),
-            // An instrument goes through it.
+            // Instruments pass through a band.
             is_touchy: false,
             tube: None,
         }
     }
 
-    /// What must not even be touched.
+    /// Structures near a place that must not even be touched.
     pub(crate) fn touchy(&self, near: Vec3, within_m: f64, state: &StateFrame) -> Vec<Bar> {
         let mut bars = self.delicate(near, within_m, state);
         bars.retain(|bar| bar.is_touchy);
         bars
     }
 
-    /// Solid organs that stand in the way of a shaft: liver and gallbladder, sphere by sphere.
+    /// Solid organs that obstruct a shaft: liver and gallbladder, sphere by sphere.
     pub(crate) fn solid(&self, state: &StateFrame) -> Vec<Bar> {
         let kinds = [OrganKind::Liver, OrganKind::Gallbladder];
         let organs = kinds.into_iter().filter_map(|kind| self.organ(kind));
@@ -243,14 +244,14 @@ impl Sight {
     }
 }
 
-/// How far a point is from a straight line from end to end, m.
+/// Distance between a point and a segment, m.
 pub(crate) fn off_line(point: Vec3, [a, b]: [Vec3; 2]) -> f64 {
     let way = b - a;
     let share = (point - a).dot(&way) / way.norm_squared().max(1e-12);
     (point - a - way * share.clamp(0.0, 1.0)).norm()
 }
 
-/// The shortest way from the second of two straight lines, end to end, to the first.
+/// Shortest vector from the second segment to the first, m.
 pub(crate) fn between([a, b]: [Vec3; 2], [c, d]: [Vec3; 2]) -> Vec3 {
     let (own, other, apart) = (b - a, d - c, a - c);
     let (own2, other2) = (own.norm_squared(), other.norm_squared());
@@ -278,7 +279,7 @@ mod tests {
         let line = |a: [f64; 3], b: [f64; 3]| [Vec3::from(a), Vec3::from(b)];
         let level = line([-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]);
         for (other, way) in [
-            // Across it, in line with it, beside it, and a place.
+            // Across it, in line with it, beside it, and a point.
             (line([0.3, -1.0, 2.0], [0.3, 1.0, 2.0]), [0.0, 0.0, -2.0]),
             (line([3.0, 0.0, 0.0], [4.0, 0.0, 0.0]), [-2.0, 0.0, 0.0]),
             (line([-1.0, 1.0, 0.0], [1.0, 1.0, 0.0]), [0.0, -1.0, 0.0]),

@@ -1,4 +1,4 @@
-//! The hands: reach a place, close the jaws, take an instrument.
+//! Hand movements: reach a place, close the jaws, exchange the instrument.
 
 use assess::Task;
 use bytemuck::Zeroable as _;
@@ -16,30 +16,31 @@ pub(crate) type Vec3 = Vector3<f64>;
 
 /// Length of the jaws of scissors and clip applier, m (`rt_core::tool::Instrument`).
 pub(crate) const JAW_M: f64 = 0.015;
-/// Which part of the jaws takes the vessel.
+/// Place of the vessel in the jaws, as a share of their length.
 pub(crate) const BITE: f64 = 0.7;
-/// So far back along the shaft it moves from place to place, m.
+/// Withdrawal along the shaft before moving to another place, m.
 pub(crate) const BACK_M: f64 = 0.03;
-/// A hurried one is on its way out so far when it opens the jaws, m.
+/// Withdrawal after which a hurried surgeon opens the jaws, m.
 const AWAY_M: f64 = 0.12;
-/// And so far, m, to be exchanged.
+/// Withdrawal before an exchange of instruments, m.
 const OUT_M: f64 = 0.05;
-/// A movement is over within this, m and rad; or it is given up, s.
+/// A movement ends within `THERE_M`, m, and `ALIGNED_RAD`, rad, or is given up after `GIVE_UP_S`,
+/// s.
 const THERE_M: f64 = 0.0015;
 const ALIGNED_RAD: f64 = 0.12;
 const GIVE_UP_S: f64 = 8.0;
-/// The jaws take so long to close or open, s.
+/// Time to close or open the jaws, s.
 const JAWS_S: f64 = 0.9;
 const TURN_RAD_S: f64 = 1.5;
-/// A surgeon waits so long for a controller, s.
+/// Longest wait for a controller, s.
 const PATIENCE_S: f64 = 64.0;
-/// Between two looks no more time counts, s.
+/// Longest time counted between two looks, s.
 const LOOK_MAX_S: f64 = 0.05;
 
-/// Lets `surgeon` work `task` in `theatre`, until the theatre says that it is over.
+/// Lets `surgeon` perform `task` in `theatre` until the operation is over.
 ///
 /// # Errors
-/// When there is no controller.
+/// There is no controller.
 pub fn operate(
     surgeon: Surgeon,
     task: Task,
@@ -71,7 +72,7 @@ pub fn operate(
     let hangs = work.must_hang() && matches!(surgeon, Surgeon::Careful | Surgeon::Hurried);
     let first = hangs.then_some(Act::Hang);
     for act in first.into_iter().chain(surgeon.plan(task)) {
-        // Tissue lies otherwise by now: with the instrument still in hand it is tried again.
+        // The tissue has moved by now: try again with the same instrument.
         let again = match act {
             Act::Take(_) if surgeon == Surgeon::Careful => std::mem::take(&mut missed),
             _ => Vec::new(),
@@ -93,7 +94,7 @@ pub fn operate(
             }
         }
     }
-    // It lets go of nothing: the hand holds still until the run ends.
+    // Keep hold: the hand stays still until the run ends.
     work.look_for(f64::MAX, |_| false);
     Ok(())
 }
@@ -105,18 +106,18 @@ pub(crate) struct Work<'a> {
     pub(crate) theatre: &'a mut dyn Theatre,
     pub(crate) asked: HandMsg,
     pub(crate) seen: Seen,
-    /// Organs that were clipped, and that were divided, event by event: one that is cut in part is not.
+    /// Organs that were clipped, and those completely divided, one entry an event.
     pub(crate) clipped: Vec<u32>,
     pub(crate) divided: Vec<u32>,
-    /// Vessels it clipped, and whether on the body's side of the cut.
+    /// Vessels that it clipped, and true for the body's side of the cut.
     pub(crate) closed: Vec<(OrganKind, bool)>,
     pub(crate) is_over: bool,
-    /// Room to what must not be touched.
+    /// Predicted room to structures that must not be touched.
     pub(crate) nearing: Nearing,
 }
 
-/// It was ended from outside.
-const OVER: &str = "it is over";
+/// Reason of a run that was ended from outside.
+const OVER: &str = "the operation is over";
 
 impl Work<'_> {
     pub(crate) fn act(&mut self, act: Act) -> Result<(), String> {
@@ -146,7 +147,7 @@ impl Work<'_> {
         }
     }
 
-    /// Looks and moves until `done`; whether it was within the time, s.
+    /// Looks and moves until `done`, for at most this time, s. Returns true if it was done in time.
     pub(crate) fn look_for(
         &mut self,
         seconds: f64,
@@ -182,9 +183,10 @@ impl Work<'_> {
         self.goes_on()
     }
 
-    /// Out of the way of everything first: the next one is of another shape, and comes from the port.
+    /// Takes an instrument. Withdraws first: the next one has another shape and comes from the
+    /// port.
     pub(crate) fn take(&mut self, instrument: u32) -> Result<(), String> {
-        // However far it comes.
+        // However far it gets.
         let _ = self.retreat(OUT_M);
         self.goes_on()?;
         self.theatre.command(CommandMsg {
@@ -195,11 +197,11 @@ impl Work<'_> {
         self.goes_on()?;
         match taken {
             true => Ok(()),
-            false => Err(format!("instrument {instrument} did not come")),
+            false => Err(format!("instrument {instrument} did not appear")),
         }
     }
 
-    /// Back along the shaft.
+    /// Withdraws along the shaft.
     pub(crate) fn retreat(&mut self, by_m: f64) -> Result<(), String> {
         if self.surgeon == Surgeon::Careful && self.seen.tools.instrument == HOOK {
             return self.come_out(by_m);
@@ -212,7 +214,8 @@ impl Work<'_> {
         self.reach(&|_| Some(place), 0.0, false)
     }
 
-    /// Brings what the jaws bite with to a place, or so far before it; lines them up with it if it is to.
+    /// Moves the biting point of the jaws to a place or `before_m` in front of it, and lines the
+    /// jaws up if asked.
     pub(crate) fn reach(
         &mut self,
         place: &dyn Fn(&Self) -> Option<Place>,
@@ -228,7 +231,7 @@ impl Work<'_> {
             let Some(Place { at, along: runs }) = place(work) else {
                 return true;
             };
-            // A place with a direction is to lie between the jaws; else the tip goes there.
+            // A place with a direction goes between the jaws; otherwise the tip goes there.
             let from = match runs.is_some() && work.has_jaws() {
                 true => work.bite_at(),
                 false => work.tip(),
@@ -250,11 +253,11 @@ impl Work<'_> {
                 "{:.1} mm from where it wanted to be",
                 (place.at - self.tip()).norm() * 1e3
             )),
-            None => Err("it is not there, or is pushed away".to_owned()),
+            None => Err("the place is missing or is pushed away".to_owned()),
         }
     }
 
-    /// Moves the hand for so long towards where is still so far to go.
+    /// Moves the hand towards a place still `way` off, for this time.
     pub(crate) fn go(&mut self, way: Vec3, seconds: f64) {
         let step = way * (4.0 * seconds);
         let step = step.cap_magnitude(self.surgeon.speed_m_s() * seconds);
@@ -264,23 +267,23 @@ impl Work<'_> {
         }
     }
 
-    /// Turns the instrument about its shaft, which is off by so much.
+    /// Turns the instrument about its shaft by this error.
     fn turn(&mut self, off_rad: f64, seconds: f64) {
         self.turn_within(off_rad, seconds, TURN_RAD_S);
     }
 
-    /// The same, no faster than this, rad/s.
+    /// As [`Self::turn`], at a limited rate, rad/s.
     pub(crate) fn turn_within(&mut self, off_rad: f64, seconds: f64, most_rad_s: f64) {
         let most = most_rad_s * seconds;
         self.asked.rolled_rad += (4.0 * off_rad * seconds).clamp(-most, most);
     }
 
-    /// How far the jaws' hinge is turned off a tube that runs this way, about the shaft, rad: they take it
-    /// when it runs along their hinge's axis (x).
+    /// Angle about the shaft between the jaws' hinge and a tube's direction, rad. The jaws take a
+    /// tube that runs along the axis of the hinge (x).
     pub(crate) fn off(&self, runs: Vec3) -> f64 {
         let turned = self.to_instrument(runs);
         let angle = turned.y.atan2(turned.x);
-        // Either way round.
+        // Either direction of the tube.
         let half = std::f64::consts::FRAC_PI_2;
         match angle {
             angle if angle > half => angle - 2.0 * half,
@@ -289,7 +292,7 @@ impl Work<'_> {
         }
     }
 
-    /// A direction in the instrument's own frame.
+    /// A direction in the instrument's frame.
     pub(crate) fn to_instrument(&self, way: Vec3) -> Vec3 {
         rotation(&self.seen.tools.world_from_instrument).inverse() * way
     }
@@ -298,12 +301,12 @@ impl Work<'_> {
         matches!(self.seen.tools.instrument, SCISSORS | CLIPS)
     }
 
-    /// From the port to the tip.
+    /// Unit vector from the port to the tip.
     pub(crate) fn along(&self) -> Vec3 {
         rotation(&self.seen.tools.world_from_instrument) * -Vec3::z()
     }
 
-    /// Where the jaws end when they are closed, or the middle of the hook's bare end.
+    /// Ends of the closed jaws, or the middle of the hook's bare end, m.
     pub(crate) fn tip(&self) -> Vec3 {
         if self.seen.tools.instrument == HOOK
             && let Some([heel, end]) = self.electrode()
@@ -320,12 +323,12 @@ impl Work<'_> {
         joint + self.along() * JAW_M
     }
 
-    /// What of the jaws takes a vessel.
+    /// Point of the jaws that takes a vessel, m.
     pub(crate) fn bite_at(&self) -> Vec3 {
         self.tip() - self.along() * ((1.0 - BITE) * JAW_M)
     }
 
-    /// The hook's bare part, from its heel to its end.
+    /// Bare part of the hook, from heel to end.
     pub(crate) fn electrode(&self) -> Option<[Vec3; 2]> {
         let tools = &self.seen.tools;
         let parts = tools.capsules.iter().take(tools.capsule_count as usize);
@@ -334,7 +337,7 @@ impl Work<'_> {
     }
 }
 
-/// [`HandMsg::switches`]: the pedal that coagulates.
+/// Switch of the coagulation pedal in [`HandMsg::switches`].
 pub(crate) const COAGULATE: u32 = 2;
 /// `CapsuleMsg::role` of the hook's bare end.
 const TIP: u32 = 3;

@@ -1,4 +1,5 @@
-//! Scripted surgeons work every task of the operation in the simulation alone: the same bits each time.
+//! Scripted surgeons perform every task of the operation in the simulation alone, bit for bit the
+//! same each time.
 
 mod recorded;
 mod theatre;
@@ -45,7 +46,7 @@ fn operate(surgeon: Surgeon, task: Task, seconds: u64) -> Came {
     came
 }
 
-/// The tasks of the hook, and how long they may take, s.
+/// Tasks of the hook, and their time limits, s.
 const LONG: [(Task, u64); 3] = [
     (Task::Identify, 400),
     (Task::Disconnect, 300),
@@ -111,7 +112,7 @@ fn the_careful_hangs_the_gallbladder_where_nothing_does_and_the_dropper_does_not
     assert!(sutures.iter().all(|it| it.placed == SutureMsg::HUNG));
     let hung = assessed.moments.iter().filter(|it| it.what == "hung");
     assert_eq!(hung.count(), 2);
-    // About where the scene has them.
+    // Close to the points given by the scene.
     for (own, given) in sutures.iter().zip(
         triangle()
             .attachments()
@@ -130,7 +131,8 @@ fn the_careful_hangs_the_gallbladder_where_nothing_does_and_the_dropper_does_not
     assert!(!is_done && sutures.iter().all(|it| it.placed == SutureMsg::AWAY));
 }
 
-/// The beginnings of the long tasks, which [`the_careful_completes_the_long_tasks`] works to their ends.
+/// Works the beginnings of the long tasks; [`the_careful_completes_the_long_tasks`] works them to
+/// the end.
 #[test]
 fn the_careful_takes_tissue_away_without_harm_and_it_comes_to_the_same_bits_again() {
     let begin = |task, seconds, metric, least| {
@@ -164,9 +166,9 @@ fn the_burner_of_the_bile_duct_is_alarmed_and_does_not_pass() {
     assert_ne!(came.assessed.outcome, Outcome::Passed);
 }
 
-/// Operations that a release build recorded, of which the solver must still make the same bits, in every
-/// build and on every processor: clips and scissors at the duct and the artery, the hook at the bed. After a
-/// change that is meant to change them, each is recorded anew, SCENE.calot being a file that is not there yet:
+/// Replays operations recorded by a release build: clips and scissors at duct and artery, the hook
+/// at the bed. The solver must reproduce them bit for bit in every build and on every processor.
+/// Record them anew after a deliberate change; SCENE.calot is a file that does not exist yet:
 ///
 /// ```text
 /// cargo run --release -p surgeon --example rehearse -- SCENE.calot careful cut 150 0 display-host/surgeon/tests/recorded/cut.inputs
@@ -211,7 +213,7 @@ fn what_is_kept_of_an_operation_comes_back() {
     assert!(recorded::read(&path).is_err(), "it breaks off");
 }
 
-/// What the assessment takes for cleared when a task begins is what the controller has cleared.
+/// At a task's start, assessment and controller agree on the cleared tissue.
 #[test]
 fn what_is_cleared_before_a_task_counts() {
     let scene = triangle();
@@ -231,7 +233,7 @@ fn what_is_cleared_before_a_task_counts() {
         seen_gone = volume(&gone) / volume(&|_| true);
         told = assessment.clone().end().metrics.get(Metric::CvsTriangle);
     };
-    // Nothing is taken away in this time.
+    // Nothing is removed in this time.
     work(
         start(Task::Clamp),
         Surgeon::Careful,

@@ -127,7 +127,7 @@ fn from_the_start_to_the_debrief_by_keyboard() {
     );
 
     screen.press(desk, "i");
-    let _ = screen.window("Calot: Instructor's sheet");
+    let _ = screen.window("Calot: Instructor's assessment");
     for _ in 0..5 {
         screen.press_and_see(desk, "3");
     }
@@ -173,7 +173,7 @@ fn an_operation_that_cannot_begin_leads_back_to_the_start() {
     );
     let desk = &screen.window("Calot: Start");
     screen.press(desk, "Return");
-    let _ = screen.window("Calot: No operation");
+    let _ = screen.window("Calot: Operation did not start");
     // From the debrief, or from what went wrong, to the start, and out.
     screen.leave(desk, &mut launcher);
     let output = launcher.finish();

@@ -197,7 +197,10 @@ fn a_careful_surgeon_hangs_the_gallbladder_that_nothing_hangs() {
     let out = tempfile::tempdir().expect("a folder");
     let more = ["--sutures", "own", "--seconds", "25"];
     let summary = operate_into(out.path(), "full", "careful", &more);
-    assert_eq!(summary["steps"][0][0], "Hang the gallbladder by 2 sutures");
+    assert_eq!(
+        summary["steps"][0][0],
+        "Suspend the gallbladder with 2 sutures"
+    );
     assert_eq!(summary["steps"][0][1], true, "{summary:#}");
     assert_eq!(summary["steps"].as_array().map(Vec::len), Some(8));
 }

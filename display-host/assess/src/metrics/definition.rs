@@ -1,19 +1,19 @@
-//! What each metric is: name, unit, definition, source. A definition that changes takes a new
-//! [`crate::VERSION`]; what a report shows says which it is of.
+//! Definitions of the metrics: name, unit, definition, source. A changed definition needs a new
+//! [`crate::VERSION`], which reports show.
 
 macro_rules! metrics {
     ($($variant:ident $name:literal $unit:literal $definition:literal $source:literal)*) => {
-        /// A metric.
+        /// A metric of the assessment.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
         pub enum Metric {
             $(#[doc = $definition] $variant,)*
         }
 
         impl Metric {
-            /// All of them, in the order in which they are shown.
+            /// All metrics, in the order of display.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$variant),*];
 
-            /// As JSON, CSV and rules have it: unit last.
+            /// Name in JSON, CSV and rules; the unit comes last.
             #[must_use]
             pub fn name(self) -> &'static str {
                 match self { $(Self::$variant => $name,)* }
@@ -25,13 +25,13 @@ macro_rules! metrics {
                 match self { $(Self::$variant => $unit,)* }
             }
 
-            /// What it is.
+            /// Its definition.
             #[must_use]
             pub fn definition(self) -> &'static str {
                 match self { $(Self::$variant => $definition,)* }
             }
 
-            /// Who measures so.
+            /// The publication or product that measures it so.
             #[must_use]
             pub fn source(self) -> &'static str {
                 match self { $(Self::$variant => $source,)* }
@@ -45,13 +45,13 @@ metrics! {
         "Time of the task without pauses and without gaps in the recording."
         "LAP Mentor, LapSim: time"
     Gaps "gaps_s" "s"
-        "Time of which nothing is known: no movement was recorded for more than 0.25 s."
+        "Time without records: no movement was recorded for more than 0.25 s."
         "own"
     Restarts "restarts" "n"
-        "Times that the organs were put back to rest; all else counts from the last."
+        "Number of resets of the organs; all other metrics count from the last one."
         "own"
     LostEvents "lost_events" "n"
-        "Events that the controller numbered and the recording has not: what they told is in no figure."
+        "Events that the controller numbered and the recording lacks; no metric includes them."
         "own"
     Path "path_m" "m"
         "Path of the instrument's tip, measured with a ruler of 1 mm: tremor below it does not count."
@@ -63,7 +63,7 @@ metrics! {
         "Movements of the instrument: faster than 20 mm/s after slower than 5 mm/s, over 50 ms."
         "LAP Mentor: number of movements; limits own"
     ScopeMovements "scope_movements" "n"
-        "Movements of the endoscope, counted alike."
+        "Movements of the endoscope, counted in the same way."
         "LAP Mentor: number of movements; limits own"
     Economy "economy" "1"
         "Straight distance from beginning to end of each movement, summed, over their paths: 1 is straight."
@@ -72,7 +72,7 @@ metrics! {
         "Time in which both hands were slower than 5 mm/s for 1 s or longer."
         "LAP Mentor: idle time; limits own"
     ForceMax "force_max_n" "N"
-        "Greatest force on the hand."
+        "Largest force on the hand."
         "NeuroVR tier 3: force"
     ForceMean "force_mean_n" "N"
         "Mean force on the hand while the instrument touched."
@@ -81,16 +81,16 @@ metrics! {
         "Force that was not exceeded in 95 % of the time that the instrument touched, to 0.05 N."
         "NeuroVR tier 3: force histogram"
     ForceSaturated "force_saturated_s" "s"
-        "Time at 97 % or more of what the haptic device can give: the tissue's force was greater than felt."
+        "Time at 97 % or more of the haptic device's greatest force: the tissue resisted more than was felt."
         "own"
     CauteryOn "cautery_on_s" "s"
         "Time with current on the hook."
         "LAP Mentor: safe cautery"
     CauteryAir "cautery_air_s" "s"
-        "Of that, time in which the hook touched nothing, and nothing was told as burnt in the last 0.1 s."
-        "LAP Mentor: cautery without contact; current that bridges a gap is none in air: own"
+        "Part of that time in which the hook touched nothing and had burnt nothing for 0.1 s."
+        "LAP Mentor: cautery without contact; own: current across a gap does not count"
     BurnWrong "burn_wrong_j" "J"
-        "Energy into what the rules say must not be burnt."
+        "Energy into structures that the rules protect from burning."
         "own"
     BurnLiver "burn_liver_j" "J" "Energy into the liver." "own"
     BurnGallbladder "burn_gallbladder_j" "J" "Energy into the gallbladder." "own"
@@ -98,48 +98,48 @@ metrics! {
     BurnVessel "burn_vessel_j" "J" "Energy into arteries." "own"
     BurnTarget "burn_target_j" "J" "Energy into fat and connective tissue." "own"
     TouchesWrong "touches_wrong" "n"
-        "Times that a structure was touched which the rules say must not be."
+        "Touches of structures that the rules protect."
         "paper, evaluation"
     BurnsWrong "burns_wrong" "n"
-        "Times that a structure was burnt which the rules say must not be."
+        "Burns of structures that the rules protect."
         "paper, evaluation"
     CutsWrong "cuts_wrong" "n"
-        "Times that something was cut other than cystic duct and artery, fat, connective tissue and sutures."
+        "Cuts of anything except cystic duct and artery, fat, connective tissue and sutures."
         "own"
     ClipsUsed "clips_used" "n" "Clips that closed." "LAP Mentor: clips"
-    ClipsLost "clips_lost" "n" "Clips that closed on nothing." "LAP Mentor: lost clips"
+    ClipsLost "clips_lost" "n" "Clips that closed without tissue." "LAP Mentor: lost clips"
     ClipsMisplaced "clips_misplaced" "n"
-        "Clips on other structures than cystic duct and artery."
+        "Clips on structures other than cystic duct and artery."
         "LAP Mentor: clips"
     ClipsDuct "clips_duct" "n" "Clips on the cystic duct." "paper, task 2"
     ClipsArtery "clips_artery" "n" "Clips on the cystic artery." "paper, task 2"
     ClipSpacing "clip_spacing_mm" "mm"
-        "Least distance between two clips of one vessel, where each closed."
+        "Smallest distance between two closed clips on one vessel."
         "own"
     CutsOneSided "cuts_one_sided" "n"
-        "Vessels divided with clips on them, none of which closes one of the sides."
+        "Vessels divided with clips on them, but with a side left open."
         "paper, task 3: between the clips"
     Unclamped "unclamped" "n"
-        "Vessels divided with too few clips or a side that they do not close, or that leaked after it."
+        "Vessels divided with too few clips or with one side open, or that leaked afterwards."
         "paper, evaluation"
     Blood "blood_ml" "ml" "Blood lost: flow of each leak over time." "LAP Mentor: blood loss"
     Bile "bile_ml" "ml" "Bile lost: flow of each leak over time." "own"
     Perforations "perforations" "n" "Walls burnt through or torn open." "LAP Mentor: perforations"
-    Crushes "crushes" "n" "Times that jaws crushed what they held." "GOALS: tissue handling"
+    Crushes "crushes" "n" "Times that the jaws crushed tissue in their grip." "GOALS: tissue handling"
     Tears "tears" "n"
         "Ducts, vessels and other organs torn; fat and connective tissue do not count."
         "GOALS: tissue handling"
-    Slips "slips" "n" "Times that what the jaws held slipped." "GOALS: tissue handling"
+    Slips "slips" "n" "Times that tissue slipped from the jaws." "GOALS: tissue handling"
     OutOfView "out_of_view_s" "s"
-        "Time in which the instrument's tip was not in the picture of a 0° endoscope (35° to each side)."
+        "Time in which the instrument's tip was outside the picture of a 0° endoscope (35° to each side)."
         "LAP Mentor: tool out of view"
     ScopeTurn "scope_turn_deg" "deg"
-        "Angle through which the endoscope looked about, measured with a ruler of 1°."
+        "Angle through which the view of the endoscope turned, measured in steps of 1°."
         "LapSim camera navigation: angular path"
     ScopeTilt "scope_tilt_deg" "deg"
-        "Mean angle between the picture's horizon and the level."
+        "Mean tilt of the picture's horizon."
         "LapSim camera navigation: horizon"
-    Exchanges "exchanges" "n" "Times that the instrument was exchanged." "own"
+    Exchanges "exchanges" "n" "Exchanges of the instrument." "own"
     CvsTriangle "cvs_triangle" "1"
         "Share of the layered tissue in Calot's triangle that is removed, by volume."
         "critical view of safety, criterion 1 (Strasberg)"
@@ -147,7 +147,7 @@ metrics! {
         "Share of the layered tissue of the lower third of the gallbladder's bed that is removed, by volume."
         "critical view of safety, criterion 2 (Strasberg)"
     CvsTwo "cvs_two" "1"
-        "Two structures enter the gallbladder: 1 while cystic duct and artery are whole, else the share."
+        "Two structures enter the gallbladder: 1 while cystic duct and artery are intact, otherwise the share that is."
         "critical view of safety, criterion 3 (Strasberg)"
     Bed "bed" "1"
         "Share of the layered tissue of the whole bed that is removed, by volume."

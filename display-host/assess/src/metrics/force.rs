@@ -1,10 +1,10 @@
-//! The force on the hand: how much for how long.
+//! Distribution of the force on the hand over time.
 
 /// Width of a bin, N.
 pub const BIN_N: f64 = 0.05;
-/// Bins; the last takes what is greater.
+/// Number of bins; the last one takes all greater forces.
 const BINS: usize = 240;
-/// At this share of its greatest force a device counts as saturated.
+/// Share of its greatest force at which a device counts as saturated.
 const SATURATED: f64 = 0.97;
 
 /// Time at each force while the instrument touched.
@@ -14,7 +14,7 @@ pub(crate) struct Force {
     pub(crate) max_n: f64,
     impulse_ns: f64,
     pub(crate) saturated_s: f64,
-    /// What the device can give; 0: not known.
+    /// Greatest force of the device, N; 0: unknown.
     device_n: f64,
 }
 
@@ -57,7 +57,7 @@ impl Force {
         self.impulse_ns / self.touched_s()
     }
 
-    /// The upper end of the bin in which this share of the time is reached.
+    /// Upper end of the bin that contains this quantile of the time, N.
     pub(crate) fn quantile_n(&self, share: f64) -> f64 {
         let wanted_s = share * self.touched_s();
         let mut sum_s = 0.0;
@@ -68,7 +68,7 @@ impl Force {
         bin.map_or(f64::NAN, |bin| (bin + 1) as f64 * BIN_N)
     }
 
-    /// Seconds in each bin, without the empty ones at the end.
+    /// Time in each bin, without the empty bins at the end, s.
     pub(crate) fn histogram(&self) -> Vec<f64> {
         let used = self.seconds.iter().rposition(|s| *s > 0.0);
         self.seconds
@@ -77,7 +77,7 @@ impl Force {
             .to_vec()
     }
 
-    /// A new attempt on the same device.
+    /// Starts over for a new attempt on the same device.
     pub(crate) fn again(&self) -> Self {
         Self {
             device_n: self.device_n,

@@ -1,16 +1,16 @@
-//! How hands move: paths, movements, rest.
+//! Statistics of hand movements: paths, movements, rest.
 
 use crate::vector::{Vec3, distance};
 
-/// Shorter steps do not count as path, m: tremor and noise are below.
+/// Shorter steps do not count as path, m: they are tremor and noise.
 const RULER_M: f64 = 1e-3;
-/// Speeds are taken over so long, s.
+/// Window over which speed is measured, s.
 const WINDOW_S: f64 = 0.05;
-/// A movement begins above, m/s…
+/// Speed above which a movement begins, m/s.
 const MOVES_M_S: f64 = 0.02;
-/// …and ends below.
+/// Speed below which a movement ends, m/s.
 const RESTS_M_S: f64 = 0.005;
-/// Rest that counts as idle, s.
+/// Shortest rest that counts as idle, s.
 const IDLE_S: f64 = 1.0;
 
 /// The track of one hand.
@@ -18,11 +18,11 @@ const IDLE_S: f64 = 1.0;
 pub(crate) struct Track {
     pub(crate) path_m: f64,
     pub(crate) movements: u32,
-    /// Ends of the ruler and of the window; `None` after a gap.
+    /// Start points of the ruler and of the window; `None` after a gap.
     ruler: Option<Vec3>,
     window: Option<Vec3>,
     moving_from: Option<Vec3>,
-    /// Straight distances and paths of the movements that are over.
+    /// Straight distances and path lengths of the finished movements.
     straight_m: f64,
     moved_m: f64,
     path_at_begin_m: f64,
@@ -30,7 +30,7 @@ pub(crate) struct Track {
 }
 
 impl Track {
-    /// The hand is here now.
+    /// Takes the hand's present position.
     fn at(&mut self, place: Vec3) {
         self.newest = Some(place);
         let from = *self.ruler.get_or_insert(place);
@@ -42,7 +42,7 @@ impl Track {
         }
     }
 
-    /// A window of so long is over: whether the hand rested in it.
+    /// Closes a window of this duration. Returns true if the hand rested in it.
     fn window(&mut self, place: Vec3, seconds: f64) -> bool {
         let from = self.window.replace(place).unwrap_or(place);
         let speed = distance(from, place) / seconds;
@@ -65,7 +65,7 @@ impl Track {
         self.moved_m += path_m;
     }
 
-    /// What follows is somewhere else.
+    /// Begins anew at another position, after a gap.
     fn gap(&mut self) {
         if let (Some(begin), Some(end)) = (self.moving_from, self.newest) {
             self.end_movement(begin, end);
@@ -73,7 +73,7 @@ impl Track {
         (self.ruler, self.window) = (None, None);
     }
 
-    /// Straight distance over path of all movements.
+    /// Straight distance over path length, for all movements.
     pub(crate) fn economy(&self) -> f64 {
         let mut whole = self.clone();
         whole.gap();
@@ -94,7 +94,7 @@ pub(crate) struct Hands {
 }
 
 impl Hands {
-    /// Both hands are here, so long after the last time.
+    /// Takes both positions, after this time.
     pub(crate) fn step(&mut self, places: [Vec3; 2], seconds: f64) {
         self.window_s += seconds;
         for (track, place) in self.tracks.iter_mut().zip(places) {
@@ -122,7 +122,7 @@ impl Hands {
         }
     }
 
-    /// Nothing is known of a while.
+    /// Marks a time without records.
     pub(crate) fn gap(&mut self) {
         self.end_rest();
         self.window_s = 0.0;

@@ -1,4 +1,4 @@
-//! What is measured. [`Metric`] says what each number is.
+//! Measurement of an operation. [`Metric`] defines each number.
 
 mod definition;
 mod force;
@@ -17,20 +17,21 @@ use crate::anatomy::{Anatomy, Region};
 use crate::rules::Rules;
 use crate::vector::{Vec3, axis, distance, dot, norm, off_sight, wide};
 
-/// Between two movements a longer time is a gap, s.
+/// A longer time between two movements is a gap, s.
 const GAP_S: f64 = 0.25;
-/// Half of the angle that a 0° endoscope shows, rad (`display-host`, `Scope`).
+/// Half of the field of view of a 0° endoscope, rad (`display-host`, `Scope`).
 pub(crate) const VIEW_HALF_RAD: f64 = 0.61;
 /// Shorter turns do not count, rad.
 const TURN_RULER_RAD: f64 = std::f64::consts::PI / 180.0;
-/// Leaks as near as this to each other are one, m: every event of one leak has one place.
+/// Leaks within this distance of each other are one, m: all events of a leak have one position.
 const SAME_LEAK_M: f64 = 0.000_1;
-/// While current burns something, that is told 20 times a second; so long it counts as burning, s.
+/// Time after an event of burning during which the current counts as burning, s. Events come 20
+/// times a second.
 const BURNS_S: f64 = 0.1;
-/// [`Movement::instrument`]: the hook.
+/// Number of the hook in [`Movement::instrument`].
 const HOOK: u8 = 1;
 
-/// A number for each metric; not a number where there is none.
+/// A number for each metric; NaN where it has no value.
 #[derive(Debug, Clone, Copy)]
 pub struct Values([f64; Metric::ALL.len()]);
 
@@ -39,7 +40,7 @@ impl Values {
         Self([f64::NAN; Metric::ALL.len()])
     }
 
-    /// The number of a metric; not a number: there is none.
+    /// Value of a metric, or NaN.
     #[must_use]
     pub fn get(&self, metric: Metric) -> f64 {
         self.0.get(metric as usize).copied().unwrap_or(f64::NAN)
@@ -53,7 +54,7 @@ impl Values {
 }
 
 impl PartialEq for Values {
-    /// Bit for bit: what is none equals what is none.
+    /// Bitwise equality: NaN equals NaN.
     fn eq(&self, other: &Self) -> bool {
         self.0.map(f64::to_bits) == other.0.map(f64::to_bits)
     }
@@ -70,16 +71,16 @@ impl serde::Serialize for Values {
     }
 }
 
-/// A place that leaks.
+/// A leaking place.
 #[derive(Debug, Clone, Copy)]
 struct Leak {
     organ: u32,
     at_m: Vec3,
-    /// Share of what runs in the whole vessel.
+    /// Share of the whole vessel's flow.
     flow: f64,
 }
 
-/// What has been counted so far.
+/// Running totals.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Tally {
     hands: Hands,
@@ -89,7 +90,7 @@ pub(crate) struct Tally {
     gaps_s: f64,
     cautery_s: f64,
     cautery_air_s: f64,
-    /// When something was last told as burnt, s.
+    /// Time of the last event of burning, s.
     burnt_s: Option<f64>,
     out_of_view_s: f64,
     tilt_rad_s: f64,
@@ -108,20 +109,20 @@ pub(crate) struct Tally {
     tears: u32,
     slips: u32,
     removed: Vec<bool>,
-    /// Volume that is removed of each region, m³.
+    /// Removed volume of each region, m³.
     removed_in: [f64; Region::COUNT],
 }
 
-/// Leaks at most; more are one vessel that flickers.
+/// Most leaks that are kept: more are one vessel that flickers.
 const LEAKS_MAX: usize = 64;
 
 impl Tally {
-    /// What the haptic device can give.
+    /// Sets the greatest force of the haptic device, N.
     pub(crate) fn device(&mut self, force_max_n: f64) {
         self.force.device(force_max_n);
     }
 
-    /// A new attempt on the same device.
+    /// Starts over for a new attempt on the same device.
     pub(crate) fn again(&self) -> Self {
         Self {
             force: self.force.again(),
@@ -129,12 +130,12 @@ impl Tally {
         }
     }
 
-    /// Time that counts, s.
+    /// Counted time, s.
     pub(crate) fn time_s(&self) -> f64 {
         self.time_s
     }
 
-    /// The hands are here: what time passed that counts, s.
+    /// Takes the positions of the hands. Returns the counted time since the last, s.
     pub(crate) fn moved(
         &mut self,
         at_ns: u64,
@@ -145,7 +146,7 @@ impl Tally {
         let Some((before_ns, before)) = self.last.replace((at_ns, *moved)) else {
             return 0.0;
         };
-        // A clock that stands or goes back: nothing passed.
+        // The clock stands or goes back: no time passed.
         let seconds = at_ns.saturating_sub(before_ns) as f64 * 1e-9;
         if seconds <= 0.0 {
             return 0.0;
@@ -201,7 +202,7 @@ impl Tally {
         }
     }
 
-    /// Something happened.
+    /// Takes an event.
     pub(crate) fn event(&mut self, event: &EventMsg, anatomy: &Anatomy) {
         let kind = anatomy.kind(event.organ);
         match event.kind {
@@ -223,7 +224,7 @@ impl Tally {
         }
     }
 
-    /// The controller has cleared the triangle before the task.
+    /// Removes the triangle's tissue, as the controller did before the task.
     pub(crate) fn clear(&mut self, anatomy: &Anatomy) {
         for index in &anatomy.cleared {
             self.remove(*index, anatomy);
@@ -249,7 +250,7 @@ impl Tally {
         match kind {
             None => self.clips_lost += 1,
             Some(OrganKind::CysticDuct | OrganKind::CysticArtery) => {}
-            // Tissue that is dissected is between the jaws with the vessel.
+            // Tissue to be dissected lies between the jaws together with the vessel.
             Some(OrganKind::Fat | OrganKind::ConnectiveTissue) => {}
             Some(_) => self.clips_misplaced += 1,
         }
@@ -274,7 +275,7 @@ impl Tally {
         self.leaks.retain(|leak| leak.flow > 0.0);
     }
 
-    /// Share of some regions' tissue that is removed, by volume; not a number where they have none.
+    /// Removed share of these regions' tissue, by volume; NaN if they have none.
     pub(crate) fn removed(&self, anatomy: &Anatomy, regions: &[Region]) -> f64 {
         let sum = |volumes: &[f64]| -> f64 {
             let of = |region: &Region| volumes.get(*region as usize).copied();
@@ -288,7 +289,7 @@ impl Tally {
         self.force.histogram()
     }
 
-    /// The numbers that it knows; the others are set by who knows them.
+    /// The metrics counted here; the procedure sets the others.
     pub(crate) fn values(&self, anatomy: &Anatomy) -> Values {
         let mut values = Values::none();
         let [tip, lens] = &self.hands.tracks;
@@ -345,7 +346,7 @@ impl Tally {
     }
 }
 
-/// Liver, gallbladder, ducts, arteries, what is dissected, all else.
+/// Class of burnt tissue: liver, gallbladder, ducts, arteries, tissue to dissect, all else.
 fn burn_class(kind: Option<OrganKind>) -> usize {
     match kind {
         Some(OrganKind::Liver) => 0,
@@ -357,12 +358,12 @@ fn burn_class(kind: Option<OrganKind>) -> usize {
     }
 }
 
-/// Whether it is tissue that is there to be taken away.
+/// True for tissue that is there to be removed.
 pub(crate) fn is_target(kind: Option<OrganKind>) -> bool {
     matches!(kind, Some(OrganKind::Fat | OrganKind::ConnectiveTissue))
 }
 
-/// Whether bile runs in it.
+/// True for an organ that carries bile.
 fn is_duct(kind: Option<OrganKind>) -> bool {
     let bile = [
         OrganKind::CysticDuct,

@@ -1,4 +1,4 @@
-//! Drawings of a report, as SVG text.
+//! Drawings of the report, as SVG.
 
 use core::fmt::Write as _;
 
@@ -46,7 +46,7 @@ impl Svg {
     }
 }
 
-/// A round step that divides a length into about so many.
+/// Round step that divides a length into about `count` parts.
 pub(super) fn step(length: f64, count: f64) -> f64 {
     let raw = (length / count).max(1e-9);
     let ten = 10f64.powf(raw.log10().floor());
@@ -54,7 +54,7 @@ pub(super) fn step(length: f64, count: f64) -> f64 {
     steps.into_iter().find(|it| *it >= raw).unwrap_or(raw)
 }
 
-/// What happened, on a line of time: a lane for each kind.
+/// Time line of the events, with a lane for each kind.
 pub(super) fn time_line(assessed: &Assessed, seconds: f64) -> String {
     let shown = [
         "hung",
@@ -73,7 +73,7 @@ pub(super) fn time_line(assessed: &Assessed, seconds: f64) -> String {
     let (left, right) = (92.0, WIDTH - 12.0);
     let x = |at_s: f64| left + (right - left) * (at_s / end_s).clamp(0.0, 1.0);
     let height = 26.0 * (lanes.len() + 1) as f64 + 34.0;
-    let mut svg = Svg::new(WIDTH, height, "What happened when");
+    let mut svg = Svg::new(WIDTH, height, "Time line");
     let every = step(end_s, 8.0);
     for tick in 0..=(end_s / every) as u32 {
         let at_s = f64::from(tick) * every;
@@ -133,7 +133,7 @@ pub(super) fn time_line(assessed: &Assessed, seconds: f64) -> String {
     svg.end()
 }
 
-/// Both paths, seen along the three axes of the world.
+/// Both paths, projected along the three world axes.
 pub(super) fn projections(paths: &[Path; 2]) -> String {
     let side = 228.0;
     let mut svg = Svg::new(WIDTH, side + 40.0, "Paths of instrument and endoscope");
@@ -210,9 +210,9 @@ pub(super) fn projections(paths: &[Path; 2]) -> String {
     svg.end()
 }
 
-/// Time at each force.
+/// Histogram of the force on the hand.
 pub(super) fn force_histogram(seconds: &[f64]) -> Option<String> {
-    // Bins of 0.2 N are read more easily.
+    // Bins of 0.2 N are easier to read.
     let bins: Vec<f64> = seconds.chunks(4).map(|four| four.iter().sum()).collect();
     let tallest = bins.iter().copied().fold(0.0f64, f64::max);
     if tallest <= 0.0 {
@@ -250,7 +250,7 @@ pub(super) fn force_histogram(seconds: &[f64]) -> Option<String> {
     Some(svg.end())
 }
 
-/// A quantity from session to session, with a line where the rule is.
+/// A quantity from session to session, with a line at the pass rule.
 #[must_use]
 pub(super) fn curve(values: &[f64], rule: Option<f64>, name: &str) -> Option<String> {
     if values.len() < 2 {
@@ -308,7 +308,7 @@ pub(super) fn curve(values: &[f64], rule: Option<f64>, name: &str) -> Option<Str
     Some(svg.end())
 }
 
-/// A learning curve by itself, as a file.
+/// Learning curve as a file of its own.
 #[must_use]
 pub fn learning_curve(values: &[f64], rule: Option<f64>, name: &str) -> Option<String> {
     curve(values, rule, name)

@@ -1,4 +1,4 @@
-//! The debrief: one page that needs no network and no other file.
+//! The debrief: one page that needs neither network nor other files.
 
 mod drawing;
 mod page;
@@ -12,53 +12,53 @@ use crate::rules::Rules;
 /// A session of a report.
 #[derive(Debug)]
 pub struct Chapter {
-    /// What it is called: where it lies.
+    /// Name: the session's path.
     pub name: String,
     /// The scene's name.
     pub scene: String,
-    /// Program that recorded it.
+    /// Version of the program that recorded it.
     pub build: String,
-    /// When it began, UTC, as text.
+    /// Start, UTC, as text.
     pub when: String,
-    /// What it came to.
+    /// Result of the assessment.
     pub assessed: Assessed,
-    /// The rules that it was assessed by.
+    /// Rules of the assessment.
     pub rules: Rules,
-    /// Pictures, with what each shows; PNG.
+    /// Captions and pictures (PNG).
     pub pictures: Vec<(String, Vec<u8>)>,
-    /// How long the simulation's ticks took, if that was kept beside the session.
+    /// Durations of the simulation's ticks, if kept beside the session.
     pub ticks: Option<Ticks>,
-    /// Why the recording ends early, if it does.
+    /// Reason why the recording ends early, if it does.
     pub cut_short: Option<String>,
     /// The trainee's earlier sessions of the same task, oldest first.
     pub past: Vec<Past>,
-    /// What an instructor wrote: item, 1 to 5.
+    /// The instructor's sheet: item, 1 to 5.
     pub sheet: Vec<(String, u8)>,
 }
 
-/// How long ticks took, as a run's `summary.json` has it.
+/// Durations of ticks, as in a run's `summary.json`.
 #[derive(Debug, Clone, PartialEq, serde::Deserialize)]
 pub struct Ticks {
-    /// The whole tick, ns.
+    /// Duration of the whole tick, ns.
     pub tick_ns: Spread,
-    /// Its stages, ns.
+    /// Durations of its stages, ns.
     pub stage_ns: std::collections::BTreeMap<String, Spread>,
-    /// Periods that were skipped.
+    /// Skipped periods.
     pub deadline_misses: u64,
     /// Ticks that ended after their deadline.
     pub overruns: u64,
-    /// Whether the controller ran in real time.
+    /// True if the controller ran in real time.
     pub realtime: bool,
 }
 
-/// Of many times, ns.
+/// Quantiles of many durations, ns.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Deserialize)]
 pub struct Spread {
-    /// How many.
+    /// Number of durations.
     pub count: u64,
-    /// Half are shorter.
+    /// Median.
     pub p50: u64,
-    /// 99 of 100 are shorter.
+    /// 99th percentile.
     pub p99: u64,
     /// The longest.
     pub max: u64,
@@ -67,13 +67,13 @@ pub struct Spread {
 /// An earlier session.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Past {
-    /// When, UTC, as text.
+    /// Start, UTC, as text.
     pub when: String,
-    /// How it ended.
+    /// Its outcome.
     pub outcome: String,
     /// Score.
     pub score: f64,
-    /// Its metrics by name; what was none is not there.
+    /// Its metrics by name, without those that had no value.
     pub metrics: std::collections::BTreeMap<String, f64>,
 }
 

@@ -1,4 +1,4 @@
-//! The page's text.
+//! Text of the page.
 
 use core::fmt::Write as _;
 
@@ -18,7 +18,7 @@ background:#fdf4dc;border-left:4px solid #b7791f;padding:.5rem 1rem}figure{margi
 font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:repeat(auto-fill,\
 minmax(15rem,1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}.score{font-size:2.2rem;font-weight:600}";
 
-/// Text that is no markup.
+/// Escapes text for HTML.
 #[must_use]
 pub(super) fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
@@ -98,19 +98,19 @@ fn one(page: &mut Page, chapter: &Chapter) {
     ));
     if let Some(why) = &chapter.cut_short {
         page.add(format_args!(
-            "<p class=\"bad\">The recording ends early ({}): what came later is not in these figures.</p>",
+            "<p class=\"bad\">The recording ends early ({}): these figures end with it.</p>",
             escape(why)
         ));
     }
     verdict(page, chapter);
-    page.add(format_args!("<h3>What happened when</h3><figure>"));
+    page.add(format_args!("<h3>Time line</h3><figure>"));
     let seconds = it.moments.iter().map(|moment| moment.at_s);
     let alarms = it.alarms.iter().map(|alarm| alarm.at_s);
     let end_s = seconds
         .chain(alarms)
         .fold(it.metrics.get(Metric::Time), f64::max);
     page.add(format_args!(
-        "{}<figcaption>Triangles are alarms; point at a mark to read what it is.</figcaption></figure>",
+        "{}<figcaption>Triangles are alarms; point at a mark to read its name.</figcaption></figure>",
         drawing::time_line(it, end_s)
     ));
     if !it.alarms.is_empty() {
@@ -136,8 +136,8 @@ fn one(page: &mut Page, chapter: &Chapter) {
     ));
     if let Some(histogram) = drawing::force_histogram(&it.force_histogram_s) {
         page.add(format_args!(
-            "<h3>Force</h3><figure>{histogram}<figcaption>How long the hand felt which force while the \
-             instrument touched.</figcaption></figure>"
+            "<h3>Force</h3><figure>{histogram}<figcaption>Time at each force on the hand during \
+             contact of the instrument.</figcaption></figure>"
         ));
     }
     past(page, chapter);
@@ -146,13 +146,13 @@ fn one(page: &mut Page, chapter: &Chapter) {
     ticks(page, chapter);
 }
 
-/// Whether the simulation kept its time while this was done.
+/// Reports if the simulation kept up with real time.
 fn ticks(page: &mut Page, chapter: &Chapter) {
     let Some(ticks) = &chapter.ticks else {
         return;
     };
     page.add(format_args!(
-        "<h3>The simulation's time</h3><table><tr><th>µs<th>p50<th>p99<th>max</tr>"
+        "<h3>Timing of the simulation</h3><table><tr><th>µs<th>p50<th>p99<th>max</tr>"
     ));
     let stages = ticks.stage_ns.iter().map(|(name, it)| (name.as_str(), it));
     for (name, spread) in [("whole tick", &ticks.tick_ns)].into_iter().chain(stages) {
@@ -205,7 +205,7 @@ fn verdict(page: &mut Page, chapter: &Chapter) {
     let pass = chapter.rules.pass(it.task);
     if !pass.is_empty() {
         page.add(format_args!(
-            "<h3>Pass rule</h3><table><tr><th>what<th>was<th>asked<th>met</tr>"
+            "<h3>Pass rules</h3><table><tr><th>metric<th>value<th>required<th>met</tr>"
         ));
         let time = (
             "time_s",
@@ -236,7 +236,7 @@ fn verdict(page: &mut Page, chapter: &Chapter) {
     }
     if !it.lost.is_empty() {
         page.add(format_args!(
-            "<h3>Points lost</h3><table><tr><th>for<th>value<th>points</tr>"
+            "<h3>Points lost</h3><table><tr><th>metric<th>value<th>points</tr>"
         ));
         for lost in &it.lost {
             page.add(format_args!(
@@ -270,7 +270,7 @@ fn past(page: &mut Page, chapter: &Chapter) {
     }
     let it = &chapter.assessed;
     page.add(format_args!(
-        "<h3>Beside earlier sessions of this task</h3>"
+        "<h3>Compared with earlier sessions of this task</h3>"
     ));
     let scores = chapter.past.iter().map(|past| past.score);
     let scores: Vec<f64> = scores.chain([it.score]).collect();
@@ -291,7 +291,7 @@ fn past(page: &mut Page, chapter: &Chapter) {
         Metric::Alarms,
     ];
     page.add(format_args!(
-        "<table><tr><th>metric<th>now<th>last time<th>best of before</tr>"
+        "<table><tr><th>metric<th>now<th>last session<th>best so far</tr>"
     ));
     for metric in compared {
         let before = || {
@@ -302,7 +302,7 @@ fn past(page: &mut Page, chapter: &Chapter) {
         };
         let text =
             |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{value:.2}"));
-        // Of all but economy less is better.
+        // Less is better for all metrics except economy.
         let best = match metric {
             Metric::Economy => before().copied().max_by(f64::total_cmp),
             _ => before().copied().min_by(f64::total_cmp),
@@ -323,7 +323,7 @@ fn sheet(page: &mut Page, chapter: &Chapter) {
         return;
     }
     page.add(format_args!(
-        "<h3>The instructor's sheet</h3><table><tr><th>item<th>of 5</tr>"
+        "<h3>Instructor's assessment</h3><table><tr><th>item<th>of 5</tr>"
     ));
     for (item, points) in &chapter.sheet {
         page.add(format_args!("<tr><td>{}<td>{points}</tr>", escape(item)));

@@ -1,20 +1,20 @@
-//! What begins an effect: an event of the controller, or the electrode.
+//! Causes of effects: events of the controller, and the electrode.
 
 use glam::Vec3;
 use shared_mem::message::{EventMsg, ToolFrame};
 use shared_mem::scene::OrganKind;
 
-/// A current works where tissue is touched within this of its electrode's tip, m.
+/// A current acts on touched tissue within this distance of the electrode's tip, m.
 const TIP_M: f32 = 0.003;
-/// A leak goes on until it is told that it has changed, s: longer than a session.
+/// Duration of a leak, s, longer than any session: it continues until an event changes it.
 pub(super) const LEAK_S: f32 = 36_000.0;
 
-/// What an effect is.
+/// Kind of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Burnt tissue: smoke that drifts and gathers.
     Smoke,
-    /// Water boiled off: white, gone in a second.
+    /// Boiled-off water: white, gone within a second.
     Steam,
     /// Sparks of a cutting current.
     Sparks,
@@ -22,28 +22,29 @@ pub enum Kind {
     Blood,
     /// Bile from a hole: seeps, runs down, pools.
     Bile,
-    /// The surface turns black.
+    /// Charring of the surface.
     Char,
 }
 
-/// Something that begins. Lengths in m, world frame.
+/// An effect to start. Lengths in m, world frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Effect {
-    /// What.
+    /// Kind of the effect.
     pub kind: Kind,
-    /// Where.
+    /// Position.
     pub at_m: Vec3,
-    /// Which way it leaves; need not be of unit length. Zero: off the skin there, or up.
+    /// Direction in which it leaves, of any length. Zero: along the skin's normal, or upwards.
     pub along: Vec3,
-    /// How much of it: 1 is a cystic artery cut through, or a hook's full current.
+    /// Strength: 1 is a divided cystic artery, or a hook's full current.
     pub strength: f32,
-    /// How long its source lasts, s. Char is there at once: as wide as so long a current makes it.
+    /// Duration of its source, s. Char appears at once, as wide as a current of this duration makes
+    /// it.
     pub lasts_s: f32,
 }
 
 impl Effect {
-    /// What an event of the controller shows, if anything, on an organ of this kind: ducts leak,
-    /// fat and connective tissue neither leak nor bleed.
+    /// Effect of an event on an organ of this kind, if any: ducts leak; fat and connective tissue
+    /// neither leak nor bleed.
     #[must_use]
     pub fn of_event(event: &EventMsg, organ: Option<OrganKind>) -> Option<Self> {
         use OrganKind as Organ;
@@ -54,7 +55,7 @@ impl Effect {
             Organ::Gallbladder if matches!(event.kind, EventMsg::LEAK | EventMsg::PERFORATION) => {
                 (Kind::Bile, 1.0)
             }
-            // Only tubes and bands part: of the gallbladder it is its bed, which bleeds a little.
+            // Only tubes and bands tear: for the gallbladder it is its bed, which bleeds a little.
             _ => (Kind::Blood, 0.5),
         };
         let is_tube = matches!(
@@ -62,7 +63,7 @@ impl Effect {
             Organ::CysticDuct | Organ::BileDuct | Organ::CysticArtery | Organ::Vessel
         );
         let (strength, lasts_s) = match event.kind {
-            // What was in a tube; whether it goes on leaking is told apart.
+            // The content of a tube; a continuing leak has events of its own.
             EventMsg::TEAR | EventMsg::CUT if is_tube => (0.5 * much, 1.5),
             EventMsg::TEAR => (0.5 * much, 6.0),
             EventMsg::CUT => (much, 10.0),
@@ -79,9 +80,9 @@ impl Effect {
         })
     }
 
-    /// What an electrode that touches tissue does in a moment of `seconds`: cutting (switch 1)
-    /// sparks and smokes a little, coagulating (2) smokes, steams and chars. `touched` are the spheres
-    /// that some tool touches, centre and radius in m: a shaft that leans on tissue burns nothing.
+    /// Effects of an electrode in contact with tissue during `seconds`. Cutting (switch 1) sparks
+    /// and smokes a little; coagulation (2) smokes, steams and chars. `touched` lists the spheres
+    /// in contact with any tool, centre and radius in m: a shaft resting on tissue burns nothing.
     #[must_use]
     pub fn of_electrode(
         tools: &ToolFrame,
@@ -90,7 +91,7 @@ impl Effect {
     ) -> Vec<Self> {
         const HOOK: u32 = 1;
         let current = tools.switches & 3;
-        // Both at once: the controller lets neither through.
+        // With both pressed the controller passes neither.
         if tools.instrument != HOOK || !matches!(current, 1 | 2) {
             return Vec::new();
         }
@@ -110,7 +111,8 @@ impl Effect {
             at_m,
             along,
             strength,
-            // The others go on while the electrode is on: to the next picture and a little longer.
+            // The others continue while the electrode is on: until the next picture and a little
+            // longer.
             lasts_s: if kind == Kind::Char {
                 seconds
             } else {

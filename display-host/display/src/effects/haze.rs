@@ -1,29 +1,29 @@
-//! Smoke that has spread through the cavity: a haze that gathers, and is drawn off through the
+//! Smoke spread through the cavity: a haze that accumulates and is evacuated through the
 //! instrument's trocar.
 
 use super::{Kind, Particle};
 
-/// Light that a puff takes from a beam once it has spread through the cavity, 1/m: ten seconds of full
+/// Attenuation added by a puff once it has spread through the cavity, 1/m. Ten seconds of full
 /// coagulation, some 480 puffs, take a quarter of the light from 7 cm, there and back.
 const PUFF_PER_M: f32 = 0.006;
-/// Thicker than this nothing is seen any more, 1/m.
+/// Attenuation above which nothing is visible, 1/m.
 const THICKEST_PER_M: f32 = 40.0;
-/// By itself it settles and leaks out so slowly: what is left after a minute is a third, s.
+/// Time constant with which smoke settles and leaks out, s: a third is left after a minute.
 const SETTLES_S: f32 = 55.0;
-/// A trocar's open valve changes the cavity's gas in this time, s.
+/// Time constant with which an open trocar valve exchanges the cavity's gas, s.
 const DRAWN_OFF_S: f32 = 4.0;
-/// Speed of puffs towards the trocar, m/s, and so near to it they have left, m.
+/// Speed of puffs towards the trocar, m/s, and distance to it at which they leave, m.
 pub(super) const DRAUGHT_M_S: f32 = 0.06;
 pub(super) const MOUTH_M: f32 = 0.01;
 
-/// How thick it is.
+/// Density of the spread smoke.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Haze {
     pub(super) per_m: f32,
 }
 
 impl Haze {
-    /// A particle has ended: what smoked has not gone, it has spread.
+    /// Adds a particle that has ended: its smoke has spread.
     pub(super) fn take(&mut self, particle: &Particle) {
         if particle.kind == Kind::Smoke {
             self.per_m = (self.per_m + PUFF_PER_M).min(THICKEST_PER_M);

@@ -1,11 +1,11 @@
-//! What happens beside the tissue's motion: smoke, steam, sparks, blood, bile, char. Fed by a plain
-//! list of [`Effect`]s, whoever makes it; nothing of it goes back to the controller.
+//! Effects in addition to the tissue's motion: smoke, steam, sparks, blood, bile, char. The input
+//! is a plain list of [`Effect`]s from any source; nothing returns to the controller.
 //!
 //! ```text
 //! events, tools ─► Effect ─► sources ─► particles (billboards)
-//!                    │          └─────► stains (on the skin at rest, so that they stick to it)
-//!                    ├────────────────► haze (smoke that has spread, until it is drawn off)
-//!                    └────────────────► wear (what is left on the instrument)
+//!                    │          └─────► stains (on the skin at rest: they move with it)
+//!                    ├────────────────► haze (spread smoke, until it is evacuated)
+//!                    └────────────────► wear (residues on the instrument)
 //! ```
 
 mod cause;
@@ -29,18 +29,18 @@ use self::source::Source;
 pub use self::stain::{STAINS, Skin, Stain};
 pub use self::wear::Wear;
 
-/// Sources at most; a new one takes the oldest one's place.
+/// Most sources; a new one replaces the oldest.
 const SOURCES: usize = 48;
-/// Step of the little physics, s: the same pictures at any frame rate.
+/// Time step of the effects, s: the pictures do not depend on the frame rate.
 const STEP_S: f32 = 1.0 / 120.0;
-/// Coagulation dries what bleeds within this, m.
+/// Coagulation stops bleeding within this distance, m.
 const DRIED_M: f32 = 0.004;
-/// Leaks nearer than this to each other are the same, m: one leak is always told of at one place.
+/// Leaks within this distance of each other are one, m: all events of a leak have one position.
 const SAME_LEAK_M: f32 = 0.000_1;
-/// A frame that took longer than this is not made up for, s.
+/// Longest frame time that is caught up with, s.
 const CATCH_UP_S: f32 = 0.25;
 
-/// All that goes on.
+/// All running effects.
 #[derive(Debug, Clone)]
 pub struct Effects {
     sources: Vec<Source>,
@@ -48,17 +48,17 @@ pub struct Effects {
     stains: Vec<Stain>,
     haze: Haze,
     wear: Wear,
-    /// Where smoke is drawn off, while it is, world frame, m.
+    /// Position of the evacuating trocar in the world frame, m; `None`: closed.
     suction_m: Option<Vec3>,
-    /// Up, against gravity.
+    /// Unit vector against gravity.
     up: Vec3,
     left_s: f32,
-    /// Counts what was thrown: the same effects give the same pictures.
+    /// Count of emitted particles: the same effects give the same pictures.
     thrown: u32,
 }
 
 impl Effects {
-    /// Nothing yet; `up` is against gravity.
+    /// No effects yet; `up` points against gravity.
     #[must_use]
     pub fn new(up: Vec3) -> Self {
         Self {
@@ -74,8 +74,8 @@ impl Effects {
         }
     }
 
-    /// Begins an effect. What is not finite, or no effect at all, is left out. A leak takes the place of
-    /// what was told of it before; one without strength is stopped.
+    /// Starts an effect. One without finite numbers is ignored. A leak replaces the previous report
+    /// of it; one without strength stops.
     pub fn begin(&mut self, effect: &Effect, skin: &Skin<'_>) {
         let sane = effect.at_m.is_finite() && effect.along.is_finite();
         if sane && effect.lasts_s >= LEAK_S {
@@ -106,7 +106,7 @@ impl Effects {
         if effect.along == Vec3::ZERO {
             effect.along = vertex.map_or(self.up, |v| skin.normal(v));
         }
-        // A current is one source, however often it is told of; two ends of a tube are two.
+        // A current is one source, however often it is reported; two ends of a tube are two.
         let same = |s: &&mut Source| {
             s.effect.kind == effect.kind
                 && s.effect.lasts_s < LEAK_S
@@ -123,7 +123,7 @@ impl Effects {
         self.sources.push(Source::new(effect, vertex));
     }
 
-    /// Goes on by `seconds`.
+    /// Advances the effects by `seconds`.
     pub fn advance(&mut self, seconds: f32, skin: &Skin<'_>) {
         self.left_s = (self.left_s + seconds.max(0.0)).min(CATCH_UP_S);
         while self.left_s >= STEP_S {
@@ -167,47 +167,47 @@ impl Effects {
         });
     }
 
-    /// Draws smoke off through a trocar there (world frame, m), or no longer.
+    /// Evacuates smoke through a trocar at this position (world frame, m); `None`: stops.
     pub fn draw_off(&mut self, port_m: Option<Vec3>) {
         self.suction_m = port_m.filter(|it| it.is_finite());
     }
 
-    /// Whether smoke is being drawn off.
+    /// True while smoke is evacuated.
     #[must_use]
     pub fn is_drawn_off(&self) -> bool {
         self.suction_m.is_some()
     }
 
-    /// How much light the smoke that has spread takes from a beam, 1/m.
+    /// Attenuation of light by the spread smoke, 1/m.
     #[must_use]
     pub fn haze_per_m(&self) -> f32 {
         self.haze.per_m
     }
 
-    /// What is left on the instrument in the hand.
+    /// Residues on the instrument in the hand.
     #[must_use]
     pub fn wear(&self) -> &Wear {
         &self.wear
     }
 
-    /// This instrument is in the hand now, and stands there.
+    /// Sets the instrument in the hand and its position.
     pub fn hold(&mut self, tools: &ToolFrame) {
         self.wear.hold(tools);
     }
 
-    /// What flies.
+    /// The flying particles.
     #[must_use]
     pub fn particles(&self) -> &[Particle] {
         &self.particles
     }
 
-    /// What lies on the skin.
+    /// The stains on the skin.
     #[must_use]
     pub fn stains(&self) -> &[Stain] {
         &self.stains
     }
 
-    /// Stops what oozes near a place; what leaks goes on until the controller says that it is closed.
+    /// Stops oozing near a place; a leak continues until the controller reports it closed.
     fn dry(&mut self, at_m: Vec3) {
         self.sources.retain(|s| {
             s.effect.kind != Kind::Blood
@@ -216,7 +216,7 @@ impl Effects {
         });
     }
 
-    /// Everything as it was before.
+    /// Removes all effects.
     pub fn clear(&mut self) {
         self.sources.clear();
         self.particles.clear();
@@ -226,7 +226,7 @@ impl Effects {
     }
 }
 
-/// Adds a particle, in the place of the oldest if there are too many.
+/// Adds a particle, replacing the oldest if there are too many.
 fn throw(particles: &mut Vec<Particle>, particle: Particle) {
     if particles.len() == PARTICLES {
         particles.remove(0);
@@ -234,7 +234,7 @@ fn throw(particles: &mut Vec<Particle>, particle: Particle) {
     particles.push(particle);
 }
 
-/// Three numbers from −1 to 1 that follow from a count.
+/// Three pseudo-random numbers from −1 to 1 for a count.
 pub(crate) fn chance(count: u32) -> Vec3 {
     let one = |k: u32| {
         let mut h = (count.wrapping_mul(3).wrapping_add(k)).wrapping_mul(0x9e37_79b9);

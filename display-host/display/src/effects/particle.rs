@@ -1,11 +1,11 @@
-//! What flies: puffs, drops and sparks.
+//! Flying particles: puffs, drops and sparks.
 
 use glam::Vec3;
 
 use super::Kind;
 use super::stain::Skin;
 
-/// Particles at most.
+/// Most particles.
 pub const PARTICLES: usize = 480;
 
 const GRAVITY_M_S2: f32 = 9.81;
@@ -13,19 +13,19 @@ const GRAVITY_M_S2: f32 = 9.81;
 /// A puff, a drop or a spark.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Particle {
-    /// What it is of.
+    /// Kind of its effect.
     pub kind: Kind,
-    /// Middle, world frame, m.
+    /// Centre in the world frame, m.
     pub at_m: Vec3,
-    /// m/s.
+    /// Velocity, m/s.
     pub velocity_m_s: Vec3,
-    /// How long ago it began, and how long it has, s.
+    /// Age, s.
     pub age_s: f32,
-    /// See `age_s`.
+    /// Lifetime, s.
     pub lasts_s: f32,
-    /// Radius when it began, m.
+    /// Initial radius, m.
     pub size_m: f32,
-    /// Its own number from 0 to 1: no two look alike.
+    /// A number from 0 to 1 that varies its look.
     pub own: f32,
 }
 
@@ -34,13 +34,13 @@ impl Particle {
         self.age_s < self.lasts_s && self.at_m.is_finite()
     }
 
-    /// From 0 at its beginning to 1 at its end.
+    /// Share of its lifetime, from 0 to 1.
     #[must_use]
     pub fn life(&self) -> f32 {
         (self.age_s / self.lasts_s).clamp(0.0, 1.0)
     }
 
-    /// Radius now, m: puffs spread.
+    /// Present radius, m: puffs spread.
     #[must_use]
     pub fn radius_m(&self) -> f32 {
         match self.kind {
@@ -50,7 +50,8 @@ impl Particle {
         }
     }
 
-    /// Moves on, puffs with the draught (m/s). A drop that meets skin tells which vertex, and ends.
+    /// Moves the particle, puffs with the draught (m/s). A drop that meets skin ends and returns
+    /// the vertex.
     pub(super) fn step(
         &mut self,
         step_s: f32,
@@ -61,7 +62,7 @@ impl Particle {
         self.age_s += step_s;
         match self.kind {
             Kind::Smoke | Kind::Steam => {
-                // Still air slows the puff; what is hot rises, and eddies carry it about.
+                // Still air slows the puff; heat lifts it, and eddies move it about.
                 let rise = up * (0.035 * (1.0 - 0.7 * self.life()));
                 let wind = rise + eddies(self.at_m, self.age_s, self.own) * 0.016 + draught_m_s;
                 self.velocity_m_s += (wind - self.velocity_m_s) * (4.0 * step_s);
@@ -76,7 +77,7 @@ impl Particle {
         }
         self.at_m += self.velocity_m_s * step_s;
         let wets = matches!(self.kind, Kind::Blood | Kind::Bile);
-        // It has to get away from where it came out.
+        // It must first leave its source.
         if !wets || self.age_s < 0.08 {
             return None;
         }
@@ -85,7 +86,7 @@ impl Particle {
     }
 }
 
-/// A flow that neither gathers nor thins out: each part turns about another axis.
+/// A divergence-free flow: each part turns about another axis.
 fn eddies(at_m: Vec3, age_s: f32, own: f32) -> Vec3 {
     let p = at_m * 60.0 + Vec3::splat(own * 9.0);
     let t = age_s * 0.9;

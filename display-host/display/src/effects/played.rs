@@ -1,4 +1,4 @@
-//! What a scene's organs and the electrode make of effects, and their course between two pictures.
+//! Effects caused by a scene's organs and the electrode, and their course between two pictures.
 
 use std::time::Instant;
 
@@ -9,14 +9,15 @@ use shared_mem::scene::{OrganKind, SceneFile};
 use super::Effect;
 use crate::render::Renderer;
 
-/// The electrode is looked at this often between two pictures, s.
+/// Sampling period of the electrode between two pictures, s.
 const LOOK_S: f32 = 1.0 / 30.0;
-/// Between pictures that are farther apart than this only the last is played, s: nothing flies longer.
+/// If two pictures are farther apart than this, only the last part is played, s: no particle lives
+/// longer.
 const STRETCH_MAX_S: f32 = 20.0;
-/// Effects between two pictures at most.
+/// Most effects between two pictures.
 const MOST: usize = 4096;
 
-/// Of a scene: what each organ is, and each sphere's radius, m.
+/// Kinds of a scene's organs, and radii of its spheres, m.
 #[derive(Debug)]
 pub(crate) struct Causes {
     organ_kinds: Vec<Option<OrganKind>>,
@@ -32,13 +33,13 @@ impl Causes {
         }
     }
 
-    /// What an event begins.
+    /// Effect of an event.
     pub(crate) fn event(&self, event: &EventMsg) -> Option<Effect> {
         let kind = self.organ_kinds.get(event.organ as usize).copied();
         Effect::of_event(event, kind.flatten())
     }
 
-    /// What the electrode does for `seconds`.
+    /// Effect of the electrode during `seconds`.
     pub(crate) fn electrode(
         &self,
         state: &StateFrame,
@@ -62,12 +63,12 @@ pub(crate) struct Course {
     cleared: bool,
 }
 
-/// What went on between two pictures.
+/// Effects between two pictures.
 pub(crate) struct Stretch {
     seconds: f32,
-    /// What began, so long after its beginning, s.
+    /// New effects, and the time of each since the start of the stretch, s.
     began: Vec<(f32, Effect)>,
-    /// All of before is gone: the organs went back to rest.
+    /// The organs were reset: all earlier effects are gone.
     cleared: bool,
 }
 
@@ -101,7 +102,7 @@ impl Course {
         }
     }
 
-    /// Looks at the electrode, when it is time to.
+    /// Samples the electrode when it is due.
     pub(crate) fn look(&mut self, state: &StateFrame, tools: &ToolFrame) {
         let now_s = self.now_s();
         if now_s - self.looked_s >= LOOK_S {
@@ -112,13 +113,13 @@ impl Course {
         }
     }
 
-    /// The organs went back to rest.
+    /// Clears everything: the organs were reset.
     pub(crate) fn clear(&mut self) {
         self.began.clear();
         self.cleared = true;
     }
 
-    /// What went on since the last picture.
+    /// Takes the effects since the last picture.
     pub(crate) fn take(&mut self) -> Stretch {
         let seconds = self.now_s();
         (self.since, self.looked_s) = (Instant::now(), 0.0);
@@ -131,7 +132,7 @@ impl Course {
 }
 
 impl Stretch {
-    /// Lets it go on, in steps as small as a window's.
+    /// Plays the effects in time steps as short as a window's.
     pub(crate) fn play(&self, renderer: &mut Renderer, spheres: &[SphereState]) {
         if self.cleared {
             renderer.effects_mut().clear();

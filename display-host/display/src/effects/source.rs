@@ -1,4 +1,4 @@
-//! What throws particles, and wets the skin around it.
+//! Sources, which emit particles and wet the skin around them.
 
 use glam::Vec3;
 
@@ -6,21 +6,21 @@ use super::particle::Particle;
 use super::stain::{self, Skin, Stain};
 use super::{Effect, Kind, chance, throw};
 
-/// A heart's beat, s.
+/// Period of the heartbeat, s.
 const BEAT_S: f32 = 0.86;
-/// Blood comes out at up to this speed, m/s; bile seeps.
+/// Largest speed of spurting blood, m/s; bile seeps.
 const SPURT_M_S: f32 = 0.55;
-/// A front that runs down leaves a mark each so many seconds, at first.
+/// Initial interval between the marks of a front that runs down, s.
 const RUN_S: f32 = 0.12;
 
-/// An effect that goes on.
+/// A running source.
 #[derive(Debug, Clone)]
 pub(super) struct Source {
     pub(super) effect: Effect,
     age_s: f32,
-    /// Part of a particle that is due.
+    /// Accumulated fraction of the next particle.
     due: f32,
-    /// Where it came out, and how far what runs down has come: vertices of the skin.
+    /// Vertices of the skin: the source, and the front that runs down from it.
     mouth: Option<usize>,
     front: Option<usize>,
     run_s: f32,
@@ -38,7 +38,7 @@ impl Source {
         }
     }
 
-    /// The same again: it lasts from now.
+    /// Renews the effect: its duration counts from now.
     pub(super) fn go_on(&mut self, effect: &Effect) {
         self.effect = *effect;
         self.age_s = 0.0;
@@ -48,7 +48,7 @@ impl Source {
         self.age_s < self.effect.lasts_s
     }
 
-    /// How hard it presses, 0 to 1: with the heart, and less as the vessel empties.
+    /// Pressure, 0 to 1: it pulses with the heart and falls as the vessel empties.
     fn pressure(&self) -> f32 {
         let left = 1.0 - self.age_s / self.effect.lasts_s;
         match self.effect.kind {
@@ -118,7 +118,7 @@ impl Source {
         }
     }
 
-    /// Grows the pool at the mouth, and runs down from it, the slower the farther.
+    /// Grows the pool at the source and runs down from it, more slowly with distance.
     fn wet(
         &mut self,
         step_s: f32,
@@ -142,7 +142,7 @@ impl Source {
                 stain::run(stains, skin, next, kind);
                 self.front = Some(next);
             }
-            // It gathers where it can go no lower.
+            // It gathers at the lowest place.
             None => stain::pool(stains, skin, front, kind, 0.0006 * pressure, 0.009),
         }
     }

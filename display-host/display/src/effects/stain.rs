@@ -1,5 +1,5 @@
-//! What lies on the skin: blood, bile, char. Kept by place on the tissue at rest, so that it sticks
-//! to the tissue however that moves.
+//! Stains on the skin: blood, bile, char. They are stored by position on the tissue at rest, so
+//! that they move with the tissue.
 
 use glam::Vec3;
 use shared_mem::message::SphereState;
@@ -9,30 +9,30 @@ use super::Kind;
 use crate::skinning::SkinMesh;
 use crate::skinning::motion::Motion;
 
-/// Stains at most; also in `tissue.wgsl`.
+/// Most stains; also in `tissue.wgsl`.
 pub const STAINS: usize = 64;
-/// A drop meets skin when it is this near to a sphere's surface, m.
+/// Distance to a sphere's surface at which a drop meets skin, m.
 const SKIN_M: f32 = 0.0015;
-/// What is farther from the skin than this is on no skin, m.
+/// Anything farther from the skin than this is not on it, m.
 const REACH_M: f32 = 0.012;
-/// A full current chars so fast, and so far, m/s and m.
+/// Speed at which a full current chars, m/s, and largest radius, m.
 const CHAR_M_S: f32 = 0.003;
 const CHAR_MOST_M: f32 = 0.004;
-/// Stains of one kind that are this near, in their radii, are one.
+/// Stains of one kind nearer than this, in radii, are merged.
 const SAME: f32 = 0.7;
 
 /// A stain. Lengths in m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stain {
-    /// Of what.
+    /// Kind of its effect.
     pub kind: Kind,
-    /// Middle, on the skin at rest.
+    /// Centre, on the skin at rest.
     pub rest_m: Vec3,
     /// Radius.
     pub radius_m: f32,
 }
 
-/// The skin as effects see it.
+/// The skin, as the effects use it.
 #[derive(Debug, Clone, Copy)]
 pub struct Skin<'a> {
     mesh: &'a SkinMesh,
@@ -42,7 +42,7 @@ pub struct Skin<'a> {
 }
 
 impl<'a> Skin<'a> {
-    /// The skin of this moment.
+    /// The skin at this moment.
     #[must_use]
     pub fn new(
         mesh: &'a SkinMesh,
@@ -65,7 +65,7 @@ impl<'a> Skin<'a> {
             .map_or(Vec3::ZERO, |v| v.position.into())
     }
 
-    /// Away from the tissue, at rest.
+    /// Outward normal at rest.
     pub(super) fn normal(&self, vertex: usize) -> Vec3 {
         self.mesh
             .vertices
@@ -73,12 +73,12 @@ impl<'a> Skin<'a> {
             .map_or(Vec3::ZERO, |v| v.normal.into())
     }
 
-    /// The vertex of the skin near a place in the world, if there is one.
+    /// Vertex of the skin near a position in the world, if any.
     pub(super) fn nearest(&self, at_m: Vec3) -> Option<usize> {
         let spheres = self.rest.iter().zip(self.now);
         let far = |center: [f32; 3]| Vec3::from(center).distance_squared(at_m);
         let (rest, now) = spheres.min_by(|a, b| far(a.1.center_m).total_cmp(&far(b.1.center_m)))?;
-        // Where it would lie if the tissue there were at rest.
+        // Its position if the tissue there were at rest.
         let at = at_m - Vec3::from(now.center_m) + Vec3::from(rest.center_m);
         let vertices = self
             .mesh
@@ -92,7 +92,7 @@ impl<'a> Skin<'a> {
         (far < REACH_M).then_some(vertex)
     }
 
-    /// The vertex that a drop at this place has struck.
+    /// Vertex hit by a drop at this position.
     pub(super) fn struck(&self, at_m: Vec3) -> Option<usize> {
         let hit = self.rest.iter().zip(self.now).any(|(rest, now)| {
             let reach = rest.radius_m + SKIN_M;
@@ -101,7 +101,7 @@ impl<'a> Skin<'a> {
         if hit { self.nearest(at_m) } else { None }
     }
 
-    /// The neighbour that lies lowest now, if one lies lower.
+    /// Lowest neighbour, if any is lower.
     pub(super) fn downhill(&self, vertex: usize, up: Vec3) -> Option<usize> {
         let height = |i: usize| self.mesh.place(i, self.motions).dot(up);
         let ring = self.mesh.ring_first.get(vertex..vertex + 2)?;
@@ -117,7 +117,7 @@ impl<'a> Skin<'a> {
     }
 }
 
-/// Adds a stain, or makes one that is there already larger by `grow_m`, up to `most_m`.
+/// Adds a stain, or enlarges an existing one by `grow_m`, up to `most_m`.
 fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
     let same = |s: &&mut Stain| {
         s.kind == stain.kind
@@ -130,7 +130,7 @@ fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
         return;
     }
     if stains.len() == STAINS {
-        // The smallest is missed least.
+        // Replace the smallest: it is least conspicuous.
         let smallest =
             (0..STAINS).min_by(|&a, &b| stains[a].radius_m.total_cmp(&stains[b].radius_m));
         stains.remove(smallest.unwrap_or(0));
@@ -138,7 +138,7 @@ fn add(stains: &mut Vec<Stain>, stain: Stain, grow_m: f32, most_m: f32) {
     stains.push(stain);
 }
 
-/// A pool that grows.
+/// Adds to a growing pool.
 pub(super) fn pool(
     stains: &mut Vec<Stain>,
     skin: &Skin<'_>,
@@ -155,7 +155,7 @@ pub(super) fn pool(
     add(stains, stain, grow_m, most_m);
 }
 
-/// A mark of what runs down.
+/// Adds a mark of a front that runs down.
 pub(super) fn run(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, kind: Kind) {
     let stain = Stain {
         kind,
@@ -165,7 +165,7 @@ pub(super) fn run(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, kind:
     add(stains, stain, 0.0002, 0.004);
 }
 
-/// A drop that fell.
+/// Adds a drop that has fallen.
 pub(super) fn splash(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, kind: Kind) {
     let stain = Stain {
         kind,
@@ -175,8 +175,8 @@ pub(super) fn splash(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, ki
     add(stains, stain, 0.0003, 0.005);
 }
 
-/// Char: the longer the current, the wider, whatever the frame rate. `current_s` is its time
-/// multiplied by its strength.
+/// Adds char, wider for a longer current, whatever the frame rate. `current_s` is its time times
+/// its strength.
 pub(super) fn char(stains: &mut Vec<Stain>, skin: &Skin<'_>, vertex: usize, current_s: f32) {
     let grow_m = CHAR_M_S * current_s;
     let stain = Stain {

@@ -1,4 +1,4 @@
-//! Effects by themselves, on skins of no or one vertex.
+//! Effects alone, on skins of at most one vertex.
 
 use proptest::prelude::*;
 use shared_mem::message::{EventMsg, ToolFrame};
@@ -263,7 +263,7 @@ fn work_leaves_char_and_blood_on_the_instrument_until_it_is_exchanged() {
     };
     effects.begin(&here(Kind::Char, Vec3::X), &skin);
     effects.begin(&here(Kind::Blood, Vec3::X), &skin);
-    // The shaft is no part of it.
+    // The shaft does not count.
     effects.begin(&here(Kind::Blood, Vec3::Y * 0.3), &skin);
     effects.advance(0.2, &skin);
     assert!(effects.wear().charred <= 0.0 && effects.wear().bloody <= 0.0);

@@ -1,40 +1,41 @@
-//! What work leaves on the instrument: char on the electrode, blood and bile on the jaws.
+//! Residues of the work on the instrument: char on the electrode, blood and bile on the jaws.
 
 use glam::Vec3;
 use shared_mem::message::ToolFrame;
 
 use super::{Effect, Kind, Particle, Source};
 
-/// A full current chars a clean electrode all over in this time, s.
+/// Time in which a full current chars a clean electrode completely, s.
 const CHARRED_S: f32 = 5.0;
-/// An electrode within this of what it chars is the one that does it, m.
+/// Largest distance between an electrode and the tissue that it chars, m.
 const OWN_M: f32 = 0.006;
-/// Blood wets what is this near to where it comes out, m, all over in this time, s.
+/// Distance from a source within which blood wets the jaws, m, and the time to wet them completely,
+/// s.
 const MOUTH_M: f32 = 0.008;
 const WETTED_S: f32 = 1.5;
-/// A drop beside the jaws wets as a mouth of this strength does, within this, m.
+/// A drop near the jaws wets like a source of this strength within this distance, m.
 const DROP: f32 = 0.3;
 const DROP_M: f32 = 0.002;
-/// Jaws at most.
+/// Most jaws.
 const JAWS: usize = 3;
 
-/// Shares of the working end that are covered: 0 clean, 1 all over. An instrument that is exchanged comes
-/// back wiped.
+/// Covered shares of the working end: 0 clean, 1 completely. An exchanged instrument comes back
+/// clean.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Wear {
-    /// By char.
+    /// Share covered by char.
     pub charred: f32,
-    /// By blood.
+    /// Share covered by blood.
     pub bloody: f32,
-    /// By bile.
+    /// Share covered by bile.
     pub bilious: f32,
     instrument: u32,
-    /// Ends of its jaws, or of its electrode, world frame, m.
+    /// Ends of its jaws or of its electrode in the world frame, m.
     jaws: [Option<[Vec3; 2]>; JAWS],
 }
 
 impl Wear {
-    /// This instrument is in the hand now, and stands there.
+    /// Sets the instrument in the hand and its position.
     pub(super) fn hold(&mut self, tools: &ToolFrame) {
         if tools.instrument != self.instrument {
             *self = Self {
@@ -50,7 +51,7 @@ impl Wear {
         self.jaws = core::array::from_fn(|_| jaws.next());
     }
 
-    /// An effect begins.
+    /// Takes a new effect.
     pub(super) fn begin(&mut self, effect: &Effect) {
         if effect.kind == Kind::Char && self.off(effect.at_m) < OWN_M {
             let more = effect.strength * effect.lasts_s / CHARRED_S;
@@ -58,7 +59,7 @@ impl Wear {
         }
     }
 
-    /// Goes on by `seconds` beside what flows and flies.
+    /// Advances by `seconds` among the sources and particles.
     pub(super) fn step(&mut self, seconds: f32, sources: &[Source], particles: &[Particle]) {
         if self.jaws[0].is_none() {
             return;

@@ -1,5 +1,5 @@
-//! The gallery: every organ, instrument, effect and view of a scene as pictures, with a page that one looks
-//! through in a minute. It needs no controller: nothing moves.
+//! The gallery: pictures of every organ, instrument, effect and view of a scene, with a page to
+//! browse them. It needs no controller: nothing moves.
 
 mod page;
 mod shot;
@@ -14,19 +14,19 @@ use crate::DisplayError;
 use crate::render::gpu::Gpu;
 use crate::render::{Quality, Renderer};
 
-/// One picture of the gallery.
+/// A picture of the gallery.
 #[derive(Debug, Clone)]
 pub struct Picture {
-    /// File's name in the folder.
+    /// File name in the folder.
     pub file: String,
-    /// What it shows.
+    /// Caption.
     pub title: String,
-    /// Where it is listed.
+    /// Chapter that lists it.
     pub chapter: Chapter,
 }
 
-/// Draws every picture into `out_dir`, and `index.html` and `sheet.png`, which show them all.
-/// `size`: `None` is what fits the adapter. `say` hears what is drawn next, with the share done.
+/// Draws every picture into `out_dir`, with `index.html` and `sheet.png`, which show all of them. A
+/// `size` of `None` suits the adapter. `say` receives the next caption and the share done.
 ///
 /// # Errors
 /// [`DisplayError`]: no graphics adapter, a scene too large for it, a size out of range, or a file
@@ -42,7 +42,7 @@ pub fn make(
     let mut quality = Quality::for_adapter(&gpu);
     quality.size = size.unwrap_or(quality.size);
     let mut renderer = Renderer::new(&gpu, scene, quality)?;
-    // The same pictures every time.
+    // No random grain: the pictures are reproducible.
     renderer.exposure_mut().grain = 0.0;
     let state = crate::headless::at_rest(scene);
     let spheres = state.spheres().unwrap_or(&[]);

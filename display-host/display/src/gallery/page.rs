@@ -1,4 +1,4 @@
-//! The page that shows all pictures, and the sheet that has them in one.
+//! The page of all pictures, and the contact sheet.
 
 use std::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use image::imageops::{FilterType, replace, resize};
 
 use super::{Chapter, Picture};
 
-/// Pictures in a row of the sheet, and how wide each is, pixels.
+/// Pictures in a row of the sheet, and their width, pixels.
 const COLUMNS: u32 = 5;
 const THUMB_WIDTH: u32 = 320;
 const GAP: u32 = 6;
@@ -18,7 +18,7 @@ main{display:grid;grid-template-columns:repeat(auto-fill,minmax(300px,1fr));gap:
 figure{margin:0}img{width:100%;display:block;border-radius:4px;background:#000}\
 figcaption{padding:4px 2px;color:#b9c0c8}h1{font-size:22px}h2{font-size:18px;margin-top:28px}";
 
-/// The page: chapters of pictures, each a link to the file in full size.
+/// The page: chapters of pictures, each linked to its full-size file.
 pub(super) fn html(scene: &str, adapter: &str, pictures: &[Picture]) -> String {
     let (scene, adapter) = (escape(scene), escape(adapter));
     let mut page = format!(
@@ -46,7 +46,7 @@ pub(super) fn html(scene: &str, adapter: &str, pictures: &[Picture]) -> String {
     page + "</html>\n"
 }
 
-/// All pictures side by side, small.
+/// All pictures side by side, reduced.
 pub(super) fn sheet(pictures: &[RgbaImage]) -> RgbaImage {
     let Some((width, height)) = pictures.first().map(RgbaImage::dimensions) else {
         return RgbaImage::new(1, 1);
@@ -67,7 +67,7 @@ pub(super) fn sheet(pictures: &[RgbaImage]) -> RgbaImage {
     sheet
 }
 
-/// Names come from a scene file, which may be anybody's.
+/// Escapes names, which come from a scene file of any origin.
 fn escape(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for letter in text.chars() {

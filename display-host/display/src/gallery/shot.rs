@@ -1,4 +1,4 @@
-//! What each picture of the gallery shows, and from where.
+//! The gallery's pictures: content and viewpoint of each.
 
 mod bed;
 mod effect;
@@ -20,35 +20,35 @@ use crate::render::{Renderer, Shown};
 use crate::ui::instrument_id;
 use crate::words::Words;
 
-/// From how many sides an organ is looked at before the best one is taken.
+/// Candidate directions from which the best view of an organ is chosen.
 const SIDES: usize = 48;
-/// Vertices that judge a side.
+/// Vertices that rate a direction.
 const JUDGES: usize = 160;
-/// An organ in its place is looked at from no farther, m.
+/// Largest distance from which an organ is viewed in place, m.
 const IN_PLACE_MAX_M: f32 = 0.19;
-/// Opening of a jaw, as wide as it goes, rad.
+/// Angle of a fully open jaw, rad.
 const JAW_RAD: f32 = 0.4;
 
-/// Effects go on in steps of this, s.
+/// Time step of the effects, s.
 const FRAME_S: f32 = 0.05;
 
-/// Where a picture is listed.
+/// Chapter of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Chapter {
-    /// Through the endoscope, and the simulation itself.
+    /// The view through the endoscope, and the simulation itself.
     Views,
-    /// Each organ where it lies.
+    /// Each organ in place.
     Organs,
-    /// Each organ by itself.
+    /// Each organ alone.
     Alone,
-    /// Instruments.
+    /// The instruments.
     Instruments,
-    /// Smoke, blood and what else happens.
+    /// Smoke, blood and other effects.
     Effects,
 }
 
 impl Chapter {
-    /// In the order of the page.
+    /// All chapters, in the order of the page.
     pub(super) const ALL: [Self; 5] = [
         Self::Views,
         Self::Organs,
@@ -61,8 +61,8 @@ impl Chapter {
     pub(super) fn title(self) -> &'static str {
         match self {
             Self::Views => "Views",
-            Self::Organs => "Organs in their place",
-            Self::Alone => "Organs by themselves",
+            Self::Organs => "Organs in place",
+            Self::Alone => "Single organs",
             Self::Instruments => "Instruments",
             Self::Effects => "Effects",
         }
@@ -79,7 +79,7 @@ impl Chapter {
     }
 }
 
-/// A picture to take.
+/// A picture to draw.
 pub(super) struct Shot {
     pub(super) title: String,
     pub(super) chapter: Chapter,
@@ -88,14 +88,14 @@ pub(super) struct Shot {
     inside: Option<Inside>,
     scope: Scope,
     lens: Lens,
-    /// What begins, and how long it has gone on when the picture is taken, s.
+    /// Effects to start, and the time for which they run before the picture, s.
     effects: (Vec<Effect>, f32),
     clips: Vec<ClipMsg>,
-    /// Sutures, if they are not as the scene has them.
+    /// Sutures, if different from the scene's.
     sutures: Option<Vec<SutureMsg>>,
-    /// What has become of the cells of layered tissue.
+    /// States of the cells of layered tissue.
     cells: Vec<u8>,
-    /// Where the tissue is, if it is not at rest.
+    /// Positions of the tissue, if not at rest.
     pub(super) spheres: Option<Vec<SphereState>>,
 }
 
@@ -117,15 +117,15 @@ impl Shot {
         }
     }
 
-    /// Chapter, number (titles may differ in punctuation alone) and title, in letters that every file
-    /// system takes.
+    /// File name: chapter, number (titles may differ in punctuation alone) and title, in characters
+    /// that every file system accepts.
     pub(super) fn file(&self, number: usize) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
         let title: String = self.title.to_lowercase().chars().map(plain).collect();
         format!("{}-{number:03}-{title}.png", self.chapter.name())
     }
 
-    /// Tells the renderer all but the tools.
+    /// Passes everything except the tools to the renderer.
     pub(super) fn set_up(&self, gpu: &Gpu, renderer: &mut Renderer, spheres: &[SphereState]) {
         renderer.effects_mut().clear();
         let (begin, seconds) = &self.effects;
@@ -150,7 +150,7 @@ impl Shot {
     }
 }
 
-/// Three clips along a duct or artery that is clipped in the operation; none on other organs.
+/// Three clips along a duct or artery that the operation clips; none on other organs.
 fn clips_on(organ: &OrganRecord) -> Vec<ClipMsg> {
     let clipped = [OrganKind::CysticDuct, OrganKind::CysticArtery];
     let is_clipped = OrganKind::from_u32(organ.kind).is_some_and(|kind| clipped.contains(&kind));
@@ -167,7 +167,7 @@ fn clips_on(organ: &OrganRecord) -> Vec<ClipMsg> {
     on.map(clip).collect()
 }
 
-/// Every picture of a scene.
+/// All pictures of a scene.
 pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
     let mut shots = views(scene);
     let organs = scene.organs().iter().enumerate();
@@ -190,7 +190,7 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
                 ..Shot::new(Chapter::Effects, title, tools)
             });
         }
-        // What lies between two organs shows nothing of it until they are drawn apart.
+        // Tissue between two organs is visible only once they are drawn apart.
         if organ.kind != OrganKind::ConnectiveTissue as u32 {
             shots.extend(dissected(scene, (number, organ), size));
         }
@@ -209,7 +209,7 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
     }
     for instrument in 0..4 {
         for (jaw, how) in [(1.0, "open"), (0.0, "closed")] {
-            // A hook has nothing to open.
+            // A hook has no jaws to open.
             if instrument == 1 && jaw < 0.5 {
                 continue;
             }
@@ -233,7 +233,7 @@ pub(super) fn all(scene: &SceneFile, size: [u32; 2]) -> Vec<Shot> {
     shots
 }
 
-/// Layered tissue of which a third is gone, from the side that is seen, and with nothing left.
+/// Layered tissue with a third removed, from the visible side, and with all of it removed.
 fn dissected(
     scene: &SceneFile,
     (number, organ): (usize, &OrganRecord),
@@ -261,7 +261,7 @@ fn dissected(
         _ => 0,
     });
     let shots = [
-        (format!("{name}, a third gone"), third),
+        (format!("{name}, a third removed"), third),
         (format!("{name}, gone"), with(&|_| StateFrame::GONE)),
     ];
     let all = shots.into_iter().map(|(title, cells)| Shot {
@@ -290,7 +290,7 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
         ..view(format!("Endoscope of {degrees}°"), start)
     };
     vec![
-        view("Where the endoscope starts".to_owned(), start),
+        view("Initial view of the endoscope".to_owned(), start),
         angled(30.0),
         angled(45.0),
         Shot {
@@ -305,7 +305,7 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
                 soot: 0.4,
                 ..Lens::warm()
             },
-            ..view("Lens sooty".to_owned(), start)
+            ..view("Lens sooted".to_owned(), start)
         },
         Shot {
             scope: Scope {
@@ -314,7 +314,10 @@ fn views(scene: &SceneFile) -> Vec<Shot> {
             },
             ..view("Focused too near".to_owned(), start)
         },
-        view("Nearer to the target".to_owned(), nothing(scene, nearer)),
+        view(
+            "Closer view of the target".to_owned(),
+            nothing(scene, nearer),
+        ),
         Shot {
             inside: Some(Inside::VIEW),
             ..view("Spheres and springs".to_owned(), start)
@@ -333,7 +336,7 @@ fn organ_name(organ: &OrganRecord, number: usize) -> String {
     }
 }
 
-/// The camera here, and no instrument in sight.
+/// The camera here, with no instrument in view.
 fn nothing(scene: &SceneFile, world_from_camera: PoseMsg) -> ToolFrame {
     let away = PoseMsg {
         position_m: (Vec3::from(world_from_camera.position_m)
@@ -341,7 +344,7 @@ fn nothing(scene: &SceneFile, world_from_camera: PoseMsg) -> ToolFrame {
             .to_array(),
         orientation: world_from_camera.orientation,
     };
-    // Its shaft goes away from the camera's back.
+    // The shaft extends behind the camera.
     ToolFrame {
         scene_id: scene.short_id(),
         world_from_camera,
@@ -351,7 +354,7 @@ fn nothing(scene: &SceneFile, world_from_camera: PoseMsg) -> ToolFrame {
     }
 }
 
-/// Vertices that stand for an organ: position and normal.
+/// Sample vertices of an organ: position and normal.
 fn judges(scene: &SceneFile, organ: &OrganRecord) -> Vec<(Vec3, Vec3)> {
     let [first, count] = organ.vertices.map(|x| x as usize);
     let step = count.div_ceil(JUDGES).max(1);
@@ -362,7 +365,7 @@ fn judges(scene: &SceneFile, organ: &OrganRecord) -> Vec<(Vec3, Vec3)> {
         .collect()
 }
 
-/// The side from which most of an organ is seen; past the other organs if they are `there`.
+/// Direction from which most of an organ is visible; past the other organs if they are `there`.
 fn best_side(scene: &SceneFile, organ: &OrganRecord, there: bool) -> Vec3 {
     let judges = judges(scene, organ);
     let eye = Vec3::from(scene.room().world_from_camera.position_m);
@@ -376,7 +379,7 @@ fn best_side(scene: &SceneFile, organ: &OrganRecord, there: bool) -> Vec3 {
         let free = judges
             .iter()
             .filter(|(at, normal)| normal.dot(from) > 0.1 && is_free(*at, from, &others));
-        // As seen by the endoscope, if nothing speaks against it.
+        // Prefer the direction of the endoscope.
         free.count() as f32 * (1.0 + 0.6 * from.dot(home))
     };
     sides()
@@ -385,7 +388,7 @@ fn best_side(scene: &SceneFile, organ: &OrganRecord, there: bool) -> Vec3 {
         .map_or(home, |(_, side)| side)
 }
 
-/// Sides to look from, evenly all around.
+/// Directions evenly distributed around.
 fn sides() -> impl Iterator<Item = Vec3> {
     (0..SIDES).map(|i| {
         let height = 1.0 - (i as f32 + 0.5) / SIDES as f32 * 2.0;
@@ -404,7 +407,7 @@ fn others(scene: &SceneFile, organ: &OrganRecord) -> Vec<(Vec3, f32)> {
         .collect()
 }
 
-/// Whether a place is seen from a side, past these spheres.
+/// True if a point is visible from a direction, past these spheres.
 fn is_free(at: Vec3, from: Vec3, others: &[(Vec3, f32)]) -> bool {
     others.iter().all(|(centre, radius)| {
         let to = *centre - at;
@@ -413,7 +416,7 @@ fn is_free(at: Vec3, from: Vec3, others: &[(Vec3, f32)]) -> bool {
     })
 }
 
-/// A camera that has the organ in the circle.
+/// A camera with the whole organ in the circle.
 fn facing(
     scene: &SceneFile,
     organ: &OrganRecord,
@@ -425,7 +428,7 @@ fn facing(
     let (low, high) = bounds(&judges);
     let middle = (low + high) / 2.0;
     let scope = Scope::default();
-    // What the picture shows of the circle.
+    // Part of the circle within the picture.
     let aspect = width as f32 / height as f32;
     let half = scope.half_angle / scope.circle.max(1.0) * aspect.min(1.0) * 0.86;
     let far = judges.iter().map(|(at, _)| {
@@ -438,7 +441,7 @@ fn facing(
     nothing(scene, looking(middle + from * far, middle))
 }
 
-/// An instrument before the target, seen from beside.
+/// An instrument in front of the target, seen from the side.
 fn close_up(scene: &SceneFile, instrument: u32, jaw: f32) -> ToolFrame {
     let room = scene.room();
     let normal = Vec3::from(room.target_normal).normalize_or(Vec3::Y);
@@ -446,7 +449,7 @@ fn close_up(scene: &SceneFile, instrument: u32, jaw: f32) -> ToolFrame {
     near(scene, (tip, normal), instrument, jaw)
 }
 
-/// An instrument whose tip is here, over skin that faces that way, seen from beside it.
+/// An instrument with its tip here, over skin with this normal, seen from the side.
 fn near(scene: &SceneFile, (tip, normal): (Vec3, Vec3), instrument: u32, jaw: f32) -> ToolFrame {
     let room = scene.room();
     let port = Vec3::from(room.instrument_port_m);
@@ -484,7 +487,7 @@ fn near(scene: &SceneFile, (tip, normal): (Vec3, Vec3), instrument: u32, jaw: f3
     tools
 }
 
-/// The trocar from inside, with a grasper through it.
+/// The trocar from inside, with a grasper in it.
 fn at_the_port(scene: &SceneFile) -> ToolFrame {
     let mut tools = close_up(scene, 0, 0.3);
     let port = Vec3::from(scene.room().instrument_port_m);

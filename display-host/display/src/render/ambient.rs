@@ -1,14 +1,14 @@
-//! Ambient light at rest: how much of the cavity's glow reaches each vertex past the spheres of
-//! all organs. Done once, when the scene loads.
+//! Ambient light at rest: the share of the cavity's light that reaches each vertex past the spheres
+//! of all organs. Computed once, when the scene loads.
 
 use glam::Vec3;
 use shared_mem::scene::SphereRecord;
 
 use crate::skinning::{RestVertex, SkinMesh};
 
-/// Rays a vertex.
+/// Rays per vertex.
 const RAYS: usize = 48;
-/// Beyond this distance nothing hides anything, m.
+/// Distance beyond which nothing occludes, m.
 const REACH_M: f32 = 0.045;
 
 /// Fills [`RestVertex::ambient`] by casting rays against the spheres. O(vertices · (spheres +
@@ -60,11 +60,11 @@ fn open_share(vertex: &RestVertex, spheres: &[SphereRecord], directions: &[Vec3]
         let nearest = hit.fold(REACH_M, f32::min);
         open += nearest / REACH_M;
     }
-    // A little more than straight: light that comes through a gap is dyed on its way.
+    // A little darker than linear: light through a gap is tinted on its way.
     (open / directions.len() as f32).powf(1.4)
 }
 
-/// Directions spread with the cosine of their height (which spares the weighting).
+/// Cosine-distributed directions, which need no weights.
 fn hemisphere() -> Vec<Vec3> {
     (0..RAYS)
         .map(|i| {
@@ -76,7 +76,7 @@ fn hemisphere() -> Vec<Vec3> {
         .collect()
 }
 
-/// Two rounds of averaging over the neighbours: few rays leave grain.
+/// Averages twice over the neighbours: few rays leave grain.
 fn smooth(mesh: &mut SkinMesh) {
     for _ in 0..2 {
         let before: Vec<f32> = mesh.vertices.iter().map(|v| v.ambient).collect();

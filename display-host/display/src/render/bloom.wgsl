@@ -1,6 +1,6 @@
-// Glare: what is brighter than the screen, halved in size and blurred.
+// Glare: light brighter than the screen, halved in size and blurred.
 
-// Light below this (in exposed units) stays; 0 for the later halvings.
+// Exposed light below this causes no glare; 0 for the later halvings.
 override THRESHOLD: f32 = 0.0;
 struct Exposure { value: f32, unused0: f32, unused1: f32, unused2: f32 }
 

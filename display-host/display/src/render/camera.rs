@@ -1,4 +1,4 @@
-//! The endoscope: where it looks, and its light.
+//! The endoscope: direction of view, and light.
 
 use glam::camera::rh::{proj::directx as projection, view};
 use glam::{Mat4, Quat, Vec2, Vec3};
@@ -6,35 +6,35 @@ use shared_mem::message::{PoseMsg, ToolFrame};
 
 use super::layout::{Frame, SHADING_CAPSULES};
 
-/// Where its camera can be focused, m, and how much farther a step of the ring goes.
+/// Range of the camera's focus, m, and ratio of a step of the ring.
 const FOCUS_M: [f32; 2] = [0.015, 0.3];
 const FOCUS_STEP: f32 = 1.25;
 
-/// A rigid endoscope's optics.
+/// Optics of a rigid endoscope.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scope {
-    /// Half of the angle that the circle shows, rad.
+    /// Half angle of the circular picture, rad.
     pub half_angle: f32,
-    /// How far it looks off its shaft, rad: 0, 30° or 45° are made.
+    /// Angle between view and shaft, rad: 0, 30° or 45° in practice.
     pub angle: f32,
-    /// How far its light cable is turned about the shaft, rad; at 0 it looks down. The picture stays
-    /// upright: the camera is held.
+    /// Turn of the light cable about the shaft, rad; at 0 the view is inclined downwards. The
+    /// picture stays upright: the camera is held.
     pub turned: f32,
     /// Radius of the circle in half heights of the picture.
     pub circle: f32,
-    /// Where the camera is focused, m before it.
+    /// Focus distance of the camera, m.
     pub focus_m: f32,
-    /// It is no endoscope's camera but an eye in the room, which sees everything sharp.
+    /// True for an eye in the room instead of an endoscope's camera: everything is sharp.
     pub is_free_eye: bool,
-    /// The light's exit beside the lens, in the camera's frame, m.
+    /// Position of the light's exit beside the lens, in the camera's frame, m.
     pub light_offset: Vec3,
     /// Strength of the light: irradiance at 1 m in arbitrary units; exposure is automatic.
     pub light_strength: f32,
-    /// Half angle of the light's cone, rad.
+    /// Half angle of the light cone, rad.
     pub light_half_angle: f32,
-    /// Nearest distance that is drawn, m.
+    /// Nearest visible distance, m.
     pub near_m: f32,
-    /// Distance that the shadow map reaches, m.
+    /// Range of the shadow map, m.
     pub far_m: f32,
 }
 
@@ -57,14 +57,14 @@ impl Default for Scope {
 }
 
 impl Scope {
-    /// Turns the focus ring so many steps, farther if positive.
+    /// Turns the focus ring by this many steps, farther if positive.
     pub fn turn_focus(&mut self, steps: i8) {
         let [nearest, farthest] = FOCUS_M;
         self.focus_m = (self.focus_m * FOCUS_STEP.powi(steps.into())).clamp(nearest, farthest);
     }
 
-    /// What the scope sees, as seen from the world: along −z, y up. `world_from_camera` of the tools
-    /// is its shaft.
+    /// View matrix of the scope: view along −z, y up. `world_from_camera` of the tools is its
+    /// shaft.
     #[must_use]
     pub fn world_from_view(&self, tools: &ToolFrame) -> Mat4 {
         let turn = Quat::from_rotation_z(self.turned);
@@ -72,14 +72,14 @@ impl Scope {
         matrix(&tools.world_from_camera) * Mat4::from_quat(tilt)
     }
 
-    /// Where an angle (rad) off the middle lies on the picture, in half heights.
+    /// Distance of an angle (rad) from the middle of the picture, in half heights.
     #[must_use]
     pub fn on_picture(&self, angle: f32) -> f32 {
         angle / self.half_angle * self.circle
     }
 
-    /// Where a point in the camera's frame (m) lies on the picture: from its middle, in half
-    /// heights, y up. `None`: outside the circle.
+    /// Position in the picture of a point in the camera's frame (m), relative to the middle, in
+    /// half heights, y up. `None`: outside the circle.
     #[must_use]
     pub fn project(&self, at: Vec3) -> Option<Vec2> {
         let off = Vec2::new(at.x, at.y);
@@ -88,16 +88,16 @@ impl Scope {
     }
 }
 
-/// How the camera takes the picture.
+/// Exposure of the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Exposure {
-    /// Share of the way to the wanted exposure that this frame goes: 1 at once.
+    /// Share by which this frame approaches the desired exposure: 1 at once.
     pub adapt: f32,
-    /// Mean brightness aimed at.
+    /// Desired mean brightness.
     pub key: f32,
     /// Least and largest gain.
     pub range: [f32; 2],
-    /// Noise of the camera's chip, share of white.
+    /// Noise of the camera's sensor, as a share of white.
     pub grain: f32,
 }
 
@@ -112,7 +112,7 @@ impl Default for Exposure {
     }
 }
 
-/// `world_from_camera` as matrix; a rotation that is no rotation becomes the identity.
+/// Matrix of `world_from_camera`; an invalid rotation becomes the identity.
 #[must_use]
 pub fn matrix(pose: &PoseMsg) -> Mat4 {
     let turn = Quat::from_array(pose.orientation);
@@ -124,7 +124,7 @@ pub fn matrix(pose: &PoseMsg) -> Mat4 {
     Mat4::from_rotation_translation(turn, Vec3::from(pose.position_m))
 }
 
-/// The pose of a camera at `eye` that looks at `at`, as upright as can be.
+/// Pose of a camera at `eye` that looks at `at`, as upright as possible.
 #[must_use]
 pub fn looking(eye: Vec3, at: Vec3) -> PoseMsg {
     let back = (eye - at).normalize_or(Vec3::Z);
@@ -141,7 +141,7 @@ pub fn looking(eye: Vec3, at: Vec3) -> PoseMsg {
     }
 }
 
-/// Fills a frame's uniform. Depth is reversed and infinite: 1 at the near plane, 0 far away.
+/// Fills a frame's uniform. Depth is reversed and infinite: 1 at the near plane, 0 at infinity.
 #[must_use]
 pub fn frame(
     tools: &ToolFrame,
@@ -154,7 +154,7 @@ pub fn frame(
     let world_from_camera = scope.world_from_view(tools);
     let [width, height] = size.map(|s| s as f32);
     let aspect = width / height;
-    // The circle's top touches the picture's edge when its radius is 1.
+    // A circle of radius 1 touches the top edge of the picture.
     let tangent = (scope.half_angle / scope.circle.max(1.0)).tan();
     let clip_from_camera =
         projection::perspective_infinite_reverse(2.0 * tangent.atan(), aspect, scope.near_m);

@@ -1,5 +1,5 @@
-//! What surrounds the organs: the abdominal wall as a shell, and the fatty apron below, made from
-//! the scene's size, so that nothing floats in the dark.
+//! Surroundings of the organs: the abdominal wall as a shell, and the fatty apron below, scaled to
+//! the scene, so that nothing floats in the dark.
 
 use glam::{Vec2, Vec3};
 use shared_mem::scene::{OrganKind, SceneFile};
@@ -7,13 +7,13 @@ use shared_mem::scene::{OrganKind, SceneFile};
 use super::noise::{hash, noise};
 use crate::skinning::RestVertex;
 
-/// Points around and from pole to pole of the shell.
+/// Points of the shell, around and from pole to pole.
 const SHELL: [usize; 2] = [120, 72];
-/// The wall is drawn to the instrument's trocar over so wide an angle, rad; one that lies nearer to the middle
-/// than this share of the way to the wall, or farther than that, goes through no wall.
+/// Angle over which the wall is drawn to the instrument's trocar, rad. A trocar nearer to the
+/// middle or farther away than these shares of the distance to the wall passes through no wall.
 const DRAWN_RAD: f32 = 0.5;
 const DRAWN: core::ops::Range<f32> = 0.45..1.4;
-/// So much room stays behind the eye, as a share of its way from the middle.
+/// Distance of the wall behind the eye, as a multiple of the eye's distance from the middle.
 const BEHIND_EYE: f32 = 1.06;
 /// Points along a side of the apron.
 const APRON: usize = 150;
@@ -23,25 +23,25 @@ const APRON: usize = 150;
 pub(super) struct Cavity {
     /// Vertices.
     pub(super) vertices: Vec<RestVertex>,
-    /// Triangles, counter-clockwise as the camera inside sees them.
+    /// Triangles, counter-clockwise as seen by the camera inside.
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// Where the cavity lies.
+/// Position and size of the cavity.
 struct Space {
     centre: Vec3,
     radii: Vec3,
     right: Vec3,
     up: Vec3,
     back: Vec3,
-    /// Height of the apron's middle, m, relative to the centre.
+    /// Height of the middle of the apron relative to the centre, m.
     floor: f32,
-    /// Where the instrument's trocar goes through the wall, and over what angle the wall is drawn to it: shares
-    /// of the radii, rad.
+    /// Position of the instrument's trocar, in shares of the radii, and the angle over which the
+    /// wall is drawn to it, rad.
     trocar: Option<(Vec3, f32)>,
 }
 
-/// The cavity of a scene. A scene with an abdominal wall of its own needs no shell.
+/// The cavity of a scene. A scene with its own abdominal wall needs no shell.
 #[must_use]
 pub(super) fn around(scene: &SceneFile) -> Cavity {
     let space = Space::of(scene);
@@ -81,7 +81,7 @@ impl Space {
         low = low.min(eye);
         high = high.max(eye);
         let centre = (low + high) / 2.0;
-        // Room to look around, and a wall behind the organs that the light still reaches.
+        // Room to look around, and a wall behind the organs within reach of the light.
         let half = (high - low) / 2.0;
         let radii = half * 1.45 + Vec3::new(0.035, 0.02, 0.02);
         let share = |p: Vec3| (p - centre) / radii;
@@ -97,7 +97,7 @@ impl Space {
         }
     }
 
-    /// How far the wall is that way, as a share of the radii, if `usual` is how far it would be.
+    /// Distance of the wall in this direction, in shares of the radii, given its `usual` distance.
     fn wall(&self, way: Vec3, usual: f32) -> f32 {
         let Some((trocar, angle)) = self.trocar else {
             return usual;
@@ -110,8 +110,8 @@ impl Space {
     }
 }
 
-/// Over what angle a wall may be drawn to a trocar without coming before the eye; `None`: over none. Places are
-/// shares of the radii.
+/// Angle over which a wall may be drawn to a trocar without passing in front of the eye; `None`:
+/// not at all. Positions are in shares of the radii.
 fn drawn_to(trocar: Vec3, eye: Vec3) -> Option<(Vec3, f32)> {
     let far = trocar.length();
     let leaves_eye = |angle: &f32| {
@@ -123,7 +123,7 @@ fn drawn_to(trocar: Vec3, eye: Vec3) -> Option<(Vec3, f32)> {
     DRAWN.contains(&far).then_some((trocar, angle))
 }
 
-/// 1 towards a trocar, falling to 0 beyond an angle off it.
+/// 1 in the direction of a trocar, falling to 0 beyond an angle off it.
 fn nearness(way: Vec3, trocar: Vec3, angle: f32) -> f32 {
     let off = way.angle_between(trocar) / angle;
     (-off * off).exp()
@@ -150,7 +150,7 @@ impl Cavity {
             for i in 0..around {
                 let turn = i as f32 / around as f32 * core::f32::consts::TAU;
                 let d = Vec3::new(flat * turn.cos(), height, flat * turn.sin());
-                // Folds of the wall: broad and soft.
+                // Broad, soft folds of the wall.
                 let folds = noise(d * 2.1 + 3.7).1 * 0.10 + noise(d * 5.3 + 1.1).1 * 0.035;
                 let at = space.world(d * space.radii * space.wall(d, 1.0 + folds));
                 self.vertices
@@ -184,7 +184,7 @@ impl Cavity {
                 let (lobes, crevice) = lobes(flat / 0.019);
                 let (small, small_crevice) = lobes_fine(flat / 0.0065);
                 let swell = noise(Vec3::new(flat.x, 0.3, flat.y) * 22.0).1 * 0.012;
-                // Sags in the middle, where the organs hang; climbs the walls.
+                // It sags in the middle, below the organs, and climbs the walls.
                 let bowl = 0.55 * space.radii.y * at.length_squared().min(1.4) * 0.6;
                 let height = space.floor - 0.012 + bowl + swell + lobes * 0.0085 + small * 0.0016;
                 let p = space.world(Vec3::new(flat.x, height, flat.y));
@@ -226,7 +226,7 @@ impl Cavity {
     }
 }
 
-/// Rounded lobes packed side by side: height, and how open the place is (0 in a crevice).
+/// Rounded lobes side by side: height, and openness of the place (0 in a crevice).
 fn lobes(at: Vec2) -> (f32, f32) {
     let warp = noise(Vec3::new(at.x, at.y, 2.0) * 0.6).0.truncate() * 0.35;
     cells(at + warp, 11)
@@ -280,7 +280,7 @@ mod tests {
             assert!((space.wall(-way, 1.02) - 1.02).abs() < 1e-3);
             assert!(space.wall(eye.normalize(), 1.0) > eye.length(), "{trocar}");
         }
-        // In the midst of the cavity no wall is.
+        // No wall is in the middle of the cavity.
         assert_eq!(space(Vec3::X * 0.2, eye).trocar, None);
     }
 }

@@ -1,10 +1,10 @@
-//! Layered tissue as it is taken away: faces of its cells where the organ's own skin is no more.
+//! Drawing of dissected layered tissue: the faces of its cells replace the organ's skin.
 //!
-//! As long as nothing was done to it an organ shows its fine skin. Over cells that are gone or warm
-//! the skin's triangles go, and the faces of the cells around appear: those towards nothing or towards
-//! cells that are gone. One more ring of cells shows its faces too, so that no seam opens at the
-//! skin's edge; tissue is coloured by its place at rest, so that both look the same. Corners lie where
-//! the spheres take them, evened out over the faces that show, or they would look like bricks.
+//! An untreated organ shows its fine skin. Over removed or warm cells the triangles of the skin are
+//! hidden, and the faces of the surrounding cells appear where they border on nothing or on removed
+//! cells. One more ring of cells shows its faces, so that no seam opens at the skin's edge. Tissue
+//! is coloured by its position at rest, so that both look alike. The corners follow the spheres and
+//! are smoothed over the visible faces, which would otherwise look like bricks.
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
@@ -17,7 +17,7 @@ use super::strands::{Anchors, Strands, Weave};
 use crate::skinning::motion::{Motion, moved};
 use crate::skinning::{RestVertex, SkinnedVertex, pairs};
 
-/// Corners of a cell's faces, anticlockwise seen from outside.
+/// Corners of a cell's faces, counter-clockwise as seen from outside.
 pub(super) const FACES: [[usize; 4]; 6] = [
     [0, 4, 6, 2],
     [1, 3, 7, 5],
@@ -26,37 +26,37 @@ pub(super) const FACES: [[usize; 4]; 6] = [
     [0, 2, 3, 1],
     [4, 5, 7, 6],
 ];
-/// Heat from which a cell shows itself, of 254.
+/// Heat from which a cell is drawn by itself, of 254.
 const WARM: u8 = 12;
-/// Rounds of evening out, and how far a corner goes in each to the middle of those beside it.
+/// Rounds of smoothing, and the share by which each moves a corner towards its neighbours' mean.
 const ROUNDS: usize = 2;
 const EVENED: f32 = 0.5;
-/// How cooked tissue is beside cells that are gone.
+/// Degree of cooking next to removed cells.
 const BESIDE_GONE: f32 = 0.35;
 
-/// Cells of a scene, as they show.
+/// The drawn cells of a scene.
 pub(super) struct Cells {
     cells: Vec<CellRecord>,
-    /// How dark it is in there: ambient light at each corner.
+    /// Corners with their ambient light: the gap is dark.
     corners: Vec<RestVertex>,
-    /// What was shown last.
+    /// States drawn last.
     states: Vec<u8>,
-    /// By triangle of the skins that lie over cells: its number, and the cell.
+    /// Skin triangles over cells: index of the triangle, and the cell.
     over: Vec<(u32, u16)>,
-    /// Triangles of the skin, as they are at first.
+    /// The original triangles of the skin.
     triangles: Vec<[u32; 3]>,
-    /// Corners of the faces that show.
+    /// Corners of the visible faces.
     faces: Vec<[u32; 4]>,
-    /// Corners that move when all is evened out: those that no skin's edge lies on.
+    /// Corners that smoothing moves: those not at an edge of the skin.
     is_loose: Vec<bool>,
     now: Vec<SkinnedVertex>,
     pub(super) buffers: Option<Buffers>,
-    /// By cell: how much of it is fibres.
+    /// Weave of each cell.
     weaves: Vec<Weave>,
     pub(super) strands: Strands,
 }
 
-/// What is drawn of them.
+/// Drawn buffers of the cells.
 pub(super) struct Buffers {
     pub(super) now: wgpu::Buffer,
     pub(super) rest: wgpu::Buffer,
@@ -65,7 +65,7 @@ pub(super) struct Buffers {
 }
 
 impl Buffers {
-    /// For so many corners and indices, none of them used yet.
+    /// Buffers for this many corners and indices, none in use yet.
     pub(super) fn new(gpu: &Gpu, label: &str, corners: usize, indices: usize) -> Self {
         use wgpu::BufferUsages as Usage;
         let buffer = |size: usize, usage| {
@@ -86,7 +86,7 @@ impl Buffers {
 }
 
 impl Cells {
-    /// The cells of a scene whose skin has these triangles.
+    /// The cells of a scene with these skin triangles.
     pub(super) fn new(gpu: &Gpu, scene: &SceneFile, triangles: &[[u32; 3]]) -> Self {
         let cells = scene.cells().to_vec();
         let kind_of = |sphere: u16| {
@@ -140,7 +140,8 @@ impl Cells {
         self.cells.len()
     }
 
-    /// Takes what has become of them ([`StateFrame::cells`]); `skin` is the index buffer of the skin.
+    /// Takes the states of the cells ([`StateFrame::cells`]); `skin` is the index buffer of the
+    /// skin.
     pub(super) fn set(&mut self, gpu: &Gpu, states: &[u8], skin: &wgpu::Buffer) {
         if states.len() != self.cells.len() || states == self.states {
             return;
@@ -171,13 +172,13 @@ impl Cells {
         self.states.get(usize::from(cell)) == Some(&StateFrame::GONE)
     }
 
-    /// Whether something was done to a cell or to one beside it, so that no skin lies over it.
+    /// True if the cell or a neighbour was treated, so that no skin covers it.
     fn is_worked(&self, cell: usize) -> bool {
         let gone = |n: &u16| self.is_gone(*n);
         self.states[cell] >= WARM || self.cells[cell].neighbours.iter().any(gone)
     }
 
-    /// Cells whose faces show.
+    /// Cells with visible faces.
     fn showing(&self) -> Vec<bool> {
         let worked: Vec<bool> = (0..self.cells.len()).map(|i| self.is_worked(i)).collect();
         let beside = |cell: &CellRecord| {
@@ -197,7 +198,7 @@ impl Cells {
             for (face, next) in FACES.iter().zip(cell.neighbours) {
                 let corners = face.map(|k| u32::from(cell.corners[k]));
                 if next == NO_CELL && !self.is_worked(i) {
-                    // The skin lies on it.
+                    // The skin's edge lies on it.
                     for c in corners {
                         self.is_loose[c as usize] = false;
                     }
@@ -209,7 +210,7 @@ impl Cells {
         }
     }
 
-    /// Cooked by the heat of the cells around each corner.
+    /// Colours each corner by the heat of the cells around it.
     fn colour(&mut self) {
         let mut cooked = vec![0.0f32; self.corners.len()];
         for (cell, state) in self.cells.iter().zip(&self.states) {
@@ -228,7 +229,7 @@ impl Cells {
         }
     }
 
-    /// Takes the skin off where it lies over cells that something was done to.
+    /// Hides the skin over treated cells.
     fn hide_skin(&self, gpu: &Gpu, skin: &wgpu::Buffer) {
         let Some(&(first, _)) = self.over.first() else {
             return;
@@ -238,7 +239,7 @@ impl Cells {
         let mut shown = self.triangles[range].to_vec();
         for (triangle, cell) in &self.over {
             if self.is_worked(usize::from(*cell)) {
-                // No area: it is not drawn.
+                // A triangle without area is not drawn.
                 let corners = &mut shown[(triangle - first) as usize];
                 *corners = [corners[0]; 3];
             }
@@ -284,7 +285,7 @@ impl Cells {
             .write_buffer(&buffers.now, 0, cast_slice(&self.now));
     }
 
-    /// Towards the middle of those beside it, each corner that is not at the skin's edge.
+    /// Moves each corner that is not at the skin's edge towards the mean of its neighbours.
     fn even_out(&self, places: &mut [Vec3]) {
         for _ in 0..ROUNDS {
             let mut sums = vec![(Vec3::ZERO, 0.0f32); places.len()];
@@ -306,7 +307,7 @@ impl Cells {
     }
 }
 
-/// Where its spheres carry a corner.
+/// Position of a corner as its spheres carry it.
 pub(super) fn carried(corner: &RestVertex, motions: &[Motion]) -> Vec3 {
     let home = Vec3::from(corner.position);
     let mut at = home;
@@ -321,7 +322,7 @@ pub(super) fn carried(corner: &RestVertex, motions: &[Motion]) -> Vec3 {
     at
 }
 
-/// For each triangle of skins over cells the nearest of these at the surface.
+/// Nearest surface cell for each triangle of the skins over cells.
 fn over(scene: &SceneFile, cells: &[CellRecord], triangles: &[[u32; 3]]) -> Vec<(u32, u16)> {
     let corners = scene.cell_corners();
     let mut all = Vec::new();

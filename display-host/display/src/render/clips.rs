@@ -1,4 +1,5 @@
-//! Clips on vessels and ducts: closed titanium, one part each behind the instrument's.
+//! Clips on vessels and ducts: closed titanium. Each is a rigid part, numbered after the
+//! instrument's.
 
 use glam::{Mat4, Vec3, Vec4};
 use shared_mem::message::{ClipMsg, MAX_CLIPPED, SphereState};
@@ -9,11 +10,11 @@ use super::solid::{Finish, Solid, circle, curve};
 
 /// Parts before the first clip.
 pub(super) const FIRST_PART: usize = 8;
-/// Half of a closed clip's length, mm.
+/// Half length of a closed clip, mm.
 const HALF_MM: f32 = 4.5;
 
-/// All clips that there can be, around a tube of 1 mm radius: along x the tube, towards −z the legs'
-/// open ends, along y their spread.
+/// All possible clips around a tube of 1 mm radius: the tube along x, the open ends of the legs
+/// towards −z, their spread along y.
 pub(super) fn all() -> Solid {
     let mut solid = Solid::default();
     for number in 0..MAX_CLIPPED as u32 {
@@ -42,7 +43,7 @@ pub(super) fn all() -> Solid {
     solid
 }
 
-/// Where each clip is now; one that is not there has no size.
+/// Positions of the clips; a missing one has size 0.
 pub(super) fn places(
     clips: &[ClipMsg],
     spheres: &[SphereState],
@@ -61,7 +62,7 @@ pub(super) fn places(
         let legs = (legs - along * along.dot(legs)).normalize_or(along.any_orthonormal_vector());
         let spread = -legs.cross(along);
         let at_m = from_m.lerp(to_m, clip.share);
-        // The tube is drawn round: the legs lie around it.
+        // The tube is drawn round, with the legs around it.
         let radii = (tube.radius_m * 1000.0).max(0.2);
         *place = Mat4::from_cols(
             along.extend(0.0),

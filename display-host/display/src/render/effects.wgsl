@@ -3,8 +3,8 @@
 // See particles.rs.
 struct Disc {
   at: vec4f,     // middle, m; w: radius, m
-  colour: vec4f, // rgb; a: how much it hides
-  look: vec4f,   // 0 puff, 1 drop, 2 spark; its own number; streak's half length over radius; 0
+  colour: vec4f, // rgb; a: opacity
+  look: vec4f,   // 0 puff, 1 drop, 2 spark; individual number; streak's half length over radius; 0
   along: vec4f,  // unit direction of a streak
 }
 @group(1) @binding(0) var<storage, read> discs: array<Disc>;
@@ -42,7 +42,7 @@ struct VertexOut {
     return vec4f(d.colour.rgb * light, glow * near * d.colour.a);
   }
   if (d.look.x > 0.5) {
-    // A drop: a ball that shines.
+    // A drop: a shiny ball.
     let inside = 1.0 - smoothstep(0.85, 1.0, r);
     let to_eye = normalize(frame.camera.xyz - d.at.xyz);
     let right = normalize(cross(frame.up.xyz, to_eye));
@@ -50,12 +50,12 @@ struct VertexOut {
     let normal = normalize(right * in.corner.x + over * in.corner.y + to_eye * sqrt(max(1.0 - r * r, 0.0)));
     let l = to_light * inverseSqrt(d2);
     let glint = pow(max(dot(normal, normalize(l + to_eye)), 0.0), 500.0) * 0.6;
-    // Darker where more of it lies behind.
+    // Darker where it is thicker.
     let deep = mix(1.0, 0.45, sqrt(max(1.0 - r * r, 0.0)));
     let body = d.colour.rgb * deep * (0.25 + 0.75 * max(dot(normal, l), 0.0)) / PI;
     return vec4f((body + vec3f(glint)) * light, inside * d.colour.a);
   }
-  // A puff: its noise is the room's, so that no disc is seen; it fades before the lens.
+  // A puff has noise fixed in the room, which hides the disc; it fades near the lens.
   let drift = vec3f(0.0, -0.35, 0.1) * frame.camera.w;
   let cloud = 0.35 + 1.3 * noise(in.world * 45.0 + drift).w + 0.8 * noise(in.world * 120.0 + 1.7 * drift).w;
   let soft = (1.0 - r * r) * (1.0 - r * r);

@@ -1,4 +1,4 @@
-// Auto exposure: the logarithmic mean of the picture, its centre counting most.
+// Automatic exposure: the centre-weighted logarithmic mean of the picture.
 
 struct Exposure { value: f32, unused0: f32, unused1: f32, unused2: f32 }
 
@@ -14,12 +14,12 @@ fn measure(@builtin(local_invocation_index) lane: u32) {
   let size = vec2f(textureDimensions(picture));
   var sum = vec2f(0.0);
   for (var i = lane; i < SIDE * SIDE; i += 64u) {
-    // The square in the circle's middle.
+    // The square in the middle of the circle.
     let at = (vec2f(f32(i % SIDE), f32(i / SIDE)) + 0.5) / f32(SIDE) * 2.0 - 1.0;
     let ndc = at * 0.85 / vec2f(frame.up.w, 1.0);
     let c = textureLoad(picture, vec2i((ndc * 0.5 + 0.5) * size), 0).rgb;
     let light = dot(c, vec3f(0.2126, 0.7152, 0.0722));
-    // Where nothing is, nothing is measured.
+    // Empty places are not measured.
     let weight = select(0.0, exp(-2.0 * dot(at, at)), light > 1e-6);
     sum += vec2f(log2(clamp(light, 1e-4, 16.0)), 1.0) * weight;
   }

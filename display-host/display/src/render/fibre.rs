@@ -1,5 +1,5 @@
-//! Thin tubes, of few sides: fibres of connective tissue, threads. Each corner carries its radius, negative, where
-//! skin has its push: the shader widens what is finer than a pixel.
+//! Thin tubes of few sides: fibres of connective tissue, threads. Each corner carries its radius,
+//! negated, in place of the skin's push: the shader widens tubes thinner than a pixel.
 
 use glam::Vec3;
 
@@ -9,7 +9,7 @@ use crate::skinning::SkinnedVertex;
 pub(super) const SIDES: usize = 3;
 const SECTION: [[f32; 2]; SIDES] = [[1.0, 0.0], [-0.5, 0.866_025_4], [-0.5, -0.866_025_4]];
 
-/// One section of a tube: two unit directions lie in it.
+/// Adds a section of a tube, spanned by two unit vectors.
 pub(super) fn section(
     corners: &mut [SkinnedVertex],
     middle: Vec3,
@@ -23,7 +23,7 @@ pub(super) fn section(
     }
 }
 
-/// A tube along a path.
+/// Adds a tube along a path.
 pub(super) fn tube(path: &[Vec3], radius_m: f32, corners: &mut [SkinnedVertex]) {
     let whole = path.first().zip(path.last()).map(|(a, b)| *b - *a);
     let across = whole.unwrap_or_default().normalize_or(Vec3::X);
@@ -36,7 +36,7 @@ pub(super) fn tube(path: &[Vec3], radius_m: f32, corners: &mut [SkinnedVertex]) 
     }
 }
 
-/// Triangles of a tube of so many sections, whose first corner has this number.
+/// Triangles of a tube with this many sections, whose first corner has index `first`.
 pub(super) fn triangles(first: u32, sections: usize) -> impl Iterator<Item = u32> {
     let sides = SIDES as u32;
     (0..(sections as u32 - 1) * sides).flat_map(move |at| {

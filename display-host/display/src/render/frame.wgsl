@@ -1,4 +1,4 @@
-// What every drawing pass knows. Lengths in m unless they say cm.
+// Uniforms of every drawing pass. Lengths in m unless they say cm.
 
 struct Frame {
   clip_from_world: mat4x4f,
@@ -9,16 +9,17 @@ struct Frame {
   light: vec4f,         // position; w: strength, so that irradiance is strength / distance²
   light_axis: vec4f,    // unit; w: cosine at the cone's edge
   scope: vec4f,         // half angle at the circle's edge (rad), circle's radius (half heights), width, height (px)
-  adapt: vec4f,         // share of the way that exposure goes this frame, key, exposure min, max
+  adapt: vec4f,         // step of the exposure in this frame, as a share, key, exposure min, max
   film: vec4f,          // grain; of the front lens: fog, soot; haze, 1/m
-  wear: vec4f,          // of the instrument's working end: shares under char, blood, bile; focus, m, or 0: all is sharp
+  wear: vec4f,          // of the instrument's working end: shares under char, blood, bile; focus, m, or 0: everything sharp
   counts: vec4u,        // capsules, frame number, 0, 0
   capsules: array<vec4f, 8>, // ends of four capsules; w of the first end: radius
 }
 
 const PI = 3.14159265;
 
-// How far before the camera a place is, m. In the picture's light it is the alpha, for the focus; 0: always sharp.
+// Distance of a point in front of the camera, m. The light picture stores it as alpha, for the
+// focus; 0: always sharp.
 fn depth_of(world: vec3f) -> f32 {
   return dot(world - frame.camera.xyz, frame.forward.xyz);
 }

@@ -1,25 +1,26 @@
-//! Chooses the quality by what frames cost: down at once when they cost too much, up only after a long
-//! calm, and more slowly each time that going up turned out wrong. Where the graphics device has no clock
-//! for its passes, a frame costs the time from one to the next.
+//! Adjusts the quality to the cost of frames: down at once when they cost too much, up only after a
+//! long calm, which grows with every wrong step up. Without a clock on the graphics device the cost
+//! is the time between frames.
 
 use super::quality::Quality;
 
-/// Frames that are judged together, by their median.
+/// Frames judged together, by their median.
 const FRAMES: usize = 40;
-/// Too much, and little enough to try more, as shares of what a frame may cost.
+/// Costs that count as too high, and as low enough to try more, as shares of the allowed cost.
 const TOO_MUCH: f32 = 1.05;
 const LITTLE: f32 = 0.55;
-/// The same of the time from frame to frame, as shares of the screen's own, which no frame undercuts: who keeps
-/// up with the screen may have room to spare, and whether that is so only going up can tell.
+/// Frame intervals that count as too long, and as short enough to try more, as shares of the
+/// screen's own interval. No frame is shorter than that, so only a step up can tell whether there
+/// is room.
 const LATE: f32 = 1.2;
 const IN_TIME: f32 = 1.1;
-/// Calm windows before going up, at first and at most.
+/// Calm windows before a step up, at first and at most.
 const PATIENCE: u32 = 6;
 const PATIENCE_MAX: u32 = 384;
-/// Going down so soon after going up, in windows, was a mistake to go up.
+/// A step down within this many windows after a step up means that the step up was wrong.
 const SOON: u32 = 6;
 
-/// Watches frames and names the quality for the next ones.
+/// Watches frames and selects the quality of the next ones.
 #[derive(Debug, Clone)]
 pub struct Governor {
     tiers: Vec<Quality>,
@@ -33,15 +34,15 @@ pub struct Governor {
 }
 
 impl Governor {
-    /// Begins with the first of the tiers, best first; what a frame has the graphics device do may cost so
-    /// much, ms.
+    /// Starts with the first of the tiers, the best one; `may_cost_ms` is the allowed time of the
+    /// graphics device, ms.
     #[must_use]
     pub fn new(tiers: Vec<Quality>, may_cost_ms: f32) -> Self {
         Self::between(tiers, TOO_MUCH * may_cost_ms, LITTLE * may_cost_ms)
     }
 
-    /// The same, told of the time from one frame to the next: that may be `period_ms`, or what the screen takes
-    /// (`screen_ms`) if that is longer.
+    /// Starts with frame intervals as the cost. The allowed interval is `period_ms`, or the
+    /// screen's (`screen_ms`) if that is longer.
     #[must_use]
     pub fn by_period(tiers: Vec<Quality>, period_ms: f32, screen_ms: f32) -> Self {
         let late_ms = LATE * period_ms.max(screen_ms);
@@ -65,14 +66,14 @@ impl Governor {
         }
     }
 
-    /// Which tier is in use, 0 the best, and how many there are.
+    /// Tier in use, 0 the best, and the number of tiers.
     #[must_use]
     pub fn tier(&self) -> [usize; 2] {
         [self.at, self.tiers.len()]
     }
 
-    /// Takes what a frame cost, ms; the quality to change to, if it is to change. Its size is the
-    /// caller's to keep.
+    /// Takes the cost of a frame, ms. Returns the new quality if it changes; the caller keeps its
+    /// size.
     pub fn note(&mut self, cost_ms: f32) -> Option<Quality> {
         if !cost_ms.is_finite() {
             return None;
@@ -137,7 +138,7 @@ mod tests {
     #[test]
     fn it_does_not_swing_between_two_tiers() {
         let mut governor = Governor::new(Quality::GPU_TIERS.to_vec(), 14.0);
-        // The best tier is too much, the next looks like plenty of room.
+        // The best tier costs too much, the next one seems to have plenty of room.
         let cost = |tier: usize| if tier == 0 { 20.0 } else { 5.0 };
         let changes = run(&mut governor, 20_000, cost);
         assert!(changes < 16, "{changes} changes in 20000 frames");
@@ -155,7 +156,7 @@ mod tests {
 
     #[test]
     fn without_a_clock_the_time_between_frames_governs() {
-        // A screen of 60 Hz shows a frame at its next turn, however long before it was ready.
+        // A screen of 60 Hz shows a frame at its next refresh, however early it was ready.
         let screen_ms = 1000.0 / 60.0;
         let period = |cost_ms: f32| screen_ms * (cost_ms / screen_ms).ceil().max(1.0);
         let new = || Governor::by_period(Quality::GPU_TIERS.to_vec(), screen_ms, screen_ms);
@@ -164,12 +165,12 @@ mod tests {
         assert_eq!(slow.tier()[0], 2, "12 ms fit, 21 do not");
         let changes = run(&mut slow, 20_000, |tier| period(30.0 - 9.0 * tier as f32));
         assert!(changes < 16, "{changes} changes in 20000 frames");
-        // Keeping up is no reason to go down, and is one to try more after a while.
+        // Keeping up with the screen allows a step up after a while.
         let mut quick = new();
         run(&mut quick, 400, |_| period(40.0));
         run(&mut quick, 4000, |_| period(3.0));
         assert_eq!(quick.tier()[0], 0);
-        // A screen that is slow by itself is no fault of the picture's.
+        // A slow screen is not the picture's fault.
         let mut screen_of_30 = Governor::by_period(Quality::GPU_TIERS.to_vec(), screen_ms, 33.3);
         assert_eq!(run(&mut screen_of_30, 4000, |_| 33.3), 0);
         // A software driver is governed well below the screen's rate.

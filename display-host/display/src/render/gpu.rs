@@ -8,7 +8,7 @@ use crate::DisplayError;
 /// An open graphics device.
 #[derive(Debug)]
 pub struct Gpu {
-    /// Where surfaces come from.
+    /// Instance that creates surfaces.
     pub instance: wgpu::Instance,
     /// The adapter.
     pub adapter: wgpu::Adapter,
@@ -16,18 +16,18 @@ pub struct Gpu {
     pub device: wgpu::Device,
     /// Its queue.
     pub queue: wgpu::Queue,
-    /// What the adapter is.
+    /// Description of the adapter.
     pub info: wgpu::AdapterInfo,
     fault: Arc<Mutex<Option<String>>>,
 }
 
-/// How long a frame may take before the device counts as hung. A software driver compiles its
-/// shaders in the first one.
+/// Time after which a frame counts as hung. A software driver compiles its shaders in the first
+/// one.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 impl Gpu {
-    /// Opens the best adapter without a window. `WGPU_BACKEND` and the driver's own variables
-    /// choose another.
+    /// Opens the best adapter without a window. `WGPU_BACKEND` and the driver's variables select
+    /// another.
     ///
     /// # Errors
     /// [`DisplayError::NoAdapter`], [`DisplayError::Device`].
@@ -36,7 +36,7 @@ impl Gpu {
         if std::env::var_os("WGPU_BACKEND").is_some() {
             return Self::from_instance(wgpu::Instance::new(choice), None);
         }
-        // OpenGL only where there is nothing better: asking it starts a second driver.
+        // OpenGL only as a fallback: probing it starts a second driver.
         choice.backends = wgpu::Backends::PRIMARY;
         Self::from_instance(wgpu::Instance::new(choice), None).or_else(|_| {
             let mut choice = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
@@ -76,7 +76,7 @@ impl Gpu {
         })?;
         let fault = Arc::new(Mutex::new(None));
         let (on_error, on_loss) = (fault.clone(), fault.clone());
-        // The first fault is the cause; what follows it is noise.
+        // The first fault is the cause; later ones are consequences.
         device.on_uncaptured_error(Arc::new(move |error| note(&on_error, &error.to_string())));
         device
             .set_device_lost_callback(move |_, detail| note(&on_loss, &format!("lost: {detail}")));
@@ -90,7 +90,7 @@ impl Gpu {
         })
     }
 
-    /// Whether the adapter is the CPU itself.
+    /// True if the adapter is a CPU.
     #[must_use]
     pub fn is_software(&self) -> bool {
         let name = self.info.name.to_lowercase();
@@ -100,21 +100,21 @@ impl Gpu {
                 .any(|software| name.contains(software))
     }
 
-    /// Whether it times its own passes.
+    /// True if it can time its own passes.
     #[must_use]
     pub fn has_clock(&self) -> bool {
         let features = self.device.features();
         features.contains(wgpu::Features::TIMESTAMP_QUERY)
     }
 
-    /// Adapter and driver, for people.
+    /// Adapter and driver as text.
     #[must_use]
     pub fn describe(&self) -> String {
         let info = &self.info;
         format!("{} ({:?}, {})", info.name, info.backend, info.driver_info)
     }
 
-    /// The first thing that went wrong since the device was opened.
+    /// Returns the first fault since the device was opened.
     ///
     /// # Errors
     /// [`DisplayError::Device`].
@@ -123,10 +123,10 @@ impl Gpu {
         fault.map_or(Ok(()), |detail| Err(DisplayError::Device { doing, detail }))
     }
 
-    /// Fault injection: the device is lost, as by a driver that starts again.
+    /// Fault injection: loses the device, as when a driver restarts.
     pub fn lose(&self) {
         self.device.destroy();
-        // The loss is told when the device is next looked at.
+        // The loss is reported at the next poll.
         let _ = self.device.poll(wgpu::PollType::Poll);
         note(&self.fault, "lost: on purpose");
     }
@@ -149,7 +149,7 @@ impl Gpu {
         self.check(doing)
     }
 
-    /// The content of a buffer with usage `COPY_SRC`.
+    /// Content of a buffer with usage `COPY_SRC`.
     ///
     /// # Errors
     /// [`DisplayError::Device`].
@@ -162,7 +162,7 @@ impl Gpu {
         self.map(&staging)
     }
 
-    /// The pixels of an RGBA texture of four bytes a pixel, row by row, top first.
+    /// Pixels of an RGBA texture of four bytes a pixel, row by row from the top.
     ///
     /// # Errors
     /// [`DisplayError::Device`].

@@ -1,5 +1,5 @@
-//! The look inside: spheres and springs, with the organs' skins as glass around them. A view of
-//! the display, and a picture of a prepared scene.
+//! View of the model: spheres and springs inside translucent skins. Used by the display and for
+//! pictures of a prepared scene.
 
 use bytemuck::{Pod, Zeroable, cast_slice};
 use glam::{Mat3, Quat, Vec3};
@@ -13,23 +13,23 @@ use super::resource::bind;
 use super::{Quality, Renderer};
 use crate::DisplayError;
 
-/// Vertices of a ball and of a spring: as `inside.wgsl` has them.
+/// Vertices of a ball and of a spring, as in `inside.wgsl`.
 const BALL_VERTICES: u32 = 14 * 7 * 6;
 const SPRING_VERTICES: u32 = 6;
 
-/// What the look inside shows.
+/// Parts shown in the view of the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Inside {
     /// Radius of a ball, in radii of its sphere.
     pub ball_scale: f32,
-    /// Springs between the spheres, too.
+    /// Show the springs between the spheres.
     pub springs: bool,
-    /// The cavity behind the organs, too.
+    /// Show the cavity behind the organs.
     pub cavity: bool,
 }
 
 impl Inside {
-    /// Through the endoscope: balls small enough to see springs between them.
+    /// Through the endoscope: balls small enough to show the springs between them.
     pub const VIEW: Self = Self {
         ball_scale: 0.35,
         springs: true,
@@ -45,7 +45,7 @@ struct Ball {
     colour: [f32; 4],
 }
 
-/// What is drawn inside.
+/// Buffers and pipelines of the view of the model.
 pub(super) struct Model {
     balls: wgpu::Buffer,
     group: wgpu::BindGroup,
@@ -72,7 +72,7 @@ impl Model {
         };
         let none = vec![Ball::zeroed(); rest.len().max(1)];
         let balls = buffer("balls", cast_slice(&none), wgpu::BufferUsages::COPY_DST);
-        // A binding is never empty.
+        // A binding must not be empty.
         let drawn = springs.len() as u32;
         let springs = if springs.is_empty() {
             &[[0; 2]]
@@ -94,7 +94,7 @@ impl Model {
         }
     }
 
-    /// Takes where the spheres are.
+    /// Takes the spheres' positions.
     pub(super) fn upload(&self, gpu: &Gpu, spheres: &[SphereState], inside: &Inside) {
         let balls: Vec<Ball> = self
             .rest
@@ -123,14 +123,14 @@ impl Model {
         }
     }
 
-    /// Makes the skin that is drawn next glass.
+    /// Draws the following skin as glass.
     pub(super) fn set_glass(&self, pass: &mut wgpu::RenderPass<'_>) {
         pass.set_bind_group(1, &self.group, &[]);
         pass.set_pipeline(&self.pipelines.glass);
     }
 }
 
-/// Colours as the engineering view's marks have them, linear.
+/// Linear colours, as in the engineering view's marks.
 fn colour(bits: u32, held: bool) -> [f32; 4] {
     let has = |bit: u32| bits & bit != 0;
     if has(SphereState::GRASPED) {
@@ -146,8 +146,8 @@ fn colour(bits: u32, held: bool) -> [f32; 4] {
     }
 }
 
-/// A picture of a prepared scene from the front: on the left the spheres as they are, on the right
-/// the springs between them, both inside the translucent skins. Blue: free, white: held.
+/// A front view of a prepared scene: on the left its spheres, on the right the springs between
+/// them, both inside translucent skins. Blue: free, white: fixed.
 ///
 /// # Errors
 /// [`DisplayError`]: no graphics adapter, a scene too large for it, or a size out of range.
@@ -166,7 +166,7 @@ pub fn picture(
     let mut renderer = Renderer::new(&gpu, scene, quality)?;
     renderer.exposure_mut().grain = 0.0;
     let scope = renderer.scope_mut();
-    // The circle lies outside the picture; a long lens, so that nothing is foreshortened.
+    // The circle lies outside the picture; a long lens avoids foreshortening.
     scope.circle = 4.0;
     scope.half_angle = 0.8;
     let sees = scope.half_angle / scope.circle;
@@ -188,7 +188,7 @@ pub fn picture(
     Ok(picture)
 }
 
-/// The scene at rest, all awake.
+/// The scene at rest, all organs awake.
 fn awake(scene: &SceneFile) -> Box<StateFrame> {
     let mut state = crate::headless::at_rest(scene);
     for sphere in &mut state.spheres {
@@ -197,8 +197,8 @@ fn awake(scene: &SceneFile) -> Box<StateFrame> {
     state
 }
 
-/// A camera before the patient, a little from above and aside, that has all organs in a picture of
-/// this half angle (rad) of its height; no instrument.
+/// A camera in front of the patient, slightly above and to the side, with all organs in a picture
+/// of this half angle (rad) of its height; no instrument.
 fn portrait(scene: &SceneFile, half_angle: f32, aspect: f32) -> ToolFrame {
     let points = scene.vertices().iter().map(|v| Vec3::from(v.position_m));
     let (low, high) = points
@@ -214,7 +214,7 @@ fn portrait(scene: &SceneFile, half_angle: f32, aspect: f32) -> ToolFrame {
     let back = Vec3::new(0.25, 0.2, 1.0).normalize();
     let right = Vec3::Y.cross(back).normalize();
     let up = back.cross(right);
-    // Far enough for the farthest point across, with a margin.
+    // Far enough for the most distant point across, with a margin.
     let room = half_angle.tan() * 0.92;
     let far = points
         .map(|p| {

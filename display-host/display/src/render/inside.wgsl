@@ -1,6 +1,6 @@
 // Inside the organs: spheres, springs, and the skin as glass around them.
 
-// A sphere: centre and radius as shown (m); colour.
+// A sphere: drawn centre and radius (m), colour.
 struct Ball { at: vec4f, colour: vec4f }
 @group(1) @binding(0) var<storage, read> balls: array<Ball>;
 @group(1) @binding(1) var<storage, read> springs: array<vec2u>;
@@ -12,12 +12,12 @@ struct Solid {
   @location(2) @interpolate(flat) colour: vec3f,
 }
 
-// Cells around a ball and from pole to pole; six corners each (`inside.rs` draws so many).
+// Cells around a ball and from pole to pole, six corners each (`inside.rs` draws as many).
 const AROUND: u32 = 14u;
 const RINGS: u32 = 7u;
 const HALF_SPRING_M: f32 = 0.00035;
 
-// Which corner of its cell a vertex is: two triangles, counter-clockwise.
+// Corner of a vertex in its cell: two triangles, counter-clockwise.
 fn corner(vertex: u32) -> vec2u {
   let k = vertex % 6u;
   return vec2u(select(0u, 1u, k == 1u || k == 2u || k == 4u), select(0u, 1u, k == 2u || k == 4u || k == 5u));

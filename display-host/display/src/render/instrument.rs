@@ -1,8 +1,8 @@
-//! The instruments: shapes, and how their jaws stand.
+//! The instruments: shapes, and angles of the jaws.
 //!
-//! Frame of every instrument as [`ToolFrame::world_from_instrument`] defines it: origin at the jaw
-//! joint, −z along the shaft towards the tip, the upper jaw at +y. Jaws are modelled closed, the biting face of the
-//! upper one towards −y, and turn about x.
+//! The frame of every instrument is that of [`ToolFrame::world_from_instrument`]: origin at the jaw
+//! joint, −z along the shaft towards the tip, the upper jaw at +y. Jaws are modelled closed, the
+//! biting face of the upper one towards −y, and turn about x.
 
 use glam::{Mat4, Quat, Vec2, Vec3};
 use shared_mem::message::ToolFrame;
@@ -10,7 +10,7 @@ use shared_mem::message::ToolFrame;
 use super::look::{BLADE, CERAMIC, INSULATION, STEEL};
 use super::solid::{Finish, RigidVertex, Solid, circle, curve};
 
-/// Shaft with all that does not turn.
+/// The shaft and everything that does not turn.
 const BODY: u32 = 0;
 /// Upper jaw or blade.
 const UPPER: u32 = 1;
@@ -18,13 +18,13 @@ const UPPER: u32 = 1;
 const LOWER: u32 = 2;
 /// The trocar, which stays at its port.
 const TROCAR: u32 = 3;
-/// Shafts end outside the body, m from the joint.
+/// Length of a shaft, which ends outside the body, m from the joint.
 const SHAFT_M: f32 = 0.34;
-/// Opening of each jaw at `jaw` = 1 when the controller shows no jaws, rad.
+/// Opening of each jaw at `jaw` = 1 when the controller reports no jaws, rad.
 const OPEN_RAD: f32 = 0.40;
-/// Closed jaws lie beside each other: their capsules' ends are this far off the axis, m.
+/// Offset of the ends of closed jaws' capsules from the axis, m: the jaws lie side by side.
 const CLOSED_OFF_M: f32 = 0.001;
-/// Faces that meet at less than this look round, rad.
+/// Largest angle between faces that look smooth, rad.
 const CREASE_RAD: f32 = 0.62;
 
 /// An instrument's geometry.
@@ -36,7 +36,7 @@ pub(super) struct Model {
     pub(super) triangles: Vec<[u32; 3]>,
 }
 
-/// All instruments, in the order of [`ToolFrame::instrument`], the trocar, and the clips last.
+/// All instruments, in the order of [`ToolFrame::instrument`], then the trocar and the clips.
 #[must_use]
 pub(super) fn all() -> [Model; 6] {
     [
@@ -56,7 +56,8 @@ pub(super) fn all() -> [Model; 6] {
     })
 }
 
-/// Where the parts stand: body, upper jaw, lower jaw, and the trocar at `port`, which the shaft turns.
+/// Poses of the parts: body, upper jaw, lower jaw, and the trocar at `port`, which turns with the
+/// shaft.
 #[must_use]
 pub(super) fn parts(tools: &ToolFrame, port: Vec3) -> [Mat4; 4] {
     let body = super::camera::matrix(&tools.world_from_instrument);
@@ -67,8 +68,8 @@ pub(super) fn parts(tools: &ToolFrame, port: Vec3) -> [Mat4; 4] {
     [body, turned(jaws[0]), turned(-jaws[1]), trocar]
 }
 
-/// Opening of the upper and the lower jaw, rad: as the controller's capsules stand, so that the
-/// picture shows what the tissue feels.
+/// Opening of the upper and the lower jaw, rad, from the controller's capsules: the picture shows
+/// what the tissue feels.
 fn jaw_angles(tools: &ToolFrame, body: &Mat4) -> [f32; 2] {
     let into_body = body.inverse();
     let angle = |role: u32| {
@@ -91,7 +92,7 @@ fn blade(part: u32) -> Finish {
     Finish { look: BLADE, part }
 }
 
-/// From `z_m` on: steel sleeve, a groove, and the insulated shaft.
+/// From `z_m` on: steel sleeve, groove, and insulated shaft.
 fn shaft(solid: &mut Solid, z_m: f32, radius_m: f32) {
     let r = radius_m;
     let from = Vec3::Z * z_m;
@@ -124,7 +125,7 @@ fn shaft(solid: &mut Solid, z_m: f32, radius_m: f32) {
 fn fork(solid: &mut Solid, half_width_m: f32) {
     let w = half_width_m;
     for side in [-1.0, 1.0] {
-        // A cheek: rounded towards the tip.
+        // A cheek, rounded towards the tip.
         let outline: Vec<Vec2> = {
             let mut points = vec![Vec2::new(0.0062, -0.0019), Vec2::new(0.0062, 0.0019)];
             points.extend((0..=12).map(|i| {
@@ -161,8 +162,8 @@ fn fork(solid: &mut Solid, half_width_m: f32) {
     solid.turned(Vec3::ZERO, Vec3::Z, &neck, 32, steel(BODY));
 }
 
-/// A jaw along −z: `half_width`, `back` height and `bite` (height of the inner face) along its
-/// length from 0 to 1. The upper one lies at +y; the lower one is its half turn about z.
+/// A jaw along −z, given by `half_width`, `back` height and `bite` (height of the inner face) along
+/// its length from 0 to 1. The upper one lies at +y; the lower one is turned by 180° about z.
 fn jaw(
     solid: &mut Solid,
     part: u32,
@@ -203,7 +204,7 @@ fn jaw(
     solid.loft(&loops, steel(part));
 }
 
-/// Rounds a jaw's end: 1 along it, falling to 0.3 at the very tip.
+/// Factor that rounds a jaw's end: 1 along it, falling to 0.3 at the tip.
 fn tip(t: f32, from: f32) -> f32 {
     let s = ((t - from) / (1.0 - from)).clamp(0.0, 1.0);
     (1.0 - 0.91 * s * s).max(0.0).sqrt()
@@ -294,7 +295,7 @@ fn scissors() -> Solid {
                 let z = 0.002 - t * 0.018;
                 let curve_x = 0.0022 * t * t;
                 let height = 0.0019 * (1.0 - 0.72 * t * t) * tip(t, 0.85);
-                // Blades pass each other: each lies on its own side of the middle.
+                // The blades pass each other, each on its own side of the middle.
                 let (inner, outer) = (0.00004 * mirror, 0.0010 * mirror * (1.0 - 0.5 * t));
                 let corners = [
                     Vec2::new(inner, -0.0004),
@@ -347,7 +348,7 @@ fn clip_applier() -> Solid {
     solid
 }
 
-/// Half of a titanium clip in a jaw's groove; the halves meet at their bend.
+/// Half of a titanium clip in a jaw's groove; the halves meet at the bend.
 fn clip_leg(solid: &mut Solid, part: u32) {
     let side = if part == LOWER { -1.0 } else { 1.0 };
     let mm = |y: f32, z: f32| Vec3::new(0.0, y * side, z) * 0.001;
@@ -365,8 +366,8 @@ fn clip_leg(solid: &mut Solid, part: u32) {
     solid.swept(&path, section, blade(part));
 }
 
-/// A trocar's cannula of 6 mm bore from 25 mm inside the port to outside, ribbed, its mouth cut aslant
-/// by its thin lip.
+/// A trocar's cannula of 6 mm bore, from 25 mm inside the port to outside: ribbed, with an oblique
+/// mouth and a thin lip.
 fn trocar() -> Solid {
     let mut solid = Solid::default();
     let plastic = Finish {

@@ -1,6 +1,6 @@
-//! Where a duct or vessel meets what it belongs to: a collar that widens from the tube onto the
-//! other organ, so that neither a cap nor a seam shows. It looks like the tube at one end and like
-//! the organ at the other, and follows the spheres of both.
+//! Junctions of ducts and vessels with other organs: a collar widens from the tube onto the organ
+//! and hides cap and seam. It looks like the tube at one end and like the organ at the other, and
+//! follows the spheres of both.
 
 use glam::{Quat, Vec3};
 use shared_mem::scene::{OrganKind, OrganRecord, SceneFile, WEIGHT_SUM, WORLD};
@@ -10,24 +10,24 @@ use crate::skinning::{RestVertex, SkinMesh};
 /// Points around a collar, and rows from the tube to the organ.
 const AROUND: usize = 28;
 const ROWS: usize = 16;
-/// A collar begins so many radii before the tube's end.
+/// Distance from the tube's end at which a collar begins, in radii.
 const BEFORE: f32 = 2.2;
-/// Rounds of evening out where a collar stands.
+/// Rounds of smoothing the collar's foot.
 const EVENED: usize = 6;
-/// A tube that ends farther from every organ than this ends by itself, m.
+/// A tube whose end is farther than this from every organ has a free end, m.
 const REACH_M: f32 = 0.012;
-/// The collar's rim lies so far below the organ's skin, m.
+/// Depth of the collar's rim below the organ's skin, m.
 const SUNK_M: f32 = 0.0005;
 
-/// A tube's end.
+/// An end of a tube.
 struct End {
     at: Vec3,
-    /// Out of the tube.
+    /// Outward direction along the tube.
     along: Vec3,
     radius_m: f32,
 }
 
-/// Adds a collar at every end of a tube that another organ is near to.
+/// Adds a collar at every end of a tube that is near another organ.
 pub(super) fn add(mesh: &mut SkinMesh, scene: &SceneFile) {
     for (number, organ) in scene.organs().iter().enumerate() {
         if !is_tube(organ.kind) {
@@ -56,7 +56,7 @@ fn range(pair: [u32; 2]) -> std::ops::Range<usize> {
     pair[0] as usize..(pair[0] + pair[1]) as usize
 }
 
-/// Both ends of a tube: the two spheres that are farthest from each other along its links.
+/// Both ends of a tube: the two spheres farthest apart along its links.
 fn ends(scene: &SceneFile, organ: &OrganRecord) -> Vec<End> {
     let own = range(organ.spheres);
     let first = own.start;
@@ -104,7 +104,7 @@ fn ends(scene: &SceneFile, organ: &OrganRecord) -> Vec<End> {
             let wall = skin.iter().filter_map(|v| {
                 let away = Vec3::from(v.position_m) - at(end);
                 let is_near = away.length() < 4.0 * size && away.dot(along).abs() < 2.0 * size;
-                // Its cap is not how thick it is.
+                // The cap does not give the tube's thickness.
                 let is_wall = Vec3::from(v.normal).dot(along).abs() < 0.5;
                 (is_near && is_wall).then(|| away.reject_from(along).length())
             });
@@ -120,7 +120,7 @@ fn ends(scene: &SceneFile, organ: &OrganRecord) -> Vec<End> {
         .collect()
 }
 
-/// The organ that a tube's end belongs to: what it is tied to there, or else what is nearest.
+/// Organ to which a tube's end belongs: the one attached there, or else the nearest.
 fn neighbour(scene: &SceneFile, tube: usize, end: &End) -> Option<usize> {
     let organs = scene.organs();
     let owner = |sphere: u32| {
@@ -186,7 +186,7 @@ fn collar(
         .get(range(other.vertices))
         .filter(|v| !v.is_empty())?;
     let r = end.radius_m;
-    // A tube into a tube has less room than a tube into an organ.
+    // A junction of two tubes has less room than that of a tube and an organ.
     let wide = if is_tube(other.kind) { 1.5 } else { 2.1 } * r;
     let way = Way::new(end, onto)?;
     let side = end.along.any_orthonormal_vector();
@@ -205,7 +205,7 @@ fn collar(
         let start = nearest(own, way.ring(0.0, out, r));
         rays.push((out, foot, v, start));
     }
-    // On a narrow neck neighbours may stand on different sides of it.
+    // On a narrow neck neighbouring points may stand on different sides.
     for _ in 0..EVENED {
         let feet: Vec<Vec3> = rays.iter().map(|ray| ray.1).collect();
         for (k, ray) in rays.iter_mut().enumerate() {
@@ -216,15 +216,15 @@ fn collar(
     let mut vertices = Vec::with_capacity(AROUND * (ROWS + 1));
     for row in 0..=ROWS {
         let t = row as f32 / ROWS as f32;
-        // The rim is the other organ's already.
+        // The rim belongs to the other organ.
         let share = smooth((t - 0.1) / 0.75);
         let flare = smooth((t - 0.45) / 0.55).powi(2);
         for (out, foot, v, start) in &rays {
-            // It begins within the tube: no edge shows.
+            // It begins inside the tube, so that no edge shows.
             let own_m = r * (0.9 + 0.13 * smooth(t / 0.25));
             let ring = way.ring(t, *out, own_m + (wide - own_m) * flare);
             let at = ring + (*foot - ring) * smooth((t - 0.6) / 0.4);
-            // It looks like the organ where it comes near to its skin.
+            // Near the organ's skin it looks like the organ.
             let skin = &onto[nearest(onto, at)];
             let above = (at - Vec3::from(skin.position)).dot(Vec3::from(skin.normal)) / r;
             let alike = share.max(1.0 - ((above - 0.1) / 1.1).clamp(0.0, 1.0));
@@ -255,7 +255,7 @@ fn collar(
     Some((vertices, triangles))
 }
 
-/// The bent line that a tube goes on along, into another organ.
+/// The curved axis of the collar, from the tube into the other organ.
 struct Way {
     from: Vec3,
     leave: Vec3,
@@ -264,7 +264,7 @@ struct Way {
 }
 
 impl Way {
-    /// Over the last of the tube, and on into the skin `onto`; `None` if that is too far.
+    /// Axis over the tube's end into the skin `onto`; `None` if that is too far.
     fn new(end: &End, onto: &[RestVertex]) -> Option<Self> {
         let r = end.radius_m;
         let skin = |near: Vec3| {
@@ -273,7 +273,7 @@ impl Way {
             (near - normal * (near - at).dot(normal), normal)
         };
         let (_, normal) = skin(end.at);
-        // One that runs along the organ turns into it a little further on.
+        // A tube parallel to the organ turns into it a little later.
         let (at, normal) = skin(end.at + end.along.reject_from(normal) * r);
         let from = end.at - end.along * (BEFORE * r);
         let to = at - normal * SUNK_M;
@@ -286,7 +286,7 @@ impl Way {
         })
     }
 
-    /// A point around the line, at the share `t` of it: in direction `out`, as seen where it begins.
+    /// A point around the axis at its share `t`, in direction `out` as seen at its start.
     fn ring(&self, t: f32, out: Vec3, radius_m: f32) -> Vec3 {
         let at = |t| hermite(t, self.from, self.leave, self.to, self.arrive);
         const AHEAD: f32 = 1e-3;
@@ -301,13 +301,13 @@ impl Way {
     }
 }
 
-/// From 0 to 1 without a bend at either end.
+/// Smooth step from 0 to 1, level at both ends.
 fn smooth(x: f32) -> f32 {
     let x = x.clamp(0.0, 1.0);
     x * x * (3.0 - 2.0 * x)
 }
 
-/// Draws a tube's cap back into its collar, where nobody sees it.
+/// Withdraws a tube's cap into its collar, out of sight.
 fn hide_cap(own: &mut [RestVertex], end: &End) {
     let r = end.radius_m;
     for vertex in own {
@@ -329,8 +329,8 @@ fn hermite(t: f32, p: Vec3, leave: Vec3, q: Vec3, arrive: Vec3) -> Vec3 {
         + arrive * (t3 - t2)
 }
 
-/// Turns the triangles so that on the whole they face as the vertices' normals say, and gives the
-/// vertices the normals of their triangles.
+/// Turns the triangles to face mostly as the vertices' normals do, and then sets the normals from
+/// the triangles.
 fn face_outwards(vertices: &mut [RestVertex], triangles: &mut [[u32; 3]]) {
     let areas = |vertices: &[RestVertex], triangles: &[[u32; 3]]| {
         let at = |i: u32| Vec3::from(vertices[i as usize].position);
@@ -355,7 +355,7 @@ fn face_outwards(vertices: &mut [RestVertex], triangles: &mut [[u32; 3]]) {
     }
 }
 
-/// The spheres of two vertices, the second's with this share; the heaviest eight of them.
+/// Combined spheres of two vertices, the second with this share; the eight of most weight.
 fn blended(a: &RestVertex, b: &RestVertex, share: f32) -> ([u32; 4], [u32; 4]) {
     let mut all: Vec<(u32, f32)> = Vec::with_capacity(16);
     for (vertex, part) in [(a, 1.0 - share), (b, share)] {
@@ -376,7 +376,7 @@ fn blended(a: &RestVertex, b: &RestVertex, share: f32) -> ([u32; 4], [u32; 4]) {
     let first = all.first().map_or(0, |(sphere, _)| *sphere);
     for slot in (0..8).rev() {
         let (sphere, weight) = all.get(slot).copied().unwrap_or((first, 0.0));
-        // What rounding leaves is the heaviest one's.
+        // The rounding error goes to the heaviest one.
         let share = match slot {
             0 => left,
             _ => ((weight / sum.max(1e-9) * WEIGHT_SUM as f32) as u32).min(left),

@@ -52,16 +52,16 @@ pub struct Stains {
     pub count: [u32; 4],
 }
 
-/// Capsules that shade the tissue around them.
+/// Number of capsules that shade the tissue around them.
 pub const SHADING_CAPSULES: usize = 4;
 /// Rows of the material table.
 pub const LOOKS: usize = 16;
-/// Rigid parts: of an instrument, and clips behind them.
+/// Number of rigid parts: those of an instrument, then the clips.
 pub const PARTS: usize = 32;
 
 const _: () = assert!(super::clips::FIRST_PART + shared_mem::message::MAX_CLIPPED == PARTS);
 
-/// Every module as the device gets it: name and source.
+/// Every shader module: name and complete source.
 pub const SHADERS: [(&str, &str); 8] = [
     (
         "tissue",

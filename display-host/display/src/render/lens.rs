@@ -1,30 +1,30 @@
-//! The endoscope's front lens: it fogs while it is colder than the cavity, smoke settles on it, and it
+//! The endoscope's front lens. It fogs while colder than the cavity, smoke settles on it, and it
 //! can be wiped.
 
 use glam::Vec3;
 
 use crate::effects::{Kind, Particle};
 
-/// Inside the body, °C.
+/// Temperature inside the body, °C.
 const BODY_C: f32 = 37.0;
-/// Air in the cavity is wet: its dew point, °C.
+/// Dew point of the moist air in the cavity, °C.
 const DEW_C: f32 = 34.5;
-/// A lens takes this long to come near to the body's warmth, s.
+/// Time constant of the lens's warming, s.
 const WARM_UP_S: f32 = 60.0;
-/// A lens 10 °C too cold is fogged so far in a second.
+/// Fog per second on a lens 10 °C below the dew point.
 const FOG_PER_S: f32 = 0.12;
-/// Smoke this near to the lens settles on it, m; so much of a puff in a second.
+/// Distance within which smoke settles on the lens, m, and settled share of a puff per second.
 const SETTLES_M: f32 = 0.03;
 const SETTLES_PER_S: f32 = 0.012;
 
 /// State of the lens.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lens {
-    /// Condensed water: 0 clear, 1 nothing is seen.
+    /// Condensed water: 0 clear, 1 opaque.
     pub fog: f32,
-    /// Settled smoke: 0 clean, 1 nothing is seen.
+    /// Settled smoke: 0 clean, 1 opaque.
     pub soot: f32,
-    /// Its warmth, °C.
+    /// Its temperature, °C.
     pub warmth_c: f32,
 }
 
@@ -35,7 +35,7 @@ impl Default for Lens {
 }
 
 impl Lens {
-    /// From the warmer: it does not fog.
+    /// A lens from the warmer, which does not fog.
     #[must_use]
     pub fn warm() -> Self {
         Self {
@@ -45,7 +45,7 @@ impl Lens {
         }
     }
 
-    /// Straight from the table.
+    /// A cold lens.
     #[must_use]
     pub fn cold() -> Self {
         Self {
@@ -54,12 +54,12 @@ impl Lens {
         }
     }
 
-    /// Wiped: clean, but no warmer.
+    /// Wipes the lens: clean, but no warmer.
     pub fn wipe(&mut self) {
         (self.fog, self.soot) = (0.0, 0.0);
     }
 
-    /// Goes on by `seconds` among what flies.
+    /// Advances by `seconds` among the particles.
     pub(super) fn advance(&mut self, seconds: f32, eye: Vec3, particles: &[Particle]) {
         let seconds = seconds.clamp(0.0, 0.25);
         self.warmth_c += (BODY_C - self.warmth_c) * (seconds / WARM_UP_S);

@@ -1,4 +1,4 @@
-// From light to picture: the scope's lens and circle, exposure, camera sharpening, tone, grain.
+// From light to picture: the scope's lens and circle, exposure, sharpening, tone curve, grain.
 
 override BLOOM: bool = true;
 struct Exposure { value: f32, unused0: f32, unused1: f32, unused2: f32 }
@@ -9,7 +9,7 @@ struct Exposure { value: f32, unused0: f32, unused1: f32, unused2: f32 }
 @group(0) @binding(3) var linear: sampler;
 @group(0) @binding(4) var<storage, read> exposure: Exposure;
 
-// How wide open the endoscope is: small, so that much is in focus.
+// Aperture of the endoscope: small, for a large depth of field.
 const APERTURE_M = 0.00028;
 
 struct VertexOut { @builtin(position) clip: vec4f, @location(0) ndc: vec2f }
@@ -19,7 +19,7 @@ struct VertexOut { @builtin(position) clip: vec4f, @location(0) ndc: vec2f }
   return VertexOut(at, at.xy);
 }
 
-// The lens maps angle to radius evenly; the source picture maps tangent to radius.
+// The lens maps angle to radius linearly; the source picture maps tangent to radius.
 fn through_lens(at: vec2f) -> vec2f {
   let r = length(at);
   let angle = r / frame.scope.y * frame.scope.x;
@@ -32,7 +32,7 @@ fn tone(x: vec3f) -> vec3f {
   return clamp(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14), vec3f(0.0), vec3f(1.0));
 }
 
-// Noise from -1 to 1 that changes smoothly over a length of 1.
+// Noise from -1 to 1 that varies smoothly over a length of 1.
 fn drops(at: vec2f) -> vec3f {
   let cell = vec2u(at);
   let t = fract(at);
@@ -55,7 +55,7 @@ fn drops(at: vec2f) -> vec3f {
   var c = straight.rgb;
   c.r = textureSampleLevel(light, linear, uv + fringe, 0.0).r;
   c.b = textureSampleLevel(light, linear, uv - fringe, 0.0).b;
-  // Out of focus a place is a disc: an angle, over the half angle that half the picture is.
+  // A point out of focus is a disc; its angle is in units of the half angle of half the picture.
   let disc = 0.5 * APERTURE_M * abs(1.0 / max(straight.a, 0.004) - 1.0 / max(frame.wear.w, 0.004))
     * step(0.0001, straight.a) * step(0.0001, frame.wear.w);
   let reach = vec2f(1.0 / frame.up.w, 1.0) * min(0.5 * disc * frame.scope.y / frame.scope.x, 0.02);
@@ -66,7 +66,8 @@ fn drops(at: vec2f) -> vec3f {
     }
     c /= 13.0;
   }
-  // Fog is many small drops: each throws light from elsewhere, and all of it dims and greys.
+  // Fog is many small drops: each scatters light from elsewhere, and together they dim and grey the
+  // picture.
   let fog = clamp(frame.film.y * (1.35 - 0.5 * r), 0.0, 1.0);
   let veil = max(fog, frame.film.z);
   if (veil > 0.002) {

@@ -1,4 +1,4 @@
-// One light beside the lens, a wet two-layer surface, and what the red cavity throws back.
+// One light beside the lens, a wet two-layer surface, and light reflected by the red cavity.
 
 override SHADOW: bool = true;
 
@@ -14,16 +14,16 @@ override SHADOW: bool = true;
 
 @group(0) @binding(9) var<uniform> stains: Stains;
 
-// What lies on the skin (see effects/stain.rs).
+// Stains on the skin (see effects/stain.rs).
 struct Stains {
   places: array<vec4f, 64>, // middle on the tissue at rest, cm; w: radius, cm
   kinds: array<vec4f, 64>,  // 0 blood, 1 bile, 2 char
   count: vec4u,
 }
 
-// An organ's grid of vessels (see trees.rs).
+// Grid of an organ's vessels (see trees.rs).
 struct Tree {
-  origin: vec4f,    // its corner in the tissue at rest, cm; w: distance that a texel of 1 stands for, cm
+  origin: vec4f,    // its corner in the tissue at rest, cm; w: distance of a texel of 1, cm
   scale: vec4f,     // cm to texture; w: where it starts along the texture's depth
 }
 
@@ -33,11 +33,11 @@ struct Look {
   high: vec4f,      // lightest albedo; w: middle frequency, 1/cm
   streak: vec4f,    // colour of streaks; w: their share
   slope: vec4f,     // steepness of the bumps: middle, lobules, grain; w: of the wet film
-  wet: vec4f,       // roughness, film strength, film roughness, reflectance head on
-  scatter: vec4f,   // how far light of each colour wraps around; w: fine albedo contrast
+  wet: vec4f,       // roughness, film strength, film roughness, normal reflectance
+  scatter: vec4f,   // scattered light, by colour; w: fine albedo contrast
   lobule: vec4f,    // lobule frequency, grain frequency (1/cm), metal, brushed (of tissue: veins)
-  cell: vec4f,      // packed cells: frequency (1/cm), steepness, how dark their furrows, how light their middles
-  veil: vec4f,      // colour of a thin wall seen along it; w: how much it hides
+  cell: vec4f,      // packed cells: frequency (1/cm), steepness, darkness of furrows, lightness of middles
+  veil: vec4f,      // colour of a thin wall at grazing view; w: opacity
 }
 
 struct Surface {
@@ -54,21 +54,22 @@ struct Surface {
   ambient: f32,
 }
 
-// Gradient noise: xyz its gradient, w its value; eight cells a tile.
+// Gradient noise: xyz gradient, w value; eight cells a tile.
 fn noise(at: vec3f) -> vec4f { return textureSampleLevel(noise_texture, noise_sampler, at * 0.125, 0.0); }
 
-// Noise that fades out before it becomes smaller than a pixel (`footprint`: cm a pixel).
+// Noise that fades out before it is smaller than a pixel (`footprint`: cm per pixel).
 fn octave(at_cm: vec3f, frequency: f32, footprint: f32) -> vec4f {
   return noise(at_cm * frequency) * (1.0 - smoothstep(0.2, 0.6, footprint * frequency));
 }
 
-// Cells packed side by side: xyz slope of a dome over each, w 0 in the furrows; fades as `octave` does.
+// Cells packed side by side: xyz slope of a dome over each, w 0 in the furrows; fades like
+// `octave`.
 fn cells(at_cm: vec3f, frequency: f32, footprint: f32) -> vec4f {
   let c = textureSampleLevel(cells_texture, noise_sampler, at_cm * frequency * 0.125, 0.0);
   return vec4f(c.xyz, c.w - 0.3) * (1.0 - smoothstep(0.2, 0.6, footprint * frequency));
 }
 
-// Slope of the surface from a height's gradient in rest space: the chain rule through screen space
+// Slope of the surface from a height's gradient in rest space. The chain rule through screen space
 // carries it to the deformed surface, so that bumps stick to the tissue.
 struct Sheet { across: vec3f, down: vec3f, scale: f32, rest_x: vec3f, rest_y: vec3f }
 fn sheet(world_x: vec3f, world_y: vec3f, rest_x: vec3f, rest_y: vec3f, normal: vec3f) -> Sheet {
@@ -81,7 +82,7 @@ fn lean(s: Sheet, gradient: vec3f) -> vec3f {
   return (dot(gradient, s.rest_x) * s.across + dot(gradient, s.rest_y) * s.down) * s.scale;
 }
 
-// The same from a height's change across and down the screen.
+// Slope from a height's change across and down the screen.
 fn lean_screen(s: Sheet, across: f32, down: f32) -> vec3f { return (across * s.across + down * s.down) * s.scale; }
 
 fn ggx(nh: f32, a: f32) -> f32 { let d = nh * nh * (a * a - 1.0) + 1.0; return a * a / (PI * d * d); }
@@ -106,7 +107,7 @@ fn shadow(world: vec3f, normal: vec3f) -> f32 {
   return lit / 9.0;
 }
 
-// Sky that a capsule hides (Quilez, "capsule occlusion").
+// Share of the sky hidden by a capsule (Quilez, "capsule occlusion").
 fn hidden_by_tools(world: vec3f, normal: vec3f) -> f32 {
   var open = 1.0;
   for (var i = 0u; i < frame.counts.x; i++) {
@@ -135,14 +136,14 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
   let lit = shadow(world, s.smooth_normal);
   let ambient = s.ambient;
 
-  // Below the surface: red travels furthest, so it sees the smoothest normal and leaks into shadow.
+  // Below the surface red travels farthest: it sees the smoothest normal and leaks into shadow.
   let nl = vec3f(
     dot(mix(s.smooth_normal, s.normal, 0.35), light),
     dot(mix(s.smooth_normal, s.normal, 0.85), light),
     dot(s.normal, light));
   let wrapped = clamp((nl + s.scatter) / ((1.0 + s.scatter) * (1.0 + s.scatter)), vec3f(0.0), vec3f(1.0));
   let diffuse = wrapped * pow(vec3f(lit), vec3f(0.65, 1.0, 1.1));
-  // What the cavity throws back is red, and what reaches a fold is redder still.
+  // Light reflected by the cavity is red, and redder still in folds.
   let folds = pow(vec3f(ambient), vec3f(0.75, 1.15, 1.25));
   let bounce = vec3f(0.055, 0.022, 0.017) * (0.65 + 0.35 * dot(s.smooth_normal, frame.up.xyz)) * folds * frame.light.w * 45.0;
 
@@ -159,30 +160,30 @@ fn shade(s: Surface, world: vec3f) -> vec3f {
   let film_fresnel = (0.028 + 0.972 * fifth(1.0 - vh)) * s.film;
   let film = film_fresnel * ggx(max(dot(s.film_normal, half_way), 0.0), af) * visibility(nl_film, nv_film, af) * nl_film * lit;
 
-  // A dim mirror of the cavity: what lies before the camera is lit, what lies behind it is not.
+  // A dim reflection of the cavity: lit in front of the camera, dark behind it.
   let mirror = reflect(-view, s.film_normal);
   let before = smoothstep(-0.5, 0.9, dot(mirror, frame.forward.xyz));
   let mottled = 0.75 + 0.5 * noise(mirror * 2.3 + vec3f(5.0)).w;
   let glow = mix(vec3f(0.006, 0.0025, 0.002), vec3f(0.100, 0.040, 0.030) * mottled, before * before) * frame.light.w * 45.0;
-  // Steel also mirrors the white of the light on wet tissue: it looks grey in a red room.
+  // Steel also reflects the white light on wet tissue: it looks grey in a red room.
   let cavity = mix(glow, vec3f(0.75 * glow.r), 0.7 * s.metal);
-  // Rough film and grazing folds mirror less than a still lake would.
+  // A rough film and grazing folds reflect less than a still surface.
   let mirrored = (0.028 + 0.45 * fifth(1.0 - nv_film)) * s.film + s.metal;
 
-  // The light is no point: folds and pits lose some of it too.
+  // The light is not a point: folds and pits lose some of it too.
   let open = mix(1.0, ambient, 0.5);
   let body = s.albedo * (1.0 - s.metal) * (diffuse * open * irradiance / PI * (1.0 - film_fresnel) + bounce * ambient);
   let tint = mix(vec3f(1.0), s.albedo, s.metal);
   return max(body + (base + film) * irradiance + cavity * mirrored * tint * ambient, vec3f(0.0));
 }
 
-// Smoke between the lens and what it sees takes light away, and shines back where the light comes into
-// view, a little before the lens: single scattering, the same to all sides.
+// Smoke between lens and tissue absorbs light, and scatters back light of the beam from a little in
+// front of the lens: single isotropic scattering.
 fn through_haze(lit: vec3f, world: vec3f) -> vec3f {
   let near = 0.03;
   let far = max(length(world - frame.camera.xyz), near);
   let thick = frame.film.w;
-  // There and back: the lamp's light is dimmed too.
+  // There and back: the lamp's light is attenuated too.
   let left = exp(-2.0 * thick * (far - near));
   let back = frame.light.w * thick / (4.0 * PI) * (1.0 / near - 1.0 / far) * mix(1.0, left, 0.5);
   return lit * left + vec3f(0.86, 0.87, 0.90) * back;

@@ -1,4 +1,4 @@
-//! The material table: what each kind of organ, and each material of an instrument, looks like.
+//! The material table: appearance of every kind of organ and every material of an instrument.
 //!
 //! Albedos are linear, dark and saturated: wet tissue gets its brightness from its film. Colours
 //! were set by eye against laparoscopic pictures.
@@ -7,9 +7,9 @@ use shared_mem::scene::OrganKind;
 
 use super::layout::{LOOKS, Look};
 
-/// Row of tissue that heat has cooked; of no organ.
+/// Row of heat-cooked tissue; of no organ.
 pub(super) const COOKED: u32 = 0;
-/// Rows for materials that are no organ's.
+/// Row of bare steel; rows from here on belong to no organ.
 pub(super) const STEEL: u32 = 12;
 /// Black insulation of a shaft.
 pub(super) const INSULATION: u32 = 13;
@@ -18,27 +18,27 @@ pub(super) const CERAMIC: u32 = 14;
 /// Bright, worn steel of blades and teeth.
 pub(super) const BLADE: u32 = 15;
 
-/// A tissue in plain words; lengths in cm.
+/// Readable description of a tissue; lengths in cm.
 struct Tissue {
     low: [f32; 3],
     high: [f32; 3],
     streak: ([f32; 3], f32),
-    /// Frequencies, 1/cm: coarse, middle, lobules, grain.
+    /// Frequencies, 1/cm: coarse, medium, lobules, grain.
     frequencies: [f32; 4],
-    /// Slopes: middle, lobules, grain, wet film.
+    /// Slopes: medium, lobules, grain, wet film.
     slopes: [f32; 4],
     roughness: f32,
     /// Wet film: strength, roughness.
     film: [f32; 2],
-    /// Light that wraps around, by colour.
+    /// Scattered light, by colour.
     scatter: [f32; 3],
     /// Contrast of lobules and grain.
     contrast: f32,
-    /// How much the fine vessels on it show.
+    /// Visibility of the fine vessels on it.
     veins: f32,
     /// Packed cells: frequency (1/cm), steepness, darkness of furrows, lightness of middles.
     cells: [f32; 4],
-    /// Colour of a thin wall where one looks along it, and how much it hides.
+    /// Colour of a thin wall at grazing view, and its opacity.
     veil: ([f32; 3], f32),
 }
 
@@ -195,7 +195,7 @@ const PERITONEUM: Tissue = Tissue {
     veil: ([0.300, 0.130, 0.100], 0.3),
 };
 
-/// A solid: albedo dark and light, roughness, reflectance, metal, brushed.
+/// A solid material: albedo dark and light, roughness, reflectance, metal, brushed.
 const fn solid(low: f32, tint: [f32; 3], gain: f32, wet: [f32; 4], metal: [f32; 2]) -> Look {
     let [r, g, b] = tint;
     Look {

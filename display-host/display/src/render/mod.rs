@@ -1,5 +1,5 @@
-//! One frame: skin, shadow, scene, exposure, glare, lens. Plain inputs: a compiled scene, a state
-//! and a tool frame that passed their checks.
+//! Rendering of a frame: skin, shadow, scene, exposure, glare, lens. The inputs are plain: a
+//! checked scene, state and tool frame.
 //!
 //! ```text
 //! state ─ skinning ─► vertices ─► shadow map ─► light (16 bit float) ─► exposure, glare ─► lens ─► picture
@@ -66,13 +66,13 @@ pub struct Renderer {
     exposure: Exposure,
     rest: Vec<SphereRecord>,
     springs: Vec<[u32; 2]>,
-    /// Indices of the organs' skins; the cavity's come after.
+    /// Number of indices of the organs' skins; the cavity's follow.
     organ_corners: u32,
     /// Indices of each organ's skin.
     organ_ranges: Vec<Range<u32>>,
     shown: Shown,
     inside: Option<Inside>,
-    /// Made when first asked for.
+    /// Made when first needed.
     inside_model: Option<inside::Model>,
     mesh: SkinMesh,
     skinning: GpuSkinning,
@@ -105,22 +105,22 @@ pub struct Renderer {
     number: u32,
 }
 
-/// Which tissue is drawn.
+/// Selection of drawn tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Shown {
-    /// All of it.
+    /// All tissue.
     #[default]
     Everything,
-    /// One organ before black, by its index in the scene.
+    /// One organ on black, by its index in the scene.
     Organ(usize),
 }
 
 /// Index of the trocar among the instruments.
 const TROCAR: usize = 4;
-/// And of the clips.
+/// Index of the clips among the instruments.
 const CLIPS: usize = 5;
 
-/// What the scene's shaders read beside the shadow map.
+/// Textures and buffers of the scene's shaders, except the shadow map.
 struct Materials {
     frame: wgpu::Buffer,
     looks: wgpu::Buffer,
@@ -309,17 +309,17 @@ impl Renderer {
         &self.scope
     }
 
-    /// The endoscope's optics, to change.
+    /// Mutable access to the endoscope's optics.
     pub fn scope_mut(&mut self) -> &mut Scope {
         &mut self.scope
     }
 
-    /// How the camera sets its exposure.
+    /// Mutable access to the exposure.
     pub fn exposure_mut(&mut self) -> &mut Exposure {
         &mut self.exposure
     }
 
-    /// Looks inside the organs from the next frame on, or not.
+    /// Shows the model inside the organs from the next frame on, or not.
     pub fn set_inside(&mut self, gpu: &Gpu, inside: Option<Inside>) {
         self.inside = inside;
         if inside.is_some() && self.inside_model.is_none() {
@@ -329,23 +329,23 @@ impl Renderer {
         }
     }
 
-    /// Which tissue is drawn from the next frame on.
+    /// Selects the tissue drawn from the next frame on.
     pub fn show(&mut self, shown: Shown) {
         self.shown = shown;
     }
 
-    /// What has become of the cells of layered tissue (`StateFrame::cells`), from the next frame on.
+    /// Sets the states of the cells of layered tissue (`StateFrame::cells`) from the next frame on.
     pub fn set_cells(&mut self, gpu: &Gpu, states: &[u8]) {
         self.cells.set(gpu, states, &self.skinning.corners);
     }
 
-    /// How many cells the scene has.
+    /// Number of the scene's cells.
     #[must_use]
     pub fn cell_count(&self) -> usize {
         self.cells.len()
     }
 
-    /// Indices of the tissue that is drawn.
+    /// Indices of the drawn tissue.
     fn shown_corners(&self) -> Range<u32> {
         let all = 0..self.skinning.corner_count;
         match self.shown {
@@ -354,12 +354,12 @@ impl Renderer {
         }
     }
 
-    /// Moves the skin to these spheres, for what is played before the next frame.
+    /// Moves the skin to these spheres, for effects played before the next frame.
     pub fn follow(&mut self, spheres: &[SphereState]) {
         self.motions.update(spheres);
     }
 
-    /// Begins effects, and lets all that go on do so by `seconds`; from the next frame on they show.
+    /// Starts effects and advances all running ones by `seconds`; the next frame shows them.
     pub fn play(&mut self, spheres: &[SphereState], begin: &[Effect], seconds: f32) {
         let skin = Skin::new(&self.mesh, &self.rest, spheres, self.motions.now());
         for effect in begin {
@@ -370,7 +370,7 @@ impl Renderer {
             .advance(seconds, self.eye, self.effects.particles());
     }
 
-    /// Draws smoke off through the instrument's trocar, or no longer.
+    /// Starts or stops evacuating smoke through the instrument's trocar.
     pub fn draw_off_smoke(&mut self, is_on: bool) {
         self.effects.draw_off(is_on.then_some(self.port));
     }
@@ -381,18 +381,18 @@ impl Renderer {
         &self.lens
     }
 
-    /// The same, to change.
+    /// Mutable access to the front lens.
     pub fn lens_mut(&mut self) -> &mut Lens {
         &mut self.lens
     }
 
-    /// What the passes of the newest frame that came back cost, ms ([`timing::PASSES`]); `None` where
-    /// the device has no clock, or nothing came back since the last call.
+    /// Takes the costs of the passes of the latest returned frame, ms ([`timing::PASSES`]); `None`
+    /// if the device has no clock, or no frame has returned since the last call.
     pub fn take_pass_times(&mut self) -> Option<PassTimes> {
         self.timing.take()
     }
 
-    /// Changes all of the quality but the picture's size.
+    /// Changes everything about the quality except the picture's size.
     ///
     /// # Errors
     /// [`DisplayError::Device`].
@@ -411,13 +411,13 @@ impl Renderer {
         gpu.check("changing the quality")
     }
 
-    /// What goes on beside the tissue.
+    /// The running effects.
     #[must_use]
     pub fn effects(&self) -> &Effects {
         &self.effects
     }
 
-    /// The same, to change.
+    /// Mutable access to the effects.
     pub fn effects_mut(&mut self) -> &mut Effects {
         &mut self.effects
     }
@@ -444,17 +444,18 @@ impl Renderer {
         gpu.check("resizing")
     }
 
-    /// Where sutures hang organs on the abdominal wall, from the next frame on; none: where the scene has them.
+    /// Sets the sutures between organs and abdominal wall from the next frame on; `None`: the
+    /// scene's own.
     pub fn set_sutures(&mut self, sutures: Option<&[SutureMsg]>) {
         self.sutures.set(sutures);
     }
 
-    /// Puts clips on the tubes of the frame that is drawn next.
+    /// Sets the clips on the tubes for the next frame.
     pub fn set_clips(&mut self, clips: &[ClipMsg], spheres: &[SphereState]) {
         self.clips = clips::places(clips, spheres, &self.rest);
     }
 
-    /// Skins and draws one frame and submits it. `time_s` moves what moves by itself.
+    /// Skins, draws and submits a frame. `time_s` drives the animated textures.
     pub fn render(&mut self, gpu: &Gpu, spheres: &[SphereState], tools: &ToolFrame, time_s: f32) {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         self.motions.update(spheres);
@@ -508,7 +509,7 @@ impl Renderer {
         self.number = self.number.wrapping_add(1);
     }
 
-    /// Waits for the last frame and copies it, RGBA.
+    /// Waits for the last frame and copies it as RGBA.
     ///
     /// # Errors
     /// [`DisplayError::Device`].

@@ -1,5 +1,5 @@
-//! A tile of gradient noise with its gradient, made once: one texture fetch gives a shader a bump
-//! and its slope, far below the cost of computing it there.
+//! A precomputed tile of gradient noise with its gradient. One texture fetch gives a shader a bump
+//! and its slope, far cheaper than computing them there.
 
 use glam::Vec3;
 
@@ -59,8 +59,9 @@ pub(super) fn noise(at: Vec3) -> (Vec3, f32) {
     (gradient, value)
 }
 
-/// A tile of cells packed side by side, RGBA, x fastest: slope of a dome over each cell, and how much
-/// nearer its own middle is than the next one's (0 in the furrow between two cells).
+/// A tile of cells packed side by side, RGBA, x fastest: slope of a dome over each cell, and
+/// difference of the distances to the next cell's middle and its own (0 in the furrow between two
+/// cells).
 #[must_use]
 pub(super) fn cells_tile() -> Vec<[f32; 4]> {
     let n = CELLS as i32;
@@ -104,7 +105,7 @@ pub(super) fn cells_tile() -> Vec<[f32; 4]> {
     voxels
 }
 
-/// A number from 0 to 1 for a grid point.
+/// Pseudo-random number from 0 to 1 for a grid point.
 #[must_use]
 pub(super) fn hash(x: u32, y: u32, z: u32) -> f32 {
     let mut h =
@@ -153,7 +154,7 @@ mod tests {
         let tile = cells_tile();
         assert_eq!(tile.len(), SIDE * SIDE * SIDE);
         let height = |x: usize, y: usize, z: usize| tile[(z * SIDE + y) * SIDE + x][3];
-        // Across the border of the tile it goes on as it does within.
+        // The tile continues across its border as it does inside.
         let jump = |a: usize, b: usize| {
             let all = (0..SIDE * SIDE)
                 .map(|i| (height(a, i % SIDE, i / SIDE) - height(b, i % SIDE, i / SIDE)).abs());

@@ -1,4 +1,4 @@
-//! Draws what flies: one disc a particle, far ones first.
+//! Drawing of particles: one disc each, far ones first.
 
 use bytemuck::{Pod, Zeroable, cast_slice};
 use glam::Vec3;
@@ -21,7 +21,7 @@ pub struct Disc {
     pub along: [f32; 4],
 }
 
-/// Buffer of the discs and how many of them are drawn.
+/// Buffer of the discs, and the number that is drawn.
 pub(super) struct Discs {
     buffer: wgpu::Buffer,
     group: wgpu::BindGroup,
@@ -46,7 +46,7 @@ impl Discs {
         }
     }
 
-    /// Takes what flies, as seen from `eye`.
+    /// Takes the particles, as seen from `eye`.
     pub(super) fn upload(&mut self, gpu: &Gpu, particles: &[Particle], eye: Vec3) {
         let mut far: Vec<&Particle> = particles.iter().take(PARTICLES).collect();
         let distance = |p: &Particle| p.at_m.distance_squared(eye);
@@ -81,7 +81,7 @@ fn disc(p: &Particle) -> Disc {
     };
     let [r, g, b] = colour;
     let speed = p.velocity_m_s.length();
-    // What is fast is a streak: as long as it goes while the camera looks.
+    // A fast particle is a streak, as long as its way during the exposure.
     let streak = if look > 0.5 {
         (speed * 0.003 / p.radius_m()).clamp(0.0, 14.0)
     } else {
@@ -95,7 +95,7 @@ fn disc(p: &Particle) -> Disc {
     }
 }
 
-/// What lies on the skin, as the tissue's shader takes it.
+/// Stains in the form of the tissue's shader.
 pub(super) fn stains(effects: &Effects) -> Stains {
     let mut table = Stains::zeroed();
     for (slot, stain) in table

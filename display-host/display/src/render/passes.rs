@@ -61,7 +61,7 @@ impl Renderer {
         pass.set_bind_group(0, &self.frame_group, &[]);
         pass.draw(0..3, 0..1);
         pass.set_bind_group(0, &self.scene_group, &[]);
-        // What hides most comes first.
+        // Draw first what hides most.
         pass.set_pipeline(&self.pipelines.rigid);
         pass.set_bind_group(1, &self.parts_group, &[]);
         self.instruments[instrument].draw(&mut pass);
@@ -82,7 +82,7 @@ impl Renderer {
             pass.set_pipeline(&self.pipelines.tissue);
             self.draw_tissue(&mut pass, true, self.organ_corners..all);
         }
-        // Glass comes last: what is behind it shines through.
+        // Glass comes last, so that it shows what is behind it.
         model.set_glass(&mut pass);
         self.draw_tissue(&mut pass, true, 0..self.organ_corners);
     }
@@ -115,7 +115,7 @@ impl Renderer {
         }
     }
 
-    /// Exposure, glare, lens.
+    /// Records exposure, glare and lens.
     pub(super) fn develop(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let targets = &self.targets;
         {

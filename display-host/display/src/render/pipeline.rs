@@ -1,4 +1,4 @@
-//! Pipelines and their bindings, one function a pass.
+//! Pipelines and their bindings, with one function for each pass.
 
 use wgpu::{
     BindGroupLayout, BindingType, BufferBindingType, ComputePipeline, Device, RenderPipeline,
@@ -10,11 +10,11 @@ use super::quality::Quality;
 use super::solid::RigidVertex;
 use crate::skinning::{RestVertex, SkinnedVertex};
 
-/// Light, before exposure.
+/// Format of the light before exposure.
 pub(super) const LIGHT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
-/// Depth, reversed: 1 near, 0 far. The shadow map's is not.
+/// Format of the depth, reversed: 1 near, 0 far. The shadow map's is not reversed.
 pub(super) const DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-/// The finished picture.
+/// Format of the finished picture.
 pub(super) const PICTURE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
 /// Bindings of each kind of pass.
@@ -128,7 +128,7 @@ impl Layouts {
     }
 }
 
-/// Every pass of a frame.
+/// The pipelines of every pass.
 pub(super) struct Pipelines {
     pub(super) tissue: RenderPipeline,
     pub(super) rigid: RenderPipeline,
@@ -175,7 +175,7 @@ const fn vertices<'a, T>(
     })
 }
 
-/// What sets a render pipeline apart.
+/// Differences between the render pipelines.
 struct Draw<'a> {
     shader: &'static str,
     vertex: &'static str,
@@ -185,7 +185,7 @@ struct Draw<'a> {
     target: Option<wgpu::TextureFormat>,
     depth: Option<wgpu::CompareFunction>,
     cull: bool,
-    /// Mixes with what lies behind, and hides nothing.
+    /// Blends with the background and hides nothing.
     translucent: bool,
     samples: u32,
     constants: &'a [(&'a str, f64)],
@@ -220,7 +220,7 @@ impl Pipelines {
                     depth,
                     cull: false,
                     translucent: false,
-                    // With depth, it is the mask within the scene's own pass.
+                    // With depth, it is the mask in the scene's pass.
                     samples: if depth.is_some() { samples } else { 1 },
                     constants: constants.as_slice(),
                 },
@@ -325,7 +325,7 @@ impl Pipelines {
     }
 }
 
-/// Passes of the look inside.
+/// Pipelines of the view of the model.
 pub(super) struct InsidePipelines {
     pub(super) balls: RenderPipeline,
     pub(super) springs: RenderPipeline,
@@ -349,7 +349,7 @@ impl InsidePipelines {
                     buffers: if translucent { &skin } else { &[] },
                     target: Some(LIGHT),
                     depth: Some(wgpu::CompareFunction::Greater),
-                    // A ribbon may turn its back.
+                    // A ribbon may show its back.
                     cull: vertex != "spring",
                     translucent,
                     samples: quality.samples,
@@ -411,7 +411,7 @@ fn draw(device: &Device, what: &Draw<'_>) -> RenderPipeline {
             Some(wgpu::ColorTargetState {
                 format,
                 blend: what.translucent.then_some(wgpu::BlendState::ALPHA_BLENDING),
-                // Beside the light stands how far it comes from: of what is seen through, of what is behind.
+                // Alpha stores the distance: glass keeps that of its background.
                 write_mask: match what.translucent {
                     true => wgpu::ColorWrites::COLOR,
                     false => wgpu::ColorWrites::ALL,

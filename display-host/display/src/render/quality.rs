@@ -1,13 +1,13 @@
-//! How much a frame may cost.
+//! Quality tiers, by cost of a frame.
 
 use super::gpu::Gpu;
 
-/// Quality tier. Every one shows the same scene; they differ in detail.
+/// A quality tier. All show the same scene; they differ in detail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Quality {
-    /// Skin on the CPU: faster where the graphics device is one.
+    /// Skin on the CPU, which is faster for a software driver.
     pub skin_on_cpu: bool,
-    /// Octaves of tissue detail: 1 two, 2 four.
+    /// Octaves of tissue detail: 1 means two, 2 means four.
     pub detail: u32,
     /// Side of the shadow map, pixels.
     pub shadow_side: Option<u32>,
@@ -20,7 +20,7 @@ pub struct Quality {
 }
 
 impl Quality {
-    /// For a graphics device.
+    /// Quality for a graphics device.
     pub const GPU: Self = Self {
         skin_on_cpu: false,
         detail: 2,
@@ -29,7 +29,7 @@ impl Quality {
         samples: 4,
         size: [1280, 720],
     };
-    /// For a software driver.
+    /// Quality for a software driver.
     pub const SOFTWARE: Self = Self {
         skin_on_cpu: true,
         detail: 2,
@@ -39,7 +39,7 @@ impl Quality {
         size: [640, 480],
     };
 
-    /// For a window on a software driver: a frame takes a seventh of the time.
+    /// Quality for a window on a software driver: a frame takes a seventh of the time.
     pub const SOFTWARE_LIVE: Self = Self {
         detail: 1,
         shadow_side: Some(384),
@@ -49,7 +49,7 @@ impl Quality {
         ..Self::SOFTWARE
     };
 
-    /// For a graphics device, best first. Every one keeps the picture's size.
+    /// Tiers for a graphics device, best first. All keep the picture's size.
     pub const GPU_TIERS: [Self; 4] = [
         Self::GPU,
         Self {
@@ -69,7 +69,7 @@ impl Quality {
             ..Self::GPU
         },
     ];
-    /// For a window on a software driver, best first; the last has no shadows.
+    /// Tiers for a window on a software driver, best first; the last has no shadows.
     pub const SOFTWARE_TIERS: [Self; 2] = [
         Self::SOFTWARE_LIVE,
         Self {
@@ -78,8 +78,8 @@ impl Quality {
         },
     ];
 
-    /// What fits an adapter for a window, best first, and what a frame may cost, ms: 60 a second with
-    /// something left for the window itself, or 15 on a software driver.
+    /// Tiers of an adapter for a window, best first, and allowed cost of a frame, ms: 60 a second
+    /// with time left for the window itself, or 15 on a software driver.
     #[must_use]
     pub fn tiers(gpu: &Gpu) -> (Vec<Self>, f32) {
         if gpu.is_software() {
@@ -89,7 +89,7 @@ impl Quality {
         }
     }
 
-    /// The time from one frame to the next that is aimed at in a window, ms.
+    /// Desired interval between the frames of a window, ms.
     #[must_use]
     pub fn period_ms(gpu: &Gpu) -> f32 {
         if gpu.is_software() {
@@ -99,7 +99,7 @@ impl Quality {
         }
     }
 
-    /// What fits an adapter for a window, where frames follow each other.
+    /// Quality of an adapter for a window, which shows frame after frame.
     #[must_use]
     pub fn live(gpu: &Gpu) -> Self {
         if gpu.is_software() {
@@ -109,7 +109,7 @@ impl Quality {
         }
     }
 
-    /// What fits an adapter for a picture, which may take its time.
+    /// Quality of an adapter for a single picture, which may take time.
     #[must_use]
     pub fn for_adapter(gpu: &Gpu) -> Self {
         if gpu.is_software() {

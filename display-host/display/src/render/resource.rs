@@ -1,4 +1,4 @@
-//! wgpu's long descriptions, short: textures, samplers, groups, attachments.
+//! Shorthand for wgpu's descriptors: textures, samplers, groups, attachments.
 
 use bytemuck::cast_slice;
 use wgpu::util::DeviceExt;
@@ -80,7 +80,7 @@ pub(super) fn volume(
     texture.create_view(&Default::default())
 }
 
-/// Half precision, for numbers of ordinary size: rounds to nearest, flushes tiny ones to zero.
+/// Half precision for numbers of ordinary size: rounds to nearest, flushes tiny ones to zero.
 fn half(x: f32) -> u16 {
     let bits = x.to_bits();
     let sign = (bits >> 16 & 0x8000) as u16;
@@ -134,7 +134,7 @@ pub(super) fn colour(view: &wgpu::TextureView) -> Option<wgpu::RenderPassColorAt
         depth_slice: None,
         resolve_target: None,
         ops: wgpu::Operations {
-            // Where nothing is drawn nothing is out of focus.
+            // An empty background is always in focus.
             load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
             store: wgpu::StoreOp::Store,
         },

@@ -34,9 +34,9 @@ struct VertexOut {
   return frame.shadow_from_world * world_from_part[v.part & 31u] * vec4f(v.position, 1.0);
 }
 
-// How much char, blood and bile lies on the working end, most at its tip: in patches that grow together.
+// Char, blood and bile on the working end, most at its tip: patches that merge as they grow.
 fn soiled(p: vec3f, part: u32, brushed: f32) -> vec3f {
-  // The trocar and clips are not worked with.
+  // Trocar and clips stay clean.
   if (part > 2u || p.z > 0.6) { return vec3f(0.0); }
   let patches = 0.6 * noise(p * 5.0 + vec3f(4.0)).w + 0.35 * noise(p * 17.0).w + 0.1 * brushed;
   let to_tip = smoothstep(-0.4, 1.6, -p.z);

@@ -1,5 +1,5 @@
-// Saves the shading of what the scope's circle hides: writes the nearest depth (1, as depth is
-// reversed) outside it before anything is drawn.
+// Saves the shading outside the scope's circle: writes the nearest depth (1, as depth is reversed)
+// there before anything else is drawn.
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 

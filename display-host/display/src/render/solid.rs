@@ -1,5 +1,5 @@
-//! Building rigid solids: lofts, turned parts and swept wires, with sharp edges where they bend
-//! sharply.
+//! Construction of rigid solids: lofts, turned parts and swept wires, with sharp edges at sharp
+//! bends.
 
 use std::collections::HashMap;
 
@@ -16,18 +16,18 @@ pub(super) struct RigidVertex {
     pub(super) look: u32,
     /// Unit normal.
     pub(super) normal: [f32; 3],
-    /// Part that it moves with.
+    /// Index of its part.
     pub(super) part: u32,
 }
 
-/// A solid under construction: triangles with a material and a part each.
+/// A solid under construction: triangles, each with a material and a part.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Solid {
     points: Vec<Vec3>,
     triangles: Vec<([u32; 3], u32, u32)>,
 }
 
-/// What new triangles are made of, and what they move with.
+/// Material and part of new triangles.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Finish {
     /// Row of the material table.
@@ -37,9 +37,9 @@ pub(super) struct Finish {
 }
 
 impl Solid {
-    /// Joins rings of equally many points to a closed skin with flat ends. Seen from outside and
-    /// along the path, the points of a ring run counter-clockwise against the direction of the
-    /// path.
+    /// Joins rings with equal numbers of points to a closed skin with flat ends. The points of a
+    /// ring run counter-clockwise against the direction of the path, seen from outside and along
+    /// it.
     pub(super) fn loft(&mut self, rings: &[Vec<Vec3>], finish: Finish) {
         let Some(around) = rings.first().map(Vec::len).filter(|&n| n >= 3) else {
             return;
@@ -76,7 +76,7 @@ impl Solid {
         }
     }
 
-    /// A turned part: `profile` gives distance along `axis` from `from`, and radius.
+    /// Adds a turned part: `profile` gives distance along `axis` from `from`, and radius.
     pub(super) fn turned(
         &mut self,
         from: Vec3,
@@ -97,7 +97,7 @@ impl Solid {
         self.loft(&rings, finish);
     }
 
-    /// A wire along a path; `section` gives the outline in the wire's own frame at a share of the
+    /// Adds a wire along a path. `section` gives the outline in the wire's frame at a share of the
     /// path from 0 to 1. The frame does not twist.
     pub(super) fn swept(
         &mut self,
@@ -176,7 +176,7 @@ pub(super) fn circle(around: usize) -> impl Iterator<Item = Vec2> {
     (0..around).map(move |i| Vec2::from_angle(i as f32 / around as f32 * core::f32::consts::TAU))
 }
 
-/// A smooth curve through points (Catmull-Rom), `steps` pieces a stretch.
+/// A smooth curve through points (Catmull-Rom), with `steps` pieces between two.
 #[must_use]
 pub(super) fn curve(points: &[Vec3], steps: usize) -> Vec<Vec3> {
     let mut path = Vec::new();
@@ -209,7 +209,7 @@ mod tests {
         let finish = Finish { look: 3, part: 1 };
         solid.turned(Vec3::ONE, Vec3::X, &[[0.0, 1.0], [2.0, 1.0]], 24, finish);
         let (vertices, triangles) = solid.finish(0.6);
-        // Divergence theorem: a closed surface that faces outwards has its volume.
+        // Divergence theorem: it gives the volume of a closed surface that faces outwards.
         let at = |i: u32| Vec3::from(vertices[i as usize].position);
         let volume: f32 = triangles
             .iter()

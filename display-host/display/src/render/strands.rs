@@ -1,7 +1,7 @@
-//! Strands of connective tissue where cells beside them are gone: a net of fibres along the sides of the cells
-//! that are left, from what the tissue lies around to what it joins that to, with films in its forks; and a few
-//! that span the gaps. Fat has its septa of the same. They are anchored in skins and cells, get thinner and
-//! straighter as these part, and go with their cells.
+//! Strands of connective tissue next to removed cells: a net of fibres along the sides of the
+//! remaining cells, between the two structures that the tissue joins, with films in its forks. A
+//! few fibres span the gaps. Fat has septa of the same kind. The strands are anchored in skins and
+//! cells, get thinner and straighter as these part, and vanish with their cells.
 
 mod anchors;
 mod course;
@@ -21,11 +21,11 @@ use super::gpu::Gpu;
 use crate::skinning::motion::Motion;
 use crate::skinning::{RestVertex, SkinnedVertex};
 
-/// Ambient light: fibres stand free in it, and films let more through than they send back.
+/// Ambient light of fibres, which are exposed, and of films, which transmit more than they reflect.
 const FREE: f32 = 0.8;
 const SHEER: f32 = 0.35;
 
-/// Fibres of a scene's tissue, as they are now.
+/// The present fibres of a scene's tissue.
 #[derive(Default)]
 pub(super) struct Strands {
     anchors: Anchors,
@@ -37,7 +37,7 @@ pub(super) struct Strands {
 }
 
 impl Strands {
-    /// Of a scene that may have some.
+    /// The strands of a scene that can have some.
     pub(super) fn new(gpu: &Gpu, anchors: Anchors) -> Self {
         let corners = PIECES * TUBE + FILMS * 2 * SHEET;
         let indices = PIECES * (RINGS.len() - 1) * SIDES * 6 + FILMS * 2 * (ACROSS - 1) * 6;
@@ -48,7 +48,7 @@ impl Strands {
         }
     }
 
-    /// Where cells with a weave are still there beside some that are gone.
+    /// Grows fibres where cells with a weave stand next to removed ones.
     pub(super) fn grow(
         &mut self,
         gpu: &Gpu,
@@ -93,7 +93,7 @@ impl Strands {
             indices.extend(triangles(first, RINGS.len()));
         }
         for film in &self.net.films {
-            // Both sides: what is drawn faces the camera.
+            // Both sides: the drawn one faces the camera.
             for side in 0..2u32 {
                 let first = rest.len() as u32;
                 for is_edge in [false, true] {
@@ -120,7 +120,7 @@ impl Strands {
             .write_buffer(&buffers.indices, 0, cast_slice(&indices));
     }
 
-    /// Moves them with the cells' corners, and with what they are anchored in.
+    /// Moves the strands with the cells' corners and their anchors.
     pub(super) fn follow(&mut self, gpu: &Gpu, places: &[Vec3], motions: &[Motion]) {
         let Some(buffers) = self.buffers.as_ref().filter(|it| it.count > 0) else {
             return;

@@ -1,5 +1,5 @@
-//! Sutures that hang an organ on the abdominal wall: doubled threads, from where they go through the organ's skin
-//! to where they leave through the wall. Taut they are straight, slack they sag; cut through, their ends hang.
+//! Sutures that suspend an organ from the abdominal wall: doubled threads, from the organ's skin to
+//! the wall. Taut ones are straight, slack ones sag; the ends of a cut one hang down.
 
 use bytemuck::{Zeroable, cast_slice};
 use glam::Vec3;
@@ -15,22 +15,22 @@ use crate::skinning::{RestVertex, SkinnedVertex, pairs};
 
 /// Radius of a 3-0 thread, m.
 const RADIUS_M: f32 = 0.000_12;
-/// Width of the bite that it takes of the organ, m.
+/// Width of a bite in the organ, m.
 const BITE_M: f32 = 0.006;
-/// It begins so far under the skin, m.
+/// Depth below the skin at which it begins, m.
 const UNDER_M: f32 = 0.000_6;
-/// The wall lies somewhere behind the place in the world that it is tied to: it is drawn so much farther, m.
+/// Extension beyond the attachment point, m: the wall lies somewhere behind it.
 const BEYOND_M: f32 = 0.12;
-/// What hangs of it at the organ and at the wall when it is cut, m.
+/// Length of the tail at the organ and at the wall after a cut, m.
 const TAIL_M: f32 = 0.014;
 const NOWHERE_M: [f32; 3] = [10.0; 3];
 /// Points along each half of a strand.
 const POINTS: usize = 8;
-/// Two strands of two halves.
+/// Number of halves: two strands of two halves.
 const HALVES: usize = 4;
 const CORNERS: usize = HALVES * POINTS * SIDES;
 
-/// A scene's sutures to the world, as it gives them.
+/// Sutures to the world, as the scene gives them.
 pub(crate) fn given(scene: &SceneFile) -> Vec<SutureMsg> {
     let is_suture = |tie: &&AttachmentRecord| tie.is_thread != 0 && tie.b == WORLD;
     let suture = |tie: &AttachmentRecord| SutureMsg {
@@ -43,7 +43,7 @@ pub(crate) fn given(scene: &SceneFile) -> Vec<SutureMsg> {
     all.map(suture).collect()
 }
 
-/// An organ that a scene hangs.
+/// A suspended organ.
 struct Organ {
     kind: u32,
     first_sphere: u32,
@@ -64,7 +64,8 @@ impl Organ {
         })
     }
 
-    /// Where the two strands of a suture leave its skin; none if it has none, or another's sphere is meant.
+    /// Points at which the two strands leave the skin; `None` if it has no skin, or the sphere
+    /// belongs to another organ.
     fn leaves(&self, suture: &SutureMsg) -> Option<[RestVertex; 2]> {
         let own = suture.sphere.checked_sub(self.first_sphere)?;
         let sphere = self.spheres.get(own as usize)?;
@@ -98,7 +99,7 @@ struct Suture {
 
 /// A scene's sutures to the world.
 pub(super) struct Sutures {
-    /// None where the scene hangs nothing that can be seen.
+    /// `None` for a suture without a visible organ.
     sutures: Vec<Option<Suture>>,
     up: Vec3,
     now: Vec<SkinnedVertex>,
@@ -115,7 +116,7 @@ impl Sutures {
         for suture in sutures.iter().flatten() {
             for half in 0..HALVES {
                 indices.extend(triangles(rest.len() as u32, POINTS));
-                // It has no place in any tissue, and nothing that lies on one lies on it.
+                // It is part of no tissue, and stains do not apply.
                 let painted = RestVertex {
                     position: NOWHERE_M,
                     look: INSULATION,
@@ -141,7 +142,7 @@ impl Sutures {
         }
     }
 
-    /// Takes where they are; none: as the scene gives them.
+    /// Sets the present sutures; `None`: the scene's own.
     pub(super) fn set(&mut self, told: Option<&[SutureMsg]>) {
         for (number, suture) in self.sutures.iter_mut().enumerate() {
             if let Some(suture) = suture {
@@ -151,7 +152,7 @@ impl Sutures {
         }
     }
 
-    /// Moves them with what they hold.
+    /// Moves the sutures with the tissue that they hold.
     pub(super) fn follow(&mut self, gpu: &Gpu, spheres: &[SphereState], motions: &[Motion]) {
         let Some(buffers) = &self.buffers else {
             return;
@@ -185,7 +186,7 @@ impl Suture {
     fn set(&mut self, told: SutureMsg) {
         let goes = |it: &SutureMsg| (it.placed, it.sphere, it.at_m.map(f32::to_bits));
         let (was, is) = (goes(&self.now), goes(&told));
-        // While the tip leads it, its leaves stay where they are: they would leap about.
+        // While the tip leads it, it leaves the skin at the same points: otherwise they would jump.
         let is_led = told.placed == SutureMsg::AT_HAND && (was.0, was.1) == (is.0, is.1);
         if was != is && !is_led {
             self.leaves = self.organ.leaves(&told).unwrap_or(self.leaves);
@@ -194,7 +195,7 @@ impl Suture {
     }
 }
 
-/// Where its strands run: of each the half at the organ, then of each the half at the wall.
+/// Paths of its strands: first the halves at the organ, then the halves at the wall.
 fn course(
     suture: &SutureMsg,
     center: Vec3,
@@ -212,7 +213,7 @@ fn course(
         SutureMsg::HUNG => (suture.length_m - way.length()).max(0.0),
         _ => 0.0,
     };
-    // A flat parabola that is so much longer than its chord.
+    // A shallow parabola, longer than its chord by this slack.
     let sag_m = (0.375 * way.length() * slack_m).sqrt();
     core::array::from_fn(|half| {
         let from = match suture.placed {
@@ -228,7 +229,7 @@ fn course(
             if is_cut {
                 let tail_m = TAIL_M * share;
                 return match is_at_wall {
-                    // First the way that it went, then down.
+                    // First in its former direction, then down.
                     false => from + (out * (1.0 - share) - up * share) * tail_m,
                     true => wall.lerp(anchor, share) - up * (tail_m * share),
                 };
@@ -260,7 +261,7 @@ mod tests {
         assert!(a[0].distance(leaves[0]) < 1e-6 && a[POINTS - 1].distance(b[0]) < 1e-6);
         assert!(a.iter().chain(&b).all(|it| it.z.abs() < 1e-6));
         assert!(b[POINTS - 1].y > 0.2, "through the wall: {}", b[POINTS - 1]);
-        // 10 mm nearer to the wall than it is long.
+        // Nearer to the wall than its length, by 10 mm.
         let [a, _, b, _] = course(&hung, Vec3::Y * 0.01, leaves, Vec3::Z);
         assert!(a[POINTS - 1].z < -0.01 && b[POINTS - 1].z.abs() < 1e-6);
     }

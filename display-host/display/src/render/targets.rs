@@ -1,5 +1,5 @@
-//! The textures that a frame is drawn into, and the groups that read them: what depends on the
-//! picture's size.
+//! The textures that a frame is drawn into, and the groups that read them: everything that depends
+//! on the picture's size.
 
 use super::gpu::Gpu;
 use super::pipeline::{DEPTH, LIGHT, Layouts, PICTURE};
@@ -9,7 +9,7 @@ use super::resource::{bind, target};
 /// Textures and groups of one size.
 pub(super) struct Targets {
     pub(super) light: wgpu::TextureView,
-    /// Several samples a pixel, resolved into `light`.
+    /// Several samples per pixel, resolved into `light`.
     pub(super) sampled_light: Option<wgpu::TextureView>,
     pub(super) depth: wgpu::TextureView,
     pub(super) glare: [wgpu::TextureView; 3],

@@ -1,20 +1,20 @@
-//! What each pass of a frame costs, by the graphics device's own clock.
+//! Cost of each pass of a frame, by the graphics device's own clock.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
 use super::gpu::Gpu;
 
-/// The passes that are measured, in order.
+/// The measured passes, in order.
 pub const PASSES: [&str; 6] = ["skinning", "shadow", "scene", "exposure", "glare", "lens"];
-/// Resolved stamps begin at multiples of this, bytes.
+/// Alignment of resolved timestamps, bytes.
 const STRIDE: u64 = wgpu::QUERY_RESOLVE_BUFFER_ALIGNMENT;
-/// Frames whose stamps may be on their way.
+/// Frames whose timestamps may be in transit.
 const RING: usize = 3;
-/// Two stamps, bytes.
+/// Size of two timestamps, bytes.
 const PAIR: u64 = 16;
 
-/// Times of the newest frame that came back, by pass, ms; 0 for a pass that the frame did not have.
+/// Times of the latest returned frame, by pass, ms; 0 for a pass that the frame lacked.
 pub type PassTimes = [f32; PASSES.len()];
 
 const FREE: u8 = 0;
@@ -22,14 +22,14 @@ const AWAY: u8 = 1;
 const HERE: u8 = 2;
 const FAILED: u8 = 3;
 
-/// Stamps of one frame on their way back.
+/// Timestamps of one frame in transit.
 struct Staging {
     buffer: wgpu::Buffer,
     used: u32,
     state: Arc<AtomicU8>,
 }
 
-/// Measures passes; nothing where the device has no such clock.
+/// Measures passes; does nothing if the device has no such clock.
 pub(super) struct Timing {
     clock: Option<Clock>,
     newest: Option<PassTimes>,
@@ -77,7 +77,7 @@ impl Timing {
         }
     }
 
-    /// Where a render pass writes its stamps: `first` and `last` of those that count as one.
+    /// Timestamp writes of a render pass: `first` and `last` of those that count as one.
     pub(super) fn render(
         &mut self,
         pass: usize,
@@ -93,7 +93,7 @@ impl Timing {
         })
     }
 
-    /// Where a compute pass writes its stamps.
+    /// Timestamp writes of a compute pass.
     pub(super) fn compute(&mut self, pass: usize) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let clock = self.clock.as_ref()?;
         self.used |= 1 << pass;
@@ -104,7 +104,7 @@ impl Timing {
         })
     }
 
-    /// Sends the frame's stamps on their way, if a place for them is free; after all passes.
+    /// Sends the frame's timestamps if a buffer is free; call it after all passes.
     pub(super) fn finish(&mut self, encoder: &mut wgpu::CommandEncoder) {
         let used = core::mem::take(&mut self.used);
         let Some(clock) = &mut self.clock else { return };
@@ -123,7 +123,8 @@ impl Timing {
         staging.used = used;
     }
 
-    /// Asks for what was sent, and takes what has come back; after the frame was submitted.
+    /// Maps the sent timestamps and takes those that have arrived; call it after submitting the
+    /// frame.
     pub(super) fn collect(&mut self) {
         let Some(clock) = &mut self.clock else { return };
         for staging in &mut clock.ring {
@@ -156,7 +157,7 @@ impl Timing {
         }
     }
 
-    /// The newest frame's times that came back since the last call.
+    /// Times of the latest frame that returned since the last call.
     pub(super) fn take(&mut self) -> Option<PassTimes> {
         self.newest.take()
     }
@@ -170,7 +171,7 @@ fn times(bytes: &[u8], used: u32, ms_per_tick: f32) -> PassTimes {
             raw.try_into().ok().map(u64::from_le_bytes)
         };
         match (used >> pass & 1, stamp(0), stamp(1)) {
-            // A driver may give 0, or stamps in the wrong order.
+            // A driver may give 0, or timestamps in the wrong order.
             (1, Some(from), Some(to)) if from > 0 => to.saturating_sub(from) as f32 * ms_per_tick,
             _ => 0.0,
         }
@@ -197,7 +198,7 @@ mod tests {
         for (found, wanted) in found.into_iter().zip([0.0, 2.5, 0.0, 0.0, 1.0, 0.0]) {
             assert!((found - wanted).abs() < 1e-6, "{found} instead of {wanted}");
         }
-        // What a frame did not have counts nothing, whatever the buffer holds.
+        // A pass that the frame lacked counts 0, whatever the buffer holds.
         assert!(times(&bytes, 0, 1e-6).iter().all(|t| *t <= 0.0));
         assert!(times(&[], u32::MAX, 1.0).iter().all(|t| *t <= 0.0));
     }

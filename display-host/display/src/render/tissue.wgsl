@@ -3,7 +3,7 @@
 // 1: two octaves, for software drivers; 2: four.
 override DETAIL: u32 = 2u;
 
-// No fibre is drawn finer than this radius, pixels.
+// Least drawn radius of a fibre, pixels.
 const FIBRE_PX = 0.65;
 
 struct VertexIn {
@@ -27,12 +27,12 @@ struct VertexOut {
   out.world = v.position.xyz;
   out.normal = v.normal.xyz;
   if (v.position.w < 0.0) {
-    // A fibre, with its radius for a push: finer than a pixel it would have gaps.
+    // A fibre, with its radius in place of the push: thinner than a pixel it would have gaps.
     let pixel = 2.0 * depth_of(out.world) * frame.forward.w / frame.scope.w;
     let radius = -v.position.w / pixel;
     out.world += out.normal * max(FIBRE_PX - radius, 0.0) * pixel;
-    // Nor is one of its sides to be seen in a pixel and another in the next: what is fine has the normal of all
-    // that is seen of it, and leans, for as a whole it shines in no one's eye.
+    // Its sides must not flicker from pixel to pixel: a thin fibre has the mean normal of its
+    // visible surface, inclined so that it does not glare.
     let whole = normalize(normalize(frame.camera.xyz - out.world) + 0.8 * frame.up.xyz);
     out.normal = normalize(mix(whole, out.normal, smoothstep(1.0, 3.0, radius)));
   }
@@ -47,17 +47,17 @@ struct VertexOut {
   return frame.shadow_from_world * vec4f(position.xyz, 1.0);
 }
 
-// What a tissue is like at a place.
+// Tissue properties at a point.
 struct Body {
   albedo: vec3f,
   bump: vec3f,    // slope of the tissue, in rest space
   wet: vec3f,     // slope of the film on it
-  sheen: vec4f,   // roughness, film strength, film roughness, reflectance head on
+  sheen: vec4f,   // roughness, film strength, film roughness, normal reflectance
   scatter: vec3f,
   veil: vec4f,
 }
 
-// How much of a line shows whose edge is `d` cm away (negative: inside).
+// Coverage of a line whose edge is `d` cm away (negative: inside).
 fn cover(d: f32, footprint: f32) -> f32 {
   let soft = max(0.8 * footprint, 0.008);
   return 1.0 - smoothstep(-soft, soft, d);
@@ -79,12 +79,12 @@ fn body(look: Look, p: vec3f, footprint: f32, has_tree: bool) -> Body {
   b.albedo *= 1.0 + look.scatter.w * (lobule.w + 0.5 * grain.w);
   var packed = vec4f(0.0);
   if (look.cell.x > 0.0) {
-    // Cells are of no regular size: warped by what lies under them.
+    // The cells are irregular: distorted by the layer below.
     packed = cells(p + 0.25 / look.cell.x * middle.xyz, look.cell.x, footprint);
     b.albedo *= 1.0 + select(look.cell.z, look.cell.w, packed.w > 0.0) * packed.w;
   }
 
-  // Fine vessels: where noise passes through zero, now here, now there.
+  // Fine, intermittent vessels at the zero crossings of noise.
   if (look.lobule.w > 0.0 && !has_tree) {
     let line = octave(p + vec3f(17.3, 2.9, 8.1), look.high.w * 0.8, footprint).w + 0.15 * lobule.w;
     let there = smoothstep(-0.15, 0.35, coarse.w + 0.3 * middle.w);
@@ -108,11 +108,11 @@ fn between(a: Body, b: Body, t: f32) -> Body {
 const BILE_DEPTHS = vec3f(0.7, 0.6, 3.0);
 const BLOOD_DEPTHS = vec3f(2.0, 7.0, 7.0);
 
-// How thick blood, bile and char lie here: 0 to 1.
+// Thickness of blood, bile and char here: 0 to 1.
 fn stained(p: vec3f) -> vec3f {
   var most = vec3f(0.0);
   if (stains.count.x == 0u) { return most; }
-  // An edge finer than any mesh: it runs where the tissue lets it, and thins out.
+  // An edge finer than any mesh: it follows the tissue and thins out.
   let rough = 0.34 * noise(p * 5.0).w + 0.13 * noise(p * 13.0).w;
   for (var i = 0u; i < min(stains.count.x, 64u); i++) {
     let to = p - stains.places[i].xyz;
@@ -158,7 +158,7 @@ fn stained(p: vec3f) -> vec3f {
     s.albedo = mix(s.albedo, vec3f(0.17, 0.024, 0.020), 0.58 * artery);
   }
 
-  // Pressed skin: blood leaves it on the ridge, the pit lies in its own shade.
+  // Pressed skin: the ridge is pale, the pit lies in its own shade.
   let bend = in.state.y;
   let pushed = in.state.z;
   let pressed = smoothstep(8.0, 70.0, -bend) * smoothstep(0.0002, 0.002, pushed);
@@ -168,12 +168,12 @@ fn stained(p: vec3f) -> vec3f {
 
   s.smooth_normal = normalize(in.normal);
   let skin = sheet(world_x, world_y, rest_x, rest_y, s.smooth_normal);
-  // A vessel stands out a little: its flanks lean, where they are not smaller than a pixel.
+  // A vessel stands out a little: its flanks are inclined, unless they are smaller than a pixel.
   let flank = select(0.0, 0.12 * exp(-edge * edge / 0.0006) * (1.0 - smoothstep(0.01, 0.03, footprint)), slot != 0u);
   let vessels = -flank * lean_screen(skin, edge_x, edge_y);
   s.normal = normalize(s.smooth_normal - lean(skin, b.bump) - vessels);
   s.film_normal = normalize(s.smooth_normal - lean(skin, b.wet));
-  // A thin wall looks like itself where one looks along it, and like what is behind it head on.
+  // A thin wall shows its own colour at grazing view, and the background head on.
   let along = 1.0 - clamp(dot(s.smooth_normal, normalize(frame.camera.xyz - in.world)), 0.0, 1.0);
   s.albedo = mix(s.albedo, b.veil.rgb, b.veil.w * along * along);
   s.roughness = b.sheen.x;
@@ -184,10 +184,11 @@ fn stained(p: vec3f) -> vec3f {
   s.metal = 0.0;
   let wet = stained(p);
   if (wet.x + wet.y + wet.z > 0.0) {
-    // A film fills the tissue's bumps, and shines; char is dull and cracked.
+    // A film fills the tissue's bumps and shines; char is dull and cracked.
     let film = smoothstep(0.0, 0.35, max(wet.x, wet.y));
     s.albedo = mix(s.albedo, vec3f(0.012, 0.0095, 0.008), 0.95 * wet.z);
-    // The thicker, the less of the tissue comes back through it, by colour (Beer's law), and the more of itself.
+    // A thicker film absorbs more of the tissue's light, by colour (Beer's law), and shows more of
+    // its own.
     s.albedo = s.albedo * exp(-wet.y * BILE_DEPTHS) + vec3f(0.036, 0.031, 0.003) * wet.y;
     s.albedo = s.albedo * exp(-wet.x * BLOOD_DEPTHS) + vec3f(0.042, 0.0014, 0.0016) * wet.x;
     s.normal = normalize(mix(s.normal, s.smooth_normal, 0.6 * film));

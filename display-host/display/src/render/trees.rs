@@ -1,5 +1,6 @@
-//! Vessels on the organs, as trees: grown over each skin at load from where blood comes in, and kept
-//! as distance to the nearest vessel in a grid of the tissue at rest, so that they stick to it.
+//! Vessels of the organs as trees, grown over each skin at load from the sites of supply. They are
+//! stored as distance to the nearest vessel in a grid of the tissue at rest, so that they stick to
+//! it.
 
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
@@ -12,26 +13,26 @@ use shared_mem::scene::{OrganKind, OrganRecord, SceneFile};
 use super::noise::hash;
 use crate::skinning::{RestVertex, SkinMesh};
 
-/// Organs that have trees, at most; slot 0 has none. Also in `tissue.wgsl`.
+/// Most organs with trees; slot 0 has none. Also in `tissue.wgsl`.
 pub(super) const SLOTS: usize = 16;
-/// Vertices that a tree grows over, at most: every twig may search all of them. Of more some stand for
-/// those around.
+/// Most vertices for a tree: every twig may search all of them. Larger skins use representative
+/// vertices.
 const NODES: usize = 8000;
-/// Voxels of an organ's grid, about.
+/// Approximate number of voxels in an organ's grid.
 const VOXELS: f32 = 1.1e6;
-/// Distances are kept up to so many voxels on either side of a vessel's edge.
+/// Range of the stored distances on either side of a vessel's edge, voxels.
 const BAND: f32 = 2.5;
-/// A twig is no thinner, m.
+/// Least radius of a twig, m.
 const TWIG_M: f32 = 0.000_11;
-/// How much of the way to a vessel counts where it lies above or below the skin: skin is flat between
-/// its vertices, and a vessel is not to come and go with them.
+/// Weight of the component normal to the skin in the distance from a vessel: skin is flat between
+/// its vertices, and vessels must not fade between them.
 const ABOVE: f32 = 0.25;
-/// Going along a vessel costs this share of going over bare skin: branches leave at sharp angles.
+/// Cost of a path along a vessel relative to bare skin: it makes branches leave at acute angles.
 const ALONG: f32 = 0.4;
 /// Points of a curve between two vertices of the skin.
 const STEPS: usize = 4;
 
-/// `Tree` in `tissue.wgsl`: where an organ's grid lies in the tissue and in the texture.
+/// `Tree` in `tissue.wgsl`: position of an organ's grid in the tissue and in the texture.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 #[allow(missing_docs)] // explained in tissue.wgsl
@@ -40,7 +41,7 @@ pub struct Tree {
     pub scale: [f32; 4],
 }
 
-/// All trees of a scene: texels of two bytes (artery, vein), x fastest, and where each organ's are.
+/// All trees of a scene: texels of two bytes (artery, vein), x fastest, and the grid of each organ.
 #[derive(Debug, Clone)]
 pub(super) struct Trees {
     pub(super) size: [u32; 3],
@@ -48,20 +49,20 @@ pub(super) struct Trees {
     pub(super) slots: [Tree; SLOTS],
 }
 
-/// A piece of a vessel.
+/// A segment of a vessel.
 #[derive(Debug, Clone, Copy)]
 struct Piece {
     ends: [Vec3; 2],
     radii_m: [f32; 2],
-    /// Of the skin there.
+    /// Normal of the skin there.
     normal: Vec3,
 }
 
-/// How an organ is supplied.
+/// Blood supply of an organ.
 struct Supply {
-    /// Twigs for each root.
+    /// Twigs per root.
     twigs: usize,
-    /// A root supplies skin up to this far, m.
+    /// Largest distance that a root supplies, m.
     reach_m: f32,
     /// Radius of artery and vein at a root, m.
     radii_m: [f32; 2],
@@ -92,12 +93,12 @@ fn supply(kind: u32) -> Option<Supply> {
     }
 }
 
-/// A skin of fewer vertices has no trees.
+/// Fewest vertices of a skin with trees.
 const VERTICES_MIN: usize = 16;
-/// A vessel is drawn no thinner than so many voxels: a thinner one would break into dashes.
+/// Least drawn thickness of a vessel, voxels: thinner ones would break into dashes.
 const DRAWN_VOXELS: f32 = 0.5;
 
-/// Grows the trees of every organ that has some, and tells its vertices their slot.
+/// Grows the trees of all supplied organs and sets the slot of their vertices.
 pub(super) fn grow(mesh: &mut SkinMesh, scene: &SceneFile) -> Trees {
     let mut grids = Vec::new();
     for organ in scene.organs() {
@@ -119,13 +120,13 @@ pub(super) fn grow(mesh: &mut SkinMesh, scene: &SceneFile) -> Trees {
     stack(&grids)
 }
 
-/// An organ's skin as a graph: its vertices, or of many vertices some that stand for those around.
+/// An organ's skin as a graph of its vertices, or of representative ones.
 struct Skin {
     count: usize,
     points: Vec<Vec3>,
     normals: Vec<Vec3>,
     next: Vec<Vec<usize>>,
-    /// Of all vertices.
+    /// Bounds of all vertices.
     low: Vec3,
     high: Vec3,
 }
@@ -136,7 +137,7 @@ impl Skin {
         let points = vertices.iter().map(|v| Vec3::from(v.position));
         let none = (Vec3::INFINITY, Vec3::NEG_INFINITY);
         let (low, high) = points.fold(none, |(low, high), p| (low.min(p), high.max(p)));
-        // Cells as wide as makes few enough of them.
+        // Cells wide enough to give few enough of them.
         let mut cell_m = (high - low).max_element() / 64.0;
         let (mut node_of, mut stands) = ((0..own.len()).collect::<Vec<_>>(), None);
         while stands.as_ref().map_or(own.len(), Vec::len) > NODES {
@@ -179,7 +180,7 @@ impl Skin {
         self.next[i].iter().copied()
     }
 
-    /// Where blood comes in: nearest to an artery first, then wherever none is near.
+    /// Roots of the supply: nearest to an artery first, then at uncovered places.
     fn roots(&self, scene: &SceneFile, supply: &Supply) -> Vec<usize> {
         let arteries: Vec<Vec3> = scene
             .organs()
@@ -210,7 +211,7 @@ impl Skin {
         roots
     }
 
-    /// A tree from the roots to twigs spread over the skin, as smooth pieces.
+    /// Grows a tree from the roots to twigs spread over the skin, as smooth segments.
     fn tree(&self, roots: &[usize], supply: &Supply, which: usize) -> Vec<Piece> {
         const FREE: u32 = u32::MAX;
         let seed = 7 + 31 * which as u32;
@@ -231,7 +232,7 @@ impl Skin {
                 }
             };
         for &root in roots {
-            // The vein comes in beside the artery.
+            // The vein enters beside the artery.
             let root = (0..2 * which).fold(root, |r, k| self.neighbours(r).nth(k).unwrap_or(r));
             if parent[root] == FREE {
                 take(root, root, &mut parent, &mut along, &mut bare);
@@ -239,7 +240,7 @@ impl Skin {
             }
         }
         for twig in 0..(supply.twigs * roots.len()) as u32 {
-            // Of a few places the one with the least blood.
+            // The least supplied of a few places.
             let place = |k| (hash(twig, k, seed) * self.count as f32) as usize % self.count;
             let target = (0..10u32)
                 .map(place)
@@ -259,7 +260,7 @@ impl Skin {
         self.pieces(&nodes, &parent, supply.radii_m[which])
     }
 
-    /// The cheapest way from a tree to a vertex, from the tree on.
+    /// Cheapest path from a tree to a vertex, starting at the tree.
     fn shortest(
         &self,
         nodes: &[usize],
@@ -270,7 +271,7 @@ impl Skin {
         let mut cost = vec![f32::INFINITY; self.count];
         let mut from = vec![usize::MAX; self.count];
         let mut open = BinaryHeap::new();
-        // Costs are not negative: their bits are in order.
+        // Costs are not negative, so their bits are in order.
         for &node in nodes {
             cost[node] = along[node] * ALONG;
             open.push(Reverse((cost[node].to_bits(), node)));
@@ -302,11 +303,12 @@ impl Skin {
         None
     }
 
-    /// Curves through a tree's nodes; as many twigs as a vessel feeds, so thick it is (Murray 1926).
+    /// Curves through a tree's nodes; the thickness grows with the number of twigs supplied (Murray
+    /// 1926).
     fn pieces(&self, nodes: &[usize], parent: &[u32], root_m: f32) -> Vec<Piece> {
         let mut fed = vec![0.0f32; self.count];
         let mut heir = vec![usize::MAX; self.count];
-        // A node comes after its parent in `nodes`.
+        // A node follows its parent in `nodes`.
         for &i in nodes.iter().rev() {
             fed[i] = fed[i].max(1.0);
             let p = parent[i] as usize;
@@ -362,8 +364,8 @@ impl Skin {
     }
 }
 
-/// By vertex which of the vertices that stand for others stands for it, and those: one for each cell
-/// of a grid and each way that skin faces there, so that two sides of a thin wall stay two.
+/// Representative of each vertex, and the list of representatives: one for each cell of a grid and
+/// each facing direction there, so that the two sides of a thin wall stay separate.
 fn merge(vertices: &[RestVertex], low: Vec3, cell_m: f32) -> (Vec<usize>, Vec<usize>) {
     let mut cells = HashMap::new();
     let mut stands = Vec::new();
@@ -381,7 +383,7 @@ fn merge(vertices: &[RestVertex], low: Vec3, cell_m: f32) -> (Vec<usize>, Vec<us
     (node_of.collect(), stands)
 }
 
-/// An organ's grid of distances.
+/// Distance grid of an organ.
 struct Grid {
     size: [usize; 3],
     low: Vec3,
@@ -413,7 +415,7 @@ impl Grid {
         grid
     }
 
-    /// 0 far outside, 255 far inside, the edge between.
+    /// Writes the distances to a segment: 0 far outside, 255 far inside, the edge between.
     fn draw(&mut self, piece: &Piece, channel: usize) {
         let [a, b] = piece.ends.map(|p| (p - self.low) / self.voxel_m);
         let [ra, rb] = piece.radii_m.map(|r| (r / self.voxel_m).max(DRAWN_VOXELS));
@@ -443,7 +445,7 @@ impl Grid {
     }
 }
 
-/// Grids above each other in one texture.
+/// Stacks grids in one texture.
 fn stack(grids: &[Grid]) -> Trees {
     let most = |k: usize| grids.iter().map(|g| g.size[k]).max().unwrap_or(1);
     let (width, height) = (most(0), most(1));
@@ -480,7 +482,7 @@ mod tests {
 
     use super::*;
 
-    /// A ball of 10 cm, its skin of so many rings.
+    /// A ball of 10 cm, whose skin has this many rings.
     fn ball(rings: usize) -> SkinMesh {
         let around = 2 * rings;
         let vertices = (0..rings * around).map(|i| {

@@ -1,4 +1,4 @@
-//! Charts as SVG text, for the report.
+//! Charts of the report as SVG.
 
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
@@ -10,7 +10,7 @@ const FONT: (&str, i32) = ("sans-serif", 13);
 const INK: RGBColor = RGBColor(40, 44, 52);
 const BAR: RGBColor = RGBColor(158, 42, 43);
 const LIMIT: RGBColor = RGBColor(30, 98, 160);
-/// Lines that stand in one chart, told apart by people who see few colours too.
+/// Colours of the lines in one chart, distinguishable with colour blindness.
 const LINES: [RGBColor; 6] = [
     BAR,
     LIMIT,
@@ -20,8 +20,8 @@ const LINES: [RGBColor; 6] = [
     RGBColor(110, 110, 110),
 ];
 
-/// A histogram over a logarithmic time axis (µs), with a logarithmic count axis so that single
-/// outliers are seen; a line marks `limit_us` where one is given.
+/// Histogram over a logarithmic time axis (µs). The count axis is logarithmic too, so that single
+/// outliers are visible. A line marks `limit_us` if given.
 #[must_use]
 pub fn histogram(times: &Distribution, limit_us: Option<f64>) -> Option<String> {
     let bins = times.log_bins(4);
@@ -51,7 +51,7 @@ pub fn histogram(times: &Distribution, limit_us: Option<f64>) -> Option<String> 
     })
 }
 
-/// A quantity over time, from zero.
+/// A quantity over time, with the axis from zero.
 #[must_use]
 pub fn course(points: &[(f64, f64)], unit: &str) -> Option<String> {
     let end = points.last()?.0.max(1.0);
@@ -69,7 +69,7 @@ pub fn course(points: &[(f64, f64)], unit: &str) -> Option<String> {
     })
 }
 
-/// Quantities over time in one chart.
+/// Several quantities over time in one chart.
 #[must_use]
 pub fn courses(lines: &[(&str, &[(f64, f64)])], unit: &str) -> Option<String> {
     let all = || lines.iter().flat_map(|(_, line)| line.iter());
@@ -107,8 +107,8 @@ pub fn courses(lines: &[(&str, &[(f64, f64)])], unit: &str) -> Option<String> {
     })
 }
 
-/// How often a time is exceeded, for several distributions: the tail that a histogram hides. Both
-/// axes are logarithmic; a line that lies further left and lower is better.
+/// Exceedance of several distributions: the tail that a histogram hides. Both axes are logarithmic;
+/// a line further left and lower is better.
 #[must_use]
 pub fn exceedance(series: &[(String, &Distribution)]) -> Option<String> {
     let lines: Vec<(&str, Vec<(f64, f64)>)> = series
@@ -150,8 +150,8 @@ pub fn exceedance(series: &[(String, &Distribution)]) -> Option<String> {
     })
 }
 
-/// (µs, how many in a million are longer), one point a recorded time; the longest is exceeded by
-/// less than one, drawn as half a count.
+/// Points (µs, number per million that are longer), one for each recorded time. The longest one is
+/// exceeded by less than one, drawn as half a count.
 fn exceeded(times: &Distribution) -> Vec<(f64, f64)> {
     let all = times.count().max(1) as f64;
     let mut left = all;
@@ -201,7 +201,7 @@ where
         .draw()
 }
 
-/// A label of few characters: 0.5, 12, 3k, 2M.
+/// A short label: 0.5, 12, 3k, 2M.
 fn short(value: f64) -> String {
     match value.abs() {
         v if v >= 1e6 => format!("{:.0}M", value / 1e6),

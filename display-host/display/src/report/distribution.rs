@@ -1,18 +1,18 @@
-//! Histograms of times.
+//! Histograms of durations.
 
 use hdrhistogram::Histogram;
 
-/// Longest time that is told apart; longer ones count as this: 60 s.
+/// Longest distinguished duration, 60 s; longer ones count as this.
 const MAX_NS: u64 = 60_000_000_000;
 
-/// A histogram of times in ns: three significant digits, constant memory.
+/// A histogram of durations in ns: three significant digits, constant memory.
 #[derive(Debug, Clone)]
 pub struct Distribution(Option<Histogram<u64>>);
 
-/// What a histogram boils down to, ns. All zero if nothing was recorded.
+/// Quantiles of a histogram, ns; all zero if it is empty.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, serde::Serialize)]
 pub struct Quantiles {
-    /// How many were recorded.
+    /// Number of recorded durations.
     pub count: u64,
     /// Median.
     pub p50: u64,
@@ -24,7 +24,7 @@ pub struct Quantiles {
     pub p999: u64,
     /// 99.99 % are at most this.
     pub p9999: u64,
-    /// Greatest.
+    /// Maximum.
     pub max: u64,
 }
 
@@ -35,36 +35,36 @@ impl Default for Distribution {
 }
 
 impl Distribution {
-    /// An empty one.
+    /// An empty histogram.
     #[must_use]
     pub fn new() -> Self {
         // The bounds are constants that hdrhistogram accepts; the test below proves it.
         Self(Histogram::new_with_bounds(1, MAX_NS, 3).ok())
     }
 
-    /// Counts a time.
+    /// Records a duration.
     pub fn record(&mut self, ns: u64) {
         if let Some(histogram) = &mut self.0 {
             histogram.saturating_record(ns);
         }
     }
 
-    /// Counts a time that occurred so often.
+    /// Records a duration that occurred `count` times.
     pub fn record_n(&mut self, ns: u64, count: u64) {
         if let Some(histogram) = &mut self.0 {
             histogram.saturating_record_n(ns, count);
         }
     }
 
-    /// Adds what another one counted.
+    /// Adds the counts of another histogram.
     pub fn add(&mut self, other: &Self) {
         for (ns, count) in other.counts() {
             self.record_n(ns, count);
         }
     }
 
-    /// What was counted, as (time in ns, how often), ascending; [`Distribution::record_n`] of each
-    /// gives an equal histogram.
+    /// Counts as (duration in ns, number), ascending; [`Distribution::record_n`] of each gives an
+    /// equal histogram.
     #[must_use]
     pub fn counts(&self) -> Vec<(u64, u64)> {
         let recorded = self.0.iter().flat_map(Histogram::iter_recorded);
@@ -73,7 +73,7 @@ impl Distribution {
             .collect()
     }
 
-    /// How many times were counted.
+    /// Number of recorded durations.
     #[must_use]
     pub fn count(&self) -> u64 {
         self.0.as_ref().map_or(0, Histogram::len)
@@ -96,8 +96,8 @@ impl Distribution {
         }
     }
 
-    /// Counts in bins whose width grows by `2^(1/per_octave)`: (lower bound in ns, count), from
-    /// the first to the last bin that is not empty.
+    /// Counts in bins whose width grows by `2^(1/per_octave)`: (lower bound in ns, count), from the
+    /// first to the last non-empty bin.
     #[must_use]
     pub fn log_bins(&self, per_octave: u32) -> Vec<(f64, u64)> {
         let Some(histogram) = &self.0 else {

@@ -1,32 +1,32 @@
-//! The machine that a figure was measured on: without it the figure means nothing.
+//! Description of the machine of a measurement: without it the figure means nothing.
 
 use std::fs;
 
-/// What the kernel says about this machine. A field that cannot be read is "unknown".
+/// The kernel's description of this machine. A field that cannot be read is "unknown".
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Machine {
-    /// Processor's model.
+    /// Model of the processor.
     pub processor: String,
     /// Cores that this process may use.
     pub cores: usize,
     /// Memory, MiB.
     pub memory_mib: u64,
-    /// Kernel's release.
+    /// Release of the kernel.
     pub kernel: String,
-    /// Kernel's build line: names its preemption model.
+    /// Build line of the kernel, which names its preemption model.
     pub kernel_version: String,
-    /// Whether a hypervisor runs it.
+    /// True if a hypervisor runs it.
     pub virtual_machine: bool,
     /// Clock source.
     pub clock_source: String,
     /// Frequency governor of the first core.
     pub governor: String,
-    /// Load averages of 1, 5 and 15 minutes, when this was read.
+    /// Load averages of 1, 5 and 15 minutes at the time of reading.
     pub load_average: String,
 }
 
 impl Machine {
-    /// Reads it.
+    /// Reads the description.
     #[must_use]
     pub fn read() -> Self {
         let cpuinfo = fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
@@ -58,7 +58,7 @@ fn line(path: &str) -> String {
     }
 }
 
-/// The value of `name : value` in the first line that has it.
+/// Value of `name : value` in the first line that has it.
 fn field<'a>(text: &'a str, name: &str) -> &'a str {
     text.lines()
         .filter_map(|line| line.split_once(':'))

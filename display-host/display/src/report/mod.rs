@@ -1,7 +1,7 @@
-//! What a run leaves behind: `summary.json` for programs and `report.html` for people.
+//! Results of a run: `summary.json` for programs and `report.html` for people.
 //!
-//! A [`Recorder`] is shown everything that the display sees; it keeps histograms and one value a
-//! second, so its memory does not grow with the run but by about 40 bytes a second.
+//! A [`Recorder`] receives everything that the display observes. It keeps histograms and one value
+//! a second, so its memory grows by only about 40 bytes per second of the run.
 
 pub mod chart;
 mod distribution;
@@ -19,12 +19,12 @@ use std::path::{Path, PathBuf};
 use crate::DisplayError;
 use crate::headless::{Ended, Outcome};
 
-/// `summary.json`. The keys are a contract: add, do not rename.
+/// Content of `summary.json`. The keys are a contract: add, do not rename.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct Summary {
-    /// Program and version that made it.
+    /// Program and version that wrote it.
     pub program: String,
-    /// Scene's name.
+    /// Name of the scene.
     pub scene: String,
     /// First 16 bytes of the scene's identity, hexadecimal.
     pub scene_id: String,
@@ -34,21 +34,21 @@ pub struct Summary {
     pub deadline_misses: u64,
     /// Ticks that ended after their deadline.
     pub overruns: u64,
-    /// Actual − scheduled start of a tick.
+    /// Delay of a tick's start.
     pub wake_latency_ns: Quantiles,
-    /// Start to end of a tick.
+    /// Duration of a tick.
     pub tick_ns: Quantiles,
-    /// Device sample arrived at the host → force written.
+    /// From the device sample's arrival at the host to the written force.
     pub motion_to_force_ns: Quantiles,
-    /// Time of each stage of a tick.
+    /// Duration of each stage of a tick.
     pub stage_ns: BTreeMap<&'static str, Quantiles>,
-    /// State published → frame submitted, of frames drawn from the newest state.
+    /// From published state to submitted frame, for frames drawn from the newest state.
     pub publish_to_frame_ns: Quantiles,
-    /// Device sample → picture, of frames drawn from the newest state.
+    /// From device sample to picture, for frames drawn from the newest state.
     pub motion_to_photon_ns: Quantiles,
-    /// Force on the hand, as seen in the published tool states (every fourth tick).
+    /// Force on the hand in the published tool states (every fourth tick).
     pub force_n: Range,
-    /// Pictures drawn.
+    /// Number of drawn pictures.
     pub frames: usize,
     /// Heap allocations of the realtime thread after its start; `None`: not counted.
     pub allocations_after_start: Option<u64>,
@@ -56,93 +56,93 @@ pub struct Summary {
     pub page_faults_after_start: u64,
     /// Involuntary context switches of the realtime thread after its start.
     pub involuntary_switches: u64,
-    /// Whether the controller ran with SCHED_FIFO, locked memory and on one core.
+    /// True if the controller ran with SCHED_FIFO, locked memory and on one core.
     pub realtime: bool,
-    /// What it lacked, if anything.
+    /// Missing conditions of real time.
     pub not_realtime: Vec<String>,
-    /// Timing records seen, and batches lost on the way here.
+    /// Number of timing records received.
     pub timing_records: u64,
-    /// See [`Summary::timing_records`].
+    /// Number of timing batches lost.
     pub timing_batches_lost: u64,
-    /// Events by kind.
+    /// Number of events by kind.
     pub events: BTreeMap<&'static str, u64>,
-    /// Events lost on the way here.
+    /// Number of events lost.
     pub events_lost: u64,
-    /// Ticks that each fault happened in, by its name, where not zero.
+    /// Number of ticks with each fault, by its name; zero counts are left out.
     pub faults: BTreeMap<String, u64>,
-    /// How the run ended.
+    /// Reason for the end of the run.
     pub ended: Ended,
-    /// The session that `calot replay` runs again; none: not recorded.
+    /// The session for `calot replay`; `None`: not recorded.
     pub recording: Option<session::Recorded>,
-    /// What the task came to; its keys are not there when the run had none.
+    /// Result of the task; its keys are missing if the run had none.
     #[serde(flatten)]
     pub task: Option<TaskSummary>,
     /// Graphics adapter.
     pub adapter: Option<String>,
-    /// What the user was warned of.
+    /// Warnings to the user.
     pub warnings: Vec<String>,
     /// The machine.
     pub machine: Machine,
 }
 
-/// What a task came to, in `summary.json`.
+/// Result of a task, in `summary.json`.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct TaskSummary {
     /// The task's name.
     pub task: String,
-    /// How much help was given.
+    /// Degree of help.
     pub difficulty: String,
     /// `passed`, `failed`, `aborted`, or `practised` (free practice).
     pub outcome: String,
-    /// Why.
+    /// Reasons for the outcome.
     pub reasons: Vec<String>,
-    /// The same by kind and values, for those who say it in another language.
+    /// The reasons by kind and values, for other languages.
     pub reason_kinds: Vec<assess::Reason>,
-    /// 0 to 100.
+    /// Score, 0 to 100.
     pub score: f64,
-    /// What was wrong.
+    /// All alarms.
     pub alarms: Vec<TaskAlarm>,
-    /// All metrics by name; `null` where there is none.
+    /// All metrics by name; `null` for one without a value.
     pub metrics: serde_json::Value,
     /// Version of the metrics' definitions.
     pub metrics_version: u32,
-    /// The session's name in the store, if it is there.
+    /// Name of the session in the store, if stored.
     pub session: String,
 }
 
 /// An alarm, in `summary.json`.
 #[derive(Debug, Clone, serde::Serialize)]
 pub struct TaskAlarm {
-    /// When, s since the task began.
+    /// Time since the task began, s.
     pub at_s: f64,
-    /// What.
+    /// Kind of error.
     pub kind: String,
-    /// On what.
+    /// The organ concerned, if any.
     pub organ: Option<String>,
 }
 
-/// Least and greatest.
+/// Range of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Range {
-    /// Least.
+    /// Smallest value.
     pub min: f32,
-    /// Greatest.
+    /// Largest value.
     pub max: f32,
 }
 
-/// Where a run's results lie.
+/// Files of a run's results.
 #[derive(Debug, Clone)]
 pub struct Written {
-    /// `summary.json`.
+    /// Path of `summary.json`.
     pub summary: PathBuf,
-    /// `report.html`.
+    /// Path of `report.html`.
     pub report: PathBuf,
 }
 
-/// Writes `summary.json` and `report.html` into a folder, which is made if it is not there.
+/// Writes `summary.json` and `report.html` into a folder, which is created if missing.
 ///
 /// # Errors
-/// When a file cannot be written.
+/// A file cannot be written.
 pub fn write(
     folder: &Path,
     summary: &Summary,

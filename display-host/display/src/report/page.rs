@@ -1,4 +1,4 @@
-//! `report.html`: one page, no network, readable by a stranger.
+//! The page `report.html`: self-contained and understandable without prior knowledge.
 
 use core::fmt::Write as _;
 use std::path::Path;
@@ -7,7 +7,7 @@ use super::recorder::STAGE_NAMES;
 use super::{Machine, Quantiles, Recorder, Summary, chart};
 use crate::headless::{Ended, Outcome};
 
-/// How reports look.
+/// Style sheet of reports.
 pub const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
 padding:0 1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2rem;\
 font-size:1.15rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem .8rem;text-align:\
@@ -17,7 +17,7 @@ background:#e8f3ec;border-left:4px solid #2e7d4f;padding:.5rem 1rem}figure{margi
 color:#555;font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:\
 repeat(auto-fill,minmax(17rem,1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}";
 
-/// The page's text. Pictures in `folder` are linked by their relative names.
+/// Text of the page. Pictures in `folder` are linked by their relative names.
 pub(super) fn render(
     summary: &Summary,
     recorder: &Recorder,
@@ -55,9 +55,9 @@ impl Page {
 fn ended(how: Ended) -> &'static str {
     match how {
         Ended::TimeOver => "It ran for its full time.",
-        Ended::TaskOver => "It ended when its task was decided.",
+        Ended::TaskOver => "It ended with the outcome of its task.",
         Ended::Stopped => "It was stopped by the user.",
-        Ended::ControllerGone => "<b>The controller fell silent before the end.</b>",
+        Ended::ControllerGone => "<b>The controller stopped responding before the end.</b>",
         Ended::ProcessDied => "<b>A process of the station died: see the warnings.</b>",
     }
 }
@@ -132,8 +132,8 @@ fn charts(page: &mut Page, recorder: &Recorder) {
     };
     figure(
         chart::histogram(&recorder.wake_latency, None),
-        "Wake latency: how late a tick began. Both axes are logarithmic, so that one late tick \
-         in a million is seen.",
+        "Wake latency: delay of a tick's start. Both axes are logarithmic, so that one late tick \
+         in a million is visible.",
     );
     figure(
         chart::histogram(&recorder.tick, Some(1000.0)),
@@ -141,8 +141,8 @@ fn charts(page: &mut Page, recorder: &Recorder) {
     );
     figure(
         chart::histogram(&recorder.motion_to_force, None),
-        "Motion to force: from the moment the tick read a device sample to the force that answers it \
-         being written. The time a sample waited for the tick comes on top, up to a period.",
+        "Motion to force: from reading a device sample to writing the force that answers it. The \
+         sample's wait for the tick comes on top, up to a period.",
     );
     figure(
         chart::course(&recorder.force_course(), "N"),
@@ -230,7 +230,7 @@ fn machine(page: &mut Page, s: &Summary) {
     page.0 += &machine_table(&s.machine, &[("graphics", graphics)]);
 }
 
-/// The machine that a page's figures are of, and what else is told of it.
+/// Table of the machine of a page's figures, with further rows.
 #[must_use]
 pub fn machine_table(m: &Machine, more: &[(&str, &str)]) -> String {
     let (cores, memory) = (m.cores.to_string(), format!("{} MiB", m.memory_mib));
@@ -256,7 +256,7 @@ pub fn machine_table(m: &Machine, more: &[(&str, &str)]) -> String {
     )
 }
 
-/// Text from outside, safe between tags and in attributes.
+/// Escapes text for use between tags and in attributes.
 #[must_use]
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;")

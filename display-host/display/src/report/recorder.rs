@@ -1,4 +1,4 @@
-//! Gathers what the display sees into histograms and one line a second.
+//! Collects the display's observations into histograms and one value a second.
 
 use std::collections::BTreeMap;
 
@@ -20,12 +20,12 @@ pub(super) const STAGE_NAMES: [&str; STAGES] = [
     "publish",
 ];
 
-/// Points of the force's course per second.
+/// Points per second of the force's course.
 const FORCE_POINTS_PER_S: u64 = 20;
-/// Points of a course that are kept; after that, the newest push out the oldest.
+/// Most points of a course; further ones replace the oldest.
 const COURSE_MAX: usize = 40_000;
 
-/// A quantity over time: (seconds since the first sample, greatest value in that step).
+/// A quantity over time: (seconds since the first sample, largest value in that step).
 #[derive(Debug, Clone, Default)]
 pub struct Course {
     start_ns: Option<u64>,
@@ -47,7 +47,7 @@ impl Course {
         }
     }
 
-    /// The points, seconds and value.
+    /// Points as seconds and value.
     pub(super) fn points(&self, steps_per_s: u64) -> Vec<(f64, f64)> {
         self.points
             .iter()
@@ -56,7 +56,7 @@ impl Course {
     }
 }
 
-/// Everything that a run's report is made from.
+/// The collected data of a run's report.
 #[derive(Debug, Default)]
 pub struct Recorder {
     pub(super) wake_latency: Distribution,
@@ -72,7 +72,7 @@ pub struct Recorder {
     last_batch: Option<Counters>,
 }
 
-/// The controller's own counters, from its newest batch.
+/// Counters of the controller, from its newest batch.
 #[derive(Debug, Clone, Copy)]
 struct Counters {
     ticks: u64,
@@ -86,13 +86,13 @@ struct Counters {
 }
 
 impl Recorder {
-    /// An empty one.
+    /// An empty recorder.
     #[must_use]
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Takes in what the display saw.
+    /// Takes an observation of the display.
     pub fn observe(&mut self, observed: &Observed<'_>) {
         match observed {
             Observed::Timing(batch) => self.take_timing(batch),
@@ -150,7 +150,7 @@ impl Recorder {
             .push(tools.at_ns, FORCE_POINTS_PER_S, f64::from(force_n));
     }
 
-    /// Force on the hand: (s, N), the greatest of each step.
+    /// Force on the hand: (s, N), the largest of each step.
     pub(super) fn force_course(&self) -> Vec<(f64, f64)> {
         self.force.points(FORCE_POINTS_PER_S)
     }
@@ -165,7 +165,7 @@ impl Recorder {
         self.worst_wake.points(1)
     }
 
-    /// The summary of a run.
+    /// Summary of a run.
     #[must_use]
     pub fn summary(&self, scene: &SceneFile, outcome: &Outcome, machine: Machine) -> Summary {
         let counters = self.last_batch;

@@ -1,34 +1,37 @@
-//! Skin that jaws hold lies between them.
+//! Skin between closing jaws.
 //!
-//! The controller's jaws hold inner spheres, which lie some mm under the skin and far apart: skin that only
-//! follows those would stay beside the jaws. So what is near to closing jaws is drawn to their mouth
-//! and pressed flat between them, less the farther it is. Only the picture, like a press.
+//! The controller's jaws hold inner spheres, which lie some mm below the skin and far apart: skin
+//! that follows only those would stay beside the jaws. Skin near closing jaws is therefore drawn to
+//! their mouth and flattened between them, less with distance. This affects only the picture, like
+//! a press.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
 use shared_mem::message::{SphereState, ToolFrame};
 
-/// Jaws that hold tissue, as the shader sees them.
+/// Jaws that hold tissue, in the form of the shader.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct Bite {
-    /// The jaws' joint, m; the fourth is how far they have closed, 0 (open, or nothing held) to 1.
+    /// Joint of the jaws, m; the fourth number is their closure, 0 (open, or nothing held) to 1.
     pub joint: [f32; 4],
-    /// Between their tips, m.
+    /// Middle between their tips, m.
     pub tip: [f32; 4],
-    /// Unit direction in which they open.
+    /// Unit vector along their opening.
     pub across: [f32; 4],
 }
 
-/// Where between joint and tip tissue is drawn to. `skinning.wgsl` has the same numbers.
+/// Place between joint and tip to which tissue is drawn, as a share. `skinning.wgsl` has the same
+/// number.
 const MOUTH: f32 = 0.72;
-/// All that is so near to the jaws' line goes with them, what is farther off by some `FADES_M` does not, m.
+/// Skin within this distance of the jaws' line follows completely; the effect fades over a further
+/// `FADES_M`, m.
 const CORE_M: f32 = 0.0025;
 const FADES_M: f32 = 0.0045;
-/// How much a fold is narrowed along the jaws' hinge.
+/// Narrowing of a fold along the jaws' hinge.
 const NARROWED: f32 = 0.2;
 
-/// What the jaws hold at this moment.
+/// The tissue held by the jaws at this moment.
 #[must_use]
 pub fn bite(spheres: &[SphereState], tools: &ToolFrame) -> Bite {
     let holds = spheres.iter().any(|s| s.bits & SphereState::GRASPED != 0);
@@ -47,7 +50,7 @@ pub fn bite(spheres: &[SphereState], tools: &ToolFrame) -> Bite {
     }
 }
 
-/// How far a vertex is drawn into the jaws, m. Twin of `bitten` in `skinning.wgsl`.
+/// Displacement of a vertex into the jaws, m. Twin of `bitten` in `skinning.wgsl`.
 pub(super) fn bitten(bite: &Bite, at: Vec3) -> Vec3 {
     let closed = bite.joint[3];
     let (joint, tip) = (Vec3::from_slice(&bite.joint), Vec3::from_slice(&bite.tip));
@@ -75,7 +78,7 @@ mod tests {
 
     use super::*;
 
-    /// Jaws that point down (−z), open along y, their tips at the origin.
+    /// Jaws that point down (−z) and open along y, with their tips at the origin.
     fn tools(jaw: f32) -> ToolFrame {
         let mut tools = ToolFrame {
             world_from_handle: PoseMsg::IDENTITY,
@@ -125,14 +128,14 @@ mod tests {
         for y in [-0.002f32, 0.0, 0.002] {
             let at = Vec3::new(0.001, y, -0.001);
             let now = at + bitten(&bite, at);
-            // Over the tips, and in the gap of closed jaws.
+            // Above the tips, and in the gap of closed jaws.
             assert!(now.z > 0.002 && now.y.abs() < 0.0003, "{at}: {now}");
         }
     }
 
     proptest! {
-        /// Whatever comes over the border: skin stays finite, moves no farther than to the mouth, and what
-        /// is far off does not move.
+        /// For any input the skin stays finite, moves no farther than to the mouth, and does not
+        /// move far away.
         #[test]
         fn a_bite_is_smooth_and_ends(
             jaw in 0.0f32..1.0, x in -0.04f32..0.04, y in -0.04f32..0.04, z in -0.04f32..0.06,

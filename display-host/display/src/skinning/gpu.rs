@@ -8,7 +8,7 @@ use super::{SkinMesh, Touch};
 use crate::DisplayError;
 use crate::render::gpu::Gpu;
 
-/// The shader, for tests that read it without a device.
+/// The shader's source, for tests without a device.
 pub const SHADER: &str = include_str!("skinning.wgsl");
 const GROUP: u32 = 64;
 
@@ -17,11 +17,11 @@ const GROUP: u32 = 64;
 pub struct GpuSkinning {
     /// Vertices at rest; also a vertex buffer.
     pub rest: wgpu::Buffer,
-    /// Vertices now; also a vertex buffer.
+    /// Present vertices; also a vertex buffer.
     pub now: wgpu::Buffer,
     /// Triangles; also an index buffer.
     pub corners: wgpu::Buffer,
-    /// Indices in `corners`.
+    /// Number of indices in `corners`.
     pub corner_count: u32,
     motions: wgpu::Buffer,
     touch: wgpu::Buffer,
@@ -177,14 +177,14 @@ impl GpuSkinning {
         })
     }
 
-    /// Takes the spheres' motions, and what the tools do, for the next [`GpuSkinning::encode`].
+    /// Takes the spheres' motions and the tools' touch for the next [`GpuSkinning::encode`].
     pub fn upload(&self, gpu: &Gpu, motions: &[Motion], touch: &Touch) {
         gpu.queue
             .write_buffer(&self.motions, 0, cast_slice(motions));
         gpu.queue.write_buffer(&self.touch, 0, bytes_of(touch));
     }
 
-    /// Records both passes; `stamps` takes when they begin and end.
+    /// Records both passes; `stamps` receives their start and end.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,

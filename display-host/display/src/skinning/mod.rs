@@ -1,16 +1,16 @@
-//! Skinning: every vertex follows the spheres that it is bound to.
+//! Skinning: every vertex follows the spheres to which it is bound.
 //!
 //! The paper (Eq. 9–12) shows a vertex at a fixed offset from the weighted mean of its spheres'
-//! centres; the offset does not turn with the tissue, and a liver bent by 90° is wrong by 5.5 mm on
-//! the whole. Here each sphere carries the deformation of the tissue around it ([`motion`]), and a
-//! vertex goes where its spheres, by the same weights, carry it: `v' = v + Σ w_i (G_i v + t_i)`:
-//! 0.6 mm for twice the time. `examples/skinning.rs` measures this and the other ways that were
-//! tried. Normals are gathered: every vertex sums the area-weighted normals of its triangles, in a
-//! fixed order, without atomics. At last, skin is drawn into jaws that hold it ([`bite`]) and pushed out of
-//! the tool ([`press`]).
+//! centres. The offset does not turn with the tissue: a liver bent by 90° has an overall error of
+//! 5.5 mm. Here each sphere carries the deformation of the tissue around it ([`motion`]), and its
+//! spheres carry a vertex by the same weights: `v' = v + Σ w_i (G_i v + t_i)`. The error is 0.6 mm
+//! at twice the time. `examples/skinning.rs` measures this and the other methods that were tried.
+//! Normals are gathered: every vertex sums the area-weighted normals of its triangles, in a fixed
+//! order, without atomics. Finally, skin is drawn into jaws that hold it ([`bite`]) and pushed out
+//! of the tool ([`press`]).
 //!
-//! Two twins, compared in a test: [`SkinMesh::skin`] on the CPU (also the faster one when the
-//! "graphics device" is a CPU: 14 to 40 times), and [`gpu::GpuSkinning`].
+//! Two twins, compared in a test: [`SkinMesh::skin`] on the CPU (14 to 40 times faster where the
+//! "graphics device" is a CPU), and [`gpu::GpuSkinning`].
 
 pub mod bite;
 pub mod gpu;
@@ -25,67 +25,66 @@ use self::bite::Bite;
 use self::motion::{Motion, moved, turned};
 use self::press::{PRESSES, Press};
 
-/// How much farther a vertex' farthest neighbour is than its neighbours on the whole; also in
-/// `skinning.wgsl`.
+/// Ratio of the farthest to the mean distance of a vertex's neighbours; also in `skinning.wgsl`.
 const FARTHEST: f32 = 1.2;
 
-/// What the tools do to skin, as shaders see it.
+/// The tools' effect on skin, in the form of the shaders.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct Touch {
-    /// What presses.
+    /// The pressing capsules.
     pub presses: [Press; PRESSES],
-    /// What jaws hold.
+    /// The tissue held by jaws.
     pub bite: Bite,
 }
 
-/// A vertex at rest, as shaders see it: 64 bytes.
+/// A vertex at rest, in the form of the shaders: 64 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct RestVertex {
-    /// Position, world frame, m.
+    /// Position in the world frame, m.
     pub position: [f32; 3],
-    /// Look: bits 0 to 3 are its row of the material table, 4 to 7 another row, 8 to 11 the slot of
-    /// its vessel tree, 16 to 31 the other row's share of 65535.
+    /// Look: bits 0 to 3 are its row of the material table, 4 to 7 a second row, 8 to 11 the slot
+    /// of its vessel tree, 16 to 31 the share of the second row, of 65535.
     pub look: u32,
     /// Outward unit normal.
     pub normal: [f32; 3],
-    /// Ambient light that reaches it at rest, 0 to 1.
+    /// Ambient light at rest, 0 to 1.
     pub ambient: f32,
-    /// Spheres that it follows: eight `u16`.
+    /// Indices of its spheres: eight `u16`.
     pub spheres: [u32; 4],
-    /// Their weights: eight `u16`, 65535 together.
+    /// Weights of its spheres: eight `u16`, with sum 65535.
     pub weights: [u32; 4],
 }
 
-/// A vertex now: 32 bytes.
+/// A vertex in its present position: 32 bytes.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct SkinnedVertex {
-    /// Position, world frame, m; the fourth is how far a tool has pushed the skin here, m; of a fibre of
-    /// connective tissue its radius, negative.
+    /// Position in the world frame, m. The fourth number is the skin's displacement by a tool, m,
+    /// or for a fibre of connective tissue its negated radius.
     pub position: [f32; 4],
-    /// Unit normal; the fourth is how much more the skin is bent inwards than at rest, 1/m.
+    /// Unit normal; the fourth number is the additional inward curvature, 1/m.
     pub normal: [f32; 4],
 }
 
-/// Vertices that spheres move, with the triangles around each.
+/// Vertices moved by spheres, with the triangles around each.
 #[derive(Debug, Clone, Default)]
 pub struct SkinMesh {
     /// Vertices at rest. Those from `skinned` on never move.
     pub vertices: Vec<RestVertex>,
     /// Triangles, counter-clockwise from outside.
     pub triangles: Vec<[u32; 3]>,
-    /// How many of `vertices` follow spheres.
+    /// Number of vertices that follow spheres.
     pub skinned: usize,
     /// Triangles of vertex `i`: `ring[ring_first[i]..ring_first[i + 1]]`.
     pub ring_first: Vec<u32>,
-    /// Triangles by vertex.
+    /// Triangles, grouped by vertex.
     pub ring: Vec<u32>,
-    /// At rest, by vertex: how far the middle of the neighbours lies above it (m), and 2 over
-    /// their mean squared distance (1/m²).
+    /// For each vertex at rest: height of the mean of its neighbours above it (m), and 2 over their
+    /// mean squared distance (1/m²).
     pub ring_rest: Vec<[f32; 2]>,
-    /// By sphere: which way the skin that it carries faces, on the whole; zero inside the organ.
+    /// For each sphere: mean outward direction of its skin; zero inside the organ.
     pub outward: Vec<Vec3>,
 }
 
@@ -120,8 +119,8 @@ impl SkinMesh {
         mesh
     }
 
-    /// Adds vertices that follow spheres, before any that do not; `triangles` count from the first
-    /// of them.
+    /// Adds vertices that follow spheres, before those that do not; `triangles` count from the
+    /// first of them.
     pub fn add_skinned(&mut self, vertices: &[RestVertex], triangles: &[[u32; 3]]) {
         debug_assert_eq!(self.skinned, self.vertices.len(), "fixed ones come last");
         self.add_fixed(vertices, triangles);
@@ -137,7 +136,7 @@ impl SkinMesh {
         self.find_rings();
     }
 
-    /// The vertices as they lie at rest.
+    /// The vertices at rest.
     #[must_use]
     pub fn at_rest(&self) -> Vec<SkinnedVertex> {
         let rest = self.vertices.iter().map(|v| SkinnedVertex {
@@ -147,7 +146,7 @@ impl SkinMesh {
         rest.collect()
     }
 
-    /// Moves the skinned vertices with their spheres, into what holds them and out of what presses.
+    /// Moves the skinned vertices with their spheres, into closing jaws and out of pressing tools.
     /// Twin of `skinning.wgsl`. `out` holds every vertex; only the skinned ones are written.
     pub fn skin(&self, motions: &[Motion], touch: &Touch, out: &mut [SkinnedVertex]) {
         let rest = self.vertices[..self.skinned].iter().zip(&self.ring_rest);
@@ -180,7 +179,7 @@ impl SkinMesh {
         }
     }
 
-    /// Where a vertex is now, before any press, m.
+    /// Position of a vertex before any press, m.
     #[must_use]
     pub fn place(&self, vertex: usize, motions: &[Motion]) -> Vec3 {
         let Some(rest) = self.vertices.get(vertex) else {
@@ -201,7 +200,7 @@ impl SkinMesh {
         at
     }
 
-    /// Normal of vertex `i`, and how far the middle of its neighbours lies above it, m.
+    /// Normal of vertex `i`, and height of the mean of its neighbours above it, m.
     fn gather(&self, i: usize, at: impl Fn(usize) -> Vec3) -> (Vec3, f32) {
         let ring = &self.ring[self.ring_first[i] as usize..self.ring_first[i + 1] as usize];
         let here = at(i);
@@ -216,7 +215,7 @@ impl SkinMesh {
             return (Vec3::from(self.vertices[i].normal), 0.0);
         }
         let normal = normal / length;
-        // Every neighbour is met twice.
+        // Every neighbour occurs twice.
         (normal, lean.dot(normal) / (2 * ring.len()) as f32)
     }
 
@@ -263,7 +262,7 @@ impl SkinMesh {
                 let reach2: f32 = corners
                     .map(|v| at(v as usize).distance_squared(at(i)))
                     .sum();
-                // Mean squared distance of the neighbours; a parabola of curvature k lifts them
+                // Mean squared distance of the neighbours: a paraboloid of curvature k lifts them
                 // by k/2 of it.
                 let mean2 = reach2 / (2 * ring.len()).max(1) as f32;
                 [lift, if mean2 > 1e-12 { 2.0 / mean2 } else { 0.0 }]
@@ -272,7 +271,7 @@ impl SkinMesh {
     }
 }
 
-/// Eight numbers in four, as shaders read them.
+/// Packs eight numbers in four, as shaders read them.
 pub(crate) fn pairs(numbers: [u16; 8]) -> [u32; 4] {
     core::array::from_fn(|i| u32::from(numbers[2 * i]) | u32::from(numbers[2 * i + 1]) << 16)
 }

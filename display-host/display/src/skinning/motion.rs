@@ -1,42 +1,42 @@
-//! How the tissue around each sphere moves: where its centre went, and how its neighbours turned
-//! and stretched about it.
+//! Motion of the tissue around each sphere: the displacement of its centre, and the rotation and
+//! stretch of its neighbours about it.
 //!
-//! A sphere's neighbours, joined to it by links, went from `d` to `d'`. `A = Σ d' dᵀ / |d|²` and
-//! `B = Σ d dᵀ / |d|²` give the deformation `F = A B⁻¹`, exact wherever tissue deforms affinely. The
-//! rotation in it (Müller, Bender, Chentanez, Macklin: "A Robust Method to Extract the Rotational
-//! Part of Deformations", 2016; started from the last frame's) stands in where neighbours say nothing:
-//! along a duct of spheres in a row, or at a sphere that has lost them.
+//! A sphere's neighbours, joined to it by links, moved from `d` to `d'`. `A = Σ d' dᵀ / |d|²` and
+//! `B = Σ d dᵀ / |d|²` give the deformation `F = A B⁻¹`, exact wherever tissue deforms affinely.
+//! Its rotation (Müller, Bender, Chentanez, Macklin: "A Robust Method to Extract the Rotational
+//! Part of Deformations", 2016; started from the last frame's) replaces it in directions without
+//! neighbours: along a duct of spheres in a row, or at a sphere that has lost them.
 
 use glam::{Mat3, Quat, Vec3};
 use shared_mem::message::SphereState;
 use shared_mem::scene::SceneFile;
 
-/// An affine motion: `x' = x + G x + t`, as the rows of `[G t]`. Zero is rest.
+/// An affine motion `x' = x + G x + t`, as the rows of `[G t]`. Zero is rest.
 pub type Motion = [[f32; 4]; 3];
 
-/// How tissue around a sphere is taken to move.
+/// Motion of the tissue around a sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Follow {
-    /// As its centre does (paper Eq. 9–12). To compare with.
+    /// Translation with its centre (paper Eq. 9–12), for comparison.
     Shift,
-    /// It turns about its centre, too. To compare with.
+    /// Translation and rotation, for comparison.
     Turn,
-    /// It turns and stretches about its centre: what the display shows.
+    /// Translation, rotation and stretch: the one in use.
     Deform,
 }
 
-/// Weight of the rotation against the neighbours, share of their mean: it decides where they are
-/// silent, and hardly elsewhere.
+/// Weight of the rotation against the neighbours, as a share of their mean: it decides in
+/// directions without neighbours, and hardly matters elsewhere.
 const PRIOR: f32 = 0.05;
-/// The deformation is taken for at most so far off the rotation (Frobenius norm): beyond it, few
-/// neighbours in one plane make much of little.
+/// Largest deviation of the deformation from the rotation (Frobenius norm): few neighbours in one
+/// plane would exaggerate it.
 const STRETCH_MAX: f32 = 0.6;
-/// Steps of the rotation's iteration; from the last frame's, one or two are enough.
+/// Most iterations for the rotation; one or two suffice from the last frame's.
 const STEPS: usize = 20;
-/// Turn at which the iteration ends, rad.
+/// Rotation at which the iteration ends, rad.
 const TURNED: f32 = 1e-5;
 
-/// Motions of a scene's spheres, frame after frame.
+/// Motions of a scene's spheres from frame to frame.
 #[derive(Debug, Clone)]
 pub struct Motions {
     follow: Follow,
@@ -44,7 +44,7 @@ pub struct Motions {
     /// Neighbours of sphere `i`: `around[first[i]..first[i + 1]]`.
     first: Vec<u32>,
     around: Vec<u32>,
-    /// `(B + prior)⁻¹`, and the prior, by sphere.
+    /// `(B + prior)⁻¹` and the prior of each sphere.
     inverse: Vec<(Mat3, f32)>,
     turns: Vec<Quat>,
     now: Vec<Motion>,
@@ -104,8 +104,8 @@ impl Motions {
         motions
     }
 
-    /// The motions now. `spheres` are as many as the scene's (a [`crate::feed::Feed`] has seen to
-    /// it; none: at rest).
+    /// Updates the motions. `spheres` has as many entries as the scene (a [`crate::feed::Feed`]
+    /// ensures it), or none for rest.
     pub fn update(&mut self, spheres: &[SphereState]) -> &[Motion] {
         let at = |i: usize| spheres.get(i).map_or(self.rest[i], |s| s.center_m.into());
         for i in 0..self.rest.len() {
@@ -163,7 +163,7 @@ impl Motions {
     }
 }
 
-/// The rotation in `a`, from `start` on; `start` where `a` says nothing.
+/// Rotation part of `a`, by iteration from `start`; `start` in directions without information.
 fn rotation(a: &Mat3, start: Quat) -> Quat {
     let mut turn = start;
     for _ in 0..STEPS {
@@ -172,7 +172,7 @@ fn rotation(a: &Mat3, start: Quat) -> Quat {
         let pull = r.x_axis.dot(a.x_axis) + r.y_axis.dot(a.y_axis) + r.z_axis.dot(a.z_axis);
         let step = torque / (pull.abs() + 1e-9);
         let angle = step.length();
-        // Also for what is not a number.
+        // The negation also catches NaN.
         if !(angle > TURNED && angle.is_finite()) {
             break;
         }
@@ -181,14 +181,14 @@ fn rotation(a: &Mat3, start: Quat) -> Quat {
     turn
 }
 
-/// Where a motion brings a point at rest, m.
+/// Position of a point at rest after the motion, m.
 #[must_use]
 pub fn moved(motion: &Motion, at: Vec3) -> Vec3 {
     let row = |k: usize| Vec3::from_slice(&motion[k]).dot(at) + motion[k][3];
     at + Vec3::new(row(0), row(1), row(2))
 }
 
-/// A direction at rest as a motion turns it, unit.
+/// Unit vector of a direction at rest after the motion.
 #[must_use]
 pub fn turned(motion: &Motion, direction: Vec3) -> Vec3 {
     let row = |k: usize| Vec3::from_slice(&motion[k]).dot(direction);
@@ -201,7 +201,7 @@ mod tests {
 
     use super::*;
 
-    /// A block of spheres, each joined to those next to it.
+    /// A block of spheres, each joined to its neighbours.
     fn block(side: usize) -> (Vec<Vec3>, Vec<[u32; 2]>) {
         let at = |i: usize| {
             let [x, y, z] = [i % side, i / side % side, i / side / side].map(|k| k as f32);
@@ -247,7 +247,8 @@ mod tests {
             for follow in [Follow::Turn, Follow::Deform] {
                 let mut motions = Motions::of(rest.clone(), links.iter().copied(), follow);
                 let now = states(rest.iter().map(|&c| turn * c + shift));
-                // The first frame may need more steps than one update takes; the next goes on.
+                // The first frame may need more iterations than one update makes; the next update
+                // continues.
                 for _ in 0..4 { motions.update(&now); }
                 for (motion, &c) in motions.now().iter().zip(&rest) {
                     let skin = c + Vec3::new(0.004, -0.003, 0.006);
@@ -300,7 +301,7 @@ mod tests {
             motions.update(&states(rest.iter().map(|&c| turn * c)));
         }
         for (motion, &c) in motions.now().iter().zip(&rest) {
-            // Beside the row, where no neighbour lies.
+            // Beside the row, without neighbours in that direction.
             let skin = c + Vec3::new(0.0, 0.0015, 0.0);
             let off = moved(motion, skin).distance(quarter * skin);
             assert!(off < 1e-4, "{off} m");

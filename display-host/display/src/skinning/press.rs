@@ -1,10 +1,10 @@
-//! The skin wraps the tool.
+//! Skin wraps around the tool.
 //!
-//! Spheres lie some 14 mm apart, a tool's tip is 3 mm thick: it goes between them, and skin that
-//! only follows spheres would be cut through by it. So after skinning every vertex that a tool has
-//! passed is pushed on, the way that the tool presses, until it lies before the tool, and its
-//! neighbours with it, less the farther they are. Only the picture: force and tissue are the
-//! controller's, and nothing here knows how it solves them.
+//! Spheres lie some 14 mm apart, and a tool's tip is 3 mm thick. It passes between them and would
+//! cut through skin that only follows spheres. After skinning, every vertex behind the tool's
+//! surface is therefore pushed in the direction of the press until it lies in front of the tool,
+//! and its neighbours with it, less with distance. This affects only the picture: force and tissue
+//! belong to the controller, and nothing here depends on its solver.
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
@@ -14,36 +14,35 @@ use shared_mem::scene::SphereRecord;
 use super::SkinMesh;
 use super::motion::{Motion, turned};
 
-/// Capsules that press, at most.
+/// Most pressing capsules.
 pub const PRESSES: usize = 8;
-/// A sphere begins to count as touched when it is this near to the tool, m.
+/// Distance to the tool at which a sphere begins to count as touched, m.
 const NEAR_M: f32 = 0.008;
-/// How much the tool's own direction counts beside what the touched tissue says.
+/// Weight of the tool's own direction relative to that of the touched tissue.
 const OWN_WAY: f32 = 0.3;
 
-/// A capsule that presses on skin, as the shader sees it.
+/// A capsule that presses on skin, in the form of the shader.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Pod, Zeroable)]
 pub struct Press {
-    /// One end of its axis, m; the fourth is its radius, m.
+    /// One end of its axis, m; the fourth number is its radius, m.
     pub a: [f32; 4],
-    /// The other end.
+    /// The other end of its axis, m.
     pub b: [f32; 4],
-    /// Unit direction into the tissue; the fourth is how much it touches, 0 to 1.
+    /// Unit vector into the tissue; the fourth number is the degree of contact, 0 to 1.
     pub into: [f32; 4],
 }
 
-/// Width of the shoulder between the skin that is pushed and the skin that is not, m, and what a
-/// push adds to it. `skinning.wgsl` has the same numbers.
+/// Width of the shoulder between displaced and undisturbed skin, m, and its growth with the
+/// displacement. `skinning.wgsl` has the same numbers.
 const SHOULDER_M: f32 = 0.003;
 const SHOULDER_PER_DEPTH: f32 = 0.35;
-/// A tool deeper than this is not pressing but behind the organ, m: from where the push begins to
-/// fade, to where there is none.
+/// Depths between which a press fades to none, m: a deeper tool is behind the organ.
 const DEEPEST_M: [f32; 2] = [0.025, 0.035];
-/// Points of a capsule's axis that are tried.
+/// Sample points on a capsule's axis.
 const STEPS: u32 = 6;
 
-/// What presses at this moment; nothing while tissue is grasped, or without contact.
+/// The pressing capsules at this moment; none while tissue is grasped, or without contact.
 #[must_use]
 pub fn presses(
     mesh: &SkinMesh,
@@ -59,7 +58,7 @@ pub fn presses(
         return found;
     }
     let own_way = Quat::from_array(tools.world_from_instrument.orientation) * Vec3::NEG_Z;
-    // The shaft lies on tissue by itself; jaws and tip press together.
+    // The shaft rests on tissue by itself; jaws and tip press together.
     let [shaft, head] = [true, false].map(|is_shaft| {
         let mut into = Vec3::ZERO;
         let mut touch = 0.0;
@@ -94,15 +93,15 @@ pub fn presses(
     found
 }
 
-/// How far the tools push a vertex, and which way, m. `around_m` is how far its neighbours are:
-/// within it the skin goes down with the tool, or a triangle would cut through it. Twin of `pushed`
+/// Displacement of a vertex by the tools, m. Skin within `around_m`, the distance of its
+/// neighbours, goes down with the tool, or a triangle would cut through the tool. Twin of `pushed`
 /// in `skinning.wgsl`.
 pub(super) fn pushed(presses: &[Press; PRESSES], at: Vec3, normal: Vec3, around_m: f32) -> Vec3 {
     let mut push = Vec3::ZERO;
     let mut most = 0.0;
     for press in presses {
         let into = Vec3::from_slice(&press.into);
-        // Skin that the tool comes to from behind is not pressed.
+        // Skin that the tool reaches from behind is not pressed.
         let facing = smoothstep(0.0, 0.5, -normal.dot(into)) * press.into[3];
         if facing <= 0.0 {
             continue;
@@ -112,7 +111,7 @@ pub(super) fn pushed(presses: &[Press; PRESSES], at: Vec3, normal: Vec3, around_
             Vec3::from_slice(&press.b),
             press.a[3],
         );
-        // The deepest push comes from between the axis' point beside the vertex and its deeper end.
+        // The deepest point lies between the axis point beside the vertex and the deeper end.
         let (deep, other) = if (b - a).dot(into) >= 0.0 {
             (b, a)
         } else {
@@ -139,7 +138,7 @@ pub(super) fn pushed(presses: &[Press; PRESSES], at: Vec3, normal: Vec3, around_
     push
 }
 
-/// The point of a segment that lies nearest to the line through `at` along `into`.
+/// Point of a segment nearest to the line through `at` along `into`.
 fn beside(from: Vec3, to: Vec3, at: Vec3, into: Vec3) -> Vec3 {
     let flat = |v: Vec3| v - into * v.dot(into);
     let (axis, offset) = (flat(to - from), flat(at - from));
@@ -165,12 +164,12 @@ mod tests {
 
     use super::*;
 
-    /// Edge of the squares of the tests' skin, m.
+    /// Edge of the squares in the tests' skin, m.
     const EDGE_M: f32 = 0.003;
     const SIDE: usize = 41;
     const STILL: [Motion; 81] = [[[0.0; 4]; 3]; 81];
 
-    /// A tool whose tip is at `tip`, and which comes from `back` (unit).
+    /// A tool with its tip at `tip`, coming from `back` (unit vector).
     fn tool(tip: Vec3, back: Vec3, contact_count: u32) -> ToolFrame {
         let mut tools = ToolFrame {
             world_from_handle: PoseMsg::IDENTITY,
@@ -194,7 +193,7 @@ mod tests {
         tools
     }
 
-    /// Spheres of 7 mm under the skin at z = 0, as far apart as in an organ, and their skin.
+    /// Spheres of 7 mm under the skin at z = 0, spaced as in an organ, and their skin.
     fn organ() -> (SkinMesh, Vec<SphereRecord>, Vec<SphereState>) {
         let rest: Vec<SphereRecord> = (0..81)
             .map(|i| SphereRecord {
@@ -225,7 +224,7 @@ mod tests {
         Vec3::new(at(i % SIDE), at(i / SIDE), 0.0)
     }
 
-    /// What the skin takes for its neighbours' distance: diagonals are edges too.
+    /// Neighbour distance as the skin computes it: diagonals are edges too.
     const AROUND_M: f32 = EDGE_M * 1.154_7 * super::super::FARTHEST;
 
     /// The skin's vertices under these presses.
@@ -274,7 +273,7 @@ mod tests {
             for k in 0..600 {
                 let x = k as f32 * 1e-4;
                 let fall = push(x) - push(x + 1e-4);
-                // The steepest wall is less than three times as high as it is wide.
+                // The steepest slope is less than three times as high as it is wide.
                 prop_assert!((-1e-6..3e-4).contains(&fall), "falls by {fall} m at {x} m");
             }
             prop_assert!(push(0.04) < 2e-5, "{} m at 40 mm", push(0.04));

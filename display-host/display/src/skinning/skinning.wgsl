@@ -13,13 +13,13 @@ struct Motion { x: vec4f, y: vec4f, z: vec4f }
 struct Press {
   a: vec4f,     // w: radius, m
   b: vec4f,
-  into: vec4f,  // w: how much it touches
+  into: vec4f,  // w: degree of contact
 }
 // Jaws that hold tissue (see bite.rs).
 struct Bite {
-  joint: vec4f,   // w: how far they have closed
+  joint: vec4f,   // w: closure
   tip: vec4f,
-  across: vec4f,  // unit direction in which they open
+  across: vec4f,  // unit vector along their opening
 }
 struct Touch { presses: array<Press, 8>, bite: Bite }
 struct Counts { skinned: u32, unused0: u32, unused1: u32, unused2: u32 }
@@ -65,7 +65,7 @@ const CORE: f32 = 0.0025;
 const FADES: f32 = 0.0045;
 const NARROWED: f32 = 0.2;
 
-// How far a vertex is drawn into the jaws. Twin of `bite::bitten`, which explains it.
+// Displacement of a vertex into the jaws. Twin of `bite::bitten`, which explains it.
 fn bitten(at: vec3f) -> vec3f {
   let closed = touch.bite.joint.w;
   let joint = touch.bite.joint.xyz;
@@ -88,7 +88,7 @@ const SHOULDER: f32 = 0.003;
 const SHOULDER_PER_DEPTH: f32 = 0.35;
 const STEPS: u32 = 6u;
 
-// How far the tools push a vertex. Twin of `press::pushed`, which explains it.
+// Displacement of a vertex by the tools. Twin of `press::pushed`, which explains it.
 fn pushed(at: vec3f, normal: vec3f, around: f32) -> vec3f {
   var push = vec3f(0.0);
   var most = 0.0;

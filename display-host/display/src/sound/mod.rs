@@ -1,6 +1,6 @@
-//! Sound: the electrode, clips, alarms, the heart monitor. Synthesised ([`synth`]) and given to the
-//! system's own player, so that nothing of a sound card is needed to build Calot; without a card or a
-//! player one warning, and silence.
+//! Sound: electrode, clips, alarms, heart monitor. It is synthesised ([`synth`]) and piped to a
+//! player of the system, so that Calot builds without sound libraries. Without a card or a player
+//! there is one warning, then silence.
 
 pub mod synth;
 
@@ -14,14 +14,14 @@ use std::time::{Duration, Instant};
 use self::synth::{Current, Heard, Synth};
 
 const RATE_HZ: u32 = 48_000;
-/// Samples that are made at once: 10 ms.
+/// Samples computed at once: 10 ms.
 const BLOCK: usize = 480;
-/// So far ahead of the clock they are made, blocks.
+/// Lead over the clock, blocks.
 const AHEAD: u32 = 4;
-/// A player that ends within this never played.
+/// A player that ends within this time never played.
 const STARTS: Duration = Duration::from_millis(1500);
 
-/// Players of raw samples from their standard input, and what they are told.
+/// Players that read raw samples from standard input, with their arguments.
 const PLAYERS: [(&str, &[&str]); 3] = [
     (
         "pw-cat",
@@ -66,7 +66,7 @@ const PLAYERS: [(&str, &[&str]); 3] = [
     ),
 ];
 
-/// What plays; silent once it is dropped.
+/// The playing sound; silent once dropped.
 #[derive(Debug)]
 pub struct Sound {
     heard: Arc<AtomicU32>,
@@ -75,7 +75,7 @@ pub struct Sound {
 }
 
 impl Sound {
-    /// Starts a player, aside: nobody waits for it, and it stays off the tick's core.
+    /// Starts a player on a thread off the tick's core, without waiting for it.
     #[must_use]
     pub fn start(tick_cpu: Option<usize>) -> Self {
         Self::with(&PLAYERS, tick_cpu)
@@ -90,15 +90,15 @@ impl Sound {
         let thread = std::thread::Builder::new()
             .name("calot-sound".into())
             .spawn(move || {
-                // A player inherits it.
+                // The player inherits it.
                 crate::priority::step_aside(tick_cpu);
                 if let Err(error) = play_by_any(players, &its_heard, &its_stop) {
-                    // Whoever started it may be gone.
+                    // The owner may be gone.
                     let _ = tell.send(error);
                 }
             });
         if let Err(error) = thread {
-            let _ = failed.send(format!("nothing is heard: {error}"));
+            let _ = failed.send(format!("no sound: {error}"));
         }
         Self {
             heard,
@@ -107,12 +107,12 @@ impl Sound {
         }
     }
 
-    /// What shall be heard from now on.
+    /// Sets the sounds to hear from now on.
     pub fn hear(&self, heard: Heard) {
         self.heard.store(packed(heard), Ordering::Relaxed);
     }
 
-    /// Why nothing is heard, once.
+    /// Takes the reason for silence, once.
     pub fn take_problem(&self) -> Option<String> {
         self.problem.try_recv().ok()
     }
@@ -120,12 +120,12 @@ impl Sound {
 
 impl Drop for Sound {
     fn drop(&mut self) {
-        // The thread ends its player by itself; nobody waits for one that hangs.
+        // The thread ends its player; nobody waits for a hanging one.
         self.stop.store(true, Ordering::Relaxed);
     }
 }
 
-/// In one word, so that nobody waits for a lock.
+/// Packed into one word, which needs no lock.
 fn packed(heard: Heard) -> u32 {
     let current = match heard.current {
         Current::Off => 0,
@@ -151,7 +151,7 @@ fn unpacked(word: u32) -> Heard {
     }
 }
 
-/// Plays by the first player that plays until it is told to stop.
+/// Plays by the first working player, until told to stop.
 fn play_by_any(
     players: &[(&str, &[&str])],
     heard: &AtomicU32,
@@ -169,18 +169,18 @@ fn play_by_any(
             Some(into) => play(into, &mut child, heard, stop),
             None => Played::Never,
         };
-        // One that has ended is collected; one that has not is ended.
+        // Ends a running player and collects an ended one.
         let _ = child.kill();
         let _ = child.wait();
         match played {
             Played::ToTheEnd => return Ok(()),
             Played::Never => {}
-            Played::UntilLost => return Err(format!("{program} has ended: nothing is heard")),
+            Played::UntilLost => return Err(format!("{program} has ended: no sound")),
         }
     }
     let names: Vec<&str> = players.iter().map(|(program, _)| *program).collect();
     Err(format!(
-        "nothing is heard: no sound card, or none of {} to play with (apt-get install alsa-utils); \
+        "no sound: there is no sound card, or none of {} to play with (apt-get install alsa-utils); \
          --mute spares this",
         names.join(", ")
     ))
@@ -214,7 +214,7 @@ fn play(mut into: ChildStdin, child: &mut Child, heard: &AtomicU32, stop: &Atomi
         }
         due += block_time;
         let now = Instant::now();
-        // After a hold-up it goes on from now, and does not hurry after the time that is lost.
+        // After a delay it continues from now, and does not catch up.
         if due + block_time * AHEAD < now {
             due = now;
         }
@@ -254,7 +254,7 @@ mod tests {
                 assert_eq!(sound.take_problem(), None);
                 return problem;
             }
-            assert!(Instant::now() < end, "nobody said why");
+            assert!(Instant::now() < end, "no reason was given");
             std::thread::sleep(Duration::from_millis(5));
         }
     }
@@ -266,7 +266,7 @@ mod tests {
         const MUTE: [(&str, &[&str]); 1] = [("false", &[])];
         for players in [&NONE, &MUTE] {
             let problem = problem_of(players);
-            assert!(problem.contains("nothing is heard"), "{problem}");
+            assert!(problem.contains("no sound"), "{problem}");
             assert!(problem.contains(players[0].0), "{problem}");
         }
     }

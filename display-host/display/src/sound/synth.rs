@@ -1,74 +1,74 @@
-//! What is heard, as plain functions of time: no recording, no sound card.
+//! Synthesis of the sounds as plain functions of time: no recording, no sound card.
 
 use core::f32::consts::TAU;
 
-/// The electrode's sounds: a cutting current hums clear, a coagulating one lower and rough.
+/// Pitch of a cutting current, a clear hum, Hz, and of a coagulating one, lower and rough.
 const CUT_HZ: f32 = 520.0;
 const COAGULATE_HZ: f32 = 330.0;
-/// Bursts of a coagulating current, and how loud each voice is.
+/// Burst rate of a coagulating current, Hz, and loudness of each voice.
 const BURST_HZ: f32 = 27.0;
 const ELECTRO_GAIN: f32 = 0.14;
 const CLICK_GAIN: f32 = 0.22;
 const ALARM_GAIN: f32 = 0.20;
 const HEART_GAIN: f32 = 0.10;
-/// Everything comes and goes within this, s: no crackle.
+/// Duration of fading in and out, s: it avoids clicks.
 const RAMP_S: f32 = 0.006;
-/// High priority, IEC 60601-1-8: three beeps and two, then silence, s.
+/// Beeps of a high-priority alarm (IEC 60601-1-8): three and two, then silence, s.
 const ALARM_AT_S: [f32; 5] = [0.0, 0.25, 0.50, 0.95, 1.20];
 const ALARM_HZ: [f32; 5] = [523.0, 659.0, 784.0, 659.0, 784.0];
 const ALARM_BEEP_S: f32 = 0.16;
 const ALARM_EVERY_S: f32 = 3.5;
-/// A heart's beat and its beep, s; a saturation of 98 % sounds so high.
+/// Period and duration of the heart beep, s, and its pitch at a saturation of 98 %, Hz.
 const HEART_EVERY_S: f32 = 0.86;
 const HEART_BEEP_S: f32 = 0.07;
 const HEART_HZ: f32 = 740.0;
-/// A clip's click dies away within this, s.
+/// Duration of a clip's click, s.
 const CLICK_S: f32 = 0.05;
 
-/// An electrode's current.
+/// Current of the electrode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Current {
-    /// None.
+    /// No current.
     #[default]
     Off,
-    /// It cuts.
+    /// Cutting current.
     Cut,
-    /// It coagulates.
+    /// Coagulating current.
     Coagulate,
 }
 
-/// What shall be heard.
+/// The sounds to hear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Heard {
-    /// The electrode.
+    /// Current of the electrode.
     pub current: Current,
-    /// An alarm that nobody has acknowledged.
+    /// An unacknowledged alarm.
     pub alarm: bool,
     /// The heart monitor.
     pub heart: bool,
-    /// Clips that closed so far: each new one clicks.
+    /// Number of clips closed so far: each new one clicks.
     pub clips: u8,
 }
 
-/// Makes samples from −1 to 1.
+/// Produces samples from −1 to 1.
 #[derive(Debug, Clone)]
 pub struct Synth {
     rate_hz: f32,
     heard: Heard,
-    /// Loudness of cut, coagulation, alarm and heart on their way to 0 or 1.
+    /// Levels of cut, coagulation, alarm and heart, moving towards 0 or 1.
     levels: [f32; 4],
     phases: [f32; 4],
     alarm_s: f32,
     heart_s: f32,
     click_s: f32,
-    /// Of a click that the next one cut short: it fades instead of stopping.
+    /// Level of a click cut short by the next one: it fades instead of stopping.
     cut_short: f32,
     noise: u32,
     rough: f32,
 }
 
 impl Synth {
-    /// For so many samples a second.
+    /// A synthesiser with this many samples a second.
     #[must_use]
     pub fn new(rate_hz: f32) -> Self {
         Self {
@@ -89,7 +89,7 @@ impl Synth {
         }
     }
 
-    /// Takes what shall be heard from the next sample on.
+    /// Sets the sounds from the next sample on.
     pub fn hear(&mut self, heard: Heard) {
         if heard.clips != self.heard.clips {
             self.cut_short += click(self.click_s);
@@ -162,7 +162,7 @@ impl Synth {
         *phase
     }
 
-    /// Noise without its highest part, −1 to 1.
+    /// Noise without its highest frequencies, −1 to 1.
     fn hiss(&mut self) -> f32 {
         self.noise ^= self.noise << 13;
         self.noise ^= self.noise >> 17;
@@ -173,7 +173,7 @@ impl Synth {
     }
 }
 
-/// A clip's click, `t_s` after it closed: the jaw's ratchet, then the clip's legs.
+/// Sample of a clip's click, `t_s` after it closed: the jaw's ratchet, then the clip's legs.
 fn click(t_s: f32) -> f32 {
     if t_s >= CLICK_S {
         return 0.0;
@@ -184,7 +184,7 @@ fn click(t_s: f32) -> f32 {
     CLICK_GAIN * ring * (1.0 - t_s / CLICK_S) * (t_s / 0.0003).min(1.0)
 }
 
-/// How loud a beep is, `since` it began, s.
+/// Loudness of a beep, `since` seconds after it began.
 fn beep(since: f32, lasts_s: f32) -> f32 {
     if (0.0..lasts_s).contains(&since) {
         (since.min(lasts_s - since) / (2.0 * RAMP_S)).min(1.0)
@@ -209,7 +209,7 @@ mod tests {
             .collect()
     }
 
-    /// Power near a frequency (Goertzel), as a share of all power.
+    /// Share of the power near a frequency (Goertzel).
     fn share(samples: &[f32], hz: f32) -> f32 {
         let w = TAU * hz / RATE_HZ;
         let (mut a, mut b) = (0.0f32, 0.0f32);

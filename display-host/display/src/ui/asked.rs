@@ -1,30 +1,30 @@
-//! What the user asks for, and the keys that ask for it.
+//! Requests of the user, and their keys.
 
 use egui::{Key, Ui};
 
 use super::UiState;
 use super::screens::Settings;
 
-/// What the user asks for.
+/// A request of the user.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Asked {
-    /// Stand still, or go on.
+    /// Pause, or resume.
     Pause(bool),
-    /// Put every organ back to rest.
+    /// Reset all organs.
     Reset,
-    /// Let force through, or cut it.
+    /// Enable the force, or disable it.
     EnableForce(bool),
     /// Take an instrument.
     Instrument(u32),
-    /// The alarm was seen.
+    /// Acknowledge the alarm.
     Acknowledge,
-    /// Show the simulation over the picture, or not.
+    /// Turn to the next state of the engineering view.
     ToggleEngineering,
     /// Hide or show the panel.
     TogglePanel,
-    /// Take the instrument with mouse and keyboard, or let it go.
+    /// Take the instrument with mouse and keyboard, or release it.
     ToggleHand,
-    /// Fill the screen, or not.
+    /// Fill the screen, or leave full screen.
     ToggleFullScreen,
     /// Take the next endoscope: 0°, 30°, 45°.
     NextScope,
@@ -36,26 +36,26 @@ pub enum Asked {
     WipeLens,
     /// Open the trocar's valve, so that smoke is drawn off, or close it.
     ToggleSuction,
-    /// From the start again.
+    /// Restart.
     Again,
-    /// Of a replay: go to this time from its start, ms.
+    /// In a replay: go to this time from its start, ms.
     Seek(u32),
-    /// Of a replay: so many times as fast as it was, in thousandths.
+    /// In a replay: play at this speed, in thousandths of the recorded one.
     Speed(u32),
-    /// Leave the endoscope, or look through it again.
+    /// Leave the endoscope's view, or return to it.
     FreeView(bool),
-    /// Move the view that has left it.
+    /// Move the free view.
     LookAround(FreeView),
     /// Open or close the settings.
     ShowSettings(bool),
-    /// Take these settings.
+    /// Apply these settings.
     Set(Settings),
-    /// End.
+    /// Quit.
     Quit,
 }
 
 impl Asked {
-    /// Whether it changes what happens on the station, and not only how it is shown.
+    /// True if it acts on the station, rather than on the display alone.
     #[must_use]
     pub const fn reaches_in(self) -> bool {
         match self {
@@ -85,18 +85,18 @@ impl Asked {
     }
 }
 
-/// How the free view is moved, in points of the pointer's and the wheel's way.
+/// Motion of the free view, in points of pointer and wheel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FreeView {
-    /// The pointer to the right.
+    /// Motion of the pointer to the right.
     pub right: i16,
-    /// The pointer down.
+    /// Motion of the pointer down.
     pub down: i16,
-    /// The wheel away from the user.
+    /// Motion of the wheel away from the user.
     pub nearer: i16,
 }
 
-/// What the keys ask for while no page takes them.
+/// Requests by keys while no page takes them.
 pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
     ui.input(|input| {
         let numbers = [Key::Num1, Key::Num2, Key::Num3, Key::Num4];
@@ -104,7 +104,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             .zip(numbers)
             .map(|(i, key)| (key, Asked::Instrument(i)));
         let table = [
-            // Whoever is caught in the picture gets out before the station ends.
+            // Release the mouse before the station ends.
             (
                 Key::Escape,
                 if state.in_hand {
@@ -133,7 +133,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
             (Key::OpenBracket, Asked::TurnScope(-1)),
             (Key::CloseBracket, Asked::TurnScope(1)),
             (Key::Minus, Asked::TurnFocus(-1)),
-            // Wherever the plus lies.
+            // On any keyboard layout.
             (Key::Plus, Asked::TurnFocus(1)),
             (Key::Equals, Asked::TurnFocus(1)),
             (Key::W, Asked::WipeLens),

@@ -1,15 +1,15 @@
-//! How the controller's ticks do, over the last seconds.
+//! Health of the controller's ticks over the last seconds.
 
 use std::collections::VecDeque;
 
 use shared_mem::message::{FAULT_NAMES, TickRecord, TimingBatch};
 
-/// Ticks looked back: four seconds at 1 kHz.
+/// Ticks in the window: four seconds at 1 kHz.
 const WINDOW: usize = 4096;
-/// Bars of a histogram; each is twice as wide as the one before, the first ends at 1 µs.
+/// Bars of a histogram, each twice as wide as the previous; the first ends at 1 µs.
 pub(super) const BARS: usize = 16;
 
-/// Gates that a force passes, in the safety chain's order: the controller's names of their counters.
+/// Gates of the safety chain in order, by the controller's names of their counters.
 const GATES: [&str; 12] = [
     "bad_sample",
     "speed_trip",
@@ -30,7 +30,7 @@ const GATES: [&str; 12] = [
 pub struct TickHealth {
     recent: VecDeque<[u32; 2]>,
     last: Option<(u64, u64)>,
-    /// Ticks a second, over the last batches.
+    /// Rate over the last batches, Hz.
     pub rate_hz: f32,
     /// Periods skipped since the controller started.
     pub missed: u64,
@@ -40,14 +40,14 @@ pub struct TickHealth {
     pub allocations: u64,
     /// Page faults of the realtime thread.
     pub page_faults: u64,
-    /// Ticks that each fault happened in since the controller started, as [`FAULT_NAMES`] names them.
+    /// Ticks with each fault since the controller started, in the order of [`FAULT_NAMES`].
     pub faults: [u64; FAULT_NAMES.len()],
-    /// What the realtime thread got from the system; `None`: no batch yet.
+    /// Realtime conditions granted by the system; `None`: no batch yet.
     pub realtime: Option<u32>,
 }
 
 impl TickHealth {
-    /// Takes a batch whose record count is checked.
+    /// Takes a batch with a valid record count.
     pub fn take(&mut self, batch: &TimingBatch) {
         let records = batch.records().unwrap_or(&[]);
         for record in records {
@@ -74,15 +74,15 @@ impl TickHealth {
             return;
         };
         let (ticks, ns) = (now.0.wrapping_sub(last.0), now.1.wrapping_sub(last.1));
-        // A controller that started afresh counts from zero: skip that pair.
+        // A restarted controller counts from zero: skip that pair.
         if now.0 > last.0 && now.1 > last.1 {
             let rate = ticks as f32 / (ns as f32 * 1e-9);
             self.rate_hz += (rate - self.rate_hz) * if self.rate_hz == 0.0 { 1.0 } else { 0.2 };
         }
     }
 
-    /// Wake-up latency and tick time, µs: 99 of 100 are shorter, and the longest, of the last
-    /// four seconds.
+    /// Wake-up delay and duration of a tick over the last four seconds, µs: 99th percentile and
+    /// maximum of each.
     #[must_use]
     pub fn quantiles_us(&self) -> Option<[[f32; 2]; 2]> {
         if self.recent.is_empty() {
@@ -96,7 +96,7 @@ impl TickHealth {
         }))
     }
 
-    /// What each gate of the safety chain did, in the chain's order, and in how many ticks.
+    /// Actions of each gate, in the order of the safety chain, with the number of ticks.
     pub fn gates(&self) -> impl Iterator<Item = (&'static str, u64)> {
         let count = |name: &str| {
             let named = FAULT_NAMES.iter().zip(&self.faults);
@@ -108,7 +108,7 @@ impl TickHealth {
         GATES.into_iter().map(move |name| (name, count(name)))
     }
 
-    /// Share of wake-up latencies (0) or tick times (1) in each bar.
+    /// Share of wake-up delays (0) or tick durations (1) in each bar.
     pub(super) fn bars(&self, which: usize) -> [f64; BARS] {
         let mut bars = [0.0; BARS];
         for pair in &self.recent {
@@ -119,7 +119,7 @@ impl TickHealth {
         bars
     }
 
-    /// What the thread lacks to be realtime, if anything: messages of [`crate::words`].
+    /// Missing conditions of real time, as messages of [`crate::words`].
     #[must_use]
     pub fn lacks(&self) -> Vec<&'static str> {
         let Some(bits) = self.realtime else {
@@ -156,7 +156,7 @@ mod tests {
         let mut health = TickHealth::default();
         assert!(health.quantiles_us().is_none());
         for k in 0..20 {
-            // Every 200th tick wakes 400 µs late: within 99 of 100 all are 20 µs.
+            // Every 200th tick wakes 400 µs late: the 99th percentile is 20 µs.
             let wake = |tick: u64| if tick % 200 == 7 { 400_000 } else { 20_000 };
             health.take(&batch(k * 50, wake));
         }

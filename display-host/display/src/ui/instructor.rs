@@ -1,4 +1,4 @@
-//! The instructor's panel: how the task and the station stand, and nothing that reaches into them.
+//! The instructor's panel: state of the task and the station, without any control over them.
 
 use egui::{RichText, Ui};
 
@@ -6,30 +6,30 @@ use super::panel::{Mark, controller, devices, fine, line, passes, ticks};
 use super::task::{self, alarm};
 use super::{Asked, TaskNote, TaskView, UiState};
 
-/// Alarms of a [`Bulletin`]: the newest.
+/// Number of alarms in a [`Bulletin`], the newest ones.
 pub const BULLETIN_ALARMS: usize = 12;
 
-/// How a task stands, for those who watch: all of it, an exam's too. The text of service `task`.
+/// Complete state of a task for observers, even in an exam. It is the text of service `task`.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Bulletin {
-    /// As the trainee would see it without an exam's silence.
+    /// The trainee's view, without the restrictions of an exam.
     pub task: TaskView,
-    /// How much help is given: a difficulty's name.
+    /// Degree of help: a difficulty's name.
     pub difficulty: String,
-    /// The newest alarms, oldest first: when, s since the task began, and what.
+    /// The newest alarms, the oldest first: time since the task began, s, and the error.
     pub alarms: Vec<(f64, TaskNote)>,
     /// Metrics so far: name, unit, value.
     pub metrics: Vec<(String, String, f64)>,
 }
 
 impl Bulletin {
-    /// Reads a message's text; `None`: it is none.
+    /// Parses a message's text; `None`: it is not a bulletin.
     #[must_use]
     pub fn parse(text: &str) -> Option<Self> {
         serde_json::from_str(text).ok()
     }
 
-    /// As a message's text.
+    /// Text of the message.
     #[must_use]
     pub fn text(&self) -> String {
         serde_json::to_string(self).unwrap_or_default()

@@ -1,4 +1,4 @@
-//! The panel: a pure function from what is known to widgets, and to what the user asks for.
+//! The panel: a pure function from the state to widgets and the user's requests.
 
 mod asked;
 mod health;
@@ -25,91 +25,91 @@ use crate::render::timing::PassTimes;
 use crate::words::Words;
 use shared_mem::message::{DeviceHealth, ToolFrame};
 
-/// How the controller does.
+/// State of the connection to the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Link {
-    /// No state came yet.
+    /// No state has arrived yet.
     #[default]
     Waiting,
     /// States arrive.
     Live,
-    /// States came, but none for this long, s.
+    /// No state has arrived for this long, s.
     Silent(f32),
-    /// It runs another scene.
+    /// The controller runs another scene.
     OtherScene,
 }
 
-/// Everything that the interface shows.
+/// State of the interface.
 #[derive(Debug, Clone, Default)]
 pub struct UiState {
-    /// Station's name.
+    /// Name of the station.
     pub station: String,
-    /// Scene's name.
+    /// Name of the scene.
     pub scene: String,
-    /// Where the show is, if this is a session shown again.
+    /// Position in the session, if this is a replay.
     pub replay: Option<ReplayView>,
-    /// The picture is seen from where the user has turned it to, not through the endoscope.
+    /// True if the user's free view replaces the endoscope's.
     pub is_view_free: bool,
-    /// How the recording does, if there is one.
+    /// State of the recording, if there is one.
     pub recording: Option<RecordingView>,
-    /// What the trainee is to do.
+    /// Task of the trainee.
     pub task: String,
-    /// How a task stands, if there is one.
+    /// State of the task, if there is one.
     pub task_view: Option<TaskView>,
-    /// An instructor watches: nothing here reaches into the station.
+    /// True for an instructor's display, which cannot control the station.
     pub instructor: bool,
-    /// How the task stands, for an instructor.
+    /// State of the task, for an instructor.
     pub bulletin: Option<Bulletin>,
-    /// How the controller does.
+    /// State of the connection to the controller.
     pub link: Link,
-    /// Newest tools.
+    /// The latest tools.
     pub tools: Option<ToolFrame>,
-    /// How the ticks do.
+    /// Health of the ticks.
     pub health: TickHealth,
     /// Force on the hand over the last seconds: time (s), N.
     pub force: Vec<[f64; 2]>,
-    /// Newest frame's age when shown, ms: from the device sample.
+    /// Age of the newest frame when shown, from the device sample, ms.
     pub motion_to_photon_ms: f32,
     /// Frames a second.
     pub frames_per_second: f32,
     /// Graphics adapter.
     pub adapter: String,
-    /// Something the user should know; shown until acknowledged.
+    /// Alarm for the user; shown until acknowledged.
     pub alarm: Option<String>,
-    /// The endoscope's picture and its width over height.
+    /// The endoscope's picture, and its ratio of width to height.
     pub picture: Option<(egui::TextureId, f32)>,
-    /// The engineering view, if it is on.
+    /// The engineering view, if on.
     pub overlay: Option<Overlay>,
-    /// The picture shows spheres and springs inside the organs.
+    /// True if the picture shows spheres and springs inside the organs.
     pub inside: bool,
-    /// The endoscope's angle, and how far its cable is turned.
+    /// Angle of the endoscope, and turn of its cable, degrees.
     pub scope_degrees: [f32; 2],
-    /// Where its camera is focused, mm before it.
+    /// Focus distance of its camera, mm.
     pub focus_mm: f32,
-    /// How much of the view fog and soot on its lens take: 0 none, 1 all.
+    /// Share of the view hidden by fog and soot on its lens.
     pub lens_veil: f32,
-    /// How thick smoke hangs in the cavity: light that it takes from a beam, 1/m.
+    /// Attenuation of light by smoke in the cavity, 1/m.
     pub haze_per_m: f32,
-    /// Whether it is being drawn off.
+    /// True while smoke is evacuated.
     pub is_smoke_drawn_off: bool,
-    /// What the passes of a recent picture cost, ms.
+    /// Costs of the passes of a recent picture, ms.
     pub pass_times: Option<PassTimes>,
-    /// Quality tier in use, 0 the best, and how many there are.
+    /// Quality tier in use, 0 the best, and the number of tiers.
     pub quality: [usize; 2],
-    /// Mouse and keyboard lead the instrument.
+    /// True while mouse and keyboard lead the instrument.
     pub in_hand: bool,
-    /// The panel is hidden.
+    /// True while the panel is hidden.
     pub panel_hidden: bool,
-    /// What is said, in the user's language.
+    /// Words in the user's language.
     pub words: Words,
-    /// The settings cover the picture.
+    /// True while the settings cover the picture.
     pub settings_open: bool,
-    /// The user's choices.
+    /// Settings of the user.
     pub settings: Settings,
 }
 
 impl UiState {
-    /// Health of haptic device, tracker, pedal, with the messages that name them.
+    /// Health of haptic device, tracker and pedal, with the messages that name them.
     fn devices(&self) -> [(&'static str, Option<DeviceHealth>); 3] {
         let health = |i: usize| self.tools.as_ref().map(|tools| tools.health[i]);
         [
@@ -119,7 +119,7 @@ impl UiState {
         ]
     }
 
-    /// Takes these settings.
+    /// Applies these settings.
     pub fn set(&mut self, settings: Settings) {
         if settings.language != self.words.language() {
             self.words = Words::new(settings.language);
@@ -127,14 +127,15 @@ impl UiState {
         self.settings = settings;
     }
 
-    /// Takes the newest that an instructor was told of the task; `None`: there is none any more, or nobody here
-    /// understands it. What was told before is old then.
+    /// Takes the latest bulletin for an instructor; `None`: there is none any more, or it is not
+    /// understood, and the previous one is outdated.
     pub fn watch(&mut self, bulletin: Option<Bulletin>) {
         self.task_view = bulletin.as_ref().map(|it| it.task.clone());
         self.bulletin = bulletin;
     }
 
-    /// The next of the engineering view's states: off, marks on the picture, inside the organs.
+    /// Turns to the next state of the engineering view: off, marks on the picture, inside the
+    /// organs.
     pub fn turn_engineering(&mut self) {
         (self.overlay, self.inside) = match (&self.overlay, self.inside) {
             (None, _) => (Some(Overlay::default()), false),
@@ -143,13 +144,13 @@ impl UiState {
         };
     }
 
-    /// Whether the controller stands still.
+    /// True if the controller is paused.
     #[must_use]
     pub fn is_paused(&self) -> bool {
         self.has_switch(8)
     }
 
-    /// Whether force may leave.
+    /// True if the force is enabled.
     #[must_use]
     pub fn is_force_enabled(&self) -> bool {
         self.has_switch(16)
@@ -162,7 +163,7 @@ impl UiState {
     }
 }
 
-/// The message that names an instrument, as [`ToolFrame::instrument`] counts them.
+/// Message that names an instrument, numbered as in [`ToolFrame::instrument`].
 pub(crate) fn instrument_id(number: u32) -> &'static str {
     let ids = [
         "instrument-0",

@@ -1,4 +1,4 @@
-//! The engineering view: the simulation itself, drawn over the endoscope's picture.
+//! The engineering view: the simulation, drawn over the endoscope's picture.
 
 use egui::{Color32, Painter, Pos2, Rect, Stroke, pos2, vec2};
 use glam::{Mat4, Vec2, Vec3};
@@ -8,21 +8,21 @@ use shared_mem::scene::{SceneFile, str_from_name};
 use crate::render::camera::Scope;
 use crate::words::Words;
 
-/// Metres of arrow a newton.
+/// Length of the arrow per newton, m.
 const ARROW_M_PER_N: f32 = 0.02;
 
-/// What a mark stands for.
+/// Meaning of a mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Mark {
     /// Sphere of a sleeping organ.
     Asleep,
-    /// Sphere that is simulated.
+    /// Sphere being simulated.
     Awake,
-    /// Sphere that a tool touches.
+    /// Sphere in contact with a tool.
     Contact,
     /// Sphere between the jaws.
     Grasped,
-    /// Sphere that is attached to its surroundings.
+    /// Sphere fixed to its surroundings.
     Held,
     /// Link between two spheres.
     Link,
@@ -30,7 +30,7 @@ pub enum Mark {
     Tool,
     /// Force on the hand.
     Force,
-    /// Where the hand holds the instrument; the tool is where tissue lets it be.
+    /// Position of the instrument as the hand holds it; tissue may keep the tool away from it.
     Device,
 }
 
@@ -41,7 +41,7 @@ pub struct Circle {
     pub at: Vec2,
     /// Radius.
     pub radius: f32,
-    /// What it stands for.
+    /// Its meaning.
     pub mark: Mark,
 }
 
@@ -50,36 +50,36 @@ pub struct Circle {
 pub struct Line {
     /// Ends.
     pub ends: [Vec2; 2],
-    /// Thickness, in half heights; 0: as thin as can be.
+    /// Thickness, in half heights; 0: hairline.
     pub width: f32,
-    /// What it stands for.
+    /// Its meaning.
     pub mark: Mark,
 }
 
-/// Level of detail, and which organs are awake.
+/// Counts of the model, and the awake organs.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Notes {
-    /// Spheres, links, tetrahedra, and spheres that are touched.
+    /// Number of spheres, links, tetrahedra, and touched spheres.
     pub counts: [usize; 4],
-    /// Organs of the scene.
+    /// Number of organs in the scene.
     pub organs: usize,
-    /// Names of those that are awake.
+    /// Names of the awake organs.
     pub awake: Vec<String>,
 }
 
-/// Everything that the engineering view draws.
+/// Content of the engineering view.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Overlay {
     /// Spheres, farthest first.
     pub circles: Vec<Circle>,
     /// Links, tool, force.
     pub lines: Vec<Line>,
-    /// What cannot be drawn.
+    /// Text of the view.
     pub notes: Notes,
 }
 
 impl Overlay {
-    /// The view of a moment through the scope. What lies outside the circle is left out.
+    /// The view of a moment through the scope. Anything outside the circle is left out.
     #[must_use]
     pub fn of(
         scene: &SceneFile,
@@ -113,8 +113,8 @@ impl Overlay {
         overlay
     }
 
-    /// Drops what the picture shows itself when it looks inside the organs: links, and spheres
-    /// that nothing touches.
+    /// Removes everything that the view inside the organs shows itself: links, and untouched
+    /// spheres.
     pub fn leave_to_picture(&mut self) {
         self.lines.retain(|line| line.mark != Mark::Link);
         let touched = |c: &Circle| matches!(c.mark, Mark::Contact | Mark::Grasped | Mark::Device);
@@ -161,7 +161,7 @@ impl Overlay {
         }
     }
 
-    /// The shaft as the hand holds it, and how far the tool stays behind it.
+    /// Adds the shaft as the hand holds it, and its distance to the tool.
     fn add_device(&mut self, scene: &SceneFile, tools: &ToolFrame, camera: &Mat4, scope: &Scope) {
         let room = scene.room();
         let handle = Vec3::from(tools.world_from_handle.position_m);
@@ -203,7 +203,7 @@ impl Overlay {
         }
     }
 
-    /// Draws it over the picture that covers `picture`.
+    /// Draws it over the endoscope's picture in `picture`.
     pub(super) fn paint(&self, painter: &Painter, picture: Rect, words: &Words) {
         let unit = picture.height() / 2.0;
         let place = |at: Vec2| -> Pos2 { picture.center() + vec2(at.x, -at.y) * unit };

@@ -1,4 +1,4 @@
-//! The panel's widgets. Every state is told by words and shape, never by colour alone.
+//! Widgets of the panel. Words and shapes show every state, never colour alone.
 
 use egui::{Color32, FontId, RichText, Sense, Stroke, TextStyle, Ui, vec2};
 use egui_plot::{Bar, BarChart, Line, Plot, PlotPoints};
@@ -8,21 +8,21 @@ use super::screens;
 use super::{Asked, Link, UiState, asked, instructor, instrument_id, recording, replay, task};
 use crate::words::Words;
 
-/// The panel's share of the window, and its width at least and at most, points.
+/// Share of the panel in the window's width, and its least and largest width, points.
 const PANEL_SHARE: f32 = 0.28;
 const PANEL: [f32; 2] = [240.0, 350.0];
-/// Sizes of its text, points: of what concerns the trainee, and of what concerns who looks after the station.
+/// Text sizes for the trainee and for the operator of the station, points.
 const TEXT: f32 = 17.0;
 const FINE: f32 = 13.5;
 
-/// Haze that hides what matters: a third of the light from 5 cm is lost, there and back.
+/// Haze that obscures the view, 1/m: a third of the light from 5 cm is lost, there and back.
 const HAZY_PER_M: f32 = 4.0;
 
 const GOOD: Color32 = Color32::from_rgb(120, 205, 130);
 const CARE: Color32 = Color32::from_rgb(240, 190, 80);
 const BAD: Color32 = Color32::from_rgb(245, 115, 105);
 
-/// How well something does; also the shape of its mark.
+/// Degree of health; also the shape of its mark.
 #[derive(Clone, Copy, PartialEq)]
 pub(super) enum Mark {
     Good,
@@ -31,7 +31,7 @@ pub(super) enum Mark {
     Off,
 }
 
-/// Shows the state; returns what was asked, and the pixels that the picture covers.
+/// Shows the state. Returns the user's requests, and the pixels that the picture covers.
 pub fn ui(ui: &mut Ui, state: &UiState) -> (Vec<Asked>, Option<[u32; 2]>) {
     let zoom = f32::from(state.settings.text_percent) * 0.01;
     ui.ctx().set_zoom_factor(zoom);
@@ -145,7 +145,7 @@ fn panel(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     }
 }
 
-/// How the station does: safety chain, ticks, picture.
+/// State of the station: safety chain, ticks, picture.
 fn station(ui: &mut Ui, state: &UiState) {
     let words = &state.words;
     gates(ui, state);
@@ -203,7 +203,7 @@ pub(super) fn devices(ui: &mut Ui, state: &UiState) {
     }
 }
 
-/// How a device is, by words and by mark.
+/// State of a device, by words and by mark.
 fn device(words: &Words, name: &str, health: Option<DeviceHealth>) -> (Mark, String) {
     let say = |id: &str, more: &[(&'static str, String)]| {
         let name = [("device", name.into())];
@@ -247,7 +247,7 @@ fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     }
 }
 
-/// The endoscope: which one, how it is turned, how well it sees.
+/// The endoscope: type, turn, and clarity of its view.
 fn scope(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let words = &state.words;
     let [angle, turned] = state.scope_degrees.map(|it| format!("{it:.0}").into());
@@ -345,7 +345,7 @@ fn force(ui: &mut Ui, state: &UiState) {
         });
 }
 
-/// What the safety chain did to the force, gate by gate.
+/// Interventions of the safety chain, gate by gate.
 fn gates(ui: &mut Ui, state: &UiState) {
     let words = &state.words;
     let total: u64 = state.health.gates().map(|(_, count)| count).sum();
@@ -415,7 +415,7 @@ fn histogram(ui: &mut Ui, state: &UiState, which: usize, name: &str) {
     ui.label(RichText::new(text).weak());
 }
 
-/// What a picture costs, pass by pass, and the quality that was chosen by it.
+/// Costs of a picture by pass, and the quality chosen by them.
 pub(super) fn passes(ui: &mut Ui, state: &UiState) {
     let [tier, tiers] = state.quality;
     if tiers > 1 {
@@ -442,7 +442,7 @@ pub(super) fn passes(ui: &mut Ui, state: &UiState) {
         });
 }
 
-/// Text of this size, and headings and buttons to go with it.
+/// Text of this size, with matching headings and buttons.
 pub(super) fn sized(ui: &mut Ui, points: f32) {
     let styles = &mut ui.style_mut().text_styles;
     for (name, share) in [
@@ -455,7 +455,7 @@ pub(super) fn sized(ui: &mut Ui, points: f32) {
     styles.insert(TextStyle::Monospace, FontId::monospace(points));
 }
 
-/// In the finer text, what concerns who looks after the station.
+/// Small text for the operator of the station.
 pub(super) fn fine(ui: &mut Ui, add: impl FnOnce(&mut Ui)) {
     ui.scope(|ui| {
         sized(ui, FINE);

@@ -1,4 +1,4 @@
-//! How the recording does.
+//! State of the recording.
 
 use egui::Ui;
 
@@ -6,10 +6,10 @@ use super::UiState;
 use super::panel::{Mark, line};
 use session::Standing;
 
-/// How the recording does.
+/// State of the recording.
 pub type RecordingView = session::Health;
 
-/// Shows it, if there is one.
+/// Shows the recording, if there is one.
 pub(super) fn show(ui: &mut Ui, state: &UiState) {
     let Some(health) = &state.recording else {
         return;

@@ -1,4 +1,4 @@
-//! The panel of a session that is shown again: where it is, and going elsewhere.
+//! Panel of a replay: position, and navigation.
 
 use egui::{Key, Slider, Ui};
 
@@ -9,21 +9,21 @@ const STEPS_S: [i32; 4] = [-10, -1, 1, 10];
 /// Speeds to choose from, in thousandths of the recorded one.
 const SPEEDS: [u32; 5] = [100, 250, 500, 1000, 2000];
 
-/// Where the show of a session is.
+/// State of a replay.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ReplayView {
     /// Time in the session, s.
     pub at_s: f64,
-    /// Its length, s; 0: not known yet.
+    /// Length of the session, s; 0: not known yet.
     pub length_s: f64,
-    /// So many times as fast as it was.
+    /// Speed relative to the recorded one.
     pub speed: f64,
-    /// On its way to this moment, s.
+    /// Target of a running seek, s.
     pub seeks_s: Option<f64>,
 }
 
 impl ReplayView {
-    /// A moment so much later or earlier, as it is asked for.
+    /// Request for a moment later or earlier by `by_s`.
     fn moved(&self, by_s: f64) -> Asked {
         let from_s = self.seeks_s.unwrap_or(self.at_s);
         seek((from_s + by_s).clamp(0.0, self.end_s()))
@@ -38,7 +38,7 @@ fn seek(at_s: f64) -> Asked {
     Asked::Seek((at_s * 1e3).round().clamp(0.0, f64::from(u32::MAX)) as u32)
 }
 
-/// Shows it, if this is a replay.
+/// Shows the controls of a replay.
 pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let Some(view) = &state.replay else { return };
     let words = &state.words;
@@ -51,7 +51,7 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         ("length", time(view.end_s()).into()),
     ];
     ui.label(words.say_with("replay-at", &values));
-    // While it is dragged it stays where the hand has it; the session follows once it is let go.
+    // While dragged it stays under the pointer; the session follows once it is released.
     let held = ui.scope_id().with("replay-slider");
     let dragged: Option<f64> = ui.data(|it| it.get_temp(held));
     let mut at_s = dragged.or(view.seeks_s).unwrap_or(view.at_s);
@@ -104,7 +104,7 @@ pub(super) fn show(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     ui.separator();
 }
 
-/// What keys ask for in a replay.
+/// Requests by keys in a replay.
 pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
     let Some(view) = &state.replay else {
         return Vec::new();
@@ -117,7 +117,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
         (Key::Home, seek(0.0)),
         (Key::C, Asked::FreeView(!state.is_view_free)),
     ];
-    // A widget that has the keyboard takes its arrows itself.
+    // A focused widget takes the arrow keys itself.
     let is_taken = ui.memory(|it| it.focused().is_some());
     let pressed = |key: Key| ui.input(|input| input.key_pressed(key));
     let mut asked = Vec::new();
@@ -129,7 +129,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Vec<Asked> {
     asked
 }
 
-/// What the pointer on the picture asks for: dragged about what is seen, and nearer or further by the wheel.
+/// Requests by the pointer on the picture: dragging looks around, the wheel zooms.
 pub(super) fn look_around(ui: &Ui, picture: &egui::Response, state: &UiState) -> Option<Asked> {
     state.replay.as_ref()?;
     let turned = picture.drag_delta();

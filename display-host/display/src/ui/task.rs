@@ -1,4 +1,4 @@
-//! The task in the panel: time, what is to be done, what was wrong. Words and shapes, never colour alone.
+//! Task in the panel: time, steps, errors. Words and shapes, never colour alone.
 
 use assess::{Hint, Reason, Step};
 use egui::{Color32, RichText, Ui};
@@ -6,66 +6,67 @@ use egui::{Color32, RichText, Ui};
 use super::panel::{Mark, line};
 use crate::words::Words;
 
-/// How a task stands, as far as the trainee is to see it.
+/// State of a task, as far as the trainee may see it.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TaskView {
-    /// What is to be done: a task's name, as it is typed.
+    /// Name of the task on the command line.
     pub task: String,
     /// Time of the task, s.
     pub time_s: f64,
-    /// Steps, and whether each is done; none in an exam.
+    /// Steps, and whether each is done; empty in an exam.
     pub steps: Vec<(Step, bool)>,
-    /// The newest alarm; none in an exam.
+    /// The newest alarm; `None` in an exam.
     pub alarm: Option<TaskNote>,
-    /// Alarms so far; what is new sounds.
+    /// Number of alarms so far; a new one sounds.
     pub alarms: usize,
-    /// Score so far; none in an exam.
+    /// Score so far; `None` in an exam.
     pub score: Option<f64>,
-    /// What to do next, for beginners.
+    /// Next instruction, for beginners.
     pub hint: Option<Hint>,
-    /// Set once it is over.
+    /// The end, once it is over.
     pub end: Option<TaskEnd>,
-    /// The task as `CommandMsg::START` counts; none of one that begins with the organs at rest.
+    /// Number of the task in `CommandMsg::START`; `None` for one that begins with the organs at
+    /// rest.
     pub start: Option<u32>,
 }
 
-/// Something that was wrong.
+/// An error of the trainee.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TaskNote {
-    /// Its kind's name, as in `summary.json`.
+    /// Name of its kind, as in `summary.json`.
     pub kind: String,
-    /// On what, if on something.
+    /// The organ concerned, if any.
     pub organ: Option<String>,
 }
 
-/// How a task ended.
+/// End of a task.
 #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct TaskEnd {
-    /// Passed.
+    /// True if passed.
     pub passed: bool,
-    /// In a word, as in `summary.json`.
+    /// Name of the outcome, as in `summary.json`.
     pub outcome: String,
-    /// Why.
+    /// Reasons for the outcome.
     pub reasons: Vec<Reason>,
 }
 
-/// What is to be done.
+/// Title of the task.
 pub(super) fn title(words: &Words, task: &TaskView) -> String {
     words.say(&format!("task-{}", task.task))
 }
 
-/// Minutes and seconds, with the word.
+/// Time in minutes and seconds, with its label.
 pub(super) fn time(words: &Words, task: &TaskView) -> String {
     words.say_with("task-time", &[("time", minutes(task.time_s).into())])
 }
 
-/// Minutes and seconds.
+/// Time in minutes and seconds.
 pub(super) fn minutes(seconds: f64) -> String {
     let seconds = seconds.max(0.0) as u64;
     format!("{}:{:02}", seconds / 60, seconds % 60)
 }
 
-/// What was wrong.
+/// Text of an alarm.
 pub(super) fn alarm(words: &Words, alarm: &TaskNote) -> String {
     let organ = words.organ(alarm.organ.as_deref().unwrap_or("?")).into();
     let id = format!("alarm-{}", alarm.kind.replace('_', "-"));

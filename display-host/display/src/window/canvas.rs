@@ -1,4 +1,4 @@
-//! A window with a surface that egui paints on: what the display's and the launcher's window share.
+//! A window with a surface for egui, used by the display's and the launcher's windows.
 
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
@@ -11,7 +11,7 @@ use winit::window::Window;
 use crate::DisplayError;
 use crate::render::gpu::Gpu;
 
-/// A window that can be painted.
+/// A window to paint on.
 pub(super) struct Canvas {
     pub(super) window: Arc<Window>,
     pub(super) gpu: Gpu,
@@ -21,17 +21,17 @@ pub(super) struct Canvas {
     input: egui_winit::State,
 }
 
-/// One frame of egui, laid out and not painted yet.
+/// A frame of egui, laid out but not painted.
 pub(super) struct Laid {
     shapes: Vec<egui::ClippedPrimitive>,
     pixels_per_point: f32,
     textures: egui::TexturesDelta,
-    /// It changes by itself: show the next one at once.
+    /// True if it is animated: show the next frame at once.
     pub(super) goes_on: bool,
 }
 
 impl Canvas {
-    /// Opens a window, unseen until it is told to [`show`](Self::show).
+    /// Opens a window, hidden until [`show`](Self::show).
     pub(super) fn open(
         events: &ActiveEventLoop,
         proxy: &EventLoopProxy<accesskit_winit::Event>,
@@ -84,20 +84,20 @@ impl Canvas {
         })
     }
 
-    /// Lets it be seen.
+    /// Makes the window visible.
     pub(super) fn show(&self) {
         self.window.set_visible(true);
         self.window.request_redraw();
     }
 
-    /// A texture of ours for egui's pictures.
+    /// Registers a texture for egui's pictures.
     pub(super) fn register(&mut self, view: &wgpu::TextureView) -> egui::TextureId {
         let filter = wgpu::FilterMode::Linear;
         self.painter
             .register_native_texture(&self.gpu.device, view, filter)
     }
 
-    /// Another texture under the same name.
+    /// Replaces the texture of an id.
     pub(super) fn replace(&mut self, id: egui::TextureId, view: &wgpu::TextureView) {
         let filter = wgpu::FilterMode::Linear;
         self.painter
@@ -132,7 +132,7 @@ impl Canvas {
         self.window.request_redraw();
     }
 
-    /// The next frame of the screen to paint on; `None`: the window cannot be seen.
+    /// Next frame of the surface; `None`: the window is not visible.
     pub(super) fn next_frame(&mut self) -> Result<Option<wgpu::SurfaceTexture>, DisplayError> {
         use wgpu::CurrentSurfaceTexture as Current;
         match self.surface.get_current_texture() {
@@ -169,13 +169,13 @@ impl Canvas {
         }
     }
 
-    /// Paints it and puts it on the screen.
+    /// Paints it and presents it.
     pub(super) fn present(
         &mut self,
         frame: wgpu::SurfaceTexture,
         mut laid: Laid,
     ) -> Result<(), DisplayError> {
-        // egui's painter panics on a device that is lost.
+        // egui's painter panics on a lost device.
         if let Err(lost) = self.gpu.check("drawing a picture") {
             laid.textures.clear();
             give_up(frame);
@@ -234,8 +234,8 @@ impl Canvas {
     }
 }
 
-/// Lets go of a frame whose device is lost. wgpu 30 does so only while it unwinds (its issue 8243); else the
-/// surface's own end panics.
+/// Drops a frame of a lost device. wgpu 30 does so only while unwinding (its issue 8243); otherwise
+/// the end of the surface panics.
 fn give_up(frame: wgpu::SurfaceTexture) {
     let unwinds = move || {
         let _frame = frame;
@@ -252,7 +252,7 @@ fn configure(
     let capabilities = surface.get_capabilities(&gpu.adapter);
     let mut config =
         surface.get_default_config(&gpu.adapter, size.width.max(1), size.height.max(1))?;
-    // egui mixes its colours without the screen's curve.
+    // egui blends colours without the screen's transfer curve.
     let plain = capabilities.formats.iter().find(|format| !format.is_srgb());
     config.format = *plain.or(capabilities.formats.first())?;
     config.present_mode = wgpu::PresentMode::AutoVsync;

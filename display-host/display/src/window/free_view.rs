@@ -1,4 +1,4 @@
-//! A replay looked at from anywhere: the camera goes around what the endoscope looked at.
+//! Free view of a replay: the camera orbits the target of the endoscope.
 
 use glam::{Mat4, Quat, Vec3};
 use shared_mem::message::{PoseMsg, ToolFrame};
@@ -6,21 +6,21 @@ use shared_mem::message::{PoseMsg, ToolFrame};
 use crate::render::camera::matrix;
 use crate::ui::FreeView;
 
-/// Where tissue usually is in front of the lens, m.
+/// Usual distance of tissue in front of the lens, m.
 const AHEAD_M: f32 = 0.08;
-/// A point of the pointer's way turns by so much, rad.
+/// Turn per point of pointer motion, rad.
 const RAD_POINT: f32 = 0.006;
-/// A point of the wheel's way goes so much nearer, as a share.
+/// Share of the distance per point of wheel motion.
 const SHARE_POINT: f32 = 0.002;
-/// How near and how far it may go, m.
+/// Least and largest distance, m.
 const DISTANCES_M: [f32; 2] = [0.02, 0.4];
-/// Never over the top.
+/// Largest pitch, rad: it never passes over the top.
 const PITCH_MAX: f32 = 1.5;
 
 /// The free camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct FreeCamera {
-    /// The endoscope, where it was when the camera left it.
+    /// Pose of the endoscope when the camera left it.
     from: PoseMsg,
     yaw: f32,
     pitch: f32,
@@ -28,7 +28,7 @@ pub(super) struct FreeCamera {
 }
 
 impl FreeCamera {
-    /// Where the endoscope is now.
+    /// A free camera at the endoscope's present pose.
     pub(super) fn at(tools: &ToolFrame) -> Self {
         Self {
             from: tools.world_from_camera,
@@ -38,7 +38,7 @@ impl FreeCamera {
         }
     }
 
-    /// Moves as the pointer asks.
+    /// Moves the camera with the pointer.
     pub(super) fn turn(&mut self, by: FreeView) {
         self.yaw = (self.yaw - f32::from(by.right) * RAD_POINT) % core::f32::consts::TAU;
         let pitch = self.pitch - f32::from(by.down) * RAD_POINT;
@@ -47,7 +47,7 @@ impl FreeCamera {
         self.distance_m = distance_m.clamp(DISTANCES_M[0], DISTANCES_M[1]);
     }
 
-    /// The tools as they are, seen from here.
+    /// The tools as seen from this camera.
     pub(super) fn seen(&self, tools: &ToolFrame) -> ToolFrame {
         let turn = Quat::from_rotation_y(self.yaw) * Quat::from_rotation_x(self.pitch);
         let pivot = Mat4::from_translation(Vec3::new(0.0, 0.0, -AHEAD_M));

@@ -1,4 +1,4 @@
-//! The station's window: picture and panel, one frame after the other.
+//! Window of the station: picture and panel, frame after frame.
 
 mod canvas;
 mod free_view;
@@ -32,47 +32,48 @@ use crate::sound::Sound;
 use crate::ui::{RecordingView, ReplayView, TaskView};
 use crate::words::Language;
 
-/// How long the window rests when it cannot be seen.
+/// Pause between frames of an invisible window.
 const UNSEEN: Duration = Duration::from_millis(50);
-/// A graphics device that is lost more often than this in a run is given up.
+/// Most losses of the graphics device that a run survives.
 const LOSSES_MAX: u32 = 3;
 
-/// How to run a window.
+/// Configuration of a window.
 #[derive(Debug, Clone)]
 pub struct WindowConfig {
     /// Station to watch.
     pub station: Station,
-    /// Compiled scene.
+    /// Path of the compiled scene.
     pub scene: PathBuf,
     /// Inner size to start with, pixels.
     pub size: [u32; 2],
     /// The endoscope's angle, rad.
     pub scope_angle: f32,
-    /// No sound.
+    /// True to disable sound.
     pub muted: bool,
-    /// The endoscope's lens comes cold, and fogs.
+    /// True if the endoscope's lens starts cold and fogs.
     pub cold_lens: bool,
-    /// End after this time; `None`: when the user closes it.
+    /// Time after which it ends; `None`: when the user closes it.
     pub seconds: Option<f64>,
-    /// Fault injection: the graphics device is lost once, after so many frames.
+    /// Fault injection: loses the graphics device once, after this many frames.
     pub lose_device_after: Option<u64>,
-    /// Core of the realtime thread, to stay off.
+    /// Core of the realtime thread, which the display avoids.
     pub tick_cpu: Option<usize>,
     /// The interface's language.
     pub language: Language,
-    /// How the task stands, kept up to date by whoever assesses it.
+    /// State of the task, updated by its assessor.
     pub task: Option<Arc<Mutex<TaskView>>>,
-    /// An instructor watches: what the task's assessor tells is shown, and nothing is asked of the station.
+    /// True for an instructor's window: it shows the assessor's bulletins, and sends no commands to
+    /// the station.
     pub instructor: bool,
-    /// Where the show is, if a session is shown again, kept up to date by whoever shows it.
+    /// State of a replay, updated by its player.
     pub replay: Option<Arc<Mutex<ReplayView>>>,
-    /// How the recording does, if there is one, kept up to date by whoever records.
+    /// State of the recording, updated by the recorder.
     pub recording: Option<Arc<Mutex<RecordingView>>>,
 }
 
-/// Opens the window and runs it until it is closed, `stop` is set, or the time is over. Once a
-/// process; on systems other than Linux, from the main thread only. A controller need not run
-/// yet: the window waits for it, and for the next one when it ends.
+/// Opens the window and runs it until it is closed, `stop` is set, or the time is up. Once per
+/// process; on systems other than Linux, from the main thread only. No controller is needed: the
+/// window waits for one, and for the next one when it ends.
 ///
 /// # Errors
 /// See [`DisplayError`].
@@ -146,7 +147,7 @@ fn event_loop() -> Result<EventLoop<accesskit_winit::Event>, DisplayError> {
     #[cfg(target_os = "linux")]
     {
         use winit::platform::{wayland, x11};
-        // Linux does not mind which thread it is; tests run on their own.
+        // Linux allows any thread; tests run on their own.
         wayland::EventLoopBuilderExtWayland::with_any_thread(&mut builder, true);
         x11::EventLoopBuilderExtX11::with_any_thread(&mut builder, true);
     }
@@ -157,7 +158,7 @@ fn event_loop() -> Result<EventLoop<accesskit_winit::Event>, DisplayError> {
 
 struct App<'a> {
     size: [u32; 2],
-    /// How many more times the graphics device may be lost.
+    /// Number of further losses of the graphics device that are tolerated.
     losses_left: u32,
     lose_device_after: Option<u64>,
     scene: SceneFile,
@@ -167,7 +168,7 @@ struct App<'a> {
     proxy: EventLoopProxy<accesskit_winit::Event>,
     end: Option<Instant>,
     screen: Option<Screen>,
-    /// How the screen begins, until it has.
+    /// Initial state of the screen, until it is open.
     first: Option<Kept>,
     ended: Ended,
     error: Option<DisplayError>,
@@ -179,7 +180,7 @@ impl App<'_> {
         events.exit();
     }
 
-    /// One frame: listen, show, do what was asked.
+    /// One frame: receive, show, carry out requests.
     fn frame(&mut self, events: &ActiveEventLoop) {
         self.session.receive(self.observer);
         let Some(screen) = &mut self.screen else {
@@ -211,7 +212,7 @@ impl App<'_> {
         }
     }
 
-    /// A graphics device that is lost, with all that was on it, is opened anew, in a new window.
+    /// Reopens a lost graphics device, with all its resources, in a new window.
     fn mend(&mut self, events: &ActiveEventLoop, error: DisplayError) {
         let is_device = matches!(error, DisplayError::Device { .. });
         match self
@@ -221,9 +222,9 @@ impl App<'_> {
         {
             Some(screen) => {
                 self.losses_left -= 1;
-                let warning = format!("{error}; it is opened anew");
+                let warning = format!("{error}; reopening it");
                 (self.session).warn(warning, self.observer);
-                // What is let go of meanwhile is told to no window.
+                // Keys released meanwhile reach no window.
                 self.session.operate.let_go();
                 self.open(events, screen.close());
             }
@@ -254,7 +255,7 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
     }
 
     fn window_event(&mut self, events: &ActiveEventLoop, window: WindowId, event: WindowEvent) {
-        // What still comes of a window that went with its graphics device is nobody's.
+        // Late events of a window that was closed with its graphics device are dropped.
         let own = |screen: &&mut Screen| screen.window_id() == window;
         let Some(screen) = self.screen.as_mut().filter(own) else {
             return;
@@ -263,7 +264,7 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             screen.take_event(&event);
         }
         match event {
-            // Whoever looks elsewhere has let go.
+            // A user who looks elsewhere has released everything.
             WindowEvent::Focused(false) => {
                 self.session.operate.let_go();
                 screen.hold_mouse(false);
@@ -299,7 +300,7 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
             events.exit();
         }
         self.session.operate.tell();
-        // An unseen window gets no redraws: it asks again, and goes on listening.
+        // A hidden window gets no redraws: it requests one, and goes on receiving.
         if let Some(screen) = &self.screen {
             screen.redraw();
         }

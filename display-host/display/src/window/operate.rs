@@ -1,5 +1,5 @@
-//! Mouse and keyboard as the hand, for whoever has no haptic device: they lead the hand at the
-//! emulated one, so that tissue pushes back and the whole station runs as with a real device.
+//! Mouse and keyboard as the hand, without a haptic device. They lead the emulated hand, so that
+//! tissue pushes back and the whole station runs as with a real device.
 
 use std::time::{Duration, Instant};
 
@@ -11,26 +11,26 @@ use winit::keyboard::{KeyCode, PhysicalKey};
 use super::refusal::Refusal;
 use crate::latency::now_ns;
 
-/// The tip moves by so much with a count of the mouse, and a notch of its wheel, m…
+/// Motion of the tip per count of the mouse, m, and per notch of its wheel, m.
 const TIP_M_COUNT: f64 = 0.08e-3;
 const TIP_M_NOTCH: f64 = 3.0e-3;
-/// …the endoscope turns and advances by so much.
+/// Turn of the endoscope per count, rad, and its advance per notch.
 const SCOPE_RAD_COUNT: f64 = 1.0e-3;
 const SCOPE_M_NOTCH: f64 = 2.0e-3;
-/// Pixels of a touch pad's scrolling that are a notch.
+/// Pixels of a touch pad's scrolling per notch.
 const NOTCH_PIXELS: f64 = 40.0;
-/// A held key moves the tip this fast, m/s, and turns, rad/s; with Shift a quarter of it.
+/// Speed of the tip under a held key, m/s, and of turning, rad/s; a quarter of it with Shift.
 const TIP_M_S: f64 = 0.04;
 const ROLL_RAD_S: f64 = 1.2;
 const SCOPE_RAD_S: f64 = 0.3;
 const SCOPE_M_S: f64 = 0.02;
-/// How often the hand is told, at least while somebody leads it.
+/// Longest interval between messages to a led hand.
 const SEND_EVERY: Duration = Duration::from_millis(8);
 
-/// How long the last message may take to be heard.
+/// Time allowed for the delivery of the last message.
 const LAST_WORD: Duration = Duration::from_millis(200);
 
-/// Keys that lead the hand; the others stay the interface's.
+/// Keys that lead the hand; all others belong to the interface.
 const KEYS: [KeyCode; 16] = [
     KeyCode::ArrowLeft,
     KeyCode::ArrowRight,
@@ -50,14 +50,14 @@ const KEYS: [KeyCode; 16] = [
     KeyCode::ControlRight,
 ];
 
-/// What mouse and keyboard ask for.
+/// Input of mouse and keyboard.
 #[derive(Debug)]
 struct Leading {
     message: HandMsg,
     held: [bool; KEYS.len()],
     mouse_jaws: bool,
     mouse_coagulates: bool,
-    /// The middle button: the mouse moves the endoscope.
+    /// True while the middle button makes the mouse move the endoscope.
     mouse_scope: bool,
 }
 
@@ -84,7 +84,7 @@ impl Leading {
         self.holds(one) || self.holds(other)
     }
 
-    /// Takes a key; returns whether it leads the hand.
+    /// Takes a key. Returns true if it leads the hand.
     fn key(&mut self, key: KeyCode, down: bool) -> bool {
         let Some(at) = KEYS.iter().position(|own| *own == key) else {
             return false;
@@ -104,7 +104,7 @@ impl Leading {
         }
     }
 
-    /// The mouse moved: right and down are positive.
+    /// Takes a motion of the mouse: right and down are positive.
     fn mouse(&mut self, [right, down]: [f64; 2]) {
         if self.mouse_scope {
             self.message.scope_turned_rad[0] -= right * SCOPE_RAD_COUNT;
@@ -115,7 +115,7 @@ impl Leading {
         }
     }
 
-    /// The wheel turned away from the person by so many notches.
+    /// Takes a turn of the wheel away from the user, in notches.
     fn wheel(&mut self, notches: f64) {
         if self.mouse_scope {
             self.message.scope_advanced_m += notches * SCOPE_M_NOTCH;
@@ -124,7 +124,7 @@ impl Leading {
         }
     }
 
-    /// What the held keys do in `seconds`.
+    /// Applies the held keys for `seconds`.
     fn advance(&mut self, seconds: f64) {
         use KeyCode as Key;
         let controls = self.holds_either(Key::ControlLeft, Key::ControlRight);
@@ -158,12 +158,12 @@ impl Leading {
     }
 }
 
-/// Whoever may take the instrument, and whether they have.
+/// Control of the instrument by mouse and keyboard.
 #[derive(Debug)]
 pub(super) struct Operate {
     station: Station,
     on: Option<(HandSender, Leading)>,
-    /// Said its last; lives until that was heard.
+    /// The last message was sent; it lives until delivery.
     leaving: Option<(HandSender, Instant)>,
     advanced: Instant,
 }
@@ -182,7 +182,7 @@ impl Operate {
         self.on.is_some()
     }
 
-    /// Takes the instrument, or lets it go. Says why not.
+    /// Takes or releases the instrument. Returns the reason if it cannot.
     pub(super) fn toggle(&mut self) -> Result<(), Refusal> {
         if self.on.is_some() {
             self.let_go();
@@ -204,7 +204,7 @@ impl Operate {
         Ok(())
     }
 
-    /// Lets go, if somebody has it: the foot is off the pedal at once, the jaws stay as they are.
+    /// Releases the instrument, if taken: the pedal is up at once, the jaws stay as they are.
     pub(super) fn let_go(&mut self) {
         if let Some((sender, leading)) = self.on.take() {
             sender.send(HandMsg {
@@ -216,7 +216,7 @@ impl Operate {
         }
     }
 
-    /// Takes what leads the hand; returns whether the interface shall not see it.
+    /// Takes input that leads the hand. Returns true if the interface must not see it.
     pub(super) fn take_event(&mut self, event: &WindowEvent) -> bool {
         let Some((_, leading)) = &mut self.on else {
             return false;
@@ -242,14 +242,14 @@ impl Operate {
         }
     }
 
-    /// The mouse itself moved, wherever the cursor is.
+    /// Takes a raw motion of the mouse, wherever the cursor is.
     pub(super) fn mouse_moved(&mut self, (right, down): (f64, f64)) {
         if let Some((_, leading)) = &mut self.on {
             leading.mouse([right, down]);
         }
     }
 
-    /// Tells the hand, when it is time.
+    /// Sends a message to the hand when due.
     pub(super) fn tell(&mut self) {
         self.leaving.take_if(|(_, left)| left.elapsed() > LAST_WORD);
         let since = self.advanced.elapsed();
@@ -272,7 +272,7 @@ impl Operate {
 mod tests {
     use super::*;
 
-    /// The sums in thousandths: m, rad.
+    /// The sums in thousandths of m and rad.
     fn thousandths(leading: &Leading) -> [i64; 6] {
         let message = &leading.message;
         let [x, y, z] = message.moved_m;

@@ -1,4 +1,4 @@
-//! A window of widgets alone, as the launcher's: it is drawn when something happens, and rests else.
+//! A window of widgets alone, such as the launcher's: it is drawn on events, and idle otherwise.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -12,30 +12,30 @@ use super::canvas::Canvas;
 use super::event_loop;
 use crate::DisplayError;
 
-/// How often a page that nobody touches looks about.
+/// Polling period of an idle page.
 const LOOK_ABOUT: Duration = Duration::from_millis(100);
 
-/// What such a window shows.
+/// Content of such a window.
 pub trait Page {
-    /// The window's title now: what a screen reader says first.
+    /// Present title of the window, which a screen reader says first.
     fn title(&self) -> String;
 
-    /// Shows the widgets and does what is asked.
+    /// Shows the widgets and carries out requests.
     fn show(&mut self, ui: &mut egui::Ui);
 
-    /// Looks about, ten times a second; returns whether what is shown has changed.
+    /// Polls, ten times a second. Returns true if the content has changed.
     fn look_about(&mut self) -> bool;
 
-    /// Whether the window is to close.
+    /// True if the window is to close.
     fn is_over(&self) -> bool;
 }
 
-/// Opens a window of `size` pixels inside and runs it until it is closed, its page is over or `stop` is set.
-/// Once a process; on systems other than Linux, from the main thread only. Its thread keeps its priority: what
-/// the page starts inherits it.
+/// Opens a window with an inner size of `size` pixels and runs it until it is closed, its page is
+/// over or `stop` is set. Once per process; on systems other than Linux, from the main thread only.
+/// Its thread keeps its priority, which processes started by the page inherit.
 ///
 /// # Errors
-/// When there is no screen, or nothing that can draw on it.
+/// There is no screen, or no driver that can draw on it.
 pub fn show_page(
     size: [u32; 2],
     stop: &AtomicBool,
@@ -67,7 +67,7 @@ struct App<'a> {
     proxy: EventLoopProxy<accesskit_winit::Event>,
     canvas: Option<Canvas>,
     title: String,
-    /// When a frame could not be had, until one is.
+    /// Time since which no frame could be acquired.
     missed: Option<Instant>,
     error: Option<DisplayError>,
 }
@@ -142,7 +142,7 @@ impl ApplicationHandler<accesskit_winit::Event> for App<'_> {
         if self.stop.load(Ordering::Relaxed) || self.page.is_over() {
             events.exit();
         }
-        // Not at once: a window that cannot be seen would ask without rest.
+        // With a delay: a hidden window would request without rest.
         let missed = self.missed.is_some_and(|it| it.elapsed() >= LOOK_ABOUT);
         if (self.page.look_about() || missed)
             && let Some(canvas) = &self.canvas

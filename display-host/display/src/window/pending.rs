@@ -1,12 +1,12 @@
-//! Effects that wait for the next picture: few, and none that a picture would show too late.
+//! Effects pending for the next picture: few, and none that is too old.
 
 use std::collections::VecDeque;
 
 use crate::effects::Effect;
 
-/// Effects at most; a new one takes the oldest one's place. A minimised window draws nothing.
+/// Most pending effects; a new one replaces the oldest. A minimised window draws nothing.
 const MOST: usize = 48;
-/// What began longer ago than this is not begun any more, s.
+/// Age above which an effect is dropped, s.
 const STALE_S: f64 = 0.3;
 
 #[derive(Default)]
@@ -22,7 +22,7 @@ impl Pending {
         self.waiting.push_back((now_s, effect));
     }
 
-    /// What the next picture begins.
+    /// Takes the effects for the next picture.
     pub(super) fn take(&mut self, now_s: f64) -> Vec<Effect> {
         let waiting = self.waiting.drain(..);
         let fresh = waiting.filter(|(at_s, _)| now_s - at_s <= STALE_S);

@@ -1,28 +1,28 @@
-//! Why something that was asked for was not done, in the user's language.
+//! Refused requests, explained in the user's language.
 
 use shared_mem::message::{CommandMsg, ReplyMsg};
 use shared_mem::service::ServiceError;
 
 use crate::words::Words;
 
-/// Why something was not done.
+/// Reason why a request was not carried out.
 #[derive(Debug)]
 pub(super) enum Refusal {
     /// The controller refused a command with this answer.
     Answer { command: CommandMsg, answer: u32 },
-    /// A command did not reach it, or was not answered.
+    /// A command did not reach the controller, or was not answered.
     Command {
         command: CommandMsg,
         error: ServiceError,
     },
     /// The hand cannot be led.
     Hand(ServiceError),
-    /// There is no hand to be led.
+    /// There is no hand to lead.
     NoHand,
 }
 
 impl Refusal {
-    /// What the user reads.
+    /// Text for the user.
     pub(super) fn said(&self, words: &Words) -> String {
         match self {
             Self::Answer { command, answer } => {
@@ -59,7 +59,7 @@ fn not_done(words: &Words, command: CommandMsg, why: String) -> String {
     words.say_with("command-not-done", &values)
 }
 
-/// What is of the computer and not of the station is said as it is: it is rare, and for who set it up.
+/// Errors of the computer itself stay in English: they are rare, and concern its administrator.
 fn service(words: &Words, error: &ServiceError) -> String {
     match error {
         ServiceError::SecondHand(_) => words.say("hand-elsewhere"),

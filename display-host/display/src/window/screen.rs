@@ -19,25 +19,25 @@ use crate::render::lens::Lens;
 use crate::render::{Quality, Renderer};
 use crate::ui::{Asked, ui};
 
-/// Pictures larger than this are stretched, pixels.
+/// Largest picture, pixels; a larger area shows it stretched.
 const PICTURE_MAX: [u32; 2] = [2560, 1440];
-/// A new picture size must differ by this share before the picture is made anew.
+/// Least relative change of the picture's size that recreates the picture.
 const RESIZE_SHARE: f32 = 0.02;
-/// Time that auto exposure takes for most of its way, s.
+/// Time constant of the automatic exposure, s.
 const EXPOSURE_S: f32 = 0.4;
 
-/// A step of the endoscope's light cable about its shaft, degrees.
+/// Step of the endoscope's light cable about its shaft, degrees.
 const TURN_DEGREES: f32 = 15.0;
 
-/// What became of a frame.
+/// Result of a frame.
 pub(super) enum Shown {
-    /// It is on the screen; the user asked for this.
+    /// It is on the screen, and the user asked for this.
     Frame { asked: Vec<Asked>, quit: bool },
-    /// The window cannot be seen.
+    /// The window is not visible.
     Unseen,
 }
 
-/// What outlasts a screen whose graphics device is lost.
+/// State that outlasts a lost graphics device.
 #[derive(Default)]
 pub(super) struct Kept {
     pub(super) scope: Scope,
@@ -54,13 +54,13 @@ pub(super) struct Screen {
     renderer: Renderer,
     picture: egui::TextureId,
     last_frame: Option<Instant>,
-    /// How long ago the one before was, s; taken once it is judged.
+    /// Time since the previous frame, s; taken when it is judged.
     since_last_s: Option<f32>,
     governor: Governor,
-    /// The newest tick that was drawn.
+    /// Newest tick drawn.
     drawn_tick: Option<u64>,
     mouse_held: bool,
-    /// Fault injection: in the midst of the next frame.
+    /// Fault injection: loses the device during the next frame.
     loses_device: bool,
 }
 
@@ -99,7 +99,7 @@ impl Screen {
         })
     }
 
-    /// Closes it; what is not to be lost with it.
+    /// Closes the screen. Returns the state to keep.
     pub(super) fn close(self) -> Kept {
         Kept {
             scope: *self.renderer.scope(),
@@ -111,7 +111,7 @@ impl Screen {
         }
     }
 
-    /// Fault injection: its graphics device is lost.
+    /// Fault injection: loses its graphics device.
     pub(super) fn lose_device(&mut self) {
         self.loses_device = true;
     }
@@ -136,7 +136,7 @@ impl Screen {
         self.canvas.take_event(event);
     }
 
-    /// Keeps the mouse in the window, unseen, or lets it out.
+    /// Captures the mouse in the window and hides it, or releases it.
     pub(super) fn hold_mouse(&mut self, hold: bool) {
         if hold == self.mouse_held {
             return;
@@ -144,7 +144,7 @@ impl Screen {
         self.mouse_held = hold;
         let window = &self.canvas.window;
         window.set_cursor_visible(!hold);
-        // Where neither can be had the mouse leads the hand all the same, as far as the screen goes.
+        // If both fail the mouse still leads the hand, within the screen.
         let _ = if hold {
             window
                 .set_cursor_grab(CursorGrabMode::Locked)
@@ -158,7 +158,7 @@ impl Screen {
         self.canvas.take_accessibility(event);
     }
 
-    /// Draws and shows one frame.
+    /// Draws and shows a frame.
     pub(super) fn show(
         &mut self,
         scene: &SceneFile,
@@ -201,7 +201,8 @@ impl Screen {
         Ok(Shown::Frame { asked, quit })
     }
 
-    /// Submits the endoscope's picture of the newest moment; its record, times still open.
+    /// Submits the endoscope's picture of the newest moment. Returns its record, with times still
+    /// open.
     fn draw_picture(&mut self, session: &mut Session) -> Option<FrameRecord> {
         session.moment()?;
         let now = Instant::now();
@@ -231,7 +232,7 @@ impl Screen {
         (self.renderer).set_clips(state.clips().unwrap_or(&[]), spheres);
         self.renderer
             .render(&self.canvas.gpu, spheres, &tools, session.time_s());
-        // What is drawn again has no motion to be late with.
+        // A tick drawn again has no latency.
         let is_new = self.drawn_tick.replace(state.tick) != Some(state.tick);
         Some(FrameRecord {
             tick: state.tick,
@@ -244,7 +245,7 @@ impl Screen {
         })
     }
 
-    /// Takes what recent pictures cost, and changes the quality where they cost too much or little.
+    /// Takes the costs of recent pictures, and adapts the quality to them.
     fn watch_cost(&mut self, session: &mut Session) -> Result<(), DisplayError> {
         let cost_ms = if self.canvas.gpu.has_clock() {
             let Some(times) = self.renderer.take_pass_times() else {
@@ -266,13 +267,13 @@ impl Screen {
         Ok(())
     }
 
-    /// How far the endoscope looks off its shaft, and how far it is turned about it, rad.
+    /// Angle between the endoscope's view and its shaft, and its turn about the shaft, rad.
     pub(super) fn scope_rad(&self) -> [f32; 2] {
         let scope = self.renderer.scope();
         [scope.angle, scope.turned]
     }
 
-    /// Does what was asked of the endoscope.
+    /// Carries out requests for the endoscope.
     fn turn_scope(&mut self, asked: &[Asked], session: &mut Session) {
         for asked in asked {
             let scope = self.renderer.scope_mut();
@@ -301,13 +302,12 @@ impl Screen {
         session.ui.is_smoke_drawn_off = effects.is_drawn_off();
     }
 
-    /// The picture's texture is another one.
+    /// Shows the picture's new texture.
     fn show_picture_anew(&mut self) {
         self.canvas.replace(self.picture, self.renderer.picture());
     }
 
-    /// On a graphics device the picture is as large as its place on the screen; a software driver
-    /// keeps its small one.
+    /// Fits the picture to its area on a graphics device; a software driver keeps its small one.
     fn fit_picture(&mut self, covered: Option<[u32; 2]>) -> Result<(), DisplayError> {
         let Some(covered) = covered.filter(|_| !self.canvas.gpu.is_software()) else {
             return Ok(());
@@ -326,7 +326,7 @@ impl Screen {
     }
 }
 
-/// Chooses the quality by the device's own clock, or where it has none by the time between frames.
+/// Governs the quality by the device's clock, or without one by the interval between frames.
 fn governor(canvas: &Canvas) -> Governor {
     let (tiers, may_cost_ms) = Quality::tiers(&canvas.gpu);
     if canvas.gpu.has_clock() {
@@ -338,7 +338,7 @@ fn governor(canvas: &Canvas) -> Governor {
     Governor::by_period(tiers, Quality::period_ms(&canvas.gpu), screen_ms)
 }
 
-/// The endoscope that comes after one: 0°, 30°, 45°, and again.
+/// Next endoscope: 0°, 30°, 45°, and again.
 fn next_angle(angle: f32) -> f32 {
     let angles = [0.0f32, 30.0, 45.0];
     let next = angles.into_iter().find(|a| *a > angle.to_degrees() + 1.0);

@@ -1,4 +1,4 @@
-//! What a window knows: the feed, what the panel shows, and what the user asked for.
+//! State of a window: the feed, the panel's state, and the user's requests.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -25,17 +25,17 @@ use crate::ui::{
 };
 use crate::words::{Language, Words};
 
-/// Frames whose records are kept: an hour and a half at 60 Hz; then the older half goes.
+/// Most frame records kept: an hour and a half at 60 Hz; then the older half is dropped.
 const FRAMES_KEPT: usize = 400_000;
-/// Silence that is worth a word.
+/// Silence that is reported.
 const SILENCE: Duration = Duration::from_millis(500);
-/// How long a command may hold the picture up.
+/// Longest time that a command may delay the picture.
 const COMMAND_PATIENCE: Duration = Duration::from_millis(60);
-/// The same of one that prepares a task, which takes the controller a while.
+/// Longest time for a command that prepares a task.
 const START_PATIENCE: Duration = Duration::from_secs(2);
-/// How long an alarm of the task sounds.
+/// Duration of a task alarm's sound.
 const TASK_ALARM: Duration = Duration::from_millis(1500);
-/// The force's plot looks back this far, s.
+/// Time span of the force plot, s.
 const FORCE_S: f64 = 6.0;
 
 pub(super) struct Session {
@@ -50,28 +50,28 @@ pub(super) struct Session {
     frames: Vec<FrameRecord>,
     frame_times: VecDeque<Instant>,
     warnings: Vec<String>,
-    /// Effects that events began since the last picture.
+    /// Effects of events since the last picture.
     pending: Pending,
     causes: Causes,
-    /// The organs went back to rest since the last picture.
+    /// True if the organs were reset since the last picture.
     was_reset: bool,
-    /// `None`: muted, or there is no sound card.
+    /// `None`: muted, or no sound card.
     sound: Option<Sound>,
     heard: Heard,
     task: Option<Arc<Mutex<TaskView>>>,
-    /// An instructor hears of the task from its assessor.
+    /// Bulletins of the assessor, for an instructor.
     bulletins: Option<(TaskReceiver, Box<TaskMsg>)>,
     replay: Option<Arc<Mutex<ReplayView>>>,
     recording: Option<Arc<Mutex<RecordingView>>>,
-    /// The view that has left the endoscope.
+    /// The free view, if active.
     free: Option<FreeCamera>,
-    /// When the task last gave an alarm.
+    /// Time of the last task alarm.
     alarmed: Option<Instant>,
-    /// The newest clip that has closed: it clicks once, on however many organs it is.
+    /// Number of the newest closed clip: it clicks once, on however many organs it is.
     newest_clip: Option<u32>,
     /// Mouse and keyboard as the hand.
     pub(super) operate: Operate,
-    /// What the panel shows.
+    /// State of the panel.
     pub(super) ui: UiState,
 }
 
@@ -123,7 +123,7 @@ impl Session {
         }
     }
 
-    /// An instructor watches this station, if one is named.
+    /// Watches this station as an instructor, if one is named.
     pub(super) fn watched_by_instructor(
         mut self,
         station: Option<&Station>,
@@ -136,7 +136,7 @@ impl Session {
         Ok(self)
     }
 
-    /// Takes the newest that the task's assessor told.
+    /// Takes the assessor's latest bulletin.
     fn take_bulletin(&mut self) {
         let Some((receiver, inbox)) = &mut self.bulletins else {
             return;
@@ -146,7 +146,7 @@ impl Session {
         }
     }
 
-    /// What else is to be shown.
+    /// Adds further content to show.
     pub(super) fn showing(
         mut self,
         replay: Option<Arc<Mutex<ReplayView>>>,
@@ -160,17 +160,17 @@ impl Session {
         self.ui.adapter = adapter;
     }
 
-    /// The newest moment, if the controller ever showed one of this scene.
+    /// The newest moment, if a frame of this scene has arrived.
     pub(super) fn moment(&self) -> Option<(&StateFrame, &ToolFrame)> {
         self.feed.state().zip(self.feed.tools())
     }
 
-    /// The tools as they are to be drawn: from where the user looks.
+    /// The tools as drawn, from the user's viewpoint.
     pub(super) fn seen_tools(&self, tools: &ToolFrame) -> ToolFrame {
         self.free.map_or(*tools, |free| free.seen(tools))
     }
 
-    /// Brings the engineering view up to date, if it is on.
+    /// Updates the engineering view, if on.
     pub(super) fn update_overlay(&mut self, scene: &SceneFile, scope: &Scope) {
         if self.ui.overlay.is_none() {
             return;
@@ -191,7 +191,7 @@ impl Session {
         self.start.elapsed().as_secs_f32()
     }
 
-    /// Takes what the services have.
+    /// Receives everything from the services.
     pub(super) fn receive(&mut self, observer: &mut dyn FnMut(Observed<'_>)) {
         let restarts = self.feed.counters().restarts;
         if self.host.newest_state(&mut self.inbox_state)
@@ -215,7 +215,7 @@ impl Session {
         }
         if self.feed.counters().restarts > restarts {
             self.forget_effects();
-            // Another run: its task is told anew, if it has one.
+            // Another run: its task comes in new bulletins.
             if self.bulletins.is_some() {
                 self.ui.watch(None);
             }
@@ -228,12 +228,12 @@ impl Session {
         let (heard, was_reset) = (&mut self.heard, &mut self.was_reset);
         self.host.drain_events(|event| {
             feed.note_event(event);
-            // Whoever asked for it: nothing bleeds any more, and nothing lies on the organs.
+            // Whoever asked for it: clear all bleeding and stains.
             if event.kind == EventMsg::RESET {
                 pending.clear();
                 (*newest_clip, *was_reset) = (None, true);
             }
-            // While nothing is heard no click is due.
+            // While muted no click is due.
             if event.kind == EventMsg::CLIP
                 && newest_clip.replace(event.value as u32) != Some(event.value as u32)
                 && ui.settings.sound
@@ -258,7 +258,7 @@ impl Session {
         if let Some(task) = &self.task {
             let task = task.lock().unwrap_or_else(PoisonError::into_inner).clone();
             let before = self.ui.task_view.as_ref().map_or(0, |task| task.alarms);
-            // In an exam nothing sounds.
+            // An exam is silent.
             if task.alarms > before && task.alarm.is_some() {
                 self.alarmed = Some(Instant::now());
             }
@@ -275,7 +275,7 @@ impl Session {
         self.ui.force = self.force.iter().copied().collect();
     }
 
-    /// Lets hear what the tools do, and says once why nothing is heard.
+    /// Plays the sounds of the tools, and reports once why nothing is heard.
     fn sound(&mut self, observer: &mut dyn FnMut(Observed<'_>)) {
         let Some(sound) = &self.sound else { return };
         if let Some(problem) = sound.take_problem() {
@@ -316,10 +316,10 @@ impl Session {
         }
     }
 
-    /// What began since the last picture, `seconds` ago.
+    /// Effects since the last picture, `seconds` ago.
     pub(super) fn take_effects(&mut self, seconds: f32) -> Vec<Effect> {
         let mut effects = self.pending.take(self.start.elapsed().as_secs_f64());
-        // A controller that is silent or paused works on nothing, whatever its last frame says.
+        // A silent or paused controller works on nothing, whatever its last frame says.
         let works = self.is_live() && !self.ui.is_paused();
         if let Some((state, tools)) = self.moment().filter(|_| works) {
             effects.extend(self.causes.electrode(state, tools, seconds.min(0.2)));
@@ -327,24 +327,24 @@ impl Session {
         effects
     }
 
-    /// Whether the newest moment is of now.
+    /// True if the newest moment is current.
     pub(super) fn is_live(&self) -> bool {
         self.ui.link == Link::Live
     }
 
-    /// The organs went back to rest: nothing bleeds, and nothing lies on them.
+    /// Clears all bleeding and stains: the organs were reset.
     fn forget_effects(&mut self) {
         self.pending.clear();
         self.newest_clip = None;
         self.was_reset = true;
     }
 
-    /// Whether the organs went back to rest since the last picture.
+    /// True if the organs were reset since the last picture.
     pub(super) fn take_reset(&mut self) -> bool {
         std::mem::take(&mut self.was_reset)
     }
 
-    /// Does what was asked, as far as it is the controller's.
+    /// Carries out the requests that concern the controller.
     pub(super) fn carry_out(&mut self, asked: &[Asked], observer: &mut dyn FnMut(Observed<'_>)) {
         for asked in asked {
             if self.ui.instructor && asked.reaches_in() {
@@ -352,7 +352,7 @@ impl Session {
             }
             let (kind, argument) = match *asked {
                 Asked::Pause(on) => (CommandMsg::PAUSE, u32::from(on)),
-                // A task begins again where it began.
+                // A restarted task begins at its own start.
                 Asked::Reset => match self.ui.task_view.as_ref().and_then(|it| it.start) {
                     Some(task) => (CommandMsg::START, task),
                     None => (CommandMsg::RESET, 0),
@@ -378,7 +378,7 @@ impl Session {
                     continue;
                 }
                 Asked::ShowSettings(open) => {
-                    // Settings are chosen with the mouse, too.
+                    // Settings need the mouse.
                     if open && self.operate.is_on() {
                         self.carry_out(&[Asked::ToggleHand], observer);
                     }
@@ -409,7 +409,7 @@ impl Session {
                     self.carry_out(&[Asked::Reset, Asked::Pause(false)], observer);
                     continue;
                 }
-                // The window's own.
+                // The window itself handles these.
                 Asked::NextScope
                 | Asked::TurnScope(_)
                 | Asked::TurnFocus(_)
@@ -441,13 +441,14 @@ impl Session {
         }
     }
 
-    /// Says why something is not done: here in the user's language, in English to who runs the station.
+    /// Reports a refusal: here in the user's language, and in English to the operator of the
+    /// station.
     fn refuse(&mut self, refusal: &Refusal, observer: &mut dyn FnMut(Observed<'_>)) {
         observer(Observed::Warning(&refusal.said(&Words::default())));
         self.ui.alarm = Some(refusal.said(&self.ui.words));
     }
 
-    /// Notes a frame that was shown.
+    /// Takes the record of a shown frame.
     pub(super) fn note_frame(&mut self, frame: FrameRecord) {
         let now = Instant::now();
         self.frame_times.push_back(now);
@@ -472,13 +473,13 @@ impl Session {
         self.frames.push(frame);
     }
 
-    /// Says what the user should know, and goes on.
+    /// Warns the user and continues.
     pub(super) fn warn(&mut self, warning: String, observer: &mut dyn FnMut(Observed<'_>)) {
         observer(Observed::Warning(&warning));
         self.warnings.push(warning);
     }
 
-    /// How many pictures were drawn.
+    /// Number of drawn pictures.
     pub(super) fn drawn(&self) -> u64 {
         self.frames.len() as u64
     }
@@ -500,9 +501,9 @@ impl Session {
     }
 }
 
-/// What a trainee must be told of at once: a message.
+/// Message of an event that the trainee must know at once.
 fn alarm(event: &EventMsg) -> Option<&'static str> {
-    // Codes of `rt_core::fault::Fault` that take the force away, or the current.
+    // Codes of `rt_core::fault::Fault` that switch off the force or the current.
     match (event.kind, event.value as u32) {
         (EventMsg::FAULT, 1) => Some("fault-no-number"),
         (EventMsg::FAULT, 3) => Some("fault-late"),

@@ -1,14 +1,14 @@
-# What the interface says, in English. Numbers come as text, rounded by the program.
+# Texts of the interface in English. The program passes numbers as rounded text.
 
 ## Tasks
-task-identify = Identify: show cystic duct and artery
+task-identify = Identify: expose cystic duct and artery
 task-clamp = Clamp: clip cystic duct and artery
 task-cut = Cut: divide both between the clips
 task-disconnect = Disconnect: free the gallbladder from the liver
 task-full = The whole operation
 task-free = Free practice
-task-none = Press, grasp and pull: feel the organs
-task-scope = Endoscope: show the organs in turn
+task-none = Press, grasp and pull: get to know the organs
+task-scope = Endoscope: show each organ in turn
 
 ## Instruments
 instrument-0 = Grasper
@@ -23,62 +23,62 @@ device-pedal = Foot pedal
 
 ## During a task
 hud-clips = { $count } clips left
-hud-pedal-none = Pedal: nothing
+hud-pedal-none = Pedal: off
 hud-pedal-cut = Pedal: cut
 hud-pedal-coagulate = Pedal: coagulate
-hud-pedal-both = Pedal: both pressed, neither works
-hud-camera-held = Camera held
+hud-pedal-both = Both pedals pressed: no current
+hud-camera-held = Camera locked
 hud-alarm = Alarm: { $text }
 hud-hint = Next: { $text }
 
 ## Pause
 pause-title = Paused
-pause-go-on = Go on (P)
-pause-again = Start again (R)
+pause-go-on = Resume (P)
+pause-again = Restart (R)
 pause-end = End (Esc)
-pause-note = The force is off while the simulation stands still.
+pause-note = The force is off while the simulation is paused.
 
 ## Settings
 settings = Settings (O)
 settings-title = Settings
 settings-language = Language
-settings-text = Size of the text
+settings-text = Text size
 settings-sound = Sound
 settings-sound-on = on
 settings-sound-off = off
-settings-screen = Fill the screen (F11)
+settings-screen = Full screen (F11)
 settings-close = Back (Esc)
 
-## A session shown again
+## Replay
 replay-at = { $at } of { $length }
-replay-slider = Moment of the session
+replay-slider = Position in the session
 replay-step = { $step } s
 replay-speed = { $speed }×
-replay-seeks = going from { $at } to { $to } …
+replay-seeks = Going from { $at } to { $to } …
 replay-free = Free camera (C)
-replay-free-help = Drag the picture to look around, the wheel goes nearer. Arrows: 1 s, page up and down: 10 s, Home: the start.
+replay-free-help = Drag the picture to look around; turn the wheel to zoom. Arrows: 1 s, Page Up and Page Down: 10 s, Home: start.
 
 ## The recording
 recording-on = Recording, { $megabytes } MB
-recording-waits = Recording: the disk is full or gone, { $megabytes } MB wait; make room
-recording-hangs = Recording: the disk has not answered for seconds; check it
+recording-waits = Recording: the disk is full or missing, { $megabytes } MB waiting; free some space
+recording-hangs = Recording: the disk has not responded for some seconds; check it
 recording-gap = Recording, but { $missing } ticks are missing
 recording-events = Recording, but { $missing } events are missing
-recording-ended = No longer recording: the disk was full for too long
+recording-ended = Recording stopped: the disk was full for too long
 
 ## Alarms
 alarm-touched = touched: { $organ }
 alarm-burnt = burnt: { $organ }
 alarm-cut = cut: { $organ }
 alarm-torn = torn: { $organ }
-alarm-perforated = opened: { $organ }
-alarm-crushed = crushed: { $organ }; grip less
-alarm-clip-lost = a clip closed on nothing
-alarm-clip-misplaced = a clip on: { $organ }
-alarm-too-early = clipped before the critical view was there: { $organ }
-alarm-unclamped = divided unclamped: { $organ }
+alarm-perforated = perforated: { $organ }
+alarm-crushed = crushed: { $organ }; loosen the grip
+alarm-clip-lost = clip closed without tissue
+alarm-clip-misplaced = clip misplaced on: { $organ }
+alarm-too-early = clipped before the critical view was achieved: { $organ }
+alarm-unclamped = divided without clips: { $organ }
 
-## How a task stands
+## State of a task
 task-time = Time: { $time }
 task-score = Score: { $score } of 100
 task-done = { $step } (done)
@@ -86,66 +86,66 @@ task-to-do = { $step } (to do)
 task-hint = Hint: { $text }
 task-alarm = Alarm { $number }: { $text }
 task-end = { $outcome }: { $reasons }
-outcome-running = Running
+outcome-running = In progress
 outcome-passed = Passed
 outcome-failed = Failed
-outcome-aborted = Ended before it was done
-outcome-practised = Practised
-hud-end = End: to the report (Esc)
+outcome-aborted = Not completed
+outcome-practised = Practice completed
+hud-end = Show the report (Esc)
 
 ## The panel
 quit = Quit (Esc)
 alarm = Alarm: { $text }
 alarm-acknowledge = Acknowledge (A)
-waiting-other-scene = The controller runs another scene.
-    This display has '{ $scene }': start both with the same one.
+waiting-other-scene = The controller runs a different scene.
+    This display shows '{ $scene }': start both with the same scene.
 waiting-picture = Preparing the picture
-waiting-controller = Waiting for the controller on station '{ $station }'.
+waiting-controller = Waiting for the controller of station '{ $station }'.
     Start one with: calot rt
 controller-paused = Controller: paused
 controller-live = Controller: live
-controller-waiting = Controller: waiting for it
-controller-silent = Controller: silent for { $seconds } s
-controller-other-scene = Controller: runs another scene
+controller-waiting = Controller: not started yet
+controller-silent = Controller: no response for { $seconds } s
+controller-other-scene = Controller: running a different scene
 device-unknown = { $device }: unknown
 device-absent = { $device }: not connected
-device-live = { $device }: live, { $age } ms old
-device-stale = { $device }: stale, { $age } ms old
-device-lost = { $device }: line lost: plug it in again
+device-live = { $device }: ready, last reading { $age } ms ago
+device-stale = { $device }: delayed, last reading { $age } ms ago
+device-lost = { $device }: connection lost; plug it in again
 device-odd = { $device }: unknown status { $status }
-device-bad = { $state }, { $count } frames bad or lost
+device-bad = { $state }, { $count } faulty or lost readings
 instrument = Instrument
-scope = Endoscope: { $angle }°, cable turned { $turned }°, focus { $focus } mm
+scope = Endoscope: { $angle }°, light cable turned { $turned }°, focus { $focus } mm
 scope-next = Next endoscope (S)
 scope-left = Turn left ([)
 scope-right = Turn right (])
 scope-nearer = Focus nearer (-)
 scope-farther = Focus farther (+)
-scope-wipe = Wipe lens (W)
-scope-dirty = Lens: fogged or sooty, wipe it
-scope-held = Camera: held still by the pedal
-smoke-draw-off = Draw off smoke (D)
+scope-wipe = Clean lens (W)
+scope-dirty = Lens: fogged or sooted, clean it
+scope-held = Camera: locked by the pedal
+smoke-draw-off = Evacuate smoke (D)
 smoke-close = Close the valve (D)
-smoke-drawn-off = Smoke: being drawn off through the trocar
-smoke-gathers = Smoke: hides what lies behind it, draw it off
+smoke-drawn-off = Smoke: being evacuated through the trocar
+smoke-gathers = Smoke: obscures the view, evacuate it
 switch-pause = Pause (P)
-switch-go-on = Go on (P)
+switch-go-on = Resume (P)
 switch-reset = Reset organs (R)
 switch-engineering = Engineering view (E)
-switch-hand = Take the instrument: mouse and keyboard (M)
-switch-hand-off = Let go of the instrument (M)
+switch-hand = Control with mouse and keyboard (M)
+switch-hand-off = Release the instrument (M)
 switch-force = Enable force (F)
-switch-force-off = Cut force (F)
-help = Mouse or arrows: move   Wheel or Page keys: deeper, out   Left or Space: jaws   Right or V: coagulate   C: cut   , and .: roll
-    Middle button or Ctrl: endoscope   L: hold the camera   Shift: slow   M or Esc: let go
+switch-force-off = Disable force (F)
+help = Mouse or arrows: move   Wheel or Page keys: in, out   Left or Space: jaws   Right or V: coagulate   C: cut   , and .: rotate
+    Middle button or Ctrl+arrows: endoscope   L: lock the camera   Shift: slow   M or Esc: release
 force = Force on the hand: { $force } N
-force-cut = Force on the hand: { $force } N, cut
-picture = Picture: { $rate } a second, { $age } ms after the hand
+force-cut = Force on the hand: { $force } N, disabled
+picture = Picture: { $rate } per second, { $age } ms behind the hand
 picture-alt = Endoscope picture
-quality = Quality: { $tier } of { $tiers }, 1 the best
-graphics = Graphics: { $ms } ms a picture
-pass-skinning = Skin
-pass-shadow = Shadow
+quality = Quality: level { $tier } of { $tiers } (1 is best)
+graphics = Graphics: { $ms } ms per picture
+pass-skinning = Surfaces
+pass-shadow = Shadows
 pass-scene = Organs and instruments
 pass-exposure = Exposure
 pass-glare = Glare
@@ -153,268 +153,268 @@ pass-lens = Lens
 pass-time = { $name }: { $ms } ms
 
 ## Ticks and safety chain
-ticks-none = Ticks: no record yet
-ticks-realtime = Realtime: yes
-ticks-lacks = Not realtime: lacks { $what }
-ticks-rate = Ticks: { $rate } a second
+ticks-none = Ticks: none recorded yet
+ticks-realtime = Real time: yes
+ticks-lacks = Not real time: missing { $what }
+ticks-rate = Ticks: { $rate } per second
 ticks-counts = Missed { $missed }, late { $late }, allocations { $allocations }, page faults { $faults }
-ticks-wake = Wake-up: 99 % within { $most } µs, worst { $worst } µs
-ticks-tick = Tick: 99 % within { $most } µs, worst { $worst } µs
-ticks-wake-name = Wake-up latency
-ticks-tick-name = Time of a tick
-ticks-bars = { $name }, 1 µs to 33 ms, each bar twice the last
+ticks-wake = Wake-up delay: 99 % within { $most } µs, longest { $worst } µs
+ticks-tick = Tick: 99 % within { $most } µs, longest { $worst } µs
+ticks-wake-name = Wake-up delay
+ticks-tick-name = Duration of a tick
+ticks-bars = { $name }, 1 µs to 33 ms, each bar twice the previous one
 lacks-fifo = SCHED_FIFO
 lacks-locked = locked memory
-lacks-core = its own core
-gates = Safety chain: acted { $count } times
+lacks-core = a core of its own
+gates = Safety chain: intervened { $count } times
 gate = { $count } × { $what }
-gate-bad-sample = poses ignored: not a number, or outside the room
-gate-speed-trip = cut: the handle was too fast
-gate-bad-force = none given: the force was no number
-gate-not-enabled = none given: a person has not enabled it
-gate-lost-device = cut: the device's line was gone
-gate-stale-device = faded: the device was late
-gate-ramped = ramped: after it was enabled, or in a pause
-gate-stiffness-capped = softened to what the device renders stably
-gate-damped = damped: contact gave the hand energy
-gate-clamped = shortened to the device's peak
-gate-thermal-limited = lowered: the motors are warm
-gate-slewed = slowed: the force changed too fast
+gate-bad-sample = readings ignored: invalid, or outside the workspace
+gate-speed-trip = switched off: the handle moved too fast
+gate-bad-force = no force: its value was invalid
+gate-not-enabled = no force: nobody has enabled it
+gate-lost-device = switched off: the device was disconnected
+gate-stale-device = faded out: the device was delayed
+gate-ramped = ramped: after enabling, or during a pause
+gate-stiffness-capped = softened to the stiffness that the device renders stably
+gate-damped = damped: the contact fed energy to the hand
+gate-clamped = limited to the device's peak force
+gate-thermal-limited = reduced: the motors are warm
+gate-slewed = smoothed: the force changed too fast
 
-## What takes the force or the current away
-fault-no-number = the force was not a number: it is off
-fault-late = the haptic device is late: force falls to zero
-fault-gone = the haptic device is gone: force is off
-fault-fast = the handle was too fast: force is off until enabled (F)
-fault-both = both electrodes are asked at once: neither works
+## Faults that switch off the force or the current
+fault-no-number = the force was invalid: it is off
+fault-late = the haptic device is delayed: the force fades out
+fault-gone = the haptic device is disconnected: the force is off
+fault-fast = the handle moved too fast: the force is off until enabled (F)
+fault-both = cut and coagulate pressed together: no current
 
-## What was asked for and not done
-command-not-done = Not done: { $what }. { $why }
-command-pause = pause or go on
-command-start = begin the task again
+## Refused requests
+command-not-done = Not possible: { $what }. { $why }
+command-pause = pause or resume
+command-start = restart the task
 command-reset = reset the organs
-command-force = switch the force
-command-instrument = take another instrument
+command-force = enable or disable the force
+command-instrument = change the instrument
 command-seek = go to another moment
-command-speed = another speed
-command-other = a command
-refused-unknown = The controller does not know how: it may be of another version.
-refused-range = The controller does not have that.
-refused-busy = Too much waits at the controller: try again.
+command-speed = change the speed
+command-other = the command
+refused-unknown = The controller does not know this command; its version may differ.
+refused-range = The controller does not offer that.
+refused-busy = The controller is busy: try again.
 refused-otherwise = The controller refused (answer { $answer }).
-service-no-answer = No controller answers: is the station running?
-service-other-version = A process of another version runs on this station: end it.
-hand-elsewhere = Another display has the instrument in hand: let go of it there (M).
-hand-nobody = There is no emulated hand to take over: the instrument is a real device's, or the station does not run.
+service-no-answer = The controller does not respond: is the station running?
+service-other-version = A process of a different version runs on this station: stop it.
+hand-elsewhere = Another display controls the instrument: release it there (M).
+hand-nobody = No simulated instrument is available: it belongs to a real device, or the station is not running.
 
 ## The launcher
 launcher-start = Start
 launcher-running = Operation
 launcher-debrief = Debrief
 launcher-questions = Questionnaire
-launcher-sheet = Instructor's sheet
-launcher-failed = No operation
+launcher-sheet = Instructor's assessment
+launcher-failed = Operation did not start
 
 ## Start
-start-title = What is to be done?
+start-title = Choose a task
 start-begin = Begin (Enter)
 start-trainee = Trainee
-start-nobody = Nobody
+start-nobody = Guest (not saved)
 start-new-name = New name (N)
-start-not-kept = Without a name the session is not kept in the store.
-start-kept = Kept in { $store }
+start-not-kept = Guest sessions are not saved: choose or enter a name to save yours.
+start-kept = Saved in { $store }
 start-task = Task
-start-asks-identify = Clear Calot's triangle and the gallbladder's lower third with the hook, until only duct and artery enter the gallbladder.
-start-asks-clamp = Close cystic duct and cystic artery with clips, enough of them and apart, on nothing else.
-start-asks-cut = Divide duct and artery with the scissors, each between its clips.
-start-asks-disconnect = Free the gallbladder from its bed on the liver with the hook, and open neither.
-start-asks-full = All four in order, from the first touch to the free gallbladder.
-start-asks-free = Nothing is asked; everything is measured.
-start-asks-scope = Show one organ after the other with the endoscope, level and still.
-start-own-sutures = Place the sutures that hang the gallbladder myself
-start-difficulty = Help
+start-asks-identify = Dissect Calot's triangle and the lower third of the gallbladder with the hook, until only the cystic duct and artery enter the gallbladder.
+start-asks-clamp = Close the cystic duct and artery with enough well-spaced clips, and clip nothing else.
+start-asks-cut = Divide the duct and the artery with scissors, each between its clips.
+start-asks-disconnect = Dissect the gallbladder off the liver bed with the hook, without opening either organ.
+start-asks-full = All four tasks in order, from the first touch to the freed gallbladder.
+start-asks-free = No goal is set; everything is measured.
+start-asks-scope = Show one organ after another with the endoscope, level and steady.
+start-own-sutures = Place the stay sutures of the gallbladder myself
+start-difficulty = Guidance
 start-scope = Endoscope
 start-scene = Scene
 scene-triangle = Calot's triangle
-scene-triangle-variant = Calot's triangle, unusual course
+scene-triangle-variant = Calot's triangle, anatomical variant
 scene-built-in = Four organs
 start-devices = Devices
-start-emulated = Emulated
-start-by-file = By a station file
+start-emulated = Simulated
+start-by-file = From a station file
 start-station-file = Station file
-start-device-emulated = { $device }: emulated
-start-device-there = { $device }: { $path } is there
-start-device-missing = { $device }: { $path } is not there. Plug it in, or choose the emulated ones
-start-device-named = { $device }: { $path }, looked for at the start
-start-hand = M takes the instrument with mouse and keyboard; else a scripted hand works.
-start-nothing-plugged-in = No serial line or pedal is plugged in.
-start-plugged-in = Plugged in: { $list }
-start-no-file = Name a station file, or choose the emulated devices.
+start-device-emulated = { $device }: simulated
+start-device-there = { $device }: { $path } connected
+start-device-missing = { $device }: { $path } not found. Plug it in, or choose simulated devices
+start-device-named = { $device }: { $path }, checked at the start
+start-hand = Press M to control the instrument with mouse and keyboard; until then an automatic demonstration runs.
+start-nothing-plugged-in = No serial device or pedal is connected.
+start-plugged-in = Connected: { $list }
+start-no-file = Enter a station file, or choose simulated devices.
 
 difficulty-beginner = Beginner
-difficulty-beginner-gives = The next step is said; alarms and progress are shown.
+difficulty-beginner-gives = Hints tell you the next step; alarms and progress are shown.
 difficulty-trainee = Trainee
 difficulty-trainee-gives = Alarms and progress are shown.
 difficulty-exam = Exam
-difficulty-exam-gives = Only time and task are shown; what went wrong is said at the end.
-start-no-folder = { $path }: { $problem }. Name another place with --sessions.
-start-no-process = The operation could not be started: { $problem }
+difficulty-exam-gives = Only time and task are shown; errors are shown at the end.
+start-no-folder = { $path }: { $problem }. Choose another folder with --sessions.
+start-no-process = The operation did not start: { $problem }
 
 ## The store of trainees, and station files
-store-no-home = There is no home folder: name the store's file with --store.
-store-io = { $path }: { $problem }. Name another file with --store.
-store-foreign = { $path } is no store of Calot; it is left as it is. Name another file with --store.
-store-version = { $path } is a store of version { $problem }, made by another Calot; it is left as it is. Use that one, or name another file with --store.
-store-damaged = { $path } is damaged ({ $problem }); it is left as it is. Put a copy of it back, or move it away and begin anew.
-store-busy = { $path } is in use: another program has it open and writes. Try again when that is done.
-store-log = { $path } keeps a log beside it ({ $problem }), and another program holds it open. Nobody was forgotten: end the programs that have it open, and try again.
+store-no-home = No home folder was found: choose the store's file with --store.
+store-io = { $path }: { $problem }. Choose another file with --store.
+store-foreign = { $path } is not a Calot store and was left unchanged. Choose another file with --store.
+store-version = { $path } is a store of version { $problem }, from a different Calot, and was left unchanged. Use that Calot, or choose another file with --store.
+store-damaged = { $path } is damaged ({ $problem }) and was left unchanged. Restore a copy, or move it away to start afresh.
+store-busy = { $path } is in use: another program is writing to it. Try again later.
+store-log = { $path } has a log file ({ $problem }) that another program keeps open. Nobody was deleted: close the programs that use it, and try again.
 store-sqlite = { $path }: { $problem }
-store-no-trainee = Nobody is called '{ $name }' in the store.
+store-no-trainee = The store has no trainee called '{ $name }'.
 store-no-session = The session is not in the store.
-store-taken = The session is in the store under another name.
-store-value = { $value } is out of its range.
+store-taken = The session is stored under another name.
+store-value = { $value } is out of range.
 store-questions = Questionnaire: { $problem }
-store-name = { $name } is no name to be kept: 1 to 64 characters, none of them unseen.
-station-file-none = { $path } is no station file but a folder, a pipe or a device. Name a text file (TOML) that names the devices.
+store-name = { $name } cannot be used as a name: enter 1 to 64 visible characters.
+station-file-none = { $path } is not a station file but a folder, a pipe or a device. Choose a text file (TOML) that lists the devices.
 station-file-unread = { $path } cannot be read: { $problem }
 station-file-wrong = { $path }, line { $line }: { $problem }
 
 ## While an operation runs
-running-title = The operation is running
-running-ending = The operation is ending
-running-note = It has a window of its own: Esc there ends it. Then its debrief is shown here.
+running-title = Operation in progress
+running-ending = Ending the operation
+running-note = The operation has its own window; press Esc there to end it. The debrief then appears here.
 running-stop = Stop (S)
-running-stop-at-once = Stop at once: without a report (S)
+running-stop-at-once = Stop now, without a report (S)
 
 ## Nothing to debrief
 failed-title = The operation did not take place
-failed-status = The station ended: { $status }
-failed-note = This is the last that it said. Mend what it names, or choose otherwise.
+failed-status = The station stopped: { $status }
+failed-note = These are its last messages. Fix the problem, or change your choices.
 failed-again = Try again (Enter)
-failed-emulated = Try with emulated devices
-failed-quit = End
+failed-emulated = Try with simulated devices
+failed-quit = Quit
 failed-code = with code { $number }
-failed-signal = by signal { $number }
-failed-recorded = What was recorded is there: calot store add NAME '{ $path }'
+failed-signal = on signal { $number }
+failed-recorded = The recording is intact: calot store add NAME '{ $path }'
 
 ## Debrief
 debrief-again = Again (Enter)
 debrief-another = Another task (Esc)
 debrief-report = Open the full report (R)
 debrief-questions = Questionnaire (Q)
-debrief-sheet = Instructor's sheet (I)
-debrief-answered = Questionnaire: answered
-debrief-sheet-points = Instructor's sheet: { $points } of 25
-debrief-errors = What was wrong
-debrief-no-errors = Nothing.
-debrief-past = Before
-debrief-no-past = No session to compare with yet.
-debrief-metrics = What counts
-debrief-report-opened = The report is opened: { $path }
-debrief-report-lies = The report is in { $path }; no program here opened it ({ $problem }).
+debrief-sheet = Instructor's assessment (I)
+debrief-answered = Questionnaire: completed
+debrief-sheet-points = Instructor's assessment: { $points } of 25
+debrief-errors = Errors
+debrief-no-errors = None.
+debrief-past = Earlier sessions
+debrief-no-past = No earlier session to compare with.
+debrief-metrics = Results
+debrief-report-opened = The report was opened: { $path }
+debrief-report-lies = The report is in { $path }; no program opened it ({ $problem }).
 metric = Metric
 metric-now = Now
 metric-rule = To pass
-metric-best = Best before
-sheet-not-whole = Five points are needed.
+metric-best = Best so far
+sheet-not-whole = Rate all five items.
 
 ## Points from 1 to 5
-points-about = About { $name }
+points-about = Trainee: { $name }
 points-number = { $number } of { $of }
-points-scale = 1: not at all. 5: very. Keys 1 to 5 answer.
-points-all = All are answered:
-points-keep = Keep (Enter)
-points-previous = The one before (Backspace)
-points-back = Back without keeping (Esc)
+points-scale = 1: lowest. 5: highest. Press a key from 1 to 5.
+points-all = All items are answered:
+points-keep = Save (Enter)
+points-previous = Previous item (Backspace)
+points-back = Back without saving (Esc)
 
-question-anatomy = How real is the anatomy?
-question-triangle = How real is it to find and show Calot's triangle?
-question-interface = How real does the picture look?
-question-instruments = How real is the handling of the instruments?
-question-electric-dissection = How real is dissecting with current?
-question-removal = How real is freeing the gallbladder?
-question-laparoscopy = How real is it beside the same work in ordinary laparoscopy?
-question-force-quality = How good is the force that you feel?
-question-force-use = How useful is the force that you feel?
-question-hand-eye = How useful is it for the coordination of hand and eye?
-question-both-hands = How useful is it for working with both hands?
-question-notes-skills = How useful is it for the basic skills of surgery through natural openings?
-question-measures = How much do you trust its measures of performance?
-question-other-coordination = How sure are you that hand and eye work together differently than with two ports?
+question-anatomy = How realistic is the anatomy?
+question-triangle = How realistic is identifying Calot's triangle?
+question-interface = How realistic is the picture?
+question-instruments = How realistic is the handling of the instruments?
+question-electric-dissection = How realistic is the electrosurgical dissection?
+question-removal = How realistic is the removal of the gallbladder?
+question-laparoscopy = How realistic is it compared with conventional laparoscopy?
+question-force-quality = How good is the force feedback?
+question-force-use = How useful is the force feedback?
+question-hand-eye = How useful is it for training hand-eye coordination?
+question-both-hands = How useful is it for training both hands?
+question-notes-skills = How useful is it for the basic skills of natural orifice surgery?
+question-measures = How much do you trust its performance metrics?
+question-other-coordination = How certain are you that hand-eye coordination differs from the two-port technique?
 
-goals-depth = Depth perception: 1 overshoots and is slow to correct, 5 goes straight to the target
-goals-hands = Bimanual dexterity: 1 one hand alone, 5 both hands to the best exposure
-goals-efficiency = Efficiency: 1 uncertain, many attempts, 5 confident and safe, straight on
+goals-depth = Depth perception: 1 overshoots and corrects slowly, 5 goes straight to the target
+goals-hands = Bimanual dexterity: 1 uses one hand only, 5 uses both hands for the best exposure
+goals-efficiency = Efficiency: 1 uncertain, many attempts, 5 confident, safe and direct
 goals-tissue = Tissue handling: 1 rough, tears and injures, 5 gentle, without injury
-goals-autonomy = Autonomy: 1 unable even when guided, 5 alone
+goals-autonomy = Autonomy: 1 unable to proceed even with guidance, 5 works independently
 
 ## Metrics
 metric-score = Score
 metric-time-s = Time
 metric-gaps-s = Gaps in the recording
-metric-restarts = Begun again
-metric-lost-events = Events lost
-metric-path-m = Path of the instrument
-metric-scope-path-m = Path of the endoscope
-metric-movements = Movements of the instrument
-metric-scope-movements = Movements of the endoscope
+metric-restarts = Restarts
+metric-lost-events = Lost events
+metric-path-m = Instrument path
+metric-scope-path-m = Endoscope path
+metric-movements = Instrument movements
+metric-scope-movements = Endoscope movements
 metric-economy = Economy of movement
 metric-idle-s = Idle time
-metric-force-max-n = Greatest force
+metric-force-max-n = Peak force
 metric-force-mean-n = Mean force
-metric-force-p95-n = Force, 95 % of the time
+metric-force-p95-n = Force, 95th percentile
 metric-force-saturated-s = Time at the device's limit
 metric-cautery-on-s = Current on
-metric-cautery-air-s = Current on nothing
-metric-burn-wrong-j = Energy into the wrong
+metric-cautery-air-s = Current without contact
+metric-burn-wrong-j = Energy into protected structures
 metric-burn-liver-j = Energy into the liver
 metric-burn-gallbladder-j = Energy into the gallbladder
 metric-burn-duct-j = Energy into ducts
 metric-burn-vessel-j = Energy into arteries
-metric-burn-target-j = Energy into fat and tissue
-metric-touches-wrong = Wrong structures touched
-metric-burns-wrong = Wrong structures burnt
-metric-cuts-wrong = Wrong structures cut
+metric-burn-target-j = Energy into fat and connective tissue
+metric-touches-wrong = Protected structures touched
+metric-burns-wrong = Protected structures burnt
+metric-cuts-wrong = Protected structures cut
 metric-clips-used = Clips used
 metric-clips-lost = Clips lost
 metric-clips-misplaced = Clips misplaced
 metric-clips-duct = Clips on the cystic duct
 metric-clips-artery = Clips on the cystic artery
-metric-clip-spacing-mm = Least distance of clips
-metric-cuts-one-sided = Divided beside the clips
-metric-unclamped = Divided unclamped
-metric-blood-ml = Blood lost
-metric-bile-ml = Bile lost
+metric-clip-spacing-mm = Smallest clip spacing
+metric-cuts-one-sided = Divided outside the clips
+metric-unclamped = Divided without clips
+metric-blood-ml = Blood loss
+metric-bile-ml = Bile loss
 metric-perforations = Perforations
-metric-crushes = Crushed
-metric-tears = Torn
-metric-slips = Slipped
+metric-crushes = Tissue crushed
+metric-tears = Tissue torn
+metric-slips = Tissue slipped from the jaws
 metric-out-of-view-s = Instrument out of view
-metric-scope-turn-deg = Endoscope turned
-metric-scope-tilt-deg = Horizon off the level
-metric-exchanges = Instruments exchanged
+metric-scope-turn-deg = Endoscope rotation
+metric-scope-tilt-deg = Horizon tilt
+metric-exchanges = Instrument changes
 metric-cvs-triangle = Triangle cleared
-metric-cvs-bed = Lower third off the bed
-metric-cvs-two = Two structures only
+metric-cvs-bed = Lower third dissected
+metric-cvs-two = Only two structures
 metric-bed = Bed cleared
 metric-alarms = Alarms
 
 ## Instructor
 observe-title = Instructor: station '{ $station }'
-observe-no-task = No task: free work, without an assessment
-observe-difficulty = Help: { $difficulty }
+observe-no-task = No task: free work without assessment
+observe-difficulty = Guidance: { $difficulty }
 observe-metrics = Metrics so far
 observe-alarms = Alarms
 observe-no-alarms = None yet
 
 ## The engineering view
 inside-counts = { $spheres } spheres, { $links } links, { $tetrahedra } tetrahedra; { $touched } spheres touched
-inside-asleep = All { $organs } organs sleep
+inside-asleep = All { $organs } organs are asleep
 inside-awake = Awake { $awake } of { $organs }: { $names }
-inside-legend = Spheres: grey asleep, blue awake, white held, orange touched, pink grasped.
-    Cyan: the tool; magenta: where the hand holds it; yellow: force, 2 cm a newton.
+inside-legend = Spheres: grey asleep, blue awake, white fixed, orange touched, pink grasped.
+    Cyan: instrument; magenta: position of the hand; yellow: force, 2 cm per newton.
 
-## Organs, as scenes name them
+## Organs, by their names in scenes
 organ-liver = liver
 organ-gallbladder = gallbladder
 organ-connective-tissue = connective tissue
@@ -427,27 +427,27 @@ organ-stomach = stomach
 organ-duodenum = duodenum
 organ-intestine = intestine
 
-## What the assessment says: what is to be done, what helps, why it is over
+## Texts of the assessment: steps, hints, reasons
 reason-not-done = not done: { $step }
-hint-hold = { $step }: hold it in the middle of the picture.
+hint-hold = { $step }: keep it in the middle of the picture.
 hint-take = { $step }: take the { $instrument } ({ $key }).
-hint-grasper = { $step }: touch it, press the pedal, carry the thread towards the wall, press again.
-hint-hook = { $step }: hook a strand, lift it clear, then a short current.
-hint-clip-applier = { $step }: both jaws around it, tips in sight, then close.
-hint-scissors = { $step }: see both clips before the blades close.
-step-hang = Hang the gallbladder by { $count } sutures
+hint-grasper = { $step }: touch it, press the pedal, draw the thread to the abdominal wall, press again.
+hint-hook = { $step }: hook a strand, lift it clear, then give a short burst of current.
+hint-clip-applier = { $step }: pass both jaws around it, keep the tips in view, then close.
+hint-scissors = { $step }: see both clips before you close the blades.
+step-hang = Suspend the gallbladder with { $count } sutures
 step-triangle = Clear Calot's triangle
-step-lower-bed = Free the lower third of the gallbladder's bed
-step-leave-whole = Leave cystic duct and artery whole
-step-clip = Put { $count } clips on the { $organ }
+step-lower-bed = Free the lower third of the gallbladder from its bed
+step-leave-whole = Keep cystic duct and artery intact
+step-clip = Place { $count } clips on the { $organ }
 step-divide = Divide the { $organ } between clips
 step-free = Free the gallbladder from the liver
 step-show = Show the { $organ }
-reason-unclamped = the { $organ } was divided unclamped
-reason-not-whole = cystic duct or artery is no longer whole
+reason-unclamped = the { $organ } was divided without clips
+reason-not-whole = the cystic duct or artery is no longer intact
 reason-too-long = it took longer than { $limit }
-reason-too-little = { $metric }: { $value }, at least { $limit } is asked
-reason-too-much = { $metric }: { $value }, at most { $limit } is allowed
+reason-too-little = { $metric }: { $value }, at least { $limit } required
+reason-too-much = { $metric }: { $value }, at most { $limit } allowed
 hint-instrument-grasper = grasper
 hint-instrument-hook = cautery hook
 hint-instrument-clip-applier = clip applier

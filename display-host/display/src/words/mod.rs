@@ -1,4 +1,4 @@
-//! What the interface says, in the user's language: Fluent files, one a language.
+//! Words of the interface in the user's language: a Fluent file for each language.
 
 mod number;
 mod told;
@@ -11,7 +11,7 @@ use fluent_bundle::concurrent::FluentBundle;
 use fluent_bundle::{FluentArgs, FluentResource};
 use unic_langid::langid;
 
-/// A language that the interface speaks.
+/// A language of the interface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Language {
     /// `en`.
@@ -22,10 +22,10 @@ pub enum Language {
 }
 
 impl Language {
-    /// All of them.
+    /// All languages.
     pub const ALL: [Self; 2] = [Self::English, Self::German];
 
-    /// Its own name for itself.
+    /// Its name in itself.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -34,7 +34,7 @@ impl Language {
         }
     }
 
-    /// As it is typed, and as POSIX locales begin.
+    /// Its code on the command line and in POSIX locales.
     #[must_use]
     pub const fn code(self) -> &'static str {
         match self {
@@ -43,7 +43,7 @@ impl Language {
         }
     }
 
-    /// The language of a POSIX locale such as `de_AT.UTF-8`; English where there is none of ours.
+    /// Language of a POSIX locale such as `de_AT.UTF-8`; English if it is not supported.
     #[must_use]
     pub fn of_locale(locale: &str) -> Self {
         let code = locale.split(['_', '.', '@', '-']).next().unwrap_or("");
@@ -59,7 +59,7 @@ impl Language {
     }
 }
 
-/// All words in one language. Cheap to clone.
+/// The words of one language. Cheap to clone.
 #[derive(Clone)]
 pub struct Words {
     language: Language,
@@ -67,7 +67,7 @@ pub struct Words {
 }
 
 impl Words {
-    /// In this language.
+    /// The words of this language.
     #[must_use]
     pub fn new(language: Language) -> Self {
         let tag = match language {
@@ -75,9 +75,9 @@ impl Words {
             Language::German => langid!("de"),
         };
         let mut bundle = FluentBundle::new_concurrent(vec![tag]);
-        // Marks about inserted words are for mixed directions, which we have not.
+        // Isolation marks are for mixed text directions, which do not occur.
         bundle.set_use_isolating(false);
-        // A message that does not parse is missing, which a test finds: the rest speaks.
+        // An invalid message is missing, which a test finds: the others remain usable.
         let (Ok(resource) | Err((resource, _))) =
             FluentResource::try_new(language.source().to_owned());
         bundle.add_resource_overriding(resource);
@@ -93,13 +93,13 @@ impl Words {
         self.language
     }
 
-    /// The words of message `id`; the id itself where there is none.
+    /// Text of message `id`; the id itself if it is missing.
     #[must_use]
     pub fn say(&self, id: &str) -> String {
         self.say_with(id, &[])
     }
 
-    /// The same, with values for its variables.
+    /// Text of a message with values for its variables.
     #[must_use]
     pub fn say_with(&self, id: &str, values: &[(&str, FluentValue<'_>)]) -> String {
         let message = self.bundle.get_message(id);
@@ -183,10 +183,10 @@ mod tests {
         let (english, german) = (Words::default(), Words::new(Language::German));
         let all = messages(Language::English);
         let same = all.keys().filter(|id| {
-            // Without values what has variables cannot be said.
+            // A message with variables needs values.
             all[*id].is_empty() && english.say(id) == german.say(id)
         });
-        // Names and what both languages call the same.
+        // Names, and words common to both languages.
         let same: Vec<_> = same.collect();
         assert!(same.len() * 10 < all.len(), "{same:?}");
     }

@@ -1,15 +1,15 @@
-//! Numbers as the user's language writes them.
+//! Numbers in the format of the user's language.
 
 use super::{Language, Words};
 
 impl Words {
-    /// A number with so many digits after its point.
+    /// A number with this many decimals.
     #[must_use]
     pub fn number(&self, value: f64, digits: usize) -> String {
         self.localised(format!("{value:.digits$}"))
     }
 
-    /// A number with its unit: `1` for a share, `n` for a count, else as it is written.
+    /// A number with its unit: `1` for a share, `n` for a count, otherwise as written.
     #[must_use]
     pub fn amount(&self, value: f64, unit: &str) -> String {
         match unit {
@@ -21,7 +21,7 @@ impl Words {
         }
     }
 
-    /// The same, but so exact that a limit and what is just beyond it look different.
+    /// A number with its unit, precise enough to tell a limit from values just beyond it.
     pub(super) fn exact(&self, value: f64, unit: &str) -> String {
         let (value, unit) = match unit {
             "1" => (100.0 * value, " %".to_owned()),
@@ -29,13 +29,13 @@ impl Words {
             "deg" => (value, "°".to_owned()),
             _ => (value, format!(" {unit}")),
         };
-        // Three digits tell apart all that rules and metrics are given in; zeros at their end tell nothing.
+        // Three decimals distinguish all values of rules and metrics; trailing zeros add nothing.
         let text = format!("{value:.3}");
         let text = text.trim_end_matches('0').trim_end_matches('.');
         self.localised(format!("{text}{unit}"))
     }
 
-    /// A number's text as this language has it.
+    /// Text of a number in the format of this language.
     pub(crate) fn localised(&self, text: String) -> String {
         match self.language {
             Language::English => text,

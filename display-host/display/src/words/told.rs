@@ -1,11 +1,12 @@
-//! What the assessment says (a step, a hint, a reason), from its kind and values, in the user's language.
+//! Texts of the assessment (steps, hints, reasons) from their kinds and values, in the user's
+//! language.
 
 use assess::{Advice, Hint, Instrument, Metric, Reason, Step};
 
 use super::Words;
 
 impl Words {
-    /// What is to be done.
+    /// Text of a step.
     #[must_use]
     pub fn step(&self, step: &Step) -> String {
         let with_organ =
@@ -28,7 +29,7 @@ impl Words {
         }
     }
 
-    /// What to do next.
+    /// Text of a hint.
     #[must_use]
     pub fn hint(&self, hint: &Hint) -> String {
         let step = ("step", self.step(&hint.step).into());
@@ -53,7 +54,7 @@ impl Words {
         self.say_with(id, &[step])
     }
 
-    /// Why a task is over.
+    /// Text of a reason.
     #[must_use]
     pub fn reason(&self, reason: &Reason) -> String {
         match reason {
@@ -91,13 +92,13 @@ impl Words {
         )
     }
 
-    /// A metric by its name in reports.
+    /// Name of a metric, from its name in reports.
     #[must_use]
     pub fn metric(&self, name: &str) -> String {
         self.say(&format!("metric-{}", name.replace('_', "-")))
     }
 
-    /// An organ by its name in the scene; that name where it is none of the usual ones.
+    /// Name of an organ, from its name in the scene; unknown names stay as they are.
     #[must_use]
     pub fn organ(&self, name: &str) -> String {
         let plain = |c: char| if c.is_ascii_alphanumeric() { c } else { '-' };
@@ -118,7 +119,7 @@ mod tests {
         Step::Clip { organ, count: 3 }
     }
 
-    /// One of each.
+    /// One of each kind.
     fn all() -> (Vec<Step>, Vec<Hint>, Vec<Reason>) {
         let organ = || "cystic artery".to_owned();
         let steps = vec![
@@ -177,7 +178,7 @@ mod tests {
         let english = said(Language::English);
         for (english, german) in english.iter().zip(said(Language::German)) {
             assert_ne!(*english, german);
-            // A message that is missing is its id.
+            // A missing message is shown as its id.
             for id in ["step-", "hint-", "reason-", "metric-", "organ-"] {
                 assert!(
                     !english.contains(id) && !german.contains(id),
@@ -209,9 +210,9 @@ mod tests {
         };
         assert_eq!(
             german.reason(&score),
-            "Punkte: 69,75, verlangt mindestens 70"
+            "Punkte: 69,75, mindestens 70 erforderlich"
         );
-        // A scene of one's own may name its organs as it likes.
+        // A user's scene may name its organs freely.
         let spleen = Step::Show {
             organ: "spleen".to_owned(),
         };

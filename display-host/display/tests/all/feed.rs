@@ -1,4 +1,4 @@
-//! The feed takes anything that shared memory may hold, and shows only what is sound.
+//! The feed accepts any content of shared memory and shows only valid frames.
 
 use bytemuck::Zeroable as _;
 use display_host::feed::{Feed, Offer, hex};
@@ -20,7 +20,7 @@ fn gaps_in_the_events_are_counted_and_a_late_start_is_none() {
     for sequence in [100, 101, 104, 105, 0, 1, 3] {
         feed.note_event(&event(sequence));
     }
-    // 102 and 103 are missing; then the controller started afresh, and 2 is missing.
+    // 102 and 103 are missing; then the controller restarted, and 2 is missing.
     assert_eq!(feed.counters().events, 7);
     assert_eq!(feed.counters().events_lost, 3);
 }
@@ -58,7 +58,7 @@ fn another_scene_is_kept_out_and_named() {
     assert!(feed.state().is_none());
     let other = feed.other_scene_id().map(hex);
     assert_eq!(other.as_deref(), Some("0f0f0f0f0f0f0f0f0f0f0f0f0f0f0f0f"));
-    // The right controller comes back.
+    // The right controller returns.
     feed.offer_state(&support::state(&scene, 0.0));
     assert!(feed.other_scene_id().is_none());
 }
@@ -66,7 +66,7 @@ fn another_scene_is_kept_out_and_named() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
 
-    /// Any bytes at all: taken only if every check holds, and never a panic.
+    /// Any bytes are accepted only if every check holds, and never cause a panic.
     #[test]
     fn garbage_in_a_state_is_never_shown(
         at in 0usize..200, word in any::<u32>(), count in prop_oneof![any::<u32>(), 0u32..5000],
@@ -100,7 +100,7 @@ proptest! {
     }
 }
 
-/// A frame of zeros is a controller that has not filled it: no scene has that identity.
+/// A frame of zeros comes from a controller that has not filled it: no scene has that identity.
 #[test]
 fn zeros_show_nothing() {
     let mut feed = Feed::new(&support::scene(12));

@@ -1,4 +1,4 @@
-//! The headless display over real shared memory, with a controller played by the test.
+//! The headless display over real shared memory, with a simulated controller.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
@@ -13,7 +13,7 @@ use shared_mem::service::{Controller, Station};
 
 use crate::support;
 
-/// The scene as a file that every test maps, and its checked twin.
+/// Path of the scene, which every test maps, and its checked content.
 fn scene() -> &'static (tempfile::TempPath, SceneFile) {
     static SCENE: OnceLock<(tempfile::TempPath, SceneFile)> = OnceLock::new();
     SCENE.get_or_init(|| {
@@ -44,7 +44,7 @@ fn config(name: &str, seconds: f64, frames: u32) -> (HeadlessConfig, tempfile::T
     (config, out)
 }
 
-/// What a played controller publishes.
+/// Frames published by a simulated controller.
 struct Play {
     state: Box<StateFrame>,
     tools: ToolFrame,
@@ -92,7 +92,7 @@ impl Play {
     }
 }
 
-/// Plays a controller until `stop`.
+/// Simulates a controller until `stop`.
 fn play(
     station: &Station,
     stop: &Arc<AtomicBool>,
@@ -160,7 +160,7 @@ fn a_run_leaves_pictures_latencies_and_everything_it_heard() {
         assert_eq!(mode & 0o077, 0, "{} is its user's alone", path.display());
         let picture = image::open(frame.path.as_ref().unwrap()).unwrap();
         assert_eq!((picture.width(), picture.height()), (160, 120));
-        // Photon after motion by the 0.7 ms that the play put between sample and state, at least.
+        // The simulated controller puts 0.7 ms between sample and state.
         let [motion, publish] = [frame.motion_to_photon_ns(), frame.publish_to_frame_ns()];
         assert!(motion >= publish + 700_000, "{motion} {publish}");
     }
@@ -308,7 +308,7 @@ fn without_a_driver_the_run_goes_on_and_says_what_to_install() {
     assert!(ran.contains("1 passed"), "no test of that name: {ran}");
 }
 
-/// Runs in the process above; by itself it does nothing.
+/// Runs in the process started above; does nothing by itself.
 #[test]
 fn in_a_process_without_a_driver() {
     if std::env::var_os("CALOT_NO_DRIVER").is_none() {

@@ -1,4 +1,4 @@
-//! The look inside the organs: judged by the colours of what it shows.
+//! View of the model inside the organs, judged by its colours.
 
 use display_host::render::gpu::Gpu;
 use display_host::render::inside::{Inside, picture};
@@ -46,7 +46,7 @@ fn a_prepared_scene_has_a_picture_of_spheres_and_of_springs() {
         share(&springs, is_green)
     );
     assert!(share(&springs, is_blue) < share(&spheres, is_blue));
-    // All of it is in the picture: its edge is empty.
+    // The whole model is in the picture: its edge is empty.
     let edge = |picture: &RgbaImage| {
         let (w, h) = picture.dimensions();
         let mut pixels = picture.enumerate_pixels();

@@ -1,4 +1,4 @@
-//! The launcher's screens by accessible name, by pointer and by keyboard alone.
+//! Screens of the launcher by accessible name, by pointer and by keyboard alone.
 
 use display_host::ui::TaskNote;
 use display_host::ui::launcher::{
@@ -26,7 +26,7 @@ fn harness_in(language: Language, screen: Screen) -> Harness<'static, Seen> {
     };
     let show = |area: &mut egui::Ui, seen: &mut Seen| {
         let wishes = launcher(area, &seen.state);
-        // As the launcher does: what is chosen is what is shown next.
+        // As the launcher does: a choice is shown next.
         for wish in &wishes {
             if let (Wish::Form(form), Screen::Start(start)) = (wish, &mut seen.state.screen) {
                 start.form = form.clone();
@@ -159,7 +159,7 @@ fn everything_at_the_start_is_chosen_by_pointer() {
         "Exam",
         "45°",
         "/home/ada/liver.calot",
-        "By a station file",
+        "From a station file",
     ] {
         desk.get_by_label(name).click();
         desk.run();
@@ -183,7 +183,7 @@ fn everything_at_the_start_is_chosen_by_pointer() {
 
 #[test]
 fn the_sutures_are_the_trainees_where_nothing_is_done_before() {
-    let own = "Place the sutures that hang the gallbladder myself";
+    let own = "Place the stay sutures of the gallbladder myself";
     let mut desk = harness(Screen::Start(start()));
     desk.run();
     desk.get_by_label(own).click();
@@ -207,7 +207,7 @@ fn enter_begins_numbers_choose_the_task_and_n_writes_a_name() {
     desk.key_press(Key::N);
     desk.run();
     desk.event(egui::Event::Text("Cy".into()));
-    // In a name a number is no task.
+    // In a name a digit selects no task.
     desk.key_press(Key::Num2);
     desk.run();
     assert_eq!((&*form(&desk).trainee, &*form(&desk).task), ("Cy", "free"));
@@ -226,7 +226,7 @@ fn enter_begins_numbers_choose_the_task_and_n_writes_a_name() {
 fn every_choice_is_reached_by_tab_alone() {
     let mut desk = harness(Screen::Start(start()));
     desk.run();
-    let mut wanted = texts(&["Ada", "Exam", "30°", "By a station file", "Deutsch"]);
+    let mut wanted = texts(&["Ada", "Exam", "30°", "From a station file", "Deutsch"]);
     for _ in 0..80 {
         desk.key_press(Key::Tab);
         desk.run();
@@ -244,13 +244,13 @@ fn devices_are_told_with_what_happens_where_one_is_missing() {
     }));
     desk.run();
     for told in [
-        "Haptic device: /dev/ttyACM0 is there",
-        "Endoscope tracker: /dev/ttyUSB3 is not there. Plug it in, or choose the emulated ones",
-        "Foot pedal: emulated",
+        "Haptic device: /dev/ttyACM0 connected",
+        "Endoscope tracker: /dev/ttyUSB3 not found. Plug it in, or choose simulated devices",
+        "Foot pedal: simulated",
         "the store is busy",
         "line 3: no such driver",
-        "No serial line or pedal is plugged in.",
-        "Without a name the session is not kept in the store.",
+        "No serial device or pedal is connected.",
+        "Guest sessions are not saved: choose or enter a name to save yours.",
     ] {
         desk.get_by_label(told);
     }
@@ -259,15 +259,10 @@ fn devices_are_told_with_what_happens_where_one_is_missing() {
 #[test]
 fn an_operation_that_runs_can_be_stopped_and_one_that_hangs_too() {
     for (ending, overdue, title, wish) in [
-        (false, false, "The operation is running", Some(Wish::Stop)),
-        // A second S is no wish to lose what it came to.
-        (true, false, "The operation is ending", None),
-        (
-            true,
-            true,
-            "The operation is ending",
-            Some(Wish::StopAtOnce),
-        ),
+        (false, false, "Operation in progress", Some(Wish::Stop)),
+        // A second S does not discard the report.
+        (true, false, "Ending the operation", None),
+        (true, true, "Ending the operation", Some(Wish::StopAtOnce)),
     ] {
         let mut desk = harness(Screen::Running(Running {
             trainee: "Ada".into(),
@@ -364,7 +359,7 @@ fn a_debrief_tells_outcome_errors_and_what_counts() {
         "≤ 600 s",
         "512 s",
         "Economy of movement",
-        "Instructor's sheet: 19 of 25",
+        "Instructor's assessment: 19 of 25",
         "it is opened",
     ] {
         assert!(desk.query_all_by_label(told).count() > 0, "{told}");
@@ -378,7 +373,11 @@ fn a_debrief_leads_on_by_pointer_and_key() {
         ("Another task (Esc)", Key::Escape, Wish::Another),
         ("Open the full report (R)", Key::R, Wish::OpenReport),
         ("Questionnaire (Q)", Key::Q, Wish::Ask(Asking::Questions)),
-        ("Instructor's sheet (I)", Key::I, Wish::Ask(Asking::Sheet)),
+        (
+            "Instructor's assessment (I)",
+            Key::I,
+            Wish::Ask(Asking::Sheet),
+        ),
     ] {
         let mut desk = harness(Screen::Debrief(debrief()));
         desk.run();
@@ -391,7 +390,7 @@ fn a_debrief_leads_on_by_pointer_and_key() {
         desk.run();
         assert_eq!(desk.state().wishes, [wish], "{key:?}");
     }
-    // What nobody's session has not is not offered, by key neither.
+    // A guest's session offers neither button nor key for these.
     let mut desk = harness(Screen::Debrief(Debrief {
         trainee: String::new(),
         report: None,
@@ -405,7 +404,8 @@ fn a_debrief_leads_on_by_pointer_and_key() {
     assert!(desk.state().wishes.is_empty());
 }
 
-/// A machine that is slow hears several keys at once: the last counts for a task, each for an answer.
+/// A slow machine receives several keys at once: the last one counts for a task, each for an
+/// answer.
 #[test]
 fn keys_of_one_frame_are_taken_in_their_order() {
     let press = |desk: &mut Harness<'_, Seen>, keys: [Key; 2]| {
@@ -434,7 +434,7 @@ fn keys_of_one_frame_are_taken_in_their_order() {
 fn questions_are_answered_by_pointer_and_key_and_taken_back() {
     let mut desk = harness(Screen::Points(points(0)));
     desk.run();
-    desk.get_by_label("How real is the anatomy?");
+    desk.get_by_label("How realistic is the anatomy?");
     desk.get_by_label("1 of 2");
     desk.get_by_label("  3  ").click();
     desk.run();
@@ -455,9 +455,9 @@ fn questions_are_answered_by_pointer_and_key_and_taken_back() {
     all.problem = Some("the store is busy".into());
     let mut desk = harness(Screen::Points(all));
     desk.run();
-    desk.get_by_label("4   How real is the anatomy?");
+    desk.get_by_label("4   How realistic is the anatomy?");
     desk.get_by_label("the store is busy");
-    // After the last one a number answers nothing.
+    // After the last item a digit answers nothing.
     desk.key_press(Key::Num1);
     desk.run();
     desk.key_press(Key::Enter);
@@ -474,14 +474,14 @@ fn an_operation_that_failed_says_why_and_leads_on() {
     };
     for (name, wish) in [
         ("Try again (Enter)", Wish::Again),
-        ("Try with emulated devices", Wish::AgainEmulated),
+        ("Try with simulated devices", Wish::AgainEmulated),
         ("Another task (Esc)", Wish::Another),
         ("End", Wish::Quit),
     ] {
         let mut desk = harness(Screen::Failed(failed.clone()));
         desk.run();
         desk.get_by_label("/dev/ttyACM0: no such file");
-        desk.get_by_label("The station ended: exit status: 1");
+        desk.get_by_label("The station stopped: exit status: 1");
         desk.get_by_label(name).click();
         desk.run();
         assert_eq!(desk.state().wishes, [wish]);
@@ -491,7 +491,7 @@ fn an_operation_that_failed_says_why_and_leads_on() {
         ..failed
     }));
     desk.run();
-    let emulated = desk.query_all_by_label("Try with emulated devices");
+    let emulated = desk.query_all_by_label("Try with simulated devices");
     assert_eq!(emulated.count(), 0);
 }
 
@@ -522,7 +522,7 @@ fn every_screen_speaks_every_language_and_fits_a_small_one() {
             let mut desk = harness_in(language, screen);
             desk.set_size(egui::vec2(800.0, 600.0));
             desk.run();
-            // A message that is missing shows as its id.
+            // A missing message is shown as its id.
             for id in [
                 "task-",
                 "start-",

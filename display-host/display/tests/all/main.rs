@@ -1,4 +1,5 @@
-//! Every test of the display that needs no window, in one program: each would link all of wgpu and egui.
+//! All tests of the display that need no window, in one program: each would link all of wgpu and
+//! egui.
 
 mod effects;
 mod feed;

@@ -1,4 +1,4 @@
-//! The engineering view lies where the picture shows the same things.
+//! The engineering view coincides with the picture.
 
 use display_host::render::camera::Scope;
 use display_host::render::gpu::Gpu;
@@ -46,15 +46,15 @@ fn marks_tell_what_spheres_do() {
     assert!(capsules.count() >= 2);
 }
 
-/// The picture's own lens and the view's projection must agree, or marks would lie beside what
-/// they mark: the gallbladder's end, a small disc, is found in the picture and compared.
+/// The picture's lens and the view's projection must agree. The end of the gallbladder, a small
+/// disc, is located in the picture and compared.
 #[test]
 fn the_view_lies_on_the_picture() {
     let gpu = Gpu::open().expect("a driver: apt-get install mesa-vulkan-drivers");
     let scene = support::scene(40);
     let quality = Quality {
         size: [320, 240],
-        // Nothing but the gallbladder itself shall differ without it.
+        // Without it, only the gallbladder itself must change.
         shadow_side: None,
         bloom: false,
         ..Quality::SOFTWARE
@@ -62,13 +62,13 @@ fn the_view_lies_on_the_picture() {
     let mut renderer = Renderer::new(&gpu, &scene, quality).expect("the scene can be drawn");
     let state = support::state(&scene, 0.0);
     let mut tools = support::tools(&scene, 0.0, 0.5);
-    // The gallbladder towards the right edge, where the lens bends most.
+    // The gallbladder near the right edge, where the lens distorts most.
     let eye = Vec3::new(-0.030, -0.022, 0.125);
     tools.world_from_camera = support::looking(eye, eye + Vec3::NEG_Z);
     tools.world_from_instrument.position_m = [0.0, 0.0, 1.0];
     tools.capsule_count = 0;
     let spheres = state.spheres().expect("valid");
-    // Without the gallbladder the picture differs where the gallbladder is.
+    // Without the gallbladder the picture differs at the gallbladder.
     let first = scene.organs()[1].spheres[0] as usize;
     let mut away = spheres.to_vec();
     away[first..].iter_mut().for_each(|s| s.center_m[2] += 0.9);

@@ -54,16 +54,13 @@ fn every_control_works_by_pointer() {
     for (name, asked) in [
         ("Pause (P)", Asked::Pause(true)),
         ("Reset organs (R)", Asked::Reset),
-        ("Cut force (F)", Asked::EnableForce(false)),
+        ("Disable force (F)", Asked::EnableForce(false)),
         ("Engineering view (E)", Asked::ToggleEngineering),
-        (
-            "Take the instrument: mouse and keyboard (M)",
-            Asked::ToggleHand,
-        ),
+        ("Control with mouse and keyboard (M)", Asked::ToggleHand),
         ("Scissors (3)", Asked::Instrument(2)),
         ("Next endoscope (S)", Asked::NextScope),
         ("Focus nearer (-)", Asked::TurnFocus(-1)),
-        ("Wipe lens (W)", Asked::WipeLens),
+        ("Clean lens (W)", Asked::WipeLens),
         ("Quit (Esc)", Asked::Quit),
     ] {
         panel.get_by_label(name).click();
@@ -118,12 +115,12 @@ fn a_button_is_reached_and_pressed_by_keyboard_alone() {
 fn devices_and_force_are_told_in_words() {
     let mut panel = harness(live());
     panel.run();
-    panel.get_by_label("Haptic device: live, 0.4 ms old");
-    panel.get_by_label("Endoscope tracker: stale, 81 ms old");
-    panel.get_by_label("Foot pedal: line lost: plug it in again");
+    panel.get_by_label("Haptic device: ready, last reading 0.4 ms ago");
+    panel.get_by_label("Endoscope tracker: delayed, last reading 81 ms ago");
+    panel.get_by_label("Foot pedal: connection lost; plug it in again");
     panel.get_by_label("Force on the hand: 5.00 N");
     panel.get_by_label("Controller: live");
-    panel.get_by_label("Ticks: no record yet");
+    panel.get_by_label("Ticks: none recorded yet");
 }
 
 #[test]
@@ -138,9 +135,9 @@ fn ticks_that_are_not_realtime_say_what_they_lack() {
     health.take(&batch);
     let mut panel = harness(UiState { health, ..live() });
     panel.run();
-    panel.get_by_label("Not realtime: lacks SCHED_FIFO, its own core");
+    panel.get_by_label("Not real time: missing SCHED_FIFO, a core of its own");
     panel.get_by_label("Missed 3, late 0, allocations 0, page faults 0");
-    panel.get_by_label("Wake-up: 99 % within 52 µs, worst 52 µs");
+    panel.get_by_label("Wake-up delay: 99 % within 52 µs, longest 52 µs");
 }
 
 #[test]
@@ -151,7 +148,7 @@ fn a_missing_controller_and_an_alarm_are_no_dead_ends() {
         ..UiState::default()
     });
     panel.run();
-    panel.get_by_label("Waiting for the controller on station 'here'.\nStart one with: calot rt");
+    panel.get_by_label("Waiting for the controller of station 'here'.\nStart one with: calot rt");
     panel.get_by_label("Alarm: force was cut");
     panel.get_by_label("Acknowledge (A)").click();
     panel.run();
@@ -162,7 +159,7 @@ fn a_missing_controller_and_an_alarm_are_no_dead_ends() {
         ..live()
     });
     panel.run();
-    panel.get_by_label("Controller: silent for 2.5 s");
+    panel.get_by_label("Controller: no response for 2.5 s");
 }
 
 #[test]
@@ -174,7 +171,7 @@ fn whoever_has_the_instrument_in_hand_lets_go_before_the_station_ends() {
     panel.key_press(egui::Key::Escape);
     panel.run();
     assert_eq!(panel.state().asked, [Asked::ToggleHand]);
-    panel.get_by_label("Let go of the instrument (M)");
+    panel.get_by_label("Release the instrument (M)");
 }
 
 #[test]
@@ -186,13 +183,15 @@ fn the_safety_chain_tells_what_each_gate_did() {
     health.take(&batch);
     let mut panel = harness(UiState { health, ..live() });
     panel.run();
-    panel.get_by_label("Safety chain: acted 42 times").click();
+    panel
+        .get_by_label("Safety chain: intervened 42 times")
+        .click();
     panel.run();
-    panel.get_by_label("2 × cut: the handle was too fast");
-    panel.get_by_label("40 × slowed: the force changed too fast");
+    panel.get_by_label("2 × switched off: the handle moved too fast");
+    panel.get_by_label("40 × smoothed: the force changed too fast");
 }
 
-/// With a picture, as the task's cards lie on it.
+/// With a picture, on which the task's cards lie.
 fn at_work(task: TaskView) -> UiState {
     UiState {
         picture: Some((egui::TextureId::default(), 4.0 / 3.0)),
@@ -239,7 +238,7 @@ fn a_task_shows_time_instrument_clips_pedal_and_what_was_wrong() {
     panel.get_by_label("Clip applier");
     panel.get_by_label("7 clips left");
     panel.get_by_label("Pedal: coagulate");
-    panel.get_by_label("Camera held");
+    panel.get_by_label("Camera locked");
     panel.get_by_label("Alarm: burnt: bile duct");
     panel.get_by_label("Next: Free the gallbladder from the liver: take the cautery hook (2).");
 }
@@ -259,8 +258,8 @@ fn a_task_that_is_over_says_how_and_leads_on() {
     }));
     panel.run();
     panel.get_by_label("Failed");
-    panel.get_by_label("the cystic duct was divided unclamped");
-    panel.get_by_label("End: to the report (Esc)").click();
+    panel.get_by_label("the cystic duct was divided without clips");
+    panel.get_by_label("Show the report (Esc)").click();
     panel.run();
     assert_eq!(panel.state().asked, [Asked::Quit]);
 }
@@ -272,10 +271,7 @@ fn a_pause_leads_on_back_and_out_by_pointer_and_key() {
         state.tools.as_mut().unwrap().switches |= 8;
         state
     };
-    for (name, asked) in [
-        ("Start again (R)", Asked::Again),
-        ("End (Esc)", Asked::Quit),
-    ] {
+    for (name, asked) in [("Restart (R)", Asked::Again), ("End (Esc)", Asked::Quit)] {
         let mut panel = harness(paused());
         panel.run();
         panel.get_by_label("Paused");
@@ -334,7 +330,7 @@ fn settings_are_chosen_and_left_by_pointer_and_key() {
         );
     }
     let mut panel = harness(open());
-    // What leads the operation is not for now.
+    // The operation's keys are inactive.
     panel.key_press(egui::Key::R);
     panel.run();
     assert!(panel.state().asked.is_empty());
@@ -372,7 +368,7 @@ fn everything_is_said_in_every_language() {
             } else {
                 panel.get_by_label(&words.say("settings-title"));
             }
-            // A message that is missing shows as its id.
+            // A missing message is shown as its id.
             let ids = [
                 "task-",
                 "hud-",
@@ -414,18 +410,18 @@ fn an_instructor_sees_how_an_exam_stands_and_reaches_into_nothing() {
     panel.run();
     for told in [
         "Instructor: station 'here'",
-        "Help: Exam",
+        "Guidance: Exam",
         "Score: 64 of 100",
-        "Free the lower third of the gallbladder's bed (done)",
+        "Free the lower third of the gallbladder from its bed (done)",
         "1:15  burnt: liver",
         "Economy of movement",
         "43 %",
-        "Haptic device: live, 0.4 ms old",
-        "Ticks: no record yet",
+        "Haptic device: ready, last reading 0.4 ms ago",
+        "Ticks: none recorded yet",
     ] {
         panel.get_by_label(told);
     }
-    for offered in ["Pause (P)", "Reset organs (R)", "Cut force (F)"] {
+    for offered in ["Pause (P)", "Reset organs (R)", "Disable force (F)"] {
         assert_eq!(panel.query_all_by_label(offered).count(), 0, "{offered}");
     }
     for key in [
@@ -462,7 +458,7 @@ fn an_old_task_is_not_shown_once_nobody_tells_of_it() {
     panel.get_by_label("Alarms");
     panel.state_mut().state.watch(None);
     panel.run();
-    panel.get_by_label("No task: free work, without an assessment");
+    panel.get_by_label("No task: free work without assessment");
     assert!(panel.state().state.task_view.is_none());
 }
 
@@ -473,7 +469,7 @@ fn without_a_task_an_instructor_is_told_so_and_sees_the_station() {
         ..live()
     });
     panel.run();
-    panel.get_by_label("No task: free work, without an assessment");
+    panel.get_by_label("No task: free work without assessment");
     panel.get_by_label("Controller: live");
 }
 
@@ -511,27 +507,27 @@ fn a_session_shown_again_goes_where_it_is_asked_to() {
         (egui::Key::PageDown, Asked::Seek(75_000)),
         (egui::Key::Home, Asked::Seek(0)),
     ] {
-        panel.get_by_label("Free camera (C)"); // nothing has the keyboard
+        panel.get_by_label("Free camera (C)"); // no widget has the focus
         panel.key_press(key);
         panel.run();
         assert_eq!(panel.state().asked, [asked], "{key:?}");
         panel.state_mut().asked.clear();
     }
-    // On its way, steps count from where it goes.
+    // During a seek, steps count from its target.
     if let Some(view) = &mut panel.state_mut().state.replay {
         view.seeks_s = Some(20.0);
     }
     panel.key_press(egui::Key::ArrowRight);
     panel.run();
     assert_eq!(panel.state().asked, [Asked::Seek(21_000)]);
-    panel.get_by_label("going from 1:05.0 to 0:20.0 …");
+    panel.get_by_label("Going from 1:05.0 to 0:20.0 …");
 }
 
 #[test]
 fn the_slider_asks_once_it_is_let_go() {
     let mut panel = harness(shown_again());
     panel.run();
-    let slider = panel.get_by_label("Moment of the session").rect();
+    let slider = panel.get_by_label("Position in the session").rect();
     let at = |share: f32| egui::pos2(slider.left() + share * slider.width(), slider.center().y);
     panel.drag_at(at(0.5));
     panel.run();
@@ -583,10 +579,10 @@ fn the_recording_says_how_it_does() {
     shown(Standing::Recording, [7, 3]).get_by_label("Recording, but 7 ticks are missing");
     with(Standing::Recording, 7).get_by_label("Recording, but 7 ticks are missing");
     with(Standing::Refused, 0)
-        .get_by_label("Recording: the disk is full or gone, 4.0 MB wait; make room");
+        .get_by_label("Recording: the disk is full or missing, 4.0 MB waiting; free some space");
     with(Standing::Hanging, 0)
-        .get_by_label("Recording: the disk has not answered for seconds; check it");
-    with(Standing::Ended, 0).get_by_label("No longer recording: the disk was full for too long");
+        .get_by_label("Recording: the disk has not responded for some seconds; check it");
+    with(Standing::Ended, 0).get_by_label("Recording stopped: the disk was full for too long");
     assert!(
         harness(live())
             .query_by_label_contains("Recording")

@@ -1,6 +1,7 @@
-//! Pictures of the tests' scene against committed ones. Drawn by a software driver they are the
-//! same on any machine up to rounding; a graphics card's filtering differs a little more.
-//! `UPDATE_PICTURES=1 cargo test -p display-host --test all picture` writes them anew: look at them.
+//! Pictures of the tests' scene against committed ones. A software driver draws them alike on any
+//! machine up to rounding; the filtering of a graphics card differs slightly more.
+//! `UPDATE_PICTURES=1 cargo test -p display-host --test all picture` writes them anew: look at
+//! them.
 
 use std::path::PathBuf;
 
@@ -12,9 +13,9 @@ use shared_mem::message::ToolFrame;
 
 use crate::support;
 
-/// Similarity (1: the same) that counts as the same picture.
+/// Least similarity of equal pictures (1: identical).
 const SAME: f64 = 0.995;
-/// Dent in the pictures, m.
+/// Depth of the dent in the pictures, m.
 const DENT_M: f32 = 0.012;
 
 struct Studio {
@@ -100,7 +101,7 @@ fn the_scene_looks_as_it_did_and_a_dent_shows() {
     compare("dent", &dented);
     let again = studio.take(DENT_M, &tools);
     assert!(likeness(&dented, &again) >= SAME);
-    // Only the tissue differs, not the tool: the picture must tell.
+    // Only the tissue differs, not the tool: the picture must show it.
     let flat = studio.take(0.0, &tools);
     let score = likeness(&dented, &flat);
     assert!(
@@ -109,14 +110,14 @@ fn the_scene_looks_as_it_did_and_a_dent_shows() {
     );
 }
 
-/// Inner spheres are too coarse to move by themselves under a tip: the skin shows the press.
+/// Inner spheres are too coarse to move under a tip: the skin shows the press.
 #[test]
 fn a_press_is_seen_at_first_glance_even_if_no_sphere_moves() {
     let mut studio = Studio::small();
     let mut tools = close_up(&studio.scene, DENT_M, 0);
     let pressed = studio.take(0.0, &tools);
     let again = studio.take(0.0, &tools);
-    // The same tool in the same place, touching nothing.
+    // The same tool at the same place, without contact.
     tools.contact_count = 0;
     let free = studio.take(0.0, &tools);
     let changed = changed_share(&free, &pressed);
@@ -125,7 +126,7 @@ fn a_press_is_seen_at_first_glance_even_if_no_sphere_moves() {
     assert!(changed > 0.01, "{changed} of the picture shows the press");
 }
 
-/// Share of the picture whose brightness differs by a tenth of white and more.
+/// Share of the picture whose brightness differs by at least a tenth of white.
 fn changed_share(a: &RgbaImage, b: &RgbaImage) -> f64 {
     let bright = |p: &image::Rgba<u8>| p.0[..3].iter().map(|&c| i32::from(c)).sum::<i32>();
     let pairs = a.pixels().zip(b.pixels());
@@ -154,7 +155,7 @@ fn every_instrument_is_another() {
             assert!(likeness(a, b) < SAME);
         }
     }
-    // A number that no instrument has draws some instrument, and does not panic.
+    // An unknown instrument number draws some instrument and does not panic.
     let tools = close_up(&studio.scene, DENT_M, 77);
     studio.take(DENT_M, &tools);
 }

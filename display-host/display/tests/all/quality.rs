@@ -1,4 +1,4 @@
-//! Quality changes while it runs: every tier shows the same scene, and passes are timed.
+//! Quality changes at run time: every tier shows the same scene, and passes are timed.
 
 use display_host::render::gpu::Gpu;
 use display_host::render::timing::PASSES;

@@ -1,5 +1,6 @@
-//! Every screen in every language at four sizes: nothing is cut off, nothing over the picture covers another thing.
-//! `SCREENS=DIR cargo test -p display-host --test all screens` also draws them there: look at them.
+//! Every screen in every language at four sizes: nothing is cut off, nothing over the picture
+//! covers another thing. `SCREENS=DIR cargo test -p display-host --test all screens` also draws
+//! them there: look at them.
 
 use std::path::PathBuf;
 
@@ -300,7 +301,7 @@ fn screens() -> Vec<(&'static str, Shown)> {
     ]
 }
 
-/// What is shown, and the picture's texture once there is one.
+/// The shown state, and the picture's texture once it exists.
 type Desk = (Shown, Words, Option<TextureHandle>);
 
 fn harness(language: Language, shown: Shown, size: [u16; 3]) -> Harness<'static, Desk> {
@@ -361,7 +362,8 @@ fn nothing_is_cut_off_and_no_words_cover_others() {
                     if rect.left() < -1.0 || rect.right() > width + 1.0 {
                         wrong.push(format!("{place}: cut off: {text} {rect}"));
                     }
-                    // A launcher's page scrolls, above buttons that do not; so does the panel at the right.
+                    // A launcher's page scrolls, above buttons that do not; so does the panel at
+                    // the right.
                     if is_window && rect.bottom() <= height {
                         texts.push((text, rect));
                     }

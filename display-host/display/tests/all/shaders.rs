@@ -1,4 +1,5 @@
-//! Every shader parses and validates, and its structs lie as Rust's do. Needs no graphics device.
+//! Every shader parses and validates, and its structs have the layout of Rust's. Needs no graphics
+//! device.
 
 use display_host::render::layout::{Disc, Frame, Look, SHADERS, Stains, Tree, shader};
 use display_host::skinning::bite::Bite;

@@ -1,4 +1,4 @@
-//! The skinning's twins, and hand-solved cases.
+//! The skinning's twins, and cases solved by hand.
 
 use display_host::render::gpu::Gpu;
 use display_host::skinning::bite::bite;
@@ -18,13 +18,13 @@ fn skinned(mesh: &SkinMesh, motions: &[Motion]) -> Vec<SkinnedVertex> {
     out
 }
 
-/// Spheres that only shift.
+/// Spheres that only translate.
 fn shifts(each: impl Iterator<Item = Vec3>) -> Vec<Motion> {
     each.map(|v| [v.x, v.y, v.z].map(|x| [0.0, 0.0, 0.0, x]))
         .collect()
 }
 
-/// Some lively shifts, all different.
+/// Various translations, all different.
 fn lively(count: usize, size_m: f32) -> Vec<Motion> {
     let wave = |i: usize, k: f32| (i as f32 * k).sin() * size_m;
     shifts((0..count).map(|i| Vec3::new(wave(i, 1.3), wave(i, 2.1), wave(i, 3.7))))
@@ -34,7 +34,7 @@ fn lively(count: usize, size_m: f32) -> Vec<Motion> {
 fn gpu_and_cpu_agree() {
     let scene = support::scene(40);
     let mut mesh = SkinMesh::from_scene(&scene);
-    // Vertices that do not follow spheres stay where they are in both.
+    // Vertices without spheres stay in place in both.
     let fixed = mesh.vertices[..3].to_vec();
     mesh.add_fixed(&fixed, &[[0, 1, 2]]);
     let gpu = Gpu::open().expect("a driver: apt-get install mesa-vulkan-drivers");
@@ -64,7 +64,7 @@ fn gpu_and_cpu_agree() {
         (0.001, held),
     ] {
         let mut motions = lively(scene.spheres().len(), size_m);
-        // They turn and stretch, too: ten times as much as they shift over a metre.
+        // They also turn and stretch, ten times as much over a metre as they translate.
         for (i, x) in motions
             .as_flattened_mut()
             .as_flattened_mut()
@@ -131,7 +131,7 @@ fn a_vertex_follows_the_weighted_mean_of_its_spheres() {
     let motions = lively(scene.spheres().len(), 0.01);
     let now = skinned(&mesh, &motions);
     for (i, vertex) in scene.vertices().iter().enumerate() {
-        // As the paper prints it: v' = Σ f c' / Σ f + (v − Σ f c / Σ f).
+        // As in the paper: v' = Σ f c' / Σ f + (v − Σ f c / Σ f).
         let mean = |centre: &dyn Fn(usize) -> Vec3| -> Vec3 {
             let parts = vertex.spheres.iter().zip(&vertex.weights);
             parts
@@ -149,7 +149,7 @@ fn a_vertex_follows_the_weighted_mean_of_its_spheres() {
     }
 }
 
-/// A liver twisted by 90° over its length: the paper's fixed offsets are wrong by millimetres.
+/// A liver twisted by 90° over its length: the paper's fixed offsets err by millimetres.
 #[test]
 fn skin_turns_with_the_tissue() {
     let scene = support::scene(24);

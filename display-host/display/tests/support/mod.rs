@@ -1,5 +1,5 @@
-//! A small scene of our own: a liver-like and a gallbladder-like blob over their spheres, and the
-//! frames that a controller would publish for it.
+//! A small test scene: a liver-like and a gallbladder-like blob over their spheres, and frames as a
+//! controller would publish them.
 
 use glam::{Mat3, Quat, Vec3};
 use shared_mem::message::{CapsuleMsg, PoseMsg, SphereState, StateFrame, ToolFrame};
@@ -21,15 +21,15 @@ const MATERIAL: MaterialRecord = MaterialRecord {
     toughness_j_m2: 100.0,
 };
 
-/// Where the tool presses, on the liver's front.
+/// Place of the press, on the liver's front.
 pub(crate) const PRESSED_M: Vec3 = Vec3::new(-0.012, 0.008, 0.030);
 
-/// The scene; `rings` sets how fine the skins are.
+/// The scene; `rings` sets the resolution of the skins.
 pub(crate) fn scene(rings: usize) -> SceneFile {
     SceneFile::from_bytes(&scene_bytes(rings)).expect("the scene is valid")
 }
 
-/// The scene as a compiled file's bytes.
+/// Bytes of the compiled scene's file.
 pub(crate) fn scene_bytes(rings: usize) -> Vec<u8> {
     let mut data = SceneData::default();
     let liver = |d: Vec3| {
@@ -100,7 +100,7 @@ pub(crate) fn state(scene: &SceneFile, dent_m: f32) -> Box<StateFrame> {
     frame
 }
 
-/// A grasper whose tip touches the skin pressed in by `dent_m`.
+/// A grasper with its tip on the skin pressed in by `dent_m`.
 pub(crate) fn tools(scene: &SceneFile, dent_m: f32, jaw: f32) -> ToolFrame {
     let mut frame: ToolFrame = bytemuck::Zeroable::zeroed();
     let room = scene.room();
@@ -132,7 +132,7 @@ pub(crate) fn tools(scene: &SceneFile, dent_m: f32, jaw: f32) -> ToolFrame {
     frame
 }
 
-/// Adds an organ: a sphere's surface sent through `shape`, filled with spheres `spacing` apart.
+/// Adds an organ: a sphere's surface deformed by `shape`, filled with spheres `spacing` apart.
 fn blob(
     data: &mut SceneData,
     name: &str,

@@ -349,7 +349,7 @@ mod tests {
         let summary = serde_json::to_value(summary(&assessment.end(), "s")).unwrap();
         assert_eq!(
             summary["reasons"][0],
-            "not done: Put 2 clips on the cystic duct"
+            "not done: Place 2 clips on the cystic duct"
         );
         let kind = serde_json::json!({
             "kind": "not-done",

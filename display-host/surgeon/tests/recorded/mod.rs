@@ -1,4 +1,4 @@
-//! Operations as they are kept beside this file: what a run began with, and its ticks, packed.
+//! Recorded operations beside this file: a run's setup and its ticks, packed.
 
 use std::io::{Error, Result};
 use std::path::Path;
@@ -6,10 +6,10 @@ use std::path::Path;
 use session::pack::{pack, unpack};
 use shared_mem::inputs::{InputRecord, RunSetup};
 
-/// Before each message stands how long it is.
+/// Size of the length that precedes each message.
 const LENGTH: usize = size_of::<u32>();
 
-/// Keeps an operation.
+/// Writes an operation.
 pub(crate) fn write(path: &Path, setup: &RunSetup, mut records: &[InputRecord]) -> Result<()> {
     let mut bytes = bytemuck::bytes_of(setup).to_vec();
     while !records.is_empty() {
@@ -22,7 +22,7 @@ pub(crate) fn write(path: &Path, setup: &RunSetup, mut records: &[InputRecord]) 
     std::fs::write(path, bytes)
 }
 
-/// Reads one.
+/// Reads an operation.
 pub(crate) fn read(path: &Path) -> Result<(RunSetup, Vec<InputRecord>)> {
     let bytes = std::fs::read(path)?;
     let broken = || Error::other(format!("{} breaks off", path.display()));

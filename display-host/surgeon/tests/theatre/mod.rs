@@ -1,5 +1,5 @@
-//! A theatre without processes: the simulation alone, faster than real time, and the assessment of what is
-//! done in it.
+//! A theatre without processes: the simulation alone, faster than real time, with the assessment of
+//! the result.
 
 use std::collections::VecDeque;
 
@@ -14,16 +14,16 @@ use surgeon::{Seen, Surgeon, Theatre, operate};
 /// Ticks between two looks.
 const LOOK_EVERY: u64 = 8;
 
-/// What came of it.
+/// Result of a run.
 pub(crate) struct Came {
     pub(crate) assessed: Assessed,
     /// Ticks that it took.
     pub(crate) ticks: u64,
-    /// Of all that every tick came to.
+    /// Hash over the results of all ticks.
     pub(crate) hash: u64,
-    /// What the surgeon said.
+    /// Messages of the surgeon.
     pub(crate) said: Vec<String>,
-    /// What it began with, and what each tick took in.
+    /// The setup, and the inputs of each tick.
     pub(crate) recorded: (RunSetup, Vec<InputRecord>),
 }
 
@@ -34,7 +34,7 @@ struct Alone<'a, 'b> {
     ticks_max: u64,
     watch: &'a mut dyn FnMut(&Seen, &Assessment),
     said: Vec<String>,
-    /// What was to be seen and is not seen yet, the oldest first, and how late it is seen, s.
+    /// Views not delivered yet, the oldest first, and their delay, s.
     unseen: VecDeque<Seen>,
     late_s: f64,
 }
@@ -75,7 +75,7 @@ impl Theatre for Alone<'_, '_> {
                 *seen = first;
             }
         }
-        // Events wait for nothing but to be seen; a clock is always there.
+        // Events are only delayed by sight; the clock is always current.
         seen.events = events;
         seen.at_s = at_s;
         !self.assessment.is_over() && self.rehearsal.ticks() < self.ticks_max
@@ -91,15 +91,15 @@ impl Theatre for Alone<'_, '_> {
     }
 }
 
-/// Where a task begins, as `CommandMsg::START` counts; none: with the organs at rest.
+/// Start of a task, numbered as in `CommandMsg::START`; `None`: organs at rest.
 pub(crate) fn start(task: Task) -> Option<u8> {
     let start = [Task::Identify, Task::Clamp, Task::Cut, Task::Disconnect];
     let start = start.iter().position(|it| *it == task)?;
     Some(start as u8 + 1)
 }
 
-/// A surgeon works a task from this start on for so long at most, s, and sees everything so late, s; `watch` sees
-/// it as it is.
+/// Lets a surgeon perform a task from this start for at most this time, s, with this delay of
+/// sight, s. `watch` sees the state without delay.
 pub(crate) fn work(
     start: Option<u8>,
     surgeon: Surgeon,

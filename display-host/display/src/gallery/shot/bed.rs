@@ -1,5 +1,5 @@
-//! The gallbladder's bed, laid open: half dissected from the neck on, and the gallbladder drawn away, so that
-//! what still holds it is seen.
+//! The gallbladder's bed half dissected from the neck, with the gallbladder drawn away to show the
+//! remaining tissue.
 
 use glam::Vec3;
 use shared_mem::message::{SphereState, StateFrame};
@@ -8,17 +8,17 @@ use shared_mem::scene::{CellRecord, OrganKind, OrganRecord, SceneFile};
 use super::{Chapter, Shot, is_free, nothing, sides};
 use crate::render::camera::looking;
 
-/// How far the neck is drawn away, m.
+/// Displacement of the neck, m.
 const DRAWN_M: f32 = 0.020;
-/// Of the bed's length, from the neck: what is gone, and up to where it opens.
+/// Dissected share of the bed's length from the neck, and the share up to which it opens.
 const GONE: f32 = 0.45;
 const OPENS: f32 = 0.75;
-/// Other organs follow the gallbladder within this of it, m.
+/// Other organs within this distance of the gallbladder follow it, m.
 const FOLLOWS_M: f32 = 0.018;
 /// Distance of the camera, m.
 const FAR_M: f32 = 0.055;
 
-/// `None`: the scene has no bed that joins a gallbladder to a liver.
+/// `None`: the scene has no bed between a gallbladder and a liver.
 pub(super) fn open(scene: &SceneFile) -> Option<Shot> {
     let organ = |kind: OrganKind| scene.organs().iter().find(|it| it.kind == kind as u32);
     let bed = Bed::of(scene, organ(OrganKind::ConnectiveTissue)?)?;
@@ -88,13 +88,13 @@ fn range(organ: &OrganRecord) -> core::ops::Range<usize> {
 }
 
 struct Bed<'a> {
-    /// With their numbers in the scene.
+    /// Cells with their indices in the scene.
     cells: Vec<(usize, &'a CellRecord)>,
     layers: u8,
     spheres: core::ops::Range<usize>,
-    /// From the liver to the gallbladder.
+    /// Direction from the liver to the gallbladder.
     away: Vec3,
-    /// From the neck to the fundus, and where along it the bed begins and ends, m.
+    /// Direction from the neck to the fundus, and the ends of the bed along it, m.
     axis: Vec3,
     ends_m: [f32; 2],
 }
@@ -132,18 +132,18 @@ impl<'a> Bed<'a> {
         })
     }
 
-    /// 0 at the neck's end, 1 at the fundus's.
+    /// Share of the bed's length: 0 at the neck, 1 at the fundus.
     fn along(&self, at: Vec3) -> f32 {
         let [low, high] = self.ends_m;
         (at.dot(self.axis) - low) / (high - low).max(1e-6)
     }
 
-    /// How far it is open there.
+    /// Width of the opening there, m.
     fn opening_m(&self, at: Vec3) -> f32 {
         DRAWN_M * ((OPENS - self.along(at)) / OPENS).clamp(0.0, 1.3)
     }
 
-    /// How much a place in the bed goes with the gallbladder: by its layer.
+    /// Share of the gallbladder's motion at a place in the bed, by its layer.
     fn share_of_bladder(&self, at: Vec3) -> f32 {
         let off = |cell: &CellRecord| Vec3::from(cell.center_m).distance_squared(at);
         let nearest = self

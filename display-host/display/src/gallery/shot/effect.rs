@@ -1,4 +1,4 @@
-//! Effects: on what, from where, and with what in the picture.
+//! Pictures of effects: site, viewpoint and instrument of each.
 
 use glam::{Quat, Vec3};
 use shared_mem::message::{CapsuleMsg, PoseMsg, ToolFrame};
@@ -8,14 +8,14 @@ use super::{Chapter, Shot, best_side, bounds, is_free, judges, nothing, others};
 use crate::effects::{Effect, Kind};
 use crate::render::camera::looking;
 
-/// The hook's tip, from its joint, m.
+/// Position of the hook's tip relative to its joint, m.
 const HOOK_TIP_M: Vec3 = Vec3::new(0.0, -0.0042, -0.0119);
 
-/// So much wider than an organ's spheres must be what one looks past, m.
+/// Clearance between the line of sight and the spheres of an organ, m.
 const CLEAR_M: f32 = 0.004;
 
-/// Each kind of effect where it belongs, a few seconds on: what burns with the hook that burns it, blood and
-/// bile from what has them, seen from beside their course.
+/// Each effect at its usual site, after a few seconds: burning with the hook in contact, blood and
+/// bile from their vessels, seen from beside their course.
 pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
     use OrganKind as Organ;
     let burns = Site::on(scene, &[Organ::Fat, Organ::ConnectiveTissue, Organ::Liver]);
@@ -28,10 +28,10 @@ pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
     let kinds = [
         ("Smoke", vec![Kind::Smoke], 1.1, burns),
         ("Coagulation", burnt, 0.8, burns),
-        ("Smoke that has gathered", vec![Kind::Smoke], 20.0, burns),
+        ("Dense smoke", vec![Kind::Smoke], 20.0, burns),
         ("Sparks of a cut", vec![Kind::Sparks], 0.15, burns),
-        ("Bleeding, at first", vec![Kind::Blood], 0.25, bleeds),
-        ("Bleeding, later", vec![Kind::Blood], 9.0, bleeds),
+        ("Fresh bleeding", vec![Kind::Blood], 0.25, bleeds),
+        ("Older bleeding", vec![Kind::Blood], 9.0, bleeds),
         ("Bile", vec![Kind::Bile], 8.0, leaks),
     ];
     let shots = kinds.into_iter().map(|(title, kinds, seconds, site)| {
@@ -58,7 +58,7 @@ pub(super) fn all(scene: &SceneFile) -> Vec<Shot> {
     shots.collect()
 }
 
-/// A place on an organ, the way off it, and from where it is seen.
+/// A site on an organ, its outward direction, and the direction of view.
 #[derive(Clone, Copy)]
 struct Site {
     at: Vec3,
@@ -67,7 +67,7 @@ struct Site {
 }
 
 impl Site {
-    /// On the first of these that the scene has; else at its target.
+    /// A site on the first of these organs that the scene has; otherwise at its target.
     fn on(scene: &SceneFile, kinds: &[OrganKind]) -> Self {
         let room = scene.room();
         let organs = scene.organs();
@@ -93,7 +93,7 @@ impl Site {
             let out = Vec3::from(room.target_normal).normalize_or(Vec3::Y);
             (at, out, (eye - at).normalize_or(out))
         });
-        // Not along what flies off it, if another side is free too.
+        // Not along the direction of the particles, if another direction is free too.
         let beside = side
             .reject_from(out)
             .normalize_or(out.any_orthonormal_vector());
@@ -107,11 +107,11 @@ impl Site {
     }
 }
 
-/// The hook's tip on a place that is seen from there, by the camera at `looks`.
+/// Tools with the hook's tip on a visible place, for the camera at `looks`.
 fn hook_at(scene: &SceneFile, at: Vec3, from: Vec3, looks: PoseMsg) -> ToolFrame {
     let port = Vec3::from(scene.room().instrument_port_m);
     let mut tools = nothing(scene, looks);
-    // From its port, but from where one sees it rather than from behind what it burns.
+    // From its port, but turned into view rather than behind the place that it burns.
     let back = ((port - at).normalize_or(from) + from).normalize_or(from);
     let x = from
         .reject_from(back)

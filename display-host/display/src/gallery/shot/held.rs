@@ -1,4 +1,4 @@
-//! Tissue in the jaws: a fold of the gallbladder, gripped and drawn away.
+//! Tissue in the jaws: a fold of the gallbladder, grasped and drawn away.
 
 use glam::Vec3;
 use shared_mem::message::SphereState;
@@ -6,21 +6,21 @@ use shared_mem::scene::{OrganKind, SceneFile};
 
 use super::{Chapter, Shot, is_free, judges, near, others};
 
-/// How far it is drawn, m, and how far around it follows.
+/// Displacement of the fold, m, and radius of the tissue that follows.
 const DRAWN_M: f32 = 0.008;
 const FOLLOWS_M: f32 = 0.014;
-/// The tips lie so far under the skin that is drawn along, m.
+/// Depth of the tips below the displaced skin, m.
 const UNDER_M: f32 = 0.002;
-/// How far open jaws are that hold a fold.
+/// Opening of jaws that hold a fold.
 const JAW: f32 = 0.12;
 
-/// `None`: there is no gallbladder, or it is not seen.
+/// `None`: there is no gallbladder, or it is hidden.
 pub(super) fn shot(scene: &SceneFile) -> Option<Shot> {
     let is_it = |kind: u32| kind == OrganKind::Gallbladder as u32;
     let bladder = scene.organs().iter().find(|it| is_it(it.kind))?;
     let port = Vec3::from(scene.room().instrument_port_m);
     let others = others(scene, bladder);
-    // Where the instrument comes upon it head on.
+    // A place that the instrument meets head on.
     let judges = judges(scene, bladder);
     let free = judges
         .iter()

@@ -1,4 +1,4 @@
-//! The sutures that hang an organ on the abdominal wall: as they hold it, one of them cut, one not there yet.
+//! Sutures that suspend an organ from the abdominal wall: intact, one cut, and one not placed yet.
 
 use glam::Vec3;
 use shared_mem::message::SutureMsg;
@@ -8,13 +8,13 @@ use super::{Chapter, Shot, is_free, nothing, sides};
 use crate::render::camera::looking;
 use crate::render::sutures::given;
 
-/// Distance of the camera, m; it looks at a place so far along the first suture, of its length.
+/// Distance of the camera, m. It looks at this share of the first suture's length.
 const FAR_M: f32 = 0.055;
 const ALONG: f32 = 0.3;
-/// A suture is looked at across: no nearer to its own direction than this cosine.
+/// Largest cosine between the direction of view and the suture: it is seen from the side.
 const ACROSS: f32 = 0.6;
 
-/// None if nothing hangs by a suture.
+/// Empty if no organ hangs by a suture.
 pub(super) fn shots(scene: &SceneFile) -> Vec<Shot> {
     let given = given(scene);
     let Some(first) = given.first() else {
@@ -43,11 +43,11 @@ pub(super) fn shots(scene: &SceneFile) -> Vec<Shot> {
             ..Shot::new(Chapter::Instruments, title, tools)
         }
     };
-    // As if a tip that is not in the picture had carried it there.
+    // As if a tip outside the picture had carried it there.
     let carried = middle.lerp(to, 0.2) + side.cross(out) * 0.01;
     vec![
         shot("Sutures", SutureMsg::HUNG, to),
-        shot("A suture cut through", SutureMsg::CUT, to),
+        shot("A divided suture", SutureMsg::CUT, to),
         shot(
             "A suture on its way to the wall",
             SutureMsg::AT_HAND,

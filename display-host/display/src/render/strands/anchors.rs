@@ -1,4 +1,4 @@
-//! Where strands are anchored: in the skins of what their tissue joins.
+//! Anchors of strands in the skins of the organs that their tissue joins.
 
 use std::collections::HashMap;
 
@@ -9,10 +9,11 @@ use super::super::cells::FACES;
 use super::net::{INWARDS, OUTWARDS, Weave};
 use crate::skinning::{RestVertex, pairs};
 
-/// A fibre is anchored in skin within this of its cell, m.
+/// Largest distance between a fibre's cell and its anchor in skin, m.
 const ANCHORED_M: f32 = 0.006;
 
-/// Where fibres are anchored, inwards and outwards of the cells' corners: on skins, nowhere where none is near.
+/// Anchors of fibres inwards and outwards of the cells' corners: on skins, or none if no skin is
+/// near.
 #[derive(Default)]
 pub(in crate::render) struct Anchors {
     pub(super) places: Vec<RestVertex>,
@@ -20,7 +21,7 @@ pub(in crate::render) struct Anchors {
 }
 
 impl Anchors {
-    /// Of the corners where connective tissue ends.
+    /// Anchors of the corners at which connective tissue ends.
     pub(in crate::render) fn of(
         scene: &SceneFile,
         corners: &[RestVertex],
@@ -56,7 +57,7 @@ impl Anchors {
                     else {
                         continue;
                     };
-                    // Straight across from the corner, where the skin's plane is there.
+                    // Straight across from the corner, at the skin's plane.
                     let normal = Vec3::from(skin.normal);
                     let across = normal * (at - Vec3::from(skin.position_m)).dot(normal);
                     anchors.places.push(RestVertex {
@@ -73,7 +74,7 @@ impl Anchors {
         anchors
     }
 
-    /// Across from two corners of a cell.
+    /// Anchors opposite two corners of a cell.
     pub(super) fn across(&self, way: usize, corners: [u32; 2]) -> Option<[u32; 2]> {
         let of = &self.of_corners[usize::from(way == OUTWARDS)];
         let anchor = |corner: u32| of.get(&u16::try_from(corner).ok()?).copied();

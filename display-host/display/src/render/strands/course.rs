@@ -1,4 +1,5 @@
-//! A fibre as it is now: where it runs, how thick it is, and what is drawn of it and of the films beside it.
+//! Geometry of a present fibre: its path, its thickness, and the drawn corners of it and of the
+//! films beside it.
 
 use glam::Vec3;
 
@@ -6,22 +7,22 @@ use super::super::fibre::{SIDES, section};
 use super::net::{Film, Piece};
 use crate::skinning::SkinnedVertex;
 
-/// Along a piece: the flare of its root, the neck behind it, the middle.
+/// Rings along a piece: flare of the root, neck behind it, middle.
 pub(super) const RINGS: [f32; 5] = [0.0, 0.16, 0.5, 0.84, 1.0];
-/// Places across a film, on each of its two sides.
+/// Points across a film, on each of its two sides.
 pub(super) const ACROSS: usize = 5;
 /// Corners of a fibre's piece, and of one side of a film.
 pub(super) const TUBE: usize = RINGS.len() * SIDES;
 pub(super) const SHEET: usize = 2 * ACROSS;
-/// How much wider a fibre is where it leaves tissue.
+/// Widening of a fibre at its root.
 const ROOT: f32 = 2.6;
 
-/// A piece as it is now.
+/// Present geometry of a piece.
 #[derive(Clone, Copy)]
 pub(super) struct Course {
     ends: [Vec3; 2],
     bow: Vec3,
-    /// Unit, across it.
+    /// Unit vector across it.
     across: Vec3,
     radii_m: [f32; 2],
     is_root: [bool; 2],
@@ -53,7 +54,7 @@ impl Piece {
         let ends = self.ends.map(|end| end.on_side(place) + off * end.off_m);
         let along = ends[1] - ends[0];
         let across = off.cross(along).normalize_or(off.any_orthonormal_vector());
-        // Drawn out it is straight and thin, slack it bows.
+        // Stretched it is straight and thin, slack it bows.
         let slack = (length_m / along.length().max(1e-6)).clamp(0.2, 1.15);
         Course {
             ends,
@@ -80,7 +81,7 @@ impl Course {
     }
 }
 
-/// Both sides of a film; the second is the first turned over.
+/// Draws both sides of a film; the second is the first reversed.
 pub(super) fn draw_film(film: &Film, first: &Course, second: &Course, sheet: &mut [SkinnedVertex]) {
     let at = |across: f32, is_edge: bool| {
         let height = film.height_at(across, is_edge);
@@ -132,7 +133,7 @@ mod tests {
         assert!(taut.radius_m(0.5) < 0.6 * slack.radius_m(0.5));
         assert!(taut.bow.length() < 0.2 * slack.bow.length());
         assert!(slack.at(0.0).distance(Vec3::ZERO) < 1e-9);
-        // And where nothing is left of the length there is no nonsense.
+        // A vanished length must not give invalid numbers.
         let none = drawn(0.0);
         assert!(none.at(0.5).is_finite() && none.radius_m(0.5).is_finite());
     }

@@ -1,4 +1,4 @@
-//! Which fibres there are, and between what: from the cells that are gone, and by chance that is the same every time.
+//! The net of fibres and films, derived from the removed cells with reproducible randomness.
 
 use glam::Vec3;
 use shared_mem::scene::{CellRecord, NO_CELL};
@@ -7,46 +7,46 @@ use super::super::cells::FACES;
 use super::anchors::Anchors;
 use crate::effects::chance;
 
-/// Pieces of fibres and films between them at most; who has more shows no more.
+/// Most pieces and films; further ones are not shown.
 pub(super) const PIECES: usize = 4000;
 pub(super) const FILMS: usize = 1500;
-/// Radius of the thinnest and of the thickest fibre, m; most are thin.
+/// Radii of the thinnest and of the thickest fibre, m; most are thin.
 const THIN_M: f32 = 0.000_028;
 const THICK_M: f32 = 0.000_15;
-/// How much thinner it is where nothing holds it.
+/// Thinning of a free end.
 const FREE: f32 = 0.4;
-/// It stands off its cell's side by as much, m, and with its free end by more.
+/// Distance of a fibre from its cell's side, m, and of its free end.
 const OFF_M: f32 = 0.000_5;
 const FREE_M: f32 = 0.001_1;
-/// How far it bows, of its length at rest.
+/// Bow of a fibre, as a share of its length at rest.
 const BOW: f32 = 0.30;
-/// An anchor lies as far aside of its fibre, of the cell's width.
+/// Lateral offset of an anchor, as a share of the cell's width.
 const ASKEW: f32 = 1.2;
-/// Fibres that meet between two cells meet at one of so many places.
+/// Number of nodes between two cells at which fibres meet.
 const NODES: u32 = 2;
-/// A film reaches as far up the two fibres of a fork, of their length…
+/// Height of a film along the two fibres of a fork, as shares of their length.
 const FILM: [f32; 2] = [0.25, 0.65];
-/// …and that much less in its middle.
+/// Reduction of that height in its middle.
 const ARCH: f32 = 0.6;
-/// A gap of so many cells may be spanned.
+/// Longest gap that fibres span, cells.
 const SPAN: usize = 2;
-/// Inwards and outwards among a cell's neighbours.
+/// Index of the inward and of the outward neighbour of a cell.
 pub(super) const INWARDS: usize = 4;
 pub(super) const OUTWARDS: usize = 5;
 
-/// How much of a tissue is fibres.
+/// Fibre content of a tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(in crate::render) enum Weave {
-    /// None.
+    /// No fibres.
     Plain,
-    /// Septa: of fat.
+    /// Some: septa of fat.
     Loose,
-    /// Most of it: connective tissue.
+    /// Many: connective tissue.
     Dense,
 }
 
 impl Weave {
-    /// Fibres along a cell's side at most, and the share of them that is there.
+    /// Most fibres along a cell's side, and the share that exists.
     fn fibres(self) -> (u32, f32) {
         match self {
             Self::Plain => (0, 0.0),
@@ -65,20 +65,20 @@ impl Weave {
     }
 }
 
-/// A fibre's course along one cell, or across a gap.
+/// A fibre along one cell, or across a gap.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Piece {
-    /// Corners of what it runs along.
+    /// Corners of the side along which it runs.
     pub(super) side: [u32; 4],
     pub(super) ends: [End; 2],
-    /// How far it bows, off the side and along it, of its length at rest.
+    /// Bow off the side and along it, as shares of its length at rest.
     pub(super) bow: [f32; 2],
 }
 
-/// Between corners, and off the side.
+/// An end of a piece: position between corners, and distance from the side.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct End {
-    /// Two pairs: the first two, then what lies opposite.
+    /// Two pairs of corners: the near ones, then the opposite ones.
     pub(super) corners: [u32; 4],
     pub(super) shares: [f32; 2],
     pub(super) off_m: f32,
@@ -88,7 +88,7 @@ pub(super) struct End {
 }
 
 impl End {
-    /// On the side, wherever its corners are.
+    /// Point on the side, for any position of its corners.
     pub(super) fn on_side(&self, place: impl Fn(u32) -> Vec3) -> Vec3 {
         let [a, b, c, d] = self.corners.map(place);
         let [u, v] = self.shares;
@@ -100,13 +100,13 @@ impl End {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Film {
     pub(super) pieces: [usize; 2],
-    /// Which ends of them it lies between.
+    /// End of the fibres at which it lies.
     pub(super) end: usize,
     pub(super) height: f32,
 }
 
 impl Film {
-    /// At which share of its fibres a place across it lies: at their ends, or at its free edge.
+    /// Share of the fibres' length at a place across the film: at their ends, or at its free edge.
     pub(super) fn height_at(&self, across: f32, is_edge: bool) -> f32 {
         let arch = 1.0 - ARCH * (across * core::f32::consts::PI).sin();
         let up = if is_edge { self.height * arch } else { 0.0 };
@@ -114,14 +114,14 @@ impl Film {
     }
 }
 
-/// Pieces of fibres and the films between them.
+/// Pieces of fibres, and films between them.
 #[derive(Default)]
 pub(super) struct Net {
     pub(super) pieces: Vec<Piece>,
     pub(super) films: Vec<Film>,
 }
 
-/// What a net is spun between.
+/// Surroundings of a net.
 struct Ground<'a, G> {
     cells: &'a [CellRecord],
     weaves: &'a [Weave],
@@ -165,7 +165,7 @@ impl Net {
         })
     }
 
-    /// Films in the forks of two pieces beside each other, now here, now there.
+    /// Adds films in some of the forks of two neighbouring pieces.
     fn join(&mut self, pieces: [usize; 2], seed: u32) {
         let [first, second] = pieces.map(|it| self.pieces[it].ends);
         for end in 0..2 {
@@ -201,20 +201,21 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         [inner.next().unwrap_or(0), inner.next().unwrap_or(0)]
     }
 
-    /// Whether the cell beyond has the same side open.
+    /// True if the same side of the next cell is open.
     fn goes_on(&self, cell: usize, side: usize, way: usize) -> bool {
         let beyond = self.cells[cell].neighbours[way];
         let beside = self.cells.get(usize::from(beyond));
         self.stands(beyond) && beside.is_some_and(|it| (self.is_gone)(it.neighbours[side]))
     }
 
-    /// Pairs of corners where a side meets the next cell of its column.
+    /// Pairs of corners at which a side meets the next cell of its column.
     fn rim(&self, cell: usize, side: usize, way: usize) -> [u32; 2] {
         let outer = if way == OUTWARDS { 4 } else { 0 };
         Self::inner_edge(side).map(|k| u32::from(self.cells[cell].corners[k | outer]))
     }
 
-    /// A number that is the same whatever else is gone: of a column's side, and a level and more there.
+    /// Seed that does not depend on other removed cells: from a column's side, a level and a
+    /// further number.
     fn seed(&self, cell: usize, side: usize, level: u32, more: u32) -> u32 {
         let root = foot(self.cells, cell) as u32;
         (root * 4 + side as u32)
@@ -222,7 +223,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
             .wrapping_add(level * 131 + more)
     }
 
-    /// Where fibres of a side meet, between this cell and the next of its column.
+    /// Node of a side's fibres between this cell and the next of its column.
     fn node(&self, cell: usize, side: usize, way: usize, fibre: u32) -> End {
         let level = u32::from(self.cells[cell].layer) + u32::from(way == OUTWARDS);
         let choice = chance(self.seed(cell, side, level, 64 + fibre)).x * 0.5 + 0.5;
@@ -238,7 +239,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         }
     }
 
-    /// Fibres along a side that is open.
+    /// Adds fibres along an open side.
     fn along(&self, cell: usize, side: usize, net: &mut Net) {
         let it = &self.cells[cell];
         if !(self.is_gone)(it.neighbours[side]) {
@@ -319,7 +320,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         }
     }
 
-    /// From where the fibres of one column meet to where those of the next do.
+    /// Adds fibres between the nodes of two neighbouring columns.
     fn between(&self, cell: usize, side: usize, net: &mut Net) {
         let next = self.cells[cell].neighbours[if side < 2 { 3 } else { 1 }];
         let beside = usize::from(next);
@@ -350,7 +351,7 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
         });
     }
 
-    /// Fibres over a gap to the next cell that stands.
+    /// Adds fibres across a gap to the next cell.
     fn over(&self, cell: usize, side: usize, net: &mut Net) {
         let mut next = self.cells[cell].neighbours[side];
         let mut gap = 0;
@@ -396,9 +397,9 @@ impl<G: Fn(u16) -> bool> Ground<'_, G> {
     }
 }
 
-/// The innermost cell of a cell's column, gone or not.
+/// Innermost cell of a cell's column, removed or not.
 fn foot(cells: &[CellRecord], mut cell: usize) -> usize {
-    // Layers are numbered by a byte: a loop ends.
+    // Layers are numbered by a byte, so a loop ends.
     for _ in 0..=u8::MAX {
         match cells.get(cell).map(|it| it.neighbours[INWARDS]) {
             Some(inner) if inner != NO_CELL => cell = usize::from(inner),
@@ -416,7 +417,7 @@ mod tests {
 
     use super::*;
 
-    /// Two columns of two cells beside each other, along the course.
+    /// Two neighbouring columns of two cells along the course.
     fn columns() -> Vec<CellRecord> {
         let none = NO_CELL;
         let neighbours = [
@@ -444,7 +445,7 @@ mod tests {
         })
     }
 
-    /// Those that run along a side, not from column to column.
+    /// Pieces along a side, without those between columns.
     fn upright(net: &Net) -> Vec<Piece> {
         let is_upright = |it: &&Piece| it.ends[0].corners != it.ends[1].corners;
         net.pieces.iter().filter(is_upright).copied().collect()
@@ -458,11 +459,11 @@ mod tests {
         let one = dense(&[1]);
         let most = Weave::Dense.fibres().0 as usize;
         assert!((1..=most).contains(&one.len()), "{}", one.len());
-        // Towards the one that is gone, from the inner edge of the cell to its outer.
+        // Towards the removed one, from the inner edge of the cell to its outer.
         let [inner, outer] = one[0].ends;
         assert_eq!(inner.corners[..2], [1, 4]);
         assert_eq!(outer.corners[..2], [7, 10]);
-        // Rooted in what is there on both ends.
+        // Rooted in tissue at both ends.
         assert!(inner.is_root && outer.is_root);
         assert!(dense(&[0, 1, 2, 3]).is_empty());
         assert!(grown(&[1], Weave::Plain, &none).pieces.is_empty());
@@ -500,7 +501,7 @@ mod tests {
         assert_eq!(held[1].ends[1].corners, held[0].ends[0].corners);
     }
 
-    /// Three cells in a row, of which the middle one goes.
+    /// Three cells in a row, the middle one removed.
     #[test]
     fn gaps_are_spanned_from_wall_to_wall_and_not_past_a_wall() {
         let none = NO_CELL;

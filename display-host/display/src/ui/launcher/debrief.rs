@@ -1,4 +1,5 @@
-//! What an operation came to: outcome, score, what was wrong, what counts beside the pass rule and the past.
+//! The debrief: outcome, score, errors, and results compared with the pass rules and earlier
+//! sessions.
 
 use assess::Reason;
 use egui::{Grid, Key, Label, RichText, Ui};
@@ -10,62 +11,62 @@ use crate::ui::screens::{BODY, part, title};
 use crate::ui::task::alarm;
 use crate::words::Words;
 
-/// Earlier sessions that are listed.
+/// Most earlier sessions in the list.
 const EARLIER_MAX: usize = 5;
 
-/// On a page that is narrower, points, everything stands in one column.
+/// Width of a page below which everything stands in one column, points.
 const SIDE_BY_SIDE: f32 = 1100.0;
 
-/// What an operation came to.
+/// Content of a debrief.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Debrief {
-    /// Whose it is; empty: nobody's, and it was not kept.
+    /// Name of the trainee; empty: a guest, whose session was not saved.
     pub trainee: String,
-    /// The task's name.
+    /// Name of the task.
     pub task: String,
-    /// How much help was given: a difficulty's name.
+    /// Degree of help: a difficulty's name.
     pub difficulty: String,
-    /// How it ended, as in `summary.json`.
+    /// Outcome, as in `summary.json`.
     pub outcome: String,
-    /// Why.
+    /// Reasons for the outcome.
     pub reasons: Vec<Reason>,
-    /// 0 to 100.
+    /// Score, 0 to 100.
     pub score: f64,
-    /// What was wrong, and when, s since the task began.
+    /// Alarms: time since the task began, s, and the error.
     pub alarms: Vec<(f64, TaskNote)>,
-    /// What counts.
+    /// Rows of the results.
     pub metrics: Vec<MetricRow>,
-    /// Earlier sessions that compare, oldest first.
+    /// Earlier comparable sessions, the oldest first.
     pub earlier: Vec<Earlier>,
-    /// The whole report's file, if it was written.
+    /// Path of the full report, if written.
     pub report: Option<String>,
-    /// The questionnaire was answered since the launcher began.
+    /// True if the questionnaire was answered since the launcher started.
     pub answered: bool,
-    /// The instructor's points together, if they were given.
+    /// Sum of the instructor's points, if given.
     pub sheet: Option<u32>,
-    /// What the run warned of.
+    /// Warnings of the run.
     pub warnings: Vec<String>,
-    /// What the last wish came to.
+    /// Result of the last request.
     pub notice: Option<String>,
 }
 
-/// A metric beside its pass rule and the past.
+/// A metric, its pass rule and its earlier best.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct MetricRow {
-    /// As in `summary.json`.
+    /// Name, as in `summary.json`.
     pub name: String,
     /// Its unit; `1` for a share, `n` for a count.
     pub unit: String,
-    /// Its value; none: it was not measured.
+    /// Its value; `None`: not measured.
     pub value: Option<f64>,
-    /// What passes: the least and the greatest; what is no number bounds nothing.
+    /// Least and largest value that pass; NaN: unlimited.
     pub passes: Option<[f64; 2]>,
-    /// The best of earlier sessions.
+    /// Best value of earlier sessions.
     pub best: Option<f64>,
 }
 
 impl MetricRow {
-    /// Whether it meets its rule; `None`: it has none, or was not measured.
+    /// True if it meets its rule; `None`: without a rule or a value.
     fn is_met(&self) -> Option<bool> {
         let [least, most] = self.passes?;
         let value = self.value?;
@@ -76,11 +77,11 @@ impl MetricRow {
 /// An earlier session.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Earlier {
-    /// When, as text.
+    /// Time, as text.
     pub when: String,
-    /// How it ended.
+    /// Its outcome.
     pub outcome: String,
-    /// 0 to 100.
+    /// Score, 0 to 100.
     pub score: f64,
 }
 
@@ -92,7 +93,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, debrief: &Debrief, wishes: &mut V
     if debrief.report.is_some() {
         buttons.push((words.say("debrief-report"), Wish::OpenReport));
     }
-    // Both are kept with a name.
+    // Both belong to a stored session.
     if !debrief.trainee.is_empty() {
         let questions = Wish::Ask(Asking::Questions);
         buttons.push((words.say("debrief-questions"), questions));
@@ -209,7 +210,7 @@ fn table(ui: &mut Ui, words: &Words, debrief: &Debrief) {
                 match row.is_met() {
                     Some(met) => {
                         let mark = if met { Mark::Good } else { Mark::Bad };
-                        // As wide as it is: a table's column is no place to wrap in.
+                        // Unwrapped: a table's column does not wrap.
                         ui.horizontal(|ui| {
                             sign(ui, mark);
                             ui.add(Label::new(&now).extend());

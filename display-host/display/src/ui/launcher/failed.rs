@@ -1,4 +1,4 @@
-//! The operation left nothing to debrief: what it said, and the ways on.
+//! A failed operation: its last messages, and the ways on.
 
 use egui::{Key, RichText, Ui};
 
@@ -7,14 +7,14 @@ use crate::ui::panel::{Mark, line};
 use crate::ui::screens::title;
 use crate::words::Words;
 
-/// An operation that came to nothing.
+/// An operation without a result.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Failed {
-    /// How the process ended, in its own words.
+    /// Exit status of the process, as text.
     pub status: String,
-    /// The last it said.
+    /// Its last messages.
     pub said: Vec<String>,
-    /// It had real devices: emulated ones are a way on.
+    /// True if it used real devices: simulated ones are a way on.
     pub had_devices: bool,
 }
 

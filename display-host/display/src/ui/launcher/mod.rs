@@ -1,5 +1,5 @@
-//! The launcher's screens: start, while an operation runs, debrief, questions. Each is a pure function from
-//! what is known to widgets, and to what is wished for.
+//! Screens of the launcher: start, running operation, debrief, questions. Each is a pure function
+//! from the state to widgets and the user's wishes.
 
 mod debrief;
 mod failed;
@@ -19,65 +19,65 @@ use super::screens::{BODY, legible};
 use super::task::minutes;
 use crate::words::Words;
 
-/// What the launcher shows.
+/// State of the launcher.
 #[derive(Debug, Clone)]
 pub struct Launcher {
-    /// What is said, in the user's language.
+    /// Words in the user's language.
     pub words: Words,
-    /// The screen.
+    /// The present screen.
     pub screen: Screen,
 }
 
-/// One screen of it.
+/// A screen of the launcher.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Screen {
-    /// Who does what, and how.
+    /// Choice of trainee, task and devices.
     Start(Start),
     /// The operation runs in its own window.
     Running(Running),
-    /// What it came to.
+    /// Result of an operation.
     Debrief(Debrief),
-    /// Points from 1 to 5: the questionnaire, or the instructor's sheet.
+    /// Ratings from 1 to 5: the questionnaire, or the instructor's sheet.
     Points(Points),
     /// There is nothing to debrief.
     Failed(Failed),
 }
 
-/// What the user wishes for.
+/// A wish of the user.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Wish {
-    /// These choices.
+    /// Make these choices.
     Form(StartForm),
-    /// The operation.
+    /// Start the operation.
     Begin,
-    /// The operation to end, with its report.
+    /// End the operation, with its report.
     Stop,
-    /// The operation to end without one.
+    /// End the operation without a report.
     StopAtOnce,
-    /// The same once more.
+    /// Repeat the operation.
     Again,
-    /// The same with emulated devices.
+    /// Repeat the operation with simulated devices.
     AgainEmulated,
-    /// The start screen.
+    /// Return to the start screen.
     Another,
-    /// The whole report.
+    /// Open the full report.
     OpenReport,
-    /// The questionnaire, or the sheet.
+    /// Open the questionnaire or the sheet.
     Ask(Asking),
-    /// These points for the item that is asked.
+    /// Rate the present item.
     Answer(u8),
-    /// The item before.
+    /// Return to the previous item.
     Previous,
-    /// The points to be kept.
+    /// Save the ratings.
     Keep,
-    /// Back without keeping them.
+    /// Return without saving.
     Back,
-    /// The end.
+    /// Quit.
     Quit,
 }
 
 impl Launcher {
-    /// The window's title.
+    /// Title of the window.
     #[must_use]
     pub fn title(&self) -> String {
         let words = &self.words;
@@ -92,7 +92,7 @@ impl Launcher {
     }
 }
 
-/// Shows the launcher; returns what is wished for.
+/// Shows the launcher. Returns the user's wishes.
 pub fn launcher(ui: &mut Ui, state: &Launcher) -> Vec<Wish> {
     let mut wishes = Vec::new();
     drop_repeats(ui);
@@ -107,8 +107,8 @@ pub fn launcher(ui: &mut Ui, state: &Launcher) -> Vec<Wish> {
     wishes
 }
 
-/// A screen: its buttons below, always in sight, one of them perhaps what Enter presses, and what it says
-/// above them.
+/// A screen: its content, and below it the buttons, always visible; Enter presses the meant one, if
+/// any.
 fn screen(
     ui: &mut Ui,
     name: &'static str,
@@ -117,7 +117,7 @@ fn screen(
     wishes: &mut Vec<Wish>,
     add: impl FnOnce(&mut Ui, &mut Vec<Wish>),
 ) {
-    // A screen that is a frame old has chosen nothing yet.
+    // Nothing can be focused on a screen's first frame.
     let none_chosen = ui.memory(|memory| memory.focused().is_none());
     if let Some((_, wish)) = meant.and_then(|it| buttons.get(it))
         && none_chosen
@@ -130,7 +130,7 @@ fn screen(
         .show(ui, |ui| {
             legible(ui);
             ui.add_space(10.0);
-            // Of this screen alone: what was chosen on the one before is not chosen here.
+            // Widget ids of this screen alone: the focus of the previous one does not carry over.
             ui.push_id(name, |ui| {
                 ui.horizontal_wrapped(|ui| {
                     for (number, (text, wish)) in buttons.iter().enumerate() {
@@ -156,12 +156,12 @@ fn screen(
     });
 }
 
-/// Text that is bright enough to be read from afar.
+/// Text bright enough to be read from a distance.
 fn bright(ui: &mut Ui) {
     ui.visuals_mut().widgets.noninteractive.fg_stroke.color = Color32::from_gray(215);
 }
 
-/// The button that is meant: Enter presses it unless another widget was chosen.
+/// The default button: Enter presses it unless another widget has the focus.
 fn first(ui: &mut Ui, text: &str) -> Response {
     let text = RichText::new(text).size(1.2 * BODY).strong();
     let response =
@@ -172,8 +172,8 @@ fn first(ui: &mut Ui, text: &str) -> Response {
     response
 }
 
-/// A key that is held asks for one thing, not for what stands there next. What edits and what moves about
-/// goes on while it is held.
+/// Drops key repeats: a held key asks once, and does not act on the next screen. Editing and
+/// navigation keys repeat.
 fn drop_repeats(ui: &Ui) {
     use egui::Key;
     let goes_on = |key: &Key| {
@@ -200,7 +200,7 @@ fn pressed(ui: &Ui, key: egui::Key) -> bool {
     ui.input(|input| input.key_pressed(key))
 }
 
-/// The keys that were pressed since the last frame, in their order: on a slow machine there are several.
+/// Keys pressed since the last frame, in order: on a slow machine there may be several.
 fn typed(ui: &Ui) -> Vec<egui::Key> {
     let key = |event: &egui::Event| match event {
         egui::Event::Key {

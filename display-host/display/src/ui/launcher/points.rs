@@ -1,4 +1,4 @@
-//! Points from 1 to 5, one item after the other: the questionnaire, and the instructor's sheet.
+//! Ratings from 1 to 5, one item after the other: the questionnaire, and the instructor's sheet.
 
 use egui::{Key, RichText, Ui};
 
@@ -7,34 +7,34 @@ use crate::ui::panel::{Mark, line};
 use crate::ui::screens::{BODY, title};
 use crate::words::Words;
 
-/// What is asked.
+/// Kind of form.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Asking {
-    /// The trainee, by the questionnaire.
+    /// The trainee's questionnaire.
     Questions,
-    /// The instructor, by the sheet.
+    /// The instructor's sheet.
     Sheet,
 }
 
-/// Items and the points that were given.
+/// Items and their ratings.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Points {
-    /// What is asked.
+    /// Kind of form.
     pub asking: Asking,
-    /// Whom it is about.
+    /// Name of the trainee.
     pub trainee: String,
-    /// Each item's name and its text where the language has none.
+    /// Name of each item, and its text for languages without a translation.
     pub items: Vec<(String, String)>,
-    /// Points, as far as they were given.
+    /// Ratings, as far as given.
     pub given: Vec<Option<u8>>,
-    /// The item that is asked; their number: all were.
+    /// Index of the present item; the number of items after the last.
     pub at: usize,
-    /// Why they were not kept.
+    /// Reason why they were not saved.
     pub problem: Option<String>,
 }
 
 impl Points {
-    /// What is asked, in a word.
+    /// Title of the form.
     #[must_use]
     pub fn title(&self, words: &Words) -> String {
         words.say(match self.asking {
@@ -43,7 +43,7 @@ impl Points {
         })
     }
 
-    /// What the item asks, in the user's language if it has it.
+    /// Text of an item, in the user's language if translated.
     fn text(&self, words: &Words, (name, text): &(String, String)) -> String {
         let id = match self.asking {
             Asking::Questions => format!("question-{name}"),

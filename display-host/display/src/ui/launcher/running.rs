@@ -1,4 +1,4 @@
-//! While the operation runs in its own window.
+//! Screen of a running operation.
 
 use egui::{Key, RichText, Ui};
 
@@ -6,20 +6,20 @@ use super::{Wish, minutes, pressed, screen};
 use crate::ui::screens::title;
 use crate::words::Words;
 
-/// An operation that runs.
+/// A running operation.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Running {
-    /// Whose it is; empty: nobody's.
+    /// Name of the trainee; empty: a guest.
     pub trainee: String,
-    /// The task's name.
+    /// Name of the task.
     pub task: String,
-    /// How long it has run, s.
+    /// Time since its start, s.
     pub seconds: f64,
-    /// What it last said.
+    /// Its last message.
     pub said: Option<String>,
-    /// It was asked to end.
+    /// True if it was asked to end.
     pub ending: bool,
-    /// It has had time to: it may be ended without its report.
+    /// True if it has had time to end: it may be stopped without a report.
     pub overdue: bool,
 }
 
@@ -34,7 +34,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, running: &Running, wishes: &mut V
     {
         wishes.push(wish.clone());
     }
-    // Nothing is chosen by itself: a second Enter at the start ends no operation.
+    // No button has the focus: a second Enter at the start ends no operation.
     let buttons = offered.map(|(id, wish)| (words.say(id), wish));
     screen(ui, "running", None, buttons.as_slice(), wishes, |ui, _| {
         ui.add_space(0.2 * ui.available_height());

@@ -1,4 +1,4 @@
-//! Who does what, with how much help, through which endoscope, on which devices.
+//! Choice of trainee, task, help, endoscope and devices.
 
 use egui::{Id, Key, RichText, TextEdit, Ui};
 
@@ -7,7 +7,7 @@ use crate::ui::panel::{Mark, line};
 use crate::ui::screens::{part, title};
 use crate::words::{Language, Words};
 
-/// Keys of the tasks, in their order.
+/// Keys of the tasks, in order.
 const NUMBERS: [Key; 9] = [
     Key::Num1,
     Key::Num2,
@@ -19,27 +19,27 @@ const NUMBERS: [Key; 9] = [
     Key::Num8,
     Key::Num9,
 ];
-/// Names are listed up to this height, points; then the list scrolls.
+/// Height from which the list of names scrolls, points.
 const NAMES_HEIGHT: f32 = 110.0;
 
-/// What is chosen.
+/// The choices.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct StartForm {
-    /// Whose session it is; empty: nobody's, and it is not kept.
+    /// Name of the trainee; empty: a guest, whose session is not saved.
     pub trainee: String,
-    /// The task's name.
+    /// Name of the task.
     pub task: String,
-    /// How much help is given: a difficulty's name.
+    /// Degree of help: a difficulty's name.
     pub difficulty: String,
-    /// The trainee places the sutures.
+    /// True if the trainee places the sutures.
     pub own_sutures: bool,
     /// The endoscope's angle, degrees.
     pub scope_degrees: u16,
-    /// The scene's name, or its file.
+    /// Name of the scene, or its file.
     pub scene: String,
-    /// The station file; used unless the devices are to be emulated.
+    /// The station file, used unless the devices are simulated.
     pub station_file: String,
-    /// Emulated devices.
+    /// True for simulated devices.
     pub emulated: bool,
     /// The interface's language.
     pub language: Language,
@@ -48,58 +48,58 @@ pub struct StartForm {
 /// The start screen.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Start {
-    /// What is chosen.
+    /// The choices.
     pub form: StartForm,
     /// Names in the store.
     pub trainees: Vec<String>,
-    /// What may be chosen: tasks, difficulties, angles in degrees, scenes.
+    /// Tasks to choose from.
     pub tasks: Vec<String>,
     /// Tasks in which the trainee may place the sutures.
     pub hanging: Vec<String>,
-    /// See [`Start::tasks`].
+    /// Difficulties to choose from.
     pub difficulties: Vec<String>,
-    /// See [`Start::tasks`].
+    /// Endoscope angles to choose from, degrees.
     pub scopes: Vec<u16>,
-    /// See [`Start::tasks`].
+    /// Scenes to choose from.
     pub scenes: Vec<String>,
-    /// The station's devices as they are now.
+    /// Present state of the station's devices.
     pub devices: Vec<DeviceLine>,
-    /// Why the station file cannot be used, if it cannot.
+    /// Problem of the station file, if any.
     pub station_file_problem: Option<String>,
-    /// What is plugged in beside them.
+    /// Other connected devices.
     pub plugged_in: Vec<String>,
-    /// Where sessions are kept.
+    /// Path of the store.
     pub store: String,
-    /// Why they cannot be, if so, or why this name cannot.
+    /// Problem of the store or of the name, if any.
     pub problem: Option<String>,
 }
 
 /// A device of the station.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DeviceLine {
-    /// The message that names it.
+    /// Message that names it.
     pub name: &'static str,
-    /// How it is.
+    /// Its state.
     pub state: DeviceState,
 }
 
-/// How a device is before anything starts.
+/// State of a device before the start.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum DeviceState {
-    /// It will be emulated.
+    /// It will be simulated.
     Emulated,
-    /// The station file names it, and there is something where it should be.
+    /// The station file names it, and it is present.
     There(String),
-    /// The station file names it, and there is nothing.
+    /// The station file names it, and it is missing.
     Missing(String),
-    /// Whether it is there is known when it is opened: it has no path.
+    /// It has no path: its presence is known only when it is opened.
     Named(String),
 }
 
 pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<Wish>) {
     let name = Id::unique("launcher name");
     let file = Id::unique("launcher station file");
-    // The key that ends the writing is not meant for the screen either.
+    // The key that ends the editing is not meant for the screen.
     let writes = ui.memory(|memory| {
         let written = |id| memory.has_focus(id) || memory.had_focus_last_frame(id);
         [name, file].into_iter().any(written)
@@ -109,7 +109,7 @@ pub(super) fn show(ui: &mut Ui, words: &Words, start: &Start, wishes: &mut Vec<W
         keys(ui, start, &mut form, wishes);
         if pressed(ui, Key::N) {
             ui.memory_mut(|memory| memory.request_focus(name));
-            // The letter that chose the field is not part of the name.
+            // The letter that selected the field is not part of the name.
             ui.input_mut(|input| {
                 input
                     .events
@@ -228,7 +228,7 @@ fn scope_and_scene(ui: &mut Ui, words: &Words, start: &Start, form: &mut StartFo
         for scene in &start.scenes {
             let id = format!("scene-{scene}");
             let said = words.say(&id);
-            // A file has no name but its own.
+            // A file is shown by its own name.
             let text = if said == id { scene.clone() } else { said };
             ui.radio_value(&mut form.scene, scene.clone(), text);
         }

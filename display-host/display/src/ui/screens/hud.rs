@@ -1,4 +1,4 @@
-//! Over the picture during a task: time, instrument, clips, pedal, alarm, what is next.
+//! Head-up display during a task: time, instrument, clips, pedal, alarm, next step.
 
 use egui::{Align2, Color32, Frame, Rect, RichText, Ui, vec2};
 
@@ -10,14 +10,13 @@ use crate::words::Words;
 
 /// Size of the text, points.
 const TEXT: f32 = 22.0;
-/// Size of what is looked up, not read along the way.
+/// Size of help text, points.
 const HELP: f32 = 14.0;
-/// Width of what stands at the left, points: the alarm stays clear of it.
+/// Width of the left column, points: the alarm stays clear of it.
 const SIDE: f32 = 236.0;
-/// Between what stands at the left and the alarm, margins and frames included, points.
+/// Space between the left column and the alarm, including margins and frames, points.
 const CLEAR: f32 = 62.0;
-/// In a picture narrower than this, points, what stands in its middle would lie over what stands at its
-/// sides: that is left out.
+/// Width of the picture below which the middle is left out, as it would cover the sides, points.
 const NARROW: f32 = 900.0;
 
 pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>) {
@@ -39,7 +38,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
     }
 }
 
-/// At the left: how things stand.
+/// On the left: state of the task.
 fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
     let words = &state.words;
     card(ui, "hud", place, Align2::LEFT_TOP, |ui| {
@@ -64,7 +63,7 @@ fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
     });
 }
 
-/// What was wrong last: in the middle, or where that leaves too little, at the right.
+/// The latest error: in the middle, or on the right if that leaves too little room.
 fn alarm(ui: &Ui, place: Rect, words: &Words, note: &TaskNote) {
     let middle = place.width() - 2.0 * (SIDE + CLEAR);
     let (side, width) = match middle >= SIDE {
@@ -80,7 +79,7 @@ fn alarm(ui: &Ui, place: Rect, words: &Words, note: &TaskNote) {
     });
 }
 
-/// In the middle: how it ended.
+/// In the middle: result of the task.
 fn over(
     ui: &Ui,
     place: Rect,
@@ -100,14 +99,14 @@ fn over(
         for reason in &end.reasons {
             ui.label(RichText::new(words.reason(reason)).size(TEXT));
         }
-        // The end is the trainee's to choose.
+        // The trainee ends the task.
         if !state.instructor && ui.button(words.say("hud-end")).clicked() {
             asked.push(Asked::Quit);
         }
     });
 }
 
-/// Below: what is next, and what leads the instrument while it is in the user's hand.
+/// At the bottom: the next step, and the keys of the instrument while mouse and keyboard lead it.
 fn foot(ui: &Ui, place: Rect, state: &UiState) {
     let words = &state.words;
     let task = state.task_view.as_ref().filter(|it| it.end.is_none());
@@ -131,7 +130,7 @@ fn big(ui: &mut Ui, text: &str) {
     ui.label(RichText::new(text).size(TEXT));
 }
 
-/// Text on a dark ground at one side of the picture.
+/// Text on a dark card at one side of the picture.
 pub(super) fn card(
     ui: &Ui,
     name: &'static str,

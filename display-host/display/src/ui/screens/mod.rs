@@ -1,5 +1,5 @@
-//! What stands over the picture: the task as it goes, the pause, the settings. Each is a pure function
-//! from the state to widgets and to what is asked.
+//! Screens over the picture: running task, pause, settings. Each is a pure function from the state
+//! to widgets and requests.
 
 mod hud;
 mod pause;
@@ -11,12 +11,12 @@ use egui::{FontId, Frame, Key, RichText, TextStyle, Ui};
 
 use super::{Asked, Link, UiState};
 
-/// Size of what is read from afar, points.
+/// Size of text to be read from a distance, points.
 pub(super) const BODY: f32 = 20.0;
 /// Width of a screen's column, points.
 const COLUMN: f32 = 820.0;
 
-/// What covers the picture, if anything does.
+/// Shows the screen that covers the picture, if any.
 pub(super) fn cover(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) -> bool {
     if !state.settings_open {
         return false;
@@ -33,17 +33,17 @@ pub(super) fn cover(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) -> boo
     true
 }
 
-/// What lies over the picture.
+/// Shows the cards over the picture.
 pub(super) fn over(ui: &Ui, place: egui::Rect, state: &UiState, asked: &mut Vec<Asked>) {
     hud::show(ui, place, state, asked);
-    // Who stops a replay wants to see it.
+    // A paused replay stays visible.
     let covers = !state.instructor && state.replay.is_none();
     if state.link == Link::Live && state.is_paused() && covers {
         pause::show(ui, place, state, asked);
     }
 }
 
-/// What keys ask for while the settings are up; `None`: the picture's keys hold.
+/// Requests by keys while the settings are open; `None`: the picture's keys apply.
 pub(super) fn keys(ui: &Ui, state: &UiState) -> Option<Vec<Asked>> {
     let table = [
         (Key::Escape, Asked::ShowSettings(false)),
@@ -57,7 +57,7 @@ pub(super) fn keys(ui: &Ui, state: &UiState) -> Option<Vec<Asked>> {
         .then(|| chosen.map(|(_, asked)| asked).collect())
 }
 
-/// Text that is read from two metres away.
+/// Text legible from two metres away.
 pub(super) fn legible(ui: &mut Ui) {
     let style = ui.style_mut();
     for name in [TextStyle::Body, TextStyle::Button] {

@@ -1,4 +1,4 @@
-//! While the simulation stands still.
+//! Pause screen.
 
 use egui::{Align2, Rect, Ui};
 
@@ -19,7 +19,7 @@ pub(super) fn show(ui: &Ui, place: Rect, state: &UiState, asked: &mut Vec<Asked>
             ("pause-end", Asked::Quit),
         ];
         for (text, what) in choices {
-            // What is decided is not begun again.
+            // A decided task cannot be restarted from here.
             let is_over = state.task_view.as_ref().is_some_and(|it| it.end.is_some());
             if what == Asked::Again && is_over {
                 continue;

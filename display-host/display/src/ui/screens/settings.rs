@@ -1,4 +1,4 @@
-//! What a person may choose for the interface.
+//! Settings of the interface.
 
 use egui::Ui;
 
@@ -6,7 +6,7 @@ use super::super::{Asked, UiState};
 use super::{part, title};
 use crate::words::Language;
 
-/// Sizes of the text to choose from, per cent.
+/// Text sizes to choose from, per cent.
 const SIZES: [u16; 4] = [80, 100, 125, 150];
 
 /// The choices.
@@ -14,9 +14,9 @@ const SIZES: [u16; 4] = [80, 100, 125, 150];
 pub struct Settings {
     /// The interface's language.
     pub language: Language,
-    /// Size of all text, per cent of the usual one.
+    /// Size of all text, per cent of the default.
     pub text_percent: u16,
-    /// Whether anything is heard.
+    /// True if sound is on.
     pub sound: bool,
 }
 
