@@ -1,0 +1,128 @@
+//! Service `timing`.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Records that one [`TimingBatch`] holds.
+pub const TIMING_BATCH: usize = 64;
+
+/// Stages of a tick, in order: sample, tool, contact, solve, force, procedure, publish.
+pub const STAGES: usize = 7;
+
+/// Names of the faults, in the order of [`TimingBatch::faults`]. Equal to the names of
+/// `rt_core::fault::Fault` (tested where both are seen, in `rt-process`).
+pub const FAULT_NAMES: [&str; 20] = [
+    "bad_sample",
+    "bad_force",
+    "bad_sphere",
+    "stale_device",
+    "lost_device",
+    "speed_trip",
+    "clamped",
+    "slewed",
+    "stiffness_capped",
+    "thermal_limited",
+    "contact_overflow",
+    "pair_overflow",
+    "grasp_overflow",
+    "event_overflow",
+    "overrun",
+    "bad_clock",
+    "damped",
+    "both_electrodes",
+    "not_enabled",
+    "ramped",
+];
+
+/// One tick's timing.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+pub struct TickRecord {
+    /// Tick's number.
+    pub tick: u64,
+    /// When it should have started (`CLOCK_MONOTONIC`): the first deadline that no tick served.
+    pub scheduled_ns: u64,
+    /// Actual start − scheduled start, saturating.
+    pub wake_latency_ns: u32,
+    /// Start to end of the tick.
+    pub tick_ns: u32,
+    /// Device sample arrived at the host → force written. 0: no fresh sample this tick.
+    pub motion_to_force_ns: u32,
+    /// Whole periods between scheduled and actual start: skipped (deadline misses).
+    pub missed: u32,
+    /// Time of each stage.
+    pub stage_ns: [u32; STAGES],
+    /// Bit set of [`TickRecord::OVERRAN`], `NOT_PUBLISHED`, `STALE`, `CONTACT`, `DROPPED_…`.
+    pub bits: u32,
+}
+
+impl TickRecord {
+    /// It ended after its deadline.
+    pub const OVERRAN: u32 = 1;
+    /// A frame was due and no slot was free.
+    pub const NOT_PUBLISHED: u32 = 2;
+    /// The device sample was older than its limit, or the device lost.
+    pub const STALE: u32 = 4;
+    /// The instrument touched something.
+    pub const CONTACT: u32 = 8;
+    /// There was no time for self-collision.
+    pub const DROPPED_SELF_COLLISION: u32 = 32;
+    /// There was no time for organs far from the instrument.
+    pub const DROPPED_FAR_ORGANS: u32 = 64;
+    /// A frame was due and there was no time for it.
+    pub const DROPPED_PUBLISH: u32 = 16;
+}
+
+/// Service `timing`: batches of records, with the thread's counters since its start.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.TimingBatch.v4")]
+pub struct TimingBatch {
+    /// Batch number; a gap is a loss.
+    pub sequence: u64,
+    /// Heap allocations of the realtime thread since it was armed; `u64::MAX`: not counted.
+    pub allocations: u64,
+    /// Page faults (minor and major) of the realtime thread since it was armed.
+    pub page_faults: u64,
+    /// Involuntary context switches since it was armed.
+    pub involuntary_switches: u64,
+    /// Times since it was armed that it waited for anything but its next tick.
+    pub blocks: u64,
+    /// Ticks so far.
+    pub ticks: u64,
+    /// Periods skipped so far.
+    pub deadline_misses: u64,
+    /// Ticks so far that ended after their deadline.
+    pub overruns: u64,
+    /// Faults of each kind so far (`rt_core::fault::Fault`).
+    pub faults: [u64; 20],
+    /// Bits: 1 SCHED_FIFO, 2 memory locked, 4 pinned, realtime only with all three.
+    pub realtime: u32,
+    /// How many of `records` are used.
+    pub count: u32,
+    /// The records, oldest first.
+    pub records: [TickRecord; TIMING_BATCH],
+}
+
+impl TimingBatch {
+    /// The used records, or `None` if the batch is malformed.
+    #[must_use]
+    pub fn records(&self) -> Option<&[TickRecord]> {
+        self.records.get(..self.count as usize)
+    }
+}
+
+impl TimingBatch {
+    /// `realtime` bit: the thread runs under SCHED_FIFO or SCHED_DEADLINE.
+    pub const FIFO: u32 = 1;
+    /// `realtime` bit: all memory is locked.
+    pub const LOCKED: u32 = 2;
+    /// `realtime` bit: the thread is pinned to one core (or SCHED_DEADLINE guarantees its time).
+    pub const PINNED: u32 = 4;
+}
+
+// The layout is the contract: a change of size is a change of version.
+const _: () = {
+    assert!(size_of::<TimingBatch>() == 232 + 64 * TIMING_BATCH);
+    assert!(size_of::<TickRecord>() == 64);
+};
