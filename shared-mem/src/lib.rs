@@ -5,7 +5,9 @@
 //! garbage from a broken peer, never undefined behaviour.
 
 pub mod inputs;
+pub mod limits;
 pub mod message;
 pub mod scene;
 pub mod service;
 pub mod task;
+pub mod words;

@@ -3,6 +3,8 @@
 
 use core::fmt;
 
+use shared_mem::words::Instrument;
+
 use crate::metrics::Metric;
 
 /// Something that is to be done.
@@ -69,40 +71,14 @@ impl Step {
     }
 }
 
-/// An instrument that a step is done with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Instrument {
-    /// The grasper.
+/// An instrument as the status writes it.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(remote = "Instrument", rename_all = "kebab-case")]
+enum InstrumentText {
     Grasper,
-    /// The cautery hook.
     Hook,
-    /// The scissors.
     Scissors,
-    /// The clip applier.
     ClipApplier,
-}
-
-impl Instrument {
-    /// As [`session::Movement::instrument`] counts them; the key that takes it is one more.
-    #[must_use]
-    pub fn number(self) -> u8 {
-        match self {
-            Self::Grasper => 0,
-            Self::Hook => 1,
-            Self::Scissors => 2,
-            Self::ClipApplier => 3,
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Grasper => "grasper",
-            Self::Hook => "cautery hook",
-            Self::Scissors => "scissors",
-            Self::ClipApplier => "clip applier",
-        }
-    }
 }
 
 /// What a beginner is told to do next.
@@ -119,9 +95,9 @@ pub struct Hint {
 #[serde(rename_all = "kebab-case")]
 pub enum Advice {
     /// Another instrument.
-    Take(Instrument),
+    Take(#[serde(with = "InstrumentText")] Instrument),
     /// How the one that is held is used.
-    Use(Instrument),
+    Use(#[serde(with = "InstrumentText")] Instrument),
     /// To hold it in the middle of the picture.
     Hold,
 }

@@ -1,8 +1,8 @@
 //! Sutures that are the trainee's to place: the surgeon places them where the scene has them.
 
 use shared_mem::message::SutureMsg;
+use shared_mem::words::Instrument;
 
-use crate::plan::GRASPER;
 use crate::sight::{Place, wide};
 use crate::work::{COAGULATE, Vec3, Work};
 
@@ -26,8 +26,8 @@ impl Work<'_> {
 
     /// Places each suture that is away.
     pub(crate) fn hang(&mut self) -> Result<(), String> {
-        if self.seen.tools.instrument != GRASPER {
-            self.take(GRASPER)?;
+        if !self.seen.tools.has(Instrument::Grasper) {
+            self.take(Instrument::Grasper)?;
         }
         for number in 0..self.seen.state.suture_count as usize {
             let given = self.suture(number)?;

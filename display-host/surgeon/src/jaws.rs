@@ -2,14 +2,12 @@
 
 use shared_mem::message::CapsuleMsg;
 use shared_mem::scene::OrganKind;
+use shared_mem::words::{CapsuleRole, Instrument};
 
-use crate::plan::{Act, CLIPS, CUT, SCISSORS, Surgeon};
+use crate::plan::{Act, CUT, Surgeon};
 use crate::sight::{Bar, Place, between, wide};
 use crate::work::{BACK_M, BITE, JAW_M, Vec3, Work};
 
-/// `CapsuleMsg::role` of the jaws.
-const UPPER_JAW: u32 = 1;
-const LOWER_JAW: u32 = 2;
 /// How thick a jaw is, m (`rt_core::tool`).
 const JAW_RADIUS_M: f64 = 0.0015;
 /// How often a vessel that was missed is tried.
@@ -45,9 +43,9 @@ impl Work<'_> {
         if self.sight.along(kind, share, &self.seen.state).is_none() {
             return Err("there is none".to_owned());
         }
-        let before = match self.seen.tools.instrument {
+        let before = match self.seen.tools.instrument() {
             // Both vessels may have lain between the blades.
-            SCISSORS if self.worked(kind) > 0 => return Ok(()),
+            Ok(Instrument::Scissors) if self.worked(kind) > 0 => return Ok(()),
             _ => self.worked(kind),
         };
         if self.is_cut_unclipped(kind) {
@@ -184,7 +182,7 @@ impl Work<'_> {
     }
 
     fn has_scissors(&self) -> bool {
-        self.seen.tools.instrument == SCISSORS
+        self.seen.tools.has(Instrument::Scissors)
     }
 
     fn looks_first(&self) -> bool {
@@ -202,7 +200,7 @@ impl Work<'_> {
     fn takes_another(&self, kind: OrganKind) -> bool {
         let tools = &self.seen.tools;
         let jaws: Vec<&CapsuleMsg> = (tools.capsules.iter().take(tools.capsule_count as usize))
-            .filter(|part| matches!(part.role, UPPER_JAW | LOWER_JAW))
+            .filter(|part| part.is(CapsuleRole::UpperJaw) || part.is(CapsuleRole::LowerJaw))
             .collect();
         let &[upper, lower] = jaws.as_slice() else {
             return false;
@@ -216,7 +214,7 @@ impl Work<'_> {
     fn is_open_behind_its_clip(&self, kind: OrganKind) -> bool {
         let closes = self.sight.last_clip_closes(kind, &self.seen.state);
         self.surgeon == Surgeon::Careful
-            && self.seen.tools.instrument == CLIPS
+            && self.seen.tools.has(Instrument::ClipApplier)
             && closes.is_some_and(|share| share < CLOSED)
     }
 
@@ -224,8 +222,8 @@ impl Work<'_> {
     fn worked(&self, kind: OrganKind) -> usize {
         let organ = self.sight.organ(kind);
         let of = |index: &&u32| Some(**index as usize) == organ;
-        let done = match self.seen.tools.instrument {
-            SCISSORS => &self.divided,
+        let done = match self.seen.tools.instrument() {
+            Ok(Instrument::Scissors) => &self.divided,
             _ => &self.clipped,
         };
         done.iter().filter(of).count()

@@ -7,12 +7,9 @@ use core::sync::atomic::{
 use std::sync::OnceLock;
 
 use shared_mem::inputs::RunSetup;
-use shared_mem::message::STAGES;
+use shared_mem::limits::{FAULTS, STAGES};
 
 use crate::summary::Ended;
-
-/// Kinds of faults that the reports have room for.
-pub(crate) const FAULTS: usize = 20;
 
 /// Counters and flags. Written by the tick's thread unless said otherwise.
 #[derive(Debug, Default)]

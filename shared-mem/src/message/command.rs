@@ -23,7 +23,7 @@ pub struct HandMsg {
     pub scope_advanced_m: f64,
     /// Device buttons, as in [`ToolFrame::buttons`].
     pub buttons: u32,
-    /// Bits: 1 cut, 2 coagulate, 4 camera lock.
+    /// The pedals' bits of [`crate::words::Switches`].
     pub switches: u32,
 }
 

@@ -3,96 +3,187 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// Service `events`: sequence-numbered; a gap in `sequence` is a loss that the reader must show.
+use crate::words::{Current, EventKind, Fault, Unknown};
+
+/// Service `events`: numbered in sequence. A gap in `sequence` is a loss that the reader must show.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.EventMsg.v1")]
 pub struct EventMsg {
-    /// Counts up by one an event, from 0 at the controller's start.
+    /// Counts up by one per event, from 0 at the controller's start.
     pub sequence: u64,
     /// Tick that raised it.
     pub tick: u64,
-    /// When.
+    /// Time of that tick (`CLOCK_MONOTONIC`).
     pub at_ns: u64,
-    /// One of the `EventMsg` constants.
+    /// Number of an [`EventKind`].
     pub kind: u32,
     /// Organ's index in the scene, or `u32::MAX`.
     pub organ: u32,
-    /// Where, world frame, m.
+    /// Place, world frame, m.
     pub at_m: [f32; 3],
-    /// Depends on the kind: force in N, fault code, button.
+    /// Payload; [`EventMsg::decode`] gives it a name.
     pub value: f32,
 }
 
-impl EventMsg {
-    /// An instrument began to touch an organ; value: force, N.
-    pub const CONTACT: u32 = 1;
-    /// It left it.
-    pub const RELEASE: u32 = 2;
-    /// Jaws closed on tissue; value: spheres held.
-    pub const GRASP: u32 = 3;
-    /// Jaws let go.
-    pub const LET_GO: u32 = 4;
-    /// A fault was raised; value: its code (`rt_core::fault::Fault`).
-    pub const FAULT: u32 = 5;
-    /// Electrosurgery on (value 1 cut, 2 coagulate) or off (0).
-    pub const ELECTRO: u32 = 6;
-    /// What the jaws hold has slipped; value: what it pulls with, N.
-    pub const SLIP: u32 = 7;
-    /// A band between organs, or a link of a tube, has torn; value: the energy it took, J.
-    pub const TEAR: u32 = 8;
-    /// Scissors or current have cut a band, a suture, or a link of a tube; value: the energy of a tear of it, J.
-    pub const CUT: u32 = 9;
+/// An event by its kind, with its payload.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event {
+    /// The instrument began to touch an organ.
+    Contact {
+        /// Force on the hand, N.
+        force_n: f32,
+    },
+    /// The instrument left an organ.
+    Release,
+    /// The jaws closed on tissue.
+    Grasp {
+        /// Spheres held.
+        spheres: u32,
+    },
+    /// The jaws let go, or the tissue slipped out.
+    LetGo {
+        /// Spheres that were held.
+        spheres: u32,
+    },
+    /// A fault was raised.
+    Fault(Fault),
+    /// The electrosurgical current changed to this.
+    Electro(Current),
+    /// Tissue slipped between the jaws.
+    Slip {
+        /// Pull of the tissue, N.
+        force_n: f32,
+    },
+    /// A band between organs, or a link of a tube, tore.
+    Tear {
+        /// Energy that the tear took, J.
+        energy_j: f32,
+    },
+    /// Scissors or current cut a band, a suture or a link of a tube.
+    Cut {
+        /// Energy that a tear would have taken, J.
+        energy_j: f32,
+    },
+    /// A clip closed.
+    Clip {
+        /// The clip's number, from 0.
+        number: u32,
+    },
+    /// An electrode burnt an organ.
+    Burn {
+        /// Energy since the last event of this burn, J.
+        energy_j: f32,
+    },
+    /// A vessel, duct or bag leaks.
+    Leak {
+        /// Flow as a share of the flow in the whole vessel; 0: stopped.
+        flow: f32,
+    },
+    /// A cell of layered tissue is gone.
+    Removed {
+        /// The cell's index in the scene.
+        cell: u32,
+    },
+    /// The jaws crushed the tissue between them.
+    Crush {
+        /// Force of the jaws, N.
+        force_n: f32,
+    },
+    /// A wall was burnt through or torn open.
+    Perforation {
+        /// Energy that it took, J.
+        energy_j: f32,
+    },
+    /// A tube was divided, or came off the tissue that it grew to.
+    Divided {
+        /// Share of the lumen that clips leave open on the worse side, up to the tube's end or its
+        /// next division. 0: clips close both sides.
+        open: f32,
+    },
+    /// Everything is as at the start, or as a task begins.
+    Reset,
+    /// A suture goes through an organ.
+    Stitch {
+        /// The suture's number in the scene, from 0.
+        suture: u32,
+    },
+    /// A suture hangs an organ on the abdominal wall.
+    Hung {
+        /// The suture's number in the scene, from 0.
+        suture: u32,
+    },
+}
 
-    /// A clip has closed, on this organ or, if none is named, on nothing; value: the clip's number,
-    /// from 0. One that closes on two organs raises two.
-    pub const CLIP: u32 = 10;
-    /// An electrode has burnt an organ; value: the energy since that was last told, J.
-    pub const BURN: u32 = 11;
-    /// A vessel, duct or bag leaks; value: its flow as a share of what runs in it whole, 0: stopped. Every
-    /// event of one leak has the place where it began.
-    pub const LEAK: u32 = 12;
-    /// A cell of layered tissue is gone; value: its index in the scene.
-    pub const REMOVED: u32 = 13;
-    /// Jaws have crushed what they hold; value: their force, N.
-    pub const CRUSH: u32 = 14;
-    /// A wall is burnt through or torn open; value: the energy it took, J.
-    pub const PERFORATION: u32 = 15;
-    /// A tube is divided, or off what it was grown to; value: share of its inside that clips leave open on
-    /// the worse of both sides, up to where it ends or is divided already. 0: between clips that close it.
-    pub const DIVIDED: u32 = 16;
-    /// Everything is as it was at the start, or as a task begins; what was told before is void.
-    pub const RESET: u32 = 17;
-    /// A suture goes through an organ, there; value: the suture's number in the scene, from 0.
-    pub const STITCH: u32 = 18;
-    /// A suture hangs an organ on the abdominal wall, there; value: the suture's number in the scene, from 0.
-    pub const HUNG: u32 = 19;
+/// An event that cannot be decoded.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum UnknownEvent {
+    /// Its kind, its fault or its current has no name.
+    #[error(transparent)]
+    Word(#[from] Unknown),
+    /// Its value is not finite, or a count or an index is not a whole number.
+    #[error("{} cannot carry {value}", .kind.name())]
+    Value {
+        /// The event's kind.
+        kind: EventKind,
+        /// The value.
+        value: f32,
+    },
+}
+
+impl EventMsg {
+    /// First whole number that `f32` does not tell from its neighbour.
+    const WHOLE_END: f32 = 16_777_216.0;
+
+    /// The event with its payload.
+    ///
+    /// # Errors
+    ///
+    /// [`UnknownEvent`] if a number has no name or the value is none that the kind carries.
+    pub fn decode(&self) -> Result<Event, UnknownEvent> {
+        let kind = EventKind::try_from(self.kind)?;
+        let value = self.value;
+        let refused = UnknownEvent::Value { kind, value };
+        let number = || {
+            let is_whole = (0.0..Self::WHOLE_END).contains(&value) && value.fract() == 0.0;
+            is_whole.then_some(value as u32).ok_or(refused)
+        };
+        if !value.is_finite() {
+            return Err(refused);
+        }
+        Ok(match kind {
+            EventKind::Contact => Event::Contact { force_n: value },
+            EventKind::Release => Event::Release,
+            EventKind::Grasp => Event::Grasp { spheres: number()? },
+            EventKind::LetGo => Event::LetGo { spheres: number()? },
+            EventKind::Fault => Event::Fault(Fault::try_from(number()?)?),
+            EventKind::Electro => Event::Electro(Current::try_from(number()?)?),
+            EventKind::Slip => Event::Slip { force_n: value },
+            EventKind::Tear => Event::Tear { energy_j: value },
+            EventKind::Cut => Event::Cut { energy_j: value },
+            EventKind::Clip => Event::Clip { number: number()? },
+            EventKind::Burn => Event::Burn { energy_j: value },
+            EventKind::Leak => Event::Leak { flow: value },
+            EventKind::Removed => Event::Removed { cell: number()? },
+            EventKind::Crush => Event::Crush { force_n: value },
+            EventKind::Perforation => Event::Perforation { energy_j: value },
+            EventKind::Divided => Event::Divided { open: value },
+            EventKind::Reset => Event::Reset,
+            EventKind::Stitch => Event::Stitch { suture: number()? },
+            EventKind::Hung => Event::Hung { suture: number()? },
+        })
+    }
+
+    /// Is of this kind.
+    #[must_use]
+    pub const fn is(&self, kind: EventKind) -> bool {
+        self.kind == kind.number()
+    }
 
     /// Its kind's name, for reports.
     #[must_use]
     pub fn name(&self) -> &'static str {
-        match self.kind {
-            Self::CONTACT => "contact",
-            Self::RELEASE => "release",
-            Self::GRASP => "grasp",
-            Self::LET_GO => "let_go",
-            Self::FAULT => "fault",
-            Self::ELECTRO => "electro",
-            Self::SLIP => "slip",
-            Self::TEAR => "tear",
-            Self::CUT => "cut",
-            Self::CLIP => "clip",
-            Self::BURN => "burn",
-            Self::LEAK => "leak",
-            Self::REMOVED => "removed",
-            Self::CRUSH => "crush",
-            Self::PERFORATION => "perforation",
-            Self::DIVIDED => "divided",
-            Self::RESET => "reset",
-            Self::STITCH => "stitch",
-            Self::HUNG => "hung",
-            _ => "unknown",
-        }
+        EventKind::try_from(self.kind).map_or("unknown", EventKind::name)
     }
 }
 
@@ -100,3 +191,62 @@ impl EventMsg {
 const _: () = {
     assert!(size_of::<EventMsg>() == 48);
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn event(kind: EventKind, value: f32) -> EventMsg {
+        let kind = kind.number();
+        EventMsg {
+            kind,
+            value,
+            ..EventMsg::zeroed()
+        }
+    }
+
+    #[test]
+    fn events_of_every_kind_decode_and_keep_their_name() {
+        for kind in EventKind::ALL {
+            let event = event(kind, 1.0);
+            assert!(event.decode().is_ok(), "{kind:?}");
+            assert_eq!(event.name(), kind.name());
+            assert!(event.is(kind));
+        }
+    }
+
+    #[test]
+    fn payloads_have_the_value() {
+        let clip = event(EventKind::Clip, 7.0).decode();
+        assert_eq!(clip, Ok(Event::Clip { number: 7 }));
+        let fault = event(EventKind::Fault, 17.0).decode();
+        assert_eq!(fault, Ok(Event::Fault(Fault::BothElectrodes)));
+        let leak = event(EventKind::Leak, 0.25).decode();
+        assert_eq!(leak, Ok(Event::Leak { flow: 0.25 }));
+    }
+
+    #[test]
+    fn events_with_unknown_numbers_are_refused() {
+        for (kind, value) in [
+            (EventKind::Clip, -1.0),
+            (EventKind::Clip, 0.5),
+            (EventKind::Removed, 16_777_216.0),
+            (EventKind::Fault, 20.0),
+            (EventKind::Electro, 3.0),
+            (EventKind::Burn, f32::NAN),
+        ] {
+            assert!(event(kind, value).decode().is_err(), "{kind:?} {value}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_bits_decode_or_are_refused(kind: u32, bits: u32) {
+            let event = EventMsg { kind, value: f32::from_bits(bits), ..EventMsg::zeroed() };
+            let known = EventKind::try_from(kind).is_ok();
+            prop_assert!(known || event.decode().is_err());
+            prop_assert_eq!(event.name() == "unknown", !known);
+        }
+    }
+}

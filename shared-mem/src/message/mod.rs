@@ -10,12 +10,14 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 pub use command::{CommandMsg, HandMsg, ReplyMsg};
-pub use events::EventMsg;
-pub use state::{
-    ClipMsg, MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES, SphereState, StateFrame, SutureMsg,
+pub use events::{Event, EventMsg, UnknownEvent};
+pub use state::{ClipMsg, SphereState, StateFrame, SutureMsg};
+pub use timing::{TickRecord, TimingBatch};
+pub use tools::{CapsuleMsg, DeviceHealth, ToolFrame};
+
+pub use crate::limits::{
+    MAX_CAPSULES, MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES, STAGES, TIMING_BATCH,
 };
-pub use timing::{FAULT_NAMES, STAGES, TIMING_BATCH, TickRecord, TimingBatch};
-pub use tools::{CapsuleMsg, DeviceHealth, MAX_CAPSULES, ToolFrame};
 
 /// A rigid transform: position in m, unit quaternion x y z w.
 #[repr(C)]

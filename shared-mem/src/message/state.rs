@@ -3,12 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// Spheres that a [`StateFrame`] holds. Equals `rt_core::capacity::MAX_SPHERES` (asserted there
-/// where both are seen, in `rt-process`).
-pub const MAX_SPHERES: usize = 4096;
-
-/// Cells of layered tissue that a [`StateFrame`] holds. Equals `rt_core::capacity::MAX_CELLS`.
-pub const MAX_CELLS: usize = 8192;
+use crate::limits::{MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES};
 
 /// One sphere's state.
 #[repr(C)]
@@ -30,10 +25,6 @@ impl SphereState {
     /// Layered tissue of which nothing is left.
     pub const GONE: u32 = 8;
 }
-
-/// Clips on tubes that a [`StateFrame`] holds. Equals `rt_core::capacity::MAX_CLIPPED` (asserted in
-/// `rt-process`).
-pub const MAX_CLIPPED: usize = 24;
 
 /// A clip on a vessel or duct. It lies across it, between two of its spheres.
 #[repr(C)]
@@ -61,9 +52,6 @@ impl ClipMsg {
             && self.legs.iter().all(|x| x.abs() < 2.0)
     }
 }
-
-/// Sutures that a [`StateFrame`] holds. Equals `rt_core::capacity::MAX_SUTURES` (asserted in `rt-process`).
-pub const MAX_SUTURES: usize = 8;
 
 /// A suture that hangs an organ on the abdominal wall.
 #[repr(C)]

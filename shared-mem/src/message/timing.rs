@@ -3,36 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// Records that one [`TimingBatch`] holds.
-pub const TIMING_BATCH: usize = 64;
-
-/// Stages of a tick, in order: sample, tool, contact, solve, force, procedure, publish.
-pub const STAGES: usize = 7;
-
-/// Names of the faults, in the order of [`TimingBatch::faults`]. Equal to the names of
-/// `rt_core::fault::Fault` (tested where both are seen, in `rt-process`).
-pub const FAULT_NAMES: [&str; 20] = [
-    "bad_sample",
-    "bad_force",
-    "bad_sphere",
-    "stale_device",
-    "lost_device",
-    "speed_trip",
-    "clamped",
-    "slewed",
-    "stiffness_capped",
-    "thermal_limited",
-    "contact_overflow",
-    "pair_overflow",
-    "grasp_overflow",
-    "event_overflow",
-    "overrun",
-    "bad_clock",
-    "damped",
-    "both_electrodes",
-    "not_enabled",
-    "ramped",
-];
+use crate::limits::{FAULTS, STAGES, TIMING_BATCH};
 
 /// One tick's timing.
 #[repr(C)]
@@ -94,8 +65,8 @@ pub struct TimingBatch {
     pub deadline_misses: u64,
     /// Ticks so far that ended after their deadline.
     pub overruns: u64,
-    /// Faults of each kind so far (`rt_core::fault::Fault`).
-    pub faults: [u64; 20],
+    /// Faults of each kind so far ([`crate::words::Fault`]).
+    pub faults: [u64; FAULTS],
     /// Bits: 1 SCHED_FIFO, 2 memory locked, 4 pinned, realtime only with all three.
     pub realtime: u32,
     /// How many of `records` are used.

@@ -4,9 +4,8 @@ use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
 use super::PoseMsg;
-
-/// Capsules that a [`ToolFrame`] shows.
-pub const MAX_CAPSULES: usize = 16;
+use crate::limits::MAX_CAPSULES;
+use crate::words::{CapsuleRole, Instrument, Switches, Unknown};
 
 /// Health of one device as the controller sees it.
 #[repr(C)]
@@ -45,7 +44,7 @@ pub struct CapsuleMsg {
     pub radius_m: f32,
     /// Other end of the axis, m.
     pub b_m: [f32; 3],
-    /// Role: 0 shaft, 1 upper jaw, 2 lower jaw, 3 tip.
+    /// Number of a [`CapsuleRole`].
     pub role: u32,
 }
 
@@ -71,13 +70,13 @@ pub struct ToolFrame {
     pub world_from_camera: PoseMsg,
     /// Opening of the jaws: 0 closed, 1 open.
     pub jaw: f32,
-    /// Instrument: 0 grasper, 1 cautery hook, 2 scissors, 3 clip applier.
+    /// Number of an [`Instrument`].
     pub instrument: u32,
     /// Force on the hand, world frame, N, as sent to the device.
     pub force_n: [f32; 3],
     /// Contacts in that tick.
     pub contact_count: u32,
-    /// Bits: 1 cut, 2 coagulate, 4 camera lock, 8 paused, 16 force enabled.
+    /// Bits of [`Switches`].
     pub switches: u32,
     /// Device buttons.
     pub buttons: u32,
@@ -93,7 +92,45 @@ pub struct ToolFrame {
     pub health: [DeviceHealth; 3],
 }
 
+impl CapsuleMsg {
+    /// Part of a tool that it stands in for.
+    ///
+    /// # Errors
+    ///
+    /// [`Unknown`] if the number has no name.
+    pub fn role(&self) -> Result<CapsuleRole, Unknown> {
+        self.role.try_into()
+    }
+
+    /// Is this part of a tool.
+    #[must_use]
+    pub const fn is(&self, role: CapsuleRole) -> bool {
+        self.role == role.number()
+    }
+}
+
 impl ToolFrame {
+    /// The instrument in the hand.
+    ///
+    /// # Errors
+    ///
+    /// [`Unknown`] if the number has no name.
+    pub fn instrument(&self) -> Result<Instrument, Unknown> {
+        self.instrument.try_into()
+    }
+
+    /// This instrument is in the hand.
+    #[must_use]
+    pub const fn has(&self, instrument: Instrument) -> bool {
+        self.instrument == instrument.number()
+    }
+
+    /// The switches that have a name.
+    #[must_use]
+    pub const fn switches(&self) -> Switches {
+        Switches::named(self.switches)
+    }
+
     /// The used capsules, or `None` if the frame is malformed.
     #[must_use]
     pub fn capsules(&self) -> Option<&[CapsuleMsg]> {

@@ -2,7 +2,9 @@
 
 use std::collections::VecDeque;
 
-use shared_mem::message::{FAULT_NAMES, TickRecord, TimingBatch};
+use shared_mem::limits::FAULTS;
+use shared_mem::message::{TickRecord, TimingBatch};
+use shared_mem::words::Fault;
 
 /// Ticks looked back: four seconds at 1 kHz.
 const WINDOW: usize = 4096;
@@ -40,8 +42,8 @@ pub struct TickHealth {
     pub allocations: u64,
     /// Page faults of the realtime thread.
     pub page_faults: u64,
-    /// Ticks that each fault happened in since the controller started, as [`FAULT_NAMES`] names them.
-    pub faults: [u64; FAULT_NAMES.len()],
+    /// Ticks that each fault happened in since the controller started, as [`Fault::NAMES`] names them.
+    pub faults: [u64; FAULTS],
     /// What the realtime thread got from the system; `None`: no batch yet.
     pub realtime: Option<u32>,
 }
@@ -99,7 +101,7 @@ impl TickHealth {
     /// What each gate of the safety chain did, in the chain's order, and in how many ticks.
     pub fn gates(&self) -> impl Iterator<Item = (&'static str, u64)> {
         let count = |name: &str| {
-            let named = FAULT_NAMES.iter().zip(&self.faults);
+            let named = Fault::NAMES.iter().zip(&self.faults);
             named
                 .filter(|(own, _)| **own == name)
                 .map(|(_, count)| *count)

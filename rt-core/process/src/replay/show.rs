@@ -10,6 +10,8 @@ use rt_core::state::State;
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::{CommandMsg, EventMsg, ReplyMsg, StateFrame, ToolFrame};
 use shared_mem::service::{Controller, Station};
+use shared_mem::words::EventKind;
+use shared_mem::words::Switches;
 
 use super::leaks::{Leaks, puts_back};
 use super::player::Player;
@@ -21,7 +23,7 @@ use crate::{frames, inputs};
 /// A frame for so many ticks, as the controller does.
 const FRAME_EVERY: u64 = 4;
 /// Bit of [`ToolFrame::switches`]: it stands still.
-const PAUSED: u32 = 8;
+const PAUSED: u32 = Switches::PAUSED.bits();
 /// A display that sees nothing for longer takes its controller for gone.
 const STILL_ALIVE_NS: u64 = 100_000_000;
 /// How often commands are looked for while nothing else is to be done.
@@ -208,7 +210,7 @@ impl Stage {
             // A jump over a reset is one, for every display.
             if self.leaks.were_put_back(before, self.shown_tick) {
                 self.tell(EventMsg {
-                    kind: EventMsg::RESET,
+                    kind: EventKind::Reset.number(),
                     organ: u32::MAX,
                     ..EventMsg::zeroed()
                 });
