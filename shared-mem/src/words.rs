@@ -123,8 +123,8 @@ words! {
         Tear = 8, "tear";
         /// Scissors or current cut a band, a suture or a link of a tube.
         Cut = 9, "cut";
-        /// A clip closed, on the organ or, if none is named, on nothing. A clip on two organs raises
-        /// two events.
+        /// A clip closed, on the organ or, if none is named, on nothing. A clip on two organs
+        /// raises two events.
         Clip = 10, "clip";
         /// An electrode burnt an organ.
         Burn = 11, "burn";

@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
 
-/// Service `hand`: what a person without a haptic device asks of the emulated hand. Movements are
-/// sums since the sender began, so that a lost message loses nothing.
+/// Service `hand`: a person without a haptic device leads the emulated hand. Movements are sums
+/// since the sender began, so that a lost message loses nothing.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.HandMsg.v1")]
@@ -27,15 +27,16 @@ pub struct HandMsg {
     pub switches: u32,
 }
 
-/// Service `command` (request): what the host asks.
+/// Service `command`, request of a host.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.CommandMsg.v1")]
 pub struct CommandMsg {
     /// One of the `CommandMsg` constants.
     pub kind: u32,
-    /// Instrument for [`CommandMsg::INSTRUMENT`], task for [`CommandMsg::START`], 1/0 for [`CommandMsg::PAUSE`] and
-    /// [`CommandMsg::ENABLE_FORCE`], what else they say.
+    /// Number of a [`crate::words::Instrument`] with [`CommandMsg::INSTRUMENT`], the task with
+    /// [`CommandMsg::START`], 1 or 0 with [`CommandMsg::PAUSE`] and [`CommandMsg::ENABLE_FORCE`].
+    /// The other kinds state theirs.
     pub argument: u32,
 }
 
@@ -50,16 +51,17 @@ impl CommandMsg {
     pub const INSTRUMENT: u32 = 4;
     /// End the controller cleanly.
     pub const STOP: u32 = 5;
-    /// Put every organ to where a task begins: 0 hang (the sutures are not placed yet), 1 identify, 2 clamp (the triangle is cleared), 3 cut (duct and
-    /// artery are clipped), 4 disconnect (both are divided).
+    /// Put every organ to where a task begins: 0 hang (no suture is placed), 1 identify, 2 clamp
+    /// (the triangle is cleared), 3 cut (duct and artery are clipped), 4 disconnect (both are
+    /// divided).
     pub const START: u32 = 6;
     /// Of a replay: go to this time from its start, ms.
     pub const SEEK: u32 = 7;
-    /// Of a replay: so many times as fast as it was, in thousandths, 10 to 100 000.
+    /// Of a replay: speed relative to the recording, in thousandths, 10 to 100 000.
     pub const SPEED: u32 = 8;
 }
 
-/// Service `command` (response): what became of it.
+/// Service `command`, reply of the controller.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.ReplyMsg.v1")]

@@ -1,4 +1,4 @@
-//! What the services carry.
+//! Messages, one module per service.
 
 mod command;
 mod events;
@@ -36,7 +36,7 @@ impl PoseMsg {
         orientation: [0.0, 0.0, 0.0, 1.0],
     };
 
-    /// Whether it is finite, within 1000 m, and its quaternion of unit length.
+    /// Is finite and within 1000 m, and its quaternion has unit length.
     #[must_use]
     pub fn is_sane(&self) -> bool {
         let length2: f32 = self.orientation.iter().map(|x| x * x).sum();

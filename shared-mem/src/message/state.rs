@@ -22,28 +22,28 @@ impl SphereState {
     pub const CONTACT: u32 = 2;
     /// Between closed jaws.
     pub const GRASPED: u32 = 4;
-    /// Layered tissue of which nothing is left.
+    /// All its layered tissue is removed.
     pub const GONE: u32 = 8;
 }
 
-/// A clip on a vessel or duct. It lies across it, between two of its spheres.
+/// A clip across a vessel or duct, between two of its spheres.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct ClipMsg {
     /// The two spheres, in the scene's order.
     pub spheres: [u32; 2],
-    /// How far it lies from the first to the second, 0 to 1.
+    /// Place between the two: 0 at the first, 1 at the second.
     pub share: f32,
-    /// Share of the inside that it closes, 0 to 1.
+    /// Share of the lumen that it closes, 0 to 1.
     pub closed: f32,
     /// Along its legs, from the bend to the open ends: a unit vector, world frame.
     pub legs: [f32; 3],
-    /// The clip's number, from 0; one that is on two tubes has two records.
+    /// The clip's number, from 0. A clip on two tubes has two records.
     pub number: u32,
 }
 
 impl ClipMsg {
-    /// Whether it lies between spheres that there are, and is finite.
+    /// Lies between existing spheres, and is finite.
     fn is_sane(&self, sphere_count: u32) -> bool {
         let share = |x: f32| (0.0..=1.0).contains(&x);
         self.spheres.iter().all(|it| *it < sphere_count)
@@ -61,9 +61,9 @@ pub struct SutureMsg {
     pub sphere: u32,
     /// One of the `SutureMsg` constants.
     pub placed: u32,
-    /// Where its other end is, in the wall or at the instrument's tip, world frame, m.
+    /// Its other end, in the wall or at the instrument's tip, world frame, m.
     pub at_m: [f32; 3],
-    /// How long it is once it is drawn in, m.
+    /// Its length after it is drawn in, m.
     pub length_m: f32,
 }
 
@@ -74,10 +74,10 @@ impl SutureMsg {
     pub const AT_HAND: u32 = 1;
     /// It hangs the organ on the wall.
     pub const HUNG: u32 = 2;
-    /// It did, and is cut through.
+    /// It hung the organ, and was cut through.
     pub const CUT: u32 = 3;
 
-    /// Whether it goes through a sphere that there is, and is finite.
+    /// Goes through an existing sphere, and is finite.
     fn is_sane(&self, sphere_count: u32) -> bool {
         self.sphere < sphere_count
             && self.placed <= Self::CUT
@@ -99,13 +99,13 @@ pub struct StateFrame {
     pub at_ns: u64,
     /// First 16 bytes of the compiled scene's identity.
     pub scene_id: [u8; 16],
-    /// How many of `spheres` are used.
+    /// Number of `spheres` in use.
     pub sphere_count: u32,
-    /// How many of `clips` are used.
+    /// Number of `clips` in use.
     pub clip_count: u32,
-    /// How many of `cells` are used.
+    /// Number of `cells` in use.
     pub cell_count: u32,
-    /// How many of `sutures` are used.
+    /// Number of `sutures` in use.
     pub suture_count: u32,
     /// The sutures to the world (`AttachmentRecord::is_thread`), in the scene's order.
     pub sutures: [SutureMsg; MAX_SUTURES],
@@ -113,8 +113,8 @@ pub struct StateFrame {
     pub spheres: [SphereState; MAX_SPHERES],
     /// The clips, in the order in which they were closed.
     pub clips: [ClipMsg; MAX_CLIPPED],
-    /// Cells of layered tissue, in the scene's order: the share of the heat that removes each, 0 to 254,
-    /// or [`StateFrame::GONE`].
+    /// Cells of layered tissue, in the scene's order: heat taken so far as a share of the heat that
+    /// removes the cell, 0 to 254; or [`StateFrame::GONE`].
     pub cells: [u8; MAX_CELLS],
 }
 
@@ -122,13 +122,13 @@ impl StateFrame {
     /// A cell that is gone.
     pub const GONE: u8 = u8::MAX;
 
-    /// The used cells, or `None` if the frame is malformed.
+    /// The cells in use. `None` if the frame is malformed.
     #[must_use]
     pub fn cells(&self) -> Option<&[u8]> {
         self.cells.get(..self.cell_count as usize)
     }
 
-    /// The used spheres, or `None` if the frame is malformed: too many, or a centre that is not
+    /// The spheres in use. `None` if the frame is malformed: too many, or a centre that is not
     /// finite or lies beyond 1000 m.
     #[must_use]
     pub fn spheres(&self) -> Option<&[SphereState]> {
@@ -137,8 +137,8 @@ impl StateFrame {
         spheres.iter().all(sane).then_some(spheres)
     }
 
-    /// The used sutures, or `None` if the frame is malformed: too many, one through a sphere that there is not, or
-    /// one that is not finite.
+    /// The sutures in use. `None` if the frame is malformed: too many, one through a sphere that
+    /// does not exist, or one that is not finite.
     #[must_use]
     pub fn sutures(&self) -> Option<&[SutureMsg]> {
         let sutures = self.sutures.get(..self.suture_count as usize)?;
@@ -146,8 +146,8 @@ impl StateFrame {
         sutures.iter().all(sane).then_some(sutures)
     }
 
-    /// The used clips, or `None` if the frame is malformed: too many, one between spheres that there
-    /// are not, or one that is not finite.
+    /// The clips in use. `None` if the frame is malformed: too many, one between spheres that do
+    /// not exist, or one that is not finite.
     #[must_use]
     pub fn clips(&self) -> Option<&[ClipMsg]> {
         let clips = self.clips.get(..self.clip_count as usize)?;

@@ -11,15 +11,15 @@ use crate::limits::{FAULTS, STAGES, TIMING_BATCH};
 pub struct TickRecord {
     /// Tick's number.
     pub tick: u64,
-    /// When it should have started (`CLOCK_MONOTONIC`): the first deadline that no tick served.
+    /// Its scheduled start (`CLOCK_MONOTONIC`): the first deadline that no earlier tick served.
     pub scheduled_ns: u64,
     /// Actual start − scheduled start, saturating.
     pub wake_latency_ns: u32,
     /// Start to end of the tick.
     pub tick_ns: u32,
-    /// Device sample arrived at the host → force written. 0: no fresh sample this tick.
+    /// From the arrival of the device sample at the host to the written force. 0: no fresh sample.
     pub motion_to_force_ns: u32,
-    /// Whole periods between scheduled and actual start: skipped (deadline misses).
+    /// Whole periods between scheduled and actual start. They were skipped (deadline misses).
     pub missed: u32,
     /// Time of each stage.
     pub stage_ns: [u32; STAGES],
@@ -57,7 +57,7 @@ pub struct TimingBatch {
     pub page_faults: u64,
     /// Involuntary context switches since it was armed.
     pub involuntary_switches: u64,
-    /// Times since it was armed that it waited for anything but its next tick.
+    /// Waits since it was armed, except those until its next tick.
     pub blocks: u64,
     /// Ticks so far.
     pub ticks: u64,
@@ -67,16 +67,16 @@ pub struct TimingBatch {
     pub overruns: u64,
     /// Faults of each kind so far ([`crate::words::Fault`]).
     pub faults: [u64; FAULTS],
-    /// Bits: 1 SCHED_FIFO, 2 memory locked, 4 pinned, realtime only with all three.
+    /// Bits of [`TimingBatch::FIFO`], `LOCKED`, `PINNED`. The thread is realtime with all three.
     pub realtime: u32,
-    /// How many of `records` are used.
+    /// Number of `records` in use.
     pub count: u32,
     /// The records, oldest first.
     pub records: [TickRecord; TIMING_BATCH],
 }
 
 impl TimingBatch {
-    /// The used records, or `None` if the batch is malformed.
+    /// The records in use. `None` if the batch is malformed.
     #[must_use]
     pub fn records(&self) -> Option<&[TickRecord]> {
         self.records.get(..self.count as usize)

@@ -63,8 +63,8 @@ pub struct ToolFrame {
     pub scene_id: [u8; 16],
     /// Handle, world frame.
     pub world_from_handle: PoseMsg,
-    /// Instrument, world frame: origin at the jaw joint, −z along the shaft towards the tip. A proxy:
-    /// it stays behind the hand where the device cannot push as hard as the tissue.
+    /// Instrument, world frame: origin at the jaw joint, −z along the shaft towards the tip. It is
+    /// a proxy: it stays behind the hand if the device is weaker than the tissue.
     pub world_from_instrument: PoseMsg,
     /// Endoscope's camera, world frame: looks along −z, y up.
     pub world_from_camera: PoseMsg,
@@ -80,7 +80,7 @@ pub struct ToolFrame {
     pub switches: u32,
     /// Device buttons.
     pub buttons: u32,
-    /// How many of `capsules` are used.
+    /// Number of `capsules` in use.
     pub capsule_count: u32,
     /// Clips left in the applier.
     pub clips_left: u32,
@@ -131,7 +131,7 @@ impl ToolFrame {
         Switches::named(self.switches)
     }
 
-    /// The used capsules, or `None` if the frame is malformed.
+    /// The capsules in use. `None` if the frame is malformed.
     #[must_use]
     pub fn capsules(&self) -> Option<&[CapsuleMsg]> {
         let poses = [
