@@ -1,4 +1,4 @@
-//! What the fuzz target does with any bytes at all: it may refuse them, and never panics.
+//! Body of the fuzz target. It may refuse any bytes, and never panics.
 
 use shared_mem::scene::{NO_CELL, SceneFile};
 

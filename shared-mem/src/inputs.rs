@@ -1,5 +1,5 @@
-//! Service `inputs`: everything that a tick took from the world, so that another run can be given
-//! the same, and what it must come to.
+//! Service `inputs`: everything that a tick took from the world, and hashes of its results. A
+//! replay feeds the same inputs and compares the hashes.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -9,8 +9,8 @@ use crate::message::PoseMsg;
 /// Records that one [`InputBatch`] holds.
 pub const INPUT_BATCH: usize = 64;
 
-/// What one tick took in, and a hash of what it made of it. What is not in it (no fresh sample, no
-/// command) is zero.
+/// Inputs of one tick, and hashes of its results. An absent input (no fresh sample, no command) is
+/// zero.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct InputRecord {
@@ -20,9 +20,9 @@ pub struct InputRecord {
     pub now_ns: u64,
     /// When the haptic device's sample was read.
     pub device_at_ns: u64,
-    /// When the tracker's was.
+    /// When the tracker's sample was read.
     pub tracker_at_ns: u64,
-    /// When the pedal's was.
+    /// When the pedal's sample was read.
     pub pedal_at_ns: u64,
     /// Handle in the haptic device's base frame.
     pub device_from_handle: PoseMsg,
@@ -76,7 +76,7 @@ impl InputRecord {
     pub const NO_FAR_ORGANS: u32 = 1 << 11;
 }
 
-/// What a run began with: beside the scene and its inputs all that decides what it computes.
+/// Setup of a run. With the scene and the inputs it decides all results.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
 pub struct RunSetup {
@@ -84,19 +84,19 @@ pub struct RunSetup {
     pub scene_id: [u8; 16],
     /// Control period, ns.
     pub period_ns: u64,
-    /// Where the haptic device stands.
+    /// Base of the haptic device, world frame.
     pub world_from_device: PoseMsg,
-    /// Where the tracker's transmitter stands.
+    /// Transmitter of the tracker, world frame.
     pub world_from_tracker: PoseMsg,
     /// The instrument's port, m.
     pub instrument_port_m: [f32; 3],
     /// The endoscope's, m.
     pub endoscope_port_m: [f32; 3],
-    /// What the haptic device can do, in the order of `rt_core::port::DeviceCapabilities`.
+    /// Capabilities of the haptic device, in the order of `rt_core::port::DeviceCapabilities`.
     pub device: [f32; 9],
     /// Time over which the force rises, s.
     pub force_ramp_s: f32,
-    /// Whether force may leave from the start: 1.
+    /// 1: the force is enabled from the start.
     pub force_enabled: u32,
     /// Iterations of the paper's method; 0: neo-Hookean tetrahedra.
     pub paper_iterations: u32,
@@ -107,11 +107,11 @@ pub struct RunSetup {
 #[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.InputBatch.v2")]
 pub struct InputBatch {
-    /// What the run began with.
+    /// Setup of the run.
     pub setup: RunSetup,
     /// Records so far that did not fit their queue.
     pub lost: u64,
-    /// How many of `records` are used.
+    /// Number of `records` in use.
     pub count: u32,
     /// In the last batch of a controller that ends in order: ticks that it ran. Else zero.
     pub ran: u32,

@@ -1,11 +1,14 @@
 //! Every type and service that crosses Calot's process border, and the compiled scene's layout,
 //! which both processes map.
 //!
-//! Payloads are `#[repr(C)]`, hold no pointers, and are any-bit-pattern safe: a reader may get
-//! garbage from a broken peer, never undefined behaviour.
+//! Payloads are `#[repr(C)]`, hold no pointers, and are safe with any bit pattern: a broken peer can
+//! cause wrong values, never undefined behaviour. A reader converts raw numbers with [`words`] and
+//! [`message::EventMsg::decode`], which refuse unknown values.
 
 pub mod inputs;
+pub mod limits;
 pub mod message;
 pub mod scene;
 pub mod service;
 pub mod task;
+pub mod words;

@@ -1,5 +1,5 @@
-//! Service `task`: how a task stands, from the host that assesses it to those that watch. What it says is
-//! JSON, which the hosts understand and the realtime process never sees.
+//! Service `task`: state of a task, from the host that assesses it to the hosts that watch. The
+//! text is JSON. The realtime process never sees it.
 
 use bytemuck::{Pod, Zeroable};
 use iceoryx2::prelude::ZeroCopySend;
@@ -7,14 +7,14 @@ use iceoryx2::prelude::ZeroCopySend;
 /// Bytes of text that a [`TaskMsg`] holds.
 pub const TASK_TEXT: usize = 8176;
 
-/// How a task stands.
+/// State of a task.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
 #[type_name("calot.TaskMsg.v1")]
 pub struct TaskMsg {
     /// When it was sent (`CLOCK_MONOTONIC`).
     pub at_ns: u64,
-    /// Version of what the text says: [`TaskMsg::VERSION`].
+    /// Version of the text's format: [`TaskMsg::VERSION`].
     pub version: u32,
     /// Bytes of the text that count.
     pub length: u32,
@@ -26,7 +26,7 @@ impl TaskMsg {
     /// The version that this program writes and reads.
     pub const VERSION: u32 = 2;
 
-    /// A message of this text; `None`: it is longer than [`TASK_TEXT`].
+    /// A message with this text; `None` if it is longer than [`TASK_TEXT`].
     #[must_use]
     pub fn new(at_ns: u64, text: &str) -> Option<Box<Self>> {
         let mut message: Box<Self> = bytemuck::allocation::zeroed_box();
@@ -39,7 +39,7 @@ impl TaskMsg {
         Some(message)
     }
 
-    /// Its text; `None`: another version wrote it, or it is garbage.
+    /// Its text; `None` if another version wrote it or it is malformed.
     #[must_use]
     pub fn text(&self) -> Option<&str> {
         let text = self.text.get(..self.length as usize)?;

@@ -2,6 +2,7 @@
 
 use session::{Entry, Movement, What};
 use shared_mem::message::EventMsg;
+use shared_mem::words::EventKind;
 
 use crate::alarm::Alarm;
 use crate::anatomy::Anatomy;
@@ -227,17 +228,17 @@ impl Assessment {
         let room = KEPT_MAX.saturating_sub(self.alarms.len());
         self.alarms.extend(wrong.0.into_iter().take(room));
         let shown = [
-            EventMsg::HUNG,
-            EventMsg::GRASP,
-            EventMsg::ELECTRO,
-            EventMsg::TEAR,
-            EventMsg::CUT,
-            EventMsg::CLIP,
-            EventMsg::LEAK,
-            EventMsg::CRUSH,
-            EventMsg::PERFORATION,
+            EventKind::Hung,
+            EventKind::Grasp,
+            EventKind::Electro,
+            EventKind::Tear,
+            EventKind::Cut,
+            EventKind::Clip,
+            EventKind::Leak,
+            EventKind::Crush,
+            EventKind::Perforation,
         ];
-        if shown.contains(&event.kind) && self.moments.len() < KEPT_MAX {
+        if shown.iter().any(|kind| event.is(*kind)) && self.moments.len() < KEPT_MAX {
             let organ = self.anatomy.organ(event.organ);
             self.moments.push(Moment {
                 at_s,

@@ -29,7 +29,8 @@ pub use anatomy::{Anatomy, Region};
 pub use assessment::{Assessed, Assessment, Moment, Path, Status, VERSION};
 pub use metrics::{Metric, Values};
 pub use rules::{Rules, RulesError};
-pub use step::{Advice, Hint, Instrument, Reason, Step};
+pub use shared_mem::words::Instrument;
+pub use step::{Advice, Hint, Reason, Step};
 pub use task::{Difficulty, Outcome, Task};
 
 #[cfg(test)]

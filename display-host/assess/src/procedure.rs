@@ -1,7 +1,7 @@
 //! Progress of a task: its finished steps, its errors, and its end.
 
 use session::Movement;
-use shared_mem::message::EventMsg;
+use shared_mem::message::{Event, EventMsg};
 use shared_mem::scene::OrganKind;
 
 use crate::alarm::{Alarm, AlarmKind};
@@ -121,16 +121,16 @@ impl Procedure {
                 at_m: event.at_m,
             });
         };
-        match event.kind {
-            EventMsg::CONTACT
+        match event.decode() {
+            Ok(Event::Contact { .. })
                 if rules.must_not_touch(kind)
                     && self.is_new(AlarmKind::Touched, event.organ, at_s, rules) =>
             {
                 self.touches_wrong += 1;
                 say(AlarmKind::Touched);
             }
-            EventMsg::BURN if rules.must_not_burn(kind) => {
-                let heat_j = f64::from(event.value).max(0.0);
+            Ok(Event::Burn { energy_j }) if rules.must_not_burn(kind) => {
+                let heat_j = f64::from(energy_j).max(0.0);
                 self.burn_wrong_j += heat_j;
                 if self.is_burnt(event.organ, heat_j, rules)
                     && self.is_new(AlarmKind::Burnt, event.organ, at_s, rules)
@@ -139,12 +139,11 @@ impl Procedure {
                     say(AlarmKind::Burnt);
                 }
             }
-            EventMsg::CLIP => match vessel {
+            Ok(Event::Clip { number }) => match vessel {
                 Some(which) => {
                     if self.task == Task::Full && !self.had_view {
                         say(AlarmKind::TooEarly);
                     }
-                    let number = event.value.max(0.0) as u32;
                     if let Some(vessel) = self.vessels.get_mut(which) {
                         vessel.clip(number, wide(event.at_m));
                     }
@@ -153,9 +152,9 @@ impl Procedure {
                 None if is_target(kind) => {}
                 None => say(AlarmKind::ClipMisplaced),
             },
-            EventMsg::DIVIDED => {
+            Ok(Event::Divided { open }) => {
                 if let Some(which) = vessel {
-                    let is_closed = f64::from(event.value) <= rules.done.leak;
+                    let is_closed = f64::from(open) <= rules.done.leak;
                     self.divide(which, at_s, Some(is_closed));
                     let clips = self.vessels.get(which).map_or(0, Vessel::clips);
                     if (clips < rules.done.clips || !is_closed) && self.is_unclamped(which) {
@@ -163,7 +162,7 @@ impl Procedure {
                     }
                 }
             }
-            EventMsg::CUT => match vessel {
+            Ok(Event::Cut { .. }) => match vessel {
                 // A partial cut: division has an event of its own.
                 Some(_) => {}
                 // Sutures and bands bear the name of an organ that they hold.
@@ -174,7 +173,7 @@ impl Procedure {
                     say(AlarmKind::Cut);
                 }
             },
-            EventMsg::TEAR if !is_target(kind) => {
+            Ok(Event::Tear { .. }) if !is_target(kind) => {
                 say(AlarmKind::Torn);
                 if let Some(which) = vessel {
                     self.divide(which, at_s, None);
@@ -184,22 +183,19 @@ impl Procedure {
                     }
                 }
             }
-            EventMsg::PERFORATION => {
+            Ok(Event::Perforation { .. }) => {
                 say(AlarmKind::Perforated);
                 if let Some(which) = vessel {
                     self.injure(which);
                 }
             }
-            EventMsg::HUNG => {
-                let number = event.value.clamp(0.0, 31.0) as u32;
-                self.hung |= 1 << number;
-            }
-            EventMsg::CRUSH if !is_target(kind) => say(AlarmKind::Crushed),
-            EventMsg::LEAK => {
+            Ok(Event::Hung { suture }) => self.hung |= 1u32.checked_shl(suture).unwrap_or(0),
+            Ok(Event::Crush { .. }) if !is_target(kind) => say(AlarmKind::Crushed),
+            Ok(Event::Leak { flow }) => {
                 if let Some(which) = vessel
                     && let Some(vessel) = self.vessels.get_mut(which)
                 {
-                    vessel.leak(wide(event.at_m), f64::from(event.value));
+                    vessel.leak(wide(event.at_m), f64::from(flow));
                 }
             }
             _ => {}
@@ -407,9 +403,9 @@ impl Procedure {
     /// Next instruction for a beginner.
     pub(crate) fn hint(&self, steps: &[(Step, bool)], moved: Option<&Movement>) -> Option<Hint> {
         let (step, _) = steps.iter().find(|(_, done)| !done)?;
-        let held = moved.map(|moved| moved.instrument);
+        let held = moved.and_then(Movement::instrument);
         let advice = match step.instrument() {
-            Some(it) if held == Some(it.number()) => Advice::Use(it),
+            Some(it) if held == Some(it) => Advice::Use(it),
             Some(it) => Advice::Take(it),
             None => Advice::Hold,
         };

@@ -3,6 +3,8 @@
 
 use core::fmt;
 
+use shared_mem::words::Instrument;
+
 use crate::metrics::Metric;
 
 /// A step of a task.
@@ -69,40 +71,14 @@ impl Step {
     }
 }
 
-/// An instrument of a step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Instrument {
-    /// The grasper.
+/// An instrument as the status writes it.
+#[derive(serde::Serialize, serde::Deserialize)]
+#[serde(remote = "Instrument", rename_all = "kebab-case")]
+enum InstrumentText {
     Grasper,
-    /// The cautery hook.
     Hook,
-    /// The scissors.
     Scissors,
-    /// The clip applier.
     ClipApplier,
-}
-
-impl Instrument {
-    /// Number in [`session::Movement::instrument`]; its key is one higher.
-    #[must_use]
-    pub fn number(self) -> u8 {
-        match self {
-            Self::Grasper => 0,
-            Self::Hook => 1,
-            Self::Scissors => 2,
-            Self::ClipApplier => 3,
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Grasper => "grasper",
-            Self::Hook => "cautery hook",
-            Self::Scissors => "scissors",
-            Self::ClipApplier => "clip applier",
-        }
-    }
 }
 
 /// Next instruction for a beginner.
@@ -119,9 +95,9 @@ pub struct Hint {
 #[serde(rename_all = "kebab-case")]
 pub enum Advice {
     /// Take another instrument.
-    Take(Instrument),
+    Take(#[serde(with = "InstrumentText")] Instrument),
     /// Use the present instrument.
-    Use(Instrument),
+    Use(#[serde(with = "InstrumentText")] Instrument),
     /// Hold the organ in the middle of the picture.
     Hold,
 }

@@ -3,6 +3,7 @@ use proptest::prelude::*;
 use session::{Entry, Movement, What};
 use shared_mem::message::{EventMsg, PoseMsg};
 use shared_mem::scene::OrganKind;
+use shared_mem::words::EventKind;
 
 use crate::*;
 
@@ -91,7 +92,7 @@ fn a_gap_in_the_events_numbers_is_a_loss_and_another_controller_is_none() {
     let mut assessment = begin(Task::Free);
     rest(&mut assessment, 0.0, 0.2);
     for sequence in [40, 41, 44, 45, 0, 1, 3] {
-        let mut entry = event(0.3, EventMsg::REMOVED, FAT, 0.0, 1.0);
+        let mut entry = event(0.3, EventKind::Removed.number(), FAT, 0.0, 1.0);
         if let What::Event(event) = &mut entry.what {
             event.sequence = sequence;
         }
@@ -101,7 +102,7 @@ fn a_gap_in_the_events_numbers_is_a_loss_and_another_controller_is_none() {
 }
 
 fn clip(assessment: &mut Assessment, at_s: f64, organ: u32, x_m: f32, number: f32) {
-    assessment.take(&event(at_s, EventMsg::CLIP, organ, x_m, number));
+    assessment.take(&event(at_s, EventKind::Clip.number(), organ, x_m, number));
 }
 
 fn clip_both(assessment: &mut Assessment) {
@@ -118,8 +119,8 @@ fn cut(assessment: &mut Assessment, at_s: f64, organ: u32) {
 
 /// Divides a vessel, with this share of one side open.
 fn cut_open(assessment: &mut Assessment, at_s: f64, organ: u32, open: f32) {
-    assessment.take(&event(at_s, EventMsg::CUT, organ, 0.0, 0.001));
-    assessment.take(&event(at_s, EventMsg::DIVIDED, organ, 0.0, open));
+    assessment.take(&event(at_s, EventKind::Cut.number(), organ, 0.0, 0.001));
+    assessment.take(&event(at_s, EventKind::Divided.number(), organ, 0.0, open));
 }
 
 #[track_caller]
@@ -251,7 +252,7 @@ fn a_prepared_task_has_the_clips_that_come_before_it() {
     let mut beside = begin(Task::Cut);
     beside.take(&start(3));
     cut(&mut beside, 1.0, DUCT);
-    beside.take(&event(1.1, EventMsg::LEAK, DUCT, 0.0, 0.5));
+    beside.take(&event(1.1, EventKind::Leak.number(), DUCT, 0.0, 0.5));
     assert_eq!(beside.end().outcome, Outcome::Failed);
     let mut divided = begin(Task::Disconnect);
     divided.take(&start(4));
@@ -267,7 +268,7 @@ fn clips_that_do_not_hold_are_no_clamp() {
         let mut assessment = begin(Task::Cut);
         rest(&mut assessment, 0.0, 0.5);
         clip_both(&mut assessment);
-        let leak = event(1.0, EventMsg::LEAK, ARTERY, 0.0, 0.4);
+        let leak = event(1.0, EventKind::Leak.number(), ARTERY, 0.0, 0.4);
         if before {
             assessment.take(&leak);
         }
@@ -302,19 +303,25 @@ fn a_cut_that_divides_nothing_is_none_and_an_end_that_is_dry_hides_no_leak() {
     rest(&mut assessment, 0.0, 0.1);
     clip_both(&mut assessment);
     for organ in [DUCT, ARTERY] {
-        assessment.take(&event(0.5, EventMsg::CUT, organ, 0.0, 0.001));
+        assessment.take(&event(0.5, EventKind::Cut.number(), organ, 0.0, 0.001));
     }
     rest(&mut assessment, 0.6, 4.0);
     assert!(!assessment.is_over(), "strands of them were cut, no more");
-    assessment.take(&event(4.1, EventMsg::LEAK, DUCT, 0.0, 0.5));
-    assessment.take(&event(4.1, EventMsg::LEAK, DUCT, 0.01, 0.0));
+    assessment.take(&event(4.1, EventKind::Leak.number(), DUCT, 0.0, 0.5));
+    assessment.take(&event(4.1, EventKind::Leak.number(), DUCT, 0.01, 0.0));
     cut(&mut assessment, 4.2, DUCT);
     assert_eq!(assessment.end().outcome, Outcome::Failed);
 }
 
 fn remove(assessment: &mut Assessment, cells: core::ops::Range<u32>) {
     for cell in cells {
-        assessment.take(&event(1.0, EventMsg::REMOVED, FAT, 0.0, cell as f32));
+        assessment.take(&event(
+            1.0,
+            EventKind::Removed.number(),
+            FAT,
+            0.0,
+            cell as f32,
+        ));
     }
 }
 
@@ -376,7 +383,13 @@ fn a_structure_is_burnt_once_enough_heat_has_come_together() {
     ] {
         rest(&mut assessment, before_s, at_s);
         before_s = at_s;
-        assessment.take(&event(at_s, EventMsg::BURN, BILE_DUCT, 0.0, heat_j));
+        assessment.take(&event(
+            at_s,
+            EventKind::Burn.number(),
+            BILE_DUCT,
+            0.0,
+            heat_j,
+        ));
         alarms.push(assessment.alarms().len());
     }
     assert_eq!(alarms, [0, 0, 1, 1, 2]);
@@ -388,10 +401,16 @@ fn wrong_structures_sound_and_cost_but_not_without_end() {
     rest(&mut assessment, 0.0, 0.1);
     for step in 0..20 {
         let at_s = 0.1 + f64::from(step) * 0.05;
-        assessment.take(&event(at_s, EventMsg::BURN, BILE_DUCT, 0.0, 0.5));
-        assessment.take(&event(at_s, EventMsg::BURN, LIVER, 0.0, 0.25));
+        assessment.take(&event(at_s, EventKind::Burn.number(), BILE_DUCT, 0.0, 0.5));
+        assessment.take(&event(at_s, EventKind::Burn.number(), LIVER, 0.0, 0.25));
     }
-    assessment.take(&event(2.0, EventMsg::CONTACT, BILE_DUCT, 0.0, 0.1));
+    assessment.take(&event(
+        2.0,
+        EventKind::Contact.number(),
+        BILE_DUCT,
+        0.0,
+        0.1,
+    ));
     let assessed = assessment.end();
     assert_eq!(kinds(&assessed), [AlarmKind::Burnt, AlarmKind::Touched]);
     assert!((assessed.metrics.get(Metric::BurnWrong) - 10.0).abs() < 1e-6);
@@ -403,14 +422,14 @@ fn wrong_structures_sound_and_cost_but_not_without_end() {
 fn blood_is_flow_over_time_until_it_is_stopped() {
     let mut assessment = begin(Task::Free);
     rest(&mut assessment, 0.0, 1.0);
-    assessment.take(&event(1.0, EventMsg::LEAK, ARTERY, 0.0, 0.5));
+    assessment.take(&event(1.0, EventKind::Leak.number(), ARTERY, 0.0, 0.5));
     rest(&mut assessment, 1.1, 7.0);
-    assessment.take(&event(7.0, EventMsg::LEAK, ARTERY, 0.0, 0.0));
+    assessment.take(&event(7.0, EventKind::Leak.number(), ARTERY, 0.0, 0.0));
     rest(&mut assessment, 7.1, 20.0);
     // Two ends lie close together; one of them stops leaking.
-    assessment.take(&event(20.0, EventMsg::LEAK, ARTERY, 0.0, 1.0));
-    assessment.take(&event(20.0, EventMsg::LEAK, ARTERY, 0.002, 1.0));
-    assessment.take(&event(20.0, EventMsg::LEAK, ARTERY, 0.002, 0.0));
+    assessment.take(&event(20.0, EventKind::Leak.number(), ARTERY, 0.0, 1.0));
+    assessment.take(&event(20.0, EventKind::Leak.number(), ARTERY, 0.002, 1.0));
+    assessment.take(&event(20.0, EventKind::Leak.number(), ARTERY, 0.002, 0.0));
     rest(&mut assessment, 20.0, 21.0);
     let blood_ml = assessment.end().metrics.get(Metric::Blood);
     // 30 ml/min, half of it for 6 s and all of it for 1 s.
@@ -525,8 +544,8 @@ fn whoever_is_to_place_the_sutures_begins_with_that() {
         assert_eq!(step(&assessment).is_some(), hangs, "{task:?}");
         // Placing one suture twice counts once.
         for (number, is_done) in [(0.0, false), (0.0, false), (1.0, hangs)] {
-            assessment.take(&event(1.0, EventMsg::STITCH, LIVER, 0.0, number));
-            assessment.take(&event(2.0, EventMsg::HUNG, LIVER, 0.0, number));
+            assessment.take(&event(1.0, EventKind::Stitch.number(), LIVER, 0.0, number));
+            assessment.take(&event(2.0, EventKind::Hung.number(), LIVER, 0.0, number));
             let done = step(&assessment).is_some_and(|(_, done)| done);
             assert_eq!(done, is_done, "{task:?} {number}");
         }
@@ -663,7 +682,7 @@ fn current_that_burns_is_not_in_air() {
         };
         assessment.take(&moved(at_s, hook));
         if step < 20 {
-            assessment.take(&event(at_s, EventMsg::BURN, FAT, 0.0, 0.5));
+            assessment.take(&event(at_s, EventKind::Burn.number(), FAT, 0.0, 0.5));
         }
     }
     let air_s = assessment.end().metrics.get(Metric::CauteryAir);

@@ -9,6 +9,7 @@ use glam::Vec3;
 use shared_mem::message::{EventMsg, SphereState, StateFrame, TimingBatch, ToolFrame};
 use shared_mem::scene::{SceneFile, VertexRecord};
 use shared_mem::service::{Host, Station};
+use shared_mem::words::{CapsuleRole, EventKind};
 
 use crate::DisplayError;
 use crate::effects::Course;
@@ -407,7 +408,7 @@ impl Plan {
     }
 
     fn note_event(&mut self, event: &EventMsg) {
-        if event.kind == EventMsg::GRASP && self.grasp.is_none() {
+        if event.is(EventKind::Grasp) && self.grasp.is_none() {
             self.grasp_due = true;
         }
     }
@@ -453,7 +454,7 @@ impl Plan {
             return 0.0;
         }
         let tips = tools.capsules().unwrap_or(&[]).iter();
-        let depths = tips.filter(|c| c.role != 0).map(|capsule| {
+        let depths = tips.filter(|c| !c.is(CapsuleRole::Shaft)).map(|capsule| {
             let tip = Vec3::from(capsule.b_m);
             let far = |v: &VertexRecord| Vec3::from(v.position_m).distance_squared(tip);
             let skin = self.scene.vertices().iter();

@@ -16,7 +16,8 @@
 
 use std::f32::consts::{FRAC_PI_2, TAU};
 
-use shared_mem::message::{DeviceHealth, EventMsg, PoseMsg, ToolFrame};
+use shared_mem::message::{CapsuleMsg, DeviceHealth, EventMsg, PoseMsg, ToolFrame};
+use shared_mem::words::{CapsuleRole, Instrument, Switches};
 
 use crate::pack::Rest;
 
@@ -61,15 +62,15 @@ impl Movement {
     pub fn of(tools: &ToolFrame) -> Option<Self> {
         let capsules = tools.capsules()?;
         // Tips are the hook's bent end or both jaws; shaft and endoscope are none.
-        let bent = capsules.iter().any(|capsule| capsule.role == 3);
-        let is_tip = |role: u32| {
+        let bent = capsules.iter().any(|it| it.is(CapsuleRole::Tip));
+        let is_tip = |it: &&CapsuleMsg| {
             if bent {
-                role == 3
+                it.is(CapsuleRole::Tip)
             } else {
-                matches!(role, 1 | 2)
+                it.is(CapsuleRole::UpperJaw) || it.is(CapsuleRole::LowerJaw)
             }
         };
-        let tips = capsules.iter().filter(|capsule| is_tip(capsule.role));
+        let tips = capsules.iter().filter(is_tip);
         let (sum, count) = tips.fold(([0.0f32; 3], 0.0f32), |(sum, count), capsule| {
             let add = |i: usize| sum[i] + capsule.b_m[i];
             ([add(0), add(1), add(2)], count + 1.0)
@@ -94,6 +95,18 @@ impl Movement {
                 .sum(),
             contacts: u16::try_from(tools.contact_count).unwrap_or(u16::MAX),
         })
+    }
+
+    /// The instrument in the hand; `None` if its number has no name.
+    #[must_use]
+    pub fn instrument(&self) -> Option<Instrument> {
+        u32::from(self.instrument).try_into().ok()
+    }
+
+    /// The switches that have a name.
+    #[must_use]
+    pub fn switches(&self) -> Switches {
+        Switches::named(self.switches.into())
     }
 
     fn is_sane(&self) -> bool {

@@ -1,7 +1,7 @@
 //! The channels: topics, schemas, and messages for viewers.
 
 use serde_json::{Value, json};
-use shared_mem::message::{EventMsg, FAULT_NAMES, PoseMsg, TimingBatch, ToolFrame};
+use shared_mem::message::{Event, EventMsg, PoseMsg, TimingBatch, ToolFrame};
 
 /// A channel's topic, encoding, and schema.
 pub(crate) struct Topic {
@@ -131,9 +131,10 @@ pub(crate) fn tool(tools: &ToolFrame) -> Value {
 }
 
 pub(crate) fn event(event: &EventMsg, organs: &[String]) -> Value {
-    let fault = (event.kind == EventMsg::FAULT)
-        .then(|| FAULT_NAMES.get(event.value as usize))
-        .flatten();
+    let fault = match event.decode() {
+        Ok(Event::Fault(fault)) => Some(fault.name()),
+        _ => None,
+    };
     json!({
         "tick": event.tick,
         "kind": event.name(),

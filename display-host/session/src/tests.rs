@@ -12,6 +12,7 @@ use shared_mem::scene::{
     LinkRecord, MaterialRecord, OrganKind, OrganRecord, RoomRecord, SceneData, SceneFile,
     SphereRecord, VertexRecord, name_from_str,
 };
+use shared_mem::words::EventKind;
 
 use crate::file::SessionFile;
 use crate::{Assignment, End, Entry, Finish, Info, Operation, ReadError, Session, Storage, What};
@@ -186,7 +187,7 @@ fn a_session_is_read_as_it_was_written() {
     file.tools(&tools).unwrap();
     file.timing(&TimingBatch::zeroed());
     let event = EventMsg {
-        kind: EventMsg::FAULT,
+        kind: EventKind::Fault.number(),
         at_ns: 5_150_000_000,
         ..EventMsg::zeroed()
     };
@@ -211,7 +212,7 @@ fn other_programs_can_open_a_session() {
     tools.at_ns = 5_000_000_500;
     file.tools(&tools).unwrap();
     let event = EventMsg {
-        kind: EventMsg::CONTACT,
+        kind: EventKind::Contact.number(),
         at_ns: 5_000_000_600,
         ..EventMsg::zeroed()
     };
@@ -289,7 +290,7 @@ fn the_course_is_read_as_it_was_told() {
         file.inputs(&batch).unwrap();
         file.moved(&tools(5_000_000_000 + i * 10_000_000)).unwrap();
         let event = EventMsg {
-            kind: EventMsg::CLIP,
+            kind: EventKind::Clip.number(),
             organ: 3,
             value: i as f32,
             ..EventMsg::zeroed()

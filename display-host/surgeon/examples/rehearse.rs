@@ -18,8 +18,8 @@ use std::time::Instant;
 use assess::{Metric, Task};
 use clap::ValueEnum as _;
 use scene_prepare::{Recipe, prepare};
-use shared_mem::message::EventMsg;
 use shared_mem::scene::SceneFile;
+use shared_mem::words::EventKind;
 use surgeon::Surgeon;
 
 /// Prefix of a task's name: the surgeon places the sutures first.
@@ -62,12 +62,12 @@ fn main() {
         &mut |seen, assessment| {
             for event in &seen.events {
                 let is_told = !matches!(
-                    event.kind,
-                    EventMsg::REMOVED
-                        | EventMsg::BURN
-                        | EventMsg::ELECTRO
-                        | EventMsg::CONTACT
-                        | EventMsg::RELEASE
+                    EventKind::try_from(event.kind),
+                    Ok(EventKind::Removed
+                        | EventKind::Burn
+                        | EventKind::Electro
+                        | EventKind::Contact
+                        | EventKind::Release)
                 );
                 if is_told {
                     println!(

@@ -1,8 +1,8 @@
 //! Suturing: the surgeon places the trainee's sutures at the points given by the scene.
 
 use shared_mem::message::SutureMsg;
+use shared_mem::words::Instrument;
 
-use crate::plan::GRASPER;
 use crate::sight::{Place, wide};
 use crate::work::{COAGULATE, Vec3, Work};
 
@@ -27,8 +27,8 @@ impl Work<'_> {
 
     /// Places every suture that is not placed yet.
     pub(crate) fn hang(&mut self) -> Result<(), String> {
-        if self.seen.tools.instrument != GRASPER {
-            self.take(GRASPER)?;
+        if !self.seen.tools.has(Instrument::Grasper) {
+            self.take(Instrument::Grasper)?;
         }
         for number in 0..self.seen.state.suture_count as usize {
             let given = self.suture(number)?;

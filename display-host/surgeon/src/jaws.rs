@@ -3,14 +3,12 @@
 
 use shared_mem::message::CapsuleMsg;
 use shared_mem::scene::OrganKind;
+use shared_mem::words::{CapsuleRole, Instrument};
 
-use crate::plan::{Act, CLIPS, CUT, SCISSORS, Surgeon};
+use crate::plan::{Act, CUT, Surgeon};
 use crate::sight::{Bar, Place, between, wide};
 use crate::work::{BACK_M, BITE, JAW_M, Vec3, Work};
 
-/// `CapsuleMsg::role` of the jaws.
-const UPPER_JAW: u32 = 1;
-const LOWER_JAW: u32 = 2;
 /// Radius of a jaw, m (`rt_core::tool`).
 const JAW_RADIUS_M: f64 = 0.0015;
 /// Attempts at a vessel that was missed.
@@ -50,9 +48,9 @@ impl Work<'_> {
         if self.sight.along(kind, share, &self.seen.state).is_none() {
             return Err("the scene has no such vessel".to_owned());
         }
-        let before = match self.seen.tools.instrument {
+        let before = match self.seen.tools.instrument() {
             // Both vessels may have been between the blades.
-            SCISSORS if self.worked(kind) > 0 => return Ok(()),
+            Ok(Instrument::Scissors) if self.worked(kind) > 0 => return Ok(()),
             _ => self.worked(kind),
         };
         if self.is_cut_unclipped(kind) {
@@ -191,7 +189,7 @@ impl Work<'_> {
     }
 
     fn has_scissors(&self) -> bool {
-        self.seen.tools.instrument == SCISSORS
+        self.seen.tools.has(Instrument::Scissors)
     }
 
     fn looks_first(&self) -> bool {
@@ -209,7 +207,7 @@ impl Work<'_> {
     fn takes_another(&self, kind: OrganKind) -> bool {
         let tools = &self.seen.tools;
         let jaws: Vec<&CapsuleMsg> = (tools.capsules.iter().take(tools.capsule_count as usize))
-            .filter(|part| matches!(part.role, UPPER_JAW | LOWER_JAW))
+            .filter(|part| part.is(CapsuleRole::UpperJaw) || part.is(CapsuleRole::LowerJaw))
             .collect();
         let &[upper, lower] = jaws.as_slice() else {
             return false;
@@ -223,7 +221,7 @@ impl Work<'_> {
     fn is_open_behind_its_clip(&self, kind: OrganKind) -> bool {
         let closes = self.sight.last_clip_closes(kind, &self.seen.state);
         self.surgeon == Surgeon::Careful
-            && self.seen.tools.instrument == CLIPS
+            && self.seen.tools.has(Instrument::ClipApplier)
             && closes.is_some_and(|share| share < CLOSED)
     }
 
@@ -231,8 +229,8 @@ impl Work<'_> {
     fn worked(&self, kind: OrganKind) -> usize {
         let organ = self.sight.organ(kind);
         let of = |index: &&u32| Some(**index as usize) == organ;
-        let done = match self.seen.tools.instrument {
-            SCISSORS => &self.divided,
+        let done = match self.seen.tools.instrument() {
+            Ok(Instrument::Scissors) => &self.divided,
             _ => &self.clipped,
         };
         done.iter().filter(of).count()

@@ -3,12 +3,7 @@
 use assess::Task;
 use clap::ValueEnum;
 use shared_mem::scene::{CellRecord, OrganKind};
-
-/// Instruments, numbered as in `ToolFrame::instrument`.
-pub(crate) const GRASPER: u32 = 0;
-pub(crate) const HOOK: u32 = 1;
-pub(crate) const SCISSORS: u32 = 2;
-pub(crate) const CLIPS: u32 = 3;
+use shared_mem::words::Instrument;
 
 /// A scripted surgeon.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -30,7 +25,7 @@ pub enum Surgeon {
 pub(crate) enum Act {
     /// Place the remaining sutures.
     Hang,
-    Take(u32),
+    Take(Instrument),
     /// Move to this share of the way along an organ.
     Reach(OrganKind, f64),
     /// Close the jaws there and withdraw, until a clip or a cut succeeds.
@@ -55,14 +50,14 @@ impl Surgeon {
             Self::Careful | Self::Hurried => {
                 if does(Task::Identify) {
                     plan.extend([
-                        Act::Take(HOOK),
+                        Act::Take(Instrument::Hook),
                         Act::Dissect(&[CellRecord::TRIANGLE], VIEW),
                         Act::Dissect(&[CellRecord::LOWER_BED], VIEW),
                         Act::Retreat,
                     ]);
                 }
                 if does(Task::Clamp) {
-                    plan.push(Act::Take(CLIPS));
+                    plan.push(Act::Take(Instrument::ClipApplier));
                     for kind in vessels {
                         plan.extend([0.45, 0.8].map(|share| Act::Work(kind, share)));
                     }
@@ -70,12 +65,12 @@ impl Surgeon {
                 if does(Task::Cut) {
                     // Task `cut` begins with clips: two on the body's side of 0.65, one on the
                     // other.
-                    plan.push(Act::Take(SCISSORS));
+                    plan.push(Act::Take(Instrument::Scissors));
                     plan.extend(vessels.map(|kind| Act::Work(kind, CUT)));
                 }
                 if does(Task::Disconnect) {
                     plan.extend([
-                        Act::Take(HOOK),
+                        Act::Take(Instrument::Hook),
                         Act::Dissect(&[CellRecord::LOWER_BED, CellRecord::UPPER_BED], WHOLE),
                         Act::Retreat,
                     ]);
@@ -84,17 +79,17 @@ impl Surgeon {
             Self::Unclamped => {
                 // Beside the clips with which task `cut` begins.
                 let share = if task == Task::Cut { 0.92 } else { 0.65 };
-                plan.push(Act::Take(SCISSORS));
+                plan.push(Act::Take(Instrument::Scissors));
                 plan.extend(vessels.map(|kind| Act::Work(kind, share)));
             }
             Self::Burner => plan.extend([
-                Act::Take(HOOK),
+                Act::Take(Instrument::Hook),
                 Act::Reach(OrganKind::BileDuct, 0.4),
                 Act::Burn(3.0),
                 Act::Retreat,
             ]),
             Self::Dropper => {
-                plan.extend([Act::Take(CLIPS), Act::Retreat]);
+                plan.extend([Act::Take(Instrument::ClipApplier), Act::Retreat]);
                 plan.extend([Act::Close; 3]);
             }
         }
@@ -120,8 +115,12 @@ mod tests {
     fn the_unclamped_takes_no_clip_and_the_careful_two_on_each() {
         let clips = |surgeon: Surgeon, task| {
             let plan = surgeon.plan(task);
-            let applier = plan.iter().position(|act| *act == Act::Take(CLIPS));
-            let scissors = plan.iter().position(|act| *act == Act::Take(SCISSORS));
+            let applier = plan
+                .iter()
+                .position(|act| *act == Act::Take(Instrument::ClipApplier));
+            let scissors = plan
+                .iter()
+                .position(|act| *act == Act::Take(Instrument::Scissors));
             let closes = plan.iter().enumerate().filter(|(number, act)| {
                 let with_clips = applier.is_some_and(|it| it < *number)
                     && scissors.is_none_or(|it| it > *number);

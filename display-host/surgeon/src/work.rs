@@ -3,12 +3,13 @@
 use assess::Task;
 use bytemuck::Zeroable as _;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
-use shared_mem::message::{CommandMsg, EventMsg, HandMsg, PoseMsg};
+use shared_mem::message::{CommandMsg, Event, HandMsg, PoseMsg};
 use shared_mem::scene::{OrganKind, SceneFile};
+use shared_mem::words::{Buttons, CapsuleRole, Instrument, Switches};
 
 use crate::field::Field;
 use crate::nearing::Nearing;
-use crate::plan::{Act, CLIPS, HOOK, SCISSORS, Surgeon};
+use crate::plan::{Act, Surgeon};
 use crate::sight::{Place, Sight};
 use crate::{Seen, Theatre};
 
@@ -127,13 +128,13 @@ impl Work<'_> {
             Act::Reach(kind, share) => self.approach(kind, share, 0),
             Act::Work(kind, share) => self.bite(kind, share),
             Act::Close => {
-                self.asked.buttons = 1;
+                self.asked.buttons = Buttons::GRASP.bits();
                 self.wait(JAWS_S)?;
                 if self.surgeon == Surgeon::Hurried {
                     // Away before they have opened, and what they hold comes along.
                     self.retreat(AWAY_M)?;
                 }
-                self.asked.buttons = 0;
+                self.asked.buttons = Buttons::NONE.bits();
                 self.wait(JAWS_S)
             }
             Act::Burn(seconds) => {
@@ -161,9 +162,9 @@ impl Work<'_> {
             self.seen.events.clear();
             self.is_over = !self.theatre.look(&self.asked, &mut self.seen);
             for event in &self.seen.events {
-                match event.kind {
-                    EventMsg::CLIP => self.clipped.push(event.organ),
-                    EventMsg::DIVIDED => self.divided.push(event.organ),
+                match event.decode() {
+                    Ok(Event::Clip { .. }) => self.clipped.push(event.organ),
+                    Ok(Event::Divided { .. }) => self.divided.push(event.organ),
                     _ => {}
                 }
             }
@@ -185,25 +186,25 @@ impl Work<'_> {
 
     /// Takes an instrument. Withdraws first: the next one has another shape and comes from the
     /// port.
-    pub(crate) fn take(&mut self, instrument: u32) -> Result<(), String> {
+    pub(crate) fn take(&mut self, instrument: Instrument) -> Result<(), String> {
         // However far it gets.
         let _ = self.retreat(OUT_M);
         self.goes_on()?;
         self.theatre.command(CommandMsg {
             kind: CommandMsg::INSTRUMENT,
-            argument: instrument,
+            argument: instrument.number(),
         })?;
-        let taken = self.look_for(GIVE_UP_S, |work| work.seen.tools.instrument == instrument);
+        let taken = self.look_for(GIVE_UP_S, |work| work.seen.tools.has(instrument));
         self.goes_on()?;
         match taken {
             true => Ok(()),
-            false => Err(format!("instrument {instrument} did not appear")),
+            false => Err(format!("the {} did not come", instrument.name())),
         }
     }
 
     /// Withdraws along the shaft.
     pub(crate) fn retreat(&mut self, by_m: f64) -> Result<(), String> {
-        if self.surgeon == Surgeon::Careful && self.seen.tools.instrument == HOOK {
+        if self.surgeon == Surgeon::Careful && self.seen.tools.has(Instrument::Hook) {
             return self.come_out(by_m);
         }
         let to = self.tip() - self.along() * by_m;
@@ -298,7 +299,10 @@ impl Work<'_> {
     }
 
     pub(crate) fn has_jaws(&self) -> bool {
-        matches!(self.seen.tools.instrument, SCISSORS | CLIPS)
+        matches!(
+            self.seen.tools.instrument(),
+            Ok(Instrument::Scissors | Instrument::ClipApplier)
+        )
     }
 
     /// Unit vector from the port to the tip.
@@ -308,7 +312,7 @@ impl Work<'_> {
 
     /// Ends of the closed jaws, or the middle of the hook's bare end, m.
     pub(crate) fn tip(&self) -> Vec3 {
-        if self.seen.tools.instrument == HOOK
+        if self.seen.tools.has(Instrument::Hook)
             && let Some([heel, end]) = self.electrode()
         {
             return heel.lerp(&end, 0.5);
@@ -332,15 +336,13 @@ impl Work<'_> {
     pub(crate) fn electrode(&self) -> Option<[Vec3; 2]> {
         let tools = &self.seen.tools;
         let parts = tools.capsules.iter().take(tools.capsule_count as usize);
-        let bare = parts.into_iter().find(|part| part.role == TIP)?;
+        let bare = parts.into_iter().find(|part| part.is(CapsuleRole::Tip))?;
         Some([bare.a_m, bare.b_m].map(|end| Vec3::from(end.map(f64::from))))
     }
 }
 
 /// Switch of the coagulation pedal in [`HandMsg::switches`].
-pub(crate) const COAGULATE: u32 = 2;
-/// `CapsuleMsg::role` of the hook's bare end.
-const TIP: u32 = 3;
+pub(crate) const COAGULATE: u32 = Switches::COAGULATE.bits();
 
 pub(crate) fn rotation(pose: &PoseMsg) -> UnitQuaternion<f64> {
     let [x, y, z, w] = pose.orientation.map(f64::from);

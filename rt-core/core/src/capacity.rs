@@ -1,5 +1,8 @@
 //! Every limit of the realtime process, in one place. A scene that exceeds one is refused when
 //! it loads; inside the tick they bound every loop.
+//!
+//! Five of them are also lengths of messages (`shared_mem::limits`). `border.rs` of `rt-process`
+//! does not compile if the two differ.
 
 /// Organs in a scene.
 pub const MAX_ORGANS: usize = 16;

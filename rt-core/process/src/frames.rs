@@ -8,27 +8,12 @@ use rt_core::tissue::suture::Placed;
 use rt_core::tool::{Capsule, Switches};
 use rt_core::words::{Event, EventKind, Status};
 use shared_mem::message::{
-    CapsuleMsg, ClipMsg, EventMsg, MAX_CAPSULES, MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES,
-    PoseMsg, SphereState, StateFrame, SutureMsg, TickRecord, ToolFrame,
+    CapsuleMsg, ClipMsg, EventMsg, PoseMsg, SphereState, StateFrame, SutureMsg, TickRecord,
+    ToolFrame,
 };
+use shared_mem::words::{self, EventKind as Told};
 
 use crate::devices;
-
-// Both sides agree on limits and bits.
-const _: () = {
-    assert!(MAX_SPHERES == rt_core::capacity::MAX_SPHERES);
-    assert!(MAX_CLIPPED == rt_core::capacity::MAX_CLIPPED);
-    assert!(MAX_SUTURES == rt_core::capacity::MAX_SUTURES);
-    assert!(MAX_CELLS == rt_core::capacity::MAX_CELLS);
-    assert!(StateFrame::GONE == rt_core::tissue::cells::GONE);
-    assert!(SphereState::GONE == rt_core::words::SphereBits::GONE.0 as u32);
-    assert!(MAX_CAPSULES == rt_core::capacity::MAX_CAPSULES);
-    assert!(crate::shared::FAULTS == rt_core::fault::FAULT_COUNT);
-    assert!(shared_mem::message::STAGES == rt_core::sim::Stage::ALL.len());
-    assert!(SphereState::AWAKE == rt_core::words::SphereBits::AWAKE.0 as u32);
-    assert!(SphereState::CONTACT == rt_core::words::SphereBits::CONTACT.0 as u32);
-    assert!(SphereState::GRASPED == rt_core::words::SphereBits::GRASPED.0 as u32);
-};
 
 /// Fills a sphere frame.
 pub(crate) fn fill_state(
@@ -130,30 +115,35 @@ pub(crate) fn event(event: &Event, sequence: u64, tick: u64, at_ns: u64) -> Even
         sequence,
         tick,
         at_ns,
-        kind: match event.kind {
-            EventKind::Contact => EventMsg::CONTACT,
-            EventKind::Release => EventMsg::RELEASE,
-            EventKind::Grasp => EventMsg::GRASP,
-            EventKind::LetGo => EventMsg::LET_GO,
-            EventKind::Slip => EventMsg::SLIP,
-            EventKind::Tear => EventMsg::TEAR,
-            EventKind::Cut => EventMsg::CUT,
-            EventKind::Fault => EventMsg::FAULT,
-            EventKind::Electro => EventMsg::ELECTRO,
-            EventKind::Clip => EventMsg::CLIP,
-            EventKind::Burn => EventMsg::BURN,
-            EventKind::Leak => EventMsg::LEAK,
-            EventKind::Removed => EventMsg::REMOVED,
-            EventKind::Crush => EventMsg::CRUSH,
-            EventKind::Perforation => EventMsg::PERFORATION,
-            EventKind::Divided => EventMsg::DIVIDED,
-            EventKind::Stitch => EventMsg::STITCH,
-            EventKind::Hung => EventMsg::HUNG,
-            EventKind::Reset => EventMsg::RESET,
-        },
+        kind: kind(event.kind).number(),
         organ: event.organ.unwrap_or(u32::MAX),
         at_m: event.at_m.into(),
         value: event.value,
+    }
+}
+
+/// An event's kind on the border.
+fn kind(kind: EventKind) -> Told {
+    match kind {
+        EventKind::Contact => Told::Contact,
+        EventKind::Release => Told::Release,
+        EventKind::Grasp => Told::Grasp,
+        EventKind::LetGo => Told::LetGo,
+        EventKind::Slip => Told::Slip,
+        EventKind::Tear => Told::Tear,
+        EventKind::Cut => Told::Cut,
+        EventKind::Fault => Told::Fault,
+        EventKind::Electro => Told::Electro,
+        EventKind::Clip => Told::Clip,
+        EventKind::Burn => Told::Burn,
+        EventKind::Leak => Told::Leak,
+        EventKind::Removed => Told::Removed,
+        EventKind::Crush => Told::Crush,
+        EventKind::Perforation => Told::Perforation,
+        EventKind::Divided => Told::Divided,
+        EventKind::Stitch => Told::Stitch,
+        EventKind::Hung => Told::Hung,
+        EventKind::Reset => Told::Reset,
     }
 }
 
@@ -184,25 +174,10 @@ fn capsule(capsule: &Capsule) -> CapsuleMsg {
 
 fn switches(switches: &Switches) -> u32 {
     let pedal = &switches.pedal;
-    [
-        pedal.cut,
-        pedal.coagulate,
-        pedal.camera_lock,
-        switches.paused,
-        switches.force_enabled,
-    ]
-    .iter()
-    .enumerate()
-    .fold(0, |bits, (i, &on)| bits | (u32::from(on) << i))
-}
-
-#[cfg(test)]
-mod tests {
-    use rt_core::fault::Fault;
-    use shared_mem::message::FAULT_NAMES;
-
-    #[test]
-    fn the_border_names_the_faults_as_the_core_does() {
-        assert_eq!(Fault::ALL.map(Fault::name), FAULT_NAMES);
-    }
+    let all = words::Switches::CUT.when(pedal.cut)
+        | words::Switches::COAGULATE.when(pedal.coagulate)
+        | words::Switches::CAMERA_LOCK.when(pedal.camera_lock)
+        | words::Switches::PAUSED.when(switches.paused)
+        | words::Switches::FORCE_ENABLED.when(switches.force_enabled);
+    all.bits()
 }

@@ -12,6 +12,7 @@ use rt_core::tissue::pbd::PaperPbd;
 use rt_core::tool::Instrument;
 use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, PoseMsg};
+use shared_mem::words;
 
 /// Record of `samples`; [`seal`] adds the tick's results.
 pub(crate) fn record(samples: &Samples) -> InputRecord {
@@ -135,12 +136,11 @@ pub(crate) fn command(code: u8) -> Option<Command> {
 
 /// Instrument with this number.
 pub(crate) fn instrument(number: u32) -> Option<Instrument> {
-    Some(match number {
-        0 => Instrument::Grasper,
-        1 => Instrument::Hook,
-        2 => Instrument::Scissors,
-        3 => Instrument::ClipApplier,
-        _ => return None,
+    Some(match words::Instrument::try_from(number).ok()? {
+        words::Instrument::Grasper => Instrument::Grasper,
+        words::Instrument::Hook => Instrument::Hook,
+        words::Instrument::Scissors => Instrument::Scissors,
+        words::Instrument::ClipApplier => Instrument::ClipApplier,
     })
 }
 

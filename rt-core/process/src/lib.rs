@@ -23,6 +23,7 @@ macro_rules! say {
 pub(crate) use say;
 
 pub mod alloc_counter;
+mod border;
 pub mod budget;
 mod config;
 pub mod control;

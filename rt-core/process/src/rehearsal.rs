@@ -12,6 +12,7 @@ use rt_core::state::State;
 use shared_mem::inputs::{InputRecord, RunSetup};
 use shared_mem::message::{CommandMsg, EventMsg, HandMsg, StateFrame, ToolFrame};
 use shared_mem::scene::{RoomRecord, SceneFile};
+use shared_mem::words;
 
 use crate::error::RtError;
 use crate::scene::LoadedScene;
@@ -233,6 +234,7 @@ pub fn script(room: &RoomRecord) -> HandScript {
 #[must_use]
 pub fn wish(message: &HandMsg) -> Wish {
     let number = |part: f64| if part.is_finite() { part } else { 0.0 };
+    let asked = words::Switches::named(message.switches);
     Wish {
         moved_m: message.moved_m.map(number),
         rolled_rad: number(message.rolled_rad),
@@ -240,9 +242,9 @@ pub fn wish(message: &HandMsg) -> Wish {
         scope_advanced_m: number(message.scope_advanced_m),
         buttons: Buttons((message.buttons & 0xff) as u8),
         switches: Switches {
-            cut: message.switches & 1 != 0,
-            coagulate: message.switches & 2 != 0,
-            camera_lock: message.switches & 4 != 0,
+            cut: asked.contains(words::Switches::CUT),
+            coagulate: asked.contains(words::Switches::COAGULATE),
+            camera_lock: asked.contains(words::Switches::CAMERA_LOCK),
         },
     }
 }

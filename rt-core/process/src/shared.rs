@@ -7,12 +7,9 @@ use core::sync::atomic::{
 use std::sync::OnceLock;
 
 use shared_mem::inputs::RunSetup;
-use shared_mem::message::STAGES;
+use shared_mem::limits::{FAULTS, STAGES};
 
 use crate::summary::Ended;
-
-/// Number of fault kinds in the reports.
-pub(crate) const FAULTS: usize = 20;
 
 /// Counters and flags. The tick's thread writes them unless stated otherwise.
 #[derive(Debug, Default)]

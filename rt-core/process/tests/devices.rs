@@ -7,6 +7,7 @@ use std::thread;
 
 use bytemuck::Zeroable;
 use shared_mem::message::{DeviceHealth, TickRecord, ToolFrame};
+use shared_mem::words::{Current, Switches};
 
 mod support;
 use support::{Bench, Emulated, host};
@@ -123,12 +124,15 @@ fn a_station_file_names_the_devices_and_where_they_stand() {
     // The script presses the handle's first button, which this file makes a pedal's.
     for _ in 0..12_000 {
         host.newest_tools(&mut tools);
-        if tools.switches & 2 != 0 {
+        if tools.switches().contains(Switches::COAGULATE) {
             break;
         }
         thread::sleep(Duration::from_millis(5));
     }
-    assert_eq!((tools.switches & 7, tools.buttons), (2, 0));
+    assert_eq!(
+        (tools.switches().current(), tools.buttons),
+        (Current::Coagulate, 0)
+    );
     stop.store(true, Relaxed);
     controller.join().unwrap().unwrap();
 

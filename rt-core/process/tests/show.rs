@@ -16,6 +16,7 @@ use shared_mem::scene::{
     SceneFile, SphereRecord, WORLD, name_from_str,
 };
 use shared_mem::service::{Host, Station};
+use shared_mem::words::EventKind;
 
 /// Longest wait of a test.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -198,7 +199,7 @@ impl Display {
 }
 
 fn take(open: &mut Open, event: &EventMsg) {
-    if event.kind == EventMsg::LEAK {
+    if event.is(EventKind::Leak) {
         let place = event.at_m.map(f32::to_bits);
         match event.value > 0.0 {
             true => open.insert(place, event.value),
@@ -320,7 +321,7 @@ fn who_hears_of_leaks_before_it_sees_that_it_has_gone_back_hears_again() {
             wait_until("the events are there", || {
                 display.host.drain_events(|event| {
                     take(open, event);
-                    told += u32::from(event.kind == EventMsg::LEAK && event.value > 0.0);
+                    told += u32::from(event.is(EventKind::Leak) && event.value > 0.0);
                 });
                 *open == open_at(2000)
             });

@@ -222,7 +222,7 @@ impl SceneFile {
         str_from_name(&self.section::<RoomRecord>(0)[0].name).unwrap_or("?")
     }
 
-    /// Where things stand.
+    /// Places of devices, ports and target.
     #[must_use]
     pub fn room(&self) -> &RoomRecord {
         &self.section(0)[0]
@@ -264,7 +264,7 @@ impl SceneFile {
         self.section(6)
     }
 
-    /// What joins organs to each other and to the world.
+    /// Bands and threads that join organs to each other and to the world.
     #[must_use]
     pub fn attachments(&self) -> &[AttachmentRecord] {
         self.section(7)

@@ -10,8 +10,8 @@ use super::write::{ALIGN, HEADER_BYTES, Header};
 /// Levels in a file, at most.
 pub const LEVELS_MAX: usize = 8;
 
-/// Where each level begins, and its bytes. Unless the file is levels from end to end it is all
-/// one, so that opening it says what is wrong.
+/// Offset and length of each level. A file that is not levels from end to end counts as one level,
+/// so that opening it names the error.
 pub(super) fn find(file: &mut File) -> std::io::Result<Vec<(u64, usize)>> {
     let total = file.metadata()?.len();
     let size = |bytes: u64| usize::try_from(bytes).unwrap_or(usize::MAX);

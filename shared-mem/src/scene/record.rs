@@ -13,7 +13,7 @@ pub const WORLD: u32 = u32::MAX;
 /// The quantised weights of a vertex sum to this.
 pub const WEIGHT_SUM: u32 = 65_535;
 
-/// What an organ is: chooses its look and its role in the procedure.
+/// Anatomical kind of an organ. It selects the look and the role in the procedure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u32)]
 #[allow(missing_docs)]
@@ -54,7 +54,7 @@ impl OrganKind {
     }
 }
 
-/// Where things stand: one per scene.
+/// Places of devices, ports and target. A scene has one.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct RoomRecord {
@@ -74,7 +74,7 @@ pub struct RoomRecord {
     pub endoscope_port_m: [f32; 3],
     /// Camera before the first tracker sample: looks along −z, y up.
     pub world_from_camera: PoseMsg,
-    /// Where the scripted hand works: a point on the skin of the target organ, m.
+    /// Point on the skin of the target organ at which the scripted hand works, m.
     pub target_m: [f32; 3],
     /// Outward normal there.
     pub target_normal: [f32; 3],
@@ -125,15 +125,15 @@ pub struct OrganRecord {
     pub links: [u32; 2],
     /// Tetrahedra: first and count. Between spheres of its own organ.
     pub tetrahedra: [u32; 2],
-    /// How many of its links, from the first, carry load beside the tetrahedra; the others are
-    /// there for the paper's method and for who neighbours whom.
+    /// Number of its links, from the first, that carry load beside the tetrahedra. The others serve
+    /// the paper's method and list neighbours.
     pub elastic_links: u32,
     /// Steps in a tick that its stiffness needs.
     pub substeps: u32,
     /// Share of gravity that acts: 0 if the shape at rest is the one in the body, where weight is
     /// in balance; 1 if it is the unloaded one.
     pub gravity_share: f32,
-    /// How far its held spheres go with a breath, m.
+    /// Displacement of its held spheres by a breath, m.
     pub breath_m: [f32; 3],
     /// Skin vertices: first and count. Bound to spheres of its own organ.
     pub vertices: [u32; 2],
@@ -191,7 +191,7 @@ pub struct AttachmentRecord {
     pub a: u32,
     /// Second sphere, or [`WORLD`].
     pub b: u32,
-    /// Where it ends in the world, m, if `b` is [`WORLD`].
+    /// Its end in the world, m, if `b` is [`WORLD`].
     pub anchor_m: [f32; 3],
     /// Length at rest, m; 0 holds the two together.
     pub rest_length_m: f32,
@@ -203,7 +203,7 @@ pub struct AttachmentRecord {
     pub tear_j: f32,
 }
 
-/// A skin vertex and what moves it (paper Eq. 9–12).
+/// A skin vertex and the spheres that move it (paper Eq. 9–12).
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct VertexRecord {
@@ -237,8 +237,8 @@ pub struct ContactVertexRecord {
 /// Cells under one contact vertex, at most.
 pub const COLUMNS: usize = 6;
 
-/// A cell of layered tissue (fat, connective tissue): a hexahedron that is taken away whole. It is of
-/// the organ of its spheres; cells of an organ follow each other.
+/// A cell of layered tissue (fat, connective tissue): a hexahedron that is removed whole. It
+/// belongs to the organ of its spheres. The cells of an organ follow each other.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable)]
 pub struct CellRecord {
@@ -248,8 +248,8 @@ pub struct CellRecord {
     /// The cells across its faces: back and on along the course, back and on around it, inwards,
     /// outwards; [`super::NO_CELL`] where there is none. Each names the other.
     pub neighbours: [u16; 6],
-    /// Spheres of one organ that its middle follows, the nearest first: that is the one for which it
-    /// stands. Unused ones have weight 0.
+    /// Spheres of one organ that its middle follows, the nearest first. The cell belongs to the
+    /// nearest. Unused ones have weight 0.
     pub spheres: [u16; CONTACT_BINDINGS],
     /// Their weights; the sum is 1. Some may be negative.
     pub weights: [f32; CONTACT_BINDINGS],
@@ -263,9 +263,9 @@ pub struct CellRecord {
     pub energy_j: f32,
     /// Layer, 0 the innermost.
     pub layer: u8,
-    /// Where it lies: [`CellRecord::NOWHERE`], `TRIANGLE`, `LOWER_BED`, `UPPER_BED`. The share of a
-    /// region that is cleared is the volume of its cells that are told as removed (event `REMOVED`,
-    /// whose value is the index of the cell in the scene) over that of all its cells.
+    /// Region: [`CellRecord::NOWHERE`], `TRIANGLE`, `LOWER_BED`, `UPPER_BED`. The cleared share of
+    /// a region is the volume of its removed cells ([`crate::message::Event::Removed`]) over that
+    /// of all its cells.
     pub region: u8,
     /// Zero.
     pub reserved: [u8; 2],
@@ -282,8 +282,8 @@ impl CellRecord {
     pub const UPPER_BED: u8 = 3;
 }
 
-/// What of layered tissue lies under a contact vertex: how far the surface has gone there is how many
-/// cells have, from each of these on.
+/// Cells of layered tissue under a contact vertex. The number of removed cells behind each of these
+/// tells how far the surface has receded there.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 pub struct CellColumnRecord {

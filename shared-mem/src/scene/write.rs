@@ -14,7 +14,7 @@ use super::{
 /// A scene in memory, as preparation builds it.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct SceneData {
-    /// Where things stand.
+    /// Places of devices, ports and target.
     pub room: Option<RoomRecord>,
     /// Organs.
     pub organs: Vec<OrganRecord>,
@@ -28,7 +28,7 @@ pub struct SceneData {
     pub triangles: Vec<[u32; 3]>,
     /// Tetrahedra of all organs, organ by organ.
     pub tetrahedra: Vec<TetraRecord>,
-    /// What joins organs to each other and to the world.
+    /// Bands and threads that join organs to each other and to the world.
     pub attachments: Vec<AttachmentRecord>,
     /// Vertices of the contact skins.
     pub contact_vertices: Vec<ContactVertexRecord>,

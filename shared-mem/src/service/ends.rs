@@ -1,4 +1,4 @@
-//! The ends of a station's services: what each kind of process holds.
+//! Ends of a station's services, one type per kind of process.
 
 use core::time::Duration;
 use std::time::Instant;
@@ -28,7 +28,7 @@ pub struct Controller {
     pub events: Publisher<ipc::Service, EventMsg, ()>,
     /// Timing.
     pub timing: Publisher<ipc::Service, TimingBatch, ()>,
-    /// What the ticks took in.
+    /// Inputs of the ticks.
     pub inputs: Publisher<ipc::Service, InputBatch, ()>,
     commands: Server<ipc::Service, CommandMsg, (), ReplyMsg, ()>,
     node: Node<ipc::Service>,
@@ -39,13 +39,13 @@ pub struct Controller {
 pub struct Request(ActiveRequest<ipc::Service, CommandMsg, (), ReplyMsg, ()>);
 
 impl Request {
-    /// What is asked.
+    /// The command.
     #[must_use]
     pub fn command(&self) -> CommandMsg {
         *self.0.payload()
     }
 
-    /// Answers. A host that is gone by now does not mind.
+    /// Answers. The host may be gone by now.
     pub fn reply(self, reply: ReplyMsg) {
         let _ = self.0.send_copy(reply);
     }
@@ -55,7 +55,7 @@ impl Controller {
     /// Takes control of a station.
     ///
     /// # Errors
-    /// [`ServiceError::SecondController`] if somebody has it; others as they say.
+    /// [`ServiceError::SecondController`] if another process has it, or what failed.
     pub fn open(station: &Station) -> Result<Self, ServiceError> {
         let node = station.node()?;
         Ok(Self {
@@ -73,8 +73,8 @@ impl Controller {
         })
     }
 
-    /// Gives hosts that have come the last events, which they would get with the next one otherwise. Takes
-    /// next to nothing when none came.
+    /// Gives new hosts the last events now. Else they would get them with the next event. Cheap if
+    /// no host is new.
     pub fn greet(&self) {
         // What cannot be connected now is tried again with the next event.
         let _ = self.events.update_connections();

@@ -4,8 +4,9 @@ use std::path::PathBuf;
 
 use super::ServiceError;
 
-/// Leaves a file to its owner, if that is this user. What a name points to is not followed: anybody can
-/// put a link into /dev/shm. One that another process has just removed needs no closing.
+/// Closes a file to everybody except its owner, if this user owns it. Symbolic links are not
+/// followed, because anybody can put one into /dev/shm. A file that another process just removed is
+/// no error.
 pub(super) fn close(path: &std::path::Path) {
     use rustix::fs::{Mode, OFlags};
     use std::os::unix::fs::{MetadataExt, PermissionsExt};

@@ -38,7 +38,7 @@ const EVENT_BUFFER: usize = 1024;
 /// Timing batches that a host can fall behind: about 16 s at 1 kHz.
 const TIMING_BUFFER: usize = 256;
 
-/// What went wrong between the processes.
+/// An error between the processes.
 #[derive(Debug, thiserror::Error)]
 pub enum ServiceError {
     /// The name cannot become a file name.
@@ -71,7 +71,7 @@ pub enum ServiceError {
     Folder {
         /// The folder.
         path: PathBuf,
-        /// What is wrong with it.
+        /// Its problem.
         problem: String,
     },
     /// No permission, no shared memory, ….
@@ -79,7 +79,7 @@ pub enum ServiceError {
     Transport {
         /// Station.
         station: String,
-        /// What was being done.
+        /// The step that failed.
         doing: &'static str,
         /// iceoryx2's own words.
         detail: String,
@@ -89,7 +89,7 @@ pub enum ServiceError {
     NoAnswer {
         /// Station.
         station: String,
-        /// How long was waited.
+        /// Time that was waited, ms.
         waited_ms: u128,
     },
 }
@@ -132,8 +132,8 @@ impl Station {
         &self.name
     }
 
-    /// Takes from others what iceoryx2 leaves open to them: the folder to their group, and some of its
-    /// files in /dev/shm, which no folder of ours can close, to everybody.
+    /// Takes access away from other users. iceoryx2 leaves the folder open to the user's group, and
+    /// some of its files in /dev/shm open to everybody.
     fn close_to_others(&self) {
         let prefix = format!("calot_{}_", self.name);
         let files = std::fs::read_dir("/dev/shm")
@@ -292,8 +292,8 @@ const TIMING: Quality = Quality {
     readers: MAX_HOSTS,
 };
 
-/// A recorder that is kept from the processor for 8 s loses nothing. Few may listen: what is kept for
-/// each is memory that the controller locks.
+/// A recorder that gets no processor time for 8 s loses nothing. Few may listen: the controller
+/// locks the memory of each one's buffer.
 const INPUTS: Quality = Quality {
     buffer: 128,
     history: 0,

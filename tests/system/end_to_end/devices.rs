@@ -13,6 +13,7 @@ use bytemuck::Zeroable as _;
 use serde_json::Value;
 use shared_mem::message::{DeviceHealth, HandMsg, ToolFrame};
 use shared_mem::service::{HandSender, Host, Station};
+use shared_mem::words::{Buttons, Switches};
 use system_tests::{calot, compiled, finish, said, station_name, summary, wait_until};
 
 /// So often a device that does not answer in two seconds is asked again.
@@ -421,8 +422,8 @@ fn a_person_without_a_device_leads_the_emulated_hand() {
     let before = joint(&tools);
     lead.ask(|message| {
         message.moved_m = [0.02, 0.0, 0.0];
-        message.buttons = 1;
-        message.switches = 2;
+        message.buttons = Buttons::GRASP.bits();
+        message.switches = Switches::COAGULATE.bits();
     });
     wait_until("the jaws close and the tip goes 2 cm to the right", || {
         host.newest_tools(&mut tools);
@@ -435,12 +436,14 @@ fn a_person_without_a_device_leads_the_emulated_hand() {
         let way: f32 = (0..3)
             .map(|i| (joint(&tools)[i] - before[i]) * right[i])
             .sum();
-        (0.012..0.028).contains(&way) && tools.jaw < 0.1 && tools.switches & 2 != 0
+        (0.012..0.028).contains(&way)
+            && tools.jaw < 0.1
+            && tools.switches().contains(Switches::COAGULATE)
     });
     // Silence: the foot is off the pedal.
     drop(lead);
     wait_until("the pedal is released", || {
         host.newest_tools(&mut tools);
-        tools.switches & 7 == 0
+        tools.switches().bits() & Switches::PEDALS.bits() == 0
     });
 }

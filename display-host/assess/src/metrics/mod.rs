@@ -6,8 +6,9 @@ mod hands;
 
 use serde::ser::SerializeMap as _;
 use session::Movement;
-use shared_mem::message::EventMsg;
+use shared_mem::message::{Event, EventMsg};
 use shared_mem::scene::OrganKind;
+use shared_mem::words::{Current, Instrument, Switches};
 
 pub use self::definition::Metric;
 pub use self::force::BIN_N;
@@ -28,9 +29,6 @@ const SAME_LEAK_M: f64 = 0.000_1;
 /// Time after an event of burning during which the current counts as burning, s. Events come 20
 /// times a second.
 const BURNS_S: f64 = 0.1;
-/// Number of the hook in [`Movement::instrument`].
-const HOOK: u8 = 1;
-
 /// A number for each metric; NaN where it has no value.
 #[derive(Debug, Clone, Copy)]
 pub struct Values([f64; Metric::ALL.len()]);
@@ -151,7 +149,7 @@ impl Tally {
         if seconds <= 0.0 {
             return 0.0;
         }
-        let paused = (moved.switches | before.switches) & 8 != 0;
+        let paused = (moved.switches() | before.switches()).contains(Switches::PAUSED);
         if paused || seconds > GAP_S {
             if !paused {
                 self.gaps_s += seconds;
@@ -165,7 +163,9 @@ impl Tally {
         self.hands.step([tip, lens], seconds);
         let touches = moved.contacts > 0;
         self.force.step(norm(wide(moved.force_n)), touches, seconds);
-        if moved.instrument == HOOK && matches!(moved.switches & 3, 1 | 2) {
+        if moved.instrument() == Some(Instrument::Hook)
+            && moved.switches().current() != Current::Off
+        {
             self.cautery_s += seconds;
             let burns = self
                 .burnt_s
@@ -205,21 +205,21 @@ impl Tally {
     /// Takes an event.
     pub(crate) fn event(&mut self, event: &EventMsg, anatomy: &Anatomy) {
         let kind = anatomy.kind(event.organ);
-        match event.kind {
-            EventMsg::BURN => {
+        match event.decode() {
+            Ok(Event::Burn { energy_j }) => {
                 self.burnt_s = Some(self.time_s);
-                let joule = f64::from(event.value).max(0.0);
+                let joule = f64::from(energy_j).max(0.0);
                 if let Some(sum) = self.burns_j.get_mut(burn_class(kind)) {
                     *sum += joule;
                 }
             }
-            EventMsg::CLIP => self.clip(event, kind),
-            EventMsg::LEAK => self.leak(event),
-            EventMsg::REMOVED => self.remove(event.value.max(0.0) as usize, anatomy),
-            EventMsg::PERFORATION => self.perforations += 1,
-            EventMsg::CRUSH => self.crushes += 1,
-            EventMsg::TEAR if !is_target(kind) => self.tears += 1,
-            EventMsg::SLIP => self.slips += 1,
+            Ok(Event::Clip { number }) => self.clip(number, kind),
+            Ok(Event::Leak { flow }) => self.leak(event, flow),
+            Ok(Event::Removed { cell }) => self.remove(cell as usize, anatomy),
+            Ok(Event::Perforation { .. }) => self.perforations += 1,
+            Ok(Event::Crush { .. }) => self.crushes += 1,
+            Ok(Event::Tear { .. }) if !is_target(kind) => self.tears += 1,
+            Ok(Event::Slip { .. }) => self.slips += 1,
             _ => {}
         }
     }
@@ -242,8 +242,7 @@ impl Tally {
         }
     }
 
-    fn clip(&mut self, event: &EventMsg, kind: Option<OrganKind>) {
-        let number = event.value.max(0.0) as u32;
+    fn clip(&mut self, number: u32, kind: Option<OrganKind>) {
         if !self.clips.contains(&number) {
             self.clips.push(number);
         }
@@ -256,8 +255,8 @@ impl Tally {
         }
     }
 
-    fn leak(&mut self, event: &EventMsg) {
-        let (at_m, flow) = (wide(event.at_m), f64::from(event.value).clamp(0.0, 10.0));
+    fn leak(&mut self, event: &EventMsg, flow: f32) {
+        let (at_m, flow) = (wide(event.at_m), f64::from(flow).clamp(0.0, 10.0));
         let far_m = |leak: &Leak| distance(leak.at_m, at_m);
         let same = self
             .leaks

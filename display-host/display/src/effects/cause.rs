@@ -1,8 +1,9 @@
 //! Causes of effects: events of the controller, and the electrode.
 
 use glam::Vec3;
-use shared_mem::message::{EventMsg, ToolFrame};
+use shared_mem::message::{Event, EventMsg, ToolFrame};
 use shared_mem::scene::OrganKind;
+use shared_mem::words::{CapsuleRole, Current, Instrument};
 
 /// A current acts on touched tissue within this distance of the electrode's tip, m.
 const TIP_M: f32 = 0.003;
@@ -48,11 +49,14 @@ impl Effect {
     #[must_use]
     pub fn of_event(event: &EventMsg, organ: Option<OrganKind>) -> Option<Self> {
         use OrganKind as Organ;
+        let event_kind = event.decode().ok()?;
         let (kind, much) = match organ? {
             Organ::CysticDuct | Organ::BileDuct => (Kind::Bile, 1.0),
             Organ::CysticArtery | Organ::Vessel => (Kind::Blood, 1.0),
             Organ::Fat | Organ::ConnectiveTissue => return None,
-            Organ::Gallbladder if matches!(event.kind, EventMsg::LEAK | EventMsg::PERFORATION) => {
+            Organ::Gallbladder
+                if matches!(event_kind, Event::Leak { .. } | Event::Perforation { .. }) =>
+            {
                 (Kind::Bile, 1.0)
             }
             // Only tubes and bands tear: for the gallbladder it is its bed, which bleeds a little.
@@ -62,13 +66,13 @@ impl Effect {
             organ?,
             Organ::CysticDuct | Organ::BileDuct | Organ::CysticArtery | Organ::Vessel
         );
-        let (strength, lasts_s) = match event.kind {
+        let (strength, lasts_s) = match event_kind {
             // The content of a tube; a continuing leak has events of its own.
-            EventMsg::TEAR | EventMsg::CUT if is_tube => (0.5 * much, 1.5),
-            EventMsg::TEAR => (0.5 * much, 6.0),
-            EventMsg::CUT => (much, 10.0),
-            EventMsg::PERFORATION => (0.5 * much, 1.5),
-            EventMsg::LEAK => (event.value * much, LEAK_S),
+            Event::Tear { .. } | Event::Cut { .. } if is_tube => (0.5 * much, 1.5),
+            Event::Tear { .. } => (0.5 * much, 6.0),
+            Event::Cut { .. } => (much, 10.0),
+            Event::Perforation { .. } => (0.5 * much, 1.5),
+            Event::Leak { flow } => (flow * much, LEAK_S),
             _ => return None,
         };
         Some(Self {
@@ -89,15 +93,14 @@ impl Effect {
         mut touched: impl Iterator<Item = (Vec3, f32)>,
         seconds: f32,
     ) -> Vec<Self> {
-        const HOOK: u32 = 1;
-        let current = tools.switches & 3;
+        let current = tools.switches().current();
         // With both pressed the controller passes neither.
-        if tools.instrument != HOOK || !matches!(current, 1 | 2) {
+        if !tools.has(Instrument::Hook) || current == Current::Off {
             return Vec::new();
         }
         let Some(tip) = tools
             .capsules()
-            .and_then(|c| c.iter().find(|c| c.role != 0))
+            .and_then(|c| c.iter().find(|c| !c.is(CapsuleRole::Shaft)))
         else {
             return Vec::new();
         };
@@ -119,7 +122,7 @@ impl Effect {
                 seconds + 0.05
             },
         };
-        if current == 1 {
+        if current == Current::Cut {
             vec![
                 effect(Kind::Sparks, 1.0),
                 effect(Kind::Smoke, 0.5),

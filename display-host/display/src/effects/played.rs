@@ -5,6 +5,7 @@ use std::time::Instant;
 use glam::Vec3;
 use shared_mem::message::{EventMsg, SphereState, StateFrame, ToolFrame};
 use shared_mem::scene::{OrganKind, SceneFile};
+use shared_mem::words::EventKind;
 
 use super::Effect;
 use crate::render::Renderer;
@@ -94,7 +95,7 @@ impl Course {
     }
 
     pub(crate) fn event(&mut self, event: &EventMsg) {
-        if event.kind == EventMsg::RESET {
+        if event.is(EventKind::Reset) {
             self.clear();
         }
         if let Some(effect) = self.causes.event(event) {

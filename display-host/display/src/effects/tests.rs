@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 use shared_mem::message::{EventMsg, ToolFrame};
 use shared_mem::scene::OrganKind;
+use shared_mem::words::EventKind;
 
 use super::*;
 use crate::skinning::SkinMesh;
@@ -141,7 +142,7 @@ fn a_leak_goes_on_until_it_is_told_to_be_closed() {
     let mut effects = Effects::new(Vec3::Y);
     let leak = |value, x| {
         let event = EventMsg {
-            kind: EventMsg::LEAK,
+            kind: EventKind::Leak.number(),
             at_m: [x, 0.0, 0.0],
             value,
             ..bytemuck::Zeroable::zeroed()
@@ -174,16 +175,20 @@ fn events_and_currents_show_what_they_do() {
         (Organ::CysticDuct, Some(Kind::Bile)),
         (Organ::Fat, None),
     ] {
-        assert_eq!(shown(EventMsg::CUT, Some(organ)), kind, "{organ:?}");
-        assert_eq!(shown(EventMsg::CONTACT, Some(organ)), None);
+        assert_eq!(
+            shown(EventKind::Cut.number(), Some(organ)),
+            kind,
+            "{organ:?}"
+        );
+        assert_eq!(shown(EventKind::Contact.number(), Some(organ)), None);
     }
-    assert_eq!(shown(EventMsg::CUT, None), None);
+    assert_eq!(shown(EventKind::Cut.number(), None), None);
     for (organ, kind) in [
         (Organ::CysticArtery, Kind::Blood),
         (Organ::CysticDuct, Kind::Bile),
         (Organ::Gallbladder, Kind::Bile),
     ] {
-        assert_eq!(shown(EventMsg::LEAK, Some(organ)), Some(kind));
+        assert_eq!(shown(EventKind::Leak.number(), Some(organ)), Some(kind));
     }
     let mut tools: ToolFrame = bytemuck::Zeroable::zeroed();
     tools.world_from_handle.orientation[3] = 1.0;

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 use shared_mem::message::ToolFrame;
+use shared_mem::words::CapsuleRole;
 
 use super::{Effect, Kind, Particle, Source};
 
@@ -46,7 +47,7 @@ impl Wear {
         let ends = |at: [f32; 3]| Vec3::from(at);
         let capsules = tools.capsules().unwrap_or(&[]).iter();
         let mut jaws = capsules
-            .filter(|it| it.role != 0)
+            .filter(|it| !it.is(CapsuleRole::Shaft))
             .map(|it| [ends(it.a_m), ends(it.b_m)]);
         self.jaws = core::array::from_fn(|_| jaws.next());
     }

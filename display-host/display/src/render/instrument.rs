@@ -6,6 +6,7 @@
 
 use glam::{Mat4, Quat, Vec2, Vec3};
 use shared_mem::message::ToolFrame;
+use shared_mem::words::CapsuleRole;
 
 use super::look::{BLADE, CERAMIC, INSULATION, STEEL};
 use super::solid::{Finish, RigidVertex, Solid, circle, curve};
@@ -72,16 +73,17 @@ pub(super) fn parts(tools: &ToolFrame, port: Vec3) -> [Mat4; 4] {
 /// what the tissue feels.
 fn jaw_angles(tools: &ToolFrame, body: &Mat4) -> [f32; 2] {
     let into_body = body.inverse();
-    let angle = |role: u32| {
+    let angle = |role| {
         let capsules = tools.capsules().unwrap_or(&[]);
-        let capsule = capsules.iter().find(|c| c.role == role)?;
+        let capsule = capsules.iter().find(|c| c.is(role))?;
         let along = Vec3::from(capsule.b_m) - Vec3::from(capsule.a_m);
         let d = into_body.transform_vector3(along);
         let off = (d.y.abs() - CLOSED_OFF_M).max(0.0);
         Some(off.atan2(d.z.abs()))
     };
     let shown = tools.jaw.clamp(0.0, 1.0) * OPEN_RAD;
-    [1, 2].map(|role| angle(role).unwrap_or(shown).clamp(0.0, 1.2))
+    [CapsuleRole::UpperJaw, CapsuleRole::LowerJaw]
+        .map(|role| angle(role).unwrap_or(shown).clamp(0.0, 1.2))
 }
 
 fn steel(part: u32) -> Finish {

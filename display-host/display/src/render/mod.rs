@@ -39,6 +39,7 @@ use bytemuck::{Zeroable as _, bytes_of, cast_slice};
 use glam::{Mat4, Vec3};
 use shared_mem::message::{ClipMsg, MAX_CLIPPED, SphereState, SutureMsg, ToolFrame};
 use shared_mem::scene::{SceneFile, SphereRecord};
+use shared_mem::words::Instrument;
 use wgpu::util::DeviceExt;
 
 use self::camera::{Exposure, Scope};
@@ -496,7 +497,8 @@ impl Renderer {
         let behind = (clips::FIRST_PART * size_of::<Mat4>()) as u64;
         gpu.queue
             .write_buffer(&self.parts, behind, cast_slice(&self.clips));
-        let instrument = (tools.instrument as usize).min(3);
+        // A frame of another version shows the last instrument.
+        let instrument = tools.instrument().unwrap_or(Instrument::ClipApplier) as usize;
 
         if self.quality.shadow_side.is_some() {
             self.draw_shadow(&mut encoder, instrument);

@@ -2,8 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use shared_mem::message::{FAULT_NAMES, STAGES, TimingBatch, ToolFrame};
+use shared_mem::limits::FAULTS;
+use shared_mem::message::{STAGES, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
+use shared_mem::words::Fault;
 
 use super::{Distribution, Machine, Range, Summary};
 use crate::feed::hex;
@@ -82,7 +84,7 @@ struct Counters {
     page_faults: u64,
     involuntary_switches: u64,
     realtime: u32,
-    faults: [u64; FAULT_NAMES.len()],
+    faults: [u64; FAULTS],
 }
 
 impl Recorder {
@@ -189,7 +191,7 @@ impl Recorder {
             }
         }
         let stages = STAGE_NAMES.iter().zip(&self.stages);
-        let faults = counters.map_or([0; FAULT_NAMES.len()], |c| c.faults);
+        let faults = counters.map_or([0; FAULTS], |c| c.faults);
         Summary {
             program: concat!("calot ", env!("CARGO_PKG_VERSION")).to_owned(),
             scene: scene.name().to_owned(),
@@ -220,7 +222,7 @@ impl Recorder {
                 .iter()
                 .enumerate()
                 .filter(|&(_, &count)| count > 0)
-                .map(|(number, &count)| (FAULT_NAMES[number].to_owned(), count))
+                .map(|(number, &count)| (Fault::NAMES[number].to_owned(), count))
                 .collect(),
             ended: outcome.ended,
             recording: None,

@@ -8,6 +8,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
 use shared_mem::message::{SphereState, ToolFrame};
+use shared_mem::words::CapsuleRole;
 
 /// Jaws that hold tissue, in the form of the shader.
 #[repr(C)]
@@ -36,8 +37,12 @@ const NARROWED: f32 = 0.2;
 pub fn bite(spheres: &[SphereState], tools: &ToolFrame) -> Bite {
     let holds = spheres.iter().any(|s| s.bits & SphereState::GRASPED != 0);
     let capsules = tools.capsules().unwrap_or(&[]);
-    let jaw = |role: u32| capsules.iter().find(|capsule| capsule.role == role);
-    let (Some(upper), Some(lower), true) = (jaw(1), jaw(2), holds) else {
+    let jaw = |role| capsules.iter().find(|capsule| capsule.is(role));
+    let (Some(upper), Some(lower), true) = (
+        jaw(CapsuleRole::UpperJaw),
+        jaw(CapsuleRole::LowerJaw),
+        holds,
+    ) else {
         return Bite::default();
     };
     let middle = |a: [f32; 3], b: [f32; 3]| 0.5 * (Vec3::from(a) + Vec3::from(b));

@@ -10,6 +10,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
 use shared_mem::message::{SphereState, ToolFrame};
 use shared_mem::scene::SphereRecord;
+use shared_mem::words::CapsuleRole;
 
 use super::SkinMesh;
 use super::motion::{Motion, turned};
@@ -62,7 +63,10 @@ pub fn presses(
     let [shaft, head] = [true, false].map(|is_shaft| {
         let mut into = Vec3::ZERO;
         let mut touch = 0.0;
-        for capsule in capsules.iter().filter(|c| (c.role == 0) == is_shaft) {
+        for capsule in capsules
+            .iter()
+            .filter(|c| c.is(CapsuleRole::Shaft) == is_shaft)
+        {
             let ends = [capsule.a_m, capsule.b_m].map(Vec3::from);
             for (i, (rest, now)) in rest.iter().zip(spheres).enumerate() {
                 let center = Vec3::from(now.center_m);
@@ -87,7 +91,11 @@ pub fn presses(
         *slot = Press {
             a: end(capsule.a_m),
             b: end(capsule.b_m),
-            into: if capsule.role == 0 { shaft } else { head },
+            into: if capsule.is(CapsuleRole::Shaft) {
+                shaft
+            } else {
+                head
+            },
         };
     }
     found

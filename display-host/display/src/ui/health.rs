@@ -2,7 +2,9 @@
 
 use std::collections::VecDeque;
 
-use shared_mem::message::{FAULT_NAMES, TickRecord, TimingBatch};
+use shared_mem::limits::FAULTS;
+use shared_mem::message::{TickRecord, TimingBatch};
+use shared_mem::words::Fault;
 
 /// Ticks in the window: four seconds at 1 kHz.
 const WINDOW: usize = 4096;
@@ -41,7 +43,7 @@ pub struct TickHealth {
     /// Page faults of the realtime thread.
     pub page_faults: u64,
     /// Ticks with each fault since the controller started, in the order of [`FAULT_NAMES`].
-    pub faults: [u64; FAULT_NAMES.len()],
+    pub faults: [u64; FAULTS],
     /// Realtime conditions granted by the system; `None`: no batch yet.
     pub realtime: Option<u32>,
 }
@@ -99,7 +101,7 @@ impl TickHealth {
     /// Actions of each gate, in the order of the safety chain, with the number of ticks.
     pub fn gates(&self) -> impl Iterator<Item = (&'static str, u64)> {
         let count = |name: &str| {
-            let named = FAULT_NAMES.iter().zip(&self.faults);
+            let named = Fault::NAMES.iter().zip(&self.faults);
             named
                 .filter(|(own, _)| **own == name)
                 .map(|(_, count)| *count)

@@ -24,6 +24,7 @@ pub use task::{TaskEnd, TaskNote, TaskView};
 use crate::render::timing::PassTimes;
 use crate::words::Words;
 use shared_mem::message::{DeviceHealth, ToolFrame};
+use shared_mem::words::Switches;
 
 /// State of the connection to the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -147,19 +148,19 @@ impl UiState {
     /// True if the controller is paused.
     #[must_use]
     pub fn is_paused(&self) -> bool {
-        self.has_switch(8)
+        self.has_switch(Switches::PAUSED)
     }
 
     /// True if the force is enabled.
     #[must_use]
     pub fn is_force_enabled(&self) -> bool {
-        self.has_switch(16)
+        self.has_switch(Switches::FORCE_ENABLED)
     }
 
-    fn has_switch(&self, bit: u32) -> bool {
+    pub(crate) fn has_switch(&self, switch: Switches) -> bool {
         self.tools
             .as_ref()
-            .is_some_and(|tools| tools.switches & bit != 0)
+            .is_some_and(|tools| tools.switches().contains(switch))
     }
 }
 

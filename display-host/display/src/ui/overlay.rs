@@ -4,6 +4,7 @@ use egui::{Color32, Painter, Pos2, Rect, Stroke, pos2, vec2};
 use glam::{Mat4, Vec2, Vec3};
 use shared_mem::message::{SphereState, ToolFrame};
 use shared_mem::scene::{SceneFile, str_from_name};
+use shared_mem::words::CapsuleRole;
 
 use crate::render::camera::Scope;
 use crate::words::Words;
@@ -176,7 +177,7 @@ impl Overlay {
             .capsules()
             .unwrap_or(&[])
             .iter()
-            .filter(|c| c.role != 0);
+            .filter(|c| !c.is(CapsuleRole::Shaft));
         let ends = ends.map(|c| Vec3::from(c.b_m));
         let nearest = ends.min_by(|a, b| a.distance(tip).total_cmp(&b.distance(tip)));
         if let Some(tool) = nearest {

@@ -3,6 +3,7 @@
 use egui::{Color32, FontId, RichText, Sense, Stroke, TextStyle, Ui, vec2};
 use egui_plot::{Bar, BarChart, Line, Plot, PlotPoints};
 use shared_mem::message::DeviceHealth;
+use shared_mem::words::{Instrument, Switches};
 
 use super::screens;
 use super::{Asked, Link, UiState, asked, instructor, instrument_id, recording, replay, task};
@@ -239,7 +240,7 @@ fn instruments(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
     let words = &state.words;
     let held = state.tools.as_ref().map(|tools| tools.instrument);
     ui.label(words.say("instrument"));
-    for number in 0..4 {
+    for number in Instrument::ALL.map(Instrument::number) {
         let text = format!("{} ({})", words.say(instrument_id(number)), number + 1);
         if ui.selectable_label(held == Some(number), text).clicked() {
             asked.push(Asked::Instrument(number));
@@ -277,7 +278,7 @@ fn scope(ui: &mut Ui, state: &UiState, asked: &mut Vec<Asked>) {
         }
     });
     let dirty = state.lens_veil > 0.15;
-    let held = state.tools.as_ref().is_some_and(|t| t.switches & 4 != 0);
+    let held = state.has_switch(Switches::CAMERA_LOCK);
     if dirty {
         line(ui, Mark::Care, &words.say("scope-dirty"));
     }

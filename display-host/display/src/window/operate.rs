@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use shared_mem::message::HandMsg;
 use shared_mem::service::{HandSender, Station};
+use shared_mem::words::{Buttons, Switches};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{KeyCode, PhysicalKey};
 
@@ -148,13 +149,13 @@ impl Leading {
             message.moved_m[1] += up * TIP_M_S;
             message.moved_m[2] -= deeper * TIP_M_S;
         }
-        let bits = |on: [bool; 3]| (0..).zip(on).map(|(bit, on)| u32::from(on) << bit).sum();
-        self.message.buttons = u32::from(self.mouse_jaws || self.holds(Key::Space));
-        self.message.switches = bits([
-            self.holds(Key::KeyC),
-            self.mouse_coagulates || self.holds(Key::KeyV),
-            self.holds(Key::KeyL),
-        ]);
+        let grasps = self.mouse_jaws || self.holds(Key::Space);
+        let coagulates = self.mouse_coagulates || self.holds(Key::KeyV);
+        let pedals = Switches::CUT.when(self.holds(Key::KeyC))
+            | Switches::COAGULATE.when(coagulates)
+            | Switches::CAMERA_LOCK.when(self.holds(Key::KeyL));
+        self.message.buttons = Buttons::GRASP.when(grasps).bits();
+        self.message.switches = pedals.bits();
     }
 }
 

@@ -4,10 +4,11 @@ use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-use shared_mem::message::{CommandMsg, EventMsg, StateFrame, ToolFrame};
+use shared_mem::message::{CommandMsg, Event, EventMsg, StateFrame, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, ServiceError, Station, TaskReceiver};
 use shared_mem::task::TaskMsg;
+use shared_mem::words::{self, EventKind, Fault};
 
 use super::free_view::FreeCamera;
 use super::operate::Operate;
@@ -229,13 +230,13 @@ impl Session {
         self.host.drain_events(|event| {
             feed.note_event(event);
             // Whoever asked for it: clear all bleeding and stains.
-            if event.kind == EventMsg::RESET {
+            if event.is(EventKind::Reset) {
                 pending.clear();
                 (*newest_clip, *was_reset) = (None, true);
             }
             // While muted no click is due.
-            if event.kind == EventMsg::CLIP
-                && newest_clip.replace(event.value as u32) != Some(event.value as u32)
+            if let Ok(Event::Clip { number }) = event.decode()
+                && newest_clip.replace(number) != Some(number)
                 && ui.settings.sound
             {
                 heard.clips = heard.clips.wrapping_add(1);
@@ -284,10 +285,10 @@ impl Session {
             return;
         }
         let tools = self.feed.tools().filter(|_| self.ui.link == Link::Live);
-        self.heard.current = match tools.map_or(0, |t| t.switches & 3) {
-            1 => Current::Cut,
-            2 => Current::Coagulate,
-            _ => Current::Off,
+        self.heard.current = match tools.map_or(words::Current::Off, |t| t.switches().current()) {
+            words::Current::Cut => Current::Cut,
+            words::Current::Coagulate => Current::Coagulate,
+            words::Current::Off => Current::Off,
         };
         let task_alarm = self.alarmed.is_some_and(|at| at.elapsed() < TASK_ALARM);
         self.heard.alarm = self.ui.alarm.is_some() || task_alarm;
@@ -503,13 +504,16 @@ impl Session {
 
 /// Message of an event that the trainee must know at once.
 fn alarm(event: &EventMsg) -> Option<&'static str> {
-    // Codes of `rt_core::fault::Fault` that switch off the force or the current.
-    match (event.kind, event.value as u32) {
-        (EventMsg::FAULT, 1) => Some("fault-no-number"),
-        (EventMsg::FAULT, 3) => Some("fault-late"),
-        (EventMsg::FAULT, 4) => Some("fault-gone"),
-        (EventMsg::FAULT, 5) => Some("fault-fast"),
-        (EventMsg::FAULT, 17) => Some("fault-both"),
+    let Ok(Event::Fault(fault)) = event.decode() else {
+        return None;
+    };
+    // Faults that switch off the force or the current.
+    match fault {
+        Fault::BadForce => Some("fault-no-number"),
+        Fault::StaleDevice => Some("fault-late"),
+        Fault::LostDevice => Some("fault-gone"),
+        Fault::SpeedTrip => Some("fault-fast"),
+        Fault::BothElectrodes => Some("fault-both"),
         _ => None,
     }
 }

@@ -10,6 +10,7 @@ use display_host::latency::now_ns;
 use shared_mem::message::{EventMsg, StateFrame, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Controller, Station};
+use shared_mem::words::EventKind;
 
 use crate::support;
 
@@ -116,7 +117,7 @@ fn a_run_leaves_pictures_latencies_and_everything_it_heard() {
     let controller = play(&config.station, &over, |play, controller| {
         play.step(controller);
         if play.tick == 50 {
-            play.event(controller, EventMsg::GRASP);
+            play.event(controller, EventKind::Grasp.number());
         }
         let mut batch: Box<TimingBatch> = bytemuck::allocation::zeroed_box();
         batch.sequence = play.tick;

@@ -22,6 +22,7 @@ use shared_mem::scene::{
     SphereRecord, VertexRecord, name_from_str,
 };
 use shared_mem::service::{Controller, Host, Station};
+use shared_mem::words::EventKind;
 
 /// Longest wait of a test.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
@@ -134,7 +135,7 @@ pub(crate) fn event(sequence: u64) -> EventMsg {
     EventMsg {
         sequence,
         at_ns: 1_000_000 + sequence,
-        kind: EventMsg::CONTACT,
+        kind: EventKind::Contact.number(),
         ..EventMsg::zeroed()
     }
 }

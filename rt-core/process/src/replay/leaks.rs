@@ -3,6 +3,7 @@
 
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::{CommandMsg, EventMsg};
+use shared_mem::words::EventKind;
 
 /// Most changes kept; a session has some dozens.
 const KEPT: usize = 4096;
@@ -34,7 +35,7 @@ impl Leaks {
         events: impl Iterator<Item = EventMsg>,
     ) {
         let room = KEPT.saturating_sub(self.0.len());
-        let told = events.filter(|event| event.kind == EventMsg::LEAK);
+        let told = events.filter(|event| event.is(EventKind::Leak));
         // Commands come first in a tick.
         let put_back = puts_back(record).then_some(Change::AllClosed);
         let changes = put_back.into_iter().chain(told.map(Change::Told));
@@ -82,7 +83,7 @@ mod tests {
     #[test]
     fn each_place_is_as_it_is_then() {
         let leak = |x: f32, value: f32| EventMsg {
-            kind: EventMsg::LEAK,
+            kind: EventKind::Leak.number(),
             at_m: [x, 0.0, 0.0],
             value,
             ..EventMsg::zeroed()

@@ -10,6 +10,8 @@ use rt_core::state::State;
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::{CommandMsg, EventMsg, ReplyMsg, StateFrame, ToolFrame};
 use shared_mem::service::{Controller, Station};
+use shared_mem::words::EventKind;
+use shared_mem::words::Switches;
 
 use super::leaks::{Leaks, puts_back};
 use super::player::Player;
@@ -21,7 +23,7 @@ use crate::{frames, inputs};
 /// Ticks per frame, as in the controller.
 const FRAME_EVERY: u64 = 4;
 /// Bit of [`ToolFrame::switches`]: the show is paused.
-const PAUSED: u32 = 8;
+const PAUSED: u32 = Switches::PAUSED.bits();
 /// Time without a frame after which a display considers its controller gone.
 const STILL_ALIVE_NS: u64 = 100_000_000;
 /// Interval at which commands are read while idle.
@@ -209,7 +211,7 @@ impl Stage {
             // Displays must see a jump over a reset as a reset.
             if self.leaks.were_put_back(before, self.shown_tick) {
                 self.tell(EventMsg {
-                    kind: EventMsg::RESET,
+                    kind: EventKind::Reset.number(),
                     organ: u32::MAX,
                     ..EventMsg::zeroed()
                 });

@@ -1,6 +1,7 @@
 //! Head-up display during a task: time, instrument, clips, pedal, alarm, next step.
 
 use egui::{Align2, Color32, Frame, Rect, RichText, Ui, vec2};
+use shared_mem::words::Switches;
 
 use super::super::panel::{Mark, line};
 use super::super::task::{self, TaskEnd, TaskNote, TaskView};
@@ -50,14 +51,15 @@ fn stands(ui: &Ui, place: Rect, state: &UiState, task: &TaskView) {
         big(ui, &words.say(instrument_id(tools.instrument)));
         let clips = tools.clips_left.to_string().into();
         ui.label(words.say_with("hud-clips", &[("count", clips)]));
-        let pedal = match tools.switches & 3 {
-            0 => "hud-pedal-none",
-            1 => "hud-pedal-cut",
-            2 => "hud-pedal-coagulate",
-            _ => "hud-pedal-both",
-        };
+        let pedal =
+            match [Switches::CUT, Switches::COAGULATE].map(|it| tools.switches().contains(it)) {
+                [false, false] => "hud-pedal-none",
+                [true, false] => "hud-pedal-cut",
+                [false, true] => "hud-pedal-coagulate",
+                [true, true] => "hud-pedal-both",
+            };
         ui.label(words.say(pedal));
-        if tools.switches & 4 != 0 {
+        if tools.switches().contains(Switches::CAMERA_LOCK) {
             ui.label(words.say("hud-camera-held"));
         }
     });

@@ -1,0 +1,47 @@
+//! The core and the border agree on limits, bits and numbers, or this file does not compile.
+//!
+//! `rt-core` and `shared-mem` do not know each other. Each defines its own limits
+//! (`rt_core::capacity`, `shared_mem::limits`); this is the only place that compares them.
+
+use rt_core::capacity;
+use rt_core::fault::{FAULT_COUNT, Fault};
+use rt_core::sim::Stage;
+use rt_core::state::SphereBits;
+use rt_core::tool::Instrument;
+use shared_mem::limits;
+use shared_mem::message::{SphereState, StateFrame};
+use shared_mem::words;
+
+const _: () = {
+    assert!(limits::MAX_SPHERES == capacity::MAX_SPHERES);
+    assert!(limits::MAX_CELLS == capacity::MAX_CELLS);
+    assert!(limits::MAX_CLIPPED == capacity::MAX_CLIPPED);
+    assert!(limits::MAX_SUTURES == capacity::MAX_SUTURES);
+    assert!(limits::MAX_CAPSULES == capacity::MAX_CAPSULES);
+    assert!(limits::STAGES == Stage::ALL.len());
+    assert!(limits::FAULTS == FAULT_COUNT);
+    assert!(StateFrame::GONE == rt_core::cells::GONE);
+    assert!(SphereState::AWAKE == SphereBits::AWAKE.0 as u32);
+    assert!(SphereState::CONTACT == SphereBits::CONTACT.0 as u32);
+    assert!(SphereState::GRASPED == SphereBits::GRASPED.0 as u32);
+    assert!(SphereState::GONE == SphereBits::GONE.0 as u32);
+    assert!(words::Instrument::Grasper as u8 == Instrument::Grasper as u8);
+    assert!(words::Instrument::Hook as u8 == Instrument::Hook as u8);
+    assert!(words::Instrument::Scissors as u8 == Instrument::Scissors as u8);
+    assert!(words::Instrument::ClipApplier as u8 == Instrument::ClipApplier as u8);
+    let mut i = 0;
+    while i < FAULT_COUNT {
+        assert!(Fault::ALL[i].code() as u32 == words::Fault::ALL[i].number());
+        i += 1;
+    }
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_border_names_the_faults_as_the_core_does() {
+        assert_eq!(Fault::ALL.map(Fault::name), words::Fault::NAMES);
+    }
+}

@@ -1,0 +1,91 @@
+//! Services `command` and `hand`.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+/// Service `hand`: a person without a haptic device leads the emulated hand. Movements are sums
+/// since the sender began, so that a lost message loses nothing.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.HandMsg.v1")]
+pub struct HandMsg {
+    /// When it was sent (`CLOCK_MONOTONIC`).
+    pub at_ns: u64,
+    /// When the sender began: another one's sums start from nothing.
+    pub began_ns: u64,
+    /// The instrument's tip, along the picture's right, its up, and towards the viewer, m.
+    pub moved_m: [f64; 3],
+    /// The instrument about its shaft, rad.
+    pub rolled_rad: f64,
+    /// The endoscope about its port, to the left and up, rad.
+    pub scope_turned_rad: [f64; 2],
+    /// The endoscope along its axis, inwards, m.
+    pub scope_advanced_m: f64,
+    /// Device buttons, as in [`ToolFrame::buttons`].
+    pub buttons: u32,
+    /// The pedals' bits of [`crate::words::Switches`].
+    pub switches: u32,
+}
+
+/// Service `command`, request of a host.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.CommandMsg.v1")]
+pub struct CommandMsg {
+    /// One of the `CommandMsg` constants.
+    pub kind: u32,
+    /// Number of a [`crate::words::Instrument`] with [`CommandMsg::INSTRUMENT`], the task with
+    /// [`CommandMsg::START`], 1 or 0 with [`CommandMsg::PAUSE`] and [`CommandMsg::ENABLE_FORCE`].
+    /// The other kinds state theirs.
+    pub argument: u32,
+}
+
+impl CommandMsg {
+    /// Pause (1) or go on (0).
+    pub const PAUSE: u32 = 1;
+    /// Put every organ back to rest.
+    pub const RESET: u32 = 2;
+    /// Let force through again (1) after a trip, or cut it (0).
+    pub const ENABLE_FORCE: u32 = 3;
+    /// Choose the instrument.
+    pub const INSTRUMENT: u32 = 4;
+    /// End the controller cleanly.
+    pub const STOP: u32 = 5;
+    /// Put every organ to where a task begins: 0 hang (no suture is placed), 1 identify, 2 clamp
+    /// (the triangle is cleared), 3 cut (duct and artery are clipped), 4 disconnect (both are
+    /// divided).
+    pub const START: u32 = 6;
+    /// Of a replay: go to this time from its start, ms.
+    pub const SEEK: u32 = 7;
+    /// Of a replay: speed relative to the recording, in thousandths, 10 to 100 000.
+    pub const SPEED: u32 = 8;
+}
+
+/// Service `command`, reply of the controller.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.ReplyMsg.v1")]
+pub struct ReplyMsg {
+    /// One of [`ReplyMsg::DONE`], `UNKNOWN`, `OUT_OF_RANGE`, `BUSY`.
+    pub outcome: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Tick at which it took effect.
+    pub tick: u64,
+}
+
+impl ReplyMsg {
+    /// It was done.
+    pub const DONE: u32 = 0;
+    /// There is no such command.
+    pub const UNKNOWN: u32 = 1;
+    /// The argument is out of its range.
+    pub const OUT_OF_RANGE: u32 = 2;
+    /// Too many commands wait: try again.
+    pub const BUSY: u32 = 3;
+}
+
+// The layout is the contract: a change of size is a change of version.
+const _: () = {
+    assert!(size_of::<HandMsg>() == 80);
+};

@@ -1,0 +1,252 @@
+//! Service `events`.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::words::{Current, EventKind, Fault, Unknown};
+
+/// Service `events`: numbered in sequence. A gap in `sequence` is a loss that the reader must show.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.EventMsg.v1")]
+pub struct EventMsg {
+    /// Counts up by one per event, from 0 at the controller's start.
+    pub sequence: u64,
+    /// Tick that raised it.
+    pub tick: u64,
+    /// Time of that tick (`CLOCK_MONOTONIC`).
+    pub at_ns: u64,
+    /// Number of an [`EventKind`].
+    pub kind: u32,
+    /// Organ's index in the scene, or `u32::MAX`.
+    pub organ: u32,
+    /// Place, world frame, m.
+    pub at_m: [f32; 3],
+    /// Payload; [`EventMsg::decode`] gives it a name.
+    pub value: f32,
+}
+
+/// An event by its kind, with its payload.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event {
+    /// The instrument began to touch an organ.
+    Contact {
+        /// Force on the hand, N.
+        force_n: f32,
+    },
+    /// The instrument left an organ.
+    Release,
+    /// The jaws closed on tissue.
+    Grasp {
+        /// Spheres held.
+        spheres: u32,
+    },
+    /// The jaws let go, or the tissue slipped out.
+    LetGo {
+        /// Spheres that were held.
+        spheres: u32,
+    },
+    /// A fault was raised.
+    Fault(Fault),
+    /// The electrosurgical current changed to this.
+    Electro(Current),
+    /// Tissue slipped between the jaws.
+    Slip {
+        /// Pull of the tissue, N.
+        force_n: f32,
+    },
+    /// A band between organs, or a link of a tube, tore.
+    Tear {
+        /// Energy that the tear took, J.
+        energy_j: f32,
+    },
+    /// Scissors or current cut a band, a suture or a link of a tube.
+    Cut {
+        /// Energy that a tear would have taken, J.
+        energy_j: f32,
+    },
+    /// A clip closed.
+    Clip {
+        /// The clip's number, from 0.
+        number: u32,
+    },
+    /// An electrode burnt an organ.
+    Burn {
+        /// Energy since the last event of this burn, J.
+        energy_j: f32,
+    },
+    /// A vessel, duct or bag leaks.
+    Leak {
+        /// Flow as a share of the flow in the whole vessel; 0: stopped.
+        flow: f32,
+    },
+    /// A cell of layered tissue is gone.
+    Removed {
+        /// The cell's index in the scene.
+        cell: u32,
+    },
+    /// The jaws crushed the tissue between them.
+    Crush {
+        /// Force of the jaws, N.
+        force_n: f32,
+    },
+    /// A wall was burnt through or torn open.
+    Perforation {
+        /// Energy that it took, J.
+        energy_j: f32,
+    },
+    /// A tube was divided, or came off the tissue that it grew to.
+    Divided {
+        /// Share of the lumen that clips leave open on the worse side, up to the tube's end or its
+        /// next division. 0: clips close both sides.
+        open: f32,
+    },
+    /// Everything is as at the start, or as a task begins.
+    Reset,
+    /// A suture goes through an organ.
+    Stitch {
+        /// The suture's number in the scene, from 0.
+        suture: u32,
+    },
+    /// A suture hangs an organ on the abdominal wall.
+    Hung {
+        /// The suture's number in the scene, from 0.
+        suture: u32,
+    },
+}
+
+/// An event that cannot be decoded.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+pub enum UnknownEvent {
+    /// Its kind, its fault or its current has no name.
+    #[error(transparent)]
+    Word(#[from] Unknown),
+    /// Its value is not finite, or a count or an index is not a whole number.
+    #[error("{} cannot carry {value}", .kind.name())]
+    Value {
+        /// The event's kind.
+        kind: EventKind,
+        /// The value.
+        value: f32,
+    },
+}
+
+impl EventMsg {
+    /// First whole number that `f32` does not tell from its neighbour.
+    const WHOLE_END: f32 = 16_777_216.0;
+
+    /// The event with its payload.
+    ///
+    /// # Errors
+    ///
+    /// [`UnknownEvent`] if a number has no name or the value is none that the kind carries.
+    pub fn decode(&self) -> Result<Event, UnknownEvent> {
+        let kind = EventKind::try_from(self.kind)?;
+        let value = self.value;
+        let refused = UnknownEvent::Value { kind, value };
+        let number = || {
+            let is_whole = (0.0..Self::WHOLE_END).contains(&value) && value.fract() == 0.0;
+            is_whole.then_some(value as u32).ok_or(refused)
+        };
+        if !value.is_finite() {
+            return Err(refused);
+        }
+        Ok(match kind {
+            EventKind::Contact => Event::Contact { force_n: value },
+            EventKind::Release => Event::Release,
+            EventKind::Grasp => Event::Grasp { spheres: number()? },
+            EventKind::LetGo => Event::LetGo { spheres: number()? },
+            EventKind::Fault => Event::Fault(Fault::try_from(number()?)?),
+            EventKind::Electro => Event::Electro(Current::try_from(number()?)?),
+            EventKind::Slip => Event::Slip { force_n: value },
+            EventKind::Tear => Event::Tear { energy_j: value },
+            EventKind::Cut => Event::Cut { energy_j: value },
+            EventKind::Clip => Event::Clip { number: number()? },
+            EventKind::Burn => Event::Burn { energy_j: value },
+            EventKind::Leak => Event::Leak { flow: value },
+            EventKind::Removed => Event::Removed { cell: number()? },
+            EventKind::Crush => Event::Crush { force_n: value },
+            EventKind::Perforation => Event::Perforation { energy_j: value },
+            EventKind::Divided => Event::Divided { open: value },
+            EventKind::Reset => Event::Reset,
+            EventKind::Stitch => Event::Stitch { suture: number()? },
+            EventKind::Hung => Event::Hung { suture: number()? },
+        })
+    }
+
+    /// Is of this kind.
+    #[must_use]
+    pub const fn is(&self, kind: EventKind) -> bool {
+        self.kind == kind.number()
+    }
+
+    /// Its kind's name, for reports.
+    #[must_use]
+    pub fn name(&self) -> &'static str {
+        EventKind::try_from(self.kind).map_or("unknown", EventKind::name)
+    }
+}
+
+// The layout is the contract: a change of size is a change of version.
+const _: () = {
+    assert!(size_of::<EventMsg>() == 48);
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn event(kind: EventKind, value: f32) -> EventMsg {
+        let kind = kind.number();
+        EventMsg {
+            kind,
+            value,
+            ..EventMsg::zeroed()
+        }
+    }
+
+    #[test]
+    fn events_of_every_kind_decode_and_keep_their_name() {
+        for kind in EventKind::ALL {
+            let event = event(kind, 1.0);
+            assert!(event.decode().is_ok(), "{kind:?}");
+            assert_eq!(event.name(), kind.name());
+            assert!(event.is(kind));
+        }
+    }
+
+    #[test]
+    fn payloads_have_the_value() {
+        let clip = event(EventKind::Clip, 7.0).decode();
+        assert_eq!(clip, Ok(Event::Clip { number: 7 }));
+        let fault = event(EventKind::Fault, 17.0).decode();
+        assert_eq!(fault, Ok(Event::Fault(Fault::BothElectrodes)));
+        let leak = event(EventKind::Leak, 0.25).decode();
+        assert_eq!(leak, Ok(Event::Leak { flow: 0.25 }));
+    }
+
+    #[test]
+    fn events_with_unknown_numbers_are_refused() {
+        for (kind, value) in [
+            (EventKind::Clip, -1.0),
+            (EventKind::Clip, 0.5),
+            (EventKind::Removed, 16_777_216.0),
+            (EventKind::Fault, 20.0),
+            (EventKind::Electro, 3.0),
+            (EventKind::Burn, f32::NAN),
+        ] {
+            assert!(event(kind, value).decode().is_err(), "{kind:?} {value}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_bits_decode_or_are_refused(kind: u32, bits: u32) {
+            let event = EventMsg { kind, value: f32::from_bits(bits), ..EventMsg::zeroed() };
+            let known = EventKind::try_from(kind).is_ok();
+            prop_assert!(known || event.decode().is_err());
+            prop_assert_eq!(event.name() == "unknown", !known);
+        }
+    }
+}

@@ -1,0 +1,166 @@
+//! Service `state`.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use crate::limits::{MAX_CELLS, MAX_CLIPPED, MAX_SPHERES, MAX_SUTURES};
+
+/// One sphere's state.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+pub struct SphereState {
+    /// Centre, world frame, m.
+    pub center_m: [f32; 3],
+    /// Bit set of [`SphereState::AWAKE`], [`SphereState::CONTACT`], [`SphereState::GRASPED`].
+    pub bits: u32,
+}
+
+impl SphereState {
+    /// Its organ is simulated this tick.
+    pub const AWAKE: u32 = 1;
+    /// A tool touches it.
+    pub const CONTACT: u32 = 2;
+    /// Between closed jaws.
+    pub const GRASPED: u32 = 4;
+    /// All its layered tissue is removed.
+    pub const GONE: u32 = 8;
+}
+
+/// A clip across a vessel or duct, between two of its spheres.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+pub struct ClipMsg {
+    /// The two spheres, in the scene's order.
+    pub spheres: [u32; 2],
+    /// Place between the two: 0 at the first, 1 at the second.
+    pub share: f32,
+    /// Share of the lumen that it closes, 0 to 1.
+    pub closed: f32,
+    /// Along its legs, from the bend to the open ends: a unit vector, world frame.
+    pub legs: [f32; 3],
+    /// The clip's number, from 0. A clip on two tubes has two records.
+    pub number: u32,
+}
+
+impl ClipMsg {
+    /// Lies between existing spheres, and is finite.
+    fn is_sane(&self, sphere_count: u32) -> bool {
+        let share = |x: f32| (0.0..=1.0).contains(&x);
+        self.spheres.iter().all(|it| *it < sphere_count)
+            && share(self.share)
+            && share(self.closed)
+            && self.legs.iter().all(|x| x.abs() < 2.0)
+    }
+}
+
+/// A suture that hangs an organ on the abdominal wall.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+pub struct SutureMsg {
+    /// The sphere that it goes through, in the scene's order.
+    pub sphere: u32,
+    /// One of the `SutureMsg` constants.
+    pub placed: u32,
+    /// Its other end, in the wall or at the instrument's tip, world frame, m.
+    pub at_m: [f32; 3],
+    /// Its length after it is drawn in, m.
+    pub length_m: f32,
+}
+
+impl SutureMsg {
+    /// It is not placed yet.
+    pub const AWAY: u32 = 0;
+    /// It goes through the organ and to the instrument's tip.
+    pub const AT_HAND: u32 = 1;
+    /// It hangs the organ on the wall.
+    pub const HUNG: u32 = 2;
+    /// It hung the organ, and was cut through.
+    pub const CUT: u32 = 3;
+
+    /// Goes through an existing sphere, and is finite.
+    fn is_sane(&self, sphere_count: u32) -> bool {
+        self.sphere < sphere_count
+            && self.placed <= Self::CUT
+            && self.at_m.iter().all(|x| x.abs() < 1e3)
+            && (0.0..=10.0).contains(&self.length_m)
+    }
+}
+
+/// Service `state`: the newest wins.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.StateFrame.v4")]
+pub struct StateFrame {
+    /// Tick that wrote it.
+    pub tick: u64,
+    /// When that tick's sample was read from the device (`CLOCK_MONOTONIC`).
+    pub sample_ns: u64,
+    /// When the frame was filled.
+    pub at_ns: u64,
+    /// First 16 bytes of the compiled scene's identity.
+    pub scene_id: [u8; 16],
+    /// Number of `spheres` in use.
+    pub sphere_count: u32,
+    /// Number of `clips` in use.
+    pub clip_count: u32,
+    /// Number of `cells` in use.
+    pub cell_count: u32,
+    /// Number of `sutures` in use.
+    pub suture_count: u32,
+    /// The sutures to the world (`AttachmentRecord::is_thread`), in the scene's order.
+    pub sutures: [SutureMsg; MAX_SUTURES],
+    /// The spheres, in the scene's order.
+    pub spheres: [SphereState; MAX_SPHERES],
+    /// The clips, in the order in which they were closed.
+    pub clips: [ClipMsg; MAX_CLIPPED],
+    /// Cells of layered tissue, in the scene's order: heat taken so far as a share of the heat that
+    /// removes the cell, 0 to 254; or [`StateFrame::GONE`].
+    pub cells: [u8; MAX_CELLS],
+}
+
+impl StateFrame {
+    /// A cell that is gone.
+    pub const GONE: u8 = u8::MAX;
+
+    /// The cells in use. `None` if the frame is malformed.
+    #[must_use]
+    pub fn cells(&self) -> Option<&[u8]> {
+        self.cells.get(..self.cell_count as usize)
+    }
+
+    /// The spheres in use. `None` if the frame is malformed: too many, or a centre that is not
+    /// finite or lies beyond 1000 m.
+    #[must_use]
+    pub fn spheres(&self) -> Option<&[SphereState]> {
+        let spheres = self.spheres.get(..self.sphere_count as usize)?;
+        let sane = |s: &SphereState| s.center_m.iter().all(|x| x.abs() < 1e3);
+        spheres.iter().all(sane).then_some(spheres)
+    }
+
+    /// The sutures in use. `None` if the frame is malformed: too many, one through a sphere that
+    /// does not exist, or one that is not finite.
+    #[must_use]
+    pub fn sutures(&self) -> Option<&[SutureMsg]> {
+        let sutures = self.sutures.get(..self.suture_count as usize)?;
+        let sane = |it: &SutureMsg| it.is_sane(self.sphere_count.min(MAX_SPHERES as u32));
+        sutures.iter().all(sane).then_some(sutures)
+    }
+
+    /// The clips in use. `None` if the frame is malformed: too many, one between spheres that do
+    /// not exist, or one that is not finite.
+    #[must_use]
+    pub fn clips(&self) -> Option<&[ClipMsg]> {
+        let clips = self.clips.get(..self.clip_count as usize)?;
+        let sane = |clip: &ClipMsg| clip.is_sane(self.sphere_count.min(MAX_SPHERES as u32));
+        clips.iter().all(sane).then_some(clips)
+    }
+}
+
+// The layout is the contract: a change of size is a change of version.
+const _: () = {
+    assert!(size_of::<SphereState>() == 16);
+    assert!(size_of::<ClipMsg>() == 32);
+    assert!(size_of::<SutureMsg>() == 24);
+    let (spheres, clips, sutures) = (16 * MAX_SPHERES, 32 * MAX_CLIPPED, 24 * MAX_SUTURES);
+    assert!(size_of::<StateFrame>() == 56 + spheres + clips + sutures + MAX_CELLS);
+};

@@ -1,0 +1,158 @@
+//! Service `tools`.
+
+use bytemuck::{Pod, Zeroable};
+use iceoryx2::prelude::ZeroCopySend;
+
+use super::PoseMsg;
+use crate::limits::MAX_CAPSULES;
+use crate::words::{CapsuleRole, Instrument, Switches, Unknown};
+
+/// Health of one device as the controller sees it.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable, ZeroCopySend)]
+pub struct DeviceHealth {
+    /// One of [`DeviceHealth::ABSENT`], `LIVE`, `STALE`, `LOST`.
+    pub status: u32,
+    /// Age of the newest sample, µs, saturating.
+    pub age_us: u32,
+    /// Good frames.
+    pub frames: u64,
+    /// Rejected frames.
+    pub bad_frames: u64,
+    /// Lost frames by sequence number.
+    pub lost_frames: u64,
+}
+
+impl DeviceHealth {
+    /// Not configured.
+    pub const ABSENT: u32 = 0;
+    /// Samples arrive in time.
+    pub const LIVE: u32 = 1;
+    /// The newest sample is older than its limit.
+    pub const STALE: u32 = 2;
+    /// The line is gone.
+    pub const LOST: u32 = 3;
+}
+
+/// A capsule of an instrument, world frame.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, PartialEq, Pod, Zeroable, ZeroCopySend)]
+pub struct CapsuleMsg {
+    /// One end of the axis, m.
+    pub a_m: [f32; 3],
+    /// Radius, m.
+    pub radius_m: f32,
+    /// Other end of the axis, m.
+    pub b_m: [f32; 3],
+    /// Number of a [`CapsuleRole`].
+    pub role: u32,
+}
+
+/// Service `tools`: the newest wins.
+#[repr(C)]
+#[derive(Debug, Clone, Copy, Pod, Zeroable, ZeroCopySend)]
+#[type_name("calot.ToolFrame.v2")]
+pub struct ToolFrame {
+    /// Tick that wrote it.
+    pub tick: u64,
+    /// When that tick's sample was read from the device.
+    pub sample_ns: u64,
+    /// When the frame was filled.
+    pub at_ns: u64,
+    /// First 16 bytes of the compiled scene's identity.
+    pub scene_id: [u8; 16],
+    /// Handle, world frame.
+    pub world_from_handle: PoseMsg,
+    /// Instrument, world frame: origin at the jaw joint, −z along the shaft towards the tip. It is
+    /// a proxy: it stays behind the hand if the device is weaker than the tissue.
+    pub world_from_instrument: PoseMsg,
+    /// Endoscope's camera, world frame: looks along −z, y up.
+    pub world_from_camera: PoseMsg,
+    /// Opening of the jaws: 0 closed, 1 open.
+    pub jaw: f32,
+    /// Number of an [`Instrument`].
+    pub instrument: u32,
+    /// Force on the hand, world frame, N, as sent to the device.
+    pub force_n: [f32; 3],
+    /// Contacts in that tick.
+    pub contact_count: u32,
+    /// Bits of [`Switches`].
+    pub switches: u32,
+    /// Device buttons.
+    pub buttons: u32,
+    /// Number of `capsules` in use.
+    pub capsule_count: u32,
+    /// Clips left in the applier.
+    pub clips_left: u32,
+    /// Zero.
+    pub reserved: u32,
+    /// Capsules of the instrument.
+    pub capsules: [CapsuleMsg; MAX_CAPSULES],
+    /// Haptic device, tracker, pedal.
+    pub health: [DeviceHealth; 3],
+}
+
+impl CapsuleMsg {
+    /// Part of a tool that it stands in for.
+    ///
+    /// # Errors
+    ///
+    /// [`Unknown`] if the number has no name.
+    pub fn role(&self) -> Result<CapsuleRole, Unknown> {
+        self.role.try_into()
+    }
+
+    /// Is this part of a tool.
+    #[must_use]
+    pub const fn is(&self, role: CapsuleRole) -> bool {
+        self.role == role.number()
+    }
+}
+
+impl ToolFrame {
+    /// The instrument in the hand.
+    ///
+    /// # Errors
+    ///
+    /// [`Unknown`] if the number has no name.
+    pub fn instrument(&self) -> Result<Instrument, Unknown> {
+        self.instrument.try_into()
+    }
+
+    /// This instrument is in the hand.
+    #[must_use]
+    pub const fn has(&self, instrument: Instrument) -> bool {
+        self.instrument == instrument.number()
+    }
+
+    /// The switches that have a name.
+    #[must_use]
+    pub const fn switches(&self) -> Switches {
+        Switches::named(self.switches)
+    }
+
+    /// The capsules in use. `None` if the frame is malformed.
+    #[must_use]
+    pub fn capsules(&self) -> Option<&[CapsuleMsg]> {
+        let poses = [
+            self.world_from_handle,
+            self.world_from_instrument,
+            self.world_from_camera,
+        ];
+        let sane = |x: &f32| x.abs() < 1e3;
+        let poses_ok = poses.iter().all(PoseMsg::is_sane);
+        let capsules = self.capsules.get(..self.capsule_count as usize)?;
+        let capsules_ok = capsules
+            .iter()
+            .all(|c| c.a_m.iter().chain(&c.b_m).chain([&c.radius_m]).all(sane));
+        let force_ok = self.force_n.iter().all(sane) && self.jaw.is_finite();
+        (poses_ok && capsules_ok && force_ok).then_some(capsules)
+    }
+}
+
+// The layout is the contract: a change of size is a change of version.
+const _: () = {
+    assert!(size_of::<CapsuleMsg>() == 32);
+    assert!(size_of::<DeviceHealth>() == 32);
+    assert!(size_of::<ToolFrame>() == 168 + 32 * MAX_CAPSULES + 3 * 32);
+};

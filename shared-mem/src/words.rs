@@ -1,0 +1,363 @@
+//! Vocabulary of the border: each number that a message carries, by name.
+//!
+//! A message stores raw integers, because a broken peer may write any bit pattern. A reader
+//! converts them here. A number without a name is refused, never guessed.
+
+use core::ops::BitOr;
+
+/// A number that has no name.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("there is no {what} {number}")]
+pub struct Unknown {
+    /// Vocabulary that the number was looked up in.
+    pub what: &'static str,
+    /// The number.
+    pub number: u32,
+}
+
+/// Declares an enum, its numbers on the border, and its names.
+macro_rules! words {
+    (
+        $(#[$doc:meta])*
+        $word:ident, $what:literal {
+            $($(#[$of:meta])* $variant:ident = $number:literal, $name:literal;)+
+        }
+    ) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+        #[repr(u32)]
+        pub enum $word {
+            $($(#[$of])* $variant = $number,)+
+        }
+
+        impl $word {
+            /// All of them, by rising number.
+            pub const ALL: [Self; [$($number),+].len()] = [$(Self::$variant),+];
+
+            /// Its number on the border.
+            #[must_use]
+            pub const fn number(self) -> u32 {
+                self as u32
+            }
+
+            /// Its name in reports.
+            #[must_use]
+            pub const fn name(self) -> &'static str {
+                match self {
+                    $(Self::$variant => $name,)+
+                }
+            }
+        }
+
+        impl TryFrom<u32> for $word {
+            type Error = Unknown;
+
+            fn try_from(number: u32) -> Result<Self, Unknown> {
+                match number {
+                    $($number => Ok(Self::$variant),)+
+                    _ => Err(Unknown { what: $what, number }),
+                }
+            }
+        }
+    };
+}
+
+words! {
+    /// An instrument in the hand.
+    Instrument, "instrument" {
+        /// Two jaws that hold.
+        Grasper = 0, "grasper";
+        /// Electrode with a bent end.
+        Hook = 1, "cautery hook";
+        /// Two blades.
+        Scissors = 2, "scissors";
+        /// Jaws that close clips.
+        ClipApplier = 3, "clip applier";
+    }
+}
+
+words! {
+    /// Part of a tool that a capsule stands in for.
+    CapsuleRole, "role of a capsule" {
+        /// The shaft.
+        Shaft = 0, "shaft";
+        /// The upper jaw.
+        UpperJaw = 1, "upper jaw";
+        /// The lower jaw.
+        LowerJaw = 2, "lower jaw";
+        /// The hook's bare end.
+        Tip = 3, "tip";
+    }
+}
+
+words! {
+    /// Electrosurgical current.
+    Current, "current" {
+        /// None.
+        Off = 0, "off";
+        /// It cuts.
+        Cut = 1, "cut";
+        /// It coagulates.
+        Coagulate = 2, "coagulate";
+    }
+}
+
+words! {
+    /// Kind of an event. [`crate::message::Event`] names what each kind carries.
+    EventKind, "kind of event" {
+        /// The instrument began to touch an organ.
+        Contact = 1, "contact";
+        /// The instrument left an organ.
+        Release = 2, "release";
+        /// The jaws closed on tissue.
+        Grasp = 3, "grasp";
+        /// The jaws let go.
+        LetGo = 4, "let_go";
+        /// A fault was raised.
+        Fault = 5, "fault";
+        /// The electrosurgical current changed.
+        Electro = 6, "electro";
+        /// Tissue slipped between the jaws.
+        Slip = 7, "slip";
+        /// A band between organs, or a link of a tube, tore.
+        Tear = 8, "tear";
+        /// Scissors or current cut a band, a suture or a link of a tube.
+        Cut = 9, "cut";
+        /// A clip closed, on the organ or, if none is named, on nothing. A clip on two organs
+        /// raises two events.
+        Clip = 10, "clip";
+        /// An electrode burnt an organ.
+        Burn = 11, "burn";
+        /// A vessel, duct or bag leaks. All events of one leak have the place where it began.
+        Leak = 12, "leak";
+        /// A cell of layered tissue is gone.
+        Removed = 13, "removed";
+        /// The jaws crushed the tissue between them.
+        Crush = 14, "crush";
+        /// A wall was burnt through or torn open.
+        Perforation = 15, "perforation";
+        /// A tube was divided, or came off the tissue that it grew to.
+        Divided = 16, "divided";
+        /// Everything is as at the start, or as a task begins. Earlier events are void.
+        Reset = 17, "reset";
+        /// A suture goes through an organ.
+        Stitch = 18, "stitch";
+        /// A suture hangs an organ on the abdominal wall.
+        Hung = 19, "hung";
+    }
+}
+
+words! {
+    /// A fault of the controller. `rt_core::fault::Fault` says how the controller answers each.
+    Fault, "fault" {
+        /// A device sample was not finite, not rigid or out of the room.
+        BadSample = 0, "bad_sample";
+        /// The force was not finite.
+        BadForce = 1, "bad_force";
+        /// A sphere was not finite.
+        BadSphere = 2, "bad_sphere";
+        /// The newest device sample is too old.
+        StaleDevice = 3, "stale_device";
+        /// The device's line is gone.
+        LostDevice = 4, "lost_device";
+        /// The handle was too fast.
+        SpeedTrip = 5, "speed_trip";
+        /// The force was greater than the device's peak.
+        Clamped = 6, "clamped";
+        /// The force changed too fast.
+        Slewed = 7, "slewed";
+        /// Contact was stiffer than the device renders stably.
+        StiffnessCapped = 8, "stiffness_capped";
+        /// The motors are warm.
+        ThermalLimited = 9, "thermal_limited";
+        /// A tick had more contacts than fit.
+        ContactOverflow = 10, "contact_overflow";
+        /// A tick had more pairs of overlapping spheres than fit.
+        PairOverflow = 11, "pair_overflow";
+        /// The jaws held more spheres than fit.
+        GraspOverflow = 12, "grasp_overflow";
+        /// A tick had more events or leaks than fit.
+        EventOverflow = 13, "event_overflow";
+        /// A tick ended after its deadline.
+        Overrun = 14, "overrun";
+        /// Time did not go forward between two ticks.
+        BadClock = 15, "bad_clock";
+        /// Contact gave the hand more energy than it took.
+        Damped = 16, "damped";
+        /// The foot pressed both pedals of the electrosurgical unit.
+        BothElectrodes = 17, "both_electrodes";
+        /// Nobody has enabled the force.
+        NotEnabled = 18, "not_enabled";
+        /// The force rises after it was enabled, or falls while the pose is stale.
+        Ramped = 19, "ramped";
+    }
+}
+
+impl Fault {
+    /// Names by number, in the order of [`crate::message::TimingBatch::faults`].
+    pub const NAMES: [&str; Self::ALL.len()] = {
+        let mut names = [""; Self::ALL.len()];
+        let mut i = 0;
+        while i < names.len() {
+            names[i] = Self::ALL[i].name();
+            i += 1;
+        }
+        names
+    };
+}
+
+/// Declares a set of named bits.
+macro_rules! bits {
+    (
+        $(#[$doc:meta])*
+        $set:ident, $what:literal {
+            $($(#[$of:meta])* $name:ident = $bit:literal;)+
+        }
+    ) => {
+        $(#[$doc])*
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+        pub struct $set(u32);
+
+        impl $set {
+            $($(#[$of])* pub const $name: Self = Self($bit);)+
+            /// None of them.
+            pub const NONE: Self = Self(0);
+            /// All of them.
+            pub const ALL: Self = Self($($bit)|+);
+
+            /// Those of a message's bits that have a name.
+            #[must_use]
+            pub const fn named(bits: u32) -> Self {
+                Self(bits & Self::ALL.0)
+            }
+
+            /// The bits as a message carries them.
+            #[must_use]
+            pub const fn bits(self) -> u32 {
+                self.0
+            }
+
+            /// Contains all of `these`.
+            #[must_use]
+            pub const fn contains(self, these: Self) -> bool {
+                self.0 & these.0 == these.0
+            }
+
+            /// These if `on`, else none.
+            #[must_use]
+            pub const fn when(self, on: bool) -> Self {
+                if on { self } else { Self::NONE }
+            }
+        }
+
+        impl TryFrom<u32> for $set {
+            type Error = Unknown;
+
+            fn try_from(number: u32) -> Result<Self, Unknown> {
+                let what = $what;
+                let known = number & !Self::ALL.0 == 0;
+                if known { Ok(Self(number)) } else { Err(Unknown { what, number }) }
+            }
+        }
+
+        impl BitOr for $set {
+            type Output = Self;
+
+            fn bitor(self, other: Self) -> Self {
+                Self(self.0 | other.0)
+            }
+        }
+    };
+}
+
+bits! {
+    /// Switches of the foot pedal and of the controller.
+    Switches, "set of switches" {
+        /// Pedal: cut.
+        CUT = 1;
+        /// Pedal: coagulate.
+        COAGULATE = 2;
+        /// Pedal: the endoscope stays still.
+        CAMERA_LOCK = 4;
+        /// The simulation is paused.
+        PAUSED = 8;
+        /// The controller may send force to the device.
+        FORCE_ENABLED = 16;
+    }
+}
+
+impl Switches {
+    /// The pedals of the electrosurgical unit and of the endoscope.
+    pub const PEDALS: Self = Self(7);
+
+    /// Current that flows. Both pedals at once give none.
+    #[must_use]
+    pub const fn current(self) -> Current {
+        match (self.contains(Self::CUT), self.contains(Self::COAGULATE)) {
+            (true, false) => Current::Cut,
+            (false, true) => Current::Coagulate,
+            _ => Current::Off,
+        }
+    }
+}
+
+bits! {
+    /// Buttons of the handle. Devices have up to eight; only one has a name on the border.
+    Buttons, "set of buttons" {
+        /// Closes the jaws.
+        GRASP = 1;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Each word comes back from its number, and no other number has a word.
+    macro_rules! is_checked {
+        ($($word:ident),+) => {$(
+            for word in $word::ALL {
+                assert_eq!($word::try_from(word.number()), Ok(word));
+                assert!(!word.name().is_empty());
+            }
+            let numbers = $word::ALL.map($word::number);
+            for number in (0..64).chain([u32::MAX]).filter(|it| !numbers.contains(it)) {
+                let unknown = $word::try_from(number).expect_err("a number without a name");
+                assert_eq!(unknown.number, number);
+            }
+        )+};
+    }
+
+    #[test]
+    fn words_come_back_from_their_numbers_and_unknown_numbers_are_refused() {
+        is_checked!(Instrument, CapsuleRole, Current, EventKind, Fault);
+    }
+
+    #[test]
+    fn faults_are_numbered_without_gaps() {
+        for (index, fault) in Fault::ALL.into_iter().enumerate() {
+            assert_eq!(fault.number() as usize, index);
+            assert_eq!(Fault::NAMES[index], fault.name());
+        }
+    }
+
+    #[test]
+    fn both_pedals_give_no_current() {
+        let both = Switches::CUT | Switches::COAGULATE;
+        assert_eq!(both.current(), Current::Off);
+        assert_eq!(Switches::CUT.current(), Current::Cut);
+        let held = Switches::COAGULATE | Switches::CAMERA_LOCK;
+        assert_eq!(held.current(), Current::Coagulate);
+    }
+
+    proptest! {
+        #[test]
+        fn sets_refuse_bits_without_a_name(bits: u32) {
+            let known = bits & !31 == 0;
+            prop_assert_eq!(Switches::try_from(bits).is_ok(), known);
+            prop_assert_eq!(Switches::named(bits).bits(), bits & 31);
+            prop_assert_eq!(Switches::try_from(bits & 31).map(Switches::bits), Ok(bits & 31));
+        }
+    }
+}
