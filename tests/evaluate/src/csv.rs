@@ -20,15 +20,15 @@ impl Csv {
     ///
     /// # Errors
     ///
-    /// If it cannot be read, or a line has fewer cells than the header.
+    /// If it cannot be read, or a line has not as many cells as the header.
     pub(crate) fn read(path: &Path) -> Result<Self, String> {
         let told = |what: &str| format!("{}: {what}", path.display());
         let text = std::fs::read_to_string(path).map_err(|e| told(&e.to_string()))?;
         let mut lines = text.lines().map(split);
         let header = lines.next().ok_or_else(|| told("empty"))?;
         let lines: Vec<_> = lines.collect();
-        match lines.iter().position(|line| line.len() < header.len()) {
-            Some(at) => Err(told(&format!("line {} is short", at + 2))),
+        match lines.iter().position(|line| line.len() != header.len()) {
+            Some(at) => Err(told(&format!("line {} has not the cells of the header", at + 2))),
             None => Ok(Self { header, lines }),
         }
     }

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 use std::path::Path;
 
-use crate::csv::Csv;
+use crate::csv::{Csv, Row};
 
 /// A table in the making: its columns, then its rows.
 struct Table(Vec<Vec<String>>);
@@ -25,10 +25,21 @@ impl Table {
         for (at, row) in self.0.iter().enumerate() {
             let _ = writeln!(text, "| {} |", row.join(" | "));
             if at == 0 {
-                let _ = writeln!(text, "|---{}|", "|--:".repeat(row.len() - 1));
+                let rules = (0..row.len()).map(|column| self.rule(column));
+                let _ = writeln!(text, "|{}|", rules.collect::<Vec<_>>().join("|"));
             }
         }
         text
+    }
+
+    /// The line under a column's name: numbers stand on the right.
+    fn rule(&self, column: usize) -> &'static str {
+        let mut cells = self.0.iter().skip(1).filter_map(|row| row.get(column));
+        if cells.all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok()) {
+            "--:"
+        } else {
+            "---"
+        }
     }
 }
 
@@ -333,7 +344,7 @@ fn haptics(csv: &Csv) -> Table {
                 let steps = sorted(rows.iter().map(|r| r.number("step_mn")));
                 let wall = test == "wall";
                 let limits = sorted(rows.iter().map(|r| r.number("of")));
-                let still = |r: &&crate::csv::Row| {
+                let still = |r: &&Row<'_>| {
                     if wall {
                         r.number("of") >= 20_000.0
                     } else {

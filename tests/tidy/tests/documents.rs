@@ -90,6 +90,28 @@ fn links_lead_to_files_and_headings() {
 }
 
 #[test]
+fn files_that_documents_name_are_there() {
+    let ends = [".rs", ".md", ".toml", ".csv", ".svg", ".sh", ".wgsl"];
+    let mut findings = Vec::new();
+    for document in tracked(".md") {
+        let folder = Path::new(&document.path).parent().unwrap_or(Path::new(""));
+        for (line, text) in prose(&document.text) {
+            for code in text.split('`').skip(1).step_by(2) {
+                let is_path = code.contains('/') && ends.iter().any(|end| code.ends_with(end));
+                if !is_path || code.contains([' ', '*', '$']) {
+                    continue;
+                }
+                let there = root().join(folder).join(code).exists() || root().join(code).exists();
+                if !there {
+                    findings.push(format!("{}:{line}: {code} is not there", document.path));
+                }
+            }
+        }
+    }
+    report(&findings);
+}
+
+#[test]
 fn commands_of_documents_parse() {
     let mut findings = Vec::new();
     let mut known = Known::default();
