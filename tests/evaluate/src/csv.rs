@@ -1,4 +1,5 @@
-//! Reads the CSV files that this program writes: commas, a header, texts in quotes where they need them.
+//! Reads the CSV files that this program writes: a header, commas, texts in quotes where they have
+//! commas.
 
 use std::path::Path;
 
@@ -28,7 +29,10 @@ impl Csv {
         let header = lines.next().ok_or_else(|| told("empty"))?;
         let lines: Vec<_> = lines.collect();
         match lines.iter().position(|line| line.len() != header.len()) {
-            Some(at) => Err(told(&format!("line {} has not the cells of the header", at + 2))),
+            Some(at) => Err(told(&format!(
+                "line {} has not the cells of the header",
+                at + 2
+            ))),
             None => Ok(Self { header, lines }),
         }
     }

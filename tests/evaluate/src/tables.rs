@@ -1,6 +1,6 @@
 //! The tables of `tests/results/README.md`, made from the CSV files beside it.
 //!
-//! A table stands between `<!-- table: NAME -->` and `<!-- end -->`. [`rewrite`] replaces what stands
+//! A table stands between `<!-- table: NAME -->` and `<!-- end -->`. [`rewrite`] replaces the text
 //! between the two; everything else in the file is written by hand.
 
 use std::fmt::Write as _;

@@ -1,5 +1,5 @@
-//! Documents keep to their lengths, their links lead somewhere, their commands parse, and the README's
-//! headline figures are those of the tables.
+//! Documents keep to their lengths, their links lead somewhere, their commands parse, and the
+//! README's headline figures are those of the tables.
 
 use std::collections::BTreeMap;
 use std::path::{Component, Path, PathBuf};
@@ -284,7 +284,7 @@ fn plain(path: &Path) -> PathBuf {
 /// A command that a document shows.
 struct Shown {
     text: String,
-    /// In a block of code, whose values are real; else in running text, where they may stand for others.
+    /// In a block of code, whose values are real; in running text they may stand for others.
     block: bool,
 }
 
