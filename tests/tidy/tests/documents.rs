@@ -251,10 +251,8 @@ fn links(text: &str) -> Vec<(usize, String)> {
 /// Names that headings have as anchors.
 fn anchors(text: &str) -> Vec<String> {
     prose(text)
-        .filter_map(|(_, line)| {
-            line.starts_with('#')
-                .then(|| line.trim_start_matches('#').trim())
-        })
+        .filter(|(_, line)| line.starts_with('#'))
+        .map(|(_, line)| line.trim_start_matches('#').trim())
         .map(|heading| {
             heading
                 .to_lowercase()
