@@ -82,7 +82,7 @@ pub(crate) fn csv(rows: &[Row]) -> String {
             .to_owned();
     for r in rows {
         text += &format!(
-            "{},{},{},{:.6},{:.3},{:.4},{:.4}\n",
+            "\"{}\",{},{},{:.6},{:.3},{:.4},{:.4}\n",
             r.scene, r.layers, r.nodes, r.load, r.displacement_mm, r.rms_mm, r.max_mm
         );
     }

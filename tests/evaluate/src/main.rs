@@ -8,6 +8,7 @@
 //! collision   organ × size × way → time, and agreement with the exact answer
 //! force       case × contact law × spheres → force over depth against the reference
 //! all         everything, as CSV, SVG and one offline page
+//! tables      the CSV files in tests/results → the tables of its README.md
 //! ```
 
 mod accuracy;
@@ -16,6 +17,7 @@ mod case;
 mod chart;
 mod collision;
 mod convergence;
+mod csv;
 mod focus;
 mod force;
 mod haptics;
@@ -25,6 +27,7 @@ mod page;
 mod reference;
 mod scene;
 mod stability;
+mod tables;
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -75,6 +78,12 @@ enum Command {
     Haptics(Asked),
     /// All of these. Real organs are read from the folder that CALOT_ANATOMY names.
     All(Asked),
+    /// Rewrites the tables of README.md in a folder from the CSV files beside it.
+    Tables {
+        /// The folder.
+        #[arg(long, default_value = "tests/results")]
+        folder: PathBuf,
+    },
 }
 
 fn main() -> ExitCode {
@@ -86,6 +95,7 @@ fn main() -> ExitCode {
         Command::Collision(asked) => run(&asked, [false, false, false, false, true, false]),
         Command::Haptics(asked) => run(&asked, [false, false, false, false, false, true]),
         Command::All(asked) => run(&asked, [true; 6]),
+        Command::Tables { folder } => rewrite_tables(&folder),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
@@ -155,6 +165,12 @@ fn run(asked: &Asked, [trust, speed, limits, feel, meet, still]: [bool; 6]) -> R
     write(out, "index.html", &page::whole(&sections, quick))?;
     println!("{}", out.join("index.html").display());
     Ok(())
+}
+
+fn rewrite_tables(folder: &Path) -> Result<(), String> {
+    let path = folder.join("README.md");
+    let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
+    write(folder, "README.md", &tables::rewrite(&text, folder)?)
 }
 
 fn write(out: &Path, name: &str, text: &str) -> Result<(), String> {

@@ -1,0 +1,537 @@
+//! The tables of `tests/results/README.md`, made from the CSV files beside it.
+//!
+//! A table stands between `<!-- table: NAME -->` and `<!-- end -->`. [`rewrite`] replaces the text
+//! between the two; everything else in the file is written by hand.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use crate::csv::{Csv, Row};
+
+/// A table in the making: its columns, then its rows.
+struct Table(Vec<Vec<String>>);
+
+impl Table {
+    fn new(columns: &[&str]) -> Self {
+        Self(vec![columns.iter().map(ToString::to_string).collect()])
+    }
+
+    fn row(&mut self, cells: impl IntoIterator<Item = String>) {
+        self.0.push(cells.into_iter().collect());
+    }
+
+    fn markdown(&self) -> String {
+        let mut text = String::new();
+        for (at, row) in self.0.iter().enumerate() {
+            let _ = writeln!(text, "| {} |", row.join(" | "));
+            if at == 0 {
+                let rules = (0..row.len()).map(|column| self.rule(column));
+                let _ = writeln!(text, "|{}|", rules.collect::<Vec<_>>().join("|"));
+            }
+        }
+        text
+    }
+
+    /// The line under a column's name: numbers stand on the right.
+    fn rule(&self, column: usize) -> &'static str {
+        let mut cells = self.0.iter().skip(1).filter_map(|row| row.get(column));
+        if cells.all(|cell| cell.is_empty() || cell.parse::<f64>().is_ok()) {
+            "--:"
+        } else {
+            "---"
+        }
+    }
+}
+
+/// Replaces every table in `text` by what the CSV files in `folder` say.
+pub(crate) fn rewrite(text: &str, folder: &Path) -> Result<String, String> {
+    let mut out = String::new();
+    let mut rest = text;
+    while let Some((before, after)) = rest.split_once("<!-- table: ") {
+        let (name, after) = after
+            .split_once(" -->")
+            .ok_or("a table's marker does not end in ` -->`")?;
+        let (_, after) = after
+            .split_once("<!-- end -->")
+            .ok_or_else(|| format!("table {name}: no `<!-- end -->`"))?;
+        let table = table(name, folder)?.markdown();
+        let _ = write!(
+            out,
+            "{before}<!-- table: {name} -->\n\n{table}\n<!-- end -->"
+        );
+        rest = after;
+    }
+    Ok(out + rest)
+}
+
+fn table(name: &str, folder: &Path) -> Result<Table, String> {
+    let read = |file: &str| Csv::read(&folder.join(file));
+    Ok(match name {
+        "accuracy" => accuracy(&read("accuracy.csv")?),
+        "stability" => stability(&read("stability.csv")?),
+        "reference" => reference(&read("reference.csv")?),
+        "force" => force(&read("force.csv")?),
+        "force steps" => force_steps(&read("force_steps.csv")?),
+        "slow work" => slow_work(&read("slow_work.csv")?),
+        "collision" => collision(&read("collision.csv")?),
+        "collision by size" => collision_by_size(&read("collision.csv")?),
+        "haptics" => haptics(&read("haptics.csv")?),
+        "skinning" => skinning(&read("skinning.csv")?),
+        "packing" => packing(&read("packing.csv")?),
+        "jitter" => jitter(&[
+            ("idle", read("jitter-idle.csv")?),
+            ("loaded", read("jitter-loaded.csv")?),
+            ("misses", read("jitter-misses.csv")?),
+            ("soak", read("jitter-soak.csv")?),
+        ]),
+        "jitter counts" => jitter_counts(&[
+            ("idle", read("jitter-idle.csv")?),
+            ("loaded", read("jitter-loaded.csv")?),
+            ("misses", read("jitter-misses.csv")?),
+            ("soak", read("jitter-soak.csv")?),
+        ]),
+        _ => return Err(format!("table {name} is not known")),
+    })
+}
+
+const CALOT: &str = "Calot";
+const PAPER: &str = "inner spheres (paper's), k fitted";
+const OTHERS: [&str; 4] = [
+    "mass-spring, semi-implicit",
+    "PBD stretch + volume (paper's), k fitted",
+    "XPBD springs + volume",
+    "corotational hexahedra (paper's FEM)",
+];
+
+/// Every scene at the sphere count of the paper's liver, or at the scene's nearest to it.
+fn accuracy(csv: &Csv) -> Table {
+    let mut table = Table::new(&[
+        "scene",
+        "spheres",
+        "Calot, µs",
+        "Calot, rms mm",
+        "paper's, µs",
+        "paper's, rms mm",
+        "most accurate other",
+        "its µs",
+        "its rms mm",
+    ]);
+    for scene in csv.distinct("scene") {
+        let of = |method: &str| {
+            csv.rows()
+                .filter(|r| r.text("scene") == scene && r.text("method") == method)
+                .min_by_key(|r| (r.number("spheres") as i64 - 581).abs())
+        };
+        let (Some(ours), Some(paper)) = (of(CALOT), of(PAPER)) else {
+            continue;
+        };
+        let count = ours.text("spheres");
+        let other = csv
+            .rows()
+            .filter(|r| r.text("scene") == scene && r.text("spheres") == count)
+            .filter(|r| OTHERS.contains(&r.text("method")))
+            .min_by(|a, b| a.number("rms_mm").total_cmp(&b.number("rms_mm")));
+        let time = |x: f64| format!("{x:.1}");
+        let error = |x: f64| format!("{x:.2}");
+        let mut cells = vec![
+            scene.clone(),
+            count.to_owned(),
+            time(ours.number("us_per_tick")),
+            error(ours.number("rms_mm")),
+            time(paper.number("us_per_tick")),
+            error(paper.number("rms_mm")),
+        ];
+        cells.extend(other.map_or_else(
+            || vec!["none".to_owned(), String::new(), String::new()],
+            |r| {
+                vec![
+                    r.text("method").to_owned(),
+                    time(r.number("us_per_tick")),
+                    error(r.number("rms_mm")),
+                ]
+            },
+        ));
+        table.row(cells);
+    }
+    table
+}
+
+fn stability(csv: &Csv) -> Table {
+    let mut table = Table::new(&["method", "cases survived", "of", "cases that it fails"]);
+    for method in csv.distinct("method") {
+        let rows: Vec<_> = csv.rows().filter(|r| r.text("method") == method).collect();
+        let failed: Vec<&str> = rows
+            .iter()
+            .filter(|r| r.text("survived") != "true")
+            .map(|r| r.text("case"))
+            .collect();
+        table.row([
+            method.clone(),
+            (rows.len() - failed.len()).to_string(),
+            rows.len().to_string(),
+            failed.join("; "),
+        ]);
+    }
+    table
+}
+
+fn reference(csv: &Csv) -> Table {
+    let mut table = Table::new(&[
+        "scene",
+        "layers",
+        "nodes",
+        "displacement, mm",
+        "rms to the finest, mm",
+        "largest, mm",
+    ]);
+    for r in csv.rows() {
+        table.row([
+            r.text("scene").to_owned(),
+            r.text("layers").to_owned(),
+            r.text("nodes").to_owned(),
+            format!("{:.2}", r.number("displacement_mm")),
+            format!("{:.2}", r.number("rms_to_finest_mm")),
+            format!("{:.2}", r.number("max_to_finest_mm")),
+        ]);
+    }
+    table
+}
+
+fn force(csv: &Csv) -> Table {
+    let mut table = Table::new(&[
+        "contact law",
+        "places",
+        "rows",
+        "within 7 %",
+        "median rms error, %",
+        "largest, %",
+    ]);
+    for (seen, places) in [
+        ("false", "not used for tuning"),
+        ("true", "used for tuning"),
+    ] {
+        for law in csv.distinct("law") {
+            let errors = sorted(
+                csv.rows()
+                    .filter(|r| r.text("seen") == seen && r.text("law") == law)
+                    .map(|r| r.number("rms_error_pct")),
+            );
+            table.row([
+                law.clone(),
+                places.to_owned(),
+                errors.len().to_string(),
+                errors.iter().filter(|e| **e <= 7.0).count().to_string(),
+                format!("{:.1}", median(&errors)),
+                format!("{:.1}", largest(&errors)),
+            ]);
+        }
+    }
+    table
+}
+
+fn force_steps(csv: &Csv) -> Table {
+    let mut table = Table::new(&["motion", "rows", "median step, mN a tick", "largest"]);
+    for motion in csv.distinct("motion") {
+        let steps = sorted(
+            csv.rows()
+                .filter(|r| r.text("motion") == motion)
+                .map(|r| r.number("largest_step_mn_per_tick")),
+        );
+        table.row([
+            motion.clone(),
+            steps.len().to_string(),
+            format!("{:.2}", median(&steps)),
+            format!("{:.2}", largest(&steps)),
+        ]);
+    }
+    table
+}
+
+/// A knock is a tick's change of force beyond the change of the tick before.
+fn slow_work(csv: &Csv) -> Table {
+    let mut table = Table::new(&[
+        "scene",
+        "movement",
+        "count",
+        "knocks above 5 mN",
+        "median knock, mN",
+        "largest knock, mN",
+    ]);
+    for scene in csv.distinct("scene") {
+        for leg in csv.distinct("leg") {
+            let knocks = sorted(
+                csv.rows()
+                    .filter(|r| r.text("scene") == scene && r.text("leg") == leg)
+                    .filter(|r| r.text("began_inside") == "false")
+                    .map(|r| r.number("largest_knock_mn_per_tick")),
+            );
+            table.row([
+                scene.clone(),
+                leg,
+                knocks.len().to_string(),
+                knocks.iter().filter(|k| **k > 5.0).count().to_string(),
+                format!("{:.2}", median(&knocks)),
+                format!("{:.2}", largest(&knocks)),
+            ]);
+        }
+    }
+    table
+}
+
+fn collision(csv: &Csv) -> Table {
+    let mut table = Table::new(&[
+        "organ",
+        "spheres",
+        "way",
+        "p50, µs",
+        "p99, µs",
+        "to follow the organ, µs",
+        "found, %",
+        "depth error, mm",
+    ]);
+    for r in csv.rows().filter(|r| r.text("organ") != "balls") {
+        table.row([
+            r.text("organ").to_owned(),
+            r.text("spheres").to_owned(),
+            r.text("way").to_owned(),
+            format!("{:.1}", r.number("p50_us")),
+            format!("{:.1}", r.number("p99_us")),
+            format!("{:.0}", r.number("follow_us")),
+            format!("{:.1}", r.number("recall") * 100.0),
+            format!("{:.2}", r.number("depth_error_mm")),
+        ]);
+    }
+    table
+}
+
+fn collision_by_size(csv: &Csv) -> Table {
+    let mut table = Table::new(&["spheres", "one core, p50 µs", "through wgpu, p50 µs"]);
+    let balls = || csv.rows().filter(|r| r.text("organ") == "balls");
+    for count in csv.distinct("spheres") {
+        let of = |end: &str| {
+            balls()
+                .find(|r| r.text("spheres") == count && r.text("way").contains(end))
+                .map(|r| format!("{:.0}", r.number("p50_us")))
+        };
+        if let (Some(core), Some(graphics)) = (of("CPU"), of("GPU")) {
+            table.row([count.clone(), core, graphics]);
+        }
+    }
+    table
+}
+
+fn haptics(csv: &Csv) -> Table {
+    let mut table = Table::new(&[
+        "test",
+        "law",
+        "hand",
+        "settings",
+        "all stable at 20 kN/m",
+        "weakest limit, N/m",
+        "largest step, mN a tick",
+    ]);
+    for test in ["wall", "tissue"] {
+        for law in csv.distinct("law") {
+            for hand in ["none", "relaxed", "firm"] {
+                let rows: Vec<_> = csv
+                    .rows()
+                    .filter(|r| r.text("test") == test)
+                    .filter(|r| r.text("law") == law && r.text("hand") == hand)
+                    .collect();
+                if rows.is_empty() {
+                    continue;
+                }
+                let steps = sorted(rows.iter().map(|r| r.number("step_mn")));
+                let wall = test == "wall";
+                let limits = sorted(rows.iter().map(|r| r.number("of")));
+                let still = |r: &&Row<'_>| {
+                    if wall {
+                        r.number("of") >= 20_000.0
+                    } else {
+                        r.text("stable") == "1"
+                    }
+                };
+                table.row([
+                    test.to_owned(),
+                    law.clone(),
+                    hand.to_owned(),
+                    rows.len().to_string(),
+                    rows.iter().filter(still).count().to_string(),
+                    if wall {
+                        format!("{:.0}", limits.first().copied().unwrap_or(0.0))
+                    } else {
+                        String::new()
+                    },
+                    format!("{:.1}", largest(&steps)),
+                ]);
+            }
+        }
+    }
+    table
+}
+
+fn skinning(csv: &Csv) -> Table {
+    let mut table = Table::new(&[
+        "method",
+        "liver, bend 90°, rms mm",
+        "liver, twist 90°, rms mm",
+        "gallbladder, bend 90°, rms mm",
+        "gallbladder, twist 90°, rms mm",
+        "a frame, µs",
+    ]);
+    for method in csv.distinct("method") {
+        let of = |organ: &str, deformation: &str| {
+            csv.rows().find(|r| {
+                r.text("method") == method
+                    && r.text("organ") == organ
+                    && r.text("deformation") == deformation
+            })
+        };
+        let rms = |organ, deformation| {
+            of(organ, deformation)
+                .map_or_else(String::new, |r| format!("{:.2}", r.number("rms_mm")))
+        };
+        table.row([
+            method.clone(),
+            rms("liver", "bend 90°"),
+            rms("liver", "twist 90°"),
+            rms("gallbladder", "bend 90°"),
+            rms("gallbladder", "twist 90°"),
+            of("liver", "bend 90°")
+                .map_or_else(String::new, |r| format!("{:.0}", r.number("frame_us"))),
+        ]);
+    }
+    table
+}
+
+/// The paper's sphere counts, which are those that both packings have beside the round ones.
+fn packing(csv: &Csv) -> Table {
+    let mut table = Table::new(&[
+        "organ",
+        "spheres",
+        "packing",
+        "mean gap, mm",
+        "largest gap, mm",
+        "coverage, %",
+        "isotropy",
+        "time, s",
+    ]);
+    for r in csv.rows() {
+        let count = r.number("spheres") as u32;
+        if count.is_multiple_of(100) && count != 1000 {
+            continue;
+        }
+        table.row([
+            r.text("organ").to_owned(),
+            r.text("spheres").to_owned(),
+            r.text("packing").to_owned(),
+            format!("{:.2}", r.number("gap_mean_mm")),
+            format!("{:.2}", r.number("gap_max_mm")),
+            format!("{:.1}", r.number("coverage") * 100.0),
+            format!("{:.2}", r.number("isotropy")),
+            format!("{:.2}", r.number("build_s")),
+        ]);
+    }
+    table
+}
+
+fn jitter(runs: &[(&str, Csv)]) -> Table {
+    let mut table = Table::new(&["run", "µs", "p50", "p99", "p99.9", "p99.99", "largest"]);
+    for (run, csv) in runs {
+        for (name, told) in [
+            ("wake_latency_ns", "wake-up latency"),
+            ("cyclictest.wake_latency_ns", "… of cyclictest"),
+            ("sleep.wake_latency_ns", "… of a bare loop"),
+            ("burn.wake_latency_ns", "… of a bare loop with as much work"),
+            ("tick_ns", "whole tick"),
+            ("motion_to_force_ns", "motion to force"),
+        ] {
+            if let Some(r) = csv.rows().find(|r| r.text("name") == name) {
+                let mut cells = vec![(*run).to_owned(), told.to_owned()];
+                for column in ["p50", "p99", "p999", "p9999", "max"] {
+                    cells.push(format!("{:.1}", r.number(column) / 1000.0));
+                }
+                table.row(cells);
+            }
+        }
+    }
+    table
+}
+
+fn jitter_counts(runs: &[(&str, Csv)]) -> Table {
+    let mut table = Table::new(&[
+        "run",
+        "ticks",
+        "missed in a million periods",
+        "bare loop with as much work: missed",
+        "allocations",
+        "page faults",
+        "blocks",
+        "displays joined",
+    ]);
+    for (run, csv) in runs {
+        let count = |name: &str| {
+            csv.rows()
+                .find(|r| r.text("name") == name)
+                .map(|r| r.number("count"))
+        };
+        let plain = |name| count(name).map_or_else(|| "none".to_owned(), |n| format!("{n:.0}"));
+        // A period that was missed has no tick.
+        let share = |missed, ran| match (count(missed), count(ran)) {
+            (Some(missed), Some(ran)) => format!("{:.0}", missed / (ran + missed) * 1.0e6),
+            _ => "not run".to_owned(),
+        };
+        table.row([
+            (*run).to_owned(),
+            plain("ticks"),
+            share("deadline_misses", "ticks"),
+            share("burn.deadline_misses", "burn.ticks"),
+            plain("allocations_after_start"),
+            plain("page_faults_after_start"),
+            plain("blocks"),
+            plain("displays_joined"),
+        ]);
+    }
+    table
+}
+
+fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values
+}
+
+fn median(sorted: &[f64]) -> f64 {
+    let n = sorted.len();
+    if n == 0 {
+        return f64::NAN;
+    }
+    f64::midpoint(sorted[(n - 1) / 2], sorted[n / 2])
+}
+
+fn largest(sorted: &[f64]) -> f64 {
+    sorted.last().copied().unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use super::*;
+
+    #[test]
+    fn committed_tables_are_those_of_the_committed_csv_files() {
+        let folder = PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../results"));
+        let text = std::fs::read_to_string(folder.join("README.md")).unwrap();
+        assert!(
+            rewrite(&text, &folder).unwrap() == text,
+            "tests/results/README.md is out of date: cargo run -p evaluate -- tables"
+        );
+    }
+
+    #[test]
+    fn a_table_without_an_end_is_refused() {
+        let text = "before <!-- table: accuracy --> after";
+        assert!(rewrite(text, Path::new("nowhere")).is_err());
+    }
+}

@@ -1,0 +1,1 @@
+//! Dependencies between packages, and imports between files of a package, point downwards.
