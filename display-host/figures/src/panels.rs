@@ -7,7 +7,7 @@ use plotters::prelude::*;
 
 /// An axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Scale {
+pub enum Scale {
     /// Even steps.
     Linear,
     /// Decades.
@@ -16,35 +16,35 @@ pub(crate) enum Scale {
 
 /// A line, or a cloud of points.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Series {
+pub struct Series {
     /// Its name in the legend. Series of the same name have the same colour in every panel.
-    pub(crate) name: String,
+    pub name: String,
     /// Points; one whose `y` is not finite is drawn as a cross on the upper edge.
-    pub(crate) points: Vec<[f64; 2]>,
+    pub points: Vec<[f64; 2]>,
     /// A thin line without dots: a bound.
-    pub(crate) is_thin: bool,
+    pub is_thin: bool,
 }
 
 /// One coordinate system.
 #[derive(Debug, Clone)]
-pub(crate) struct Panel {
+pub struct Panel {
     /// Its heading.
-    pub(crate) title: String,
+    pub title: String,
     /// What the axes are, with unit.
-    pub(crate) axes: [String; 2],
+    pub axes: [String; 2],
     /// How they are divided.
-    pub(crate) scales: [Scale; 2],
+    pub scales: [Scale; 2],
     /// What is drawn.
-    pub(crate) series: Vec<Series>,
+    pub series: Vec<Series>,
 }
 
 /// A cell of a heat map.
 #[derive(Debug, Clone)]
-pub(crate) struct Cell {
+pub struct Cell {
     /// What stands in it.
-    pub(crate) text: String,
+    pub text: String,
     /// 0: bad, 1: good; none: not known.
-    pub(crate) good: Option<f64>,
+    pub good: Option<f64>,
 }
 
 type Failure<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
@@ -68,7 +68,7 @@ const INK: RGBColor = RGBColor(30, 30, 30);
 ///
 /// # Errors
 /// The drawing library's words.
-pub(crate) fn panels(panels: &[Panel], columns: usize) -> Result<String, String> {
+pub fn panels(panels: &[Panel], columns: usize) -> Result<String, String> {
     let mut names: Vec<&str> = Vec::new();
     for series in panels.iter().flat_map(|p| &p.series) {
         if !names.contains(&series.name.as_str()) {
@@ -98,7 +98,7 @@ pub(crate) fn panels(panels: &[Panel], columns: usize) -> Result<String, String>
 ///
 /// # Errors
 /// The drawing library's words.
-pub(crate) fn heat_map(
+pub fn heat_map(
     columns: &[String],
     rows: &[String],
     cells: &[Vec<Cell>],

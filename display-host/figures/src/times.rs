@@ -1,9 +1,9 @@
-//! Charts as SVG text, for the report.
+//! Charts of times as SVG text.
 
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
 
-use super::Distribution;
+use crate::Distribution;
 
 const SIZE: (u32, u32) = (720, 260);
 const FONT: (&str, i32) = ("sans-serif", 13);

@@ -3,18 +3,15 @@
 //! A [`Recorder`] is shown everything that the display sees; it keeps histograms and one value a
 //! second, so its memory does not grow with the run but by about 40 bytes a second.
 
-pub mod chart;
-mod distribution;
-mod machine;
-pub mod page;
+mod page;
 mod recorder;
 
-pub use distribution::{Distribution, Quantiles};
-pub use machine::Machine;
 pub use recorder::{Course, Recorder};
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+use figures::{Machine, Quantiles};
 
 use crate::DisplayError;
 use crate::headless::{Ended, Outcome};

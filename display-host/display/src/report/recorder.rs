@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
+use figures::{Distribution, Machine};
 use shared_mem::message::{FAULT_NAMES, STAGES, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 
-use super::{Distribution, Machine, Range, Summary};
+use super::{Range, Summary};
 use crate::feed::hex;
 use crate::headless::{Observed, Outcome};
 
