@@ -12,33 +12,36 @@ const INCIDENTS_MAX: usize = 32;
 
 /// A tick, as it was timed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Tick {
+pub struct Tick {
     /// Its number.
-    pub(crate) tick: u64,
+    pub tick: u64,
     /// When it was due, `CLOCK_MONOTONIC`.
-    pub(crate) scheduled_ns: u64,
-    pub(crate) wake_latency_ns: u32,
-    pub(crate) tick_ns: u32,
+    pub scheduled_ns: u64,
+    /// Actual minus scheduled wake-up.
+    pub wake_latency_ns: u32,
+    /// From its start to its end.
+    pub tick_ns: u32,
     /// Whole periods skipped before it began.
-    pub(crate) missed: u32,
-    pub(crate) stage_ns: [u32; STAGES],
+    pub missed: u32,
+    /// Time of each stage, in the order of a tick.
+    pub stage_ns: [u32; STAGES],
     /// Bits of `TickRecord`.
-    pub(crate) bits: u32,
+    pub bits: u32,
 }
 
 impl Tick {
     /// From its due time to its end: how late the force was, whatever the reason.
-    pub(crate) fn late_ns(&self) -> u64 {
+    pub fn late_ns(&self) -> u64 {
         u64::from(self.wake_latency_ns) + u64::from(self.tick_ns)
     }
 
     /// Whether it ended too late.
-    pub(crate) fn overran(&self) -> bool {
+    pub fn overran(&self) -> bool {
         self.bits & TickRecord::OVERRAN != 0
     }
 
     /// Whether a deadline was missed: periods skipped, or it ended too late.
-    pub(crate) fn is_miss(&self) -> bool {
+    pub fn is_miss(&self) -> bool {
         self.missed > 0 || self.overran()
     }
 }
@@ -59,18 +62,18 @@ impl From<&TickRecord> for Tick {
 
 /// The ticks around a bad one.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub(crate) struct Incident {
+pub struct Incident {
     /// Measured time at which it happened, s (rounded down to ms).
-    pub(crate) at_ms: u64,
+    pub at_ms: u64,
     /// Place of the bad one in `ticks`.
-    pub(crate) worst: usize,
+    pub worst: usize,
     /// In order.
-    pub(crate) ticks: Vec<Tick>,
+    pub ticks: Vec<Tick>,
 }
 
 impl Incident {
     /// The bad one.
-    pub(crate) fn peak(&self) -> Option<&Tick> {
+    pub fn peak(&self) -> Option<&Tick> {
         self.ticks.get(self.worst)
     }
 
@@ -81,7 +84,7 @@ impl Incident {
 
 /// Watches ticks go by.
 #[derive(Debug, Default)]
-pub(crate) struct BlackBox {
+pub struct BlackBox {
     before: VecDeque<Tick>,
     /// An incident that still waits for the ticks after it.
     open: Option<(Incident, usize)>,
@@ -90,7 +93,7 @@ pub(crate) struct BlackBox {
 
 impl BlackBox {
     /// The next tick, at a measured time.
-    pub(crate) fn note(&mut self, tick: Tick, at_ms: u64) {
+    pub fn note(&mut self, tick: Tick, at_ms: u64) {
         if let Some((incident, left)) = &mut self.open {
             incident.ticks.push(tick);
             *left -= 1;
@@ -120,13 +123,13 @@ impl BlackBox {
     }
 
     /// The station ended: what comes next is another run of it.
-    pub(crate) fn interrupt(&mut self) {
+    pub fn interrupt(&mut self) {
         self.close();
         self.before.clear();
     }
 
     /// The worst moments so far, worst first.
-    pub(crate) fn incidents(&self) -> Vec<Incident> {
+    pub fn incidents(&self) -> Vec<Incident> {
         let open = self.open.iter().map(|(incident, _)| incident);
         worst(self.kept.iter().chain(open).cloned().collect())
     }
@@ -148,7 +151,7 @@ impl BlackBox {
 }
 
 /// The worst of them, worst first.
-pub(crate) fn worst(mut incidents: Vec<Incident>) -> Vec<Incident> {
+pub fn worst(mut incidents: Vec<Incident>) -> Vec<Incident> {
     incidents.sort_by_key(|incident| core::cmp::Reverse(incident.late_ns()));
     incidents.truncate(INCIDENTS_MAX);
     incidents

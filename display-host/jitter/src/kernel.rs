@@ -12,11 +12,11 @@ const USER_TICK_MS: u64 = 10;
 
 /// Counters at one moment.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Counters(BTreeMap<String, u64>);
+pub struct Counters(BTreeMap<String, u64>);
 
 impl Counters {
     /// Reads what can be read. `process`: the one whose thread ticks.
-    pub(crate) fn read(core: usize, process: Option<u32>) -> Self {
+    pub fn read(core: usize, process: Option<u32>) -> Self {
         let mut all = BTreeMap::new();
         let table = fs::read_to_string("/proc/interrupts").unwrap_or_default();
         let mut sum = 0;
@@ -37,7 +37,7 @@ impl Counters {
     }
 
     /// What was added since `start`, without what stayed.
-    pub(crate) fn since(&self, start: &Self) -> Vec<(String, u64)> {
+    pub fn since(&self, start: &Self) -> Vec<(String, u64)> {
         let added = self.0.iter().map(|(name, count)| {
             let before = start.0.get(name).copied().unwrap_or(0);
             (name.clone(), count.saturating_sub(before))
@@ -48,13 +48,13 @@ impl Counters {
     }
 
     /// Whether system management interrupts are counted.
-    pub(crate) fn knows_smis(&self) -> bool {
+    pub fn knows_smis(&self) -> bool {
         self.0.contains_key("smis")
     }
 }
 
 /// Memory that this program holds, KiB.
-pub(crate) fn resident_kib() -> Option<u64> {
+pub fn resident_kib() -> Option<u64> {
     let status = fs::read_to_string("/proc/self/status").ok()?;
     let line = status
         .lines()
@@ -64,7 +64,7 @@ pub(crate) fn resident_kib() -> Option<u64> {
 
 /// Time that the hypervisor took from a core since the machine's start, ms, in steps of 10; none:
 /// it does not tell, or there is none.
-pub(crate) fn stolen_ms(core: usize) -> Option<u64> {
+pub fn stolen_ms(core: usize) -> Option<u64> {
     stolen(&fs::read_to_string("/proc/stat").ok()?, core)
 }
 

@@ -4,34 +4,32 @@
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-use super::report::{Round, per_million};
-
 /// Times that the rounds are drawn anew to see how much chance there is in a difference.
 const DRAWS: usize = 4000;
 
 /// What one turn missed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub(crate) struct Missed {
+pub struct Missed {
     /// Ticks that ran.
-    pub(crate) ticks: u64,
+    pub ticks: u64,
     /// Periods missed by a loop that slept, its last tick done in time: the machine woke it too late.
-    pub(crate) woken_late: u64,
+    pub woken_late: u64,
     /// Periods missed by a loop whose last tick was still at work.
-    pub(crate) at_work: u64,
+    pub at_work: u64,
     /// Times that it happened, each of one period or more.
-    pub(crate) occasions: u64,
+    pub occasions: u64,
     /// Ticks that ended after their deadline; most cost no period.
-    pub(crate) overruns: u64,
+    pub overruns: u64,
 }
 
 impl Missed {
     /// Periods missed.
-    pub(crate) fn periods(self) -> u64 {
+    pub fn periods(self) -> u64 {
         self.woken_late.saturating_add(self.at_work)
     }
 
     /// A tick of the station: it missed so many periods before it, and the one before it overran.
-    pub(crate) fn note_tick(&mut self, missed: u32, last_overran: bool, overran: bool) {
+    pub fn note_tick(&mut self, missed: u32, last_overran: bool, overran: bool) {
         self.ticks += 1;
         self.overruns += u64::from(overran);
         self.occasions += u64::from(missed > 0);
@@ -48,6 +46,27 @@ impl Missed {
         self.occasions += other.occasions;
         self.overruns += other.overruns;
     }
+}
+
+/// One turn of one program.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Round {
+    /// Number of the round, from 0; programs with the same one ran one after the other.
+    pub round: u32,
+    /// `station`, `cyclictest`, ….
+    pub program: String,
+    /// Median wake-up latency, ns.
+    pub p50: u64,
+    /// 99 % are at most this, ns.
+    pub p99: u64,
+    /// Greatest, ns.
+    pub max: u64,
+    /// What it missed; unknown for cyclictest.
+    #[serde(default)]
+    pub missed: Option<Missed>,
+    /// Time that the hypervisor took from the tick's core during the turn, ms, where it tells.
+    #[serde(default)]
+    pub stolen_ms: Option<u64>,
 }
 
 /// What is counted of a turn.
@@ -70,17 +89,21 @@ const KINDS: [(&str, &str, Count); 5] = [
 
 /// One kind of miss, in a million periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Line {
-    pub(crate) key: &'static str,
-    pub(crate) words: &'static str,
-    pub(crate) station: f64,
-    pub(crate) burn: f64,
+pub struct Line {
+    /// Key in JSON.
+    pub key: &'static str,
+    /// Name for people.
+    pub words: &'static str,
+    /// Misses of the station.
+    pub station: f64,
+    /// Misses of `burn`.
+    pub burn: f64,
     /// Bounds of station − burn: 95 of 100 draws of the rounds lie within.
-    pub(crate) difference: [f64; 2],
+    pub difference: [f64; 2],
 }
 
 /// The station's misses beside those of `burn`, over the rounds that both ran. Empty: none.
-pub(crate) fn compare(rounds: &[Round]) -> Vec<Line> {
+pub fn compare(rounds: &[Round]) -> Vec<Line> {
     let pairs = pairs(rounds);
     if pairs.is_empty() {
         return Vec::new();
@@ -115,7 +138,7 @@ pub(crate) fn compare(rounds: &[Round]) -> Vec<Line> {
 }
 
 /// In words for a line's end: whether the difference could be chance.
-pub(crate) fn verdict(line: &Line) -> &'static str {
+pub fn verdict(line: &Line) -> &'static str {
     match line.difference {
         [low, _] if low > 0.0 => "the station's are more",
         [_, high] if high < 0.0 => "the station's are fewer",
@@ -124,7 +147,7 @@ pub(crate) fn verdict(line: &Line) -> &'static str {
 }
 
 /// For `jitter.json`.
-pub(crate) fn to_json(lines: &[Line]) -> Value {
+pub fn to_json(lines: &[Line]) -> Value {
     let one = |line: &Line| {
         let figures = json!({
             "station": line.station,
@@ -167,7 +190,7 @@ fn in_a_million(missed: Missed, of: Count) -> f64 {
 
 impl Round {
     /// Missed in a million periods, where it is known.
-    pub(crate) fn misses_per_million(&self) -> Option<f64> {
+    pub fn misses_per_million(&self) -> Option<f64> {
         let missed = self.missed?;
         Some(per_million(missed.periods(), missed.ticks))
     }
@@ -183,6 +206,14 @@ impl Chance {
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) % count.max(1) as u64) as usize
+    }
+}
+
+/// Misses in a million periods.
+pub fn per_million(missed: u64, ticks: u64) -> f64 {
+    match ticks.saturating_add(missed) {
+        0 => 0.0,
+        periods => missed as f64 * 1e6 / periods as f64,
     }
 }
 

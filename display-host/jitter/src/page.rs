@@ -2,12 +2,12 @@
 
 use core::fmt::Write as _;
 
-use display_host::report::chart;
-use display_host::report::page::{STYLE, escape, machine_table};
+use figures::html::{STYLE, escape, machine_table};
+use figures::times;
 
-use super::misses::{self, Missed};
-use super::report::Report;
-use super::table;
+use crate::misses::{self, Missed};
+use crate::report::Report;
+use crate::table;
 
 /// Ticks in the table of the worst.
 const WORST_SHOWN: usize = 12;
@@ -16,7 +16,7 @@ const WIDER: &str = "body{max-width:76rem}.two{display:grid;grid-template-column
 minmax(28rem,1fr));gap:0 1.5rem}td{white-space:nowrap}td:first-child{white-space:normal}";
 
 /// The page's text.
-pub(crate) fn html(report: &Report) -> String {
+pub fn html(report: &Report) -> String {
     let mut page = String::new();
     // Writing to a string cannot fail.
     let mut add = |text: core::fmt::Arguments<'_>| {
@@ -167,16 +167,16 @@ fn charts(report: &Report) -> String {
         }
     }
     figure(
-        chart::exceedance(&lines),
+        times::exceedance(&lines),
         "How often a wake-up is later than so many µs. Further left and lower is better; both axes \
          are logarithmic, so the right end is the rarest.",
     );
     figure(
-        chart::course(&report.timeline.course(|worst| worst.0), "µs"),
+        times::course(&report.timeline.course(|worst| worst.0), "µs"),
         &format!("Latest wake-up of each {} s.", report.timeline.step_s),
     );
     figure(
-        chart::course(&report.timeline.course(|worst| worst.1), "µs"),
+        times::course(&report.timeline.course(|worst| worst.1), "µs"),
         &format!("Longest tick of each {} s.", report.timeline.step_s),
     );
     for (name, label, _) in table::rows(report) {
@@ -188,7 +188,7 @@ fn charts(report: &Report) -> String {
                 ""
             };
             figure(
-                chart::histogram(times, limit_us),
+                times::histogram(times, limit_us),
                 &format!("{}.{line}", escape(label.trim())),
             );
         }
@@ -206,7 +206,7 @@ fn worst(report: &Report) -> String {
         let Some(tick) = incident.peak() else {
             continue;
         };
-        let stages = super::tally::STAGE_NAMES.iter().zip(&tick.stage_ns);
+        let stages = crate::tally::STAGE_NAMES.iter().zip(&tick.stage_ns);
         let (stage, ns) = stages
             .max_by_key(|(_, ns)| **ns)
             .map_or(("", 0), |(s, ns)| (*s, *ns));
@@ -242,7 +242,7 @@ fn counts(report: &Report) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jitter::report::tests::sample;
+    use crate::report::tests::sample;
 
     #[test]
     fn the_page_needs_no_network_and_lets_nothing_in() {

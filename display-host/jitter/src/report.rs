@@ -6,77 +6,60 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use display_host::report::{Distribution, Machine};
+use figures::{Distribution, Machine};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use super::blackbox::Incident;
-use super::misses::{self, Missed};
-use super::timeline::Timeline;
-use crate::scene::Problem;
+use crate::Problem;
+use crate::blackbox::Incident;
+use crate::misses::{self, Round, per_million};
+use crate::timeline::Timeline;
 
 /// File in a run's folder.
-pub(crate) const FILE: &str = "jitter.json";
+pub const FILE: &str = "jitter.json";
 
 /// What is known of a run beside its figures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct About {
+pub struct About {
     /// Program and version.
-    pub(crate) program: String,
+    pub program: String,
     /// The words that it was started with.
-    pub(crate) command: String,
+    pub command: String,
     /// Scene's name.
-    pub(crate) scene: String,
+    pub scene: String,
     /// Whether it ran for its full time. `false`: stopped, killed, or it runs still.
-    pub(crate) complete: bool,
+    pub complete: bool,
     /// Time that the station was measured, s.
-    pub(crate) seconds: f64,
+    pub seconds: f64,
     /// Loads, as they are typed; none: what else ran is unknown, see `machine.load_average`.
-    pub(crate) load: Vec<String>,
+    pub load: Vec<String>,
     /// Whether every tick ran under SCHED_FIFO, in locked memory, pinned.
-    pub(crate) realtime: bool,
+    pub realtime: bool,
     /// What it lacked, or what else a reader must know.
-    pub(crate) notes: Vec<String>,
+    pub notes: Vec<String>,
     /// What the program that measures holds in memory, KiB: after its first minute, and at the
     /// end. That it does not grow lets it run for a day.
     #[serde(default)]
-    pub(crate) memory_kib: Option<[u64; 2]>,
+    pub memory_kib: Option<[u64; 2]>,
     /// The machine, as the run began.
-    pub(crate) machine: Machine,
-}
-
-/// One turn of one program.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Round {
-    /// Number of the round, from 0; programs with the same one ran one after the other.
-    pub(crate) round: u32,
-    /// `station`, `cyclictest`, ….
-    pub(crate) program: String,
-    /// Median wake-up latency, ns.
-    pub(crate) p50: u64,
-    /// 99 % are at most this, ns.
-    pub(crate) p99: u64,
-    /// Greatest, ns.
-    pub(crate) max: u64,
-    /// What it missed; unknown for cyclictest.
-    #[serde(default)]
-    pub(crate) missed: Option<Missed>,
-    /// Time that the hypervisor took from the tick's core during the turn, ms, where it tells.
-    #[serde(default)]
-    pub(crate) stolen_ms: Option<u64>,
+    pub machine: Machine,
 }
 
 /// A run.
 #[derive(Debug, Clone)]
-pub(crate) struct Report {
-    pub(crate) about: About,
+pub struct Report {
+    /// Everything beside the figures.
+    pub about: About,
     /// Times by dotted name.
-    pub(crate) times: BTreeMap<String, Distribution>,
+    pub times: BTreeMap<String, Distribution>,
     /// Counts by dotted name.
-    pub(crate) counts: BTreeMap<String, u64>,
-    pub(crate) rounds: Vec<Round>,
-    pub(crate) timeline: Timeline,
-    pub(crate) incidents: Vec<Incident>,
+    pub counts: BTreeMap<String, u64>,
+    /// Turns of all programs, in their order.
+    pub rounds: Vec<Round>,
+    /// Worst times over the run.
+    pub timeline: Timeline,
+    /// Ticks around the worst moments, worst first.
+    pub incidents: Vec<Incident>,
 }
 
 /// What cannot be shown as names and numbers.
@@ -93,13 +76,13 @@ struct Kept {
 
 impl Report {
     /// Periods missed in a million, of the station.
-    pub(crate) fn misses_per_million(&self) -> f64 {
+    pub fn misses_per_million(&self) -> f64 {
         let count = |name: &str| self.counts.get(name).copied().unwrap_or(0);
         per_million(count("deadline_misses"), count("ticks"))
     }
 
     /// Wake-up latency ÷ cyclictest's, median over the rounds: program → (p50, p99).
-    pub(crate) fn ratios(&self) -> Vec<(String, f64, f64)> {
+    pub fn ratios(&self) -> Vec<(String, f64, f64)> {
         let mut programs: Vec<&str> = self.rounds.iter().map(|r| r.program.as_str()).collect();
         programs.sort_unstable();
         programs.dedup();
@@ -126,7 +109,7 @@ impl Report {
 
     /// `jitter.json`: quantiles under the names of `summary.json`, then what it takes to read the
     /// run again.
-    pub(crate) fn to_json(&self) -> Value {
+    pub fn to_json(&self) -> Value {
         let kept = Kept {
             about: self.about.clone(),
             rounds: self.rounds.clone(),
@@ -164,7 +147,7 @@ impl Report {
     }
 
     /// Reads a run: its folder, or its `jitter.json`.
-    pub(crate) fn read(path: &Path) -> Result<Self, Problem> {
+    pub fn read(path: &Path) -> Result<Self, Problem> {
         let file: PathBuf = match path.is_dir() {
             true => path.join(FILE),
             false => path.to_owned(),
@@ -195,7 +178,7 @@ impl Report {
     }
 
     /// The times named `name`; made when first used.
-    pub(crate) fn times(&mut self, name: &str) -> &mut Distribution {
+    pub fn times(&mut self, name: &str) -> &mut Distribution {
         if !self.times.contains_key(name) {
             self.times.insert(name.to_owned(), Distribution::new());
         }
@@ -203,22 +186,14 @@ impl Report {
     }
 
     /// Adds to a count.
-    pub(crate) fn count(&mut self, name: &str, more: u64) {
+    pub fn count(&mut self, name: &str, more: u64) {
         let count = self.counts.entry(name.to_owned()).or_default();
         *count = count.saturating_add(more);
     }
 }
 
-/// Misses in a million periods.
-pub(crate) fn per_million(missed: u64, ticks: u64) -> f64 {
-    match ticks.saturating_add(missed) {
-        0 => 0.0,
-        periods => missed as f64 * 1e6 / periods as f64,
-    }
-}
-
 /// The middle one; the mean of the two in the middle.
-pub(crate) fn median(mut values: Vec<f64>) -> Option<f64> {
+pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;
     Some(f64::midpoint(values[last / 2], values[last.div_ceil(2)]))

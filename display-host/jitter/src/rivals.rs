@@ -6,35 +6,67 @@ use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
-use display_host::report::Distribution;
+use clap::ValueEnum;
+use figures::Distribution;
 
-use super::args::Rival;
-use super::misses::Missed;
-use crate::scene::Problem;
+use crate::Problem;
+use crate::misses::Missed;
 
 /// Built by `tests/embassy-std`: no program can hold embassy's driver and ours.
 const EMBASSY_STD: &str = "calot-embassy-std";
 
+/// What the station is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Rival {
+    /// The kernel testers' own instrument (package rt-tests)
+    Cyclictest,
+    /// Our executor without the station: what the loop itself costs
+    Executor,
+    /// A bare loop of clock_nanosleep
+    Sleep,
+    /// The bare loop, with as much work as the ticks of the station's last turn, in their order
+    Burn,
+    /// embassy's stock driver for std (`cargo install --path tests/embassy-std`)
+    EmbassyStd,
+}
+
+impl Rival {
+    /// As it is typed; in keys of JSON with `_`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cyclictest => "cyclictest",
+            Self::Executor => "executor",
+            Self::Sleep => "sleep",
+            Self::Burn => "burn",
+            Self::EmbassyStd => "embassy_std",
+        }
+    }
+}
+
 /// Where and how the loops run: as the station's tick does.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Terms<'a> {
-    pub(crate) core: usize,
-    pub(crate) priority: u8,
-    pub(crate) spin_us: u64,
+pub struct Terms<'a> {
+    /// Core of the loop.
+    pub core: usize,
+    /// `SCHED_FIFO` priority.
+    pub priority: u8,
+    /// Time that it spins before each period instead of sleeping.
+    pub spin_us: u64,
     /// File of what `burn` burns.
-    pub(crate) work: &'a Path,
+    pub work: &'a Path,
 }
 
 /// What a turn brought.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Turn {
-    pub(crate) wake_latency: Distribution,
+pub struct Turn {
+    /// Actual minus scheduled wake-up.
+    pub wake_latency: Distribution,
     /// What each tick's work took; empty without work.
-    pub(crate) burnt: Distribution,
+    pub burnt: Distribution,
     /// What was missed; unknown for cyclictest.
-    pub(crate) missed: Option<Missed>,
+    pub missed: Option<Missed>,
     /// Whether it ran as realtime as it asked to; unknown for cyclictest, which fails otherwise.
-    pub(crate) realtime: Option<bool>,
+    pub realtime: Option<bool>,
 }
 
 impl Turn {
@@ -44,7 +76,7 @@ impl Turn {
 }
 
 /// Lets a rival have its turn. `None`: it was stopped.
-pub(crate) fn turn(
+pub fn turn(
     rival: Rival,
     terms: Terms<'_>,
     seconds: f64,
@@ -90,7 +122,7 @@ pub(crate) fn turn(
 }
 
 /// Whether a program is there, before anything starts.
-pub(crate) fn check(rival: Rival) -> Result<(), Problem> {
+pub fn check(rival: Rival) -> Result<(), Problem> {
     let program = match rival {
         Rival::Cyclictest => PathBuf::from("cyclictest"),
         Rival::EmbassyStd => beside(EMBASSY_STD),
@@ -133,7 +165,7 @@ fn command(rival: Rival, terms: Terms<'_>, seconds: f64) -> Result<Command, Prob
     };
     let own = |kind: &str, work: Option<&Path>| -> Result<Command, Problem> {
         let mut command = Command::new(std::env::current_exe()?);
-        command.arg("loop").arg(kind);
+        command.arg("bare-loop").arg(kind);
         for (name, value) in [
             ("--seconds", seconds.to_string()),
             ("--core", core.to_string()),

@@ -2,10 +2,10 @@
 
 use core::fmt::Write as _;
 
-use display_host::report::Quantiles;
+use figures::Quantiles;
 
-use super::misses;
-use super::report::Report;
+use crate::misses;
+use crate::report::Report;
 
 /// Names and what they mean, in the order of a tick; others follow by name.
 const ROWS: [(&str, &str); 8] = [
@@ -32,14 +32,14 @@ const ROWS: [(&str, &str); 8] = [
 ];
 
 /// Rows in order: dotted name, label, quantiles. Only what was recorded.
-pub(crate) fn rows(report: &Report) -> Vec<(String, String, Quantiles)> {
+pub fn rows(report: &Report) -> Vec<(String, String, Quantiles)> {
     let mut rows: Vec<(usize, usize, String, String)> = Vec::new();
     for name in report.times.keys() {
         let place = ROWS
             .iter()
             .position(|(row, _)| name == row || (row.ends_with('.') && name.starts_with(row)));
         let within = |stage: &str| {
-            let mut stages = super::tally::STAGE_NAMES.iter();
+            let mut stages = crate::tally::STAGE_NAMES.iter();
             stages.position(|&s| s == stage).unwrap_or(0)
         };
         let (order, label) = match place {
@@ -75,7 +75,7 @@ fn label(name: &str) -> String {
 }
 
 /// The table on standard output.
-pub(crate) fn text(report: &Report) -> String {
+pub fn text(report: &Report) -> String {
     let mut text = String::new();
     let mut line = |words: core::fmt::Arguments<'_>| {
         // Writing to a string cannot fail.
@@ -174,7 +174,7 @@ pub(crate) fn text(report: &Report) -> String {
 }
 
 /// `jitter.csv`: a row for each figure, ns.
-pub(crate) fn csv(report: &Report) -> String {
+pub fn csv(report: &Report) -> String {
     let mut text = String::from("name,count,p50,p90,p99,p999,p9999,max\n");
     for (name, _, q) in rows(report) {
         let _ = writeln!(
@@ -192,7 +192,7 @@ pub(crate) fn csv(report: &Report) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jitter::report::tests::sample;
+    use crate::report::tests::sample;
 
     #[test]
     fn rows_are_in_the_order_of_a_tick_and_csv_has_them_all() {

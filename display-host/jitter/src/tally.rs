@@ -1,14 +1,14 @@
 //! From timing records to a report's figures.
 
-use display_host::report::Distribution;
+use figures::Distribution;
 use shared_mem::message::{STAGES, TickRecord, TimingBatch};
 
-use super::blackbox::{BlackBox, Tick};
-use super::misses::Missed;
-use super::report::Report;
+use crate::blackbox::{BlackBox, Tick};
+use crate::misses::Missed;
+use crate::report::Report;
 
 /// Stages of a tick, in order.
-pub(crate) const STAGE_NAMES: [&str; STAGES] = [
+pub const STAGE_NAMES: [&str; STAGES] = [
     "sample",
     "tool",
     "contact",
@@ -21,25 +21,27 @@ pub(crate) const STAGE_NAMES: [&str; STAGES] = [
 const AFTER_FORCE: core::ops::Range<usize> = 5..STAGES;
 /// A tick that hands over a frame fills 65 kB; one that does not takes next to nothing in the same
 /// stage. The tick's own number tells which: every fourth.
-pub(crate) const PUBLISH_EVERY: u64 = 4;
+pub const PUBLISH_EVERY: u64 = 4;
 
 /// Takes in one station's records, one session after another.
 #[derive(Debug, Default)]
-pub(crate) struct Tally {
+pub struct Tally {
     wake: Distribution,
     period: Distribution,
     tick: Distribution,
     stages: [Distribution; STAGES],
     motion_to_force: Distribution,
     force_to_publish: Distribution,
-    pub(crate) publish_to_display: Distribution,
-    pub(crate) black_box: BlackBox,
+    /// Age of a state when a display first sees it.
+    pub publish_to_display: Distribution,
+    /// Ticks around the worst moments.
+    pub black_box: BlackBox,
     session: Session,
     /// Counters of the sessions that are over.
     over: Counters,
     batches_lost: u64,
     /// Whether every batch so far said realtime; `None`: none so far.
-    pub(crate) realtime_bits: Option<u32>,
+    pub realtime_bits: Option<u32>,
 }
 
 /// The station as it runs now.
@@ -60,11 +62,13 @@ struct Session {
 
 /// A session, when it is over.
 #[derive(Debug, Default)]
-pub(crate) struct Over {
-    pub(crate) wake: Distribution,
-    pub(crate) missed: Missed,
+pub struct Over {
+    /// Wake-up latency.
+    pub wake: Distribution,
+    /// Periods that it missed.
+    pub missed: Missed,
     /// What each tick took, in order, of the first two minutes.
-    pub(crate) ticks_ns: Vec<u32>,
+    pub ticks_ns: Vec<u32>,
 }
 
 /// Of longer sessions the rest is not kept: memory stays constant.
@@ -72,9 +76,9 @@ const TICKS_KEPT: usize = 120_000;
 
 /// The controller's own counts.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Counters {
-    pub(crate) ticks: u64,
-    pub(crate) deadline_misses: u64,
+struct Counters {
+    ticks: u64,
+    deadline_misses: u64,
     overruns: u64,
     allocations: u64,
     page_faults: u64,
@@ -109,7 +113,7 @@ impl Counters {
 
 impl Tally {
     /// A batch of the running session. Malformed ones are left out.
-    pub(crate) fn take(&mut self, batch: &TimingBatch, report: &mut Report) {
+    pub fn take(&mut self, batch: &TimingBatch, report: &mut Report) {
         let Some(records) = batch.records() else {
             return;
         };
@@ -173,7 +177,7 @@ impl Tally {
     }
 
     /// The session's end: what follows is another one.
-    pub(crate) fn end_session(&mut self, measured_s: f64) -> Over {
+    pub fn end_session(&mut self, measured_s: f64) -> Over {
         self.black_box.interrupt();
         let session = core::mem::replace(
             &mut self.session,
@@ -191,7 +195,7 @@ impl Tally {
     }
 
     /// Puts what is known so far into the report.
-    pub(crate) fn fill(&self, report: &mut Report) {
+    pub fn fill(&self, report: &mut Report) {
         let mut put = |name: &str, times: &Distribution| {
             report.times.insert(name.to_owned(), times.clone());
         };
@@ -225,7 +229,7 @@ impl Tally {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jitter::report::tests::sample;
+    use crate::report::tests::sample;
 
     fn batch(sequence: u64, first: u64) -> Box<TimingBatch> {
         let mut batch: Box<TimingBatch> = bytemuck::allocation::zeroed_box();

@@ -7,11 +7,11 @@ const STEPS_MAX: usize = 600;
 
 /// Worst wake-up and longest tick of each step of time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Timeline {
+pub struct Timeline {
     /// Length of a step, s.
-    pub(crate) step_s: u32,
+    pub step_s: u32,
     /// (worst wake-up latency, longest tick), ns.
-    pub(crate) worst_ns: Vec<(u32, u32)>,
+    pub worst_ns: Vec<(u32, u32)>,
 }
 
 impl Default for Timeline {
@@ -25,7 +25,7 @@ impl Default for Timeline {
 
 impl Timeline {
     /// A tick at `at_s` seconds of measured time.
-    pub(crate) fn note(&mut self, at_s: f64, wake_ns: u32, tick_ns: u32) {
+    pub fn note(&mut self, at_s: f64, wake_ns: u32, tick_ns: u32) {
         let mut step = self.step_of(at_s);
         while step >= STEPS_MAX {
             self.coarsen();
@@ -40,7 +40,7 @@ impl Timeline {
     }
 
     /// A run of `seconds` is followed by another.
-    pub(crate) fn append(&mut self, seconds: f64, next: &Self) {
+    pub fn append(&mut self, seconds: f64, next: &Self) {
         for (i, &(wake_ns, tick_ns)) in next.worst_ns.iter().enumerate() {
             let at_s = seconds + i as f64 * f64::from(next.step_s);
             self.note(at_s, wake_ns, tick_ns);
@@ -48,7 +48,7 @@ impl Timeline {
     }
 
     /// (s, µs) of one of both.
-    pub(crate) fn course(&self, of: fn(&(u32, u32)) -> u32) -> Vec<(f64, f64)> {
+    pub fn course(&self, of: fn(&(u32, u32)) -> u32) -> Vec<(f64, f64)> {
         let steps = self.worst_ns.iter().enumerate();
         steps
             .map(|(i, worst)| {

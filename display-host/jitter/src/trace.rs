@@ -4,8 +4,8 @@
 use serde_json::{Value, json};
 use shared_mem::message::TickRecord;
 
-use super::blackbox::{Incident, Tick};
-use super::tally::STAGE_NAMES;
+use crate::blackbox::{Incident, Tick};
+use crate::tally::STAGE_NAMES;
 
 /// Rows of the trace.
 const DUE: u32 = 1;
@@ -14,7 +14,7 @@ const STAGES: u32 = 3;
 
 /// The trace as JSON. Each incident is a process of its own, so that they line up: time 0 is the
 /// due time of its first tick.
-pub(crate) fn json(incidents: &[Incident]) -> Value {
+pub fn json(incidents: &[Incident]) -> Value {
     let mut events = Vec::new();
     for (number, incident) in incidents.iter().enumerate() {
         let Some(first) = incident.ticks.first() else {

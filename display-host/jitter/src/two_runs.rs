@@ -4,12 +4,12 @@ use core::fmt::Write as _;
 
 use serde_json::{Map, Value, json};
 
-use super::blackbox;
-use super::report::Report;
-use super::table;
+use crate::blackbox;
+use crate::report::Report;
+use crate::table;
 
 /// Adds up runs: histograms and counts exactly, rounds one after the other.
-pub(crate) fn merge(runs: Vec<Report>) -> Option<Report> {
+pub fn merge(runs: Vec<Report>) -> Option<Report> {
     let mut runs = runs.into_iter();
     let mut sum = runs.next()?;
     for run in runs {
@@ -66,7 +66,7 @@ pub(crate) fn merge(runs: Vec<Report>) -> Option<Report> {
 }
 
 /// What the second run is, in times the first: for each figure that both have.
-pub(crate) fn diff(first: &Report, second: &Report) -> (String, Value) {
+pub fn diff(first: &Report, second: &Report) -> (String, Value) {
     let mut text = String::new();
     let mut json = Map::new();
     let _ = writeln!(
@@ -139,7 +139,7 @@ pub(crate) fn diff(first: &Report, second: &Report) -> (String, Value) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jitter::report::tests::sample;
+    use crate::report::tests::sample;
 
     #[test]
     fn a_run_added_to_itself_has_twice_the_counts_and_the_same_quantiles() {
@@ -170,7 +170,7 @@ mod tests {
         assert_eq!(json["wake_latency_ns"]["ratio"]["p99"], 1.0);
         assert!(text.contains("1.00") && !text.contains("loads"));
         let mut slow = sample();
-        let mut twice = display_host::report::Distribution::new();
+        let mut twice = figures::Distribution::new();
         for i in 1..=2000u64 {
             twice.record(i * 200);
         }
