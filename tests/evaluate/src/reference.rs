@@ -2,8 +2,8 @@
 
 use crate::body::{Body, Held, Tissue};
 use crate::organ::Organ;
-use crate::reference::{self, tell};
 use crate::scene::{Kind, Scene};
+use crate::solved::{self, tell};
 
 /// A scene on one mesh.
 #[derive(Debug, Clone)]
@@ -44,7 +44,7 @@ pub(crate) fn run(layers: &[usize], spheres: usize, only: &str) -> Result<Vec<Ro
         let most = if scene.press.is_some() { 9 } else { usize::MAX };
         for &layers in layers.iter().filter(|&&layers| layers <= most) {
             eprintln!("reference, {}, {layers} layers …", kind.name());
-            let one = reference::solve(&surface, &scene, &tissue, layers, &mut tell)
+            let one = solved::solve(&surface, &scene, &tissue, layers, &mut tell)
                 .map_err(|e| e.to_string())?;
             solved.push((layers, one.displacement_m(&body.rest_m), one));
         }
