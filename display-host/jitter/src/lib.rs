@@ -14,6 +14,7 @@ pub mod blackbox;
 pub mod kernel;
 pub mod misses;
 mod page;
+mod problem;
 pub mod report;
 pub mod rivals;
 pub mod table;
@@ -23,9 +24,7 @@ mod trace;
 pub mod two_runs;
 
 pub use page::html;
+pub use problem::Problem;
 pub use report::Report;
 pub use rivals::Rival;
 pub use trace::json as trace;
-
-/// A failure in words for the user.
-pub type Problem = Box<dyn std::error::Error>;

@@ -10,9 +10,9 @@ use figures::{Distribution, Machine};
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value, json};
 
-use crate::Problem;
 use crate::blackbox::Incident;
 use crate::misses::{self, Round, per_million};
+use crate::problem::Problem;
 use crate::timeline::Timeline;
 
 /// File in a run's folder.

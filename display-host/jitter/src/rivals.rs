@@ -9,8 +9,8 @@ use std::time::Duration;
 use clap::ValueEnum;
 use figures::Distribution;
 
-use crate::Problem;
 use crate::misses::Missed;
+use crate::problem::Problem;
 
 /// Built by `tests/embassy-std`: no program can hold embassy's driver and ours.
 const EMBASSY_STD: &str = "calot-embassy-std";
