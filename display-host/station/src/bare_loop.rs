@@ -1,19 +1,47 @@
-//! `calot loop`: a loop without a station, its latencies as a histogram on standard output in
+//! `calot bare-loop`: a loop without a station, its latencies as a histogram on standard output in
 //! cyclictest's form. A process of its own, because it locks its memory.
 
 use std::collections::BTreeMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use clap::Args;
+use jitter::Rival;
 use rt_process::probe::{Loop, Probe};
 
-use super::args::{LoopArgs, Rival};
+use crate::args::parse_seconds;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 use crate::stop;
 
+/// `calot bare-loop`: a bare loop's latencies as a histogram.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct BareLoopArgs {
+    /// executor, or sleep
+    #[arg(value_name = "KIND")]
+    pub(crate) kind: Rival,
+    /// How long
+    #[arg(long, value_parser = parse_seconds)]
+    pub(crate) seconds: f64,
+    /// Its core
+    #[arg(long)]
+    pub(crate) core: usize,
+    /// Its priority
+    #[arg(long)]
+    pub(crate) priority: u8,
+    /// As in `calot rt`
+    #[arg(long, default_value_t = 0)]
+    pub(crate) spin: u64,
+    /// File of the work in each period, a line each, in ns
+    #[arg(long, value_name = "FILE")]
+    pub(crate) work: Option<PathBuf>,
+    /// End when this process, which started this one, ends
+    #[arg(long, value_name = "PID")]
+    pub(crate) with_parent: Option<i32>,
+}
+
 /// Measures and prints.
-pub(crate) fn run(args: &LoopArgs) -> Result<ExitCode, Problem> {
+pub(crate) fn run(args: &BareLoopArgs) -> Result<ExitCode, Problem> {
     if let Some(parent) = args.with_parent {
         stop::end_with_parent(parent)?;
     }
@@ -36,7 +64,7 @@ pub(crate) fn run(args: &LoopArgs) -> Result<ExitCode, Problem> {
     };
     let found = probe.run()?;
     for why in &found.standing.refused {
-        say::note(format_args!("calot loop: {why}"));
+        say::note(format_args!("calot bare-loop: {why}"));
     }
     let mut text = String::from("# Unit: ns\n");
     for (ns, count) in counted(&found.wake_latency_ns) {

@@ -9,11 +9,64 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use clap::{Args, ValueEnum};
 use shared_mem::service::{Host, Station};
 
-use super::args::{Load, LoadArgs};
-use crate::scene::Problem;
+use crate::problem::Problem;
 use crate::stop;
+
+/// Work that competes with the tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
+pub(crate) enum Load {
+    /// A thread that computes on each core
+    Cpu,
+    /// Threads that copy memory and throw everything out of the caches
+    Memory,
+    /// Files written, synced, read
+    Io,
+    /// A display that joins, and leaves or is killed, every second
+    Join,
+    /// The same, and one that draws all the time
+    Display,
+    /// All of these
+    All,
+    /// The station is seen from elsewhere (`calot link`): watchers join, stand still, leave and are killed; not
+    /// in `all`
+    Watch,
+}
+
+impl Load {
+    /// Those meant, each once.
+    pub(crate) fn each(asked: &[Self]) -> Vec<Self> {
+        let mut each = match asked.contains(&Self::All) {
+            true => vec![Self::Cpu, Self::Memory, Self::Io, Self::Display],
+            false => asked.to_vec(),
+        };
+        each.sort();
+        each.dedup();
+        each
+    }
+
+    /// As it is typed.
+    pub(crate) fn name(self) -> String {
+        self.to_possible_value()
+            .map_or_else(String::new, |value| value.get_name().to_owned())
+    }
+}
+
+/// `calot load`: one load, until told to end.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct LoadArgs {
+    /// Which
+    #[arg(value_name = "LOAD")]
+    pub(crate) load: Load,
+    /// Where files are written, or the station that is joined
+    #[arg(value_name = "DIR|STATION")]
+    pub(crate) place: String,
+    /// End when this process, which started this one, ends
+    #[arg(long, value_name = "PID")]
+    pub(crate) with_parent: Option<i32>,
+}
 
 /// More than any cache holds.
 const COPY_BYTES: usize = 64 << 20;
@@ -262,4 +315,19 @@ fn join_and_kill(station: &str, stop: &AtomicBool) -> u64 {
         let _ = display.wait();
     }
     joined
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_loads_are_each_of_them_once() {
+        assert_eq!(Load::each(&[]), []);
+        assert_eq!(
+            Load::each(&[Load::Io, Load::Cpu, Load::Io]),
+            [Load::Cpu, Load::Io]
+        );
+        assert_eq!(Load::each(&[Load::All, Load::Cpu]).len(), 4);
+    }
 }

@@ -4,26 +4,14 @@
 //! ```text
 //! jitter ─┬─ station (calot emulate, calot rt) ─► timing records ─► tally ─► report
 //!         ├─ loads   (calot load …)                                    └─► black box
-//!         └─ rivals  (cyclictest, calot loop, …), a turn each ─────────────► report
+//!         └─ rivals  (cyclictest, calot bare-loop, …), a turn each ─────────────► report
 //! ```
 //!
 //! The report is written every few seconds, each file in one go, so that a kill loses little.
 
 pub(crate) mod args;
-pub(crate) mod bare_loop;
-mod blackbox;
-mod kernel;
-pub(crate) mod load;
-mod misses;
-mod page;
-mod report;
-mod rivals;
+mod save;
 mod session;
-mod table;
-mod tally;
-mod timeline;
-mod trace;
-mod two_runs;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -31,18 +19,25 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use display_host::report::Machine;
+use figures::Machine;
+use jitter::misses::Round;
+use jitter::report::{About, Report};
+use jitter::rivals::{self, Terms};
+use jitter::tally::Tally;
+use jitter::timeline::Timeline;
+use jitter::{Rival, kernel, table, two_runs};
 use shared_mem::scene::SceneFile;
 
-use self::args::{JitterArgs, Load, Rival};
-use self::report::{About, FILE, Report, Round};
-use self::rivals::Terms;
+use self::args::JitterArgs;
+use self::save::save;
 use self::session::Bench;
-use self::tally::Tally;
-use crate::cli::RunArgs;
-use crate::run::Folder;
+use crate::bare_loop;
+use crate::folder::Folder;
+use crate::load::{Load, Loads};
+use crate::problem::Problem;
+use crate::run::args::RunArgs;
 use crate::say;
-use crate::scene::{self, Problem};
+use crate::scene;
 use crate::stop;
 
 /// A turn is not longer, so that all programs see the same minutes.
@@ -97,7 +92,7 @@ fn measure(args: &JitterArgs) -> Result<(Report, bool), Problem> {
     let scene = scene::compile(&args.scene, &folder.scene())?;
     let loads = Load::each(&args.load);
     let mut report = begin(&scene, &loads)?;
-    let mut running = load::Loads::start(&loads, &args.out, &args.station)?;
+    let mut running = Loads::start(&loads, &args.out, &args.station)?;
     let outcome = rounds(args, &folder, &scene, &loads, &stop, &mut report);
     if let Some(problem) = running.died() {
         report.about.notes.push(problem);
@@ -146,7 +141,7 @@ fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
         times: BTreeMap::new(),
         counts: BTreeMap::new(),
         rounds: Vec::new(),
-        timeline: timeline::Timeline::default(),
+        timeline: Timeline::default(),
         incidents: Vec::new(),
     })
 }
@@ -269,25 +264,6 @@ fn note_turn(
         missed: turn.missed,
         stolen_ms,
     });
-}
-
-/// Writes all files, each in one go: whoever reads sees the old or the new one.
-fn save(report: &Report, folder: &Path) -> Result<(), Problem> {
-    let json = serde_json::to_string(&report.to_json())?;
-    let trace = serde_json::to_string(&trace::json(&report.incidents))?;
-    for (name, text) in [
-        (FILE, json),
-        ("jitter.csv", table::csv(report)),
-        ("jitter.html", page::html(report)),
-        ("jitter.trace.json", trace),
-    ] {
-        let path = folder.join(name);
-        let draft = folder.join(format!(".{name}.new"));
-        std::fs::write(&draft, text)
-            .and_then(|()| std::fs::rename(&draft, &path))
-            .map_err(|error| format!("{}: {error}", path.display()))?;
-    }
-    Ok(())
 }
 
 /// How it was called, without this machine's folders: whoever reads the report has others.

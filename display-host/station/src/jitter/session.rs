@@ -8,21 +8,21 @@ use std::time::{Duration, Instant};
 
 use display_host::headless::{self, HeadlessConfig};
 use display_host::latency::FrameRecord;
+use jitter::misses::Round;
+use jitter::tally::Tally;
+use jitter::{Report, kernel};
 use rt_process::realtime::pin_to;
 use rt_process::time_driver::monotonic_ns;
 use shared_mem::message::{StateFrame, TimingBatch};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, Station};
 
-use super::kernel;
-use super::report::{Report, Round};
-use super::save;
-use super::tally::Tally;
+use super::save::save;
 use crate::children::Process;
-use crate::cli::RunArgs;
-use crate::run;
+use crate::problem::Problem;
+use crate::run::args::RunArgs;
+use crate::run::processes::{self, Running};
 use crate::say;
-use crate::scene::Problem;
 
 /// How often the host looks: what "publish to display" cannot be better than.
 const LOOK: Duration = Duration::from_millis(1);
@@ -95,9 +95,12 @@ impl Bench<'_> {
             };
             // It reads from before the first tick on; when it cannot, it tells at the end.
             let _ = told.recv();
-            let started = run::start(self.station, self.scene, self.folder, self.stop);
+            let started = processes::start(self.station, self.scene, self.folder, self.stop);
             let died = match started {
-                Ok((mut children, level)) => {
+                Ok(Running {
+                    mut children,
+                    scene: level,
+                }) => {
                     ran.clone_from(&level);
                     if self.draws {
                         let flags = &flags;

@@ -1,22 +1,25 @@
 //! `calot prepare`.
 
+pub(crate) mod args;
+mod targets;
+
 use std::path::Path;
 use std::process::ExitCode;
 
 use scene_prepare::Prepared;
 use shared_mem::scene::SceneFile;
 
-use crate::cli::PrepareArgs;
-use crate::prepare_targets;
+use self::args::PrepareArgs;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::{self, Problem};
+use crate::scene;
 
 /// Size of the picture, pixels: two views side by side.
 const PICTURE: [u32; 2] = [1280, 560];
 
 /// Prepares, prints the report, writes what was asked for.
 pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
-    prepare_targets::check(
+    targets::check(
         &args.source,
         &[
             ("--out", args.out.as_deref()),

@@ -14,10 +14,11 @@ use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
 use super::args::ReplayArgs;
-use super::{Judge, LeftOut, next_in_order};
-use crate::run::Folder;
+use super::judge::Judge;
+use super::recorded::{LeftOut, next_in_order};
+use crate::folder::Folder;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 use crate::stop;
 
 /// How long the display waits for a state: what is not shown is run first.
@@ -127,7 +128,7 @@ pub(super) fn run(
                     seconds: None,
                     lose_device_after: None,
                     tick_cpu: None,
-                    language: crate::cli::LanguageName::or_users(None),
+                    language: crate::args::LanguageName::or_users(None),
                     task: None,
                     instructor: false,
                     replay: Some(view.clone()),

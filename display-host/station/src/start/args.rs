@@ -5,8 +5,8 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::{LanguageName, parse_station};
-use crate::people::args::StoreFile;
+use crate::args::StoreFile;
+use crate::args::{LanguageName, parse_station};
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\

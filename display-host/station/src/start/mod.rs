@@ -23,11 +23,11 @@ use store::{GOALS, Questionnaire, Store};
 
 use self::args::StartArgs;
 use self::operation::Operation;
-use crate::cli::LanguageName;
-use crate::people::now_unix_s;
+use crate::args::LanguageName;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 use crate::stop;
+use crate::store::now_unix_s;
 
 /// Inner size of the window, pixels.
 const SIZE: [u32; 2] = [1280, 860];

@@ -11,7 +11,7 @@ use serde_json::Value;
 use store::Store;
 
 use super::problem;
-use crate::people::past;
+use crate::store::past;
 
 /// Metrics that are shown of every task, beside those of its pass rule.
 const SHOWN: [Metric; 9] = [

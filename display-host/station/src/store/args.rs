@@ -4,13 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand};
 
-/// Where the store lies.
-#[derive(Debug, Clone, Default, Args)]
-pub(crate) struct StoreFile {
-    /// The store [default: calot/store.sqlite in $XDG_DATA_HOME or ~/.local/share]
-    #[arg(long, value_name = "FILE", global = true)]
-    pub(crate) store: Option<PathBuf>,
-}
+use crate::args::{StoreFile, parse_difficulty, parse_task, parse_trainee};
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
@@ -68,7 +62,7 @@ pub(crate) enum What {
     /// cut-short and counts in no curve. A session that is there already stays as it is
     Add {
         /// Whose they are: no recording says
-        #[arg(value_parser = crate::task::args::parse_trainee)]
+        #[arg(value_parser = parse_trainee)]
         name: String,
         /// Recordings, or folders of `calot run --out DIR`
         #[arg(value_name = "SESSION", required = true)]
@@ -108,10 +102,10 @@ pub(crate) enum What {
         /// Whose
         name: String,
         /// Of which task
-        #[arg(long, value_name = "TASK", value_parser = crate::task::args::parse_task)]
+        #[arg(long, value_name = "TASK", value_parser = parse_task)]
         task: assess::Task,
         /// At which difficulty [default: that of the newest session]
-        #[arg(long, value_name = "HOW", value_parser = crate::task::args::parse_difficulty)]
+        #[arg(long, value_name = "HOW", value_parser = parse_difficulty)]
         difficulty: Option<assess::Difficulty>,
         /// `score`, or a metric (`calot report --metrics`)
         #[arg(long, value_name = "METRIC", default_value = "score", value_parser = parse_metric)]

@@ -4,7 +4,7 @@ pub(crate) mod args;
 
 use std::collections::BTreeMap;
 use std::io::{BufRead as _, Write as _};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::ExitCode;
 use std::time::{SystemTime, UNIX_EPOCH};
 
@@ -12,30 +12,13 @@ use assess::report::{Past, learning_curve};
 use assess::{Assessed, Difficulty, Metric, Outcome, Rules, Task};
 use store::{Questionnaire, SessionRecord, Store, StoreError};
 
-use self::args::{StoreArgs, StoreFile, What};
-use crate::home;
+use self::args::{StoreArgs, What};
+use crate::problem::Problem;
 use crate::report::{self, utc};
 use crate::say;
-use crate::scene::Problem;
 
 /// How a session ended whose recording breaks off before its task was decided.
 const CUT_SHORT: &str = "cut-short";
-
-impl StoreFile {
-    /// Where it lies.
-    pub(crate) fn path(&self) -> Result<PathBuf, Problem> {
-        if let Some(path) = &self.store {
-            return Ok(path.clone());
-        }
-        let data =
-            home::data().ok_or("there is no home folder; name the store's file with --store")?;
-        Ok(data.join("store.sqlite"))
-    }
-
-    pub(crate) fn open(&self) -> Result<Store, Problem> {
-        Ok(Store::open(&self.path()?)?)
-    }
-}
 
 pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
     let mut store = args.file.open()?;
