@@ -82,19 +82,26 @@ impl Incident {
     }
 }
 
+/// An incident that still waits for the ticks after it.
+#[derive(Debug)]
+struct Open {
+    incident: Incident,
+    /// Ticks that it waits for.
+    left: usize,
+}
+
 /// Watches ticks go by.
 #[derive(Debug, Default)]
 pub struct BlackBox {
     before: VecDeque<Tick>,
-    /// An incident that still waits for the ticks after it.
-    open: Option<(Incident, usize)>,
+    open: Option<Open>,
     kept: Vec<Incident>,
 }
 
 impl BlackBox {
     /// The next tick, at a measured time.
     pub fn note(&mut self, tick: Tick, at_ms: u64) {
-        if let Some((incident, left)) = &mut self.open {
+        if let Some(Open { incident, left }) = &mut self.open {
             incident.ticks.push(tick);
             *left -= 1;
             if tick.late_ns() > incident.late_ns() {
@@ -114,7 +121,10 @@ impl BlackBox {
                 worst,
                 ticks,
             };
-            self.open = Some((incident, AROUND));
+            self.open = Some(Open {
+                incident,
+                left: AROUND,
+            });
         }
         if self.before.len() == AROUND {
             self.before.pop_front();
@@ -130,7 +140,7 @@ impl BlackBox {
 
     /// The worst moments so far, worst first.
     pub fn incidents(&self) -> Vec<Incident> {
-        let open = self.open.iter().map(|(incident, _)| incident);
+        let open = self.open.iter().map(|open| &open.incident);
         worst(self.kept.iter().chain(open).cloned().collect())
     }
 
@@ -143,7 +153,7 @@ impl BlackBox {
     }
 
     fn close(&mut self) {
-        if let Some((incident, _)) = self.open.take() {
+        if let Some(Open { incident, .. }) = self.open.take() {
             self.kept.push(incident);
             self.kept = worst(std::mem::take(&mut self.kept));
         }

@@ -6,8 +6,8 @@ use figures::html::{STYLE, escape, machine_table};
 use figures::times;
 
 use crate::misses::{self, Missed};
-use crate::report::Report;
-use crate::table;
+use crate::report::{Ratio, Report};
+use crate::table::{self, Row};
 
 /// Ticks in the table of the worst.
 const WORST_SHOWN: usize = 12;
@@ -68,7 +68,12 @@ pub fn html(report: &Report) -> String {
     add(format_args!(
         "<h2>Times</h2><table><tr><th>µs<th>p50<th>p90<th>p99<th>p99.9<th>p99.99<th>max<th>count</tr>"
     ));
-    for (_, label, q) in table::rows(report) {
+    for Row {
+        label,
+        quantiles: q,
+        ..
+    } in table::rows(report)
+    {
         add(format_args!(
             "<tr><td>{}",
             escape(&label).replace("  ", "&emsp;")
@@ -92,7 +97,7 @@ fn rounds(report: &Report) -> String {
     let mut page = String::from("<h2>Compared, in turns</h2>");
     if !ratios.is_empty() {
         page += "<table><tr><th>wake-up latency ÷ cyclictest's, median of the rounds<th>p50<th>p99</tr>";
-        for (program, p50, p99) in &ratios {
+        for Ratio { program, p50, p99 } in &ratios {
             let _ = write!(page, "<tr><td>{program}<td>{p50:.2}<td>{p99:.2}</tr>");
         }
         page += "</table>";
@@ -172,14 +177,14 @@ fn charts(report: &Report) -> String {
          are logarithmic, so the right end is the rarest.",
     );
     figure(
-        times::course(&report.timeline.course(|worst| worst.0), "µs"),
+        times::course(&report.timeline.course(|worst| worst.wake_ns), "µs"),
         &format!("Latest wake-up of each {} s.", report.timeline.step_s),
     );
     figure(
-        times::course(&report.timeline.course(|worst| worst.1), "µs"),
+        times::course(&report.timeline.course(|worst| worst.tick_ns), "µs"),
         &format!("Longest tick of each {} s.", report.timeline.step_s),
     );
-    for (name, label, _) in table::rows(report) {
+    for Row { name, label, .. } in table::rows(report) {
         let limit_us = matches!(name.as_str(), "tick_ns" | "period_ns").then_some(1000.0);
         if let Some(times) = report.times.get(&name) {
             let line = if limit_us.is_some() {

@@ -62,6 +62,17 @@ pub struct Report {
     pub incidents: Vec<Incident>,
 }
 
+/// Wake-up latency ÷ cyclictest's, median over the rounds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Ratio {
+    /// The program that took turns with cyclictest.
+    pub program: String,
+    /// Ratio of the medians.
+    pub p50: f64,
+    /// Ratio of the 99 % quantiles.
+    pub p99: f64,
+}
+
 /// What cannot be shown as names and numbers.
 #[derive(Debug, Serialize, Deserialize)]
 struct Kept {
@@ -81,8 +92,8 @@ impl Report {
         per_million(count("deadline_misses"), count("ticks"))
     }
 
-    /// Wake-up latency ÷ cyclictest's, median over the rounds: program → (p50, p99).
-    pub fn ratios(&self) -> Vec<(String, f64, f64)> {
+    /// One for each program that took turns with cyclictest.
+    pub fn ratios(&self) -> Vec<Ratio> {
         let mut programs: Vec<&str> = self.rounds.iter().map(|r| r.program.as_str()).collect();
         programs.sort_unstable();
         programs.dedup();
@@ -101,7 +112,8 @@ impl Report {
                 median(pairs.iter().map(ratio).collect())
             };
             if let (Some(p50), Some(p99)) = (middle(|r| r.p50), middle(|r| r.p99)) {
-                ratios.push((program.to_owned(), p50, p99));
+                let program = program.to_owned();
+                ratios.push(Ratio { program, p50, p99 });
             }
         }
         ratios
@@ -131,7 +143,7 @@ impl Report {
             );
             let ratios = self.ratios().into_iter();
             let ratios: Map<String, Value> = ratios
-                .map(|(program, p50, p99)| (program, json!({"p50": p50, "p99": p99})))
+                .map(|it| (it.program, json!({"p50": it.p50, "p99": it.p99})))
                 .collect();
             root.insert("wake_latency_to_cyclictest".into(), ratios.into());
             let against_burn = misses::compare(&self.rounds);

@@ -5,7 +5,7 @@ use core::fmt::Write as _;
 use figures::Quantiles;
 
 use crate::misses;
-use crate::report::Report;
+use crate::report::{Ratio, Report};
 
 /// Names and what they mean, in the order of a tick; others follow by name.
 const ROWS: [(&str, &str); 8] = [
@@ -31,8 +31,19 @@ const ROWS: [(&str, &str); 8] = [
     ),
 ];
 
-/// Rows in order: dotted name, label, quantiles. Only what was recorded.
-pub fn rows(report: &Report) -> Vec<(String, String, Quantiles)> {
+/// A figure of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Row {
+    /// Dotted name.
+    pub name: String,
+    /// Name for people.
+    pub label: String,
+    /// The figure, ns.
+    pub quantiles: Quantiles,
+}
+
+/// Rows in order. Only what was recorded.
+pub fn rows(report: &Report) -> Vec<Row> {
     let mut rows: Vec<(usize, usize, String, String)> = Vec::new();
     for name in report.times.keys() {
         let place = ROWS
@@ -56,7 +67,11 @@ pub fn rows(report: &Report) -> Vec<(String, String, Quantiles)> {
     rows.into_iter()
         .filter_map(|(_, _, name, label)| {
             let quantiles = report.times.get(&name)?.quantiles();
-            (quantiles.count > 0).then_some((name, label, quantiles))
+            (quantiles.count > 0).then_some(Row {
+                name,
+                label,
+                quantiles,
+            })
         })
         .collect()
 }
@@ -121,7 +136,12 @@ pub fn text(report: &Report) -> String {
         "{:72}{:>9}{:>9}{:>9}{:>9}{:>9}{:>10}{:>10}",
         "µs", "p50", "p90", "p99", "p99.9", "p99.99", "max", "count"
     ));
-    for (_, label, q) in rows(report) {
+    for Row {
+        label,
+        quantiles: q,
+        ..
+    } in rows(report)
+    {
         let us = |ns: u64| ns as f64 / 1e3;
         line(format_args!(
             "{label:72}{:9.1}{:9.1}{:9.1}{:9.1}{:9.1}{:10.1}{:10}",
@@ -165,7 +185,7 @@ pub fn text(report: &Report) -> String {
             misses::verdict(found),
         ));
     }
-    for (program, p50, p99) in report.ratios() {
+    for Ratio { program, p50, p99 } in report.ratios() {
         line(format_args!(
             "wake-up latency ÷ cyclictest's, median of the rounds: {program} p50 {p50:.2}, p99 {p99:.2}"
         ));
@@ -176,7 +196,10 @@ pub fn text(report: &Report) -> String {
 /// `jitter.csv`: a row for each figure, ns.
 pub fn csv(report: &Report) -> String {
     let mut text = String::from("name,count,p50,p90,p99,p999,p9999,max\n");
-    for (name, _, q) in rows(report) {
+    for Row {
+        name, quantiles: q, ..
+    } in rows(report)
+    {
         let _ = writeln!(
             text,
             "{name},{},{},{},{},{},{},{}",
@@ -200,7 +223,7 @@ mod tests {
         report.times("tick_ns").record(5);
         report.times("stage_ns.sample").record(5);
         report.times("period_ns");
-        let names: Vec<String> = rows(&report).into_iter().map(|row| row.0).collect();
+        let names: Vec<String> = rows(&report).into_iter().map(|row| row.name).collect();
         let expected = [
             "wake_latency_ns",
             "tick_ns",

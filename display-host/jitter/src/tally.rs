@@ -6,6 +6,7 @@ use shared_mem::message::{STAGES, TickRecord, TimingBatch};
 use crate::blackbox::{BlackBox, Tick};
 use crate::misses::Missed;
 use crate::report::Report;
+use crate::timeline::Worst;
 
 /// Stages of a tick, in order.
 pub const STAGE_NAMES: [&str; STAGES] = [
@@ -173,7 +174,7 @@ impl Tally {
         self.black_box.note(tick, (at_s * 1e3) as u64);
         report
             .timeline
-            .note(at_s, tick.wake_latency_ns, tick.tick_ns);
+            .note(at_s, Worst::from((tick.wake_latency_ns, tick.tick_ns)));
     }
 
     /// The session's end: what follows is another one.

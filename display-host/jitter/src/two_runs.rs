@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 
 use crate::blackbox;
 use crate::report::Report;
-use crate::table;
+use crate::table::{self, Row};
 
 /// Adds up runs: histograms and counts exactly, rounds one after the other.
 pub fn merge(runs: Vec<Report>) -> Option<Report> {
@@ -65,8 +65,17 @@ pub fn merge(runs: Vec<Report>) -> Option<Report> {
     Some(sum)
 }
 
+/// Two runs compared.
+#[derive(Debug, Clone)]
+pub struct Difference {
+    /// A table for people.
+    pub text: String,
+    /// The same figures for programs.
+    pub json: Value,
+}
+
 /// What the second run is, in times the first: for each figure that both have.
-pub fn diff(first: &Report, second: &Report) -> (String, Value) {
+pub fn diff(first: &Report, second: &Report) -> Difference {
     let mut text = String::new();
     let mut json = Map::new();
     let _ = writeln!(
@@ -75,10 +84,16 @@ pub fn diff(first: &Report, second: &Report) -> (String, Value) {
         "µs: first, second, second ÷ first", "p50", "p50", "÷", "p99", "p99", "÷", "max ÷"
     );
     let theirs = table::rows(second);
-    for (name, label, a) in table::rows(first) {
-        let Some((_, _, b)) = theirs.iter().find(|row| row.0 == name) else {
+    for Row {
+        name,
+        label,
+        quantiles: a,
+    } in table::rows(first)
+    {
+        let Some(row) = theirs.iter().find(|row| row.name == name) else {
             continue;
         };
+        let b = row.quantiles;
         let us = |ns: u64| ns as f64 / 1e3;
         let ratio = |b: u64, a: u64| b as f64 / a.max(1) as f64;
         let _ = writeln!(
@@ -133,7 +148,10 @@ pub fn diff(first: &Report, second: &Report) -> (String, Value) {
         text,
         "Not measured in the same minutes: a difference may be the machine's."
     );
-    (text, Value::Object(json))
+    Difference {
+        text,
+        json: Value::Object(json),
+    }
 }
 
 #[cfg(test)]
@@ -166,7 +184,7 @@ mod tests {
     #[test]
     fn the_difference_to_itself_is_one() {
         let one = sample();
-        let (text, json) = diff(&one, &one);
+        let Difference { text, json } = diff(&one, &one);
         assert_eq!(json["wake_latency_ns"]["ratio"]["p99"], 1.0);
         assert!(text.contains("1.00") && !text.contains("loads"));
         let mut slow = sample();
@@ -175,7 +193,7 @@ mod tests {
             twice.record(i * 200);
         }
         slow.times.insert("wake_latency_ns".into(), twice);
-        let ratio = diff(&one, &slow).1["wake_latency_ns"]["ratio"]["p50"].clone();
+        let ratio = diff(&one, &slow).json["wake_latency_ns"]["ratio"]["p50"].clone();
         assert!((ratio.as_f64().unwrap() - 2.0).abs() < 0.01);
     }
 }

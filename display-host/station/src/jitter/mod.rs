@@ -48,10 +48,10 @@ const ROUNDS_MIN: u32 = 3;
 /// Measures, adds up or compares, as asked.
 pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     if let [first, second] = args.diff.as_slice() {
-        let (text, json) = two_runs::diff(&Report::read(first)?, &Report::read(second)?);
+        let difference = two_runs::diff(&Report::read(first)?, &Report::read(second)?);
         match args.json {
-            true => say::answer(serde_json::to_string_pretty(&json)?),
-            false => say::answer(text.trim_end()),
+            true => say::answer(serde_json::to_string_pretty(&difference.json)?),
+            false => say::answer(difference.text.trim_end()),
         }
         return Ok(ExitCode::SUCCESS);
     }
@@ -195,12 +195,12 @@ fn rounds(
                 return Ok(None);
             }
             let Some(rival) = program else {
-                let (died, ticks_ns) = bench.measure(turn_s, round, &mut tally, report)?;
-                if died.is_some() {
-                    return Ok(died);
+                let turn = bench.measure(turn_s, round, &mut tally, report)?;
+                if turn.died.is_some() {
+                    return Ok(turn.died);
                 }
                 if args.compare.contains(&Rival::Burn) {
-                    bare_loop::write_work(&work, &ticks_ns)?;
+                    bare_loop::write_work(&work, &turn.ticks_ns)?;
                 }
                 continue;
             };

@@ -59,6 +59,14 @@ pub(crate) struct Bench<'a> {
     pub(crate) stop: &'a Arc<AtomicBool>,
 }
 
+/// A turn of the station that is over.
+pub(crate) struct Turn {
+    /// The process that died, if one did, in words.
+    pub(crate) died: Option<String>,
+    /// Times of the ticks, in their order.
+    pub(crate) ticks_ns: Vec<u32>,
+}
+
 /// What the turn's threads tell each other.
 #[derive(Debug, Default)]
 struct Flags {
@@ -69,14 +77,14 @@ struct Flags {
 }
 
 impl Bench<'_> {
-    /// Measures for `seconds`. Gives the process that died, if one did, and what the ticks took.
+    /// Measures for `seconds`.
     pub(crate) fn measure(
         &self,
         seconds: f64,
         round: u32,
         tally: &mut Tally,
         report: &mut Report,
-    ) -> Result<(Option<String>, Vec<u32>), Problem> {
+    ) -> Result<Turn, Problem> {
         let flags = Flags::default();
         let mut stolen_ms = None;
         let before_s = report.about.seconds;
@@ -158,7 +166,10 @@ impl Bench<'_> {
         {
             return Err("the station published no timing; try `calot rt` by hand".into());
         }
-        Ok((died, over.ticks_ns))
+        Ok(Turn {
+            died,
+            ticks_ns: over.ticks_ns,
+        })
     }
 
     /// Waits for the end of the turn; gives the child that died before.

@@ -11,7 +11,7 @@ use serde_json::Value;
 use store::Store;
 
 use super::problem;
-use crate::store::past;
+use crate::store::{Course, past};
 
 /// Metrics that are shown of every task, beside those of its pass rule.
 const SHOWN: [Metric; 9] = [
@@ -42,10 +42,15 @@ pub(super) fn read(
     let (task, session) = (text("task")?, text("session")?);
     let difficulty = text("difficulty").unwrap_or_default();
     let version = summary["metrics_version"].as_u64().unwrap_or(0) as u32;
+    let course = Course {
+        task: &task,
+        difficulty: &difficulty,
+        version,
+    };
     let before = match (store, trainee) {
         (_, "") => None,
         (Ok(store), _) => {
-            let found = past(store, trainee, (&task, &difficulty, version), &session);
+            let found = past(store, trainee, course, &session);
             Some(found.map_err(|it| problem::of_store(words, &it)))
         }
         (Err(problem), _) => Some(Err(problem.clone())),

@@ -81,7 +81,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             difficulty,
             metric,
             out,
-        } => curve(&store, name, (*task, *difficulty), metric, out)?,
+        } => curve(&store, name, *task, *difficulty, metric, out)?,
         What::Sheet { session, points } => {
             let points: [u8; 5] = points[..].try_into()?;
             store.set_sheet(session, points)?;
@@ -225,7 +225,8 @@ fn add(store: &mut Store, name: &str, session: &Path) -> Result<Option<SessionRe
 fn curve(
     store: &Store,
     name: &str,
-    (task, difficulty): (Task, Option<Difficulty>),
+    task: Task,
+    difficulty: Option<Difficulty>,
     metric: &str,
     out: &Path,
 ) -> Result<(), Problem> {
@@ -370,18 +371,32 @@ fn counts(session: &SessionRecord) -> bool {
         .any(|it| it.name() == session.outcome)
 }
 
+/// Sessions that compare with each other.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Course<'a> {
+    pub(crate) task: &'a str,
+    pub(crate) difficulty: &'a str,
+    /// Version of the metrics' definitions.
+    pub(crate) version: u32,
+}
+
+impl Course<'_> {
+    fn holds(&self, session: &SessionRecord) -> bool {
+        session.metrics_version == self.version && session.difficulty == self.difficulty
+    }
+}
+
 /// Somebody's earlier sessions of a task at a difficulty that were worked to their end, by metrics of one
 /// version; and the sheet of this one.
 pub(crate) fn past(
     store: &Store,
     name: &str,
-    (task, difficulty, version): (&str, &str, u32),
+    course: Course<'_>,
     before: &str,
 ) -> Result<Before, StoreError> {
-    let sessions = store.sessions(name, Some(task))?;
+    let sessions = store.sessions(name, Some(course.task))?;
     let earlier = sessions.into_iter().take_while(|it| it.id != before);
-    let comparable = earlier
-        .filter(|it| counts(it) && it.metrics_version == version && it.difficulty == difficulty);
+    let comparable = earlier.filter(|it| counts(it) && course.holds(it));
     let past = comparable.map(|it| Past {
         when: utc(u64::try_from(it.began_unix_s).unwrap_or(0)),
         outcome: it.outcome,
@@ -438,7 +453,11 @@ mod tests {
         for it in sessions() {
             store.add_session("Ada", &it).unwrap();
         }
-        let exam = ("cut", "exam", assess::VERSION);
+        let exam = Course {
+            task: "cut",
+            difficulty: "exam",
+            version: assess::VERSION,
+        };
         let before = past(&store, "Ada", exam, "5").unwrap();
         let outcomes: Vec<_> = before.past.iter().map(|it| it.outcome.as_str()).collect();
         assert_eq!(outcomes, ["passed"]);

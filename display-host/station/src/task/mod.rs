@@ -29,7 +29,7 @@ use self::view::view_of;
 use crate::build::build;
 use crate::problem::Problem;
 use crate::say;
-use crate::store::{now_unix_s, past, record};
+use crate::store::{Course, now_unix_s, past, record};
 
 /// How often the panel's view is brought up to date.
 const VIEW_EVERY: Duration = Duration::from_millis(50);
@@ -210,8 +210,12 @@ impl Ended {
         if let Some((name, path)) = &self.keep {
             let store = Store::open(path)?;
             let it = &self.summary;
-            let compared = (&*it.task, &*it.difficulty, it.metrics_version);
-            let before = past(&store, name, compared, &it.session)?;
+            let course = Course {
+                task: &it.task,
+                difficulty: &it.difficulty,
+                version: it.metrics_version,
+            };
+            let before = past(&store, name, course, &it.session)?;
             (chapter.past, chapter.sheet) = (before.past, before.sheet);
         }
         Ok(())
