@@ -6,6 +6,7 @@ mod build;
 mod check;
 mod children;
 mod cli;
+mod clock;
 mod devices;
 mod emulate;
 mod environment;

@@ -24,10 +24,10 @@ use store::{GOALS, Questionnaire, Store};
 use self::args::StartArgs;
 use self::operation::Operation;
 use crate::args::LanguageName;
+use crate::clock::now_unix_s;
 use crate::problem::Problem;
 use crate::say;
 use crate::stop;
-use crate::store::now_unix_s;
 
 /// Inner size of the window, pixels.
 const SIZE: [u32; 2] = [1280, 860];

@@ -1,16 +1,15 @@
 //! `calot store`: trainees, their sessions, what they answered.
 
 pub(crate) mod args;
+mod questions;
 
 use std::collections::BTreeMap;
-use std::io::{BufRead as _, Write as _};
 use std::path::Path;
 use std::process::ExitCode;
-use std::time::{SystemTime, UNIX_EPOCH};
 
 use assess::report::{Past, learning_curve};
 use assess::{Assessed, Difficulty, Metric, Outcome, Rules, Task};
-use store::{Questionnaire, SessionRecord, Store, StoreError};
+use store::{SessionRecord, Store, StoreError};
 
 use self::args::{StoreArgs, What};
 use crate::problem::Problem;
@@ -45,36 +44,10 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
         }
         What::Merge { others, json } => {
             for other in others {
-                let merged = store.merge(other)?;
-                if *json {
-                    say::answer(serde_json::to_string(&merged)?);
-                    continue;
-                }
-                say::note(format_args!(
-                    "{}: {} sessions of {} new trainees added, {} were there already",
-                    other.display(),
-                    merged.sessions,
-                    merged.trainees,
-                    merged.known
-                ));
-                if merged.differing > 0 {
-                    say::note(format_args!(
-                        "{} of these differ there; they stay as they are here",
-                        merged.differing
-                    ));
-                }
+                merge(&mut store, other, *json)?;
             }
         }
-        What::Forget { name } => {
-            let files = store.forget(name)?;
-            say::note(format_args!("forgot {name}"));
-            if !files.is_empty() {
-                say::note("recordings are not touched; they were here:");
-                files
-                    .iter()
-                    .for_each(|file| say::note(format_args!("  {file}")));
-            }
-        }
+        What::Forget { name } => forget(&mut store, name)?,
         What::Curve {
             name,
             task,
@@ -92,48 +65,48 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
             name,
             questionnaire,
             answers,
-        } => {
-            let questions = questions(questionnaire.as_deref())?;
-            store::check_name(name)?;
-            let answers = match answers.is_empty() {
-                true => ask(&questions)?,
-                false => answers.clone(),
-            };
-            store.answer(name, &questions, &answers, now_unix_s())?;
-            say::note("thank you; `calot store answers` shows what all answered");
-        }
+        } => questions::take(&mut store, name, questionnaire.as_deref(), answers)?,
         What::Answers {
             questionnaire,
             json,
-        } => {
-            let questions = questions(questionnaire.as_deref())?;
-            let summary = store.summarise(&questions)?;
-            if *json {
-                say::answer(serde_json::to_string_pretty(&summary)?);
-                return Ok(ExitCode::SUCCESS);
-            }
-            say::answer(format_args!(
-                "{:>3}  {:<11}  {:<11}  {}",
-                "n", "here", "paper", questions.title
-            ));
-            let pair = |mean: Option<f64>, sd: Option<f64>| match (mean, sd) {
-                (Some(mean), Some(sd)) => format!("{mean:.1} ± {sd:.2}"),
-                (Some(mean), None) => format!("{mean:.1}"),
-                _ => "–".to_owned(),
-            };
-            for item in summary {
-                let here = pair(item.mean, item.sd);
-                let paper = item
-                    .paper
-                    .map_or("–".to_owned(), |[mean, sd]| pair(Some(mean), Some(sd)));
-                say::answer(format_args!(
-                    "{:>3}  {here:<11}  {paper:<11}  {}",
-                    item.count, item.text
-                ));
-            }
-        }
+        } => questions::summarise(&store, questionnaire.as_deref(), *json)?,
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Adds what another station's store holds.
+fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
+    let merged = store.merge(other)?;
+    if json {
+        say::answer(serde_json::to_string(&merged)?);
+        return Ok(());
+    }
+    say::note(format_args!(
+        "{}: {} sessions of {} new trainees added, {} were there already",
+        other.display(),
+        merged.sessions,
+        merged.trainees,
+        merged.known
+    ));
+    if merged.differing > 0 {
+        say::note(format_args!(
+            "{} of these differ there; they stay as they are here",
+            merged.differing
+        ));
+    }
+    Ok(())
+}
+
+fn forget(store: &mut Store, name: &str) -> Result<(), Problem> {
+    let files = store.forget(name)?;
+    say::note(format_args!("forgot {name}"));
+    if !files.is_empty() {
+        say::note("recordings are not touched; they were here:");
+        files
+            .iter()
+            .for_each(|file| say::note(format_args!("  {file}")));
+    }
+    Ok(())
 }
 
 fn list(store: &Store, name: Option<&str>, json: bool) -> Result<(), Problem> {
@@ -283,48 +256,6 @@ fn comparable(
     }
     let left_out = of_all - kept.len();
     (kept, left_out)
-}
-
-fn questions(path: Option<&Path>) -> Result<Questionnaire, Problem> {
-    let Some(path) = path else {
-        return Ok(Questionnaire::default());
-    };
-    Ok(Questionnaire::read(path)?)
-}
-
-/// Asks in the terminal, until each answer is 1 to 5.
-fn ask(questions: &Questionnaire) -> Result<Vec<u8>, Problem> {
-    say::note(format_args!(
-        "{}: 1 (not at all) to 5 (very)",
-        questions.title
-    ));
-    let mut lines = std::io::stdin().lock().lines();
-    let mut answers = Vec::new();
-    for (number, item) in questions.items.iter().enumerate() {
-        let of = questions.items.len();
-        loop {
-            let mut stderr = std::io::stderr();
-            let _ = write!(stderr, "{} of {of}  {} ", number + 1, item.text)
-                .and_then(|()| stderr.flush());
-            let line = lines
-                .next()
-                .ok_or("it ended before the last answer; nothing is kept")??;
-            match line.trim().parse() {
-                Ok(answer @ 1..=5) => {
-                    answers.push(answer);
-                    break;
-                }
-                _ => say::note("a number from 1 to 5, please"),
-            }
-        }
-    }
-    Ok(answers)
-}
-
-/// Now, s since 1970.
-pub(crate) fn now_unix_s() -> i64 {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH);
-    now.map_or(0, |now| now.as_secs() as i64)
 }
 
 /// A session as the store keeps it.

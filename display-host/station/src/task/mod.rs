@@ -27,9 +27,10 @@ use self::args::{Sutures, TaskArgs};
 use self::board::Board;
 use self::view::view_of;
 use crate::build::build;
+use crate::clock::now_unix_s;
 use crate::problem::Problem;
 use crate::say;
-use crate::store::{Course, now_unix_s, past, record};
+use crate::store::{Course, past, record};
 
 /// How often the panel's view is brought up to date.
 const VIEW_EVERY: Duration = Duration::from_millis(50);
