@@ -155,11 +155,7 @@ fn rounds(
     stop: &Arc<AtomicBool>,
     report: &mut Report,
 ) -> Result<Option<String>, Problem> {
-    let count = match (args.rounds, args.compare.is_empty()) {
-        (Some(rounds), _) => rounds,
-        (None, true) => 1,
-        (None, false) => ((args.seconds / TURN_MAX_S).ceil() as u32).max(ROUNDS_MIN),
-    };
+    let count = round_count(args);
     let turn_s = args.seconds / f64::from(count);
     let cores = rt_process::realtime::allowed_cores();
     let core = args
@@ -216,18 +212,39 @@ fn rounds(
                 spin_us: args.controller.realtime.spin,
                 work: &work,
             };
-            let stolen_before_ms = kernel::stolen_ms(core);
-            if let Some(turn) = rivals::turn(rival, terms, turn_s, stop)? {
-                let stolen_ms = kernel::stolen_ms(core).zip(stolen_before_ms);
-                let stolen_ms = stolen_ms.map(|(now, then)| now.saturating_sub(then));
-                note_turn(report, rival, round, &turn, stolen_ms);
-            }
+            rival_turn(rival, terms, turn_s, round, stop, report)?;
             save(report, &args.out)?;
         }
         // The station stays first in the first round, for `burn` burns what it took.
         programs.rotate_left(1);
     }
     Ok(None)
+}
+
+/// Turns that each program takes.
+fn round_count(args: &JitterArgs) -> u32 {
+    match (args.rounds, args.compare.is_empty()) {
+        (Some(rounds), _) => rounds,
+        (None, true) => 1,
+        (None, false) => ((args.seconds / TURN_MAX_S).ceil() as u32).max(ROUNDS_MIN),
+    }
+}
+
+fn rival_turn(
+    rival: Rival,
+    terms: Terms<'_>,
+    seconds: f64,
+    round: u32,
+    stop: &AtomicBool,
+    report: &mut Report,
+) -> Result<(), Problem> {
+    let stolen_before_ms = kernel::stolen_ms(terms.core);
+    if let Some(turn) = rivals::turn(rival, terms, seconds, stop)? {
+        let stolen_ms = kernel::stolen_ms(terms.core).zip(stolen_before_ms);
+        let stolen_ms = stolen_ms.map(|(now, then)| now.saturating_sub(then));
+        note_turn(report, rival, round, &turn, stolen_ms);
+    }
+    Ok(())
 }
 
 fn note_turn(
