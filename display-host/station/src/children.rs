@@ -7,7 +7,7 @@ use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{self, Receiver};
 use std::time::{Duration, Instant};
 
-use crate::scene::Problem;
+use crate::problem::Problem;
 
 /// How long a child may take to end when asked, before it is killed.
 const PATIENCE_TO_END: Duration = Duration::from_secs(5);

@@ -5,9 +5,10 @@ use std::process::ExitCode;
 
 use clap::Args;
 
-use crate::cli::{SceneArgs, parse_size};
+use crate::args::{SceneArgs, parse_size};
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::{self, Problem};
+use crate::scene;
 
 /// What `calot gallery` takes.
 #[derive(Debug, Clone, Args)]

@@ -5,6 +5,7 @@ use std::sync::atomic::Ordering::Relaxed;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use bytemuck::Zeroable as _;
+use clap::Args;
 use hardware::igtlink::Server;
 use hardware::igtlink::wire::Transform;
 use nalgebra::{Isometry3, Quaternion, Translation3, UnitQuaternion};
@@ -13,10 +14,41 @@ use serde_json::json;
 use shared_mem::message::{PoseMsg, ToolFrame};
 use shared_mem::service::{Host, Station};
 
-use crate::cli::IgtlinkArgs;
+use crate::args::{parse_seconds, parse_station};
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 use crate::stop;
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Transforms, 1 mm being 1 mm, in the scene's frame: ToolToReference, HandleToReference,
+EndoscopeToReference. ForceToReference moves by 1 mm for each newton on the hand.
+
+In 3D Slicer: module OpenIGTLinkIF, a connector of type Client to the address of --listen.")]
+pub(crate) struct IgtlinkArgs {
+    /// Name of the station
+    #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
+    pub(crate) station: String,
+    /// Where clients connect; other machines may with 0.0.0.0:18944. There is no password
+    #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:18944")]
+    pub(crate) listen: std::net::SocketAddr,
+    /// Frames a second
+    #[arg(long, value_name = "HZ", default_value_t = 60.0, value_parser = parse_rate)]
+    pub(crate) rate_hz: f64,
+    /// End after this time [default: on Ctrl-C]
+    #[arg(long, value_name = "N", value_parser = parse_seconds)]
+    pub(crate) seconds: Option<f64>,
+    /// Print one JSON object when it listens, one when it ends
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+fn parse_rate(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(hz) if (1.0..=1000.0).contains(&hz) => Ok(hz),
+        _ => Err(format!("'{text}' is no rate: 1 to 1000 Hz are")),
+    }
+}
 
 /// A newton of force is told as so much, m: one millimetre on the wire.
 const FORCE_M_N: f32 = 1.0e-3;

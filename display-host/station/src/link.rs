@@ -8,10 +8,10 @@ use clap::{Args, Subcommand};
 use serde_json::json;
 use shared_mem::service::{Station, user_folder};
 
-use crate::cli::{parse_seconds, parse_station};
-use crate::run::Folder;
+use crate::args::{parse_seconds, parse_station};
+use crate::folder::Folder;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 use crate::stop;
 
 #[derive(Debug, Clone, Args)]

@@ -1,29 +1,35 @@
 //! `calot`: the one command of the station.
 
+mod args;
+mod bare_loop;
 mod build;
 mod check;
 mod children;
 mod cli;
+mod clock;
 mod devices;
 mod emulate;
+mod environment;
+mod folder;
 mod gallery;
 mod home;
 mod igtlink;
 mod jitter;
 mod kept;
-mod launcher;
 mod link;
+mod load;
 mod observe;
-mod people;
 mod prepare;
-mod prepare_targets;
+mod problem;
 mod replay;
 mod report;
 mod rt;
 mod run;
 mod say;
 mod scene;
+mod start;
 mod stop;
+mod store;
 mod surgeon;
 mod task;
 
@@ -37,18 +43,19 @@ static ALLOCATOR: rt_process::alloc_counter::CountingAllocator =
     rt_process::alloc_counter::CountingAllocator::new();
 
 fn main() -> ExitCode {
+    environment::prepare();
     // Bad usage exits with 2 here, `--help` with 0.
     let cli = cli::Cli::parse();
     let command = cli.command.unwrap_or_else(cli::Command::alone);
     let outcome = match command {
-        cli::Command::Start(args) => launcher::run(&args),
+        cli::Command::Start(args) => start::run(&args),
         cli::Command::Run(args) => run::run(&args),
         cli::Command::Observe(args) => observe::run(&args),
         cli::Command::Rt(args) => rt::run(&args),
         cli::Command::Emulate(args) => emulate::run(&args),
         cli::Command::Replay(args) => replay::run(&args),
         cli::Command::Report(args) => report::run(&args),
-        cli::Command::Store(args) => people::run(&args),
+        cli::Command::Store(args) => store::run(&args),
         cli::Command::Prepare(args) => prepare::run(&args),
         cli::Command::Gallery(args) => gallery::run(&args),
         cli::Command::Check(args) => check::run(&args),
@@ -56,8 +63,8 @@ fn main() -> ExitCode {
         cli::Command::Igtlink(args) => igtlink::run(&args),
         cli::Command::Link(args) => link::run(&args),
         cli::Command::Jitter(args) => jitter::run(&args),
-        cli::Command::Load(args) => jitter::load::run(&args),
-        cli::Command::Loop(args) => jitter::bare_loop::run(&args),
+        cli::Command::Load(args) => load::run(&args),
+        cli::Command::BareLoop(args) => bare_loop::run(&args),
     };
     match outcome {
         Ok(code) => code,

@@ -10,10 +10,11 @@ use display_host::headless::Observed;
 use display_host::window::{self, WindowConfig};
 use shared_mem::service::Station;
 
-use crate::cli::{LanguageName, SceneArgs, ScopeName, parse_seconds, parse_size, parse_station};
-use crate::run::{Folder, running};
+use crate::args::{LanguageName, SceneArgs, ScopeName, parse_seconds, parse_size, parse_station};
+use crate::folder::{Folder, running};
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::{self, Problem};
+use crate::scene;
 use crate::stop;
 
 /// How often a station that does not run yet is looked for.

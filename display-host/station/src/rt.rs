@@ -1,18 +1,41 @@
 //! `calot rt`.
 
+use std::path::PathBuf;
 use std::process::ExitCode;
 
+use clap::Args;
 use rt_process::scope_line::{ModemLine, ScopeLine};
 use rt_process::{AdmissionPolicy, Realtime, RtConfig, RtError, Scheduler};
 
+use crate::args::{ControllerArgs, SchedulerName, ScopeLineName, parse_seconds, parse_station};
 use crate::children::READY;
-use crate::cli::{RtArgs, SchedulerName, ScopeLineName};
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 use crate::stop;
 
 /// Exit code for a scene that `--strict` refuses: the station then tries a coarser one.
 pub(crate) const DOES_NOT_FIT: u8 = 3;
+
+#[derive(Debug, Clone, Args)]
+pub(crate) struct RtArgs {
+    /// The compiled scene (`calot prepare` makes one)
+    #[arg(long, value_name = "FILE")]
+    pub(crate) scene: PathBuf,
+    /// Name of the station
+    #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
+    pub(crate) station: String,
+    /// End after this time [default: on Ctrl-C, SIGTERM or a host's command]
+    #[arg(long, value_name = "N", value_parser = parse_seconds)]
+    pub(crate) seconds: Option<f64>,
+    /// End when this process, which started this one, ends
+    #[arg(long, value_name = "PID")]
+    pub(crate) with_parent: Option<i32>,
+    /// Print one JSON object when it ticks, one when it ends
+    #[arg(long)]
+    pub(crate) json: bool,
+    #[command(flatten)]
+    pub(crate) controller: ControllerArgs,
+}
 
 /// Runs the realtime process until it is told to end.
 pub(crate) fn run(args: &RtArgs) -> Result<ExitCode, Problem> {

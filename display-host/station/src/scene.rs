@@ -6,15 +6,13 @@ use scene_prepare::recipe::Unit;
 use scene_prepare::{Prepared, Progress, Recipe};
 use shared_mem::scene::{SceneData, SceneFile};
 
-use crate::cli::SceneArgs;
+use crate::args::SceneArgs;
 use crate::kept::Kept;
+use crate::problem::Problem;
 use crate::say;
 
 /// Coarser levels that are tried when a scene does not fit the machine.
 const COARSER_LEVELS: u32 = 2;
-
-/// Anything that a command failed of, in words for the user.
-pub(crate) type Problem = Box<dyn std::error::Error>;
 
 /// Brings the named scene, compiled, to `target`, or points to it where it is compiled already.
 pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Problem> {

@@ -12,8 +12,8 @@ use shared_mem::scene::SceneFile;
 use shared_mem::service::{HandSender, Host, Station};
 use surgeon::{Seen, Surgeon, Theatre, operate};
 
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 
 /// How often it looks and moves.
 const LOOK_EVERY: Duration = Duration::from_millis(5);

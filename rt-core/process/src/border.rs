@@ -6,8 +6,8 @@
 use rt_core::capacity;
 use rt_core::fault::{FAULT_COUNT, Fault};
 use rt_core::sim::Stage;
-use rt_core::state::SphereBits;
 use rt_core::tool::Instrument;
+use rt_core::words::SphereBits;
 use shared_mem::limits;
 use shared_mem::message::{SphereState, StateFrame};
 use shared_mem::words;
@@ -20,7 +20,7 @@ const _: () = {
     assert!(limits::MAX_CAPSULES == capacity::MAX_CAPSULES);
     assert!(limits::STAGES == Stage::ALL.len());
     assert!(limits::FAULTS == FAULT_COUNT);
-    assert!(StateFrame::GONE == rt_core::cells::GONE);
+    assert!(StateFrame::GONE == rt_core::tissue::cells::GONE);
     assert!(SphereState::AWAKE == SphereBits::AWAKE.0 as u32);
     assert!(SphereState::CONTACT == SphereBits::CONTACT.0 as u32);
     assert!(SphereState::GRASPED == SphereBits::GRASPED.0 as u32);

@@ -9,8 +9,8 @@ use scene_prepare::skin::ContactSkin;
 use crate::body::{Body, Held, V3};
 use crate::case::Case;
 use crate::methods::{Ball, Env, Method, Parts, State, Surroundings, Way};
-use crate::reference::{self, Answer, tell};
 use crate::scene::{Kind, Scene};
+use crate::solved::{self, Answer, tell};
 
 /// Length of a tick, s.
 const TICK_S: f32 = 1e-3;
@@ -135,7 +135,7 @@ fn one(
         Kind::Press(..) => ask.layers / 2,
         _ => ask.layers,
     };
-    let solved = reference::solve(surface, &scene, &case.tissue, layers, &mut tell)
+    let solved = solved::solve(surface, &scene, &case.tissue, layers, &mut tell)
         .map_err(|e| e.to_string())?;
     let mut rows = Vec::new();
     for &count in counts {
@@ -315,7 +315,7 @@ fn calibrate(stage: &Stage<'_>, way: impl Fn(f32) -> Way) -> f32 {
 /// Why there is no reference, in words.
 pub(crate) fn fits(surface: &Mesh, body: &Body, layers: usize) -> Result<[f32; 2], String> {
     let scene = Scene::new(Kind::Sag, surface);
-    let solved = reference::solve(surface, &scene, &body.tissue, layers, &mut tell)
+    let solved = solved::solve(surface, &scene, &body.tissue, layers, &mut tell)
         .map_err(|e| e.to_string())?;
     let stage = Stage::new(body, &scene, solved.at(body), false);
     let paper = calibrate(&stage, |k| Way::Paper(k, 1));

@@ -14,9 +14,7 @@
 mod accuracy;
 mod body;
 mod case;
-mod chart;
 mod collision;
-mod convergence;
 mod csv;
 mod focus;
 mod force;
@@ -26,6 +24,7 @@ mod organ;
 mod page;
 mod reference;
 mod scene;
+mod solved;
 mod stability;
 mod tables;
 
@@ -33,6 +32,8 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
+
+use crate::page::Section;
 
 /// Charts of the solvers: speed against accuracy, measured against finite elements, and where
 /// methods fail.
@@ -86,15 +87,50 @@ enum Command {
     },
 }
 
+/// One chart, named as its command and its module are.
+#[derive(Clone, Copy)]
+enum Chart {
+    Accuracy,
+    Stability,
+    Force,
+    Collision,
+    Haptics,
+    Reference,
+}
+
+impl Chart {
+    /// All of them, in the order of the page.
+    const ALL: [Self; 6] = [
+        Self::Accuracy,
+        Self::Stability,
+        Self::Force,
+        Self::Collision,
+        Self::Haptics,
+        Self::Reference,
+    ];
+
+    /// Measures, writes the chart's files, and returns its sections of the page.
+    fn measure(self, asked: &Asked) -> Result<Vec<Section>, String> {
+        match self {
+            Self::Accuracy => measure_accuracy(asked),
+            Self::Stability => measure_stability(asked),
+            Self::Force => measure_force(asked),
+            Self::Collision => measure_collision(asked),
+            Self::Haptics => measure_haptics(asked),
+            Self::Reference => measure_reference(asked),
+        }
+    }
+}
+
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
-        Command::Reference(asked) => run(&asked, [true, false, false, false, false, false]),
-        Command::Accuracy(asked) => run(&asked, [false, true, false, false, false, false]),
-        Command::Stability(asked) => run(&asked, [false, false, true, false, false, false]),
-        Command::Force(asked) => run(&asked, [false, false, false, true, false, false]),
-        Command::Collision(asked) => run(&asked, [false, false, false, false, true, false]),
-        Command::Haptics(asked) => run(&asked, [false, false, false, false, false, true]),
-        Command::All(asked) => run(&asked, [true; 6]),
+        Command::Reference(asked) => run(&asked, &[Chart::Reference]),
+        Command::Accuracy(asked) => run(&asked, &[Chart::Accuracy]),
+        Command::Stability(asked) => run(&asked, &[Chart::Stability]),
+        Command::Force(asked) => run(&asked, &[Chart::Force]),
+        Command::Collision(asked) => run(&asked, &[Chart::Collision]),
+        Command::Haptics(asked) => run(&asked, &[Chart::Haptics]),
+        Command::All(asked) => run(&asked, &Chart::ALL),
         Command::Tables { folder } => rewrite_tables(&folder),
     };
     match done {
@@ -106,63 +142,14 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(asked: &Asked, [trust, speed, limits, feel, meet, still]: [bool; 6]) -> Result<(), String> {
-    let (out, quick) = (&asked.out, asked.quick);
+fn run(asked: &Asked, charts: &[Chart]) -> Result<(), String> {
+    let out = &asked.out;
     std::fs::create_dir_all(out).map_err(|e| format!("{}: {e}", out.display()))?;
-    let only = asked.case.as_deref().unwrap_or_default();
     let mut sections = Vec::new();
-    if speed {
-        let mut ask = accuracy::Ask::new(quick);
-        let mut first = true;
-        ask.cases
-            .retain(|case| std::mem::take(&mut first) || case.name().contains(only));
-        let rows = accuracy::run(&ask)?;
-        write(out, "accuracy.csv", &accuracy::csv(&rows))?;
-        let svg = page::accuracy_chart(&rows)?;
-        write(out, "accuracy.svg", &svg)?;
-        if let Some(svg) = page::main_chart(&rows)? {
-            write(out, "main.svg", &svg)?;
-        }
-        sections.extend(page::accuracy(&rows, &svg)?);
+    for chart in charts {
+        sections.extend(chart.measure(asked)?);
     }
-    if limits {
-        let rows = stability::run(quick, only)?;
-        write(out, "stability.csv", &stability::csv(&rows))?;
-        let svg = page::stability_chart(&rows)?;
-        write(out, "stability.svg", &svg)?;
-        sections.push(page::stability(&rows, &svg));
-    }
-    if feel {
-        let measured = force::run(out, quick, only, asked.kept)?;
-        write(out, "force.csv", &force::csv(&measured.rows))?;
-        write(out, "force_depth.csv", &force::depth_csv(&measured.rows))?;
-        write(out, "force_reference.csv", &measured.references)?;
-        write(out, "force_steps.csv", &force::steps_csv(&measured.steps))?;
-        let svg = force::chart(&measured.rows)?;
-        write(out, "force.svg", &svg)?;
-        sections.push(force::section(&measured, &svg));
-    }
-    if meet {
-        let measured = collision::run(quick, only)?;
-        write(out, "collision.csv", &collision::csv(&measured))?;
-        let svg = collision::chart(&measured)?;
-        write(out, "collision.svg", &svg)?;
-        sections.push(collision::section(&measured, &svg));
-    }
-    if still {
-        let rows = haptics::run(quick)?;
-        write(out, "haptics.csv", &haptics::csv(&rows))?;
-        let svg = haptics::chart(&rows)?;
-        write(out, "haptics.svg", &svg)?;
-        sections.push(haptics::section(&rows, &svg));
-    }
-    if trust {
-        let layers: &[usize] = if quick { &[4, 6] } else { &[6, 9, 12, 18] };
-        let rows = convergence::run(layers, 581, only)?;
-        write(out, "reference.csv", &convergence::csv(&rows))?;
-        sections.push(page::reference(&rows));
-    }
-    write(out, "index.html", &page::whole(&sections, quick))?;
+    write(out, "index.html", &page::whole(&sections, asked.quick))?;
     println!("{}", out.join("index.html").display());
     Ok(())
 }
@@ -171,6 +158,79 @@ fn rewrite_tables(folder: &Path) -> Result<(), String> {
     let path = folder.join("README.md");
     let text = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;
     write(folder, "README.md", &tables::rewrite(&text, folder)?)
+}
+
+impl Asked {
+    /// Text that a case's name contains; empty: every case.
+    fn only(&self) -> &str {
+        self.case.as_deref().unwrap_or_default()
+    }
+}
+
+fn measure_accuracy(asked: &Asked) -> Result<Vec<Section>, String> {
+    let (out, only) = (&asked.out, asked.only());
+    let mut ask = accuracy::Ask::new(asked.quick);
+    let mut first = true;
+    ask.cases
+        .retain(|case| std::mem::take(&mut first) || case.name().contains(only));
+    let rows = accuracy::run(&ask)?;
+    write(out, "accuracy.csv", &accuracy::csv(&rows))?;
+    let svg = page::accuracy_chart(&rows)?;
+    write(out, "accuracy.svg", &svg)?;
+    if let Some(svg) = page::main_chart(&rows)? {
+        write(out, "main.svg", &svg)?;
+    }
+    page::accuracy(&rows, &svg)
+}
+
+fn measure_stability(asked: &Asked) -> Result<Vec<Section>, String> {
+    let out = &asked.out;
+    let rows = stability::run(asked.quick, asked.only())?;
+    write(out, "stability.csv", &stability::csv(&rows))?;
+    let svg = page::stability_chart(&rows)?;
+    write(out, "stability.svg", &svg)?;
+    Ok(vec![page::stability(&rows, &svg)])
+}
+
+fn measure_force(asked: &Asked) -> Result<Vec<Section>, String> {
+    let out = &asked.out;
+    let measured = force::run(out, asked.quick, asked.only(), asked.kept)?;
+    write(out, "force.csv", &force::csv(&measured.rows))?;
+    write(out, "force_depth.csv", &force::depth_csv(&measured.rows))?;
+    write(out, "force_reference.csv", &measured.references)?;
+    write(out, "force_steps.csv", &force::steps_csv(&measured.steps))?;
+    let svg = force::chart(&measured.rows)?;
+    write(out, "force.svg", &svg)?;
+    Ok(vec![force::section(&measured, &svg)])
+}
+
+fn measure_collision(asked: &Asked) -> Result<Vec<Section>, String> {
+    let out = &asked.out;
+    let measured = collision::run(asked.quick, asked.only())?;
+    write(out, "collision.csv", &collision::csv(&measured))?;
+    let svg = collision::chart(&measured)?;
+    write(out, "collision.svg", &svg)?;
+    Ok(vec![collision::section(&measured, &svg)])
+}
+
+fn measure_haptics(asked: &Asked) -> Result<Vec<Section>, String> {
+    let out = &asked.out;
+    let rows = haptics::run(asked.quick)?;
+    write(out, "haptics.csv", &haptics::csv(&rows))?;
+    let svg = haptics::chart(&rows)?;
+    write(out, "haptics.svg", &svg)?;
+    Ok(vec![haptics::section(&rows, &svg)])
+}
+
+fn measure_reference(asked: &Asked) -> Result<Vec<Section>, String> {
+    let layers: &[usize] = if asked.quick {
+        &[4, 6]
+    } else {
+        &[6, 9, 12, 18]
+    };
+    let rows = reference::run(layers, 581, asked.only())?;
+    write(&asked.out, "reference.csv", &reference::csv(&rows))?;
+    Ok(vec![page::reference(&rows)])
 }
 
 fn write(out: &Path, name: &str, text: &str) -> Result<(), String> {

@@ -3,10 +3,10 @@
 use std::process::Command;
 
 use crate::accuracy;
-use crate::chart::{self, Cell, Panel, Scale, Series};
-use crate::convergence;
 use crate::methods::Way;
+use crate::reference;
 use crate::stability;
+use figures::panels::{self, Cell, Panel, Scale, Series};
 
 /// A part of the page.
 pub(crate) struct Section {
@@ -91,7 +91,7 @@ fn scenes(rows: &[accuracy::Row]) -> Vec<&str> {
 /// # Errors
 /// The drawing library's words.
 pub(crate) fn accuracy_chart(rows: &[accuracy::Row]) -> Result<String, String> {
-    chart::panels(&panels(rows, &scenes(rows)), 3)
+    panels::panels(&panels(rows, &scenes(rows)), 3)
 }
 
 /// The README's: sag, pull and quarter turn of the liver.
@@ -104,7 +104,7 @@ pub(crate) fn main_chart(rows: &[accuracy::Row]) -> Result<Option<String>, Strin
         .get(..3)
         .filter(|s| s.iter().all(|s| s.starts_with("liver")));
     wanted
-        .map(|scenes| chart::panels(&panels(rows, scenes), 3))
+        .map(|scenes| panels::panels(&panels(rows, scenes), 3))
         .transpose()
 }
 
@@ -260,7 +260,7 @@ pub(crate) fn stability_chart(rows: &[stability::Row]) -> Result<String, String>
     };
     let line = |case: &String| methods.iter().map(|m| cell(case, m)).collect();
     let cells: Vec<Vec<Cell>> = cases.iter().map(line).collect();
-    chart::heat_map(&methods, &cases, &cells)
+    panels::heat_map(&methods, &cases, &cells)
 }
 
 /// The section on stability.
@@ -280,7 +280,7 @@ stiffness and mass: not to blow up or fall off; in the spin: to keep momentum wi
 }
 
 /// The section on the reference.
-pub(crate) fn reference(rows: &[convergence::Row]) -> Section {
+pub(crate) fn reference(rows: &[reference::Row]) -> Section {
     let mut all = vec![strings([
         "scene",
         "layers",

@@ -3,18 +3,15 @@
 //! A [`Recorder`] receives everything that the display observes. It keeps histograms and one value
 //! a second, so its memory grows by only about 40 bytes per second of the run.
 
-pub mod chart;
-mod distribution;
-mod machine;
-pub mod page;
+mod page;
 mod recorder;
 
-pub use distribution::{Distribution, Quantiles};
-pub use machine::Machine;
 pub use recorder::{Course, Recorder};
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+
+use figures::{Machine, Quantiles};
 
 use crate::DisplayError;
 use crate::headless::{Ended, Outcome};

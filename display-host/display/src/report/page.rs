@@ -3,19 +3,12 @@
 use core::fmt::Write as _;
 use std::path::Path;
 
-use super::recorder::STAGE_NAMES;
-use super::{Machine, Quantiles, Recorder, Summary, chart};
-use crate::headless::{Ended, Outcome};
+use figures::html::{STYLE, escape, machine_table};
+use figures::{Quantiles, times};
 
-/// Style sheet of reports.
-pub const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
-padding:0 1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2rem;\
-font-size:1.15rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem .8rem;text-align:\
-right;border-bottom:1px solid #ddd}th:first-child,td:first-child{text-align:left}.lead{color:#555;\
-margin-top:.2rem}.bad{background:#fbe9e7;border-left:4px solid #9e2a2b;padding:.5rem 1rem}.good{\
-background:#e8f3ec;border-left:4px solid #2e7d4f;padding:.5rem 1rem}figure{margin:1rem 0}figcaption{\
-color:#555;font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:\
-repeat(auto-fill,minmax(17rem,1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}";
+use super::recorder::STAGE_NAMES;
+use super::{Recorder, Summary};
+use crate::headless::{Ended, Outcome};
 
 /// Text of the page. Pictures in `folder` are linked by their relative names.
 pub(super) fn render(
@@ -131,29 +124,29 @@ fn charts(page: &mut Page, recorder: &Recorder) {
         ));
     };
     figure(
-        chart::histogram(&recorder.wake_latency, None),
-        "Wake latency: delay of a tick's start. Both axes are logarithmic, so that one late tick \
-         in a million is visible.",
+        times::histogram(&recorder.wake_latency, None),
+        "Wake latency: how late a tick began. Both axes are logarithmic, so that one late tick \
+         in a million is seen.",
     );
     figure(
-        chart::histogram(&recorder.tick, Some(1000.0)),
+        times::histogram(&recorder.tick, Some(1000.0)),
         "Whole tick; the blue line is the period of 1 ms.",
     );
     figure(
-        chart::histogram(&recorder.motion_to_force, None),
-        "Motion to force: from reading a device sample to writing the force that answers it. The \
-         sample's wait for the tick comes on top, up to a period.",
+        times::histogram(&recorder.motion_to_force, None),
+        "Motion to force: from the moment the tick read a device sample to the force that answers it \
+         being written. The time a sample waited for the tick comes on top, up to a period.",
     );
     figure(
-        chart::course(&recorder.force_course(), "N"),
+        times::course(&recorder.force_course(), "N"),
         "Force on the hand over time.",
     );
     figure(
-        chart::course(&recorder.tick_course(), "µs"),
+        times::course(&recorder.tick_course(), "µs"),
         "Longest tick of each second.",
     );
     figure(
-        chart::course(&recorder.wake_course(), "µs"),
+        times::course(&recorder.wake_course(), "µs"),
         "Latest wake-up of each second.",
     );
 }
@@ -228,49 +221,4 @@ fn pictures(page: &mut Page, outcome: &Outcome, folder: &Path) {
 fn machine(page: &mut Page, s: &Summary) {
     let graphics = s.adapter.as_deref().unwrap_or("none");
     page.0 += &machine_table(&s.machine, &[("graphics", graphics)]);
-}
-
-/// Table of the machine of a page's figures, with further rows.
-#[must_use]
-pub fn machine_table(m: &Machine, more: &[(&str, &str)]) -> String {
-    let (cores, memory) = (m.cores.to_string(), format!("{} MiB", m.memory_mib));
-    let kernel = format!("{} {}", m.kernel, m.kernel_version);
-    let rows = [
-        ("processor", m.processor.as_str()),
-        ("cores", &cores),
-        ("memory", &memory),
-        ("kernel", &kernel),
-        (
-            "virtual machine",
-            if m.virtual_machine { "yes" } else { "no" },
-        ),
-        ("clock source", &m.clock_source),
-        ("governor", &m.governor),
-        ("load average", &m.load_average),
-    ];
-    let rows = rows.iter().chain(more);
-    let rows = rows.map(|(name, value)| format!("<tr><td>{name}<td>{}</tr>", escape(value)));
-    format!(
-        "<h2>Machine</h2><table>{}</table>",
-        rows.collect::<String>()
-    )
-}
-
-/// Escapes text for use between tags and in attributes.
-#[must_use]
-pub fn escape(text: &str) -> String {
-    text.replace('&', "&amp;")
-        .replace('<', "&lt;")
-        .replace('>', "&gt;")
-        .replace('"', "&quot;")
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn text_from_outside_cannot_become_markup() {
-        assert_eq!(escape("<b a=\"1\">&"), "&lt;b a=&quot;1&quot;&gt;&amp;");
-    }
 }

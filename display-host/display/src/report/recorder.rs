@@ -2,12 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use shared_mem::limits::FAULTS;
-use shared_mem::message::{STAGES, TimingBatch, ToolFrame};
+use figures::{Distribution, Machine};
+use shared_mem::message::{FAULT_NAMES, STAGES, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::words::Fault;
 
-use super::{Distribution, Machine, Range, Summary};
+use super::{Range, Summary};
 use crate::feed::hex;
 use crate::headless::{Observed, Outcome};
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use rustix::process::{Resource, getrlimit};
 
-use super::{Finding, Verdict};
+use super::finding::{Finding, Verdict};
 
 /// Runtime that the kernel leaves to realtime threads when all is as shipped, µs in a second.
 const RT_RUNTIME_US: i64 = 950_000;

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::{Args, Subcommand, ValueEnum};
 
-use crate::cli::parse_seconds;
+use crate::args::parse_seconds;
 
 #[derive(Debug, Clone, Args)]
 #[command(

@@ -16,8 +16,8 @@ use rt_process::time_driver::now_ns;
 use serde_json::json;
 
 use super::args::CalibrateArgs;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 use crate::stop;
 
 /// A device that says nothing for so long is gone.

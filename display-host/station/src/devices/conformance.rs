@@ -10,8 +10,8 @@ use hardware::pedal::{EvdevPedal, ModemPedal, Roles};
 use serde_json::json;
 
 use super::args::{ConformanceArgs, LineDriver};
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 
 pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
     let seconds = Duration::try_from_secs_f64(args.seconds)?;

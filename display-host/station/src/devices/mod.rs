@@ -10,8 +10,8 @@ use std::process::ExitCode;
 use hardware::list::{Found, devices};
 use serde_json::json;
 
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 use args::{DevicesArgs, DevicesCommand, DevicesListArgs};
 
 pub(crate) fn run(args: &DevicesArgs) -> Result<ExitCode, Problem> {

@@ -21,8 +21,8 @@ use rt_process::time_driver::now_ns;
 use serde_json::{Value, json};
 
 use super::args::{LineDriver, WatchArgs};
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 use crate::stop;
 
 /// Between two lines for a person at a terminal; for a file or a program.

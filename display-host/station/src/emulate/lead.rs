@@ -11,9 +11,10 @@ use rt_process::time_driver::monotonic_ns;
 use shared_mem::message::HandMsg;
 use shared_mem::service::{HandReceiver, Station};
 
-use crate::cli::{EmulateArgs, GamepadName};
+use super::args::EmulateArgs;
+use crate::args::GamepadName;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 
 /// A display that was silent for so long has let go.
 const SILENT_NS: u64 = 500_000_000;
@@ -154,7 +155,7 @@ fn both(one: &Wish, other: &Wish) -> Wish {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::cli::GamepadArgs;
+    use crate::args::GamepadArgs;
 
     fn args(station: &str) -> EmulateArgs {
         EmulateArgs {

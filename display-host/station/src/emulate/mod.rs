@@ -1,5 +1,6 @@
 //! `calot emulate`.
 
+pub(crate) mod args;
 mod lead;
 
 use std::process::ExitCode;
@@ -8,10 +9,10 @@ use hardware::emulate::EmulateConfig;
 use rt_process::{realtime, rehearsal};
 use shared_mem::scene::SceneFile;
 
+use self::args::EmulateArgs;
 use crate::children::READY;
-use crate::cli::EmulateArgs;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 use crate::stop;
 
 /// `SCHED_FIFO` priority of the emulated devices: below the tick's, should they share its core.

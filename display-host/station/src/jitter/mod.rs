@@ -4,26 +4,14 @@
 //! ```text
 //! jitter ─┬─ station (calot emulate, calot rt) ─► timing records ─► tally ─► report
 //!         ├─ loads   (calot load …)                                    └─► black box
-//!         └─ rivals  (cyclictest, calot loop, …), a turn each ─────────────► report
+//!         └─ rivals  (cyclictest, calot bare-loop, …), a turn each ─────────────► report
 //! ```
 //!
 //! The report is written every few seconds, each file in one go, so that a kill loses little.
 
 pub(crate) mod args;
-pub(crate) mod bare_loop;
-mod blackbox;
-mod kernel;
-pub(crate) mod load;
-mod misses;
-mod page;
-mod report;
-mod rivals;
+mod save;
 mod session;
-mod table;
-mod tally;
-mod timeline;
-mod trace;
-mod two_runs;
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -31,18 +19,25 @@ use std::process::ExitCode;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use display_host::report::Machine;
+use figures::Machine;
+use jitter::misses::Round;
+use jitter::report::{About, Report};
+use jitter::rivals::{self, Terms};
+use jitter::tally::Tally;
+use jitter::timeline::Timeline;
+use jitter::{Rival, kernel, table, two_runs};
 use shared_mem::scene::SceneFile;
 
-use self::args::{JitterArgs, Load, Rival};
-use self::report::{About, FILE, Report, Round};
-use self::rivals::Terms;
+use self::args::JitterArgs;
+use self::save::save;
 use self::session::Bench;
-use self::tally::Tally;
-use crate::cli::RunArgs;
-use crate::run::Folder;
+use crate::bare_loop;
+use crate::folder::Folder;
+use crate::load::{Load, Loads};
+use crate::problem::Problem;
+use crate::run::args::RunArgs;
 use crate::say;
-use crate::scene::{self, Problem};
+use crate::scene;
 use crate::stop;
 
 /// A turn is not longer, so that all programs see the same minutes.
@@ -53,10 +48,10 @@ const ROUNDS_MIN: u32 = 3;
 /// Measures, adds up or compares, as asked.
 pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     if let [first, second] = args.diff.as_slice() {
-        let (text, json) = two_runs::diff(&Report::read(first)?, &Report::read(second)?);
+        let difference = two_runs::diff(&Report::read(first)?, &Report::read(second)?);
         match args.json {
-            true => say::answer(serde_json::to_string_pretty(&json)?),
-            false => say::answer(text.trim_end()),
+            true => say::answer(serde_json::to_string_pretty(&difference.json)?),
+            false => say::answer(difference.text.trim_end()),
         }
         return Ok(ExitCode::SUCCESS);
     }
@@ -97,7 +92,7 @@ fn measure(args: &JitterArgs) -> Result<(Report, bool), Problem> {
     let scene = scene::compile(&args.scene, &folder.scene())?;
     let loads = Load::each(&args.load);
     let mut report = begin(&scene, &loads)?;
-    let mut running = load::Loads::start(&loads, &args.out, &args.station)?;
+    let mut running = Loads::start(&loads, &args.out, &args.station)?;
     let outcome = rounds(args, &folder, &scene, &loads, &stop, &mut report);
     if let Some(problem) = running.died() {
         report.about.notes.push(problem);
@@ -146,7 +141,7 @@ fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
         times: BTreeMap::new(),
         counts: BTreeMap::new(),
         rounds: Vec::new(),
-        timeline: timeline::Timeline::default(),
+        timeline: Timeline::default(),
         incidents: Vec::new(),
     })
 }
@@ -160,11 +155,7 @@ fn rounds(
     stop: &Arc<AtomicBool>,
     report: &mut Report,
 ) -> Result<Option<String>, Problem> {
-    let count = match (args.rounds, args.compare.is_empty()) {
-        (Some(rounds), _) => rounds,
-        (None, true) => 1,
-        (None, false) => ((args.seconds / TURN_MAX_S).ceil() as u32).max(ROUNDS_MIN),
-    };
+    let count = round_count(args);
     let turn_s = args.seconds / f64::from(count);
     let cores = rt_process::realtime::allowed_cores();
     let core = args
@@ -200,12 +191,12 @@ fn rounds(
                 return Ok(None);
             }
             let Some(rival) = program else {
-                let (died, ticks_ns) = bench.measure(turn_s, round, &mut tally, report)?;
-                if died.is_some() {
-                    return Ok(died);
+                let turn = bench.measure(turn_s, round, &mut tally, report)?;
+                if turn.died.is_some() {
+                    return Ok(turn.died);
                 }
                 if args.compare.contains(&Rival::Burn) {
-                    bare_loop::write_work(&work, &ticks_ns)?;
+                    bare_loop::write_work(&work, &turn.ticks_ns)?;
                 }
                 continue;
             };
@@ -221,18 +212,39 @@ fn rounds(
                 spin_us: args.controller.realtime.spin,
                 work: &work,
             };
-            let stolen_before_ms = kernel::stolen_ms(core);
-            if let Some(turn) = rivals::turn(rival, terms, turn_s, stop)? {
-                let stolen_ms = kernel::stolen_ms(core).zip(stolen_before_ms);
-                let stolen_ms = stolen_ms.map(|(now, then)| now.saturating_sub(then));
-                note_turn(report, rival, round, &turn, stolen_ms);
-            }
+            rival_turn(rival, terms, turn_s, round, stop, report)?;
             save(report, &args.out)?;
         }
         // The station stays first in the first round, for `burn` burns what it took.
         programs.rotate_left(1);
     }
     Ok(None)
+}
+
+/// Turns that each program takes.
+fn round_count(args: &JitterArgs) -> u32 {
+    match (args.rounds, args.compare.is_empty()) {
+        (Some(rounds), _) => rounds,
+        (None, true) => 1,
+        (None, false) => ((args.seconds / TURN_MAX_S).ceil() as u32).max(ROUNDS_MIN),
+    }
+}
+
+fn rival_turn(
+    rival: Rival,
+    terms: Terms<'_>,
+    seconds: f64,
+    round: u32,
+    stop: &AtomicBool,
+    report: &mut Report,
+) -> Result<(), Problem> {
+    let stolen_before_ms = kernel::stolen_ms(terms.core);
+    if let Some(turn) = rivals::turn(rival, terms, seconds, stop)? {
+        let stolen_ms = kernel::stolen_ms(terms.core).zip(stolen_before_ms);
+        let stolen_ms = stolen_ms.map(|(now, then)| now.saturating_sub(then));
+        note_turn(report, rival, round, &turn, stolen_ms);
+    }
+    Ok(())
 }
 
 fn note_turn(
@@ -269,25 +281,6 @@ fn note_turn(
         missed: turn.missed,
         stolen_ms,
     });
-}
-
-/// Writes all files, each in one go: whoever reads sees the old or the new one.
-fn save(report: &Report, folder: &Path) -> Result<(), Problem> {
-    let json = serde_json::to_string(&report.to_json())?;
-    let trace = serde_json::to_string(&trace::json(&report.incidents))?;
-    for (name, text) in [
-        (FILE, json),
-        ("jitter.csv", table::csv(report)),
-        ("jitter.html", page::html(report)),
-        ("jitter.trace.json", trace),
-    ] {
-        let path = folder.join(name);
-        let draft = folder.join(format!(".{name}.new"));
-        std::fs::write(&draft, text)
-            .and_then(|()| std::fs::rename(&draft, &path))
-            .map_err(|error| format!("{}: {error}", path.display()))?;
-    }
-    Ok(())
 }
 
 /// How it was called, without this machine's folders: whoever reads the report has others.

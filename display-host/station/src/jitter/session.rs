@@ -8,21 +8,21 @@ use std::time::{Duration, Instant};
 
 use display_host::headless::{self, HeadlessConfig};
 use display_host::latency::FrameRecord;
+use jitter::misses::Round;
+use jitter::tally::Tally;
+use jitter::{Report, kernel};
 use rt_process::realtime::pin_to;
 use rt_process::time_driver::monotonic_ns;
 use shared_mem::message::{StateFrame, TimingBatch};
 use shared_mem::scene::SceneFile;
 use shared_mem::service::{Host, Station};
 
-use super::kernel;
-use super::report::{Report, Round};
-use super::save;
-use super::tally::Tally;
+use super::save::save;
 use crate::children::Process;
-use crate::cli::RunArgs;
-use crate::run;
+use crate::problem::Problem;
+use crate::run::args::RunArgs;
+use crate::run::processes::{self, Running};
 use crate::say;
-use crate::scene::Problem;
 
 /// How often the host looks: what "publish to display" cannot be better than.
 const LOOK: Duration = Duration::from_millis(1);
@@ -59,6 +59,14 @@ pub(crate) struct Bench<'a> {
     pub(crate) stop: &'a Arc<AtomicBool>,
 }
 
+/// A turn of the station that is over.
+pub(crate) struct Turn {
+    /// The process that died, if one did, in words.
+    pub(crate) died: Option<String>,
+    /// Times of the ticks, in their order.
+    pub(crate) ticks_ns: Vec<u32>,
+}
+
 /// What the turn's threads tell each other.
 #[derive(Debug, Default)]
 struct Flags {
@@ -69,14 +77,14 @@ struct Flags {
 }
 
 impl Bench<'_> {
-    /// Measures for `seconds`. Gives the process that died, if one did, and what the ticks took.
+    /// Measures for `seconds`.
     pub(crate) fn measure(
         &self,
         seconds: f64,
         round: u32,
         tally: &mut Tally,
         report: &mut Report,
-    ) -> Result<(Option<String>, Vec<u32>), Problem> {
+    ) -> Result<Turn, Problem> {
         let flags = Flags::default();
         let mut stolen_ms = None;
         let before_s = report.about.seconds;
@@ -95,9 +103,12 @@ impl Bench<'_> {
             };
             // It reads from before the first tick on; when it cannot, it tells at the end.
             let _ = told.recv();
-            let started = run::start(self.station, self.scene, self.folder, self.stop);
+            let started = processes::start(self.station, self.scene, self.folder, self.stop);
             let died = match started {
-                Ok((mut children, level)) => {
+                Ok(Running {
+                    mut children,
+                    scene: level,
+                }) => {
                     ran.clone_from(&level);
                     if self.draws {
                         let flags = &flags;
@@ -155,7 +166,10 @@ impl Bench<'_> {
         {
             return Err("the station published no timing; try `calot rt` by hand".into());
         }
-        Ok((died, over.ticks_ns))
+        Ok(Turn {
+            died,
+            ticks_ns: over.ticks_ns,
+        })
     }
 
     /// Waits for the end of the turn; gives the child that died before.

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 
-use crate::cli::{parse_seconds, parse_station};
+use crate::args::{parse_seconds, parse_station};
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\

@@ -1,5 +1,6 @@
 //! `calot replay --show`: a session on the display, for debriefing.
 
+use std::path::Path;
 use std::process::ExitCode;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering::Relaxed};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -14,10 +15,12 @@ use shared_mem::scene::SceneFile;
 use shared_mem::service::Station;
 
 use super::args::ReplayArgs;
-use super::{Judge, LeftOut, next_in_order};
-use crate::run::Folder;
+use super::judge::Judge;
+use super::recorded::{LeftOut, next_in_order};
+use crate::args::LanguageName;
+use crate::folder::Folder;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 use crate::stop;
 
 /// How long the display waits for a state: what is not shown is run first.
@@ -48,6 +51,16 @@ pub(super) fn run(
     let begun = AtomicBool::new(args.frames.is_none());
     let view = Arc::new(Mutex::new(ReplayView::default()));
     let length = AtomicU64::new(0);
+    let player = Player {
+        replay: &replay,
+        session: played,
+        station: &station,
+        pace,
+        begun: &begun,
+        stop: &stop,
+        length_ns: &length,
+        view: &view,
+    };
     let (shown, watched) = std::thread::scope(|scope| {
         // An hour's length takes seconds to find out.
         scope.spawn(|| {
@@ -56,43 +69,13 @@ pub(super) fn run(
                 length.store(length_ns(ticks), Relaxed);
             }
         });
-        let player = std::thread::Builder::new().stack_size(STACK_BYTES);
-        let player = player.spawn_scoped(scope, || {
-            // What is left out is said once, however often it is gone back.
-            let mut said = false;
-            let open = || {
-                let first = !core::mem::replace(&mut said, true);
-                let session = Session::open(played).ok()?;
-                Some(warned(session, first))
-            };
-            let mut judge = Judge::default();
-            let mut first_ns = None;
-            let each = |tick: &Replayed<'_>| {
-                let now_ns = tick.record.now_ns;
-                let passed_ns = now_ns.saturating_sub(*first_ns.get_or_insert(now_ns));
-                let was_done = judge.is_done;
-                judge.look(tick, passed_ns as f64 / 1e9, replay.organs());
-                if let (false, true, Some(first)) = (was_done, judge.is_done, &judge.first) {
-                    say::note(format_args!(
-                        "warning: {}; what is shown from there on is not what was recorded",
-                        first.in_words()
-                    ));
-                }
-            };
-            let tell = |shown: Shown| {
-                let found_s = length.load(Relaxed) as f64 / 1e9;
-                *view.lock().unwrap_or_else(PoisonError::into_inner) = ReplayView {
-                    at_s: shown.at_s,
-                    length_s: shown.length_s.unwrap_or(found_s),
-                    speed: shown.speed,
-                    seeks_s: shown.seeks_s,
-                };
-            };
-            let shown = show(&replay, &station, pace, &begun, &stop, open, each, tell);
+        let thread = std::thread::Builder::new().stack_size(STACK_BYTES);
+        let played = thread.spawn_scoped(scope, || {
+            let shown = player.play();
             if shown.is_err() {
                 stop.store(true, Relaxed);
             }
-            shown.map_err(|error| error.to_string())
+            shown
         });
         let mut observe = |observed: Observed<'_>| match observed {
             Observed::Begun => begun.store(true, Relaxed),
@@ -101,44 +84,14 @@ pub(super) fn run(
         };
         let watched = match args.frames {
             Some(frames) => headless::run(
-                &HeadlessConfig {
-                    station: station.clone(),
-                    scene: path.clone(),
-                    seconds: args.seconds,
-                    out_dir: args.out.clone(),
-                    size: None,
-                    frames,
-                    patience: PATIENCE,
-                    tick_cpu: None,
-                    task_over: None,
-                    need_pictures: false,
-                },
+                &headless_config(args, frames, &station, &path),
                 &stop,
                 &mut observe,
             ),
-            None => window::run(
-                &WindowConfig {
-                    station: station.clone(),
-                    scene: path.clone(),
-                    size: [1280, 720],
-                    scope_angle: 0.0,
-                    muted: false,
-                    cold_lens: false,
-                    seconds: None,
-                    lose_device_after: None,
-                    tick_cpu: None,
-                    language: crate::cli::LanguageName::or_users(None),
-                    task: None,
-                    instructor: false,
-                    replay: Some(view.clone()),
-                    recording: None,
-                },
-                &stop,
-                &mut observe,
-            ),
+            None => window::run(&window_config(&station, &path, &view), &stop, &mut observe),
         };
         stop.store(true, Relaxed);
-        (player.map(std::thread::ScopedJoinHandle::join), watched)
+        (played.map(std::thread::ScopedJoinHandle::join), watched)
     });
     shown?.map_err(|_| "the replay panicked; please report this")??;
     let outcome = watched?;
@@ -150,6 +103,107 @@ pub(super) fn run(
         ));
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Pictures of the session.
+fn headless_config(
+    args: &ReplayArgs,
+    frames: u32,
+    station: &Station,
+    path: &Path,
+) -> HeadlessConfig {
+    HeadlessConfig {
+        station: station.clone(),
+        scene: path.to_owned(),
+        seconds: args.seconds,
+        out_dir: args.out.clone(),
+        size: None,
+        frames,
+        patience: PATIENCE,
+        tick_cpu: None,
+        task_over: None,
+        need_pictures: false,
+    }
+}
+
+/// A window on the session.
+fn window_config(station: &Station, path: &Path, view: &Arc<Mutex<ReplayView>>) -> WindowConfig {
+    WindowConfig {
+        station: station.clone(),
+        scene: path.to_owned(),
+        size: [1280, 720],
+        scope_angle: 0.0,
+        muted: false,
+        cold_lens: false,
+        seconds: None,
+        lose_device_after: None,
+        tick_cpu: None,
+        language: LanguageName::or_users(None),
+        task: None,
+        instructor: false,
+        replay: Some(view.clone()),
+        recording: None,
+    }
+}
+
+/// Runs the session again, at its pace, for a display to show.
+struct Player<'a> {
+    replay: &'a Replay,
+    session: &'a Path,
+    station: &'a Station,
+    pace: Pace,
+    /// The display has begun.
+    begun: &'a AtomicBool,
+    stop: &'a AtomicBool,
+    /// Length of the session, once it is known.
+    length_ns: &'a AtomicU64,
+    view: &'a Mutex<ReplayView>,
+}
+
+impl Player<'_> {
+    fn play(&self) -> Result<(), String> {
+        // What is left out is said once, however often it is gone back.
+        let mut said = false;
+        let open = || {
+            let first = !core::mem::replace(&mut said, true);
+            let session = Session::open(self.session).ok()?;
+            Some(warned(session, first))
+        };
+        let mut judge = Judge::default();
+        let mut first_ns = None;
+        let each = |tick: &Replayed<'_>| {
+            let now_ns = tick.record.now_ns;
+            let passed_ns = now_ns.saturating_sub(*first_ns.get_or_insert(now_ns));
+            let was_done = judge.is_done;
+            judge.look(tick, passed_ns as f64 / 1e9, self.replay.organs());
+            if let (false, true, Some(first)) = (was_done, judge.is_done, &judge.first) {
+                say::note(format_args!(
+                    "warning: {}; what is shown from there on is not what was recorded",
+                    first.in_words()
+                ));
+            }
+        };
+        let tell = |shown: Shown| {
+            let found_s = self.length_ns.load(Relaxed) as f64 / 1e9;
+            *self.view.lock().unwrap_or_else(PoisonError::into_inner) = ReplayView {
+                at_s: shown.at_s,
+                length_s: shown.length_s.unwrap_or(found_s),
+                speed: shown.speed,
+                seeks_s: shown.seeks_s,
+            };
+        };
+        show(
+            self.replay,
+            self.station,
+            self.pace,
+            self.begun,
+            self.stop,
+            open,
+            each,
+            tell,
+        )
+        .map_err(|error| error.to_string())
+    }
 }
 
 /// The session's ticks up to the first that is missing.

@@ -6,8 +6,8 @@ use std::io::Write as _;
 use std::path::Path;
 use std::process::ExitCode;
 
-use display_host::report::chart;
-use display_host::report::page::{STYLE, escape};
+use figures::html::{STYLE, escape};
+use figures::times;
 use rt_process::replay::Replay;
 use serde::Serialize;
 use session::{Session, printable};
@@ -15,11 +15,13 @@ use shared_mem::inputs::RunSetup;
 use shared_mem::scene::SceneFile;
 
 use super::args::ReplayArgs;
+use super::judge::{Different, Judge};
+use super::recorded::{LeftOut, without_gap};
 use super::show::STACK_BYTES;
-use super::{Different, Judge, LeftOut, without_gap};
-use crate::cli::SceneArgs;
+use crate::args::SceneArgs;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::{self, Problem};
+use crate::scene;
 
 /// Points of a line in a chart.
 const POINTS: usize = 1500;
@@ -286,19 +288,19 @@ fn page(compared: &Compared, runs: &[Vec<Point>; 2]) -> String {
     let charts = [
         (
             "Force on the hand",
-            chart::courses(&[("recorded", &force[0]), ("what if", &force[1])], "N"),
+            times::courses(&[("recorded", &force[0]), ("what if", &force[1])], "N"),
         ),
         (
             "Its difference, what if less recorded",
-            chart::courses(&[("difference", &difference)], "N"),
+            times::courses(&[("difference", &difference)], "N"),
         ),
         (
             "How far the tip is from where it began",
-            chart::courses(&[("recorded", &ways[0]), ("what if", &ways[1])], "mm"),
+            times::courses(&[("recorded", &ways[0]), ("what if", &ways[1])], "mm"),
         ),
         (
             "Distance between the tips",
-            chart::courses(&[("distance", &apart)], "mm"),
+            times::courses(&[("distance", &apart)], "mm"),
         ),
     ];
     for (title, chart) in charts {

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use assess::Task;
 use clap::Args;
 
-use crate::task::args::parse_task;
+use crate::args::parse_task;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\

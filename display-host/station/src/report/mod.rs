@@ -13,8 +13,8 @@ use session::{Assignment, End, Operation};
 
 use self::args::ReportArgs;
 pub(crate) use self::pictures::Wanted;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
 
 /// Pictures of a session that are put into the page.
 const PICTURES_MAX: usize = 12;

@@ -10,9 +10,9 @@ use session::Session;
 use shared_mem::inputs::InputRecord;
 use shared_mem::message::CommandMsg;
 
-use crate::replay::{next_in_order, scene_of};
+use crate::problem::Problem;
+use crate::replay::recorded::{next_in_order, scene_of};
 use crate::say;
-use crate::scene::Problem;
 
 /// Pictures of a session at most.
 const MOST: usize = 16;

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use assess::{Difficulty, Task};
 use clap::{Args, ValueEnum};
-
-use crate::people::args::StoreFile;
 use surgeon::Surgeon;
+
+use crate::args::{StoreFile, parse_difficulty, parse_task, parse_trainee};
 
 /// A task that is assessed while it runs.
 #[derive(Debug, Clone, Default, Args)]
@@ -50,23 +50,4 @@ pub(crate) enum Sutures {
     Given,
     /// The trainee's.
     Own,
-}
-
-pub(crate) fn parse_trainee(text: &str) -> Result<String, String> {
-    let checked = store::check_name(text).map(str::to_owned);
-    checked.map_err(|error| error.to_string())
-}
-
-pub(crate) fn parse_task(text: &str) -> Result<Task, String> {
-    Task::from_name(text).ok_or_else(|| {
-        let names: Vec<&str> = Task::ALL.into_iter().map(Task::name).collect();
-        format!("a task is one of {}", names.join(", "))
-    })
-}
-
-pub(crate) fn parse_difficulty(text: &str) -> Result<Difficulty, String> {
-    Difficulty::from_name(text).ok_or_else(|| {
-        let names: Vec<&str> = Difficulty::ALL.into_iter().map(Difficulty::name).collect();
-        format!("a difficulty is one of {}", names.join(", "))
-    })
 }

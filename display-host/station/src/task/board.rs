@@ -6,7 +6,7 @@ use display_host::ui::{BULLETIN_ALARMS, Bulletin, TaskNote};
 use shared_mem::service::{Station, TaskSender};
 use shared_mem::task::TaskMsg;
 
-use super::view_of;
+use super::view::view_of;
 use crate::say;
 
 /// Where bulletins are posted; made in the thread that posts.

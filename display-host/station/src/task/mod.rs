@@ -3,6 +3,7 @@
 
 pub(crate) mod args;
 mod board;
+mod view;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -12,11 +13,9 @@ use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
 use assess::report::Chapter;
-use assess::{
-    Anatomy, Assessed, Assessment, Difficulty, Metric, Outcome, Reason, Rules, Status, Task,
-};
+use assess::{Anatomy, Assessed, Assessment, Difficulty, Metric, Reason, Rules, Task};
 use display_host::report::{TaskAlarm, TaskSummary};
-use display_host::ui::{TaskEnd, TaskNote, TaskView};
+use display_host::ui::TaskView;
 use session::{Assignment, Entry};
 use shared_mem::message::{CommandMsg, ReplyMsg};
 use shared_mem::scene::SceneFile;
@@ -26,10 +25,12 @@ use store::Store;
 
 use self::args::{Sutures, TaskArgs};
 use self::board::Board;
+use self::view::view_of;
 use crate::build::build;
-use crate::people::{now_unix_s, past, record};
+use crate::clock::now_unix_s;
+use crate::problem::Problem;
 use crate::say;
-use crate::scene::Problem;
+use crate::store::{Course, past, record};
 
 /// How often the panel's view is brought up to date.
 const VIEW_EVERY: Duration = Duration::from_millis(50);
@@ -210,8 +211,12 @@ impl Ended {
         if let Some((name, path)) = &self.keep {
             let store = Store::open(path)?;
             let it = &self.summary;
-            let compared = (&*it.task, &*it.difficulty, it.metrics_version);
-            let before = past(&store, name, compared, &it.session)?;
+            let course = Course {
+                task: &it.task,
+                difficulty: &it.difficulty,
+                version: it.metrics_version,
+            };
+            let before = past(&store, name, course, &it.session)?;
             (chapter.past, chapter.sheet) = (before.past, before.sheet);
         }
         Ok(())
@@ -264,32 +269,6 @@ pub(crate) fn start(argument: u32, station: &Station) -> Result<(), Problem> {
     }
 }
 
-/// What the trainee sees of it; where it began is known to whoever began it.
-fn view_of(task: Task, difficulty: Difficulty, status: Status) -> TaskView {
-    let is_over = status.outcome != Outcome::Running;
-    let open = is_over || difficulty != Difficulty::Exam;
-    let end = is_over.then(|| TaskEnd {
-        passed: status.outcome == Outcome::Passed,
-        outcome: status.outcome.name().to_owned(),
-        reasons: status.reasons,
-    });
-    let note = |alarm: assess::Alarm| TaskNote {
-        kind: alarm.kind.name().to_owned(),
-        organ: alarm.organ,
-    };
-    TaskView {
-        task: task.name().to_owned(),
-        time_s: status.time_s,
-        steps: if open { status.steps } else { Vec::new() },
-        alarm: status.alarm.filter(|_| open).map(note),
-        alarms: status.alarms,
-        score: open.then_some(status.score),
-        hint: status.hint,
-        end,
-        start: None,
-    }
-}
-
 /// As `summary.json` has it.
 pub(crate) fn summary(assessed: &Assessed, id: &str) -> TaskSummary {
     let alarm = |alarm: &assess::Alarm| TaskAlarm {
@@ -313,6 +292,8 @@ pub(crate) fn summary(assessed: &Assessed, id: &str) -> TaskSummary {
 
 #[cfg(test)]
 mod tests {
+    use assess::{Outcome, Status};
+
     use super::*;
 
     fn status(outcome: Outcome) -> Status {

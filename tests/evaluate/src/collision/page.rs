@@ -1,8 +1,8 @@
 //! The chart and the section of experiment 2.
 
 use super::{Measured, Row, Way};
-use crate::chart::{self, Panel, Scale, Series};
 use crate::page::{Section, number, strings, table};
+use figures::panels::{self, Panel, Scale, Series};
 
 /// The paper's collision times, ms (Table 3).
 const PAPER_MS: [(&str, f64); 4] = [
@@ -49,7 +49,7 @@ pub(crate) fn chart(measured: &Measured) -> Result<String, String> {
             series: series.filter(|s| !s.points.is_empty()).collect(),
         });
     }
-    chart::panels(&panels, 3)
+    panels::panels(&panels, 3)
 }
 
 /// The section.

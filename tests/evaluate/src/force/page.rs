@@ -2,8 +2,8 @@
 
 use super::ours::Law;
 use super::{DEPTHS_MM, DOUBT_MAX_PCT, GOAL_PCT, Measured, Row, Step, motion};
-use crate::chart::{self, Panel, Scale, Series};
 use crate::page::{Section, number, strings, table};
+use figures::panels::{self, Panel, Scale, Series};
 
 /// Force over depth, a panel a case: the reference with the goal around it, and the product.
 ///
@@ -47,7 +47,7 @@ pub(crate) fn chart(rows: &[Row]) -> Result<String, String> {
         }
     }
     let panels: Vec<Panel> = panels.into_iter().map(|(_, panel)| panel).collect();
-    chart::panels(&panels, 4)
+    panels::panels(&panels, 4)
 }
 
 fn points(force_n: impl Iterator<Item = f64>) -> Vec<[f64; 2]> {

@@ -2,8 +2,8 @@
 
 use super::device::Hand;
 use super::{How, Row, SOFTEST_N_M, STIFFEST_N_M, Test};
-use crate::chart::{Cell, heat_map};
 use crate::page::Section;
+use figures::panels::{Cell, heat_map};
 
 /// All rows.
 pub(crate) fn csv(rows: &[Row]) -> String {

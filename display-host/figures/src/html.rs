@@ -1,0 +1,58 @@
+//! Parts of pages that need no network.
+
+use crate::Machine;
+
+/// How reports look.
+pub const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
+padding:0 1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2rem;\
+font-size:1.15rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem .8rem;text-align:\
+right;border-bottom:1px solid #ddd}th:first-child,td:first-child{text-align:left}.lead{color:#555;\
+margin-top:.2rem}.bad{background:#fbe9e7;border-left:4px solid #9e2a2b;padding:.5rem 1rem}.good{\
+background:#e8f3ec;border-left:4px solid #2e7d4f;padding:.5rem 1rem}figure{margin:1rem 0}figcaption{\
+color:#555;font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:\
+repeat(auto-fill,minmax(17rem,1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}";
+
+/// The machine that a page's figures are of, and what else is told of it.
+#[must_use]
+pub fn machine_table(m: &Machine, more: &[(&str, &str)]) -> String {
+    let (cores, memory) = (m.cores.to_string(), format!("{} MiB", m.memory_mib));
+    let kernel = format!("{} {}", m.kernel, m.kernel_version);
+    let rows = [
+        ("processor", m.processor.as_str()),
+        ("cores", &cores),
+        ("memory", &memory),
+        ("kernel", &kernel),
+        (
+            "virtual machine",
+            if m.virtual_machine { "yes" } else { "no" },
+        ),
+        ("clock source", &m.clock_source),
+        ("governor", &m.governor),
+        ("load average", &m.load_average),
+    ];
+    let rows = rows.iter().chain(more);
+    let rows = rows.map(|(name, value)| format!("<tr><td>{name}<td>{}</tr>", escape(value)));
+    format!(
+        "<h2>Machine</h2><table>{}</table>",
+        rows.collect::<String>()
+    )
+}
+
+/// Text from outside, safe between tags and in attributes.
+#[must_use]
+pub fn escape(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+        .replace('"', "&quot;")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_from_outside_cannot_become_markup() {
+        assert_eq!(escape("<b a=\"1\">&"), "&lt;b a=&quot;1&quot;&gt;&amp;");
+    }
+}

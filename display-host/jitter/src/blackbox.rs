@@ -1,0 +1,228 @@
+//! The black box: the ticks around the worst moments, in constant memory.
+
+use std::collections::VecDeque;
+
+use serde::{Deserialize, Serialize};
+use shared_mem::message::{STAGES, TickRecord};
+
+/// Ticks kept before and after each moment.
+const AROUND: usize = 16;
+/// Moments kept: the worst.
+const INCIDENTS_MAX: usize = 32;
+
+/// A tick, as it was timed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tick {
+    /// Its number.
+    pub tick: u64,
+    /// When it was due, `CLOCK_MONOTONIC`.
+    pub scheduled_ns: u64,
+    /// Actual minus scheduled wake-up.
+    pub wake_latency_ns: u32,
+    /// From its start to its end.
+    pub tick_ns: u32,
+    /// Whole periods skipped before it began.
+    pub missed: u32,
+    /// Time of each stage, in the order of a tick.
+    pub stage_ns: [u32; STAGES],
+    /// Bits of `TickRecord`.
+    pub bits: u32,
+}
+
+impl Tick {
+    /// From its due time to its end: how late the force was, whatever the reason.
+    pub fn late_ns(&self) -> u64 {
+        u64::from(self.wake_latency_ns) + u64::from(self.tick_ns)
+    }
+
+    /// Whether it ended too late.
+    pub fn overran(&self) -> bool {
+        self.bits & TickRecord::OVERRAN != 0
+    }
+
+    /// Whether a deadline was missed: periods skipped, or it ended too late.
+    pub fn is_miss(&self) -> bool {
+        self.missed > 0 || self.overran()
+    }
+}
+
+impl From<&TickRecord> for Tick {
+    fn from(r: &TickRecord) -> Self {
+        Self {
+            tick: r.tick,
+            scheduled_ns: r.scheduled_ns,
+            wake_latency_ns: r.wake_latency_ns,
+            tick_ns: r.tick_ns,
+            missed: r.missed,
+            stage_ns: r.stage_ns,
+            bits: r.bits,
+        }
+    }
+}
+
+/// The ticks around a bad one.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Incident {
+    /// Measured time at which it happened, s (rounded down to ms).
+    pub at_ms: u64,
+    /// Place of the bad one in `ticks`.
+    pub worst: usize,
+    /// In order.
+    pub ticks: Vec<Tick>,
+}
+
+impl Incident {
+    /// The bad one.
+    pub fn peak(&self) -> Option<&Tick> {
+        self.ticks.get(self.worst)
+    }
+
+    fn late_ns(&self) -> u64 {
+        self.peak().map_or(0, Tick::late_ns)
+    }
+}
+
+/// An incident that still waits for the ticks after it.
+#[derive(Debug)]
+struct Open {
+    incident: Incident,
+    /// Ticks that it waits for.
+    left: usize,
+}
+
+/// Watches ticks go by.
+#[derive(Debug, Default)]
+pub struct BlackBox {
+    before: VecDeque<Tick>,
+    open: Option<Open>,
+    kept: Vec<Incident>,
+}
+
+impl BlackBox {
+    /// The next tick, at a measured time.
+    pub fn note(&mut self, tick: Tick, at_ms: u64) {
+        if let Some(Open { incident, left }) = &mut self.open {
+            incident.ticks.push(tick);
+            *left -= 1;
+            if tick.late_ns() > incident.late_ns() {
+                // Worse still: it is the same incident.
+                incident.worst = incident.ticks.len() - 1;
+                incident.at_ms = at_ms;
+            }
+            if *left == 0 {
+                self.close();
+            }
+        } else if tick.late_ns() > self.least_ns() {
+            let mut ticks: Vec<Tick> = self.before.iter().copied().collect();
+            ticks.push(tick);
+            let worst = ticks.len() - 1;
+            let incident = Incident {
+                at_ms,
+                worst,
+                ticks,
+            };
+            self.open = Some(Open {
+                incident,
+                left: AROUND,
+            });
+        }
+        if self.before.len() == AROUND {
+            self.before.pop_front();
+        }
+        self.before.push_back(tick);
+    }
+
+    /// The station ended: what comes next is another run of it.
+    pub fn interrupt(&mut self) {
+        self.close();
+        self.before.clear();
+    }
+
+    /// The worst moments so far, worst first.
+    pub fn incidents(&self) -> Vec<Incident> {
+        let open = self.open.iter().map(|open| &open.incident);
+        worst(self.kept.iter().chain(open).cloned().collect())
+    }
+
+    /// How late a tick must be to be worth a place.
+    fn least_ns(&self) -> u64 {
+        match self.kept.len() < INCIDENTS_MAX {
+            true => 0,
+            false => self.kept.iter().map(Incident::late_ns).min().unwrap_or(0),
+        }
+    }
+
+    fn close(&mut self) {
+        if let Some(Open { incident, .. }) = self.open.take() {
+            self.kept.push(incident);
+            self.kept = worst(std::mem::take(&mut self.kept));
+        }
+    }
+}
+
+/// The worst of them, worst first.
+pub fn worst(mut incidents: Vec<Incident>) -> Vec<Incident> {
+    incidents.sort_by_key(|incident| core::cmp::Reverse(incident.late_ns()));
+    incidents.truncate(INCIDENTS_MAX);
+    incidents
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tick(number: u64, wake_latency_ns: u32) -> Tick {
+        Tick {
+            tick: number,
+            scheduled_ns: number * 1_000_000,
+            wake_latency_ns,
+            tick_ns: 1000,
+            missed: wake_latency_ns / 1_000_000,
+            stage_ns: [100; STAGES],
+            bits: 0,
+        }
+    }
+
+    #[test]
+    fn the_worst_ticks_are_kept_with_their_neighbours() {
+        let mut recorder = BlackBox::default();
+        for i in 0..100_000u64 {
+            let wake_ns = if i % 1000 == 500 {
+                2_000_000 + i as u32
+            } else {
+                3000 + (i % 7) as u32
+            };
+            recorder.note(tick(i, wake_ns), i);
+        }
+        let incidents = recorder.incidents();
+        assert_eq!(incidents.len(), INCIDENTS_MAX);
+        let peaks: Vec<u64> = incidents.iter().map(|i| i.peak().unwrap().tick).collect();
+        let expected: Vec<u64> = (68..100).rev().map(|k| k * 1000 + 500).collect();
+        assert_eq!(peaks, expected, "the latest are the worst here");
+        for incident in &incidents {
+            assert_eq!(
+                (incident.ticks.len(), incident.worst),
+                (2 * AROUND + 1, AROUND)
+            );
+            assert!(incident.peak().unwrap().is_miss());
+            assert!(
+                incident
+                    .ticks
+                    .windows(2)
+                    .all(|p| p[1].tick == p[0].tick + 1)
+            );
+        }
+    }
+
+    #[test]
+    fn what_follows_a_miss_belongs_to_it_and_an_open_incident_is_told() {
+        let mut recorder = BlackBox::default();
+        recorder.note(tick(0, 5_000_000), 0);
+        recorder.note(tick(1, 9_000_000), 1);
+        let incidents = recorder.incidents();
+        assert_eq!(incidents.len(), 1);
+        assert_eq!(incidents[0].peak().unwrap().tick, 1);
+        recorder.interrupt();
+        assert_eq!(recorder.incidents(), incidents);
+    }
+}

@@ -1,0 +1,30 @@
+//! How late and how long the ticks of a controller are, and how often one is missed, beside other
+//! programs that ran in the same minutes. It starts no station and draws no picture: whoever
+//! measures feeds it timing records.
+//!
+//! ```text
+//! timing records ─► tally ─┬─► blackbox   ticks around the worst moments
+//!                          ├─► timeline   worst of each step of time
+//!                          └─► report ◄── rivals   other programs, a turn each
+//!                                │  ◄──── kernel   interrupts, stolen time
+//!                                └─► table (text, CSV), page (HTML), trace (Perfetto), two_runs
+//! ```
+
+pub mod blackbox;
+pub mod kernel;
+pub mod misses;
+mod page;
+mod problem;
+pub mod report;
+pub mod rivals;
+pub mod table;
+pub mod tally;
+pub mod timeline;
+mod trace;
+pub mod two_runs;
+
+pub use page::html;
+pub use problem::Problem;
+pub use report::Report;
+pub use rivals::Rival;
+pub use trace::json as trace;

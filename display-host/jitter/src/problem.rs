@@ -1,0 +1,4 @@
+//! How a measurement fails.
+
+/// A failure in words for the user.
+pub type Problem = Box<dyn std::error::Error>;

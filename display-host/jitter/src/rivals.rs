@@ -1,0 +1,293 @@
+//! The programs that the station is compared with: each is run for a turn and prints a histogram
+//! in cyclictest's form.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+use clap::ValueEnum;
+use figures::Distribution;
+
+use crate::misses::Missed;
+use crate::problem::Problem;
+
+/// Built by `tests/embassy-std`: no program can hold embassy's driver and ours.
+const EMBASSY_STD: &str = "calot-embassy-std";
+
+/// What the station is compared with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Rival {
+    /// The kernel testers' own instrument (package rt-tests)
+    Cyclictest,
+    /// Our executor without the station: what the loop itself costs
+    Executor,
+    /// A bare loop of clock_nanosleep
+    Sleep,
+    /// The bare loop, with as much work as the ticks of the station's last turn, in their order
+    Burn,
+    /// embassy's stock driver for std (`cargo install --path tests/embassy-std`)
+    EmbassyStd,
+}
+
+impl Rival {
+    /// As it is typed; in keys of JSON with `_`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Cyclictest => "cyclictest",
+            Self::Executor => "executor",
+            Self::Sleep => "sleep",
+            Self::Burn => "burn",
+            Self::EmbassyStd => "embassy_std",
+        }
+    }
+}
+
+/// Where and how the loops run: as the station's tick does.
+#[derive(Debug, Clone, Copy)]
+pub struct Terms<'a> {
+    /// Core of the loop.
+    pub core: usize,
+    /// `SCHED_FIFO` priority.
+    pub priority: u8,
+    /// Time that it spins before each period instead of sleeping.
+    pub spin_us: u64,
+    /// File of what `burn` burns.
+    pub work: &'a Path,
+}
+
+/// What a turn brought.
+#[derive(Debug, Clone, Default)]
+pub struct Turn {
+    /// Actual minus scheduled wake-up.
+    pub wake_latency: Distribution,
+    /// What each tick's work took; empty without work.
+    pub burnt: Distribution,
+    /// What was missed; unknown for cyclictest.
+    pub missed: Option<Missed>,
+    /// Whether it ran as realtime as it asked to; unknown for cyclictest, which fails otherwise.
+    pub realtime: Option<bool>,
+}
+
+impl Turn {
+    fn missed_mut(&mut self) -> &mut Missed {
+        self.missed.get_or_insert_default()
+    }
+}
+
+/// Lets a rival have its turn. `None`: it was stopped.
+pub fn turn(
+    rival: Rival,
+    terms: Terms<'_>,
+    seconds: f64,
+    stop: &AtomicBool,
+) -> Result<Option<Turn>, Problem> {
+    let mut command = command(rival, terms, seconds)?;
+    let mut child = command
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .map_err(|error| format!("{}: {error}; {}", rival.name(), mend(rival)))?;
+    // Read at once, so that the pipes never fill.
+    let stdout = child.stdout.take().map(read_all);
+    let stderr = child.stderr.take().map(read_all);
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        if stop.load(Ordering::Relaxed) {
+            let _ = child.kill();
+            let _ = child.wait();
+            return Ok(None);
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    let text = |pipe: Option<std::thread::JoinHandle<String>>| {
+        pipe.and_then(|thread| thread.join().ok())
+            .unwrap_or_default()
+    };
+    let (said, complained) = (text(stdout), text(stderr));
+    let turn = parse(&said);
+    if !status.success() || turn.wake_latency.count() == 0 {
+        let complaint = complained.lines().next().unwrap_or("it said nothing");
+        let name = rival.name();
+        return Err(format!(
+            "{name} measured nothing ({status}): {complaint}; {}",
+            mend(rival)
+        )
+        .into());
+    }
+    Ok(Some(turn))
+}
+
+/// Whether a program is there, before anything starts.
+pub fn check(rival: Rival) -> Result<(), Problem> {
+    let program = match rival {
+        Rival::Cyclictest => PathBuf::from("cyclictest"),
+        Rival::EmbassyStd => beside(EMBASSY_STD),
+        Rival::Executor | Rival::Sleep | Rival::Burn => return Ok(()),
+    };
+    let quiet = Stdio::null;
+    let tried = Command::new(&program)
+        .arg("--help")
+        .stdin(quiet())
+        .stdout(quiet())
+        .stderr(quiet())
+        .status();
+    tried.map(|_| ()).map_err(|error| {
+        let name = program.display();
+        format!("cannot compare with {name}: {error}; {}", mend(rival)).into()
+    })
+}
+
+fn read_all(mut pipe: impl std::io::Read + Send + 'static) -> std::thread::JoinHandle<String> {
+    std::thread::spawn(move || {
+        let mut text = String::new();
+        let _ = pipe.read_to_string(&mut text);
+        text
+    })
+}
+
+fn command(rival: Rival, terms: Terms<'_>, seconds: f64) -> Result<Command, Problem> {
+    let Terms { core, priority, .. } = terms;
+    // cyclictest takes whole seconds.
+    let whole = seconds.ceil().max(1.0) as u64;
+    let as_cyclictest = |program: PathBuf| {
+        let mut command = Command::new(program);
+        command.args(["-m", "-q", "-t1", "-i1000", "-h100000"]);
+        command.args([
+            format!("-p{priority}"),
+            format!("-a{core}"),
+            format!("-D{whole}"),
+        ]);
+        command
+    };
+    let own = |kind: &str, work: Option<&Path>| -> Result<Command, Problem> {
+        let mut command = Command::new(std::env::current_exe()?);
+        command.arg("bare-loop").arg(kind);
+        for (name, value) in [
+            ("--seconds", seconds.to_string()),
+            ("--core", core.to_string()),
+            ("--priority", priority.to_string()),
+            ("--spin", terms.spin_us.to_string()),
+            ("--with-parent", std::process::id().to_string()),
+        ] {
+            command.arg(name).arg(value);
+        }
+        if let Some(work) = work {
+            command.arg("--work").arg(work);
+        }
+        Ok(command)
+    };
+    match rival {
+        Rival::Cyclictest => Ok(as_cyclictest("cyclictest".into())),
+        Rival::EmbassyStd => Ok(as_cyclictest(beside(EMBASSY_STD))),
+        Rival::Executor => own("executor", None),
+        Rival::Sleep => own("sleep", None),
+        Rival::Burn => own("sleep", Some(terms.work)),
+    }
+}
+
+/// A program next to this one, else wherever the system finds it.
+fn beside(name: &str) -> PathBuf {
+    let here = std::env::current_exe().ok();
+    here.and_then(|path| Some(path.parent()?.join(name)))
+        .filter(|path| path.exists())
+        .unwrap_or_else(|| name.into())
+}
+
+fn mend(rival: Rival) -> &'static str {
+    match rival {
+        Rival::Cyclictest => {
+            "install it with `sudo apt install rt-tests`; may this user have that priority \
+             (`calot check`)?"
+        }
+        Rival::EmbassyStd => "install it with `cargo install --path tests/embassy-std`",
+        _ => "may this user have that priority (`calot check`)?",
+    }
+}
+
+/// Reads a histogram: lines of `time count …`; of what stands behind `#`, the unit (µs unless it
+/// says ns), the longest time, and what was missed.
+fn parse(text: &str) -> Turn {
+    let mut turn = Turn::default();
+    // The middle of its bin; times in ns are exact.
+    let (mut scale, mut half) = (1000, 500);
+    let mut counted = Vec::new();
+    let (mut over, mut max_us) = (0u64, 0u64);
+    for line in text.lines() {
+        if let Some((name, value)) = line.strip_prefix('#').and_then(|l| l.split_once(':')) {
+            let value = value.trim();
+            let number = value.split_whitespace().next().and_then(|w| w.parse().ok());
+            match (name.trim(), number) {
+                ("Unit", _) if value == "ns" => (scale, half) = (1, 0),
+                ("Max Latencies", Some(max)) => max_us = max,
+                ("Histogram Overflows", Some(count)) => over = count,
+                ("Work", Some(ns)) => {
+                    let count = value.split_whitespace().nth(1).and_then(|w| w.parse().ok());
+                    turn.burnt.record_n(ns, count.unwrap_or(0));
+                }
+                ("Missed, woken late", Some(n)) => turn.missed_mut().woken_late = n,
+                ("Missed, at work", Some(n)) => turn.missed_mut().at_work = n,
+                ("Occasions", Some(n)) => turn.missed_mut().occasions = n,
+                ("Overruns", Some(n)) => turn.missed_mut().overruns = n,
+                ("Realtime", _) => turn.realtime = Some(value == "true"),
+                _ => {}
+            }
+            continue;
+        }
+        let mut words = line.split_whitespace().map(str::parse::<u64>);
+        if let (Some(Ok(time)), Some(Ok(count))) = (words.next(), words.next()) {
+            counted.push((time, count));
+        }
+    }
+    for (time, count) in counted.into_iter().filter(|(_, count)| *count > 0) {
+        let ns = time.saturating_mul(scale).saturating_add(half);
+        turn.wake_latency.record_n(ns, count);
+    }
+    turn.wake_latency.record_n(max_us * 1000, over);
+    let ticks = turn.wake_latency.count();
+    if let Some(missed) = &mut turn.missed {
+        missed.ticks = ticks;
+    }
+    turn
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cyclictests_histogram_is_read_with_what_did_not_fit_it() {
+        let text = "# /dev/cpu_dma_latency set to 0us\n# Histogram\n000000 000000\n000010 000098\n\
+                    000020 000001\n# Total: 000000100\n# Min Latencies: 00010\n\
+                    # Max Latencies: 250000\n# Histogram Overflows: 00001\n\
+                    # Histogram Overflow at cycle number:\n# Thread 0: 00007\n";
+        let turn = parse(text);
+        let q = turn.wake_latency.quantiles();
+        assert_eq!(q.count, 100);
+        assert!(q.p50.abs_diff(10_500) < 20, "{q:?}");
+        assert!(q.max.abs_diff(250_000_000) < 300_000, "{q:?}");
+        assert_eq!((turn.missed, turn.realtime), (None, None));
+    }
+
+    #[test]
+    fn our_own_loops_count_ns_and_misses() {
+        let turn = parse(
+            "# Unit: ns\n1234 5\n99 1\n# Work: 70 2\n# Missed, woken late: 3\n# Missed, at work: 4\n\
+             # Occasions: 2\n# Overruns: 9\n# Realtime: false",
+        );
+        assert_eq!(turn.wake_latency.counts(), [(99, 1), (1234, 5)]);
+        assert_eq!(turn.burnt.counts(), [(70, 2)]);
+        let missed = Missed {
+            ticks: 6,
+            woken_late: 3,
+            at_work: 4,
+            occasions: 2,
+            overruns: 9,
+        };
+        assert_eq!((turn.missed, turn.realtime), (Some(missed), Some(false)));
+        assert_eq!(parse("nonsense\n#\n1 x").wake_latency.count(), 0);
+    }
+}

@@ -1,0 +1,140 @@
+//! The worst of each step of a run, in constant memory: steps grow with the run.
+
+use serde::{Deserialize, Serialize};
+
+/// Steps that are kept; when they are full, each two become one.
+const STEPS_MAX: usize = 600;
+
+/// Worst times of a step, ns. In JSON a pair.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(from = "(u32, u32)", into = "(u32, u32)")]
+pub struct Worst {
+    /// Worst wake-up latency.
+    pub wake_ns: u32,
+    /// Longest tick.
+    pub tick_ns: u32,
+}
+
+impl Worst {
+    fn max(self, other: Self) -> Self {
+        Self {
+            wake_ns: self.wake_ns.max(other.wake_ns),
+            tick_ns: self.tick_ns.max(other.tick_ns),
+        }
+    }
+}
+
+impl From<(u32, u32)> for Worst {
+    fn from((wake_ns, tick_ns): (u32, u32)) -> Self {
+        Self { wake_ns, tick_ns }
+    }
+}
+
+impl From<Worst> for (u32, u32) {
+    fn from(worst: Worst) -> Self {
+        (worst.wake_ns, worst.tick_ns)
+    }
+}
+
+/// Worst wake-up and longest tick of each step of time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Timeline {
+    /// Length of a step, s.
+    pub step_s: u32,
+    /// One for each step.
+    pub worst_ns: Vec<Worst>,
+}
+
+impl Default for Timeline {
+    fn default() -> Self {
+        Self {
+            step_s: 1,
+            worst_ns: Vec::new(),
+        }
+    }
+}
+
+impl Timeline {
+    /// A tick at `at_s` seconds of measured time.
+    pub fn note(&mut self, at_s: f64, now: Worst) {
+        let mut step = self.step_of(at_s);
+        while step >= STEPS_MAX {
+            self.coarsen();
+            step = self.step_of(at_s);
+        }
+        if self.worst_ns.len() <= step {
+            self.worst_ns.resize(step + 1, Worst::default());
+        }
+        if let Some(worst) = self.worst_ns.get_mut(step) {
+            *worst = worst.max(now);
+        }
+    }
+
+    /// A run of `seconds` is followed by another.
+    pub fn append(&mut self, seconds: f64, next: &Self) {
+        for (i, &worst) in next.worst_ns.iter().enumerate() {
+            let at_s = seconds + i as f64 * f64::from(next.step_s);
+            self.note(at_s, worst);
+        }
+    }
+
+    /// (s, µs) of one of both.
+    pub fn course(&self, of: fn(&Worst) -> u32) -> Vec<(f64, f64)> {
+        let steps = self.worst_ns.iter().enumerate();
+        steps
+            .map(|(i, worst)| {
+                (
+                    i as f64 * f64::from(self.step_s),
+                    f64::from(of(worst)) / 1e3,
+                )
+            })
+            .collect()
+    }
+
+    fn step_of(&self, at_s: f64) -> usize {
+        // Saturates; a time is a day at most.
+        (at_s.clamp(0.0, 1e9) / f64::from(self.step_s.max(1))) as usize
+    }
+
+    fn coarsen(&mut self) {
+        self.step_s = self.step_s.max(1).saturating_mul(2);
+        let pairs = self.worst_ns.chunks(2);
+        let worst = |pair: &[Worst]| pair.iter().fold(Worst::default(), |w, p| w.max(*p));
+        self.worst_ns = pairs.map(worst).collect();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_day_keeps_its_worst_in_few_steps() {
+        let mut line = Timeline::default();
+        for second in 0..86_400u32 {
+            let worst = if second == 50_000 {
+                9_999_999
+            } else {
+                second % 7
+            };
+            line.note(f64::from(second), Worst::from((worst, 1)));
+        }
+        assert!(line.worst_ns.len() <= STEPS_MAX && line.worst_ns.len() > STEPS_MAX / 2);
+        let peak = line
+            .worst_ns
+            .iter()
+            .position(|w| w.wake_ns == 9_999_999)
+            .unwrap();
+        assert_eq!(peak, 50_000 / line.step_s as usize);
+        let mut twice = line.clone();
+        twice.append(86_400.0, &line);
+        assert_eq!(
+            twice
+                .worst_ns
+                .iter()
+                .filter(|w| w.wake_ns == 9_999_999)
+                .count(),
+            2
+        );
+    }
+}

@@ -1,0 +1,318 @@
+//! Options and their values that several commands share.
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use assess::{Difficulty, Task};
+use clap::{Args, ValueEnum};
+use display_host::words::Language;
+use store::Store;
+
+use crate::home;
+use crate::problem::Problem;
+
+/// Which scene.
+#[derive(Debug, Clone, Default, Args)]
+pub(crate) struct SceneArgs {
+    /// The scene: `built-in`, `triangle` (Calot's triangle too), `triangle-variant` (duct and
+    /// artery run otherwise), a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb), or a compiled
+    /// scene (.calot)
+    #[arg(long, value_name = "NAME|FILE", default_value = "built-in")]
+    pub(crate) scene: String,
+    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) meshes: Option<PathBuf>,
+}
+
+/// Real devices; one that is not named is emulated by `run`, and absent in `rt`.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Devices")]
+pub(crate) struct DeviceArgs {
+    /// Serial device of the haptic device, e.g. /dev/ttyACM0
+    #[arg(long, value_name = "TTY")]
+    pub(crate) haptic: Option<PathBuf>,
+    /// Serial device of the endoscope's tracker, e.g. /dev/ttyUSB0
+    #[arg(long, value_name = "TTY")]
+    pub(crate) tracker: Option<PathBuf>,
+    /// Serial device of the foot pedal
+    #[arg(long, value_name = "TTY")]
+    pub(crate) pedal: Option<PathBuf>,
+    /// File that names devices of any driver, limits below theirs, and where they stand: the example is
+    /// in `calot devices --help`. The options above come first
+    #[arg(long, value_name = "FILE")]
+    pub(crate) station_file: Option<PathBuf>,
+}
+
+/// How the controller runs.
+#[derive(Debug, Clone, Default, Args)]
+#[command(next_help_heading = "Realtime")]
+pub(crate) struct RealtimeArgs {
+    /// Core of the control tick [default: the last one]
+    #[arg(long, value_name = "N")]
+    pub(crate) core: Option<usize>,
+    /// SCHED_FIFO priority of the control tick
+    #[arg(long, value_name = "2-99", default_value_t = 80, value_parser = clap::value_parser!(u8).range(2..=99))]
+    pub(crate) priority: u8,
+    /// Spin this long before each tick instead of sleeping: earlier wake-ups for processor time
+    #[arg(long, value_name = "µs", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=500))]
+    pub(crate) spin: u64,
+    /// Linux' realtime scheduler; `deadline`: it guarantees the time of each tick, on any core
+    #[arg(long, value_enum, default_value_t = SchedulerName::Fifo)]
+    pub(crate) scheduler: SchedulerName,
+    /// Refuse a scene whose worst tick, measured here, does not fit, when no coarser level fits
+    #[arg(long)]
+    pub(crate) strict: bool,
+    /// Take this compiled scene when the one before it does not fit; may be given several times,
+    /// finest first
+    #[arg(long, value_name = "FILE")]
+    pub(crate) coarser: Vec<PathBuf>,
+    /// Hold a modem line of --scope-tty high during each tick, for an oscilloscope
+    #[arg(long, value_enum, requires = "scope_tty")]
+    pub(crate) scope_line: Option<ScopeLineName>,
+    /// Serial port of that line; a real UART, for behind USB each change takes a transfer
+    #[arg(long, value_name = "TTY", requires = "scope_line")]
+    pub(crate) scope_tty: Option<PathBuf>,
+    /// Do not ask for realtime scheduling; every report says so
+    #[arg(long)]
+    pub(crate) no_realtime: bool,
+}
+
+/// A scheduler, as it is typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(crate) enum SchedulerName {
+    /// SCHED_FIFO, pinned to a core
+    #[default]
+    Fifo,
+    /// SCHED_DEADLINE
+    Deadline,
+}
+
+/// A language, as it is typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum LanguageName {
+    /// English
+    En,
+    /// Deutsch
+    De,
+}
+
+impl LanguageName {
+    /// The language asked for, or else the user's.
+    pub(crate) fn or_users(asked: Option<Self>) -> Language {
+        match asked {
+            Some(Self::En) => Language::English,
+            Some(Self::De) => Language::German,
+            None => {
+                let set = |name| std::env::var(name).ok().filter(|value| !value.is_empty());
+                let locale = set("LC_ALL").or_else(|| set("LC_MESSAGES"));
+                Language::of_locale(&locale.or_else(|| set("LANG")).unwrap_or_default())
+            }
+        }
+    }
+}
+
+/// An endoscope, as it is typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
+pub(crate) enum ScopeName {
+    /// It looks along its shaft
+    #[default]
+    #[value(name = "0")]
+    Straight,
+    /// 30 degrees off it
+    #[value(name = "30")]
+    Thirty,
+    /// 45 degrees off it
+    #[value(name = "45")]
+    FortyFive,
+}
+
+impl ScopeName {
+    pub(crate) fn radians(self) -> f32 {
+        let degrees: f32 = match self {
+            Self::Straight => 0.0,
+            Self::Thirty => 30.0,
+            Self::FortyFive => 45.0,
+        };
+        degrees.to_radians()
+    }
+}
+
+/// A modem line, as it is typed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(crate) enum ScopeLineName {
+    /// Request to send
+    Rts,
+    /// Data terminal ready
+    Dtr,
+}
+
+/// What a controller is told, by whoever starts one.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct ControllerArgs {
+    #[command(flatten)]
+    pub(crate) devices: DeviceArgs,
+    #[command(flatten)]
+    pub(crate) realtime: RealtimeArgs,
+}
+
+impl RealtimeArgs {
+    /// The words that ask a `calot rt` for the same.
+    pub(crate) fn words(&self) -> Vec<OsString> {
+        let mut words: Vec<OsString> = Vec::new();
+        let mut option = |name: &str, value: &dyn AsRef<std::ffi::OsStr>| {
+            words.extend([name.into(), value.as_ref().to_owned()]);
+        };
+        let typed = |value: Option<clap::builder::PossibleValue>| {
+            value.map_or_else(String::new, |value| value.get_name().to_owned())
+        };
+        option("--priority", &self.priority.to_string());
+        option("--spin", &self.spin.to_string());
+        option("--scheduler", &typed(self.scheduler.to_possible_value()));
+        if let Some(core) = self.core {
+            option("--core", &core.to_string());
+        }
+        for level in &self.coarser {
+            option("--coarser", level);
+        }
+        if let (Some(line), Some(tty)) = (self.scope_line, &self.scope_tty) {
+            option("--scope-line", &typed(line.to_possible_value()));
+            option("--scope-tty", tty);
+        }
+        let flags = [
+            (self.no_realtime, "--no-realtime"),
+            (self.strict, "--strict"),
+        ];
+        words.extend(flags.into_iter().filter(|f| f.0).map(|f| f.1.into()));
+        words
+    }
+}
+
+/// Whether a gamepad may lead the emulated hand.
+#[derive(Debug, Clone, Default, Args)]
+pub(crate) struct GamepadArgs {
+    /// Gamepad that leads the emulated hand: `auto` takes the first one that is plugged in, once it
+    /// is used; `off`; or its path under /dev/input
+    #[arg(long, value_name = "auto|off|PATH", default_value = "auto", value_parser = parse_gamepad)]
+    pub(crate) gamepad: GamepadName,
+}
+
+/// Which gamepad.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(crate) enum GamepadName {
+    /// The first that is plugged in.
+    #[default]
+    Auto,
+    /// None.
+    Off,
+    /// The one at this path.
+    Path(PathBuf),
+}
+
+impl GamepadName {
+    /// As it is typed.
+    pub(crate) fn word(&self) -> &std::ffi::OsStr {
+        match self {
+            Self::Auto => "auto".as_ref(),
+            Self::Off => "off".as_ref(),
+            Self::Path(path) => path.as_os_str(),
+        }
+    }
+}
+
+pub(crate) fn parse_seconds(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(seconds) if (0.1..=86_400.0).contains(&seconds) => Ok(seconds),
+        _ => Err("a time is 0.1 to 86400 seconds".into()),
+    }
+}
+
+pub(crate) fn parse_station(text: &str) -> Result<String, String> {
+    match shared_mem::service::Station::new(text) {
+        Ok(_) => Ok(text.to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+#[expect(clippy::unnecessary_wraps, reason = "clap's form")]
+fn parse_gamepad(text: &str) -> Result<GamepadName, String> {
+    Ok(match text {
+        "auto" => GamepadName::Auto,
+        "off" => GamepadName::Off,
+        path => GamepadName::Path(path.into()),
+    })
+}
+
+/// Pixels, typed as `1280x720`.
+pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text
+        .split_once('x')
+        .and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    match sides {
+        Some([w, h]) if (64..=7680).contains(&w) && (64..=4320).contains(&h) => Ok([w, h]),
+        _ => Err("a size is WIDTHxHEIGHT in pixels, 64x64 to 7680x4320, e.g. 1280x720".into()),
+    }
+}
+
+/// Where the store lies.
+#[derive(Debug, Clone, Default, Args)]
+pub(crate) struct StoreFile {
+    /// The store [default: calot/store.sqlite in $XDG_DATA_HOME or ~/.local/share]
+    #[arg(long, value_name = "FILE", global = true)]
+    pub(crate) store: Option<PathBuf>,
+}
+
+impl StoreFile {
+    /// Where it lies.
+    pub(crate) fn path(&self) -> Result<PathBuf, Problem> {
+        if let Some(path) = &self.store {
+            return Ok(path.clone());
+        }
+        let data =
+            home::data().ok_or("there is no home folder; name the store's file with --store")?;
+        Ok(data.join("store.sqlite"))
+    }
+
+    pub(crate) fn open(&self) -> Result<Store, Problem> {
+        Ok(Store::open(&self.path()?)?)
+    }
+}
+
+pub(crate) fn parse_trainee(text: &str) -> Result<String, String> {
+    let checked = store::check_name(text).map(str::to_owned);
+    checked.map_err(|error| error.to_string())
+}
+
+pub(crate) fn parse_task(text: &str) -> Result<Task, String> {
+    Task::from_name(text).ok_or_else(|| {
+        let names: Vec<&str> = Task::ALL.into_iter().map(Task::name).collect();
+        format!("a task is one of {}", names.join(", "))
+    })
+}
+
+pub(crate) fn parse_difficulty(text: &str) -> Result<Difficulty, String> {
+    Difficulty::from_name(text).ok_or_else(|| {
+        let names: Vec<&str> = Difficulty::ALL.into_iter().map(Difficulty::name).collect();
+        format!("a difficulty is one of {}", names.join(", "))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_positive_and_finite() {
+        assert_eq!(parse_seconds("2.5"), Ok(2.5));
+        for bad in ["", "0", "-1", "NaN", "inf", "1e300", "ten"] {
+            assert!(parse_seconds(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn sizes_have_two_sides_in_range() {
+        assert_eq!(parse_size("1280x720"), Ok([1280, 720]));
+        for bad in ["", "12", "x", "0x0", "1280x", "99999x99999", "-1x5"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,139 @@
+//! `calot bare-loop`: a loop without a station, its latencies as a histogram on standard output in
+//! cyclictest's form. A process of its own, because it locks its memory.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use jitter::Rival;
+use rt_process::probe::{Loop, Probe};
+
+use crate::args::parse_seconds;
+use crate::problem::Problem;
+use crate::say;
+use crate::stop;
+
+/// `calot bare-loop`: a bare loop's latencies as a histogram.
+#[derive(Debug, Clone, Args)]
+pub(crate) struct BareLoopArgs {
+    /// executor, or sleep
+    #[arg(value_name = "KIND")]
+    pub(crate) kind: Rival,
+    /// How long
+    #[arg(long, value_parser = parse_seconds)]
+    pub(crate) seconds: f64,
+    /// Its core
+    #[arg(long)]
+    pub(crate) core: usize,
+    /// Its priority
+    #[arg(long)]
+    pub(crate) priority: u8,
+    /// As in `calot rt`
+    #[arg(long, default_value_t = 0)]
+    pub(crate) spin: u64,
+    /// File of the work in each period, a line each, in ns
+    #[arg(long, value_name = "FILE")]
+    pub(crate) work: Option<PathBuf>,
+    /// End when this process, which started this one, ends
+    #[arg(long, value_name = "PID")]
+    pub(crate) with_parent: Option<i32>,
+}
+
+/// Measures and prints.
+pub(crate) fn run(args: &BareLoopArgs) -> Result<ExitCode, Problem> {
+    if let Some(parent) = args.with_parent {
+        stop::end_with_parent(parent)?;
+    }
+    let kind = match args.kind {
+        Rival::Executor => Loop::Executor {
+            spin_ns: args.spin * 1000,
+        },
+        _ => Loop::Plain,
+    };
+    let work_ns = match &args.work {
+        None => Vec::new(),
+        Some(file) => read_work(file)?,
+    };
+    let probe = Probe {
+        kind,
+        periods: (args.seconds * 1000.0) as u64,
+        core: args.core,
+        priority: args.priority,
+        work_ns,
+    };
+    let found = probe.run()?;
+    for why in &found.standing.refused {
+        say::note(format_args!("calot bare-loop: {why}"));
+    }
+    let mut text = String::from("# Unit: ns\n");
+    for (ns, count) in counted(&found.wake_latency_ns) {
+        text += &format!("{ns} {count}\n");
+    }
+    for (ns, count) in counted(&found.burnt_ns) {
+        text += &format!("# Work: {ns} {count}\n");
+    }
+    let misses = found.misses;
+    for (name, count) in [
+        ("Missed, woken late", misses.woken_late),
+        ("Missed, at work", misses.at_work),
+        ("Occasions", misses.occasions),
+        ("Overruns", misses.overruns),
+    ] {
+        text += &format!("# {name}: {count}\n");
+    }
+    text += &format!("# Realtime: {}", found.standing.is_realtime());
+    say::answer(text);
+    Ok(ExitCode::SUCCESS)
+}
+
+fn counted(times_ns: &[u32]) -> BTreeMap<u32, u64> {
+    let mut histogram = BTreeMap::new();
+    for ns in times_ns {
+        *histogram.entry(*ns).or_default() += 1;
+    }
+    histogram
+}
+
+/// Times of ticks, as [`write_work`] left them.
+fn read_work(file: &Path) -> Result<Vec<u32>, Problem> {
+    let text = std::fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))?;
+    let times: Result<Vec<u32>, _> = text.lines().map(str::parse).collect();
+    times.map_err(|e| format!("{}: not times in ns, a line each: {e}", file.display()).into())
+}
+
+/// Work as long as these ticks took. What a tick took longer than 999 in 1000 is taken for the
+/// machine's doing, for the loop will have its own share of that, and left out.
+pub(crate) fn write_work(file: &Path, ticks_ns: &[u32]) -> Result<(), Problem> {
+    let mut sorted = ticks_ns.to_vec();
+    sorted.sort_unstable();
+    let most = sorted.get(sorted.len() * 999 / 1000).copied().unwrap_or(0);
+    let text: String = ticks_ns
+        .iter()
+        .map(|ns| format!("{}\n", ns.min(&most)))
+        .collect();
+    std::fs::write(file, text).map_err(|e| format!("{}: {e}", file.display()).into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_is_that_of_the_ticks_without_the_rarest() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("work");
+        let mut ticks: Vec<u32> = (0..3000).collect();
+        ticks[7] = 50_000_000;
+        write_work(&file, &ticks).unwrap();
+        let read = read_work(&file).unwrap();
+        assert_eq!((read.len(), read[6], read[7], read[8]), (3000, 6, 2998, 8));
+        std::fs::write(&file, "12\nx\n").unwrap();
+        assert!(
+            read_work(&file)
+                .unwrap_err()
+                .to_string()
+                .contains("work: not times")
+        );
+    }
+}

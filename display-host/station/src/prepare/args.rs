@@ -1,0 +1,102 @@
+//! The arguments of `calot prepare`.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use scene_prepare::recipe::Unit;
+
+#[derive(Debug, Clone, Args)]
+#[command(after_help = "\
+Examples:
+  calot prepare built-in --out built-in.calot
+  calot prepare triangle --budget-us 300 --levels 3 --out triangle.calot
+  calot prepare liver.obj --spheres 581 --json report.json --picture liver.png
+  calot prepare tests/assets/hra-female.toml --meshes DIR --out female.calot")]
+pub(crate) struct PrepareArgs {
+    /// `built-in`, `triangle` (Calot's triangle too), `triangle-variant` (duct and artery run
+    /// otherwise), a recipe (.toml) or a mesh (.obj .stl .ply .gltf .glb)
+    #[arg(value_name = "RECIPE|MESH")]
+    pub(crate) source: String,
+    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
+    #[arg(long, value_name = "DIR")]
+    pub(crate) meshes: Option<PathBuf>,
+    /// Spheres in all; several organs share them as their recipe's counts do
+    #[arg(long, value_name = "N")]
+    pub(crate) spheres: Option<usize>,
+    /// Unit of a single mesh: m, cm or mm [default: m, or mm if it would be more than 2 m across]
+    #[arg(long, value_name = "UNIT", value_parser = parse_unit)]
+    pub(crate) unit: Option<Unit>,
+    /// Error budget: as few spheres as leave 95 % of each organ's skin within this distance, mm
+    #[arg(long, value_name = "MM", value_parser = parse_budget_mm, conflicts_with = "spheres")]
+    pub(crate) budget_mm: Option<f64>,
+    /// Time budget: as many spheres as a tick of this time takes, µs
+    #[arg(long, value_name = "µs", value_parser = parse_budget_us, conflicts_with = "spheres")]
+    pub(crate) budget_us: Option<f64>,
+    /// Levels of detail in the file, each of half the spheres of the one before; the finest that
+    /// fits its machine runs [default: those of the recipe]
+    #[arg(long, value_name = "N", value_parser = parse_levels)]
+    pub(crate) levels: Option<usize>,
+    /// Where the compiled scene goes [default: nowhere, only the report is printed]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) out: Option<PathBuf>,
+    /// Draw the spheres and springs inside the translucent organs
+    #[arg(long, value_name = "FILE.png", value_parser = parse_png)]
+    pub(crate) picture: Option<PathBuf>,
+    /// Write the report as JSON; `-` for standard output
+    #[arg(long, value_name = "FILE")]
+    pub(crate) json: Option<PathBuf>,
+}
+
+fn parse_budget_mm(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(mm) if (0.05..=50.0).contains(&mm) => Ok(mm),
+        _ => Err("an error budget is 0.05 to 50 mm".into()),
+    }
+}
+
+fn parse_budget_us(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(us) if (5.0..=1000.0).contains(&us) => Ok(us),
+        _ => Err("a time budget is 5 to 1000 µs a tick".into()),
+    }
+}
+
+fn parse_levels(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(levels) if (1..=shared_mem::scene::LEVELS_MAX).contains(&levels) => Ok(levels),
+        _ => Err(format!(
+            "a file holds 1 to {} levels",
+            shared_mem::scene::LEVELS_MAX
+        )),
+    }
+}
+
+fn parse_unit(text: &str) -> Result<Unit, String> {
+    match text {
+        "m" => Ok(Unit::Metre),
+        "cm" => Ok(Unit::Centimetre),
+        "mm" => Ok(Unit::Millimetre),
+        _ => Err("a unit is m, cm or mm".into()),
+    }
+}
+
+fn parse_png(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    match path.extension().and_then(|e| e.to_str()) {
+        Some(extension) if extension.eq_ignore_ascii_case("png") => Ok(path),
+        _ => Err("a picture's name ends in .png".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_png() {
+        assert_eq!(parse_png("a/b.PNG"), Ok(PathBuf::from("a/b.PNG")));
+        for bad in ["", "a", "a.jpg", "png", ".png"] {
+            assert!(parse_png(bad).is_err(), "{bad}");
+        }
+    }
+}

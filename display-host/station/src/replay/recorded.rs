@@ -1,0 +1,141 @@
+//! A recorded session as `calot replay` reads it: its scene, its ticks in order, and what it lacks.
+
+use std::cell::Cell;
+
+use serde::Serialize;
+use session::{End, Session, hex, printable};
+use shared_mem::inputs::InputRecord;
+use shared_mem::scene::SceneFile;
+
+use crate::problem::Problem;
+
+/// What of a session is not run again.
+#[derive(Debug, Clone, Default, Serialize)]
+pub(super) struct LeftOut {
+    /// First tick that is missing; what comes after it is not run.
+    pub(super) gap_at_tick: Option<u64>,
+    /// Where the session ends before its end, if it does (a kill, a full disk).
+    pub(super) broken_off: Option<String>,
+    /// Where it is damaged, and how; what comes after is not run.
+    pub(super) damaged: Option<String>,
+    /// Ticks that ran and were not recorded.
+    pub(super) missing: u64,
+    /// Whether the controller said that it ended; not known of a session that is not read to its end.
+    pub(super) controller_ended: Option<bool>,
+}
+
+impl LeftOut {
+    pub(super) fn of(session: &Session, gap_at_tick: Option<u64>) -> Self {
+        let (broken_off, damaged) = match session.end() {
+            Some(End::BrokenOff(why)) => (Some(why.clone()), None),
+            Some(End::Damaged(why)) => (None, Some(why.clone())),
+            Some(End::Whole) | None => (None, None),
+        };
+        let finish = session.finish();
+        Self {
+            gap_at_tick,
+            broken_off,
+            damaged,
+            missing: finish.map_or(0, |finish| finish.missing),
+            controller_ended: finish.map(|finish| finish.ran.is_some()),
+        }
+    }
+
+    /// Whether ticks are known to be missing among those that the session should hold.
+    pub(super) fn is_known(&self) -> bool {
+        self.gap_at_tick.is_some() || self.damaged.is_some() || self.missing > 0
+    }
+
+    /// A warning for each.
+    pub(super) fn in_words(&self) -> Vec<String> {
+        let mut words = Vec::new();
+        if let Some(tick) = self.gap_at_tick {
+            words.push(format!(
+                "tick {tick} and maybe others are missing in the session; nothing is said of what comes \
+                 after"
+            ));
+        } else if self.missing > 0 {
+            words.push(format!(
+                "{} ticks ran and are missing at the end of the session",
+                self.missing
+            ));
+        }
+        if let Some(why) = &self.damaged {
+            words.push(format!(
+                "the session is damaged {why}; nothing is said of what comes after"
+            ));
+        }
+        if let Some(why) = &self.broken_off {
+            words.push(format!(
+                "the session breaks off ({why}), as when its recorder is killed; nothing is said of what \
+                 came after"
+            ));
+        }
+        if self.controller_ended == Some(false) {
+            words.push(
+                "the controller did not say that it ended (it was killed, or ran on), so ticks may have \
+                 followed"
+                    .to_owned(),
+            );
+        }
+        words
+    }
+}
+
+/// The scene that the session ran on.
+pub(crate) fn scene_of(
+    session: &mut Session,
+    named: Option<&std::path::Path>,
+) -> Result<SceneFile, Problem> {
+    let scene = match (named, session.scene.take()) {
+        (Some(path), _) => SceneFile::open(path)?,
+        (None, Some(bytes)) => SceneFile::from_bytes(&bytes)?,
+        (None, None) => {
+            return Err("the session does not hold its scene; name it with --scene".into());
+        }
+    };
+    if scene.short_id() != session.setup.scene_id {
+        return Err(format!(
+            "the session ran on scene {} ('{}'), this one is {} ('{}'); leave --scene out, or name \
+             the same compiled scene",
+            hex(session.setup.scene_id),
+            session.info.scene,
+            hex(scene.short_id()),
+            printable(scene.name())
+        )
+        .into());
+    }
+    Ok(scene)
+}
+
+/// The session's ticks up to the first that is missing.
+pub(super) fn without_gap<'a>(
+    session: &'a mut Session,
+    gap: &'a Cell<Option<u64>>,
+    done: &'a Cell<f64>,
+) -> impl Iterator<Item = InputRecord> + 'a {
+    let mut expected = 0;
+    core::iter::from_fn(move || {
+        let next = next_in_order(session, &mut expected);
+        done.set(session.done());
+        next.unwrap_or_else(|missing| {
+            gap.set(Some(missing));
+            None
+        })
+    })
+}
+
+/// The next tick, none at the session's end; `Err`: the one that is missing.
+pub(crate) fn next_in_order(
+    session: &mut Session,
+    expected: &mut u64,
+) -> Result<Option<InputRecord>, u64> {
+    let Some(record) = session.next() else {
+        return Ok(None);
+    };
+    if record.tick != *expected {
+        return Err(*expected);
+    }
+    *expected += 1;
+    Ok(Some(record))
+}

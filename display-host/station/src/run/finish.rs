@@ -1,0 +1,143 @@
+//! The run's results: summary, report, debrief, animation.
+
+use std::path::{Path, PathBuf};
+
+use display_host::headless::{Ended, Outcome};
+use display_host::report::{Summary, write};
+use figures::Machine;
+use session::Recorded;
+use shared_mem::scene::SceneFile;
+
+use super::show::Shown;
+use crate::problem::Problem;
+use crate::report;
+use crate::say;
+use crate::task;
+
+/// A run that is over.
+pub(super) struct Finished {
+    /// It ran to its end, and all results are written.
+    pub(super) whole: bool,
+}
+
+impl Shown<'_> {
+    pub(super) fn finish(mut self) -> Result<Finished, Problem> {
+        let mut summary = self.summary()?;
+        let mut whole = self.dead.is_empty() && self.outcome.ended != Ended::ControllerGone;
+        whole &= self.keep(&mut summary);
+        whole &= self.write(&summary)?;
+        if self.args.json {
+            say::answer(format_args!("{}", serde_json::to_string_pretty(&summary)?));
+        }
+        for warning in &self.outcome.warnings {
+            say::note(format_args!("calot: {warning}"));
+        }
+        // Last: what the run came to does not wait for it, nor fail with it.
+        if let Some(gif) = &self.args.gif
+            && let Err(problem) = animate(&self.outcome, gif)
+        {
+            say::note(format_args!("warning: no animation: {problem}"));
+            whole = false;
+        }
+        Ok(Finished { whole })
+    }
+
+    fn summary(&mut self) -> Result<Summary, Problem> {
+        let recorded = self.recorded.take();
+        let outcome = &mut self.outcome;
+        let warning = recorded.as_ref().and_then(Recorded::warning);
+        outcome.warnings.extend(warning);
+        if !self.dead.is_empty() {
+            outcome.ended = Ended::ProcessDied;
+        }
+        outcome.warnings.extend(self.dead.iter().cloned());
+        let scene = SceneFile::open(&self.scene)?;
+        let mut summary = self.recorder.summary(&scene, outcome, Machine::read());
+        if let Some(recorded) = &recorded {
+            // A controller that died before the display saw any of its ticks has run them all the same.
+            summary.ticks = summary.ticks.max(recorded.ticks);
+        }
+        summary.recording = recorded;
+        summary.task = self.assessed.as_ref().map(|it| it.summary.clone());
+        Ok(summary)
+    }
+
+    /// Keeps the session in the store. `false`: it should be there and is not.
+    fn keep(&mut self, summary: &mut Summary) -> bool {
+        let Some(assessed) = &self.assessed else {
+            return true;
+        };
+        let recording = summary.recording.as_ref().map(|it| it.file.as_path());
+        let Err(problem) = assessed.keep(&summary.scene, recording) else {
+            return true;
+        };
+        let warning = format!(
+            "not kept in the store: {problem}. What it came to is in summary.json and debrief.html"
+        );
+        summary.warnings.push(warning.clone());
+        self.outcome.warnings.push(warning);
+        false
+    }
+
+    /// Writes the files, if there is a folder for them. `false`: the debrief is missing.
+    fn write(&self, summary: &Summary) -> Result<bool, Problem> {
+        let Some(out) = &self.out else {
+            return Ok(true);
+        };
+        let written = write(out, summary, &self.recorder, &self.outcome)?;
+        say::note(format_args!(
+            "wrote {} and {}",
+            written.summary.display(),
+            written.report.display()
+        ));
+        let recording = summary.recording.as_ref().map(|it| it.file.clone());
+        let debriefed = |assessed| debrief(assessed, recording, out, &self.outcome);
+        Ok(self.assessed.as_ref().is_none_or(debriefed))
+    }
+}
+
+/// The run's pictures, but those of single moments, as an animation.
+fn animate(outcome: &Outcome, gif: &Path) -> Result<(), Problem> {
+    let is_of_course = |path: &PathBuf| {
+        let name = path.file_name().and_then(|it| it.to_str());
+        name.is_some_and(|it| it.starts_with("frame_"))
+    };
+    let pictures = outcome.frames.iter().filter_map(|it| it.path.clone());
+    let mut pictures: Vec<PathBuf> = pictures.filter(is_of_course).collect();
+    pictures.sort();
+    display_host::animation::write_gif(&pictures, gif)?;
+    say::note(format_args!(
+        "wrote {}: {} pictures",
+        gif.display(),
+        pictures.len()
+    ));
+    Ok(())
+}
+
+/// The page of the task, from the recording, as `calot report` makes it, with this run's pictures. Whether
+/// it was made.
+fn debrief(
+    assessed: &task::Ended,
+    session: Option<PathBuf>,
+    out: &Path,
+    outcome: &Outcome,
+) -> bool {
+    let made = session
+        .ok_or_else(|| Problem::from("nothing was recorded"))
+        .and_then(|session| report::chapter(&session, None, None))
+        .and_then(|report::Found { mut chapter, .. }| {
+            let drawn = outcome.frames.iter().filter_map(|it| it.path.clone());
+            chapter.pictures = report::chosen(drawn);
+            chapter.ticks = report::ticks(out);
+            if let Err(problem) = assessed.add_past(&mut chapter) {
+                say::note(format_args!(
+                    "calot: debrief.html without earlier sessions: {problem}"
+                ));
+            }
+            report::write(&[chapter], &out.join("debrief.html"))
+        });
+    if let Err(problem) = &made {
+        say::note(format_args!("calot: no debrief.html: {problem}"));
+    }
+    made.is_ok()
+}

@@ -1,0 +1,30 @@
+//! `calot run`: starts the processes, becomes the display, ends them, and reports.
+//!
+//! ```text
+//! Planned ──start──► Started ──show──► Shown ──finish──► Finished
+//! folder, scene      processes,        pictures,         summary.json, report.html,
+//!                    recorder, task    figures           debrief.html, exit code
+//! ```
+
+pub(crate) mod args;
+mod finish;
+mod plan;
+pub(crate) mod processes;
+mod show;
+mod start;
+mod watch;
+
+use std::process::ExitCode;
+
+use self::args::RunArgs;
+use self::plan::Planned;
+use crate::problem::Problem;
+
+/// Runs the station. The exit code tells whether it ran to its end.
+pub(crate) fn run(args: &RunArgs) -> Result<ExitCode, Problem> {
+    let finished = Planned::new(args)?.start()?.show()?.finish()?;
+    Ok(match finished.whole {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::FAILURE,
+    })
+}

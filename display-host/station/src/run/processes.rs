@@ -1,0 +1,191 @@
+//! The processes of a station: emulated devices for those that are not named, and the controller.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicBool;
+use std::time::Duration;
+
+use hardware::station::StationFile;
+use shared_mem::scene::SceneFile;
+
+use super::args::RunArgs;
+use crate::args::DeviceArgs;
+use crate::children::{EndedEarly, Process, args as words, option};
+use crate::problem::Problem;
+use crate::rt::DOES_NOT_FIT;
+use crate::say;
+use crate::scene;
+
+/// How long a child may take to be ready: a real device's handshake takes seconds.
+const PATIENCE_TO_START: Duration = Duration::from_secs(60);
+
+/// Processes that run.
+pub(crate) struct Running {
+    /// In the order in which they started; the controller is the last.
+    pub(crate) children: Vec<Process>,
+    /// The level of the scene that the controller took, which the display must show too.
+    pub(crate) scene: PathBuf,
+}
+
+/// A controller that runs, and the level of the scene that it took.
+struct Controller {
+    process: Process,
+    scene: PathBuf,
+}
+
+/// Starts emulated devices for those that are not named, then the controller.
+pub(crate) fn start(
+    args: &RunArgs,
+    scene: &Path,
+    folder: &Path,
+    stop: &AtomicBool,
+) -> Result<Running, Problem> {
+    let named = &args.controller.devices;
+    let emulated = Emulated::beside(named, folder)?;
+    let mut children = Vec::new();
+    if emulated.any() {
+        let words = emulated.words(args, scene);
+        children.push(Process::start("emulate", &words, PATIENCE_TO_START, stop)?);
+    }
+    let controller = control(args, &emulated.with(named), scene, folder, stop)?;
+    children.push(controller.process);
+    Ok(Running {
+        children,
+        scene: controller.scene,
+    })
+}
+
+/// The devices that are emulated, in a folder of their own.
+struct Emulated {
+    folder: PathBuf,
+    haptic: bool,
+    tracker: bool,
+    pedal: bool,
+}
+
+impl Emulated {
+    fn beside(named: &DeviceArgs, folder: &Path) -> Result<Self, Problem> {
+        let file = named.station_file.as_deref().map(StationFile::read);
+        let file = file.transpose()?.unwrap_or_default();
+        Ok(Self {
+            folder: folder.join("devices"),
+            haptic: named.haptic.is_none() && file.haptic.is_none(),
+            tracker: named.tracker.is_none() && file.tracker.is_none(),
+            pedal: named.pedal.is_none() && file.pedal.is_none(),
+        })
+    }
+
+    fn any(&self) -> bool {
+        self.haptic || self.tracker || self.pedal
+    }
+
+    /// The words that start them.
+    fn words(&self, args: &RunArgs, scene: &Path) -> Vec<OsString> {
+        words([
+            &"emulate",
+            &"--with-parent",
+            &std::process::id().to_string(),
+            &"--dir",
+            &self.folder,
+            &"--scene",
+            &scene,
+            &"--seed",
+            &args.seed.to_string(),
+            &"--station",
+            &args.station,
+            &"--gamepad",
+            &args.gamepad.gamepad.word(),
+        ])
+    }
+
+    /// The devices that the controller opens.
+    fn with(&self, named: &DeviceArgs) -> DeviceArgs {
+        let path = |named: &Option<PathBuf>, emulated: bool, name: &str| {
+            named.clone().or(emulated.then(|| self.folder.join(name)))
+        };
+        DeviceArgs {
+            haptic: path(&named.haptic, self.haptic, "haptic"),
+            tracker: path(&named.tracker, self.tracker, "tracker"),
+            pedal: path(&named.pedal, self.pedal, "pedal"),
+            station_file: named.station_file.clone(),
+        }
+    }
+}
+
+/// Starts the controller with the finest level of the scene that fits this machine.
+fn control(
+    args: &RunArgs,
+    devices: &DeviceArgs,
+    scene: &Path,
+    folder: &Path,
+    stop: &AtomicBool,
+) -> Result<Controller, Problem> {
+    let mut scene = scene.to_owned();
+    let mut level = 1;
+    loop {
+        // Levels that the user names are the controller's to choose from; else they are made here,
+        // when one is needed.
+        let next = match args.controller.realtime.coarser.is_empty() {
+            true => scene::coarser(&args.scene, level),
+            false => None,
+        };
+        let words = rt_words(args, devices, &scene, next.is_some());
+        let problem = match Process::start("rt", &words, PATIENCE_TO_START, stop) {
+            Ok(process) => {
+                let scene = taken(&process, scene, &args.controller.realtime.coarser)?;
+                return Ok(Controller { process, scene });
+            }
+            Err(problem) => problem,
+        };
+        let early = problem.downcast_ref::<EndedEarly>();
+        let code = early.and_then(|early| early.status.code());
+        match next {
+            Some(recipe) if code == Some(DOES_NOT_FIT.into()) => {
+                say::note("calot: taking the next coarser level of the scene");
+                scene = folder.join(format!("coarser-{level}.calot"));
+                scene::bring(&recipe, &scene)?;
+            }
+            _ => return Err(problem),
+        }
+        level += 1;
+    }
+}
+
+/// The words that start a controller.
+fn rt_words(args: &RunArgs, devices: &DeviceArgs, scene: &Path, strict: bool) -> Vec<OsString> {
+    let mut realtime = args.controller.realtime.clone();
+    realtime.strict |= strict;
+    let mut rt = words([
+        &"rt",
+        &"--with-parent",
+        &std::process::id().to_string(),
+        &"--scene",
+        &scene,
+        &"--station",
+        &args.station,
+    ]);
+    rt.extend(realtime.words());
+    option(&mut rt, "--haptic", devices.haptic.as_deref());
+    option(&mut rt, "--tracker", devices.tracker.as_deref());
+    option(&mut rt, "--pedal", devices.pedal.as_deref());
+    option(&mut rt, "--station-file", devices.station_file.as_deref());
+    rt
+}
+
+/// Which of the levels, of the scene's own file or of those that the user named, the controller took.
+fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<PathBuf, Problem> {
+    let ready: serde_json::Value = serde_json::from_str(controller.said())?;
+    let own = SceneFile::levels(&finest).into_iter().skip(1);
+    for path in own.chain(coarser.iter().flat_map(|file| SceneFile::levels(file))) {
+        let id = SceneFile::open(&path)?.id();
+        let id: String = id.iter().map(|byte| format!("{byte:02x}")).collect();
+        if ready["scene_id"] == id.as_str() {
+            say::note(format_args!(
+                "calot: the coarser level {} runs",
+                path.display()
+            ));
+            return Ok(path);
+        }
+    }
+    Ok(finest)
+}

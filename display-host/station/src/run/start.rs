@@ -1,0 +1,124 @@
+//! Starts the recorder, the processes, the task and its scripted surgeon.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use session::{Listening, Recording, Sight};
+use shared_mem::scene::SceneFile;
+use shared_mem::service::Station;
+
+use super::args::RunArgs;
+use super::plan::Planned;
+use super::processes::{self, Running};
+use super::watch::Watch;
+use crate::build::build;
+use crate::folder::Folder;
+use crate::problem::Problem;
+use crate::surgeon::AtWork;
+use crate::task::{self, Assigned, Live};
+
+/// A run whose processes are up.
+pub(super) struct Started<'a> {
+    pub(super) args: &'a RunArgs,
+    pub(super) stop: Arc<AtomicBool>,
+    pub(super) station: Station,
+    pub(super) out: Option<PathBuf>,
+    pub(super) folder: Folder,
+    /// The level of the scene that runs.
+    pub(super) scene: PathBuf,
+    pub(super) live: Option<Live>,
+    pub(super) recording: Option<Recording>,
+    /// Tells the recording where the display looks.
+    pub(super) sight: Sight,
+    pub(super) watch: Watch,
+    pub(super) surgeon: Option<AtWork>,
+}
+
+impl<'a> Planned<'a> {
+    pub(super) fn start(self) -> Result<Started<'a>, Problem> {
+        let Self {
+            args,
+            stop,
+            station,
+            assigned,
+            out,
+            folder,
+            scene,
+        } = self;
+        let listening = match session_path(args, out.as_deref()) {
+            // Before the controller starts: replay needs its first tick.
+            Some(path) => Some((path, listen(args, &station)?)),
+            None => None,
+        };
+        let Running { children, scene } = match args.attach {
+            true => Running {
+                children: Vec::new(),
+                scene, // its user tells it the scene
+            },
+            false => processes::start(args, &scene, folder.path(), &stop)?,
+        };
+        folder.tell(&scene)?;
+        let assignment = assigned.as_ref().map(Assigned::assignment);
+        let task = assigned.as_ref().map(Assigned::task);
+        let begins = assigned.as_ref().and_then(Assigned::start);
+        let live = assigned.map(|it| it.begin(&SceneFile::open(&scene)?, &station));
+        let (live, course) = live.transpose()?.unzip();
+        let sight = Sight::default();
+        let recording = match listening {
+            Some((path, listening)) => Some(listening.record(session::Config {
+                path,
+                build: build(),
+                scene: SceneFile::open(&scene)?,
+                assignment,
+                sight: sight.clone(),
+                course,
+            })?),
+            None => None,
+        };
+        let watch = Watch::begin(children, stop.clone());
+        if let Some(begins) = begins
+            && let Err(problem) = task::start(begins, &station)
+        {
+            watch.end();
+            return Err(problem);
+        }
+        let surgeon = match (task, args.task.hand) {
+            (Some(task), Some(hand)) => {
+                let scene = SceneFile::open(&scene)?;
+                Some(AtWork::begin(hand, task, &station, scene)?)
+            }
+            _ => None,
+        };
+        Ok(Started {
+            args,
+            stop,
+            station,
+            out,
+            folder,
+            scene,
+            live,
+            recording,
+            sight,
+            watch,
+            surgeon,
+        })
+    }
+}
+
+/// Where the session goes, if it is recorded. One that is joined cannot be replayed: its beginning
+/// is over.
+fn session_path(args: &RunArgs, out: Option<&Path>) -> Option<PathBuf> {
+    let beside = out.filter(|_| !args.attach);
+    args.record
+        .clone()
+        .or_else(|| beside.map(|out| out.join("session.mcap")))
+}
+
+fn listen(args: &RunArgs, station: &Station) -> Result<Listening, Problem> {
+    Ok(Listening::begin(
+        station,
+        display_host::priority::step_aside,
+        args.controller.realtime.core,
+    )?)
+}

@@ -1,0 +1,531 @@
+//! `calot start`: choose, operate, debrief. A window of its own that starts `calot run` as a child, because a
+//! window system serves one event loop a process, and a run is one task.
+
+pub(crate) mod args;
+mod choices;
+mod operation;
+mod outcome;
+mod problem;
+mod stations;
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitCode, ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use assess::{Difficulty, Rules, Task};
+use display_host::ui::launcher::{
+    Asking, Debrief, Failed, Launcher, Points, Running, Screen, Start, StartForm, Wish, launcher,
+};
+use display_host::window::{Page, show_page};
+use display_host::words::Words;
+use store::{GOALS, Questionnaire, Store};
+
+use self::args::StartArgs;
+use self::operation::Operation;
+use crate::args::LanguageName;
+use crate::clock::now_unix_s;
+use crate::problem::Problem;
+use crate::say;
+use crate::stop;
+
+/// Inner size of the window, pixels.
+const SIZE: [u32; 2] = [1280, 860];
+/// How often devices are looked for.
+const LOOK_EVERY: Duration = Duration::from_secs(3);
+/// How long the window may stand still for a store that another program writes.
+const PATIENCE_FOR_STORE: Duration = Duration::from_millis(300);
+
+/// Opens the launcher and runs it until it is closed.
+pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
+    let stop = stop::flag()?;
+    let rules = args.rules.as_deref().map(Rules::read).transpose()?;
+    let questions = args.questionnaire.as_deref().map(Questionnaire::read);
+    let mut desk = Desk::new(
+        args.clone(),
+        rules.unwrap_or_default(),
+        questions.transpose()?.unwrap_or_default(),
+    );
+    let shown = show_page(SIZE, &stop, &mut desk);
+    if let Some(operation) = &mut desk.operation {
+        say::note("calot: the operation is asked to end");
+        operation.stop();
+        operation.wait();
+    }
+    shown?;
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Whether there is a screen to open a window on.
+pub(crate) fn has_screen() -> bool {
+    ["DISPLAY", "WAYLAND_DISPLAY"]
+        .iter()
+        .any(|name| std::env::var_os(name).is_some_and(|it| !it.is_empty()))
+}
+
+/// The launcher's state: what it shows, and what it knows beside.
+struct Desk {
+    args: StartArgs,
+    rules: Rules,
+    questions: Questionnaire,
+    /// Where the store lies; none: there is no home folder.
+    store: Option<PathBuf>,
+    view: Launcher,
+    /// The choices, on whatever screen.
+    form: StartForm,
+    operation: Option<Operation>,
+    /// The newest debrief with its session's name, to come back to.
+    debrief: Option<(Debrief, String)>,
+    looked: Instant,
+    opening: Option<Child>,
+    over: bool,
+}
+
+impl Desk {
+    fn new(args: StartArgs, rules: Rules, questions: Questionnaire) -> Self {
+        let mut form = choices::usual();
+        form.language = LanguageName::or_users(args.language);
+        if let Some(file) = &args.station_file {
+            form.station_file = file.display().to_string();
+            form.emulated = false;
+        }
+        if let Some(scene) = &args.scene {
+            form = choices::fitting(
+                &form,
+                StartForm {
+                    scene: scene.clone(),
+                    ..form.clone()
+                },
+            );
+        }
+        let store = args.store.path().ok();
+        let mut desk = Self {
+            view: Launcher {
+                words: Words::new(form.language),
+                screen: Screen::Start(Start::default()),
+            },
+            args,
+            rules,
+            questions,
+            store,
+            form,
+            operation: None,
+            debrief: None,
+            looked: Instant::now(),
+            opening: None,
+            over: false,
+        };
+        desk.show_start();
+        desk
+    }
+
+    /// The store, if it can be opened now.
+    fn open_store(&self) -> Result<Store, String> {
+        let words = &self.view.words;
+        let path = self.store.as_ref();
+        let path = path.ok_or_else(|| words.say("store-no-home"))?;
+        Store::open_within(path, PATIENCE_FOR_STORE).map_err(|it| problem::of_store(words, &it))
+    }
+
+    fn show_start(&mut self) {
+        let names = |all: &[&str]| all.iter().map(|it| (*it).to_owned()).collect();
+        let words = &self.view.words;
+        let kept = self.open_store().and_then(|store| {
+            let trainees = store.trainees();
+            trainees.map_err(|it| problem::of_store(words, &it))
+        });
+        let mut start = Start {
+            form: self.form.clone(),
+            trainees: Vec::new(),
+            tasks: names(&Task::ALL.map(Task::name)),
+            difficulties: names(&Difficulty::ALL.map(Difficulty::name)),
+            scopes: choices::SCOPES.to_vec(),
+            scenes: names(&choices::SCENES),
+            hanging: names(&choices::hanging()),
+            store: self.store.as_ref().map_or_else(
+                || words.say("store-no-home"),
+                |path| path.display().to_string(),
+            ),
+            problem: None,
+            ..Start::default()
+        };
+        let own = self.args.scene.iter();
+        let own = own.filter(|it| !choices::SCENES.contains(&it.as_str()));
+        start.scenes.extend(own.cloned());
+        match kept {
+            Ok(trainees) => start.trainees = trainees.into_iter().map(|it| it.name).collect(),
+            Err(problem) => start.problem = Some(problem),
+        }
+        stations::look(&mut start, words);
+        self.looked = Instant::now();
+        self.view.screen = Screen::Start(start);
+    }
+
+    fn do_as(&mut self, wish: Wish) {
+        match wish {
+            Wish::Form(form) => self.choose(form),
+            Wish::Begin | Wish::Again => self.begin(),
+            Wish::AgainEmulated => {
+                self.form.emulated = true;
+                self.begin();
+            }
+            Wish::Stop => {
+                if let Some(operation) = &mut self.operation {
+                    operation.stop();
+                }
+            }
+            Wish::StopAtOnce => {
+                if let Some(operation) = &mut self.operation {
+                    operation.kill();
+                }
+            }
+            Wish::Another => self.show_start(),
+            Wish::OpenReport => self.open_report(),
+            Wish::Ask(asking) => self.ask(asking),
+            Wish::Answer(_) | Wish::Previous => self.answer(&wish),
+            Wish::Keep => self.keep(),
+            Wish::Back => self.show_debrief(),
+            Wish::Quit => self.over = true,
+        }
+    }
+
+    fn choose(&mut self, form: StartForm) {
+        let form = choices::fitting(&self.form, form);
+        let devices = |it: &StartForm| (it.emulated, it.station_file.clone());
+        let look = devices(&form) != devices(&self.form);
+        let speaks_anew = form.language != self.form.language;
+        self.form = form;
+        if speaks_anew {
+            self.view.words = Words::new(self.form.language);
+            // What stands there was said in the other one.
+            self.show_start();
+        } else if let Screen::Start(start) = &mut self.view.screen {
+            start.form = self.form.clone();
+            if look {
+                stations::look(start, &self.view.words);
+            }
+        }
+    }
+
+    /// Starts an operation, or says on the start screen why not.
+    fn begin(&mut self) {
+        let begun = self.checked().and_then(|form| {
+            let out = self.new_folder()?;
+            let words = self.words_of_run(&form, &out);
+            Operation::begin(&words, form, out.clone()).map_err(|error| {
+                // Nothing came of it.
+                let _ = std::fs::remove_dir(&out);
+                problem::of_start(&self.view.words, &error)
+            })
+        });
+        match begun {
+            Ok(operation) => {
+                self.operation = Some(operation);
+                self.show_running();
+            }
+            Err(problem) => {
+                self.show_start();
+                if let Screen::Start(start) = &mut self.view.screen {
+                    start.problem = Some(problem);
+                }
+            }
+        }
+    }
+
+    /// The choices, as they can be begun with.
+    fn checked(&self) -> Result<StartForm, String> {
+        let mut form = self.form.clone();
+        form.trainee = form.trainee.trim().to_owned();
+        if !form.trainee.is_empty() {
+            let name = store::check_name(&form.trainee)
+                .map_err(|it| problem::of_name(&self.view.words, &it))?;
+            form.trainee = name.to_owned();
+            self.open_store()?;
+        }
+        if !form.emulated && form.station_file.trim().is_empty() {
+            return Err(self.view.words.say("start-no-file"));
+        }
+        Ok(form)
+    }
+
+    /// A folder for the next session.
+    fn new_folder(&self) -> Result<PathBuf, String> {
+        let beside = self.store.as_ref().and_then(|store| store.parent());
+        let sessions = self.args.sessions.clone();
+        let sessions = sessions.or_else(|| Some(beside?.join("sessions")));
+        let out = sessions
+            .unwrap_or_else(|| "out".into())
+            .join(store::new_id());
+        std::fs::create_dir_all(&out)
+            .map_err(|it| problem::of_folder(&self.view.words, &out, &it))?;
+        Ok(out)
+    }
+
+    fn words_of_run(&self, form: &StartForm, out: &Path) -> Vec<OsString> {
+        let scope = form.scope_degrees.to_string();
+        let mut words: Vec<OsString> = [
+            "run",
+            "--station",
+            &self.args.station,
+            "--task",
+            &form.task,
+            "--difficulty",
+            &form.difficulty,
+            "--scene",
+            &form.scene,
+            "--scope",
+            &scope,
+            "--language",
+            form.language.code(),
+            "--out",
+        ]
+        .map(Into::into)
+        .to_vec();
+        words.push(out.into());
+        let mut option = |name: &str, value: &dyn AsRef<std::ffi::OsStr>| {
+            words.extend([name.into(), value.as_ref().to_owned()]);
+        };
+        if !form.trainee.is_empty()
+            && let Some(store) = &self.store
+        {
+            // With `=`, for a name may begin with a hyphen.
+            option("--store", store);
+            words.push(format!("--trainee={}", form.trainee).into());
+        }
+        let mut option = |name: &str, value: &dyn AsRef<std::ffi::OsStr>| {
+            words.extend([name.into(), value.as_ref().to_owned()]);
+        };
+        if !form.emulated {
+            option("--station-file", &form.station_file.trim());
+        }
+        if let Some(rules) = &self.args.rules {
+            option("--rules", rules);
+        }
+        if form.own_sutures {
+            option("--sutures", &"own");
+        }
+        words.extend(self.args.more.iter().cloned());
+        words
+    }
+
+    fn show_running(&mut self) {
+        let Some(operation) = &self.operation else {
+            return;
+        };
+        self.view.screen = Screen::Running(Running {
+            trainee: operation.form.trainee.clone(),
+            task: operation.form.task.clone(),
+            seconds: operation.seconds().floor(),
+            said: operation.said().pop(),
+            ending: operation.is_ending(),
+            overdue: operation.is_overdue(),
+        });
+    }
+
+    /// The operation has ended: its debrief, or why there is none.
+    fn debrief(&mut self, operation: &Operation, status: ExitStatus) {
+        let store = self.open_store();
+        let form = &operation.form;
+        let found = outcome::read(
+            &operation.out,
+            &form.trainee,
+            &self.rules,
+            &store,
+            &self.view.words,
+        );
+        match found {
+            Some(found) => {
+                self.debrief = Some(found);
+                self.show_debrief();
+            }
+            None => {
+                // Only if it is empty: what it left may say why.
+                let _ = std::fs::remove_dir(&operation.out);
+                let mut said = operation.said();
+                if crate::report::recording(&operation.out).exists() {
+                    said.push(problem::of_recorded(&self.view.words, &operation.out));
+                }
+                self.view.screen = Screen::Failed(Failed {
+                    status: problem::of_end(&self.view.words, status),
+                    said,
+                    had_devices: !form.emulated,
+                });
+            }
+        }
+    }
+
+    fn show_debrief(&mut self) {
+        match &self.debrief {
+            Some((debrief, _)) => self.view.screen = Screen::Debrief(debrief.clone()),
+            None => self.show_start(),
+        }
+    }
+
+    fn note(&mut self, notice: String) {
+        if let Some((debrief, _)) = &mut self.debrief {
+            debrief.notice = Some(notice);
+        }
+        if let Screen::Debrief(_) = self.view.screen {
+            self.show_debrief();
+        }
+    }
+
+    fn open_report(&mut self) {
+        let report = self.debrief.as_ref().and_then(|(it, _)| it.report.clone());
+        let Some(path) = report else { return };
+        let opened = Command::new("xdg-open")
+            .arg(&path)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(Stdio::null())
+            .spawn();
+        let words = &self.view.words;
+        let notice = match opened {
+            Ok(child) => {
+                self.opening = Some(child);
+                words.say_with("debrief-report-opened", &[("path", path.into())])
+            }
+            Err(error) => report_lies(words, &path, &format!("xdg-open: {error}")),
+        };
+        self.note(notice);
+    }
+
+    fn ask(&mut self, asking: Asking) {
+        let Some((debrief, _)) = &self.debrief else {
+            return;
+        };
+        let items: Vec<_> = match asking {
+            Asking::Questions => {
+                let items = self.questions.items.iter();
+                items.map(|it| (it.id.clone(), it.text.clone())).collect()
+            }
+            Asking::Sheet => GOALS
+                .map(|(name, text)| (name.to_owned(), text.to_owned()))
+                .to_vec(),
+        };
+        self.view.screen = Screen::Points(Points {
+            asking,
+            trainee: debrief.trainee.clone(),
+            given: vec![None; items.len()],
+            items,
+            at: 0,
+            problem: None,
+        });
+    }
+
+    fn answer(&mut self, wish: &Wish) {
+        let Screen::Points(points) = &mut self.view.screen else {
+            return;
+        };
+        match wish {
+            Wish::Answer(given) => {
+                if let Some(slot) = points.given.get_mut(points.at) {
+                    *slot = Some(*given);
+                    points.at += 1;
+                }
+            }
+            _ => points.at = points.at.saturating_sub(1),
+        }
+    }
+
+    /// Puts the points into the store, or says why not; they stay on the screen then.
+    fn keep(&mut self) {
+        let Screen::Points(points) = &self.view.screen else {
+            return;
+        };
+        let given: Vec<u8> = points.given.iter().flatten().copied().collect();
+        let (asking, trainee) = (points.asking, points.trainee.clone());
+        let kept = self.put(asking, &trainee, &given);
+        match (kept, &mut self.debrief) {
+            (Ok(()), Some((debrief, _))) => {
+                match asking {
+                    Asking::Questions => debrief.answered = true,
+                    Asking::Sheet => {
+                        debrief.sheet = Some(given.iter().map(|it| u32::from(*it)).sum());
+                    }
+                }
+                self.show_debrief();
+            }
+            (Ok(()), None) => self.show_start(),
+            (Err(problem), _) => {
+                if let Screen::Points(points) = &mut self.view.screen {
+                    points.problem = Some(problem);
+                }
+            }
+        }
+    }
+
+    fn put(&self, asking: Asking, trainee: &str, given: &[u8]) -> Result<(), String> {
+        let mut store = self.open_store()?;
+        let words = &self.view.words;
+        let kept = match asking {
+            Asking::Questions => store.answer(trainee, &self.questions, given, now_unix_s()),
+            Asking::Sheet => {
+                let session = self.debrief.as_ref().map_or("", |(_, session)| session);
+                let points = given.try_into();
+                store.set_sheet(session, points.map_err(|_| words.say("sheet-not-whole"))?)
+            }
+        };
+        kept.map_err(|it| problem::of_store(words, &it))
+    }
+}
+
+fn report_lies(words: &Words, path: &str, problem: &str) -> String {
+    let values = [("path", path.into()), ("problem", problem.into())];
+    words.say_with("debrief-report-lies", &values)
+}
+
+impl Page for Desk {
+    fn title(&self) -> String {
+        self.view.title()
+    }
+
+    fn show(&mut self, ui: &mut egui::Ui) {
+        for wish in launcher(ui, &self.view) {
+            self.do_as(wish);
+            // What was pressed on one screen is not meant for the next.
+            ui.ctx().request_repaint();
+        }
+    }
+
+    fn look_about(&mut self) -> bool {
+        if let Some(mut operation) = self.operation.take() {
+            match operation.ended() {
+                Some(status) => self.debrief(&operation, status),
+                None => {
+                    self.operation = Some(operation);
+                    let before = self.view.screen.clone();
+                    self.show_running();
+                    return self.view.screen != before;
+                }
+            }
+            return true;
+        }
+        if let Some(mut opening) = self.opening.take() {
+            match opening.try_wait() {
+                Ok(Some(status)) if !status.success() => {
+                    let report = self.debrief.as_ref().and_then(|(it, _)| it.report.clone());
+                    let path = report.unwrap_or_default();
+                    let problem = format!("xdg-open: {status}");
+                    self.note(report_lies(&self.view.words, &path, &problem));
+                    return true;
+                }
+                Ok(None) => self.opening = Some(opening),
+                _ => {}
+            }
+        }
+        if let Screen::Start(start) = &mut self.view.screen
+            && self.looked.elapsed() >= LOOK_EVERY
+        {
+            self.looked = Instant::now();
+            let before = (start.devices.clone(), start.plugged_in.clone());
+            stations::look(start, &self.view.words);
+            return before != (start.devices.clone(), start.plugged_in.clone());
+        }
+        false
+    }
+
+    fn is_over(&self) -> bool {
+        self.over
+    }
+}

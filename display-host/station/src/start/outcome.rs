@@ -1,0 +1,246 @@
+//! From what an operation left in its folder, and from the store, to its debrief.
+
+use std::path::Path;
+
+use assess::{Metric, Reason, Rules, Task};
+use display_host::ui::TaskNote;
+use display_host::ui::launcher::{Debrief, Earlier, MetricRow};
+use display_host::words::Words;
+use serde::Deserialize as _;
+use serde_json::Value;
+use store::Store;
+
+use super::problem;
+use crate::store::{Course, past};
+
+/// Metrics that are shown of every task, beside those of its pass rule.
+const SHOWN: [Metric; 9] = [
+    Metric::Time,
+    Metric::Alarms,
+    Metric::Path,
+    Metric::Economy,
+    Metric::Force95,
+    Metric::CauteryAir,
+    Metric::Blood,
+    Metric::Bile,
+    Metric::OutOfView,
+];
+/// Warnings that are shown.
+const WARNINGS_MAX: usize = 4;
+
+/// What an operation came to, and its session's name; `None`: it left nothing.
+pub(super) fn read(
+    out: &Path,
+    trainee: &str,
+    rules: &Rules,
+    store: &Result<Store, String>,
+    words: &Words,
+) -> Option<(Debrief, String)> {
+    let text = std::fs::read_to_string(out.join("summary.json")).ok()?;
+    let summary: Value = serde_json::from_str(&text).ok()?;
+    let text = |key: &str| summary[key].as_str().map(str::to_owned);
+    let (task, session) = (text("task")?, text("session")?);
+    let difficulty = text("difficulty").unwrap_or_default();
+    let version = summary["metrics_version"].as_u64().unwrap_or(0) as u32;
+    let course = Course {
+        task: &task,
+        difficulty: &difficulty,
+        version,
+    };
+    let before = match (store, trainee) {
+        (_, "") => None,
+        (Ok(store), _) => {
+            let found = past(store, trainee, course, &session);
+            Some(found.map_err(|it| problem::of_store(words, &it)))
+        }
+        (Err(problem), _) => Some(Err(problem.clone())),
+    };
+    let (before, problem) = match before {
+        Some(Ok(before)) => (Some(before), None),
+        Some(Err(problem)) => (None, Some(problem)),
+        None => (None, None),
+    };
+    let (past, sheet) = before.map_or_else(Default::default, |it| (it.past, it.sheet));
+    let report = out.join("debrief.html");
+    let score = summary["score"].as_f64().unwrap_or(0.0);
+    let debrief = Debrief {
+        trainee: trainee.to_owned(),
+        outcome: text("outcome").unwrap_or_default(),
+        reasons: reasons(&summary),
+        score,
+        alarms: summary["alarms"]
+            .as_array()
+            .map_or_else(Vec::new, |all| all.iter().map(note).collect()),
+        metrics: rows(&task, rules, &summary, &past),
+        earlier: past
+            .into_iter()
+            .map(|it| Earlier {
+                when: it.when,
+                outcome: it.outcome,
+                score: it.score,
+            })
+            .collect(),
+        report: report.exists().then(|| report.display().to_string()),
+        sheet: sum(&sheet),
+        warnings: problem
+            .into_iter()
+            .chain(texts(&summary["warnings"]))
+            .take(WARNINGS_MAX)
+            .collect(),
+        task,
+        difficulty,
+        ..Debrief::default()
+    };
+    Some((debrief, session))
+}
+
+/// An instructor's points together, if there are any.
+pub(super) fn sum(sheet: &[(String, u8)]) -> Option<u32> {
+    let points = sheet.iter().map(|(_, points)| u32::from(*points));
+    (!sheet.is_empty()).then(|| points.sum())
+}
+
+fn texts(value: &Value) -> Vec<String> {
+    let all = value.as_array().into_iter().flatten();
+    all.filter_map(|it| Some(session::printable(it.as_str()?)))
+        .collect()
+}
+
+/// Why it ended so, as far as this program knows the kinds.
+fn reasons(summary: &Value) -> Vec<Reason> {
+    let all = summary["reason_kinds"].as_array().into_iter().flatten();
+    all.filter_map(|it| Reason::deserialize(it).ok()).collect()
+}
+
+fn note(alarm: &Value) -> (f64, TaskNote) {
+    let note = TaskNote {
+        kind: alarm["kind"].as_str().unwrap_or_default().to_owned(),
+        organ: alarm["organ"].as_str().map(str::to_owned),
+    };
+    (alarm["at_s"].as_f64().unwrap_or(0.0), note)
+}
+
+fn rows(
+    task: &str,
+    rules: &Rules,
+    summary: &Value,
+    past: &[assess::report::Past],
+) -> Vec<MetricRow> {
+    let pass = Task::from_name(task).map_or_else(Vec::new, |task| rules.pass(task));
+    let ruled = pass.iter().map(|(name, ..)| *name);
+    let usual = SHOWN.iter().map(|it| it.name());
+    let usual = usual.filter(|name| pass.iter().all(|(it, ..)| it != name));
+    ruled
+        .chain(usual)
+        .map(|name| {
+            let value = match name {
+                "score" => summary["score"].as_f64(),
+                name => summary["metrics"][name].as_f64(),
+            };
+            let rule = pass.iter().find(|(it, ..)| *it == name);
+            let passes = rule.map(|(_, least, most)| [*least, *most]);
+            // Who fails early is quick.
+            let passed = past.iter().filter(|it| it.outcome == "passed");
+            let earlier = passed.filter_map(|it| match name {
+                "score" => Some(it.score),
+                name => it.metrics.get(name).copied(),
+            });
+            let more_is_better = match passes {
+                Some([least, _]) => least.is_finite(),
+                None => name == Metric::Economy.name(),
+            };
+            MetricRow {
+                name: name.to_owned(),
+                unit: Metric::from_name(name).map_or("n", Metric::unit).to_owned(),
+                value,
+                passes,
+                best: match more_is_better {
+                    true => earlier.reduce(f64::max),
+                    false => earlier.reduce(f64::min),
+                },
+            }
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Without a store.
+    fn read_it(out: &Path, trainee: &str) -> Option<(Debrief, String)> {
+        let store = Err("it is in use".to_owned());
+        read(out, trainee, &Rules::default(), &store, &Words::default())
+    }
+
+    fn folder(text: &str) -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join("summary.json"), text).unwrap();
+        folder
+    }
+
+    #[test]
+    fn a_summary_is_a_debrief_with_the_pass_rule_first() {
+        let folder = folder(
+            r#"{"task": "clamp", "difficulty": "exam", "outcome": "failed",
+                "reason_kinds": [{"kind": "bored"}, {"kind": "too-long", "seconds": 60.0}],
+                "score": 61.0, "session": "s", "metrics_version": 1, "warnings": ["\u001b[31mred"],
+                "alarms": [{"at_s": 75.5, "kind": "burnt", "organ": "liver"}],
+                "metrics": {"time_s": 80.0, "economy": null}}"#,
+        );
+        let (debrief, session) = read_it(folder.path(), "").unwrap();
+        assert_eq!((&*session, &*debrief.outcome), ("s", "failed"));
+        assert_eq!(debrief.reasons, [Reason::TooLong { seconds: 60.0 }]);
+        assert_eq!(debrief.alarms[0].1.organ.as_deref(), Some("liver"));
+        assert_eq!(debrief.report, None, "there is no page in the folder");
+        assert!(!debrief.warnings[0].contains('\u{1b}'));
+        let ruled = debrief.metrics.iter().take_while(|it| it.passes.is_some());
+        assert!(ruled.count() >= 2, "{:?}", debrief.metrics);
+        let named: std::collections::BTreeSet<_> =
+            debrief.metrics.iter().map(|it| &it.name).collect();
+        assert_eq!(named.len(), debrief.metrics.len(), "each once");
+        let time = debrief.metrics.iter().find(|it| it.name == "time_s");
+        assert_eq!(time.unwrap().value, Some(80.0));
+    }
+
+    #[test]
+    fn a_store_that_cannot_be_had_is_a_warning_to_those_who_are_in_it() {
+        let folder = folder(r#"{"task": "clamp", "session": "s", "warnings": ["late"]}"#);
+        let warnings = |trainee| read_it(folder.path(), trainee).unwrap().0.warnings;
+        assert_eq!(warnings("Ada"), ["it is in use", "late"]);
+        assert_eq!(warnings(""), ["late"]);
+    }
+
+    #[test]
+    fn what_is_no_summary_of_a_task_is_no_debrief() {
+        for text in ["", "{}", "[]", r#"{"task": 5}"#] {
+            let found = read_it(folder(text).path(), "");
+            assert!(found.is_none(), "{text}");
+        }
+        assert!(read_it(Path::new("/nowhere"), "").is_none());
+    }
+
+    #[test]
+    fn every_metric_that_may_be_shown_has_a_name_in_every_language() {
+        use display_host::words::Language;
+        for language in Language::ALL {
+            let words = Words::new(language);
+            for metric in Metric::ALL {
+                let id = format!("metric-{}", metric.name().replace('_', "-"));
+                assert_ne!(words.say(&id), id, "{language:?}");
+            }
+            for task in Task::ALL {
+                let id = format!("start-asks-{}", task.name());
+                assert_ne!(words.say(&id), id, "{language:?}");
+            }
+            for (name, _) in store::GOALS {
+                let id = format!("goals-{name}");
+                assert_ne!(words.say(&id), id, "{language:?}");
+            }
+            for item in store::Questionnaire::default().items {
+                let id = format!("question-{}", item.id);
+                assert_ne!(words.say(&id), id, "{language:?}");
+            }
+        }
+    }
+}

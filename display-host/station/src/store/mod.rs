@@ -1,0 +1,396 @@
+//! `calot store`: trainees, their sessions, what they answered.
+
+pub(crate) mod args;
+mod questions;
+
+use std::collections::BTreeMap;
+use std::path::Path;
+use std::process::ExitCode;
+
+use assess::report::{Past, learning_curve};
+use assess::{Assessed, Difficulty, Metric, Outcome, Rules, Task};
+use store::{SessionRecord, Store, StoreError};
+
+use self::args::{StoreArgs, What};
+use crate::problem::Problem;
+use crate::report::{self, utc};
+use crate::say;
+
+/// How a session ended whose recording breaks off before its task was decided.
+const CUT_SHORT: &str = "cut-short";
+
+pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
+    let mut store = args.file.open()?;
+    match &args.what {
+        What::List { name, json } => list(&store, name.as_deref(), *json)?,
+        What::Add {
+            name,
+            sessions,
+            json,
+        } => {
+            for session in sessions {
+                let added = add(&mut store, name, session)?;
+                if let (true, Some(added)) = (*json, added) {
+                    say::answer(serde_json::to_string(&added)?);
+                }
+            }
+        }
+        What::Export { name, csv: true } => {
+            say::answer(store.export_csv(name.as_deref())?.trim_end());
+        }
+        What::Export { name, csv: false } => {
+            let all = store.export_json(name.as_deref())?;
+            say::answer(serde_json::to_string_pretty(&all)?);
+        }
+        What::Merge { others, json } => {
+            for other in others {
+                merge(&mut store, other, *json)?;
+            }
+        }
+        What::Forget { name } => forget(&mut store, name)?,
+        What::Curve {
+            name,
+            task,
+            difficulty,
+            metric,
+            out,
+        } => curve(&store, name, *task, *difficulty, metric, out)?,
+        What::Sheet { session, points } => {
+            let points: [u8; 5] = points[..].try_into()?;
+            store.set_sheet(session, points)?;
+            let sum: u32 = points.iter().map(|it| u32::from(*it)).sum();
+            say::note(format_args!("{sum} of 25"));
+        }
+        What::Ask {
+            name,
+            questionnaire,
+            answers,
+        } => questions::take(&mut store, name, questionnaire.as_deref(), answers)?,
+        What::Answers {
+            questionnaire,
+            json,
+        } => questions::summarise(&store, questionnaire.as_deref(), *json)?,
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Adds what another station's store holds.
+fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
+    let merged = store.merge(other)?;
+    if json {
+        say::answer(serde_json::to_string(&merged)?);
+        return Ok(());
+    }
+    say::note(format_args!(
+        "{}: {} sessions of {} new trainees added, {} were there already",
+        other.display(),
+        merged.sessions,
+        merged.trainees,
+        merged.known
+    ));
+    if merged.differing > 0 {
+        say::note(format_args!(
+            "{} of these differ there; they stay as they are here",
+            merged.differing
+        ));
+    }
+    Ok(())
+}
+
+fn forget(store: &mut Store, name: &str) -> Result<(), Problem> {
+    let files = store.forget(name)?;
+    say::note(format_args!("forgot {name}"));
+    if !files.is_empty() {
+        say::note("recordings are not touched; they were here:");
+        files
+            .iter()
+            .for_each(|file| say::note(format_args!("  {file}")));
+    }
+    Ok(())
+}
+
+fn list(store: &Store, name: Option<&str>, json: bool) -> Result<(), Problem> {
+    let Some(name) = name else {
+        let people = store.trainees()?;
+        if json {
+            say::answer(serde_json::to_string_pretty(&people)?);
+            return Ok(());
+        }
+        if people.is_empty() {
+            say::note("nobody yet: `calot run --task clamp --trainee NAME` adds a session");
+        }
+        for person in people {
+            say::answer(format_args!("{:>5}  {}", person.sessions, person.name));
+        }
+        return Ok(());
+    };
+    let sessions = store.sessions(name, None)?;
+    if json {
+        say::answer(serde_json::to_string_pretty(&sessions)?);
+        return Ok(());
+    }
+    for it in sessions {
+        let when = utc(u64::try_from(it.began_unix_s).unwrap_or(0));
+        let goals: u32 = store
+            .sheet(&it.id)?
+            .iter()
+            .map(|(_, it)| u32::from(*it))
+            .sum();
+        let goals = if goals > 0 {
+            format!("  GOALS {goals}")
+        } else {
+            String::new()
+        };
+        say::answer(format_args!(
+            "{}  {when}  {:<10} {:<9} {:<9} {:>3.0} of 100, {} alarms{goals}",
+            it.id, it.task, it.difficulty, it.outcome, it.score, it.alarms
+        ));
+    }
+    Ok(())
+}
+
+/// Adds a session as its recording has it; nothing if it is there already.
+fn add(store: &mut Store, name: &str, session: &Path) -> Result<Option<SessionRecord>, Problem> {
+    let file = report::recording(session);
+    let refused = |why: &str| Problem::from(format!("{}: {why}", file.display()));
+    if session::is_being_recorded(&file) {
+        return Err(refused(
+            "it is still being recorded; add it once its run is over, which may keep it by itself",
+        ));
+    }
+    let found = report::chapter(session, None, None)?;
+    if let Some(why) = found.left_out.damaged() {
+        return Err(refused(&format!("it is damaged {why}; it is not added")));
+    }
+    let is_task = |it: &session::Assignment| Task::from_name(&it.task).is_some();
+    let assignment = found.assignment.filter(is_task).ok_or_else(|| {
+        refused(
+            "it was recorded for no task (`calot run --task`), and came to nothing that is kept",
+        )
+    })?;
+    for warning in found.left_out.in_words() {
+        say::note(format_args!("warning: {}: {warning}", file.display()));
+    }
+    let began_unix_s = i64::try_from(found.began_unix_s).unwrap_or(0);
+    let (assessed, chapter) = (&found.chapter.assessed, &found.chapter);
+    let (scene, program) = (&chapter.scene, &chapter.build);
+    let id = &assignment.id;
+    let mut record = record(id, began_unix_s, assessed, scene, program, Some(&file));
+    // What was decided before it breaks off stays so.
+    let is_open = matches!(assessed.outcome, Outcome::Aborted | Outcome::Practised);
+    if is_open && found.left_out.cut_short().is_some() {
+        CUT_SHORT.clone_into(&mut record.outcome);
+    }
+    if !store.add_recorded(name, &record)? {
+        say::note(format_args!(
+            "session {id} is there already; it stays as it is"
+        ));
+        return Ok(None);
+    }
+    say::note(format_args!(
+        "kept as {name}'s session {id}: {}",
+        record.outcome
+    ));
+    Ok(Some(record))
+}
+
+/// Draws sessions that compare: worked to their end, of one difficulty, by one version of the metrics.
+fn curve(
+    store: &Store,
+    name: &str,
+    task: Task,
+    difficulty: Option<Difficulty>,
+    metric: &str,
+    out: &Path,
+) -> Result<(), Problem> {
+    let (sessions, left_out) = comparable(store.sessions(name, Some(task.name()))?, difficulty);
+    if left_out > 0 {
+        say::note(format_args!(
+            "{left_out} sessions are left out: aborted, cut short or practice, or of another difficulty (--difficulty) or \
+             version of the metrics than the newest"
+        ));
+    }
+    let value = |it: &SessionRecord| match metric {
+        "score" => Some(it.score),
+        metric => it.metrics.get(metric).copied(),
+    };
+    let values: Vec<f64> = sessions.iter().filter_map(value).collect();
+    let rules = Rules::default();
+    let pass = rules
+        .pass(task)
+        .into_iter()
+        .find(|(name, ..)| *name == metric);
+    let rule = pass.map(|(_, least, most)| if least.is_finite() { least } else { most });
+    let unit = Metric::from_name(metric).map_or("", Metric::unit);
+    let title = format!("{metric} {unit}").trim_end().to_owned();
+    let drawn = learning_curve(&values, rule, &title).ok_or_else(|| {
+        format!(
+            "{} session of task '{}' with {metric}: a curve needs two",
+            values.len(),
+            task.name()
+        )
+    })?;
+    std::fs::write(out, drawn).map_err(|error| format!("{}: {error}", out.display()))?;
+    say::note(format_args!(
+        "wrote {}: {} sessions",
+        out.display(),
+        values.len()
+    ));
+    Ok(())
+}
+
+/// The sessions that compare with the newest of a difficulty, or of any, and how many do not.
+fn comparable(
+    sessions: Vec<SessionRecord>,
+    difficulty: Option<Difficulty>,
+) -> (Vec<SessionRecord>, usize) {
+    let of_all = sessions.len();
+    let asked = |it: &SessionRecord| difficulty.is_none_or(|of| of.name() == it.difficulty);
+    let mut kept: Vec<_> = sessions
+        .into_iter()
+        .filter(|it| counts(it) && asked(it))
+        .collect();
+    if let Some(newest) = kept.last() {
+        let (difficulty, version) = (newest.difficulty.clone(), newest.metrics_version);
+        kept.retain(|it| it.difficulty == difficulty && it.metrics_version == version);
+    }
+    let left_out = of_all - kept.len();
+    (kept, left_out)
+}
+
+/// A session as the store keeps it.
+pub(crate) fn record(
+    id: &str,
+    began_unix_s: i64,
+    assessed: &Assessed,
+    scene: &str,
+    program: &str,
+    file: Option<&Path>,
+) -> SessionRecord {
+    let values = Metric::ALL.map(|metric| (metric.name().to_owned(), assessed.metrics.get(metric)));
+    let metrics = values.into_iter().filter(|(_, value)| value.is_finite());
+    SessionRecord {
+        id: id.to_owned(),
+        began_unix_s,
+        task: assessed.task.name().to_owned(),
+        difficulty: assessed.difficulty.name().to_owned(),
+        outcome: assessed.outcome.name().to_owned(),
+        score: assessed.score,
+        alarms: assessed.alarms.len() as i64,
+        metrics_version: assessed.version,
+        metrics: metrics.collect::<BTreeMap<_, _>>(),
+        scene: scene.to_owned(),
+        program: program.to_owned(),
+        file: file.map(|file| {
+            let whole = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
+            whole.display().to_string()
+        }),
+    }
+}
+
+/// What the store adds to a debrief.
+pub(crate) struct Before {
+    pub(crate) past: Vec<Past>,
+    pub(crate) sheet: Vec<(String, u8)>,
+}
+
+/// Whether a session was worked to its end: one that was left early, or was practice, took less time and
+/// cost less than any that was not.
+fn counts(session: &SessionRecord) -> bool {
+    [Outcome::Passed, Outcome::Failed]
+        .iter()
+        .any(|it| it.name() == session.outcome)
+}
+
+/// Sessions that compare with each other.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Course<'a> {
+    pub(crate) task: &'a str,
+    pub(crate) difficulty: &'a str,
+    /// Version of the metrics' definitions.
+    pub(crate) version: u32,
+}
+
+impl Course<'_> {
+    fn holds(&self, session: &SessionRecord) -> bool {
+        session.metrics_version == self.version && session.difficulty == self.difficulty
+    }
+}
+
+/// Somebody's earlier sessions of a task at a difficulty that were worked to their end, by metrics of one
+/// version; and the sheet of this one.
+pub(crate) fn past(
+    store: &Store,
+    name: &str,
+    course: Course<'_>,
+    before: &str,
+) -> Result<Before, StoreError> {
+    let sessions = store.sessions(name, Some(course.task))?;
+    let earlier = sessions.into_iter().take_while(|it| it.id != before);
+    let comparable = earlier.filter(|it| counts(it) && course.holds(it));
+    let past = comparable.map(|it| Past {
+        when: utc(u64::try_from(it.began_unix_s).unwrap_or(0)),
+        outcome: it.outcome,
+        score: it.score,
+        metrics: it.metrics,
+    });
+    Ok(Before {
+        past: past.collect(),
+        sheet: store.sheet(before)?,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use assess::{Anatomy, Assessment};
+
+    use super::*;
+
+    fn session(number: i64, difficulty: Difficulty, outcome: Outcome) -> SessionRecord {
+        let rules = Rules::default();
+        let assessed = Assessment::new(Task::Cut, difficulty, rules, Anatomy::default()).end();
+        let id = number.to_string();
+        let mut record = record(&id, number, &assessed, "triangle", "a test", None);
+        record.outcome = outcome.name().to_owned();
+        record
+    }
+
+    fn sessions() -> Vec<SessionRecord> {
+        vec![
+            session(1, Difficulty::Exam, Outcome::Passed),
+            session(2, Difficulty::Exam, Outcome::Aborted),
+            session(3, Difficulty::Beginner, Outcome::Passed),
+            session(4, Difficulty::Exam, Outcome::Practised),
+            session(5, Difficulty::Exam, Outcome::Failed),
+        ]
+    }
+
+    #[test]
+    fn a_curve_has_sessions_that_compare() {
+        let ids = |difficulty| {
+            let (kept, left_out) = comparable(sessions(), difficulty);
+            let ids: Vec<_> = kept.into_iter().map(|it| it.id).collect();
+            (ids.join(" "), left_out)
+        };
+        assert_eq!(ids(None), ("1 5".to_owned(), 3));
+        assert_eq!(ids(Some(Difficulty::Beginner)), ("3".to_owned(), 4));
+        assert_eq!(ids(Some(Difficulty::Trainee)), (String::new(), 5));
+    }
+
+    #[test]
+    fn a_debrief_compares_with_sessions_that_were_worked_to_their_end_as_this_one() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut store = Store::open(&folder.path().join("store.sqlite")).unwrap();
+        for it in sessions() {
+            store.add_session("Ada", &it).unwrap();
+        }
+        let exam = Course {
+            task: "cut",
+            difficulty: "exam",
+            version: assess::VERSION,
+        };
+        let before = past(&store, "Ada", exam, "5").unwrap();
+        let outcomes: Vec<_> = before.past.iter().map(|it| it.outcome.as_str()).collect();
+        assert_eq!(outcomes, ["passed"]);
+    }
+}
