@@ -1,9 +1,9 @@
 //! Every type and service that crosses Calot's process border, and the compiled scene's layout,
 //! which both processes map.
 //!
-//! Payloads are `#[repr(C)]`, hold no pointers, and are safe with any bit pattern: a broken peer can
-//! cause wrong values, never undefined behaviour. A reader converts raw numbers with [`words`] and
-//! [`message::EventMsg::decode`], which refuse unknown values.
+//! Payloads are `#[repr(C)]`, hold no pointers, and are safe with any bit pattern: a broken peer
+//! can cause wrong values, never undefined behaviour. A reader converts raw numbers with [`words`]
+//! and [`message::EventMsg::decode`], which refuse unknown values.
 
 pub mod inputs;
 pub mod limits;

@@ -21,7 +21,7 @@ pub struct HandMsg {
     pub scope_turned_rad: [f64; 2],
     /// The endoscope along its axis, inwards, m.
     pub scope_advanced_m: f64,
-    /// Device buttons, as in [`ToolFrame::buttons`].
+    /// Device buttons, as in [`crate::message::ToolFrame::buttons`].
     pub buttons: u32,
     /// The pedals' bits of [`crate::words::Switches`].
     pub switches: u32,

@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 
 use figures::{Distribution, Machine};
-use shared_mem::message::{FAULT_NAMES, STAGES, TimingBatch, ToolFrame};
+use shared_mem::limits::FAULTS;
+use shared_mem::message::{STAGES, TimingBatch, ToolFrame};
 use shared_mem::scene::SceneFile;
 use shared_mem::words::Fault;
 
