@@ -10,6 +10,24 @@
 //! ```
 //!
 //! Pass rules and weights come from a file; `rules.toml` in this package is the built-in one.
+//!
+//! # Why it can be repeated
+//!
+//! A pure library: the course of an operation goes in entry by entry (`session::Entry`), status and
+//! result come out. `calot run --task` gives it what the recorder writes, as it writes it; `calot
+//! report` gives it what the file holds. The entries are the same, so the numbers are, bit for bit.
+//!
+//! Metrics are one table with a version (`metrics/definition.rs`). Weights, pass rules, forbidden
+//! structures and flows are one file (`rules.toml`, or `--rules`), which the session keeps. The
+//! controller tells of each division how far clips leave its worse side open. A vessel was divided
+//! unclamped if that is not closed, if it had too few clips, or if it leaks. The critical view of
+//! safety is the share of removed cells by region (`CellRecord::region`), never the picture. Each
+//! alarm, the score and the task's end reach the panel as a `TaskView`, steps and reasons by kind;
+//! the display knows nothing of rules.
+//!
+//! The store keeps results under a chosen name, no recordings. Whoever is forgotten is overwritten
+//! in the file. Sessions are named by UUIDs of version 7, and the same name is the same person, so
+//! that merging again changes nothing.
 
 mod alarm;
 mod anatomy;

@@ -10,6 +10,21 @@
 //! therefore carries fewer pictures, and none of them waits for long. A stopped watcher asks for
 //! nothing. Events are asked for again until they arrive. Everything from the line is checked
 //! before use. Only a peer with a certificate of the same authority can connect.
+//!
+//! # Flow and trust
+//!
+//! The realtime process knows nothing of either. To the station `serve` is one more host; to
+//! displays `watch` is a controller that refuses commands.
+//!
+//! The watcher asks for what is newer than what it has (`wire`). It has four questions on their way
+//! while answers are quick, one while they are late (`pace`). So it paces itself: a slow line gets
+//! fewer pictures, a stopped one asks for nothing. Events are asked for by number until they came
+//! (4096 are kept). Nothing of a watcher is kept at the station. Each has a thread there, which it
+//! holds up alone. Only the used part of a frame is sent, and it is checked on arrival as if
+//! anybody had sent it. Stamps are turned to the watcher's clock by the quickest answer (`clock`).
+//! The compiled scene comes in parts and is believed by its identity. Both sides prove themselves
+//! in TLS 1.3 by certificates of one authority, a station's for serving, a watcher's for asking
+//! (`make_keys.sh`). Without certificates it works on this computer only.
 
 mod address;
 mod clock;

@@ -22,6 +22,30 @@
 //! Times are wall-clock times; host times are [`Info::wall_from_host_ns`] behind. The compiled
 //! scene is attached, because another version would prepare a different one. The file holds no
 //! personal data.
+//!
+//! # Recording and replay
+//!
+//! `calot run` records with `--out` or `--record`. One thread listens from before the controller's
+//! start; another writes MCAP, a chunk a second. The tick puts its record into a queue, and a full
+//! queue is a counted gap. The disk can hold up neither: what it refuses waits, 16 MB at most. Then
+//! the file ends, whole up to there.
+//!
+//! Beside the inputs stands the course of the operation (`course`): where both hands are, 100 times
+//! a second, and the events. An assessment is made from it alone. Inputs are packed to 60 to 80
+//! bytes a tick, so there is no compression, and no C code. The compiled scene is attached:
+//! prepared again by another version it would be another one.
+//!
+//! A replay ends at the first missing tick and where the file is damaged, and fails. A file that is
+//! only cut at its end does not fail it: a kill leaves such a file. The controller's last batch
+//! says how many ticks ran (`InputBatch::ran`), so ticks that are missing at the end are known;
+//! without that batch, replay says that more may have followed. `--what-if` and `--show` end at the
+//! same places, with a warning. In `--what-if` the hand moves as it was recorded and does not feel
+//! the other force.
+//!
+//! `--show` takes the controller's place at a station, so that any display shows a session. It
+//! keeps up to 128 checkpoints, further apart the longer the session is; any earlier moment is run
+//! again from one of them, bit for bit. Of what flies and lies on the skin only leaks are told
+//! again after such a jump, each as it is then.
 
 mod course;
 mod describe;

@@ -14,6 +14,37 @@
 //!
 //! Offline: it may allocate and use threads, but the same recipe and meshes give the same bytes
 //! on any number of threads. Lengths are metres, everything is computed in `f64`.
+//!
+//! # Held tissue
+//!
+//! Where a recipe holds an organ beyond a plane, preparation moves the spheres nearest to it onto
+//! it. What deforms ends there, whatever the number of spheres.
+//!
+//! # How far spheres spread a force
+//!
+//! The spheres yield to a force on one vertex by `c_patch`, and to the same force spread over a
+//! Gaussian of the skin by `c_wide`. They are fine enough for the latter; on a half-space it would
+//! be `0.399 / (E* A)` locally. So what they yield to the vertex, locally, is `c = c_patch − c_wide
+//! + 0.399 / (E* A)`, and they act as if they spread the force over a patch of `0.399 / (E* c)`.
+//! Whatever is far away is in both and cancels, so a neighbourhood of a few spacings is enough.
+//!
+//! # Layered tissue
+//!
+//! Cross-sections stand across the course of what fat and connective tissue lie around. Rays in
+//! each find the inner and the outer outline. Layers between them are joined to hexahedra, and what
+//! is hardly tissue is left out. Sections are parallel and rays straight, so that no cell is inside
+//! out whatever the two surfaces are. Each cell names its neighbours and its region: Calot's
+//! triangle, the lower third of the gallbladder's bed, or the rest of the bed.
+//!
+//! # Gravity
+//!
+//! An organ's surface is taken for its shape in the body, where its weight is in balance. Gravity
+//! acts on it by the recipe's `gravity_share` only.
+//!
+//! # The same bytes
+//!
+//! The same recipe and meshes give the same scene on any number of threads, on every x86-64 and
+//! whatever the C library: sines and roots come from `libm`, and `clippy.toml` forbids the others.
 
 pub mod cost;
 pub mod delaunay;

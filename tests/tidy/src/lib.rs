@@ -19,8 +19,8 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// Text files, tracked or new but not ignored, whose path ends in `ending`, sorted. A file that the working tree
-/// has deleted is left out.
+/// Text files, tracked or new but not ignored, whose path ends in `ending`, sorted. A file that the
+/// working tree has deleted is left out.
 ///
 /// # Panics
 ///

@@ -5,6 +5,37 @@
 //! state ─ skinning ─► vertices ─► shadow map ─► light (16 bit float) ─► exposure, glare ─► lens ─► picture
 //!                                 tools ────────┘ (behind the scope's mask)
 //! ```
+//!
+//! # The picture
+//!
+//! When a scene loads, the display adds what no recipe has: collars where ducts and vessels meet
+//! organs (`joints`), vessel trees grown over the skins and kept as distances in a grid of the
+//! tissue at rest (`trees`), ambient light, and the cavity.
+//!
+//! `world_from_camera` is the endoscope's shaft. How far an angled endoscope looks off it, and
+//! where its camera is focused, is the display's own (`camera::Scope`). Each place's distance goes
+//! through the frame as the light's alpha, and `lens.wgsl` blurs by it. The direction of the view
+//! is told to the course of the operation (`What::Sight`), because the assessment judges what the
+//! picture shows.
+//!
+//! Strands of connective tissue (`strands`) and sutures (`sutures`) are thin tubes (`fibre`) that
+//! the shader widens to a pixel. Strands stand beside a gap: a net with films in its forks, and
+//! fewer of them in fat. Faces of cells are drawn where the skin over them is no more (`cells`).
+//!
+//! Effects begin with a plain list of `Effect`s. What flies is particles; what lies on the skin is
+//! stains, kept by their place on the tissue at rest. Smoke that has spread is one number, a haze
+//! over the whole cavity, until it is drawn off. Work leaves traces on the instrument (`wear`)
+//! until it is exchanged. The controller tells of leaks; cut tissue except fat and connective
+//! tissue also oozes for a while. A reset or a new controller clears everything.
+//!
+//! The graphics device times each pass (`timing`), and `governor` chooses the quality: down at
+//! once, up after a long calm, and more slowly each time that up was wrong. Where the device has no
+//! clock, it goes by the time from frame to frame. A lost graphics device costs the window, not the
+//! run.
+//!
+//! A press is drawn deeper than the spheres go (`skinning::press`): inner spheres are too coarse to
+//! show the dent of a tip, so the skin is pushed out of the tool. Force and tissue know nothing of
+//! it.
 
 mod ambient;
 pub mod camera;
