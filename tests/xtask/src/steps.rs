@@ -101,18 +101,13 @@ fn deny() -> Result<(), String> {
 }
 
 pub(crate) fn demo(args: &[String]) -> Result<(), String> {
-    step("build", &["build", "--locked", "--release", "-p", "calot"])?;
+    let profile = ["--locked", "--profile", "quick"];
+    step(
+        "build",
+        &[&["build"], &profile[..], &["-p", "calot"]].concat(),
+    )?;
     let folder = "target/demo";
-    let mut words = vec![
-        "run",
-        "--locked",
-        "--release",
-        "-q",
-        "-p",
-        "calot",
-        "--",
-        "run",
-    ];
+    let mut words = [&["run", "-q"], &profile[..], &["-p", "calot", "--", "run"]].concat();
     words.extend(["--headless", "--seconds", "10", "--out", folder]);
     words.extend(args.iter().map(String::as_str));
     step("demo", &words)
