@@ -95,6 +95,20 @@ pub struct DeviceCapabilities {
 }
 
 impl DeviceCapabilities {
+    /// 3D Systems' Touch, as tests and runs without a device assume it. The forces are its
+    /// data sheet's.
+    pub const TOUCH: Self = Self {
+        force_max_n: 3.3,
+        force_continuous_n: 0.88,
+        torque_max_n_m: 0.0,
+        stiffness_max_n_m: 1000.0,
+        damping_max_n_s_m: 5.0,
+        damping_n_s_m: 1.8,
+        delay_s: 0.001,
+        workspace_radius_m: 0.2,
+        rate_hz: 1000.0,
+    };
+
     /// Whether torque reaches the hand.
     #[must_use]
     pub fn renders_torque(&self) -> bool {

@@ -28,17 +28,7 @@ const TICKS: u32 = 6000;
 const APPROACH: u32 = 1500;
 
 /// A Touch-class device.
-const TOUCH: DeviceCapabilities = DeviceCapabilities {
-    force_max_n: 3.3,
-    force_continuous_n: 0.88,
-    torque_max_n_m: 0.0,
-    stiffness_max_n_m: 1000.0,
-    damping_max_n_s_m: 5.0,
-    damping_n_s_m: 1.8,
-    delay_s: 0.001,
-    workspace_radius_m: 0.2,
-    rate_hz: 1000.0,
-};
+const TOUCH: DeviceCapabilities = DeviceCapabilities::TOUCH;
 
 /// Both tools go so far into what they touch, m.
 const PRESSED_M: f32 = 0.006;

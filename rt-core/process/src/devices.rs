@@ -21,17 +21,7 @@ use crate::error::RtError;
 use crate::handle_pedal::HandlePedal;
 
 /// Capabilities for the core without a haptic device; nothing is rendered then.
-pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities {
-    force_max_n: 3.3,
-    force_continuous_n: 0.88,
-    torque_max_n_m: 0.0,
-    stiffness_max_n_m: 1000.0,
-    damping_max_n_s_m: 5.0,
-    damping_n_s_m: 1.8,
-    delay_s: 0.001,
-    workspace_radius_m: 0.2,
-    rate_hz: 1000.0,
-};
+pub(crate) const NO_DEVICE: DeviceCapabilities = DeviceCapabilities::TOUCH;
 
 /// Number of device kinds, in the order of [`DeviceHealth`]s.
 pub(crate) const KINDS: usize = 3;

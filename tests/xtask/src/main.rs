@@ -4,6 +4,7 @@
 mod checked;
 mod packages;
 mod steps;
+mod timings;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
@@ -27,6 +28,10 @@ Exit: 0 done, 1 something failed, 2 bad usage.";
 
 fn main() -> ExitCode {
     let words: Vec<OsString> = std::env::args_os().skip(1).collect();
+    // First: a test program that is timed inherits the compiler's environment.
+    if let Some(timed) = timings::run(&words) {
+        return timed;
+    }
     if let Some(compiled) = checked::compile(&words) {
         return compiled;
     }

@@ -6,12 +6,15 @@ use std::time::Instant;
 
 use crate::checked;
 use crate::packages::on_path;
+use crate::timings::Timings;
 
 struct Step {
     name: &'static str,
     args: &'static [&'static str],
     /// True if clippy and rustdoc look at what cargo compiles.
     is_checked: bool,
+    /// Each test program's time goes into the table at the end.
+    is_timed: bool,
 }
 
 /// Everything that must hold before a change lands, quickest first.
@@ -20,6 +23,7 @@ const TESTS: [Step; 5] = [
         name: "format",
         args: &["fmt", "--all", "--check"],
         is_checked: false,
+        is_timed: false,
     },
     Step {
         name: "build, lints, documentation",
@@ -31,6 +35,7 @@ const TESTS: [Step; 5] = [
             "--no-run",
         ],
         is_checked: true,
+        is_timed: false,
     },
     // Benches too, each once. All of them, so that everything that fails is known at once.
     Step {
@@ -43,11 +48,13 @@ const TESTS: [Step; 5] = [
             "--no-fail-fast",
         ],
         is_checked: true,
+        is_timed: true,
     },
     Step {
         name: "the documentation's examples",
         args: &["test", "--locked", "--workspace", "--doc"],
         is_checked: true,
+        is_timed: false,
     },
     // Optimisation must not change a bit: the golden replays again, in release.
     Step {
@@ -62,24 +69,42 @@ const TESTS: [Step; 5] = [
             "replay",
         ],
         is_checked: false,
+        is_timed: false,
     },
 ];
 
 pub(crate) fn test() -> Result<(), String> {
     let start = Instant::now();
-    let checked = checked::environment()
+    let (checked, mut timings) = checked::environment()
+        .and_then(|checked| {
+            let timings = Timings::new(&checked[0].1)?;
+            Ok((checked, timings))
+        })
         .map_err(|error| format!("cannot put the compiler that checks into target: {error}"))?;
-    for it in TESTS {
-        let environment = if it.is_checked { &checked[..] } else { &[] };
-        step_in(it.name, it.args, environment)?;
-    }
-    if on_path("cargo-deny") {
-        deny()?;
-    } else {
-        println!("skipped: licences and sources (cargo-deny is not installed: `cargo xtask deny`)");
-    }
+    let outcome = test_in(&checked, &mut timings);
+    timings.print();
+    outcome?;
     println!("\nall passed in {:.0} s", start.elapsed().as_secs_f64());
     Ok(())
+}
+
+fn test_in(checked: &[(&str, PathBuf)], timings: &mut Timings) -> Result<(), String> {
+    for it in TESTS {
+        let environment = if it.is_checked { checked } else { &[] };
+        let runner = timings.runner();
+        let timed = ["--config", &runner];
+        let timed = if it.is_timed { &timed[..] } else { &[] };
+        let start = Instant::now();
+        let outcome = step_in(it.name, &[timed, it.args].concat(), environment);
+        timings.add(it.name, start.elapsed().as_secs_f64());
+        outcome?;
+    }
+    if on_path("cargo-deny") {
+        deny()
+    } else {
+        println!("skipped: licences and sources (cargo-deny is not installed: `cargo xtask deny`)");
+        Ok(())
+    }
 }
 
 pub(crate) fn install_and_deny() -> Result<(), String> {
@@ -101,18 +126,13 @@ fn deny() -> Result<(), String> {
 }
 
 pub(crate) fn demo(args: &[String]) -> Result<(), String> {
-    step("build", &["build", "--locked", "--release", "-p", "calot"])?;
+    let profile = ["--locked", "--profile", "quick"];
+    step(
+        "build",
+        &[&["build"], &profile[..], &["-p", "calot"]].concat(),
+    )?;
     let folder = "target/demo";
-    let mut words = vec![
-        "run",
-        "--locked",
-        "--release",
-        "-q",
-        "-p",
-        "calot",
-        "--",
-        "run",
-    ];
+    let mut words = [&["run", "-q"], &profile[..], &["-p", "calot", "--", "run"]].concat();
     words.extend(["--headless", "--seconds", "10", "--out", folder]);
     words.extend(args.iter().map(String::as_str));
     step("demo", &words)

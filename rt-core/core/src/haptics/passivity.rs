@@ -150,15 +150,10 @@ mod tests {
     use proptest::prelude::*;
 
     const DEVICE: DeviceCapabilities = DeviceCapabilities {
-        force_max_n: 3.3,
-        force_continuous_n: 0.88,
-        torque_max_n_m: 0.0,
-        stiffness_max_n_m: 1000.0,
-        damping_max_n_s_m: 5.0,
         damping_n_s_m: 0.0,
         delay_s: 0.0,
         workspace_radius_m: 0.1,
-        rate_hz: 1000.0,
+        ..DeviceCapabilities::TOUCH
     };
 
     /// The handle led along `x_m`, a tick each, against a wall of `stiffness` at 0: the forces, the

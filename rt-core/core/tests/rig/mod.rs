@@ -21,17 +21,7 @@ use rt_core::tool::{Instrument, Kinematics};
 use rt_core::words::{Event, SphereBits};
 
 /// A Touch-class device.
-pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities {
-    force_max_n: 3.3,
-    force_continuous_n: 0.88,
-    torque_max_n_m: 0.0,
-    stiffness_max_n_m: 1000.0,
-    damping_max_n_s_m: 5.0,
-    damping_n_s_m: 1.8,
-    delay_s: 0.001,
-    workspace_radius_m: 0.2,
-    rate_hz: 1000.0,
-};
+pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities::TOUCH;
 
 /// The paper's method at its ten iterations.
 pub(crate) const PAPER: Method = Method::Paper(PaperPbd { iterations: 10 });

@@ -11,17 +11,7 @@ use rt_core::words::SphereBits;
 use scene_prepare::Prepared;
 
 /// A Touch-class device.
-pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities {
-    force_max_n: 3.3,
-    force_continuous_n: 0.88,
-    torque_max_n_m: 0.0,
-    stiffness_max_n_m: 1000.0,
-    damping_max_n_s_m: 5.0,
-    damping_n_s_m: 1.8,
-    delay_s: 0.001,
-    workspace_radius_m: 0.2,
-    rate_hz: 1000.0,
-};
+pub(crate) const TOUCH: DeviceCapabilities = DeviceCapabilities::TOUCH;
 
 pub(crate) const OPEN: Buttons = Buttons(0);
 
