@@ -34,6 +34,7 @@ const PACKAGES: &[Layer] = &[
     layer("rt-core", &[]),
     layer("shared-mem", &[]),
     layer("store", &[]),
+    layer("figures", &[]),
     layer("fem-reference", &[]),
     layer("system-tests", &[]),
     layer("xtask", &[]),
@@ -42,7 +43,11 @@ const PACKAGES: &[Layer] = &[
     layer("link", &["shared-mem"]),
     layer("session", &["shared-mem"]),
     layer("assess", &["session", "shared-mem"]),
-    layer("display-host", &["assess", "session", "shared-mem"]),
+    layer("jitter", &["figures", "shared-mem"]),
+    layer(
+        "display-host",
+        &["assess", "figures", "session", "shared-mem"],
+    ),
     layer("scene-prepare", &["rt-core", "shared-mem"]),
     layer("rt-process", &["hardware", "rt-core", "shared-mem"]),
     tested(
@@ -50,13 +55,18 @@ const PACKAGES: &[Layer] = &[
         &["assess", "shared-mem"],
         &["rt-process", "scene-prepare", "session"],
     ),
-    layer("evaluate", &["fem-reference", "rt-core", "scene-prepare"]),
+    layer(
+        "evaluate",
+        &["fem-reference", "figures", "rt-core", "scene-prepare"],
+    ),
     tested(
         "calot",
         &[
             "assess",
             "display-host",
+            "figures",
             "hardware",
+            "jitter",
             "link",
             "rt-core",
             "rt-process",
@@ -118,7 +128,6 @@ const CYCLES: &[(&str, usize)] = &[
     ("evaluate", 4),
     ("fem-reference", 2),
     ("hardware", 2),
-    ("rt-core", 31),
     ("rt-process", 4),
     ("scene-prepare", 8),
     ("session", 3),
