@@ -12,7 +12,8 @@ const DRAWS: usize = 4000;
 pub struct Missed {
     /// Ticks that ran.
     pub ticks: u64,
-    /// Periods missed by a loop that slept, its last tick done in time: the machine woke it too late.
+    /// Periods missed by a loop that slept, its last tick done in time: the machine woke it too
+    /// late.
     pub woken_late: u64,
     /// Periods missed by a loop whose last tick was still at work.
     pub at_work: u64,

@@ -37,8 +37,8 @@ pub(crate) struct DeviceArgs {
     /// Serial device of the foot pedal
     #[arg(long, value_name = "TTY")]
     pub(crate) pedal: Option<PathBuf>,
-    /// File that names devices of any driver, limits below theirs, and where they stand: the example is
-    /// in `calot devices --help`. The options above come first
+    /// File that names devices of any driver, limits below theirs, and where they stand: the
+    /// example is in `calot devices --help`. The options above come first
     #[arg(long, value_name = "FILE")]
     pub(crate) station_file: Option<PathBuf>,
 }

@@ -22,8 +22,9 @@ use crate::store::args::StoreArgs;
 
 /// Calot: a hard-realtime haptic trainer for transvaginal cholecystectomy.
 ///
-/// Without a command it is `calot start` where there is a screen, and else `calot run`. Devices that
-/// are not named are emulated, with a scripted hand at the handle, so that it runs on any machine.
+/// Without a command it is `calot start` where there is a screen, and else `calot run`. Devices
+/// that are not named are emulated, with a scripted hand at the handle, so that it runs on any
+/// machine.
 #[derive(Debug, Parser)]
 #[command(name = "calot", version, max_term_width = 96)]
 pub(crate) struct Cli {

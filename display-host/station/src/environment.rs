@@ -1,8 +1,9 @@
 //! What libraries read from the environment and we decide for them.
 #![allow(unsafe_code)] // `std::env::set_var`
 
-/// Vulkan's device-selection layer of Mesa asks the Wayland compositor for its graphics card. Without
-/// `XDG_RUNTIME_DIR` there is no compositor to ask, and libwayland would complain on standard error.
+/// Vulkan's device-selection layer of Mesa asks the Wayland compositor for its graphics card.
+/// Without `XDG_RUNTIME_DIR` there is no compositor to ask, and libwayland would complain on
+/// standard error.
 const NO_SELECTION: &str = "NODEVICE_SELECT";
 
 /// Leaves that layer out where no compositor can be and the user does not use it to choose a card.

@@ -1,5 +1,5 @@
-//! Where a user's own files lie, by the XDG base directory specification: a folder that is named there and
-//! does not begin at the root is as if it were not named.
+//! Where a user's own files lie, by the XDG base directory specification: a folder that is named
+//! there and does not begin at the root is as if it were not named.
 
 use std::ffi::OsString;
 use std::path::PathBuf;

@@ -1,8 +1,9 @@
-//! Prepared scenes that are kept: a station starts at once with a scene that it has prepared before.
+//! Prepared scenes that are kept: a station starts at once with a scene that it has prepared
+//! before.
 //!
-//! They lie in `$XDG_CACHE_HOME/calot/scenes` or `~/.cache/calot/scenes`, named after the recipe and the program
-//! that prepared them; a few, the oldest go. What cannot be kept or read there is prepared again, as if
-//! there were none.
+//! They lie in `$XDG_CACHE_HOME/calot/scenes` or `~/.cache/calot/scenes`, named after the recipe
+//! and the program that prepared them; a few, the oldest go. What cannot be kept or read there is
+//! prepared again, as if there were none.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};

@@ -30,8 +30,8 @@ pub(crate) enum Load {
     Display,
     /// All of these
     All,
-    /// The station is seen from elsewhere (`calot link`): watchers join, stand still, leave and are killed; not
-    /// in `all`
+    /// The station is seen from elsewhere (`calot link`): watchers join, stand still, leave and are
+    /// killed; not in `all`
     Watch,
 }
 
@@ -162,8 +162,8 @@ fn join(station: &str, stop: &AtomicBool) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Serves the station on this computer, to watchers that join and, one after the other, are asked to leave, stand
-/// still until they are killed, and are killed at work.
+/// Serves the station on this computer, to watchers that join and, one after the other, are asked
+/// to leave, stand still until they are killed, and are killed at work.
 fn watch(station: &str, stop: &AtomicBool) -> Result<(), Problem> {
     let free = std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?;
     let (address, own) = (free.to_string(), std::process::id());

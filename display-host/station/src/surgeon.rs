@@ -93,8 +93,8 @@ impl Theatre for Processes {
         let before = seen.tools.tick;
         self.host.newest_state(&mut seen.state);
         self.host.newest_tools(&mut seen.tools);
-        // Time is the tissue's: a controller that misses ticks is behind the clock, and hands that go by the
-        // clock would run ahead of what they see.
+        // Time is the tissue's: a controller that misses ticks is behind the clock, and hands that
+        // go by the clock would run ahead of what they see.
         let waited_s = self.looked.elapsed().as_secs_f64();
         self.looked = Instant::now();
         seen.at_s += match before {

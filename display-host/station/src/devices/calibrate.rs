@@ -290,8 +290,8 @@ fn frame_text(frame: &str, pose: &Pose) -> String {
     )
 }
 
-/// The station file with these frames instead of its own; all else, comments too, stays. `path` is for
-/// errors.
+/// The station file with these frames instead of its own; all else, comments too, stays. `path` is
+/// for errors.
 fn with_frames(path: &Path, text: &str, frames: &[(&str, Pose)]) -> Result<String, Problem> {
     let is_head = |line: &str| {
         let mut heads = frames.iter().map(|(frame, _)| format!("[frames.{frame}]"));

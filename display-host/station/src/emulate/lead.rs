@@ -104,8 +104,8 @@ impl Lead {
     }
 }
 
-/// Looks for a gamepad from a thread of its own, for opening every input device takes a while; it waits
-/// when one is found until that one is taken.
+/// Looks for a gamepad from a thread of its own, for opening every input device takes a while; it
+/// waits when one is found until that one is taken.
 fn look_for_gamepads() -> Receiver<Gamepad> {
     let (sender, found): (SyncSender<Gamepad>, _) = sync_channel(0);
     std::thread::spawn(move || {

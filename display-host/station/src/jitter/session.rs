@@ -227,7 +227,8 @@ impl Bench<'_> {
             }
             host.drain_timing(|batch| {
                 heard = Instant::now();
-                // A controller that was refused its scene told of no tick; the next takes a coarser one.
+                // A controller that was refused its scene told of no tick; the next takes a coarser
+                // one.
                 if batch.count > 0 {
                     first.get_or_insert(heard);
                 }

@@ -35,8 +35,8 @@ pub(crate) struct ReplayArgs {
     /// Folder that holds the meshes which the recipe of --what-if names [default: the recipe's own]
     #[arg(long, value_name = "DIR", requires = "what_if")]
     pub(crate) meshes: Option<PathBuf>,
-    /// Show it in a window: its panel pauses, goes to any moment, slower or faster, and begins anew; the
-    /// picture can be turned to be seen from anywhere
+    /// Show it in a window: its panel pauses, goes to any moment, slower or faster, and begins
+    /// anew; the picture can be turned to be seen from anywhere
     #[arg(long, conflicts_with_all = ["what_if", "what_if_iterations"])]
     pub(crate) show: bool,
     /// Show it without a window: so many pictures, spread over --seconds, in --out

@@ -38,8 +38,9 @@ struct Outcome {
     session_s: f64,
     /// Time that it took.
     took_s: f64,
-    /// Whether every tick that is known to have run was run again, and came out the same. What comes
-    /// after the end of a session that breaks off, or whose controller was killed, is not known.
+    /// Whether every tick that is known to have run was run again, and came out the same. What
+    /// comes after the end of a session that breaks off, or whose controller was killed, is not
+    /// known.
     same: bool,
     first_difference: Option<Different>,
     #[serde(flatten)]

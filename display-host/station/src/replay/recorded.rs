@@ -20,7 +20,8 @@ pub(super) struct LeftOut {
     pub(super) damaged: Option<String>,
     /// Ticks that ran and were not recorded.
     pub(super) missing: u64,
-    /// Whether the controller said that it ended; not known of a session that is not read to its end.
+    /// Whether the controller said that it ended; not known of a session that is not read to its
+    /// end.
     pub(super) controller_ended: Option<bool>,
 }
 

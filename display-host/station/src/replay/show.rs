@@ -47,7 +47,8 @@ pub(super) fn run(
         from_s: args.from,
     };
     let played = session.path();
-    // A window shows from the start on; pictures can only be drawn once there is something to draw with.
+    // A window shows from the start on; pictures can only be drawn once there is something to draw
+    // with.
     let begun = AtomicBool::new(args.frames.is_none());
     let view = Arc::new(Mutex::new(ReplayView::default()));
     let length = AtomicU64::new(0);

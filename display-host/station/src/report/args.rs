@@ -25,8 +25,8 @@ pub(crate) struct ReportArgs {
     /// Where the page goes
     #[arg(long, value_name = "FILE", default_value = "debrief.html")]
     pub(crate) out: PathBuf,
-    /// Draw each alarm as a straight endoscope there would have shown it, and the critical view of safety
-    /// from two sides: the simulation runs again for it, some three times as fast as it was
+    /// Draw each alarm as a straight endoscope there would have shown it, and the critical view of
+    /// safety from two sides: the simulation runs again for it, some three times as fast as it was
     #[arg(long, conflicts_with = "json")]
     pub(crate) pictures: bool,
     /// Assess by these pass rules instead of those of each session
@@ -35,8 +35,8 @@ pub(crate) struct ReportArgs {
     /// Assess as this task instead of that of each session
     #[arg(long, value_name = "TASK", value_parser = parse_task)]
     pub(crate) task: Option<Task>,
-    /// One JSON object on standard output, an array of what each session came to, and of what is not in its
-    /// recording; no page
+    /// One JSON object on standard output, an array of what each session came to, and of what is
+    /// not in its recording; no page
     #[arg(long)]
     pub(crate) json: bool,
     /// Print what each metric is

@@ -183,8 +183,8 @@ pub(crate) fn recording(session: &Path) -> PathBuf {
     }
 }
 
-/// Assesses a session: a file, or a folder that holds `session.mcap`, and pictures then. Says what is not in
-/// it.
+/// Assesses a session: a file, or a folder that holds `session.mcap`, and pictures then. Says what
+/// is not in it.
 pub(crate) fn chapter(
     session: &Path,
     rules: Option<&Rules>,

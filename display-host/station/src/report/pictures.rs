@@ -1,4 +1,5 @@
-//! Pictures of what went wrong, drawn from the recording: the simulation runs again, and stops for each.
+//! Pictures of what went wrong, drawn from the recording: the simulation runs again, and stops for
+//! each.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -18,7 +19,8 @@ use crate::say;
 const MOST: usize = 16;
 /// Their pixels.
 const SIZE: [u32; 2] = [640, 480];
-/// The critical view of safety is seen from both sides: so far to each from where the endoscope stands, rad.
+/// The critical view of safety is seen from both sides: so far to each from where the endoscope
+/// stands, rad.
 const DOUBLET_RAD: f32 = 0.5;
 /// Smoke, blood and sparks go on once in so many ticks.
 const EFFECTS_EVERY: u64 = 20;

@@ -30,8 +30,8 @@ pub(crate) struct RunArgs {
     /// End after this time [default with --headless: 10; else when the window is closed]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
-    /// Where summary.json, report.html and pictures go [default with --task: a new folder in out; with
-    /// --headless: out]
+    /// Where summary.json, report.html and pictures go [default with --task: a new folder in out;
+    /// with --headless: out]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
     /// Pictures of a headless run, spread over its time; 0: none
@@ -77,7 +77,8 @@ pub(crate) struct RunArgs {
 
 impl Default for RunArgs {
     fn default() -> Self {
-        /// `calot` alone without a screen is `calot run` alone: the same defaults, from the same place.
+        /// `calot` alone without a screen is `calot run` alone: the same defaults, from the same
+        /// place.
         #[derive(Parser)]
         struct Alone {
             #[command(flatten)]

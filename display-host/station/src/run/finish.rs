@@ -54,7 +54,8 @@ impl Shown<'_> {
         let scene = SceneFile::open(&self.scene)?;
         let mut summary = self.recorder.summary(&scene, outcome, Machine::read());
         if let Some(recorded) = &recorded {
-            // A controller that died before the display saw any of its ticks has run them all the same.
+            // A controller that died before the display saw any of its ticks has run them all the
+            // same.
             summary.ticks = summary.ticks.max(recorded.ticks);
         }
         summary.recording = recorded;
@@ -114,8 +115,8 @@ fn animate(outcome: &Outcome, gif: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The page of the task, from the recording, as `calot report` makes it, with this run's pictures. Whether
-/// it was made.
+/// The page of the task, from the recording, as `calot report` makes it, with this run's pictures.
+/// Whether it was made.
 fn debrief(
     assessed: &task::Ended,
     session: Option<PathBuf>,

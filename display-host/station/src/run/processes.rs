@@ -172,7 +172,8 @@ fn rt_words(args: &RunArgs, devices: &DeviceArgs, scene: &Path, strict: bool) ->
     rt
 }
 
-/// Which of the levels, of the scene's own file or of those that the user named, the controller took.
+/// Which of the levels, of the scene's own file or of those that the user named, the controller
+/// took.
 fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<PathBuf, Problem> {
     let ready: serde_json::Value = serde_json::from_str(controller.said())?;
     let own = SceneFile::levels(&finest).into_iter().skip(1);

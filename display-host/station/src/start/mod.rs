@@ -1,5 +1,5 @@
-//! `calot start`: choose, operate, debrief. A window of its own that starts `calot run` as a child, because a
-//! window system serves one event loop a process, and a run is one task.
+//! `calot start`: choose, operate, debrief. A window of its own that starts `calot run` as a child,
+//! because a window system serves one event loop a process, and a run is one task.
 
 pub(crate) mod args;
 mod choices;

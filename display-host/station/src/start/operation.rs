@@ -45,7 +45,8 @@ impl Operation {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
-            // A terminal's Ctrl-C reaches the launcher alone, which then ends the operation in order.
+            // A terminal's Ctrl-C reaches the launcher alone, which then ends the operation in
+            // order.
             .process_group(0)
             .spawn()?;
         let said = Arc::new(Mutex::new(VecDeque::new()));

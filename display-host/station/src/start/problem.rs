@@ -1,5 +1,5 @@
-//! What goes wrong on the launcher's screens, in the user's language. The system's own words, and what is wrong
-//! inside a file, stand in it as they are.
+//! What goes wrong on the launcher's screens, in the user's language. The system's own words, and
+//! what is wrong inside a file, stand in it as they are.
 
 use std::os::unix::process::ExitStatusExt as _;
 use std::path::Path;

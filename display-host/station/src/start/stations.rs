@@ -1,4 +1,5 @@
-//! The station's devices before anything starts: what the file names, what is there, what is plugged in.
+//! The station's devices before anything starts: what the file names, what is there, what is
+//! plugged in.
 
 use std::path::Path;
 

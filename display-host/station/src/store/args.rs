@@ -57,9 +57,10 @@ pub(crate) enum What {
         #[arg(long)]
         json: bool,
     },
-    /// Takes sessions in afterwards, assessed from their recordings: of a run that was killed, that did not name
-    /// its trainee, or that the store refused. One that breaks off before its task was decided is kept as
-    /// cut-short and counts in no curve. A session that is there already stays as it is
+    /// Takes sessions in afterwards, assessed from their recordings: of a run that was killed, that
+    /// did not name its trainee, or that the store refused. One that breaks off before its task was
+    /// decided is kept as cut-short and counts in no curve. A session that is there already stays
+    /// as it is
     Add {
         /// Whose they are: no recording says
         #[arg(value_parser = parse_trainee)]
@@ -79,8 +80,9 @@ pub(crate) enum What {
         #[arg(long)]
         csv: bool,
     },
-    /// Adds all that other stations' stores hold; again changes nothing. The same name is the same person;
-    /// sessions have names that no two stations give. Who was forgotten here and is there comes back
+    /// Adds all that other stations' stores hold; again changes nothing. The same name is the same
+    /// person; sessions have names that no two stations give. Who was forgotten here and is there
+    /// comes back
     #[command(after_help = MERGED)]
     Merge {
         /// The other stores, which are only read
@@ -96,8 +98,8 @@ pub(crate) enum What {
         /// Whom
         name: String,
     },
-    /// A learning curve, session by session, with the pass rule: SVG. Sessions that were aborted or were
-    /// practice do not count
+    /// A learning curve, session by session, with the pass rule: SVG. Sessions that were aborted or
+    /// were practice do not count
     Curve {
         /// Whose
         name: String,

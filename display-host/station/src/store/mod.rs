@@ -194,7 +194,8 @@ fn add(store: &mut Store, name: &str, session: &Path) -> Result<Option<SessionRe
     Ok(Some(record))
 }
 
-/// Draws sessions that compare: worked to their end, of one difficulty, by one version of the metrics.
+/// Draws sessions that compare: worked to their end, of one difficulty, by one version of the
+/// metrics.
 fn curve(
     store: &Store,
     name: &str,
@@ -294,8 +295,8 @@ pub(crate) struct Before {
     pub(crate) sheet: Vec<(String, u8)>,
 }
 
-/// Whether a session was worked to its end: one that was left early, or was practice, took less time and
-/// cost less than any that was not.
+/// Whether a session was worked to its end: one that was left early, or was practice, took less
+/// time and cost less than any that was not.
 fn counts(session: &SessionRecord) -> bool {
     [Outcome::Passed, Outcome::Failed]
         .iter()
@@ -317,8 +318,8 @@ impl Course<'_> {
     }
 }
 
-/// Somebody's earlier sessions of a task at a difficulty that were worked to their end, by metrics of one
-/// version; and the sheet of this one.
+/// Somebody's earlier sessions of a task at a difficulty that were worked to their end, by metrics
+/// of one version; and the sheet of this one.
 pub(crate) fn past(
     store: &Store,
     name: &str,

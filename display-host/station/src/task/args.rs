@@ -19,8 +19,8 @@ pub(crate) struct TaskArgs {
     /// beginner: hints; trainee: alarms and progress; exam: time alone [default: trainee]
     #[arg(long, value_name = "HOW", value_parser = parse_difficulty, requires = "task")]
     pub(crate) difficulty: Option<Difficulty>,
-    /// Who has placed the sutures that hang the gallbladder: given: they are there; own: the trainee
-    /// places them, with grasper and pedal (identify, full, free) [default: given]
+    /// Who has placed the sutures that hang the gallbladder: given: they are there; own: the
+    /// trainee places them, with grasper and pedal (identify, full, free) [default: given]
     #[arg(
         long,
         value_name = "WHOSE",

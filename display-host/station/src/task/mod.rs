@@ -1,5 +1,5 @@
-//! A task while it runs: a thread takes the course of the operation as the recorder writes it, so that
-//! what the trainee is told and what is made of the recording are the same.
+//! A task while it runs: a thread takes the course of the operation as the recorder writes it, so
+//! that what the trainee is told and what is made of the recording are the same.
 
 pub(crate) mod args;
 mod board;
@@ -87,7 +87,8 @@ impl Assigned {
         self.task
     }
 
-    /// Where it begins, as [`CommandMsg::START`] counts; none of one that begins with the organs at rest.
+    /// Where it begins, as [`CommandMsg::START`] counts; none of one that begins with the organs at
+    /// rest.
     pub(crate) fn start(&self) -> Option<u32> {
         match (self.sutures, self.task) {
             (Sutures::Own, _) => Some(0),
