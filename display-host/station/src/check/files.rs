@@ -1,8 +1,9 @@
-//! What an ordinary user needs installed: limits, udev rules, a systemd unit.
+//! Files that give an ordinary user realtime rights: limits, udev rules, a systemd unit.
 
 use std::path::Path;
 
-/// A shell script that writes them. The program only prints it: what runs as root is read first.
+/// Shell script that installs the files. The program only prints it, so that the user can read it
+/// before root runs it.
 pub(crate) fn script(program: &Path, core: usize) -> String {
     let program = program.display();
     format!(
@@ -48,7 +49,7 @@ UNIT
 if udevadm control --reload; then
   udevadm trigger --subsystem-match=usb-serial --subsystem-match=misc --action=add
 else
-  echo "udev did not answer: its rules count from the next start on"
+  echo "udev did not answer: its rules apply after the next boot"
 fi
 systemctl daemon-reload || echo "systemd did not answer: start the controller by hand"
 echo "installed; log out and in again, then: calot check"

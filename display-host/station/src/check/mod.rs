@@ -1,4 +1,5 @@
-//! `calot check`: is this machine fit for realtime? For each: what is, what should be, the command.
+//! `calot check`: tells whether this machine is fit for realtime. For each property it prints the
+//! current state, the required state and the command that fixes it.
 
 mod files;
 mod find;
@@ -13,7 +14,7 @@ use self::finding::{Finding, Verdict};
 use crate::problem::Problem;
 use crate::say;
 
-/// What `calot check` understands.
+/// Options of `calot check`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:
@@ -24,7 +25,7 @@ Examples:
 Exit code: 0 when nothing stands in the way of realtime, 1 when something does. Advice alone is no
 failure.")]
 pub(crate) struct CheckArgs {
-    /// Core that the tick is to run on [default: the last one]
+    /// Core to run the tick on, counted from 0 [default: the last one]
     #[arg(long, value_name = "N")]
     core: Option<usize>,
     /// Print a script that installs a systemd unit, limits and udev rules; run nothing
@@ -35,7 +36,7 @@ pub(crate) struct CheckArgs {
     json: bool,
 }
 
-/// Looks and tells.
+/// Examines the machine and prints the findings.
 pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Problem> {
     let cores = rt_process::realtime::allowed_cores();
     let core = args.core.or(cores.last().copied()).unwrap_or(0);
@@ -54,9 +55,9 @@ pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Problem> {
         }
         say::answer(match bad {
             true => {
-                "\nNOT REALTIME here until what is marked BAD is mended (`calot check --install`)."
+                "\nNOT REALTIME on this machine until everything marked BAD is fixed (`calot check --install`)."
             }
-            false => "\nRealtime can run here. How well: `calot jitter --compare cyclictest`.",
+            false => "\nThis machine is fit. Measure it: `calot jitter --compare cyclictest`.",
         });
     }
     Ok(if bad {
