@@ -133,7 +133,7 @@ mod tests {
             read_work(&file)
                 .unwrap_err()
                 .to_string()
-                .contains("work: not times")
+                .contains("work: expected a time")
         );
     }
 }

@@ -118,7 +118,7 @@ impl Process {
             match self.ended() {
                 Ok(Some(status)) if status.success() => return None,
                 Ok(Some(status)) => {
-                    return Some(format!("the {} ended badly ({status})", self.name));
+                    return Some(format!("the {} failed at its end ({status})", self.name));
                 }
                 _ => std::thread::sleep(Duration::from_millis(5)),
             }

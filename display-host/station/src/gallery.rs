@@ -14,7 +14,7 @@ use crate::scene;
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Example:
-  calot gallery --out gallery      then open gallery/index.html")]
+  calot gallery --out gallery      writes pictures and gallery/index.html")]
 pub(crate) struct GalleryArgs {
     /// Scene, named as for `calot run`
     #[arg(long, value_name = "NAME|FILE", default_value = "triangle")]

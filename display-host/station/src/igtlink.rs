@@ -21,10 +21,11 @@ use crate::stop;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-Transforms, 1 mm being 1 mm, in the scene's frame: ToolToReference, HandleToReference,
-EndoscopeToReference. ForceToReference moves by 1 mm for each newton on the hand.
+It sends transforms in the scene's frame, mm: ToolToReference, HandleToReference and
+EndoscopeToReference. ForceToReference moves 1 mm per newton on the hand.
 
-In 3D Slicer: module OpenIGTLinkIF, a connector of type Client to the address of --listen.")]
+In 3D Slicer, open the module OpenIGTLinkIF and add a connector of type Client to the address of
+--listen.")]
 pub(crate) struct IgtlinkArgs {
     /// Name of the station
     #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
@@ -46,7 +47,7 @@ pub(crate) struct IgtlinkArgs {
 fn parse_rate(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(hz) if (1.0..=1000.0).contains(&hz) => Ok(hz),
-        _ => Err(format!("'{text}' is no rate: 1 to 1000 Hz are")),
+        _ => Err(format!("'{text}' is not a rate of 1 to 1000 Hz")),
     }
 }
 

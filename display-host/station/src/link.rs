@@ -22,9 +22,9 @@ Both sides need certificates of one authority, which `calot link keys` makes wit
   sh make_keys.sh station theatre-1 IP:10.0.0.7
   sh make_keys.sh watcher desk
 
-On the station's computer, beside `calot run`:
+On the station's computer, while `calot run` runs:
   calot link serve --listen 0.0.0.0:7447 --cert theatre-1.pem --key theatre-1.key --ca ca.pem
-On the instructor's, once for each station:
+On the instructor's computer, once per station:
   calot link watch --connect 10.0.0.7:7447 --as theatre-1 --cert desk.pem --key desk.key --ca ca.pem
   calot observe --station theatre-1                       (the picture and the task's metrics)")]
 pub(crate) struct LinkArgs {

@@ -22,13 +22,13 @@ const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-The same picture as the trainee's, and the task's score, steps, alarms and metrics, an exam's too, with the
-histograms of the tick. Nothing here reaches into the station; up to six may watch.
+The window shows the trainee's picture, the score, steps, alarms and metrics of the task (also in an
+exam), and histograms of the tick. It cannot affect the station. Up to six displays may watch.
 
 Examples:
-  calot observe                          the station 'main' of this computer, now or once it runs
+  calot observe                          station 'main' of this computer, as soon as it runs
   calot observe --station left
-  calot observe --scene triangle.calot   one whose `calot rt` was started by hand")]
+  calot observe --scene triangle.calot   a station whose `calot rt` was started by hand")]
 pub(crate) struct ObserveArgs {
     /// Name of the station
     #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
@@ -108,8 +108,8 @@ fn scene(
         }
         if !said {
             say::note(format_args!(
-                "waiting for station '{0}': start it with `calot run --station {0}`; for a `calot rt` that \
-                 was started by hand name its --scene",
+                "waiting for station '{0}': start it with `calot run --station {0}`; if `calot rt` was \
+                 started by hand, name its scene with --scene",
                 args.station
             ));
             said = true;

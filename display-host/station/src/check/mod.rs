@@ -18,12 +18,11 @@ use crate::say;
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:
-  calot check                what is, what should be, the command that mends it
+  calot check                current state, required state, command that fixes it
   calot check --json
-  calot check --install      a shell script: systemd unit, limits, udev rules; `| sudo sh` runs it
+  calot check --install      prints a shell script (systemd unit, limits, udev rules); `| sudo sh` runs it
 
-Exit code: 0 when nothing stands in the way of realtime, 1 when something does. Advice alone is no
-failure.")]
+Exit code: 0 if realtime is possible, 1 if something prevents it. Mere advice leaves it at 0.")]
 pub(crate) struct CheckArgs {
     /// Core to run the tick on, counted from 0 [default: the last one]
     #[arg(long, value_name = "N")]

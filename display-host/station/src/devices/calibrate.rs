@@ -244,7 +244,7 @@ fn report(
             }));
         } else {
             let odd_one = odd_one.map_or(String::new(), |name| {
-                format!("; '{name}' fits the others least")
+                format!("; '{name}' fits the others worst")
             });
             say::note(format_args!(
                 "{frame}: residual {rms_mm:.2} mm rms, at most {worst_mm:.2} mm{odd_one}"
@@ -253,8 +253,8 @@ fn report(
     }
     if !good {
         return Err(format!(
-            "the residual is over {} mm: touch the landmarks again (first the one that fits least), look whether the \
-             station file has them where they are, or allow more with --residual-mm",
+            "the residual is over {} mm: touch the landmarks again (first the one that fits least), check their \
+             positions in the station file, or allow more with --residual-mm",
             args.residual_mm
         )
         .into());

@@ -41,7 +41,7 @@ fn list(args: &DevicesListArgs) -> Result<ExitCode, Problem> {
     }
     if found.is_empty() {
         say::note(
-            "found no serial line and no input device that this user may open. Plug one in; without rights \
+            "found no serial line and no input device that this user may open. Plug one in. If you lack rights \
              to it: `sudo usermod -aG dialout,input $USER`, then log in again",
         );
     } else {

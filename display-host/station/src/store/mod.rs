@@ -223,7 +223,7 @@ fn curve(
     let title = format!("{metric} {unit}").trim_end().to_owned();
     let drawn = learning_curve(&values, rule, &title).ok_or_else(|| {
         format!(
-            "{} session of task '{}' with {metric}: a curve needs two",
+            "{} session of task '{}' with {metric}: a curve needs at least two",
             values.len(),
             task.name()
         )

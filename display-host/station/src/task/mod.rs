@@ -58,7 +58,7 @@ impl Assigned {
         };
         if args.sutures == Sutures::Own && !task.may_hang() {
             return Err(format!(
-                "--sutures own: task '{}' begins with the gallbladder hung; place them yourself in identify, full or free",
+                "--sutures own: task '{}' begins with the gallbladder hung; choose identify, full or free to place them yourself",
                 task.name()
             )
             .into());
