@@ -2,7 +2,7 @@
 
 use hdrhistogram::Histogram;
 
-/// Longest distinguished duration, 60 s; longer ones count as this.
+/// Longest duration that is distinguished, 60 s. Longer ones count as 60 s.
 const MAX_NS: u64 = 60_000_000_000;
 
 /// A histogram of durations in ns: three significant digits, constant memory.
@@ -63,8 +63,8 @@ impl Distribution {
         }
     }
 
-    /// Counts as (duration in ns, number), ascending; [`Distribution::record_n`] of each gives an
-    /// equal histogram.
+    /// Counts as (duration in ns, number), ascending. Passing each to [`Distribution::record_n`]
+    /// gives an equal histogram.
     #[must_use]
     pub fn counts(&self) -> Vec<(u64, u64)> {
         let recorded = self.0.iter().flat_map(Histogram::iter_recorded);
@@ -79,7 +79,7 @@ impl Distribution {
         self.0.as_ref().map_or(0, Histogram::len)
     }
 
-    /// Its quantiles.
+    /// Quantiles of the recorded durations.
     #[must_use]
     pub fn quantiles(&self) -> Quantiles {
         match &self.0 {

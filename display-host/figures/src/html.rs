@@ -1,8 +1,8 @@
-//! Parts of pages that need no network.
+//! Parts of HTML pages that need no network.
 
 use crate::Machine;
 
-/// How reports look.
+/// Style sheet of the reports.
 pub const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:60rem;margin:2rem auto;\
 padding:0 1rem;color:#282c34;background:#fff}h1{font-size:1.6rem;margin-bottom:0}h2{margin-top:2rem;\
 font-size:1.15rem}table{border-collapse:collapse;margin:.5rem 0}td,th{padding:.25rem .8rem;text-align:\
@@ -12,7 +12,7 @@ background:#e8f3ec;border-left:4px solid #2e7d4f;padding:.5rem 1rem}figure{margi
 color:#555;font-size:.9rem}svg{max-width:100%;height:auto}.frames{display:grid;grid-template-columns:\
 repeat(auto-fill,minmax(17rem,1fr));gap:.8rem}.frames img{width:100%;border-radius:4px}";
 
-/// The machine that a page's figures are of, and what else is told of it.
+/// Table that describes the machine of a page's figures, followed by other rows.
 #[must_use]
 pub fn machine_table(m: &Machine, more: &[(&str, &str)]) -> String {
     let (cores, memory) = (m.cores.to_string(), format!("{} MiB", m.memory_mib));
@@ -38,7 +38,7 @@ pub fn machine_table(m: &Machine, more: &[(&str, &str)]) -> String {
     )
 }
 
-/// Text from outside, safe between tags and in attributes.
+/// Escapes text for use between tags and in attributes.
 #[must_use]
 pub fn escape(text: &str) -> String {
     text.replace('&', "&amp;")

@@ -1,4 +1,4 @@
-//! Description of the machine of a measurement: without it the figure means nothing.
+//! Describes the machine of a measurement, without which its figures mean nothing.
 
 use std::fs;
 
@@ -15,7 +15,7 @@ pub struct Machine {
     pub kernel: String,
     /// Build line of the kernel, which names its preemption model.
     pub kernel_version: String,
-    /// True if a hypervisor runs it.
+    /// True if a hypervisor runs this machine.
     pub virtual_machine: bool,
     /// Clock source.
     pub clock_source: String,
@@ -58,7 +58,7 @@ fn line(path: &str) -> String {
     }
 }
 
-/// Value of `name : value` in the first line that has it.
+/// Value of the first line `name : value`.
 fn field<'a>(text: &'a str, name: &str) -> &'a str {
     text.lines()
         .filter_map(|line| line.split_once(':'))

@@ -1,36 +1,36 @@
-//! Charts as SVG: series over logarithmic or linear axes in panels side by side, and heat maps.
-//! What is drawn is data; it knows nothing of methods and scenes.
+//! Charts as SVG: panels of series over logarithmic or linear axes, and heat maps. They draw data
+//! and know nothing of methods or scenes.
 
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
-/// An axis.
+/// Scale of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Scale {
-    /// Even steps.
+    /// Steps of equal width.
     Linear,
     /// Decades.
     Log,
 }
 
-/// A line, or a cloud of points.
+/// A line or a cloud of points.
 #[derive(Debug, Clone, Default)]
 pub struct Series {
-    /// Its name in the legend. Series of the same name have the same colour in every panel.
+    /// Name in the legend. A name has one colour in all panels.
     pub name: String,
-    /// Points; one whose `y` is not finite is drawn as a cross on the upper edge.
+    /// Points. A point whose `y` is not finite becomes a cross on the upper edge.
     pub points: Vec<[f64; 2]>,
-    /// A thin line without dots: a bound.
+    /// True for a thin line without dots, such as a bound.
     pub is_thin: bool,
 }
 
-/// One coordinate system.
+/// A coordinate system with its series.
 #[derive(Debug, Clone)]
 pub struct Panel {
-    /// Its heading.
+    /// Heading.
     pub title: String,
-    /// Labels of the axes, with unit.
+    /// Labels of the axes, with units.
     pub axes: [String; 2],
     /// Scales of the axes.
     pub scales: [Scale; 2],
@@ -43,14 +43,14 @@ pub struct Panel {
 pub struct Cell {
     /// Text to draw.
     pub text: String,
-    /// 0: bad, 1: good; none: not known.
+    /// From 0, bad, to 1, good; `None` if unknown.
     pub good: Option<f64>,
 }
 
 type Failure<'a> = DrawingAreaErrorKind<<SVGBackend<'a> as DrawingBackend>::ErrorType>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// Told apart by people who see few colours too (Okabe and Ito 2008).
+/// Colours that people with colour blindness can distinguish (Okabe and Ito 2008).
 const COLORS: [RGBColor; 9] = [
     RGBColor(160, 160, 160),
     RGBColor(90, 90, 90),
@@ -64,10 +64,11 @@ const COLORS: [RGBColor; 9] = [
 ];
 const INK: RGBColor = RGBColor(30, 30, 30);
 
-/// Panels, `columns` of them in a row, with one legend below.
+/// Draws panels, `columns` per row, with one legend below.
 ///
 /// # Errors
-/// The drawing library's words.
+///
+/// The drawing library's message.
 pub fn panels(panels: &[Panel], columns: usize) -> Result<String, String> {
     let mut names: Vec<&str> = Vec::new();
     for series in panels.iter().flat_map(|p| &p.series) {
@@ -94,10 +95,11 @@ pub fn panels(panels: &[Panel], columns: usize) -> Result<String, String> {
     })
 }
 
-/// A table whose cells are coloured.
+/// Draws a table of coloured cells.
 ///
 /// # Errors
-/// The drawing library's words.
+///
+/// The drawing library's message.
 pub fn heat_map(
     columns: &[String],
     rows: &[String],
@@ -152,7 +154,7 @@ fn color(i: usize) -> RGBColor {
     COLORS[i % COLORS.len()]
 }
 
-/// From orange over pale to blue: not red and green.
+/// Colour from orange through pale to blue, which avoids red against green.
 fn shade(good: f64) -> RGBColor {
     let mix =
         |from: u8, to: u8, t: f64| (f64::from(from) + (f64::from(to) - f64::from(from)) * t) as u8;
@@ -185,8 +187,8 @@ fn wrap(text: &str, width: usize) -> Vec<String> {
     lines
 }
 
-/// From the least to the greatest finite value, whole decades where the axis is logarithmic, so
-/// that its ends have numbers.
+/// Range from the least to the greatest finite value. A logarithmic range covers whole decades, so
+/// that its ends have labels.
 fn range(values: impl Iterator<Item = f64>, scale: Scale) -> [f64; 2] {
     let drawn = |v: &f64| v.is_finite() && (scale == Scale::Linear || *v > 0.0);
     let (mut low, mut high) = (f64::INFINITY, f64::NEG_INFINITY);
@@ -219,7 +221,7 @@ fn one<'a>(panel: &Panel, area: &Area<'a>, names: &[&str]) -> Result<(), Failure
         .margin_right(24)
         .x_label_area_size(38)
         .y_label_area_size(52);
-    // One function a pair of scales: each is a type of its own to the library.
+    // Each pair of scales is a type of its own in the library.
     match panel.scales {
         [Scale::Log, Scale::Log] => {
             let mut c = builder.build_cartesian_2d((x0..x1).log_scale(), (y0..y1).log_scale())?;
@@ -243,7 +245,7 @@ fn one<'a>(panel: &Panel, area: &Area<'a>, names: &[&str]) -> Result<(), Failure
     }
 }
 
-/// A number of an axis, short; of a logarithmic axis only decades have one.
+/// Short label of a value. On a logarithmic axis only decades have labels.
 fn label(value: f64, scale: Scale) -> String {
     if scale == Scale::Log && (value.log10() - value.log10().round()).abs() > 1e-6 {
         return String::new();

@@ -1,4 +1,4 @@
-//! Charts of the report as SVG.
+//! Charts of times as SVG.
 
 use plotters::coord::ranged1d::ValueFormatter;
 use plotters::prelude::*;
@@ -20,8 +20,8 @@ const LINES: [RGBColor; 6] = [
     RGBColor(110, 110, 110),
 ];
 
-/// Histogram over a logarithmic time axis (µs). The count axis is logarithmic too, so that single
-/// outliers are visible. A line marks `limit_us` if given.
+/// Draws a histogram over a logarithmic time axis (µs). The count axis is logarithmic too, so that
+/// single outliers are visible. A line marks `limit_us` if given.
 #[must_use]
 pub fn histogram(times: &Distribution, limit_us: Option<f64>) -> Option<String> {
     let bins = times.log_bins(4);
@@ -51,7 +51,7 @@ pub fn histogram(times: &Distribution, limit_us: Option<f64>) -> Option<String> 
     })
 }
 
-/// A quantity over time, with the axis from zero.
+/// Draws a quantity over time. Its axis starts at zero.
 #[must_use]
 pub fn course(points: &[(f64, f64)], unit: &str) -> Option<String> {
     let end = points.last()?.0.max(1.0);
@@ -69,7 +69,7 @@ pub fn course(points: &[(f64, f64)], unit: &str) -> Option<String> {
     })
 }
 
-/// Several quantities over time in one chart.
+/// Draws several quantities over time in one chart.
 #[must_use]
 pub fn courses(lines: &[(&str, &[(f64, f64)])], unit: &str) -> Option<String> {
     let all = || lines.iter().flat_map(|(_, line)| line.iter());
@@ -107,8 +107,8 @@ pub fn courses(lines: &[(&str, &[(f64, f64)])], unit: &str) -> Option<String> {
     })
 }
 
-/// Exceedance of several distributions: the tail that a histogram hides. Both axes are logarithmic;
-/// a line further left and lower is better.
+/// Draws the exceedance of several distributions, which shows the tail that a histogram hides. Both
+/// axes are logarithmic. The better line is further left and lower.
 #[must_use]
 pub fn exceedance(series: &[(String, &Distribution)]) -> Option<String> {
     let lines: Vec<(&str, Vec<(f64, f64)>)> = series
@@ -150,8 +150,8 @@ pub fn exceedance(series: &[(String, &Distribution)]) -> Option<String> {
     })
 }
 
-/// Points (µs, number per million that are longer), one for each recorded time. The longest one is
-/// exceeded by less than one, drawn as half a count.
+/// Points (µs, recorded times per million that are longer), one per recorded time. The longest time
+/// counts as exceeded by half a record, because zero has no logarithm.
 fn exceeded(times: &Distribution) -> Vec<(f64, f64)> {
     let all = times.count().max(1) as f64;
     let mut left = all;

@@ -1,4 +1,4 @@
-//! The black box: the ticks around the worst moments, in constant memory.
+//! Black box: keeps the ticks around the worst moments in constant memory.
 
 use std::collections::VecDeque;
 
@@ -7,19 +7,19 @@ use shared_mem::message::{STAGES, TickRecord};
 
 /// Ticks kept before and after each moment.
 const AROUND: usize = 16;
-/// Moments kept: the worst.
+/// Most moments kept.
 const INCIDENTS_MAX: usize = 32;
 
-/// A tick, as it was timed.
+/// A tick with its times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Tick {
-    /// Its number.
+    /// Number of the tick.
     pub tick: u64,
-    /// When it was due, `CLOCK_MONOTONIC`.
+    /// Due time, `CLOCK_MONOTONIC`.
     pub scheduled_ns: u64,
     /// Actual minus scheduled wake-up.
     pub wake_latency_ns: u32,
-    /// From its start to its end.
+    /// Duration.
     pub tick_ns: u32,
     /// Whole periods skipped before it began.
     pub missed: u32,
@@ -30,17 +30,17 @@ pub struct Tick {
 }
 
 impl Tick {
-    /// From its due time to its end: how late the force was, whatever the reason.
+    /// Time from due to end: the lateness of the force, whatever its cause.
     pub fn late_ns(&self) -> u64 {
         u64::from(self.wake_latency_ns) + u64::from(self.tick_ns)
     }
 
-    /// Whether it ended too late.
+    /// True if the tick ended after its deadline.
     pub fn overran(&self) -> bool {
         self.bits & TickRecord::OVERRAN != 0
     }
 
-    /// Whether a deadline was missed: periods skipped, or it ended too late.
+    /// True if the tick missed a deadline: it skipped periods or ended too late.
     pub fn is_miss(&self) -> bool {
         self.missed > 0 || self.overran()
     }
@@ -63,16 +63,16 @@ impl From<&TickRecord> for Tick {
 /// The ticks around a bad one.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Incident {
-    /// Measured time at which it happened, s (rounded down to ms).
+    /// Measured time of the bad tick, ms.
     pub at_ms: u64,
-    /// Place of the bad one in `ticks`.
+    /// Index of the bad tick in `ticks`.
     pub worst: usize,
-    /// In order.
+    /// Ticks in order.
     pub ticks: Vec<Tick>,
 }
 
 impl Incident {
-    /// The bad one.
+    /// Returns the bad tick.
     pub fn peak(&self) -> Option<&Tick> {
         self.ticks.get(self.worst)
     }
@@ -86,11 +86,11 @@ impl Incident {
 #[derive(Debug)]
 struct Open {
     incident: Incident,
-    /// Ticks that it waits for.
+    /// Ticks still to come.
     left: usize,
 }
 
-/// Watches ticks go by.
+/// Keeps recent ticks and the worst incidents.
 #[derive(Debug, Default)]
 pub struct BlackBox {
     before: VecDeque<Tick>,
@@ -99,13 +99,13 @@ pub struct BlackBox {
 }
 
 impl BlackBox {
-    /// The next tick, at a measured time.
+    /// Takes the next tick, at a measured time in ms.
     pub fn note(&mut self, tick: Tick, at_ms: u64) {
         if let Some(Open { incident, left }) = &mut self.open {
             incident.ticks.push(tick);
             *left -= 1;
             if tick.late_ns() > incident.late_ns() {
-                // Worse still: it is the same incident.
+                // A worse tick within an incident becomes its worst tick.
                 incident.worst = incident.ticks.len() - 1;
                 incident.at_ms = at_ms;
             }
@@ -132,19 +132,19 @@ impl BlackBox {
         self.before.push_back(tick);
     }
 
-    /// The station ended: what comes next is another run of it.
+    /// Ends the current run of the station. The next tick belongs to a new run.
     pub fn interrupt(&mut self) {
         self.close();
         self.before.clear();
     }
 
-    /// The worst moments so far, worst first.
+    /// Returns the worst incidents so far, worst first.
     pub fn incidents(&self) -> Vec<Incident> {
         let open = self.open.iter().map(|open| &open.incident);
         worst(self.kept.iter().chain(open).cloned().collect())
     }
 
-    /// How late a tick must be to be worth a place.
+    /// Least lateness that earns a place among the incidents, ns.
     fn least_ns(&self) -> u64 {
         match self.kept.len() < INCIDENTS_MAX {
             true => 0,
@@ -160,7 +160,7 @@ impl BlackBox {
     }
 }
 
-/// The worst of them, worst first.
+/// Sorts incidents worst first and keeps the worst.
 pub fn worst(mut incidents: Vec<Incident>) -> Vec<Incident> {
     incidents.sort_by_key(|incident| core::cmp::Reverse(incident.late_ns()));
     incidents.truncate(INCIDENTS_MAX);

@@ -1,4 +1,4 @@
-//! What only the kernel knows of a stretch of time: interrupts on the tick's core, switches of the
+//! Reads counters that only the kernel has: interrupts on the tick's core, context switches of the
 //! tick's thread, system management interrupts.
 
 use std::collections::BTreeMap;
@@ -7,15 +7,15 @@ use std::os::unix::fs::FileExt;
 
 /// Model-specific register that counts system management interrupts (Intel).
 const SMI_COUNT: u64 = 0x34;
-/// Unit of times in `/proc/stat`: USER_HZ, a hundredth of a second to all programs.
+/// Unit of times in `/proc/stat`: USER_HZ, which is 1/100 s for every program.
 const USER_TICK_MS: u64 = 10;
 
-/// Counters at one moment.
+/// Kernel counters at one moment.
 #[derive(Debug, Clone, Default)]
 pub struct Counters(BTreeMap<String, u64>);
 
 impl Counters {
-    /// Reads what can be read. `process`: the one whose thread ticks.
+    /// Reads all counters that are accessible. `process` is the one whose thread ticks.
     pub fn read(core: usize, process: Option<u32>) -> Self {
         let mut all = BTreeMap::new();
         let table = fs::read_to_string("/proc/interrupts").unwrap_or_default();
@@ -36,7 +36,7 @@ impl Counters {
         Self(all)
     }
 
-    /// What was added since `start`, without what stayed.
+    /// Increase of each counter since `start`. Omits counters that did not change.
     pub fn since(&self, start: &Self) -> Vec<(String, u64)> {
         let added = self.0.iter().map(|(name, count)| {
             let before = start.0.get(name).copied().unwrap_or(0);
@@ -47,7 +47,7 @@ impl Counters {
             .collect()
     }
 
-    /// Whether system management interrupts are counted.
+    /// True if system management interrupts are counted.
     pub fn knows_smis(&self) -> bool {
         self.0.contains_key("smis")
     }
@@ -62,13 +62,13 @@ pub fn resident_kib() -> Option<u64> {
     line.split_whitespace().next()?.parse().ok()
 }
 
-/// Time that the hypervisor took from a core since the machine's start, ms, in steps of 10; none:
-/// it does not tell, or there is none.
+/// Time that the hypervisor took from a core since the machine started, ms, in steps of 10. `None`:
+/// no hypervisor, or it does not report it.
 pub fn stolen_ms(core: usize) -> Option<u64> {
     stolen(&fs::read_to_string("/proc/stat").ok()?, core)
 }
 
-/// From `/proc/stat`.
+/// Parses the stolen time from `/proc/stat`.
 fn stolen(table: &str, core: usize) -> Option<u64> {
     let wanted = format!("cpu{core}");
     let mut lines = table.lines().map(str::split_whitespace);
@@ -91,7 +91,7 @@ fn interrupts(table: &str, core: usize) -> Vec<(String, u64)> {
         let (number, rest) = line.split_once(':')?;
         let words: Vec<&str> = rest.split_whitespace().collect();
         let count: u64 = words.get(column)?.parse().ok()?;
-        // What it is called: the last word of a device's line, the letters of the kernel's own.
+        // The name is the last word of a device's line, or the letters of a kernel interrupt.
         let named = number.trim();
         let name = match named.parse::<u32>() {
             Ok(_) => words.last().copied().unwrap_or(named),
@@ -106,7 +106,7 @@ fn interrupts(table: &str, core: usize) -> Vec<(String, u64)> {
         .collect()
 }
 
-/// Voluntary context switches of the process' thread `calot-tick`.
+/// Voluntary context switches of the thread `calot-tick` of a process.
 fn voluntary_switches(process: u32) -> Option<u64> {
     let tasks = fs::read_dir(format!("/proc/{process}/task")).ok()?;
     for task in tasks.flatten() {

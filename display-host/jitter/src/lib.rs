@@ -1,6 +1,6 @@
-//! How late and how long the ticks of a controller are, and how often one is missed, beside other
-//! programs that ran in the same minutes. It starts no station and draws no picture: whoever
-//! measures feeds it timing records.
+//! Measures the ticks of a controller: their wake-up latency, their duration and the share that
+//! misses its period, next to other programs that ran in the same minutes. The package starts no
+//! station and draws no picture; its caller passes in timing records.
 //!
 //! ```text
 //! timing records ─► tally ─┬─► blackbox   ticks around the worst moments

@@ -1,24 +1,24 @@
-//! Missed periods of the station and of a bare loop that does as much work: how many, whose doing,
-//! and how sure the difference is.
+//! Compares missed periods of the station with those of a bare loop that works as long: how many,
+//! by which cause, and how certain the difference is.
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
-/// Times that the rounds are drawn anew to see how much chance there is in a difference.
+/// Bootstrap draws of the rounds. They estimate the share of chance in a difference.
 const DRAWS: usize = 4000;
 
-/// What one turn missed.
+/// Periods missed in one turn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct Missed {
     /// Ticks that ran.
     pub ticks: u64,
-    /// Periods missed by a loop that slept, its last tick done in time: the machine woke it too late.
+    /// Periods missed while the loop slept after an in-time tick: the machine woke it too late.
     pub woken_late: u64,
-    /// Periods missed by a loop whose last tick was still at work.
+    /// Periods missed while the previous tick was still at work.
     pub at_work: u64,
-    /// Times that it happened, each of one period or more.
+    /// Occasions, each of one missed period or more.
     pub occasions: u64,
-    /// Ticks that ended after their deadline; most cost no period.
+    /// Ticks that ended after their deadline. Most of them cost no period.
     pub overruns: u64,
 }
 
@@ -28,7 +28,8 @@ impl Missed {
         self.woken_late.saturating_add(self.at_work)
     }
 
-    /// A tick of the station: it missed so many periods before it, and the one before it overran.
+    /// Notes a tick of the station: periods missed before it, and overruns of the previous tick and
+    /// of this one.
     pub fn note_tick(&mut self, missed: u32, last_overran: bool, overran: bool) {
         self.ticks += 1;
         self.overruns += u64::from(overran);
@@ -51,7 +52,7 @@ impl Missed {
 /// One turn of one program.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Round {
-    /// Number of the round, from 0; programs with the same one ran one after the other.
+    /// Number of the round, from 0. Programs of one round ran one after the other.
     pub round: u32,
     /// `station`, `cyclictest`, ….
     pub program: String,
@@ -61,18 +62,18 @@ pub struct Round {
     pub p99: u64,
     /// Greatest, ns.
     pub max: u64,
-    /// What it missed; unknown for cyclictest.
+    /// Periods missed; `None` for cyclictest.
     #[serde(default)]
     pub missed: Option<Missed>,
-    /// Time that the hypervisor took from the tick's core during the turn, ms, where it tells.
+    /// Time that the hypervisor took from the tick's core during the turn, ms, if it reports it.
     #[serde(default)]
     pub stolen_ms: Option<u64>,
 }
 
-/// What is counted of a turn.
+/// Selects one count of a turn.
 type Count = fn(Missed) -> u64;
 
-/// Of what is counted: key, words, how.
+/// Kinds of misses: key, label, count.
 const KINDS: [(&str, &str, Count); 5] = [
     ("periods", "periods missed", Missed::periods),
     (
@@ -87,22 +88,23 @@ const KINDS: [(&str, &str, Count); 5] = [
     ("overruns", "ticks that ended too late", |m| m.overruns),
 ];
 
-/// One kind of miss, in a million periods.
+/// One kind of miss, per million periods.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
     /// Key in JSON.
     pub key: &'static str,
-    /// Name for people.
+    /// Label.
     pub words: &'static str,
     /// Misses of the station.
     pub station: f64,
     /// Misses of `burn`.
     pub burn: f64,
-    /// Bounds of station − burn: 95 of 100 draws of the rounds lie within.
+    /// Interval of station − burn that holds 95 of 100 draws.
     pub difference: [f64; 2],
 }
 
-/// The station's misses beside those of `burn`, over the rounds that both ran. Empty: none.
+/// Compares the station's misses with those of `burn` over the rounds that both ran. Empty if there
+/// are none.
 pub fn compare(rounds: &[Round]) -> Vec<Line> {
     let pairs = pairs(rounds);
     if pairs.is_empty() {
@@ -112,7 +114,7 @@ pub fn compare(rounds: &[Round]) -> Vec<Line> {
     let mut draws = Vec::with_capacity(DRAWS);
     let mut chance = Chance(1);
     for _ in 0..DRAWS {
-        // As many rounds as there were, some twice, some not at all.
+        // Draw as many rounds as there were, with replacement.
         let drawn = (0..pairs.len()).filter_map(|_| pairs.get(chance.below(pairs.len())));
         draws.push(sums(drawn));
     }
@@ -137,7 +139,7 @@ pub fn compare(rounds: &[Round]) -> Vec<Line> {
         .to_vec()
 }
 
-/// In words for a line's end: whether the difference could be chance.
+/// Says whether chance could explain the difference.
 pub fn verdict(line: &Line) -> &'static str {
     match line.difference {
         [low, _] if low > 0.0 => "the station's are more",
@@ -146,7 +148,7 @@ pub fn verdict(line: &Line) -> &'static str {
     }
 }
 
-/// For `jitter.json`.
+/// Returns the comparison as `jitter.json` holds it.
 pub fn to_json(lines: &[Line]) -> Value {
     let one = |line: &Line| {
         let figures = json!({
@@ -189,14 +191,14 @@ fn in_a_million(missed: Missed, of: Count) -> f64 {
 }
 
 impl Round {
-    /// Missed in a million periods, where it is known.
+    /// Misses per million periods, if known.
     pub fn misses_per_million(&self) -> Option<f64> {
         let missed = self.missed?;
         Some(per_million(missed.periods(), missed.ticks))
     }
 }
 
-/// The same draws each time: a report read again says the same (splitmix64).
+/// Random numbers from a fixed seed (splitmix64), so that a report is reproducible.
 struct Chance(u64);
 
 impl Chance {
@@ -209,7 +211,7 @@ impl Chance {
     }
 }
 
-/// Misses in a million periods.
+/// Misses per million periods.
 pub fn per_million(missed: u64, ticks: u64) -> f64 {
     match ticks.saturating_add(missed) {
         0 => 0.0,
@@ -245,7 +247,7 @@ mod tests {
 
     #[test]
     fn a_rare_standstill_proves_nothing_and_a_steady_excess_does() {
-        // One standstill of 54 ms in one turn of ten.
+        // One stall of 54 ms in one turn of ten.
         let lines = compare(&rounds(|round| [if round == 3 { 54 } else { 0 }, 0]));
         let (station, burn) = (lines[0].station, lines[0].burn);
         assert!(

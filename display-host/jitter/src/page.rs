@@ -1,4 +1,4 @@
-//! `jitter.html`: one page, no network.
+//! Writes `jitter.html`: one page that needs no network.
 
 use core::fmt::Write as _;
 
@@ -9,13 +9,13 @@ use crate::misses::{self, Missed};
 use crate::report::{Ratio, Report};
 use crate::table::{self, Row};
 
-/// Ticks in the table of the worst.
+/// Rows in the table of the worst ticks.
 const WORST_SHOWN: usize = 12;
-/// Wider than a report's page: the table has eight columns.
+/// Style for a page wider than a report's: the table has eight columns.
 const WIDER: &str = "body{max-width:76rem}.two{display:grid;grid-template-columns:repeat(auto-fit,\
 minmax(28rem,1fr));gap:0 1.5rem}td{white-space:nowrap}td:first-child{white-space:normal}";
 
-/// The page's text.
+/// Returns the page.
 pub fn html(report: &Report) -> String {
     let mut page = String::new();
     // Writing to a string cannot fail.
@@ -24,7 +24,7 @@ pub fn html(report: &Report) -> String {
     };
     let about = &report.about;
     let load = match about.load.is_empty() {
-        true => "no load of ours".to_owned(),
+        true => "no added load".to_owned(),
         false => format!("load: {}", about.load.join(", ")),
     };
     add(format_args!(
@@ -37,7 +37,7 @@ pub fn html(report: &Report) -> String {
         seconds = about.seconds,
         complete = match about.complete {
             true => "It ran for its full time.",
-            false => "<b>It did not run to its end (yet): this is what it has.</b>",
+            false => "<b>The run has not finished; these are the figures so far.</b>",
         },
         command = escape(&about.command),
     ));
@@ -48,15 +48,15 @@ pub fn html(report: &Report) -> String {
             report.misses_per_million()
         )),
         false => add(format_args!(
-            "<p class=\"bad\"><b>Not realtime.</b> These figures say little about a station that \
-             is. <code>calot check</code> says what mends it. Missed in a million periods: {:.1}.</p>",
+            "<p class=\"bad\"><b>Not realtime.</b> These figures say little about a realtime \
+             station. <code>calot check</code> names the remedy. Missed in a million periods: {:.1}.</p>",
             report.misses_per_million()
         )),
     }
     if about.machine.virtual_machine {
         add(format_args!(
-            "<p class=\"lead\">A virtual machine: its host adds delays that no setting in here \
-             removes. Read the ratios, not the tails.</p>"
+            "<p class=\"lead\">This is a virtual machine: its host adds delays that no setting of the \
+             guest removes. Read the ratios, not the tails.</p>"
         ));
     }
     for note in &about.notes {
@@ -87,7 +87,7 @@ pub fn html(report: &Report) -> String {
     page + &rounds(report) + &charts(report) + &worst(report) + &counts(report) + "</html>\n"
 }
 
-/// The programs that took turns.
+/// Tables of the programs that took turns with the station.
 fn rounds(report: &Report) -> String {
     let ratios = report.ratios();
     let several = report.rounds.iter().any(|round| round.program != "station");
@@ -117,9 +117,9 @@ fn rounds(report: &Report) -> String {
                 misses::verdict(line),
             );
         }
-        page += "</table><p class=\"lead\">burn: a bare loop of <code>clock_nanosleep</code> at the same \
-                 priority on the same core, which does as much work in each period as the station's ticks \
-                 of the turn before took, in their order.</p>";
+        page += "</table><p class=\"lead\"><b>burn</b> is a bare loop of <code>clock_nanosleep</code> at the same \
+                 priority on the same core. In each period it works as long as the corresponding tick \
+                 of the station's previous turn.</p>";
     }
     page += "<table><tr><th>program<th>round<th>p50, µs<th>p99, µs<th>max, µs<th>missed in a million\
              <th>woken too late<th>still at work<th>occasions<th>ended late\
@@ -203,8 +203,8 @@ fn charts(report: &Report) -> String {
 
 fn worst(report: &Report) -> String {
     let mut page = String::from(
-        "<h2>Worst ticks</h2><p class=\"lead\">The ticks around each are in \
-         <code>jitter.trace.json</code>: open it in ui.perfetto.dev or chrome://tracing.</p>\
+        "<h2>Worst ticks</h2><p class=\"lead\"><code>jitter.trace.json</code> \
+         holds the ticks around each of these. Open it in ui.perfetto.dev or chrome://tracing.</p>\
          <table><tr><th>at, s<th>tick<th>woken late, µs<th>tick took, µs<th>longest stage<th>periods skipped</tr>",
     );
     for incident in report.incidents.iter().take(WORST_SHOWN) {

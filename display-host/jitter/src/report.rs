@@ -1,7 +1,7 @@
-//! What a run of `calot jitter` found, and `jitter.json`.
+//! The report of a `calot jitter` run, and its file `jitter.json`.
 //!
 //! Every figure has a dotted name, as in `summary.json`: `wake_latency_ns`, `stage_ns.solve`,
-//! `cyclictest.wake_latency_ns`. Histograms are kept whole, so that runs can be added up exactly.
+//! `cyclictest.wake_latency_ns`. Histograms are stored whole, so that runs add up exactly.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -15,46 +15,46 @@ use crate::misses::{self, Round, per_million};
 use crate::problem::Problem;
 use crate::timeline::Timeline;
 
-/// File in a run's folder.
+/// Name of the file in the folder of a run.
 pub const FILE: &str = "jitter.json";
 
-/// What is known of a run beside its figures.
+/// Description of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct About {
     /// Program and version.
     pub program: String,
-    /// The words that it was started with.
+    /// Command line of the run.
     pub command: String,
-    /// Scene's name.
+    /// Name of the scene.
     pub scene: String,
-    /// Whether it ran for its full time. `false`: stopped, killed, or it runs still.
+    /// True if it ran for its full time; false if it was stopped or killed, or still runs.
     pub complete: bool,
     /// Time that the station was measured, s.
     pub seconds: f64,
-    /// Loads, as they are typed; none: what else ran is unknown, see `machine.load_average`.
+    /// Names of the loads. If empty, other programs may have run; see `machine.load_average`.
     pub load: Vec<String>,
-    /// Whether every tick ran under SCHED_FIFO, in locked memory, pinned.
+    /// True if every tick ran under SCHED_FIFO, in locked memory, pinned to a core.
     pub realtime: bool,
-    /// What it lacked, or what else a reader must know.
+    /// Missing realtime properties and other remarks for the reader.
     pub notes: Vec<String>,
-    /// What the program that measures holds in memory, KiB: after its first minute, and at the
-    /// end. That it does not grow lets it run for a day.
+    /// Memory that the measuring program held, KiB: after its first minute, and at the end. If it
+    /// does not grow, a run may last a day.
     #[serde(default)]
     pub memory_kib: Option<[u64; 2]>,
-    /// The machine, as the run began.
+    /// The machine at the start of the run.
     pub machine: Machine,
 }
 
-/// A run.
+/// Figures and description of a run.
 #[derive(Debug, Clone)]
 pub struct Report {
-    /// Everything beside the figures.
+    /// Description.
     pub about: About,
     /// Times by dotted name.
     pub times: BTreeMap<String, Distribution>,
     /// Counts by dotted name.
     pub counts: BTreeMap<String, u64>,
-    /// Turns of all programs, in their order.
+    /// Turns of all programs, in order.
     pub rounds: Vec<Round>,
     /// Worst times over the run.
     pub timeline: Timeline,
@@ -62,10 +62,10 @@ pub struct Report {
     pub incidents: Vec<Incident>,
 }
 
-/// Wake-up latency ÷ cyclictest's, median over the rounds.
+/// Wake-up latency divided by cyclictest's, median over the rounds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ratio {
-    /// The program that took turns with cyclictest.
+    /// Program that took turns with cyclictest.
     pub program: String,
     /// Ratio of the medians.
     pub p50: f64,
@@ -73,7 +73,7 @@ pub struct Ratio {
     pub p99: f64,
 }
 
-/// What cannot be shown as names and numbers.
+/// Part of the file that is not a quantile or a count.
 #[derive(Debug, Serialize, Deserialize)]
 struct Kept {
     #[serde(flatten)]
@@ -86,13 +86,13 @@ struct Kept {
 }
 
 impl Report {
-    /// Periods missed in a million, of the station.
+    /// Periods that the station missed per million.
     pub fn misses_per_million(&self) -> f64 {
         let count = |name: &str| self.counts.get(name).copied().unwrap_or(0);
         per_million(count("deadline_misses"), count("ticks"))
     }
 
-    /// One for each program that took turns with cyclictest.
+    /// Ratios of each program that took turns with cyclictest.
     pub fn ratios(&self) -> Vec<Ratio> {
         let mut programs: Vec<&str> = self.rounds.iter().map(|r| r.program.as_str()).collect();
         programs.sort_unstable();
@@ -119,8 +119,8 @@ impl Report {
         ratios
     }
 
-    /// `jitter.json`: quantiles under the names of `summary.json`, then what it takes to read the
-    /// run again.
+    /// Returns `jitter.json`: quantiles under the names of `summary.json`, then all that `read`
+    /// needs.
     pub fn to_json(&self) -> Value {
         let kept = Kept {
             about: self.about.clone(),
@@ -134,7 +134,7 @@ impl Report {
                 .map(|(name, times)| (name.clone(), times.counts()))
                 .collect(),
         };
-        // Plain data: it becomes JSON.
+        // Plain data always converts to JSON.
         let mut root = serde_json::to_value(kept).unwrap_or_default();
         if let Some(root) = root.as_object_mut() {
             root.insert(
@@ -158,7 +158,7 @@ impl Report {
         root
     }
 
-    /// Reads a run: its folder, or its `jitter.json`.
+    /// Reads a run from its folder or its `jitter.json`.
     pub fn read(path: &Path) -> Result<Self, Problem> {
         let file: PathBuf = match path.is_dir() {
             true => path.join(FILE),
@@ -189,7 +189,7 @@ impl Report {
         })
     }
 
-    /// The times named `name`; made when first used.
+    /// Returns the times named `name`, empty when new.
     pub fn times(&mut self, name: &str) -> &mut Distribution {
         if !self.times.contains_key(name) {
             self.times.insert(name.to_owned(), Distribution::new());
@@ -204,14 +204,14 @@ impl Report {
     }
 }
 
-/// The middle one; the mean of the two in the middle.
+/// Median; of an even number of values, the mean of the middle two.
 pub fn median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let last = values.len().checked_sub(1)?;
     Some(f64::midpoint(values[last / 2], values[last.div_ceil(2)]))
 }
 
-/// Puts a value under a dotted name.
+/// Inserts a value under a dotted name.
 fn put(root: &mut Map<String, Value>, name: &str, value: Value) {
     match name.split_once('.') {
         None => {

@@ -1,5 +1,5 @@
-//! The programs that the station is compared with: each is run for a turn and prints a histogram
-//! in cyclictest's form.
+//! Programs that the station is compared with. Each runs for a turn and prints a histogram in
+//! cyclictest's format.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
@@ -12,26 +12,27 @@ use figures::Distribution;
 use crate::misses::Missed;
 use crate::problem::Problem;
 
-/// Built by `tests/embassy-std`: no program can hold embassy's driver and ours.
+/// Built by `tests/embassy-std`: one program cannot link both embassy's driver and ours.
 const EMBASSY_STD: &str = "calot-embassy-std";
 
-/// What the station is compared with.
+/// Programs to compare the station with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Rival {
-    /// The kernel testers' own instrument (package rt-tests)
+    /// The kernel community's wake-up latency test (Debian package rt-tests)
     Cyclictest,
-    /// Our executor without the station: what the loop itself costs
+    /// The executor without the station: the cost of the loop itself
     Executor,
     /// A bare loop of clock_nanosleep
     Sleep,
-    /// The bare loop, with as much work as the ticks of the station's last turn, in their order
+    /// The bare loop with the work of the station's last turn: tick for tick as long as that tick
+    /// took
     Burn,
-    /// embassy's stock driver for std (`cargo install --path tests/embassy-std`)
+    /// Embassy's stock driver for std (install: `cargo install --path tests/embassy-std`)
     EmbassyStd,
 }
 
 impl Rival {
-    /// As it is typed; in keys of JSON with `_`.
+    /// Name on the command line; JSON keys have `_` instead of `-`.
     pub fn name(self) -> &'static str {
         match self {
             Self::Cyclictest => "cyclictest",
@@ -43,29 +44,30 @@ impl Rival {
     }
 }
 
-/// Where and how the loops run: as the station's tick does.
+/// Core, priority and work of the loops: those of the station's tick.
 #[derive(Debug, Clone, Copy)]
 pub struct Terms<'a> {
     /// Core of the loop.
     pub core: usize,
     /// `SCHED_FIFO` priority.
     pub priority: u8,
-    /// Time that it spins before each period instead of sleeping.
+    /// Time spent spinning instead of sleeping before each period, µs.
     pub spin_us: u64,
-    /// File of what `burn` burns.
+    /// File with the times that `burn` works.
     pub work: &'a Path,
 }
 
-/// What a turn brought.
+/// Results of a turn.
 #[derive(Debug, Clone, Default)]
 pub struct Turn {
     /// Actual minus scheduled wake-up.
     pub wake_latency: Distribution,
-    /// What each tick's work took; empty without work.
+    /// Time that each tick's work took; empty without work.
     pub burnt: Distribution,
-    /// What was missed; unknown for cyclictest.
+    /// Periods missed; `None` for cyclictest.
     pub missed: Option<Missed>,
-    /// Whether it ran as realtime as it asked to; unknown for cyclictest, which fails otherwise.
+    /// True if it got the realtime properties that it asked for. `None` for cyclictest, which fails
+    /// without them.
     pub realtime: Option<bool>,
 }
 
@@ -75,7 +77,7 @@ impl Turn {
     }
 }
 
-/// Lets a rival have its turn. `None`: it was stopped.
+/// Runs one turn of a rival. `None`: stopped by the user.
 pub fn turn(
     rival: Rival,
     terms: Terms<'_>,
@@ -89,7 +91,7 @@ pub fn turn(
         .stderr(Stdio::piped())
         .spawn()
         .map_err(|error| format!("{}: {error}; {}", rival.name(), mend(rival)))?;
-    // Read at once, so that the pipes never fill.
+    // Read both pipes at once so that neither fills up.
     let stdout = child.stdout.take().map(read_all);
     let stderr = child.stderr.take().map(read_all);
     let status = loop {
@@ -121,7 +123,7 @@ pub fn turn(
     Ok(Some(turn))
 }
 
-/// Whether a program is there, before anything starts.
+/// Checks before the measurement that a program is installed.
 pub fn check(rival: Rival) -> Result<(), Problem> {
     let program = match rival {
         Rival::Cyclictest => PathBuf::from("cyclictest"),
@@ -189,7 +191,7 @@ fn command(rival: Rival, terms: Terms<'_>, seconds: f64) -> Result<Command, Prob
     }
 }
 
-/// A program next to this one, else wherever the system finds it.
+/// Path of a program next to this one, else its name for the search in PATH.
 fn beside(name: &str) -> PathBuf {
     let here = std::env::current_exe().ok();
     here.and_then(|path| Some(path.parent()?.join(name)))
@@ -204,15 +206,15 @@ fn mend(rival: Rival) -> &'static str {
              (`calot check`)?"
         }
         Rival::EmbassyStd => "install it with `cargo install --path tests/embassy-std`",
-        _ => "may this user have that priority (`calot check`)?",
+        _ => "check that this user may have that priority (`calot check`)",
     }
 }
 
-/// Reads a histogram: lines of `time count …`; of what stands behind `#`, the unit (µs unless it
-/// says ns), the longest time, and what was missed.
+/// Reads a histogram of lines `time count …`. Lines with `#` give the unit (µs if absent), the
+/// longest time and the missed periods.
 fn parse(text: &str) -> Turn {
     let mut turn = Turn::default();
-    // The middle of its bin; times in ns are exact.
+    // A time in µs stands for the middle of its bin; times in ns are exact.
     let (mut scale, mut half) = (1000, 500);
     let mut counted = Vec::new();
     let (mut over, mut max_us) = (0u64, 0u64);

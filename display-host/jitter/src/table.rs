@@ -1,4 +1,4 @@
-//! The figures as a table for people and as CSV.
+//! Prints the figures as a table and as CSV.
 
 use core::fmt::Write as _;
 
@@ -7,7 +7,7 @@ use figures::Quantiles;
 use crate::misses;
 use crate::report::{Ratio, Report};
 
-/// Names and what they mean, in the order of a tick; others follow by name.
+/// Names and labels of the rows, in the order of a tick. Other rows follow sorted by name.
 const ROWS: [(&str, &str); 8] = [
     ("wake_latency_ns", "wake-up latency: begun − due"),
     ("period_ns", "period: begun − the one before"),
@@ -31,18 +31,18 @@ const ROWS: [(&str, &str); 8] = [
     ),
 ];
 
-/// A figure of a run.
+/// One row of the table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Row {
     /// Dotted name.
     pub name: String,
-    /// Name for people.
+    /// Label.
     pub label: String,
-    /// The figure, ns.
+    /// Quantiles, ns.
     pub quantiles: Quantiles,
 }
 
-/// Rows in order. Only what was recorded.
+/// Rows of the recorded figures, in order.
 pub fn rows(report: &Report) -> Vec<Row> {
     let mut rows: Vec<(usize, usize, String, String)> = Vec::new();
     for name in report.times.keys() {
@@ -89,7 +89,7 @@ fn label(name: &str) -> String {
     }
 }
 
-/// The table on standard output.
+/// Returns the table for standard output.
 pub fn text(report: &Report) -> String {
     let mut text = String::new();
     let mut line = |words: core::fmt::Arguments<'_>| {
@@ -98,7 +98,7 @@ pub fn text(report: &Report) -> String {
     };
     let about = &report.about;
     let load = match about.load.is_empty() {
-        true => "no load of ours".to_owned(),
+        true => "no added load".to_owned(),
         false => format!("load {}", about.load.join(", ")),
     };
     let m = &about.machine;
@@ -120,9 +120,7 @@ pub fn text(report: &Report) -> String {
         m.load_average,
     ));
     if !about.realtime {
-        line(format_args!(
-            "NOT REALTIME: `calot check` says what mends it"
-        ));
+        line(format_args!("NOT REALTIME: `calot check` names the remedy"));
     }
     for note in &about.notes {
         line(format_args!("{note}"));
@@ -193,7 +191,7 @@ pub fn text(report: &Report) -> String {
     text
 }
 
-/// `jitter.csv`: a row for each figure, ns.
+/// Returns `jitter.csv`: a row per figure, times in ns.
 pub fn csv(report: &Report) -> String {
     let mut text = String::from("name,count,p50,p90,p99,p999,p9999,max\n");
     for Row {

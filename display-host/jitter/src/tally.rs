@@ -1,4 +1,4 @@
-//! From timing records to a report's figures.
+//! Turns timing records into the figures of a report.
 
 use figures::Distribution;
 use shared_mem::message::{STAGES, TickRecord, TimingBatch};
@@ -8,7 +8,7 @@ use crate::misses::Missed;
 use crate::report::Report;
 use crate::timeline::Worst;
 
-/// Stages of a tick, in order.
+/// Stages of a tick, in the order in which they run.
 pub const STAGE_NAMES: [&str; STAGES] = [
     "sample",
     "tool",
@@ -20,11 +20,11 @@ pub const STAGE_NAMES: [&str; STAGES] = [
 ];
 /// Stages after the force has been written.
 const AFTER_FORCE: core::ops::Range<usize> = 5..STAGES;
-/// A tick that hands over a frame fills 65 kB; one that does not takes next to nothing in the same
-/// stage. The tick's own number tells which: every fourth.
+/// Every fourth tick publishes a frame of 65 kB in its publish stage; in other ticks that stage
+/// takes almost no time. The number of a tick tells which kind it is.
 pub const PUBLISH_EVERY: u64 = 4;
 
-/// Takes in one station's records, one session after another.
+/// Collects the timing records of a station's sessions, one after another.
 #[derive(Debug, Default)]
 pub struct Tally {
     wake: Distribution,
@@ -33,49 +33,49 @@ pub struct Tally {
     stages: [Distribution; STAGES],
     motion_to_force: Distribution,
     force_to_publish: Distribution,
-    /// Age of a state when a display first sees it.
+    /// Age of a state when a display first reads it.
     pub publish_to_display: Distribution,
     /// Ticks around the worst moments.
     pub black_box: BlackBox,
     session: Session,
-    /// Counters of the sessions that are over.
+    /// Counters of the finished sessions.
     over: Counters,
     batches_lost: u64,
-    /// Whether every batch so far said realtime; `None`: none so far.
+    /// Realtime bits that every batch so far had; `None` before the first batch.
     pub realtime_bits: Option<u32>,
 }
 
-/// The station as it runs now.
+/// The running session.
 #[derive(Debug, Default)]
 struct Session {
     start_ns: Option<u64>,
-    /// Measured time before it, s.
+    /// Time measured before this session, s.
     before_s: f64,
     last: Option<Tick>,
     next_sequence: Option<u64>,
     counters: Counters,
-    /// Wake-ups of this session alone.
+    /// Wake-up latency of this session alone.
     wake: Distribution,
     missed: Missed,
-    /// What the first ticks took.
+    /// Durations of the first ticks, ns.
     ticks_ns: Vec<u32>,
 }
 
-/// A session, when it is over.
+/// Results of a finished session.
 #[derive(Debug, Default)]
 pub struct Over {
     /// Wake-up latency.
     pub wake: Distribution,
-    /// Periods that it missed.
+    /// Periods missed in this session.
     pub missed: Missed,
-    /// What each tick took, in order, of the first two minutes.
+    /// Durations of the ticks of the first two minutes, in order, ns.
     pub ticks_ns: Vec<u32>,
 }
 
-/// Of longer sessions the rest is not kept: memory stays constant.
+/// Ticks whose durations are kept. The limit keeps memory constant in longer sessions.
 const TICKS_KEPT: usize = 120_000;
 
-/// The controller's own counts.
+/// The controller's own counters.
 #[derive(Debug, Clone, Copy, Default)]
 struct Counters {
     ticks: u64,
@@ -93,7 +93,7 @@ impl Counters {
             ticks: batch.ticks,
             deadline_misses: batch.deadline_misses,
             overruns: batch.overruns,
-            // Not counted is not zero; this program counts.
+            // Zero would claim that allocations were counted. This program counts them.
             allocations: batch.allocations,
             page_faults: batch.page_faults,
             involuntary_switches: batch.involuntary_switches,
@@ -113,7 +113,7 @@ impl Counters {
 }
 
 impl Tally {
-    /// A batch of the running session. Malformed ones are left out.
+    /// Takes a batch of the running session. Skips malformed records.
     pub fn take(&mut self, batch: &TimingBatch, report: &mut Report) {
         let Some(records) = batch.records() else {
             return;
@@ -177,7 +177,7 @@ impl Tally {
             .note(at_s, Worst::from((tick.wake_latency_ns, tick.tick_ns)));
     }
 
-    /// The session's end: what follows is another one.
+    /// Ends the session. Later batches belong to the next one.
     pub fn end_session(&mut self, measured_s: f64) -> Over {
         self.black_box.interrupt();
         let session = core::mem::replace(
@@ -195,7 +195,7 @@ impl Tally {
         }
     }
 
-    /// Puts what is known so far into the report.
+    /// Writes all figures so far into the report.
     pub fn fill(&self, report: &mut Report) {
         let mut put = |name: &str, times: &Distribution| {
             report.times.insert(name.to_owned(), times.clone());
@@ -279,7 +279,7 @@ mod tests {
         assert_eq!(report.counts["timing_batches_lost"], 1);
     }
 
-    /// A tick a second for a day, as wild as can be.
+    /// A day at one tick a second, with times as irregular as possible.
     #[test]
     fn a_day_takes_no_more_memory_than_an_hour() {
         let mut report = sample();
@@ -300,12 +300,13 @@ mod tests {
             assert!(report.timeline.worst_ns.len() <= 600 && report.incidents.len() <= 32);
             let in_each = report.incidents.iter().map(|i| i.ticks.len());
             assert!(in_each.max() <= Some(33));
-            // All that it keeps goes into this.
+            // The report holds all state that the tally keeps.
             report.to_json().to_string().len() as f64
         };
         let hour = size_after(0, 3600);
         let day = size_after(3600, 86_400);
-        // Bins that were empty fill, at most all of them; ticks came 24 times as many.
+        // The number of ticks grew 24-fold. Memory grows only by filling empty bins, at most all of
+        // them.
         assert!(day < 2.0 * hour, "{hour} {day}");
     }
 

@@ -1,11 +1,12 @@
-//! The worst of each step of a run, in constant memory: steps grow with the run.
+//! Keeps the worst times of each step of a run. Memory is constant: steps get longer as the run
+//! does.
 
 use serde::{Deserialize, Serialize};
 
-/// Steps that are kept; when they are full, each two become one.
+/// Most steps kept. When they are full, each pair becomes one step of twice the length.
 const STEPS_MAX: usize = 600;
 
-/// Worst times of a step, ns. In JSON a pair.
+/// Worst times of a step, ns. In JSON it is a pair.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(from = "(u32, u32)", into = "(u32, u32)")]
 pub struct Worst {
@@ -41,7 +42,7 @@ impl From<Worst> for (u32, u32) {
 pub struct Timeline {
     /// Length of a step, s.
     pub step_s: u32,
-    /// One for each step.
+    /// Worst times, one entry per step.
     pub worst_ns: Vec<Worst>,
 }
 
@@ -55,7 +56,7 @@ impl Default for Timeline {
 }
 
 impl Timeline {
-    /// A tick at `at_s` seconds of measured time.
+    /// Notes a tick at `at_s` seconds of measured time.
     pub fn note(&mut self, at_s: f64, now: Worst) {
         let mut step = self.step_of(at_s);
         while step >= STEPS_MAX {
@@ -70,7 +71,7 @@ impl Timeline {
         }
     }
 
-    /// A run of `seconds` is followed by another.
+    /// Appends the timeline of the next run to this one, which lasted `seconds`.
     pub fn append(&mut self, seconds: f64, next: &Self) {
         for (i, &worst) in next.worst_ns.iter().enumerate() {
             let at_s = seconds + i as f64 * f64::from(next.step_s);
@@ -78,7 +79,7 @@ impl Timeline {
         }
     }
 
-    /// (s, µs) of one of both.
+    /// Points (s, µs) of one of the two times.
     pub fn course(&self, of: fn(&Worst) -> u32) -> Vec<(f64, f64)> {
         let steps = self.worst_ns.iter().enumerate();
         steps
@@ -92,7 +93,7 @@ impl Timeline {
     }
 
     fn step_of(&self, at_s: f64) -> usize {
-        // Saturates; a time is a day at most.
+        // The clamp keeps the conversion in range; a run lasts a day at most.
         (at_s.clamp(0.0, 1e9) / f64::from(self.step_s.max(1))) as usize
     }
 

@@ -1,5 +1,5 @@
-//! The black box as a trace for Perfetto (ui.perfetto.dev) or chrome://tracing: the ticks around
-//! each of the worst moments, stage by stage, beside the periods as they should have been.
+//! Writes the black box as a trace for Perfetto (ui.perfetto.dev) or chrome://tracing. It shows the
+//! ticks around each of the worst moments stage by stage, next to the periods as scheduled.
 
 use serde_json::{Value, json};
 use shared_mem::message::TickRecord;
@@ -12,8 +12,8 @@ const DUE: u32 = 1;
 const TICK: u32 = 2;
 const STAGES: u32 = 3;
 
-/// The trace as JSON. Each incident is a process of its own, so that they line up: time 0 is the
-/// due time of its first tick.
+/// Returns the trace as JSON. Each incident is a process of its own with time 0 at the due time of
+/// its first tick, so that the viewer aligns all incidents.
 pub fn json(incidents: &[Incident]) -> Value {
     let mut events = Vec::new();
     for (number, incident) in incidents.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Runs against runs: added up, or compared.
+//! Adds up runs, or compares two.
 
 use core::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use crate::blackbox;
 use crate::report::Report;
 use crate::table::{self, Row};
 
-/// Adds up runs: histograms and counts exactly, rounds one after the other.
+/// Adds up runs. Histograms and counts are exact; rounds follow one another.
 pub fn merge(runs: Vec<Report>) -> Option<Report> {
     let mut runs = runs.into_iter();
     let mut sum = runs.next()?;
@@ -65,16 +65,16 @@ pub fn merge(runs: Vec<Report>) -> Option<Report> {
     Some(sum)
 }
 
-/// Two runs compared.
+/// Comparison of two runs.
 #[derive(Debug, Clone)]
 pub struct Difference {
-    /// A table for people.
+    /// Table to read.
     pub text: String,
-    /// The same figures for programs.
+    /// Figures of the table as JSON.
     pub json: Value,
 }
 
-/// What the second run is, in times the first: for each figure that both have.
+/// Divides each figure of the second run by that of the first. Skips figures that only one run has.
 pub fn diff(first: &Report, second: &Report) -> Difference {
     let mut text = String::new();
     let mut json = Map::new();
@@ -146,7 +146,7 @@ pub fn diff(first: &Report, second: &Report) -> Difference {
     }
     let _ = writeln!(
         text,
-        "Not measured in the same minutes: a difference may be the machine's."
+        "The runs did not share the same minutes: the machine may cause a difference."
     );
     Difference {
         text,

@@ -1,4 +1,4 @@
-//! Options and their values that several commands share.
+//! Options that several commands share, and their values.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -11,20 +11,20 @@ use store::Store;
 use crate::home;
 use crate::problem::Problem;
 
-/// Which scene.
+/// Scene to run.
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct SceneArgs {
-    /// The scene: `built-in`, `triangle` (Calot's triangle too), `triangle-variant` (duct and
-    /// artery run otherwise), a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb), or a compiled
-    /// scene (.calot)
+    /// Scene: `built-in` (four organs), `triangle` (with Calot's triangle), `triangle-variant`
+    /// (duct and artery take another course), a recipe (.toml), a mesh (.obj .stl .ply .gltf .glb)
+    /// or a compiled scene (.calot)
     #[arg(long, value_name = "NAME|FILE", default_value = "built-in")]
     pub(crate) scene: String,
-    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
+    /// Folder with the meshes that the recipe names, e.g. /data/hra [default: folder of the recipe]
     #[arg(long, value_name = "DIR")]
     pub(crate) meshes: Option<PathBuf>,
 }
 
-/// Real devices; one that is not named is emulated by `run`, and absent in `rt`.
+/// Real devices. Without a name `run` emulates the device, and `rt` does without it.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Devices")]
 pub(crate) struct DeviceArgs {
@@ -34,50 +34,54 @@ pub(crate) struct DeviceArgs {
     /// Serial device of the endoscope's tracker, e.g. /dev/ttyUSB0
     #[arg(long, value_name = "TTY")]
     pub(crate) tracker: Option<PathBuf>,
-    /// Serial device of the foot pedal
+    /// Serial device of the foot pedal, e.g. /dev/ttyUSB1
     #[arg(long, value_name = "TTY")]
     pub(crate) pedal: Option<PathBuf>,
-    /// File that names devices of any driver, limits below theirs, and where they stand: the example is
-    /// in `calot devices --help`. The options above come first
+    /// File that names devices of any driver, their limits and their positions; `calot devices
+    /// --help` shows an example. The options above override it
     #[arg(long, value_name = "FILE")]
     pub(crate) station_file: Option<PathBuf>,
 }
 
-/// How the controller runs.
+/// Realtime options of the controller.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Realtime")]
 pub(crate) struct RealtimeArgs {
-    /// Core of the control tick [default: the last one]
+    /// Core of the control tick, counted from 0 [default: the last one]
     #[arg(long, value_name = "N")]
     pub(crate) core: Option<usize>,
-    /// SCHED_FIFO priority of the control tick
+    /// SCHED_FIFO priority of the control tick; a higher number goes first
     #[arg(long, value_name = "2-99", default_value_t = 80, value_parser = clap::value_parser!(u8).range(2..=99))]
     pub(crate) priority: u8,
-    /// Spin this long before each tick instead of sleeping: earlier wake-ups for processor time
+    /// Spin this long before each tick instead of sleeping, µs. Wake-ups come earlier and cost
+    /// processor time
     #[arg(long, value_name = "µs", default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=500))]
     pub(crate) spin: u64,
-    /// Linux' realtime scheduler; `deadline`: it guarantees the time of each tick, on any core
+    /// Realtime scheduler of Linux. fifo pins the tick to --core; deadline reserves time for each
+    /// tick, on any core
     #[arg(long, value_enum, default_value_t = SchedulerName::Fifo)]
     pub(crate) scheduler: SchedulerName,
-    /// Refuse a scene whose worst tick, measured here, does not fit, when no coarser level fits
+    /// Refuse a scene if the worst tick measured on this machine exceeds the period and no coarser
+    /// level fits
     #[arg(long)]
     pub(crate) strict: bool,
-    /// Take this compiled scene when the one before it does not fit; may be given several times,
+    /// Compiled scene to take if the finer one does not fit. Repeat the option for further levels,
     /// finest first
     #[arg(long, value_name = "FILE")]
     pub(crate) coarser: Vec<PathBuf>,
-    /// Hold a modem line of --scope-tty high during each tick, for an oscilloscope
+    /// Hold this modem line of --scope-tty high during each tick, for an oscilloscope
     #[arg(long, value_enum, requires = "scope_tty")]
     pub(crate) scope_line: Option<ScopeLineName>,
-    /// Serial port of that line; a real UART, for behind USB each change takes a transfer
+    /// Serial port of that line, e.g. /dev/ttyS0. Use a real UART: over USB each change waits for a
+    /// transfer
     #[arg(long, value_name = "TTY", requires = "scope_line")]
     pub(crate) scope_tty: Option<PathBuf>,
-    /// Do not ask for realtime scheduling; every report says so
+    /// Run without realtime scheduling, for machines that refuse it. Every report says so
     #[arg(long)]
     pub(crate) no_realtime: bool,
 }
 
-/// A scheduler, as it is typed.
+/// A scheduler, as typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(crate) enum SchedulerName {
     /// SCHED_FIFO, pinned to a core
@@ -87,7 +91,7 @@ pub(crate) enum SchedulerName {
     Deadline,
 }
 
-/// A language, as it is typed.
+/// A language, as typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum LanguageName {
     /// English
@@ -97,7 +101,7 @@ pub(crate) enum LanguageName {
 }
 
 impl LanguageName {
-    /// The language asked for, or else the user's.
+    /// The requested language, else that of the locale.
     pub(crate) fn or_users(asked: Option<Self>) -> Language {
         match asked {
             Some(Self::En) => Language::English,
@@ -111,17 +115,17 @@ impl LanguageName {
     }
 }
 
-/// An endoscope, as it is typed.
+/// An endoscope, as typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(crate) enum ScopeName {
-    /// It looks along its shaft
+    /// Looks along its shaft
     #[default]
     #[value(name = "0")]
     Straight,
-    /// 30 degrees off it
+    /// Looks 30 degrees off its shaft
     #[value(name = "30")]
     Thirty,
-    /// 45 degrees off it
+    /// Looks 45 degrees off its shaft
     #[value(name = "45")]
     FortyFive,
 }
@@ -137,7 +141,7 @@ impl ScopeName {
     }
 }
 
-/// A modem line, as it is typed.
+/// A modem line, as typed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum ScopeLineName {
     /// Request to send
@@ -146,7 +150,7 @@ pub(crate) enum ScopeLineName {
     Dtr,
 }
 
-/// What a controller is told, by whoever starts one.
+/// Options of the controller, for every command that starts one.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct ControllerArgs {
     #[command(flatten)]
@@ -156,7 +160,7 @@ pub(crate) struct ControllerArgs {
 }
 
 impl RealtimeArgs {
-    /// The words that ask a `calot rt` for the same.
+    /// Arguments that give `calot rt` the same options.
     pub(crate) fn words(&self) -> Vec<OsString> {
         let mut words: Vec<OsString> = Vec::new();
         let mut option = |name: &str, value: &dyn AsRef<std::ffi::OsStr>| {
@@ -187,29 +191,29 @@ impl RealtimeArgs {
     }
 }
 
-/// Whether a gamepad may lead the emulated hand.
+/// Gamepad of the emulated hand.
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct GamepadArgs {
-    /// Gamepad that leads the emulated hand: `auto` takes the first one that is plugged in, once it
-    /// is used; `off`; or its path under /dev/input
+    /// Gamepad that leads the emulated hand: auto (the first one plugged in, once it is used), off,
+    /// or a path, e.g. /dev/input/event5
     #[arg(long, value_name = "auto|off|PATH", default_value = "auto", value_parser = parse_gamepad)]
     pub(crate) gamepad: GamepadName,
 }
 
-/// Which gamepad.
+/// A gamepad, as typed.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(crate) enum GamepadName {
-    /// The first that is plugged in.
+    /// The first one plugged in.
     #[default]
     Auto,
-    /// None.
+    /// No gamepad.
     Off,
-    /// The one at this path.
+    /// The gamepad at this path.
     Path(PathBuf),
 }
 
 impl GamepadName {
-    /// As it is typed.
+    /// The value as typed.
     pub(crate) fn word(&self) -> &std::ffi::OsStr {
         match self {
             Self::Auto => "auto".as_ref(),
@@ -242,7 +246,7 @@ fn parse_gamepad(text: &str) -> Result<GamepadName, String> {
     })
 }
 
-/// Pixels, typed as `1280x720`.
+/// Parses a size in pixels, e.g. `1280x720`.
 pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let sides = text
         .split_once('x')
@@ -253,16 +257,17 @@ pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     }
 }
 
-/// Where the store lies.
+/// File of the store.
 #[derive(Debug, Clone, Default, Args)]
 pub(crate) struct StoreFile {
-    /// The store [default: calot/store.sqlite in $XDG_DATA_HOME or ~/.local/share]
+    /// File of the store, which keeps trainees and results [default: calot/store.sqlite in
+    /// $XDG_DATA_HOME or ~/.local/share]
     #[arg(long, value_name = "FILE", global = true)]
     pub(crate) store: Option<PathBuf>,
 }
 
 impl StoreFile {
-    /// Where it lies.
+    /// Path of the file.
     pub(crate) fn path(&self) -> Result<PathBuf, Problem> {
         if let Some(path) = &self.store {
             return Ok(path.clone());

@@ -1,5 +1,5 @@
-//! `calot bare-loop`: a loop without a station, its latencies as a histogram on standard output in
-//! cyclictest's form. A process of its own, because it locks its memory.
+//! `calot bare-loop`: runs a loop without a station and prints a histogram of its latencies in
+//! cyclictest's format. It is a process of its own because it locks its memory.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,28 +14,28 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// `calot bare-loop`: a bare loop's latencies as a histogram.
+/// Options of `calot bare-loop`, which prints the latencies of a bare loop as a histogram.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct BareLoopArgs {
-    /// executor, or sleep
+    /// Kind of loop: executor or sleep
     #[arg(value_name = "KIND")]
     pub(crate) kind: Rival,
-    /// How long
+    /// Time to measure, s
     #[arg(long, value_parser = parse_seconds)]
     pub(crate) seconds: f64,
-    /// Its core
+    /// Core of the loop
     #[arg(long)]
     pub(crate) core: usize,
-    /// Its priority
+    /// SCHED_FIFO priority of the loop
     #[arg(long)]
     pub(crate) priority: u8,
-    /// As in `calot rt`
+    /// Time to spin before each period, µs, as in `calot rt`
     #[arg(long, default_value_t = 0)]
     pub(crate) spin: u64,
-    /// File of the work in each period, a line each, in ns
+    /// File of the work in each period, ns, a line each
     #[arg(long, value_name = "FILE")]
     pub(crate) work: Option<PathBuf>,
-    /// End when this process, which started this one, ends
+    /// End when the parent process of this id ends
     #[arg(long, value_name = "PID")]
     pub(crate) with_parent: Option<i32>,
 }
@@ -95,15 +95,15 @@ fn counted(times_ns: &[u32]) -> BTreeMap<u32, u64> {
     histogram
 }
 
-/// Times of ticks, as [`write_work`] left them.
+/// Reads the times of ticks that [`write_work`] wrote.
 fn read_work(file: &Path) -> Result<Vec<u32>, Problem> {
     let text = std::fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))?;
     let times: Result<Vec<u32>, _> = text.lines().map(str::parse).collect();
-    times.map_err(|e| format!("{}: not times in ns, a line each: {e}", file.display()).into())
+    times.map_err(|e| format!("{}: expected a time in ns per line: {e}", file.display()).into())
 }
 
-/// Work as long as these ticks took. What a tick took longer than 999 in 1000 is taken for the
-/// machine's doing, for the loop will have its own share of that, and left out.
+/// Writes the durations of these ticks as work for a loop. Longer times than 999 of 1000 ticks are
+/// cut: the machine caused them, and it will delay the loop as well.
 pub(crate) fn write_work(file: &Path, ticks_ns: &[u32]) -> Result<(), Problem> {
     let mut sorted = ticks_ns.to_vec();
     sorted.sort_unstable();
@@ -133,7 +133,7 @@ mod tests {
             read_work(&file)
                 .unwrap_err()
                 .to_string()
-                .contains("work: not times")
+                .contains("work: expected a time")
         );
     }
 }

@@ -1,6 +1,6 @@
-//! Which program this is.
+//! Identifies this program.
 
-/// Version, commit, and how it was compiled: what could matter to the bits that it computes.
+/// Version, commit and compiler options: everything that could affect the computed bits.
 pub(crate) fn build() -> String {
     let profile = match cfg!(debug_assertions) {
         true => "debug",

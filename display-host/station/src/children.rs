@@ -1,4 +1,4 @@
-//! The station's child processes: this program, re-executed.
+//! Child processes of the station: this program, executed again.
 
 use std::io::{BufRead, BufReader};
 use std::os::unix::process::CommandExt as _;
@@ -9,19 +9,19 @@ use std::time::{Duration, Instant};
 
 use crate::problem::Problem;
 
-/// How long a child may take to end when asked, before it is killed.
+/// Time that a child may take to end when asked. Then it is killed.
 const PATIENCE_TO_END: Duration = Duration::from_secs(5);
 
-/// A child process that said it is ready.
+/// A child process that has reported ready.
 #[derive(Debug)]
 pub(crate) struct Process {
     name: &'static str,
     child: Child,
-    /// The rest of the line with which it said that it is ready.
+    /// Rest of the line that reported ready.
     said: String,
 }
 
-/// A child that did not get as far as to be ready. What it had to say is on standard error.
+/// Error of a child that ended before it was ready. Its own message is on standard error.
 #[derive(Debug)]
 pub(crate) struct EndedEarly {
     name: &'static str,
@@ -37,11 +37,11 @@ impl std::fmt::Display for EndedEarly {
 
 impl std::error::Error for EndedEarly {}
 
-/// What a child says on standard output once it is ready, as its first line.
+/// First word of the line that a child prints on standard output when it is ready.
 pub(crate) const READY: &str = "ready";
 
 impl Process {
-    /// Starts `calot ARGS` and waits until it is ready. Its standard error is ours.
+    /// Starts `calot ARGS` and waits until it is ready. The child shares our standard error.
     pub(crate) fn start(
         name: &'static str,
         args: &[std::ffi::OsString],
@@ -53,8 +53,9 @@ impl Process {
             .args(args)
             .stdin(Stdio::null())
             .stdout(Stdio::piped())
-            // A group of its own: a terminal's Ctrl-C reaches the station alone, which then ends
-            // its children in order, the controller before the devices.
+            // The child has a process group of its own, so that a terminal's Ctrl-C reaches only
+            // the station. The station then ends its children in order, the controller before the
+            // devices.
             .process_group(0)
             .spawn()
             .map_err(|error| format!("cannot start the {name}: {error}"))?;
@@ -88,27 +89,28 @@ impl Process {
         }
     }
 
-    /// Its name in messages.
+    /// Name of the process in messages.
     pub(crate) fn name(&self) -> &'static str {
         self.name
     }
 
-    /// What it said of itself when it was ready.
+    /// Text that the child reported when it was ready.
     pub(crate) fn said(&self) -> &str {
         &self.said
     }
 
-    /// Its process id.
+    /// Process id.
     pub(crate) fn id(&self) -> u32 {
         self.child.id()
     }
 
-    /// How it ended, if it did.
+    /// Exit status, if the child has ended.
     pub(crate) fn ended(&mut self) -> std::io::Result<Option<ExitStatus>> {
         self.child.try_wait()
     }
 
-    /// Asks it to end, waits, and kills it if it does not. Says what went wrong, if anything.
+    /// Asks the child to end, waits, and kills it if it does not. Returns what went wrong, if
+    /// anything.
     pub(crate) fn end(mut self) -> Option<String> {
         self.ask();
         let start = Instant::now();
@@ -116,7 +118,7 @@ impl Process {
             match self.ended() {
                 Ok(Some(status)) if status.success() => return None,
                 Ok(Some(status)) => {
-                    return Some(format!("the {} ended badly ({status})", self.name));
+                    return Some(format!("the {} failed at its end ({status})", self.name));
                 }
                 _ => std::thread::sleep(Duration::from_millis(5)),
             }
@@ -137,7 +139,7 @@ impl Process {
 }
 
 impl Drop for Process {
-    /// A child that was not ended in order (an error on the way) is asked to, without waiting.
+    /// After an error, a child that was not ended in order is asked to end. This does not wait.
     fn drop(&mut self) {
         if let Ok(None) = self.child.try_wait() {
             self.ask();
@@ -145,13 +147,13 @@ impl Drop for Process {
     }
 }
 
-/// The child's lines of standard output, read by a thread so that its pipe never fills.
+/// Reads the child's standard output in a thread, so that its pipe never fills.
 fn read_lines(child: &mut Child) -> Receiver<String> {
     let (sender, lines) = mpsc::channel();
     if let Some(stdout) = child.stdout.take() {
         std::thread::spawn(move || {
             for line in BufReader::new(stdout).lines().map_while(Result::ok) {
-                // The receiver goes away once the child is ready; go on emptying the pipe.
+                // The receiver is dropped once the child is ready. Keep emptying the pipe.
                 let _ = sender.send(line);
             }
         });
@@ -159,7 +161,7 @@ fn read_lines(child: &mut Child) -> Receiver<String> {
     lines
 }
 
-/// Arguments as the operating system takes them.
+/// Converts arguments to the form of the operating system.
 pub(crate) fn args<const N: usize>(
     words: [&dyn AsRef<std::ffi::OsStr>; N],
 ) -> Vec<std::ffi::OsString> {

@@ -1,4 +1,4 @@
-//! The commands of `calot`, each with the arguments that stand beside it.
+//! Commands of `calot`. The module of each command defines its options.
 
 use clap::{Parser, Subcommand};
 
@@ -22,8 +22,9 @@ use crate::store::args::StoreArgs;
 
 /// Calot: a hard-realtime haptic trainer for transvaginal cholecystectomy.
 ///
-/// Without a command it is `calot start` where there is a screen, and else `calot run`. Devices that
-/// are not named are emulated, with a scripted hand at the handle, so that it runs on any machine.
+/// Without a command, `calot` runs `calot start` on a screen, and `calot run` otherwise. Every
+/// device that is not named is emulated, with a scripted hand at the handle, so that Calot runs on
+/// any machine.
 #[derive(Debug, Parser)]
 #[command(name = "calot", version, max_term_width = 96)]
 pub(crate) struct Cli {
@@ -33,46 +34,49 @@ pub(crate) struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub(crate) enum Command {
-    /// Choose task, help, endoscope and devices in a window, operate, and see what it came to
+    /// Opens a window to choose task, help, endoscope and devices, to operate, and to see the
+    /// debrief
     Start(StartArgs),
-    /// The station: devices, controller, display, report
+    /// Runs the station: devices, controller, display, report
     Run(Box<RunArgs>),
-    /// An instructor's window on a station that runs: its picture, its task's metrics, its ticks
+    /// Opens an instructor's window on a running station: its picture, metrics of its task, tick
+    /// times
     Observe(ObserveArgs),
-    /// The realtime process alone
+    /// Runs the realtime process alone
     Rt(RtArgs),
-    /// The emulated devices alone: ptys under --dir, a scripted hand at the handle
+    /// Runs the emulated devices alone: ptys under --dir, moved by a scripted hand
     Emulate(EmulateArgs),
-    /// Runs a recorded session again: is every bit the same, and if not, about where
+    /// Runs a recorded session again and compares every bit; names the first tick and organ that
+    /// differ
     Replay(ReplayArgs),
-    /// What a trainee did in recorded sessions, as one page: score, errors, paths, force
+    /// Writes a page about recorded sessions: score, errors, paths, force
     Report(ReportArgs),
-    /// Trainees and their sessions: list, learning curves, questionnaire, export, forget
+    /// Keeps trainees and their sessions: list, learning curve, questionnaire, export, forget
     Store(StoreArgs),
-    /// Meshes and a recipe to a compiled scene, with a report of its quality
+    /// Compiles a recipe and its meshes to a scene, and reports its quality
     Prepare(PrepareArgs),
-    /// Every organ, instrument and view as pictures, and a page to look through them
+    /// Draws every organ, instrument and view, and writes a page of the pictures
     Gallery(GalleryArgs),
-    /// Wake-up latency, period, stages, motion to force: histograms, beside cyclictest's
+    /// Measures wake-up latency, period, stages and motion to force, next to cyclictest
     Jitter(Box<JitterArgs>),
-    /// Is this machine fit for realtime: what is, what should be, the command that mends it
+    /// Checks this machine for realtime: current state, required state, command that fixes it
     Check(CheckArgs),
-    /// Devices that are plugged in: find them, see them live, test them
+    /// Finds, shows, tests and calibrates devices
     Devices(DevicesArgs),
-    /// Tells 3D Slicer, PLUS and others where the instruments are, over OpenIGTLink
+    /// Sends the poses of the instruments to 3D Slicer, PLUS and others, over OpenIGTLink
     Igtlink(IgtlinkArgs),
-    /// Stations seen from other computers, with certificates on both sides
+    /// Shows a station on other computers, with certificates on both sides
     Link(LinkArgs),
-    /// One of `jitter`'s loads
+    /// Runs one of the loads of `jitter`
     #[command(hide = true)]
     Load(LoadArgs),
-    /// One of `jitter`'s bare loops
+    /// Runs one of the bare loops of `jitter`
     #[command(hide = true)]
     BareLoop(BareLoopArgs),
 }
 
 impl Command {
-    /// What `calot` alone is.
+    /// Command that `calot` runs when none is given.
     pub(crate) fn alone() -> Self {
         match start::has_screen() {
             true => Self::Start(StartArgs::default()),

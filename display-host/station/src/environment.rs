@@ -1,12 +1,13 @@
-//! What libraries read from the environment and we decide for them.
+//! Environment variables that we set for libraries.
 #![allow(unsafe_code)] // `std::env::set_var`
 
-/// Vulkan's device-selection layer of Mesa asks the Wayland compositor for its graphics card. Without
-/// `XDG_RUNTIME_DIR` there is no compositor to ask, and libwayland would complain on standard error.
+/// Name of the variable that disables Mesa's device-selection layer of Vulkan. The layer asks the
+/// Wayland compositor for its graphics card. Without `XDG_RUNTIME_DIR` there is no compositor, and
+/// libwayland would complain on standard error.
 const NO_SELECTION: &str = "NODEVICE_SELECT";
 
-/// Leaves that layer out where no compositor can be and the user does not use it to choose a card.
-/// To be called before the first thread starts.
+/// Disables that layer if there can be no compositor and the user does not choose a card with it.
+/// Call this before the first thread starts.
 pub(crate) fn prepare() {
     let is_set = |name| std::env::var_os(name).is_some();
     if ["XDG_RUNTIME_DIR", "MESA_VK_DEVICE_SELECT", NO_SELECTION]

@@ -1,20 +1,20 @@
-//! The folder of a station that runs: its compiled scene, its devices' links, its lock.
+//! Folder of a running station: its compiled scene, links to its devices, its lock.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use crate::problem::Problem;
 
-/// How often, and after which pause, a station's lock is tried again.
+/// Attempts to take the lock of a station.
 const LOCK_LOOKS: u32 = 5;
-/// See [`LOCK_LOOKS`].
+/// Pause between two attempts.
 const LOCK_PAUSE: Duration = Duration::from_millis(10);
 
-/// The folder of a station that runs: its compiled scene, its devices' links, its lock.
+/// Folder of a running station.
 pub(crate) struct Folder {
     path: PathBuf,
     attached: bool,
-    /// Held while the station runs; the kernel lets go of it however this process ends.
+    /// Held while the station runs. The kernel releases it however this process ends.
     _lock: Option<std::fs::File>,
 }
 
@@ -38,7 +38,7 @@ impl Folder {
             .map_err(failed)?;
         let mut locked = lock.try_lock();
         for _ in 0..LOCK_LOOKS {
-            // Whoever asks whether it runs has it for a moment.
+            // A process that checks whether the station runs holds the lock for a moment.
             if !matches!(locked, Err(std::fs::TryLockError::WouldBlock)) {
                 break;
             }
@@ -47,7 +47,8 @@ impl Folder {
         }
         match locked {
             Ok(()) => {
-                // Of one that was killed: its scene is not what runs next.
+                // A killed station left this file behind. It names the wrong scene for the next
+                // run.
                 let _ = std::fs::remove_file(path.join(RUNNING));
                 Ok(Self {
                     path,
@@ -64,27 +65,27 @@ impl Folder {
         }
     }
 
-    /// Where it is.
+    /// Path of the folder.
     pub(crate) fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Tells displays that join which compiled scene runs.
+    /// Tells joining displays which compiled scene runs.
     pub(crate) fn tell(&self, scene: &Path) -> Result<(), Problem> {
         use std::os::unix::ffi::OsStrExt as _;
         if self.attached {
             return Ok(());
         }
         let path = std::path::absolute(scene)?;
-        // Renamed into its place: nobody reads half of it.
+        // A rename puts it in place, so that no reader sees half of it.
         let half = self.path.join(format!("{RUNNING}.new"));
         let written = std::fs::write(&half, path.as_os_str().as_bytes());
         let written = written.and_then(|()| std::fs::rename(&half, self.path.join(RUNNING)));
         written.map_err(|error| format!("{}: {error}", half.display()).into())
     }
 
-    /// Where the scene is compiled to. A display that joins has its own: it must not replace the
-    /// running one's.
+    /// File for the compiled scene. A joining display uses its own file and leaves that of the
+    /// running station alone.
     pub(crate) fn scene(&self) -> PathBuf {
         match self.attached {
             true => self
@@ -95,16 +96,16 @@ impl Folder {
     }
 }
 
-/// The file in a station's folder that says which compiled scene runs.
+/// File in a station's folder that names the running compiled scene.
 const RUNNING: &str = "running";
 
-/// The compiled scene that a station runs, if its `calot run` has said so.
+/// Compiled scene that a station runs, if its `calot run` has named it.
 pub(crate) fn running(station: &str) -> Result<Option<PathBuf>, Problem> {
     use std::os::unix::ffi::OsStringExt as _;
     let folder = shared_mem::service::user_folder()?.join(station);
     let file = folder.join(RUNNING);
     match std::fs::read(&file) {
-        // One that was killed has left its word, but not its lock.
+        // A killed station leaves its file behind, but not its lock.
         Ok(_) if !is_held(&folder.join("lock")) => Ok(None),
         Ok(path) => Ok(Some(std::ffi::OsString::from_vec(path).into())),
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(None),
@@ -112,7 +113,7 @@ pub(crate) fn running(station: &str) -> Result<Option<PathBuf>, Problem> {
     }
 }
 
-/// Whether a station has the lock.
+/// True if a station holds the lock.
 fn is_held(lock: &Path) -> bool {
     std::fs::File::open(lock).is_ok_and(|file| {
         let tried = file.try_lock_shared();

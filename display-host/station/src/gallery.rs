@@ -10,27 +10,28 @@ use crate::problem::Problem;
 use crate::say;
 use crate::scene;
 
-/// What `calot gallery` takes.
+/// Options of `calot gallery`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Example:
-  calot gallery --out gallery      then open gallery/index.html")]
+  calot gallery --out gallery      writes pictures and gallery/index.html")]
 pub(crate) struct GalleryArgs {
-    /// The scene, named as for `calot run`
+    /// Scene, named as for `calot run`
     #[arg(long, value_name = "NAME|FILE", default_value = "triangle")]
     pub(crate) scene: String,
-    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
+    /// Folder with the meshes that the recipe names, e.g. /data/hra [default: folder of the recipe]
     #[arg(long, value_name = "DIR")]
     pub(crate) meshes: Option<PathBuf>,
-    /// Where the pictures and their page go
+    /// Folder for the pictures and their page
     #[arg(long, value_name = "DIR")]
     pub(crate) out: PathBuf,
-    /// Size of a picture [default: 1280x720 on a graphics card, 640x480 on a software driver]
+    /// Size of a picture, pixels, e.g. 1280x720 [default: 1280x720 on a graphics card, 640x480 on a
+    /// software driver]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<[u32; 2]>,
 }
 
-/// Draws every organ, instrument and view of a scene, and says where to look.
+/// Draws every organ, instrument and view of a scene, and names the page.
 pub(crate) fn run(args: &GalleryArgs) -> Result<ExitCode, Problem> {
     let scene = scene::in_memory(&SceneArgs {
         scene: args.scene.clone(),
@@ -41,7 +42,7 @@ pub(crate) fn run(args: &GalleryArgs) -> Result<ExitCode, Problem> {
             say::note(format_args!("drawing {:3.0} %  {title}", done * 100.0));
         })?;
     say::answer(format_args!(
-        "{} pictures; look at {}",
+        "wrote {} pictures; open {}",
         pictures.len(),
         args.out.join("index.html").display()
     ));

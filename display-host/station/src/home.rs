@@ -1,15 +1,15 @@
-//! Where a user's own files lie, by the XDG base directory specification: a folder that is named there and
-//! does not begin at the root is as if it were not named.
+//! Folders of the user's own files by the XDG base directory specification. A relative path in a
+//! variable counts as unset, as the specification requires.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
 
-/// What may be made again. `None`: there is no home folder.
+/// Folder of files that can be made again. `None`: there is no home folder.
 pub(crate) fn cache() -> Option<PathBuf> {
     folder("XDG_CACHE_HOME", ".cache", |name| std::env::var_os(name))
 }
 
-/// What may not be lost. `None`: there is no home folder.
+/// Folder of files that must not be lost. `None`: there is no home folder.
 pub(crate) fn data() -> Option<PathBuf> {
     folder("XDG_DATA_HOME", ".local/share", |name| {
         std::env::var_os(name)

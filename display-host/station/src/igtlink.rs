@@ -1,4 +1,4 @@
-//! `calot igtlink`: tells 3D Slicer, PLUS and others where instrument and endoscope are.
+//! `calot igtlink`: sends the poses of instrument and endoscope to 3D Slicer, PLUS and others.
 
 use std::process::ExitCode;
 use std::sync::atomic::Ordering::Relaxed;
@@ -21,24 +21,25 @@ use crate::stop;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-Transforms, 1 mm being 1 mm, in the scene's frame: ToolToReference, HandleToReference,
-EndoscopeToReference. ForceToReference moves by 1 mm for each newton on the hand.
+It sends transforms in the scene's frame, mm: ToolToReference, HandleToReference and
+EndoscopeToReference. ForceToReference moves 1 mm per newton on the hand.
 
-In 3D Slicer: module OpenIGTLinkIF, a connector of type Client to the address of --listen.")]
+In 3D Slicer, open the module OpenIGTLinkIF and add a connector of type Client to the address of
+--listen.")]
 pub(crate) struct IgtlinkArgs {
     /// Name of the station
     #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
     pub(crate) station: String,
-    /// Where clients connect; other machines may with 0.0.0.0:18944. There is no password
+    /// Address where clients connect. 0.0.0.0:18944 admits other machines, without a password
     #[arg(long, value_name = "ADDRESS:PORT", default_value = "127.0.0.1:18944")]
     pub(crate) listen: std::net::SocketAddr,
-    /// Frames a second
+    /// Frames per second, Hz, 1 to 1000
     #[arg(long, value_name = "HZ", default_value_t = 60.0, value_parser = parse_rate)]
     pub(crate) rate_hz: f64,
-    /// End after this time [default: on Ctrl-C]
+    /// End after this time, s, e.g. 60 [default: on Ctrl-C]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
-    /// Print one JSON object when it listens, one when it ends
+    /// Print one JSON object when it listens, and one when it ends
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -46,16 +47,16 @@ pub(crate) struct IgtlinkArgs {
 fn parse_rate(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(hz) if (1.0..=1000.0).contains(&hz) => Ok(hz),
-        _ => Err(format!("'{text}' is no rate: 1 to 1000 Hz are")),
+        _ => Err(format!("'{text}' is not a rate of 1 to 1000 Hz")),
     }
 }
 
-/// A newton of force is told as so much, m: one millimetre on the wire.
+/// Length on the wire for one newton of force, m: one millimetre.
 const FORCE_M_N: f32 = 1.0e-3;
-/// A controller that was silent for so long may have died.
+/// After this silence the controller may have died.
 const SILENT: Duration = Duration::from_millis(500);
 
-/// Serves until told to end. No part of the realtime process: it watches as a display does.
+/// Serves until told to end. It runs outside the realtime process and reads as a display does.
 pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
     let host = Host::open(&Station::new(&args.station)?)?;
@@ -107,7 +108,7 @@ pub(crate) fn run(args: &IgtlinkArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What is told of a frame.
+/// Transforms to send for a frame.
 fn transforms(tools: &ToolFrame) -> [Transform<'static>; 4] {
     let age_ns = monotonic_ns().saturating_sub(tools.sample_ns);
     let now = SystemTime::now().duration_since(UNIX_EPOCH);

@@ -1,8 +1,8 @@
-//! Prepared scenes that are kept: a station starts at once with a scene that it has prepared before.
+//! Cache of prepared scenes: a station starts at once with a scene that it has prepared before.
 //!
-//! They lie in `$XDG_CACHE_HOME/calot/scenes` or `~/.cache/calot/scenes`, named after the recipe and the program
-//! that prepared them; a few, the oldest go. What cannot be kept or read there is prepared again, as if
-//! there were none.
+//! The files lie in `$XDG_CACHE_HOME/calot/scenes` or `~/.cache/calot/scenes`. Their names depend
+//! on the recipe and on the program that prepared them. The cache holds a few scenes and drops the
+//! oldest. A scene that cannot be stored or read is prepared again.
 
 use std::fs;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -15,24 +15,24 @@ use shared_mem::scene::SceneFile;
 
 use crate::home;
 
-/// Scenes that are kept.
+/// Most scenes kept.
 const MOST: usize = 12;
 
-/// Where a recipe's scene is kept.
+/// Place of a recipe's scene in the cache.
 #[derive(Debug)]
 pub(crate) struct Kept {
     path: PathBuf,
 }
 
 impl Kept {
-    /// `None`: there is no folder for it, or the recipe's meshes cannot be looked at.
+    /// `None`: there is no cache folder, or the recipe's meshes cannot be read.
     pub(crate) fn of(recipe: &Recipe) -> Option<Self> {
         Self::within(&home::cache()?.join("scenes"), recipe)
     }
 
     fn within(folder: &Path, recipe: &Recipe) -> Option<Self> {
         let mut hash = DefaultHasher::new();
-        // Every number of it, to the last digit.
+        // The debug text has every number to its last digit.
         format!("{recipe:?}").hash(&mut hash);
         stamp(&std::env::current_exe().ok()?)?.hash(&mut hash);
         for organ in &recipe.organs {
@@ -46,22 +46,23 @@ impl Kept {
         })
     }
 
-    /// Puts it to `target`; whether it was there, and sound.
+    /// Copies the scene to `target`. Returns true if it was there and intact.
     pub(crate) fn fetch(&self, target: &Path) -> bool {
         let is_there = fs::copy(&self.path, target).is_ok() && SceneFile::open(target).is_ok();
         if is_there && let Ok(file) = fs::File::open(&self.path) {
-            // Used, so that it stays.
+            // Mark the file as recently used, so that the cache keeps it.
             let _ = file.set_modified(SystemTime::now());
         }
         is_there
     }
 
-    /// Keeps the compiled scene at `source` for the next time.
+    /// Stores the compiled scene at `source`.
     pub(crate) fn keep(&self, source: &Path) {
         let Some(folder) = self.path.parent() else {
             return;
         };
-        // Whole or not at all, whoever else does the same at this moment.
+        // A rename stores all or nothing, even if another process stores the same scene at this
+        // moment.
         let begun = self.path.with_extension(std::process::id().to_string());
         let _ = fs::create_dir_all(folder)
             .and_then(|()| fs::copy(source, &begun))
@@ -71,7 +72,7 @@ impl Kept {
     }
 }
 
-/// What changes with a file: size and time of change, in ns.
+/// Identity of a file: path, size, and time of change in ns.
 fn stamp(path: &Path) -> Option<(PathBuf, u64, u128)> {
     let known = fs::metadata(path).ok()?;
     let changed = known.modified().ok()?;
@@ -110,7 +111,7 @@ mod tests {
         assert_eq!(fs::read(&first).unwrap(), fs::read(&again).unwrap());
         let other = Recipe::built_in().unwrap().with_spheres(61).unwrap();
         assert!(!Kept::within(&cache, &other).unwrap().fetch(&again));
-        // What is broken is as if it were not there.
+        // A broken file counts as missing.
         fs::write(&kept.path, "garbage").unwrap();
         assert!(!kept.fetch(&again));
     }

@@ -1,4 +1,4 @@
-//! `calot link`: stations seen from other computers.
+//! `calot link`: shows stations on other computers.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -22,9 +22,9 @@ Both sides need certificates of one authority, which `calot link keys` makes wit
   sh make_keys.sh station theatre-1 IP:10.0.0.7
   sh make_keys.sh watcher desk
 
-On the station's computer, beside `calot run`:
+On the station's computer, while `calot run` runs:
   calot link serve --listen 0.0.0.0:7447 --cert theatre-1.pem --key theatre-1.key --ca ca.pem
-On the instructor's, once for each station:
+On the instructor's computer, once per station:
   calot link watch --connect 10.0.0.7:7447 --as theatre-1 --cert desk.pem --key desk.key --ca ca.pem
   calot observe --station theatre-1                       (the picture and the task's metrics)")]
 pub(crate) struct LinkArgs {
@@ -42,19 +42,19 @@ enum What {
     Keys,
 }
 
-/// How one side is told from anybody.
+/// Keys with which one side proves its identity.
 #[derive(Debug, Clone, Args)]
 struct KeyArgs {
-    /// This side's certificate, PEM
+    /// Certificate of this side, PEM, e.g. station.pem
     #[arg(long, value_name = "FILE", requires_all = ["key", "ca"])]
     cert: Option<PathBuf>,
-    /// Its private key, PEM, of mode 600
+    /// Private key of this side, PEM, of mode 600
     #[arg(long, value_name = "FILE", requires = "cert")]
     key: Option<PathBuf>,
-    /// The authority's certificate, PEM: whom it signed is let in
+    /// Certificate of the authority, PEM; every client that it signed is admitted
     #[arg(long, value_name = "FILE", requires = "cert")]
     ca: Option<PathBuf>,
-    /// Without certificates and in the clear, on this computer alone
+    /// Use no certificates and no encryption; works within this computer only
     #[arg(long, conflicts_with = "cert")]
     insecure: bool,
 }
@@ -64,45 +64,45 @@ struct ServeArgs {
     /// Name of the station
     #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
     station: String,
-    /// Where watchers connect
+    /// Address where watchers connect
     #[arg(long, value_name = "HOST:PORT")]
     listen: String,
     #[command(flatten)]
     keys: KeyArgs,
-    /// The compiled scene that runs [default: looked for where `calot run` puts it]
+    /// Compiled scene that runs [default: the one that `calot run` names]
     #[arg(long, value_name = "FILE")]
     scene: Option<PathBuf>,
-    /// End after this time [default: on Ctrl-C]
+    /// End after this time, s, e.g. 60 [default: on Ctrl-C]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     seconds: Option<f64>,
-    /// End when this process, which started this one, ends
+    /// End when the parent process of this id ends
     #[arg(long, value_name = "PID", hide = true)]
     with_parent: Option<i32>,
-    /// Print one JSON object when it listens, one when it ends
+    /// Print one JSON object when it listens, and one when it ends
     #[arg(long)]
     json: bool,
 }
 
 #[derive(Debug, Clone, Args)]
 struct WatchArgs {
-    /// Where the station's `serve` listens
+    /// Address of the station's `calot link serve`
     #[arg(long, value_name = "HOST:PORT")]
     connect: String,
-    /// Name that displays of this computer see it under
+    /// Name of the station for displays of this computer
     #[arg(long = "as", value_name = "NAME", value_parser = parse_station)]
     name: String,
     #[command(flatten)]
     keys: KeyArgs,
-    /// Pictures a second, at most; a slower line gets fewer
+    /// Most pictures per second, Hz, 1 to 60; a slow line gets fewer
     #[arg(long, value_name = "HZ", default_value_t = 30.0, value_parser = parse_rate)]
     rate_hz: f64,
-    /// End after this time [default: on Ctrl-C]
+    /// End after this time, s, e.g. 60 [default: on Ctrl-C]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     seconds: Option<f64>,
-    /// End when this process, which started this one, ends
+    /// End when the parent process of this id ends
     #[arg(long, value_name = "PID", hide = true)]
     with_parent: Option<i32>,
-    /// Print one JSON object a line for what happens, and one when it ends
+    /// Print one JSON object per event, and one when it ends
     #[arg(long)]
     json: bool,
 }
@@ -138,7 +138,7 @@ fn serve(args: &ServeArgs) -> Result<ExitCode, Problem> {
     if let Some(parent) = args.with_parent {
         stop::end_with_parent(parent)?;
     }
-    // Its threads inherit it: nothing here may be in the tick's way.
+    // Its threads inherit this: none of them may delay the tick.
     display_host::priority::step_aside(None);
     let places: Vec<PathBuf> = match &args.scene {
         Some(scene) => vec![scene.clone()],
@@ -176,7 +176,7 @@ fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {
         stop::end_with_parent(parent)?;
     }
     display_host::priority::step_aside(None);
-    // The place of a station that runs: nobody can start one of this name meanwhile.
+    // Take the place of a running station, so that nobody can start one of this name meanwhile.
     let folder = Folder::open(&args.name, false)?;
     let config = WatchConfig {
         station: Station::new(&args.name)?,
@@ -186,7 +186,7 @@ fn watch(args: &WatchArgs) -> Result<ExitCode, Problem> {
         seconds: args.seconds,
     };
     let watched = ::link::watch(&config, &stop, |seen| {
-        // `calot observe` waits for it.
+        // `calot observe` waits for this file.
         if let Seen::Scene(path) = seen
             && let Err(problem) = folder.tell(path)
         {
@@ -226,7 +226,7 @@ fn say_seen(args: &WatchArgs, seen: Seen<'_>) {
             ("scene", words, path)
         }
         Seen::NoScene => {
-            let words = "the station's scene is not found there; name it to `calot link serve` with --scene";
+            let words = "the scene of the station was not found there; name it with `calot link serve --scene`";
             ("no_scene", words.to_owned(), String::new())
         }
     };

@@ -1,5 +1,6 @@
-//! Work that competes with the tick. Each load is a process of its own (`calot load`), ordinary
-//! priority, memory not locked, so that it can be killed and takes nothing from the measurement.
+//! Work that competes with the tick. Each load is a process of its own (`calot load`) at ordinary
+//! priority and without locked memory. It can therefore be killed and does not affect the
+//! measurement.
 
 use std::io::{Read as _, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
@@ -18,25 +19,24 @@ use crate::stop;
 /// Work that competes with the tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, ValueEnum)]
 pub(crate) enum Load {
-    /// A thread that computes on each core
+    /// Computes on each core
     Cpu,
-    /// Threads that copy memory and throw everything out of the caches
+    /// Copies memory to flush the caches
     Memory,
-    /// Files written, synced, read
+    /// Writes, syncs and reads files
     Io,
-    /// A display that joins, and leaves or is killed, every second
+    /// A display joins every second; it then leaves or is killed
     Join,
-    /// The same, and one that draws all the time
+    /// Join, and a display that draws all the time
     Display,
-    /// All of these
+    /// All of the above
     All,
-    /// The station is seen from elsewhere (`calot link`): watchers join, stand still, leave and are killed; not
-    /// in `all`
+    /// Watchers on `calot link` join, stall, leave and are killed; not part of all
     Watch,
 }
 
 impl Load {
-    /// Those meant, each once.
+    /// The loads asked for, each once.
     pub(crate) fn each(asked: &[Self]) -> Vec<Self> {
         let mut each = match asked.contains(&Self::All) {
             true => vec![Self::Cpu, Self::Memory, Self::Io, Self::Display],
@@ -47,41 +47,41 @@ impl Load {
         each
     }
 
-    /// As it is typed.
+    /// Name as typed.
     pub(crate) fn name(self) -> String {
         self.to_possible_value()
             .map_or_else(String::new, |value| value.get_name().to_owned())
     }
 }
 
-/// `calot load`: one load, until told to end.
+/// Options of `calot load`, which runs one load until told to end.
 #[derive(Debug, Clone, Args)]
 pub(crate) struct LoadArgs {
-    /// Which
+    /// Load to run
     #[arg(value_name = "LOAD")]
     pub(crate) load: Load,
-    /// Where files are written, or the station that is joined
+    /// Folder for files, or name of the station to join
     #[arg(value_name = "DIR|STATION")]
     pub(crate) place: String,
-    /// End when this process, which started this one, ends
+    /// End when the parent process of this id ends
     #[arg(long, value_name = "PID")]
     pub(crate) with_parent: Option<i32>,
 }
 
-/// More than any cache holds.
+/// Larger than any cache.
 const COPY_BYTES: usize = 64 << 20;
-/// Written and synced at a time.
+/// Size of a file that is written and synced at once.
 const FILE_BYTES: usize = 4 << 20;
-/// How long a display that is killed lives.
+/// Lifetime of a display that is killed.
 const DISPLAY_LIFE: Duration = Duration::from_secs(1);
 
-/// How long a watcher works before it leaves or stalls: it has to connect first.
+/// Working time of a watcher before it leaves or stalls. It must connect first.
 const WATCHER_LIFE: Duration = Duration::from_secs(2);
 
-/// How long a load may take to end.
+/// Time that a load may take to end.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Body of `calot load`.
+/// Runs `calot load`.
 pub(crate) fn run(args: &LoadArgs) -> Result<ExitCode, Problem> {
     let stop = stop::flag()?;
     if let Some(parent) = args.with_parent {
@@ -92,9 +92,9 @@ pub(crate) fn run(args: &LoadArgs) -> Result<ExitCode, Problem> {
         Load::Memory => on_each_core(&stop, copy),
         Load::Io => files(Path::new(&args.place), &stop)?,
         Load::Join => join(&args.place, &stop)?,
-        Load::Display => return Err("it joins, too: name join".into()),
+        Load::Display => return Err("this load also joins; name `join`".into()),
         Load::Watch => watch(&args.place, &stop)?,
-        Load::All => return Err("one load a process: name one".into()),
+        Load::All => return Err("a process runs one load; name one".into()),
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -136,7 +136,7 @@ fn files(folder: &Path, stop: &AtomicBool) -> Result<(), Problem> {
         .write(true)
         .open(&path)
         .map_err(failed)?;
-    // Gone when this process is, however it ends.
+    // An unlinked file disappears with this process, however it ends.
     std::fs::remove_file(&path).map_err(failed)?;
     let mut block = vec![0x5au8; FILE_BYTES];
     while !stop.load(Ordering::Relaxed) {
@@ -149,7 +149,7 @@ fn files(folder: &Path, stop: &AtomicBool) -> Result<(), Problem> {
     Ok(())
 }
 
-/// A display that reads whatever there is, until it is killed.
+/// A display that reads all services until it is killed.
 fn join(station: &str, stop: &AtomicBool) -> Result<(), Problem> {
     let host = Host::open(&Station::new(station)?)?;
     let mut state = display_frame();
@@ -162,8 +162,8 @@ fn join(station: &str, stop: &AtomicBool) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Serves the station on this computer, to watchers that join and, one after the other, are asked to leave, stand
-/// still until they are killed, and are killed at work.
+/// Serves the station on this computer. Watchers join one after another: some are asked to leave,
+/// some stall until they are killed, and some are killed at work.
 fn watch(station: &str, stop: &AtomicBool) -> Result<(), Problem> {
     let free = std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?;
     let (address, own) = (free.to_string(), std::process::id());
@@ -208,16 +208,16 @@ fn display_frame() -> Box<shared_mem::message::StateFrame> {
     bytemuck::allocation::zeroed_box()
 }
 
-/// Loads that run; they end when this is dropped.
+/// Running loads. They end on drop.
 #[derive(Debug)]
 pub(crate) struct Loads {
     children: Vec<Child>,
-    /// Joins and kills displays.
+    /// Thread that joins and kills displays.
     churn: Option<(Arc<AtomicBool>, JoinHandle<u64>)>,
 }
 
 impl Loads {
-    /// Starts them. `folder`: where files may be written.
+    /// Starts the loads. They may write files to `folder`.
     pub(crate) fn start(loads: &[Load], folder: &Path, station: &str) -> Result<Self, Problem> {
         let mut started = Self {
             children: Vec::new(),
@@ -243,13 +243,13 @@ impl Loads {
         Ok(started)
     }
 
-    /// The first that ended by itself, if one did: the load is not what was asked for.
+    /// Describes the first load that ended by itself, if any: the load is then not as requested.
     pub(crate) fn died(&mut self) -> Option<String> {
         let ended = self.children.iter_mut().find_map(|c| c.try_wait().ok()?);
         ended.map(|status| format!("a load ended by itself ({status})"))
     }
 
-    /// Ends them; how many displays joined and were killed.
+    /// Ends the loads. Returns how many displays joined and were killed.
     pub(crate) fn end(mut self) -> u64 {
         let churn = self.churn.take().map(|(stop, thread)| {
             stop.store(true, Ordering::Relaxed);
@@ -264,7 +264,7 @@ impl Drop for Loads {
         if let Some((stop, _)) = &self.churn {
             stop.store(true, Ordering::Relaxed);
         }
-        // Asked first: one may have children of its own.
+        // Ask first: a load may have children of its own.
         for child in &self.children {
             if let Some(pid) = rustix::process::Pid::from_raw(child.id().cast_signed()) {
                 let _ = rustix::process::kill_process(pid, rustix::process::Signal::TERM);
@@ -282,19 +282,20 @@ impl Drop for Loads {
 }
 
 fn spawn(load: Load, place: &str) -> Result<Child, Problem> {
-    // It gets a signal when the thread that starts it ends: each here outlives what it starts.
+    // The kernel signals a child when the thread that started it ends. Each of these threads
+    // outlives its children.
     let parent = std::process::id().to_string();
     let mut command = Command::new(std::env::current_exe()?);
     command.args(["load", &load.name(), place, "--with-parent", &parent]);
     command.stdin(Stdio::null()).stdout(Stdio::null());
     if matches!(load, Load::Join | Load::Watch) {
-        // A controller that goes between two rounds is nothing to complain of.
+        // A controller that ends between two rounds is no error.
         command.stderr(Stdio::null());
     }
     Ok(command.spawn()?)
 }
 
-/// Displays, one after the other, each killed in mid-life. Every third is asked to leave instead.
+/// Runs displays one after another and kills each at work. Every third is asked to leave instead.
 fn join_and_kill(station: &str, stop: &AtomicBool) -> u64 {
     let mut joined = 0;
     while !stop.load(Ordering::Relaxed) {

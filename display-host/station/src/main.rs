@@ -1,4 +1,4 @@
-//! `calot`: the one command of the station.
+//! `calot`: the command of the station.
 
 mod args;
 mod bare_loop;
@@ -37,14 +37,14 @@ use std::process::ExitCode;
 
 use clap::Parser as _;
 
-/// Counts what the realtime thread allocates, so that "none" is a measurement.
+/// Counts allocations of the realtime thread, so that a report of none is a measurement.
 #[global_allocator]
 static ALLOCATOR: rt_process::alloc_counter::CountingAllocator =
     rt_process::alloc_counter::CountingAllocator::new();
 
 fn main() -> ExitCode {
     environment::prepare();
-    // Bad usage exits with 2 here, `--help` with 0.
+    // Exits with 2 on bad usage, and with 0 on `--help`.
     let cli = cli::Cli::parse();
     let command = cli.command.unwrap_or_else(cli::Command::alone);
     let outcome = match command {

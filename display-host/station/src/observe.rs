@@ -1,4 +1,4 @@
-//! `calot observe`: an instructor's window on a station that runs. It asks nothing of the station.
+//! `calot observe`: an instructor's window on a running station. It sends nothing to the station.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -17,41 +17,42 @@ use crate::say;
 use crate::scene;
 use crate::stop;
 
-/// How often a station that does not run yet is looked for.
+/// Interval of the search for a station that does not run yet.
 const LOOK_EVERY: Duration = Duration::from_millis(200);
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-The same picture as the trainee's, and the task's score, steps, alarms and metrics, an exam's too, with the
-histograms of the tick. Nothing here reaches into the station; up to six may watch.
+The window shows the trainee's picture, the score, steps, alarms and metrics of the task (also in an
+exam), and histograms of the tick. It cannot affect the station. Up to six displays may watch.
 
 Examples:
-  calot observe                          the station 'main' of this computer, now or once it runs
+  calot observe                          station 'main' of this computer, as soon as it runs
   calot observe --station left
-  calot observe --scene triangle.calot   one whose `calot rt` was started by hand")]
+  calot observe --scene triangle.calot   a station whose `calot rt` was started by hand")]
 pub(crate) struct ObserveArgs {
     /// Name of the station
     #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
     pub(crate) station: String,
-    /// The scene that it runs [default: what its `calot run` says]
+    /// Scene that the station runs [default: the one that its `calot run` names]
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) scene: Option<String>,
-    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
+    /// Folder with the meshes that the recipe names, e.g. /data/hra [default: folder of the recipe]
     #[arg(long, value_name = "DIR", requires = "scene")]
     pub(crate) meshes: Option<PathBuf>,
-    /// The endoscope's angle; S takes the next one. It is this window's own
+    /// Angle between the endoscope's view and its shaft, degrees, in this window only; the key S
+    /// changes it
     #[arg(long, value_enum, default_value_t = ScopeName::Straight)]
     pub(crate) scope: ScopeName,
-    /// The interface's language [default: the one of LANG]
+    /// Language of the interface [default: that of LANG]
     #[arg(long, value_enum)]
     pub(crate) language: Option<LanguageName>,
-    /// Size of the window, e.g. 1280x720
+    /// Size of the window, pixels, e.g. 1280x720
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<[u32; 2]>,
-    /// End after this time [default: when the window is closed]
+    /// End after this time, s [default: when the window is closed]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
-    /// With the station's sounds
+    /// Play the station's sounds
     #[arg(long)]
     pub(crate) sound: bool,
 }
@@ -87,7 +88,7 @@ pub(crate) fn run(args: &ObserveArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The compiled scene that the station runs, once it does; `None`: stopped before.
+/// Compiled scene of the station, once it runs. `None`: stopped before.
 fn scene(
     args: &ObserveArgs,
     folder: &Folder,
@@ -107,8 +108,8 @@ fn scene(
         }
         if !said {
             say::note(format_args!(
-                "waiting for station '{0}': start it with `calot run --station {0}`; for a `calot rt` that \
-                 was started by hand name its --scene",
+                "waiting for station '{0}': start it with `calot run --station {0}`; if `calot rt` was \
+                 started by hand, name its scene with --scene",
                 args.station
             ));
             said = true;

@@ -1,4 +1,4 @@
-//! How a command fails.
+//! Error of a command.
 
-/// Anything that a command failed of, in words for the user.
+/// Any error of a command, with a message for the user.
 pub(crate) type Problem = Box<dyn std::error::Error>;

@@ -13,24 +13,24 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// Exit code for a scene that `--strict` refuses: the station then tries a coarser one.
+/// Exit code for a scene that `--strict` refuses. The station then tries a coarser one.
 pub(crate) const DOES_NOT_FIT: u8 = 3;
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct RtArgs {
-    /// The compiled scene (`calot prepare` makes one)
+    /// Compiled scene (`calot prepare` makes one), e.g. built-in.calot
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
     /// Name of the station
     #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
     pub(crate) station: String,
-    /// End after this time [default: on Ctrl-C, SIGTERM or a host's command]
+    /// End after this time, s [default: on Ctrl-C, SIGTERM or a host's command]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
-    /// End when this process, which started this one, ends
+    /// End when the parent process of this id ends
     #[arg(long, value_name = "PID")]
     pub(crate) with_parent: Option<i32>,
-    /// Print one JSON object when it ticks, one when it ends
+    /// Print one JSON object when it ticks, and one when it ends
     #[arg(long)]
     pub(crate) json: bool,
     #[command(flatten)]

@@ -1,15 +1,15 @@
-//! Words for the user. Never `println!`: it panics when nobody reads any more (`calot … | head`),
-//! and a controller must not die of that.
+//! Prints messages for the user. Never use `println!`: it panics when the reader has gone (`calot …
+//! | head`), and the controller must not die of that.
 
 use std::fmt::Display;
 use std::io::Write as _;
 
-/// A line on standard error: progress, warnings, what was written.
+/// Prints a line on standard error: progress, warnings, written files.
 pub(crate) fn note(text: impl Display) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }
 
-/// A line on standard output: what was asked for.
+/// Prints a line on standard output: the answer to the command.
 pub(crate) fn answer(text: impl Display) {
     let mut stdout = std::io::stdout();
     let _ = writeln!(stdout, "{text}").and_then(|()| stdout.flush());

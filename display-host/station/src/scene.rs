@@ -1,4 +1,4 @@
-//! From what the user names to a compiled scene on disk.
+//! From a scene named by the user to a compiled scene on disk.
 
 use std::path::{Path, PathBuf};
 
@@ -11,13 +11,13 @@ use crate::kept::Kept;
 use crate::problem::Problem;
 use crate::say;
 
-/// Coarser levels that are tried when a scene does not fit the machine.
+/// Coarser levels to try if a scene does not fit the machine.
 const COARSER_LEVELS: u32 = 2;
 
-/// Brings the named scene, compiled, to `target`, or points to it where it is compiled already.
+/// Compiles the named scene to `target`, or returns the path of a scene that is compiled already.
 pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Problem> {
     let named = Path::new(&args.scene);
-    // `x.calot#1` is a level of it.
+    // `x.calot#1` is level 1 of this file.
     let file = args
         .scene
         .rsplit_once('#')
@@ -31,7 +31,7 @@ pub(crate) fn compile(args: &SceneArgs, target: &Path) -> Result<PathBuf, Proble
     Ok(target.to_owned())
 }
 
-/// Brings a recipe's compiled scene to `target`: what was kept of it, or prepared anew and kept.
+/// Writes a recipe's compiled scene to `target`: from the cache, or prepared and then cached.
 pub(crate) fn bring(recipe: &Recipe, target: &Path) -> Result<(), Problem> {
     let kept = Kept::of(recipe);
     if kept.as_ref().is_some_and(|kept| kept.fetch(target)) {
@@ -44,7 +44,7 @@ pub(crate) fn bring(recipe: &Recipe, target: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The named scene's finest level, without a file where it is not compiled yet.
+/// Finest level of the named scene. If it is not compiled yet, no file is written.
 pub(crate) fn in_memory(args: &SceneArgs) -> Result<SceneFile, Problem> {
     let file = args.scene.split_once('#').map_or(&*args.scene, |(f, _)| f);
     if has_extension(Path::new(file), &["calot"]) {
@@ -55,8 +55,8 @@ pub(crate) fn in_memory(args: &SceneArgs) -> Result<SceneFile, Problem> {
     Ok(SceneFile::from_bytes(&prepared.scene.to_bytes()?)?)
 }
 
-/// The same scene in fewer spheres: a half of them at level 1, a quarter at
-/// level 2. `None`: there is no such level (a compiled scene, or spheres are too few).
+/// Recipe of the scene with half the spheres at level 1 and a quarter at level 2. `None`: there is
+/// no such level (a compiled scene, or too few spheres).
 pub(crate) fn coarser(args: &SceneArgs, level: u32) -> Option<Recipe> {
     if level > COARSER_LEVELS {
         return None;
@@ -66,7 +66,7 @@ pub(crate) fn coarser(args: &SceneArgs, level: u32) -> Option<Recipe> {
     recipe.with_spheres(spheres >> level).ok()
 }
 
-/// The recipe behind a name: the built-in one, a recipe's file, or one made up around a mesh.
+/// Recipe of a name: the built-in one, a recipe file, or one made for a mesh.
 pub(crate) fn recipe(
     source: &str,
     meshes: Option<&Path>,
@@ -105,7 +105,7 @@ pub(crate) fn write(levels: &[Prepared], path: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Prepares, with progress on standard error once it takes longer than a second.
+/// Prepares a scene. Shows progress on standard error after a second.
 pub(crate) fn prepare(recipe: &Recipe) -> Result<Prepared, Problem> {
     let start = std::time::Instant::now();
     let mut said = std::time::Duration::from_millis(500);

@@ -1,4 +1,4 @@
-//! A scripted surgeon at a station: its theatre are the real processes.
+//! A scripted surgeon at a station. The real processes are its theatre.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -15,9 +15,9 @@ use surgeon::{Seen, Surgeon, Theatre, operate};
 use crate::problem::Problem;
 use crate::say;
 
-/// How often it looks and moves.
+/// Interval at which it looks and moves.
 const LOOK_EVERY: Duration = Duration::from_millis(5);
-/// A command is answered within this.
+/// Time within which a command is answered.
 const PATIENCE: Duration = Duration::from_secs(8);
 
 /// A surgeon at work.
@@ -50,7 +50,7 @@ impl AtWork {
         Ok(Self { thread, stop })
     }
 
-    /// Ends it; why it gave up, if it did.
+    /// Ends it. Returns why it gave up, if it did.
     pub(crate) fn end(self) -> Option<String> {
         self.stop.store(true, Ordering::Relaxed);
         match self.thread.join() {
@@ -93,8 +93,8 @@ impl Theatre for Processes {
         let before = seen.tools.tick;
         self.host.newest_state(&mut seen.state);
         self.host.newest_tools(&mut seen.tools);
-        // Time is the tissue's: a controller that misses ticks is behind the clock, and hands that go by the
-        // clock would run ahead of what they see.
+        // Simulated time counts here. A controller that misses ticks lags behind the clock, and
+        // hands that followed the clock would run ahead of what they see.
         let waited_s = self.looked.elapsed().as_secs_f64();
         self.looked = Instant::now();
         seen.at_s += match before {

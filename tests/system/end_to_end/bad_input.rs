@@ -1,10 +1,10 @@
-//! Mistakes of a user: each gives an error that names it and its remedy, never a panic.
+//! User mistakes: each gives an error that names the mistake and its remedy, never a panic.
 
 use std::path::Path;
 
 use system_tests::{calot, compiled, finish, said, station_name};
 
-/// Runs `calot` with bad input; returns its exit code and what it said.
+/// Runs `calot` with bad input and returns its exit code and standard error.
 fn refused(args: &[&str]) -> (i32, String) {
     let output = finish(calot().args(args));
     let said = said(&output);

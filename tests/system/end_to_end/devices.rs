@@ -1,4 +1,4 @@
-//! `calot devices` through the real program on emulated devices: what a rig builder does.
+//! `calot devices` as a rig builder runs it: the real program on emulated devices.
 
 use std::fs;
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
@@ -16,10 +16,10 @@ use shared_mem::service::{HandSender, Host, Station};
 use shared_mem::words::{Buttons, Switches};
 use system_tests::{calot, compiled, finish, said, station_name, summary, wait_until};
 
-/// So often a device that does not answer in two seconds is asked again.
+/// Attempts to hear a device that does not answer within two seconds.
 const TRIES: usize = 10;
 
-/// Emulated devices under a folder, for a scene that is made there.
+/// Emulated devices in a folder, for a scene compiled there.
 struct Emulated(Child);
 
 impl Emulated {
@@ -27,7 +27,7 @@ impl Emulated {
         Self::led(folder, &[])
     }
 
-    /// With more words for the emulator.
+    /// Starts the emulator with additional arguments.
     fn led(folder: &Path, more: &[&str]) -> Self {
         let child = calot()
             .arg("emulate")
@@ -43,7 +43,7 @@ impl Emulated {
         Self(child)
     }
 
-    /// A whole station without a window, until it is dropped.
+    /// Runs a whole station without a window until it is dropped.
     fn run(folder: &Path, name: &str) -> Self {
         let run = calot()
             .args(["run", "--headless", "--frames", "0", "--seconds", "3600"])
@@ -63,7 +63,7 @@ impl Drop for Emulated {
     }
 }
 
-/// The last JSON object that it printed, and whether it succeeded.
+/// Returns the last JSON object that the program printed, and whether the program succeeded.
 fn json_of(words: &[&str], path: Option<&Path>) -> (Value, bool) {
     let output = finish(calot().arg("devices").args(words).args(path).arg("--json"));
     let text = String::from_utf8_lossy(&output.stdout);
@@ -91,7 +91,8 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
     let position = &said_last["sample"]["pose"]["position_m"];
     assert!(position[2].is_number(), "{said_last}");
 
-    // How a busy machine does in the suite is its own affair; what it says must agree with itself.
+    // A busy machine may fail a device's timing checks. The report must still agree with its own
+    // exit code.
     for (name, words) in [
         ("haptic", &["conformance"][..]),
         ("pedal", &["conformance"]),
@@ -102,7 +103,7 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
             if report["checks"][0]["outcome"] == "pass" {
                 break;
             }
-            // The emulator was not heard in time.
+            // The emulator did not answer in time: ask again.
             (report, fine) = json_of(words, Some(&folder.join(name)));
         }
         let checks = report["checks"].as_array().expect("a list of checks");
@@ -116,7 +117,7 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
     let (report, fine) = json_of(&wrong, Some(&haptic));
     assert!(!fine && report["passed"] == false, "{report}");
 
-    // A file names the haptic device; the others are emulated by the run itself.
+    // The file names the haptic device. The run emulates the other devices itself.
     let file = folder.join("station.toml");
     let text = format!("[haptic]\ndriver = \"rig\"\npath = {haptic:?}\nforce_max_n = 1.0\n");
     fs::write(&file, text).expect("it can be written");
@@ -148,7 +149,7 @@ fn devices_are_watched_and_tested_and_a_station_file_names_them() {
     drop(emulated);
 }
 
-/// A display that leads the emulated hand, from a thread of its own.
+/// A display that leads the emulated hand from a thread of its own.
 struct Lead {
     message: Arc<Mutex<HandMsg>>,
     over: Arc<AtomicBool>,
@@ -204,8 +205,8 @@ const TOUCHED_M: [[f64; 3]; 4] = [
     [0.01, 0.01, 0.02],
 ];
 
-/// Touches every landmark as it is asked to; what was measured in mm, the words on standard output,
-/// and whether it succeeded.
+/// Touches every landmark as the program asks for it. Returns the measured places in mm, standard
+/// output, and whether the program succeeded.
 fn calibrated(file: &Path, lead: &Lead, residual_mm: &str) -> (Vec<[f64; 3]>, String, bool) {
     let mut child = calot()
         .args([
@@ -229,7 +230,7 @@ fn calibrated(file: &Path, lead: &Lead, residual_mm: &str) -> (Vec<[f64; 3]>, St
         if line.contains("press its first button or Enter") {
             lead.ask(|message| message.moved_m = TOUCHED_M[asked % TOUCHED_M.len()]);
             asked += 1;
-            // The hand takes its time; stillness is the program's to judge.
+            // The hand needs time to move. The program judges when it is still.
             std::thread::sleep(Duration::from_millis(800));
             let _ = writeln!(enter); // one that gave up reads no more
         } else if let Some(numbers) = line.strip_suffix(" mm")
@@ -260,7 +261,7 @@ fn touched_landmarks_tell_where_the_device_stands() {
         }
         fs::write(&file, text).expect("it can be written");
     };
-    // Where these places are, as the device itself says; any fit will do.
+    // Measure the places in the frame of the device first; this pass accepts any fit.
     write(&[
         [0.0, 0.0, 0.0],
         [0.1, 0.0, 0.0],
@@ -269,7 +270,7 @@ fn touched_landmarks_tell_where_the_device_stands() {
     ]);
     let (_, _, fits) = calibrated(&file, &lead, "0.1");
     assert!(!fits, "landmarks that are elsewhere fit nothing");
-    // A busy machine may let the hand be late at a place: then both passes are made again.
+    // On a busy machine the hand may arrive late at a place: then repeat both passes.
     let found = (0..3).any(|_| {
         write(&[
             [0.0, 0.0, 0.0],
@@ -301,7 +302,7 @@ fn touched_landmarks_tell_where_the_device_stands() {
     assert!(found);
 }
 
-/// Reads OpenIGTLink messages until one of that name comes; its body, checked.
+/// Reads OpenIGTLink messages until one of this name arrives, checks it, and returns its body.
 fn transform(stream: &mut TcpStream, wanted: &str) -> [f32; 12] {
     loop {
         let mut header = [0; 58];
@@ -367,7 +368,7 @@ fn other_programs_are_told_where_the_instrument_is() {
         );
         assert!((a * a + b * b + c * c - 1.0).abs() < 1e-3, "{name}");
     }
-    // The camera rests: where the frame has it, in mm.
+    // The camera rests, so the message must equal the frame's pose, in mm.
     let camera = transform(&mut stream, "EndoscopeToReference");
     host.newest_tools(&mut tools);
     for (told_mm, at_m) in camera[9..].iter().zip(tools.world_from_camera.position_m) {
@@ -376,7 +377,7 @@ fn other_programs_are_told_where_the_instrument_is() {
             "{told_mm} mm, {at_m} m"
         );
     }
-    // A client that others wrote, where it is installed (`pip install pyigtl`).
+    // Also test a client written by others, if installed (`pip install pyigtl`).
     let script = format!(
         "import pyigtl\nhost, port = '{address}'.split(':')\nclient = pyigtl.OpenIGTLinkClient(host, int(port))\n\
          m = client.wait_for_message('ToolToReference', timeout=60)\nprint(m.matrix[3].tolist())"
@@ -393,7 +394,7 @@ fn other_programs_are_told_where_the_instrument_is() {
     }
 }
 
-/// Mouse, keyboard and gamepad reach the hand by this service: the test is the display.
+/// Mouse, keyboard and gamepad reach the hand through this service. The test plays the display.
 #[test]
 fn a_person_without_a_device_leads_the_emulated_hand() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -408,7 +409,7 @@ fn a_person_without_a_device_leads_the_emulated_hand() {
             && tools.health[0].status == DeviceHealth::LIVE
             && tools.tick > 500
     });
-    // The jaws' joint, in the camera's axes.
+    // Joint of the jaws in the camera's axes.
     let joint = |tools: &ToolFrame| tools.world_from_instrument.position_m;
     wait_until("it holds still", || {
         let before = joint(&tools);
@@ -440,7 +441,7 @@ fn a_person_without_a_device_leads_the_emulated_hand() {
             && tools.jaw < 0.1
             && tools.switches().contains(Switches::COAGULATE)
     });
-    // Silence: the foot is off the pedal.
+    // When the display falls silent, the foot leaves the pedal.
     drop(lead);
     wait_until("the pedal is released", || {
         host.newest_tools(&mut tools);

@@ -1,5 +1,4 @@
-//! A whole task at the window, as a person works it: begun by the keyboard, worked by the mouse,
-//! debriefed.
+//! A whole task in the window: begun with the keyboard, worked with the mouse, and debriefed.
 
 use std::time::{Duration, Instant};
 
@@ -16,18 +15,19 @@ use system_tests::{compiled, said, station_name, summary, turn, wait_until};
 
 use crate::launcher::{only_folder, screen, start};
 
-/// A count of the mouse turns the endoscope by so much, rad.
+/// Rotation of the endoscope per mouse count, rad.
 const RAD_COUNT: f64 = 1.0e-3;
-/// Share of what is left that is done at once: the picture shows it later.
+/// Share of the remaining angle to correct at once. It is small because the picture lags behind the
+/// mouse.
 const SHARE: f64 = 0.04;
 const COUNTS_MAX: f64 = 20.0;
-/// Seen well from here to there, m.
+/// The endoscope sees a place well between these distances, m.
 const NEAR_M: f64 = 0.05;
 const FAR_M: f64 = 0.2;
-/// The endoscope's button is pressed anew after so long.
+/// Time after which the endoscope's button is pressed again.
 const HELD_ANEW: Duration = Duration::from_secs(10);
 
-/// Direction and distance of a place in the endoscope's picture: right and up, rad, and m.
+/// Returns direction and distance of a place in the endoscope's picture: right and up, rad, and m.
 fn seen_from(tools: &ToolFrame, place_m: Vector3<f64>) -> ([f64; 2], f64) {
     let camera = &tools.world_from_camera;
     let [x, y, z, w] = camera.orientation.map(f64::from);
@@ -37,7 +37,7 @@ fn seen_from(tools: &ToolFrame, place_m: Vector3<f64>) -> ([f64; 2], f64) {
     (off, to.norm())
 }
 
-/// The middle of the organ of this name, m.
+/// Middle of the organ of this name, m.
 fn middle(scene: &SceneFile, name: &str) -> Vector3<f64> {
     let mut organs = scene.organs().iter();
     let organ = organs.find(|organ| str_from_name(&organ.name) == Some(name));
@@ -50,7 +50,7 @@ fn middle(scene: &SceneFile, name: &str) -> Vector3<f64> {
     sum / count as f64
 }
 
-/// Moves the mouse a little, so that this place comes to the middle of the picture.
+/// Moves the mouse a little, to bring this place towards the middle of the picture.
 fn lead(screen: &VirtualScreen, tools: &ToolFrame, place_m: Vector3<f64>) {
     let ([right, up], far_m) = seen_from(tools, place_m);
     let counts = [right, -up].map(|off| {
@@ -100,13 +100,13 @@ fn the_endoscope_is_led_from_organ_to_organ_by_the_mouse() {
     screen.point_at(&window);
     screen.press(&window, "m");
     wait_until("the mouse leads", || hand.newest().is_some());
-    // Its middle button: the endoscope instead of the instrument.
+    // The middle button moves the endoscope instead of the instrument.
     screen.hold_button(2, true);
     let mut told = bytemuck::zeroed_box::<TaskMsg>();
     let mut end = None;
     let mut held = Instant::now();
     wait_until("the end of the drill", || {
-        // On a busy screen a press may be lost.
+        // A busy screen may lose a press.
         if held.elapsed() > HELD_ANEW {
             screen.hold_button(2, false);
             screen.hold_button(2, true);

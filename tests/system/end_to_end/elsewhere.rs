@@ -1,4 +1,4 @@
-//! Two stations and an instructor, each in a network of its own, with a bad line between them.
+//! Two stations and an instructor, each in a network of its own, connected by a bad line.
 
 use std::io::{BufRead as _, BufReader, Read as _, Write as _};
 use std::net::{Shutdown, TcpListener, TcpStream};
@@ -18,19 +18,19 @@ use system_tests::{
     calot, compiled, finish, may_be_realtime, said, signal, station_name, wait_until,
 };
 
-/// One way through the line.
+/// Delay of the line in one direction.
 const DELAY: Duration = Duration::from_millis(40);
-/// A lost packet stands the line still until it is sent again.
+/// Time that a lost packet holds up the line until it is sent again.
 const LOST: Duration = Duration::from_millis(250);
-/// One in so many is lost.
+/// One packet in this many is lost.
 const LOSES_ONE_IN: u64 = 50;
 
-/// Networks of their own, joined to this one; gone when this is.
+/// Network namespaces joined to this one. They are removed on drop.
 struct Networks(Vec<String>);
 
 impl Networks {
-    /// Each with an address in which `{}` is its number, this end `.1`, its end `.2`. `None`: this
-    /// user may not.
+    /// Creates `count` networks. In the address of each, `{}` stands for its number; this end is
+    /// `.1`, its end `.2`. `None`: this user may not create networks.
     fn of(count: u8) -> Option<Self> {
         let mut networks = Self(Vec::new());
         for number in 0..count {
@@ -57,7 +57,7 @@ impl Networks {
         Some(networks)
     }
 
-    /// `calot` in one of them.
+    /// Starts `calot` in one of the networks.
     fn calot(&self, number: usize, words: &[&str]) -> Process {
         let plain = calot();
         let mut command = Command::new("ip");
@@ -69,7 +69,7 @@ impl Networks {
         Process::start(&mut command)
     }
 
-    /// True if anything listens for TCP in one of them.
+    /// True if a process in this network listens for TCP.
     fn listens(&self, number: usize) -> bool {
         let mut command = Command::new("ip");
         command.args(["netns", "exec", &self.0[number], "cat"]);
@@ -91,7 +91,7 @@ impl Drop for Networks {
 }
 
 fn address(number: u8, end: u8) -> String {
-    // By process, so that tests that run side by side do not meet.
+    // The address depends on the process id, so that tests running side by side do not collide.
     let third = (std::process::id() % 60) as u8 * 4 + number;
     format!("10.231.{third}.{end}")
 }
@@ -103,7 +103,7 @@ fn ip(words: &str) -> bool {
     run.is_ok_and(|status| status.success())
 }
 
-/// A child that says a JSON object a line; it ends when this is dropped.
+/// A child that prints a JSON object per line. It ends on drop.
 struct Process {
     child: Child,
     lines: Arc<Mutex<Vec<Value>>>,
@@ -125,7 +125,7 @@ impl Process {
         Self { child, lines }
     }
 
-    /// The first line of which `which` holds.
+    /// Returns the first line that satisfies `which`.
     fn says(&self, what: &str, which: impl Fn(&Value) -> bool) -> Value {
         let mut found = None;
         wait_until(what, || {
@@ -136,7 +136,7 @@ impl Process {
         found.unwrap_or_default()
     }
 
-    /// Asks it to end; the last thing that it says.
+    /// Asks it to end and returns its last line.
     fn end(mut self) -> Value {
         signal(self.child.id(), Signal::TERM);
         let status = self.child.wait().expect("it ends");
@@ -159,7 +159,7 @@ impl Drop for Process {
     }
 }
 
-/// A line that delays everything and loses some, which TCP repairs: until then what follows waits.
+/// A line that delays all data and loses some. TCP repairs a loss; until then, what follows waits.
 fn bad_line(from: &str, to: String, lost: Arc<AtomicU64>) {
     let listener = TcpListener::bind(from).expect("an address of ours");
     std::thread::spawn(move || {
@@ -212,7 +212,7 @@ fn make_keys(folder: &Path, words: &[&str]) {
     assert!(made.status.success(), "{words:?}: {}", said(&made));
 }
 
-/// `--cert`, `--key` and `--ca` of `name`.
+/// Options `--cert`, `--key` and `--ca` for `name`.
 fn keys(folder: &Path, name: &str) -> [String; 6] {
     let file = |it: String| folder.join(it).display().to_string();
     [
@@ -354,7 +354,7 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
         ));
     }
 
-    // Both, with everything that a display needs, stamped by this computer's clock.
+    // Both stations arrive with all that a display needs, stamped by this computer's clock.
     for (_, here, _, beside) in &mut seen {
         let mut display = Display::of(here);
         display.sees_after(0);
@@ -383,7 +383,7 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
         println!("{behind} ticks behind, {} events", display.events.len());
     }
 
-    // The picture, drawn where the instructor is.
+    // Draw the picture at the instructor's place.
     let (_, here, scene, _) = &seen[0];
     let out = folder.path().join("pictures");
     let drawn = finish(
@@ -407,18 +407,18 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
     assert!(drawn.status.success(), "{}", said(&drawn));
     assert!(out.join("frame_0000.png").exists(), "{}", said(&drawn));
 
-    // Somebody else's authority sees nothing.
+    // A client signed by another authority sees nothing.
     let name = station_name("intruder");
     let intruder = watch(&networks, foreign.path(), &format!("{line}:7500"), &name);
     intruder.says("it is refused", |it| it["what"] == "lost");
     let words = intruder.end();
     assert_eq!(words["states"], 0, "{words}");
 
-    // One that stands still holds up nobody, and goes on when it is let.
+    // A stopped watcher delays nobody, and continues when it is resumed.
     let [(first, first_name, _, beside), (second, second_name, ..)] = &mut seen[..] else {
         unreachable!("there are two");
     };
-    // The third asks the same station as the first.
+    // The third watcher asks the same station as the first.
     let third_name = station_name("third");
     let third = watch(
         &networks,
@@ -450,7 +450,7 @@ fn an_instructor_sees_two_stations_over_a_bad_line_and_nobody_else_does() {
     assert!(lost.load(Relaxed) > 3, "the line was bad");
 }
 
-/// Ends it; what it saw.
+/// Ends it and returns what it counted.
 fn last_words(process: &mut Process) -> Value {
     signal(process.child.id(), Signal::TERM);
     process.says("what it saw", |it| it["states"].is_number())

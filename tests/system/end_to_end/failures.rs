@@ -1,4 +1,4 @@
-//! Processes that die, are stopped, or meet another: each ends or goes on in a defined way.
+//! Processes that die, are stopped, or meet another: each ends or continues in a defined way.
 
 use std::path::Path;
 use std::process::Stdio;
@@ -10,7 +10,7 @@ use system_tests::{
     Program, calot, compiled, finish, processes, said, signal, station_name, summary, wait_until,
 };
 
-/// A station that runs in the background, without pictures.
+/// A station that runs in the background without pictures.
 struct Running {
     name: String,
     run: Program,
@@ -43,7 +43,7 @@ impl Running {
         Self { name, run, folder }
     }
 
-    /// The station's child that runs `command`.
+    /// Process id of the station's child that runs `command`.
     fn process(&self, command: &str) -> u32 {
         let parent = self.run.id();
         let mine = processes(&[command, "--with-parent"]);
@@ -53,7 +53,7 @@ impl Running {
             .expect("the child runs")
     }
 
-    /// Waits for the end; returns whether it succeeded, what it said, and its summary.
+    /// Waits for the end. Returns whether the run succeeded, its standard error and its summary.
     fn end(self) -> (bool, String, serde_json::Value) {
         let parent = self.run.id();
         let output = self.run.finish();
@@ -77,7 +77,7 @@ fn parent_of(pid: u32) -> Option<u32> {
         .find_map(|line| line.strip_prefix("PPid:")?.trim().parse().ok())
 }
 
-/// Waits until the controller has published for a second: by then the station listens.
+/// Waits until the controller has published for a second. By then the station reacts to signals.
 fn wait_for_ticks(name: &str) {
     let host = Station::new(name)
         .and_then(|s| Host::open(&s))
@@ -91,7 +91,7 @@ fn wait_for_ticks(name: &str) {
 #[test]
 fn ctrl_c_ends_it_cleanly_with_the_report() {
     let running = Running::start("ctrl-c");
-    // A terminal sends it to the whole group, and the station is the head of its own.
+    // A terminal signals the whole process group. The station leads a group of its own.
     signal(running.run.id(), Signal::INT);
     let (ok, said, summary) = running.end();
     assert!(ok, "{said}");
@@ -206,7 +206,7 @@ fn a_display_dies_and_another_comes_while_the_controller_goes_on() {
     );
     assert!(rt.try_wait().unwrap().is_none(), "the controller goes on");
 
-    // A display of another scene is refused, and says which runs.
+    // A display of another scene is refused; the error names the scene that runs.
     let tiny = folder.path().join("ball.obj");
     std::fs::write(&tiny, ball()).unwrap();
     let other =

@@ -1,4 +1,4 @@
-//! `calot jitter` and `calot check` through the real program: what a latency tester does.
+//! `calot jitter` and `calot check` as a latency tester runs them: through the real program.
 
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use serde_json::Value;
 use system_tests::{calot, finish, said, station_name, turn, wait_until};
 
-/// Measures for a moment into `out`; gives what it printed.
+/// Measures briefly into `out` and returns the printed JSON.
 fn measure(out: &Path, more: &[&str]) -> Value {
     let _turn = turn();
     let output = finish(
@@ -26,7 +26,7 @@ fn read(path: &Path) -> Value {
     serde_json::from_str(&text).expect("it is JSON")
 }
 
-/// Quantiles rise, and something was counted.
+/// Asserts that the quantiles rise and that there is at least one count.
 fn assert_distribution(times: &Value, name: &str) {
     let of = |key: &str| {
         times[key]
@@ -73,7 +73,8 @@ fn a_run_names_its_figures_as_summary_json_does_and_runs_add_up_and_compare() {
         assert_distribution(&json["stage_ns"][stage], stage);
     }
     assert_distribution(&json["sleep"]["wake_latency_ns"], "sleep");
-    // burn did the work of the station's ticks, and what both missed is told apart.
+    // `burn` worked as long as the station's ticks, and the report separates the misses of both by
+    // cause.
     assert_distribution(&json["burn"]["tick_ns"], "burn");
     for kind in ["periods", "woken_late", "at_work", "occasions", "overruns"] {
         for key in ["station", "burn", "difference_low", "difference_high"] {
@@ -89,7 +90,7 @@ fn a_run_names_its_figures_as_summary_json_does_and_runs_add_up_and_compare() {
     assert_eq!(json["allocations_after_start"], 0);
     assert!(json["misses_per_million"].is_number() && json["realtime"].is_boolean());
     assert!(json["machine"]["kernel"].is_string());
-    // The solver's share of a tick is part of it.
+    // The solver's time is part of the tick's.
     assert!(json["stage_ns"]["solve"]["p50"].as_u64() < json["tick_ns"]["p50"].as_u64());
 
     let csv = std::fs::read_to_string(first.join("jitter.csv")).expect("a table");

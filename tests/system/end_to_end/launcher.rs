@@ -1,5 +1,5 @@
-//! `calot start` on a virtual screen, led by its keyboard alone: from the choice of a task through
-//! the operation to debrief, questionnaire and sheet; and an instructor who watches.
+//! `calot start` on a virtual screen, used by keyboard alone: choice of a task, operation, debrief,
+//! questionnaire and sheet. An instructor watches.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use shared_mem::message::CommandMsg;
 use system_tests::screen::VirtualScreen;
 use system_tests::{Program, calot, finish, said, station_name, summary, turn, wait_until};
 
-/// A recording of at least this size is an operation, bytes.
+/// Least size of a recording that counts as an operation, bytes.
 const WORKED_BYTES: u64 = 100_000;
 
 pub(crate) fn screen(folder: &Path) -> Option<VirtualScreen> {
@@ -27,7 +27,8 @@ fn on(screen: &VirtualScreen, words: &[&str]) -> Program {
     Program::start(calot.env_remove("WAYLAND_DISPLAY"))
 }
 
-/// The launcher with the scene of four organs; its store, and where it keeps sessions.
+/// Starts the launcher with the scene of four organs. Returns it with its store and its sessions
+/// folder.
 pub(crate) fn start(
     screen: &VirtualScreen,
     station: &str,
@@ -73,7 +74,7 @@ fn from_the_start_to_the_debrief_by_keyboard() {
     let station = station_name("start");
     let (mut launcher, store, sessions) = start(&screen, &station, folder.path());
     let desk = &screen.window("Calot: Start");
-    // The seventh task is the endoscope's, the sixth free practice; N goes to the name.
+    // Key 7 chooses the endoscope drill, key 6 free practice. N moves to the name.
     screen.press_and_see(desk, "7");
     screen.press_and_see(desk, "6");
     screen.press_and_see(desk, "n");
@@ -93,7 +94,7 @@ fn from_the_start_to_the_debrief_by_keyboard() {
     let bytes = || recording().and_then(|it| Some(it.metadata().ok()?.len()));
     wait_until("some work", || bytes() > Some(WORKED_BYTES));
     wait_until("the debrief", || {
-        // The operation's own window: Esc ends it.
+        // Esc ends the operation in its own window.
         if let Some((window, _)) = screen.windows().iter().find(|it| it.0 != *desk) {
             screen.press(window, "Escape");
         }
@@ -136,13 +137,13 @@ fn from_the_start_to_the_debrief_by_keyboard() {
     let sheet = &ask(&["export", "ada"])["trainees"][0]["sessions"][0]["sheet"];
     assert_eq!(sheet["Tissue handling"], 3, "{sheet}");
 
-    // From the debrief, or from what went wrong, to the start, and out.
+    // Leave from the debrief or the problem screen to the start screen, then quit.
     screen.leave(desk, &mut launcher);
     let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
 }
 
-/// The launcher reports a program that cannot run, and goes on.
+/// The launcher reports a program that cannot run, and continues.
 #[test]
 fn an_operation_that_cannot_begin_leads_back_to_the_start() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -174,14 +175,14 @@ fn an_operation_that_cannot_begin_leads_back_to_the_start() {
     let desk = &screen.window("Calot: Start");
     screen.press(desk, "Return");
     let _ = screen.window("Calot: Operation did not start");
-    // From the debrief, or from what went wrong, to the start, and out.
+    // Leave from the debrief or the problem screen to the start screen, then quit.
     screen.leave(desk, &mut launcher);
     let output = launcher.finish();
     assert!(output.status.success(), "{}", said(&output));
     assert!(said(&output).contains("/nowhere/rig"), "{}", said(&output));
 }
 
-/// Instructors come before the station and while it runs, see it, and leave it as it is.
+/// Instructors join before the station starts and while it runs. They see it and change nothing.
 #[test]
 fn instructors_come_and_go_and_change_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -224,7 +225,7 @@ fn instructors_come_and_go_and_change_nothing() {
         wait_until("the instructor's window", || window().is_some());
         let shown = window().expect("it is there");
         wait_until("a picture", || {
-            // P would pause the station, were this the trainee's window.
+            // In the trainee's window P would pause the station.
             screen.press(&shown, "p");
             let pixels = screen.pixels();
             let colours: std::collections::HashSet<_> = pixels.chunks(4).collect();

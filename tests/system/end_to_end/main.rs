@@ -1,4 +1,5 @@
-//! The real programs: stations, their processes, devices on real lines, screens, networks.
+//! Tests of the real programs: stations, their processes, devices on real lines, screens and
+//! networks.
 
 mod bad_input;
 mod devices;

@@ -1,4 +1,4 @@
-//! The main job, as a newcomer runs it: real processes, real ptys, real shared memory, pictures.
+//! The main job as a newcomer runs it: real processes, ptys, shared memory and pictures.
 
 use std::path::Path;
 use std::time::Duration;
@@ -10,7 +10,7 @@ use system_tests::{
     turn,
 };
 
-/// Runs the station headless; returns its summary, and how deep the instrument dented tissue, m.
+/// Runs the station headless. Returns its summary and the depth of the dent in tissue, m.
 fn operate(scene: &[&str], seconds: &str, out: &Path) -> (serde_json::Value, f32) {
     let _turn = turn();
     let name = station_name("job");
@@ -36,7 +36,7 @@ fn operate(scene: &[&str], seconds: &str, out: &Path) -> (serde_json::Value, f32
     (summary(out), dent_m)
 }
 
-/// The farthest that a sphere is moved while the instrument touches and nothing is grasped.
+/// Greatest displacement of a sphere while the instrument touches tissue and grasps nothing, m.
 fn watch_dent(station: &str, run: &mut Program) -> f32 {
     let host = Station::new(station)
         .and_then(|s| Host::open(&s))
@@ -79,7 +79,7 @@ fn check_summary(s: &serde_json::Value, seconds: u64) {
         periods >= seconds * 1000,
         "{periods} periods in {seconds} s"
     );
-    // A machine may lose much of its time to others, but a controller that loses most of its
+    // Other programs may take much of the time of a machine. A controller that loses most of its
     // periods is broken.
     assert!(number("ticks") * 2 > periods, "{s:#}");
     for key in ["wake_latency_ns", "tick_ns", "motion_to_force_ns"] {
@@ -102,7 +102,7 @@ fn check_summary(s: &serde_json::Value, seconds: u64) {
     assert_eq!(number("allocations_after_start"), 0, "{s:#}");
     assert_eq!(s["realtime"].as_bool(), Some(may_be_realtime()), "{s:#}");
     if may_be_realtime() {
-        // Without locked memory the kernel may take pages away and bring them back.
+        // The kernel may page memory that is not locked out and in again.
         assert!(
             number("page_faults_after_start") <= moved_pages_max(),
             "{s:#}"
@@ -134,7 +134,7 @@ fn difference(a: &Path, b: &Path) -> f64 {
     sum as f64 / a.as_raw().len() as f64
 }
 
-/// Share of the picture whose brightness differs by a tenth of white and more.
+/// Share of the picture whose brightness differs by at least a tenth of white.
 fn changed_share(a: &Path, b: &Path) -> f64 {
     let [a, b] = [a, b].map(|path| {
         image::open(path)
@@ -160,8 +160,8 @@ fn check_pictures(out: &Path) {
         lit * 5 > picture.pixels().len(),
         "the scene fills the scope"
     );
-    // The same view and tool, over the tissue as it was before it was touched: what differs is
-    // the dent.
+    // Both pictures have the same view and tool; one shows the tissue before contact. They differ
+    // by the dent alone.
     let dent = changed_share(&out.join("before_press.png"), &press);
     assert!(dent > 0.01, "the press changes {dent} of the picture");
     let moved = difference(&press, &grasp);

@@ -1,4 +1,5 @@
-//! Tasks through the real processes: what is said while they run is what the recording comes to.
+//! Tasks through the real processes. The live assessment must equal the one computed from the
+//! recording.
 
 use std::path::Path;
 
@@ -7,7 +8,7 @@ use system_tests::{
     Program, calot, compiled, finish, said, signal, station_name, summary, turn, wait_until,
 };
 
-/// Runs a task without pictures; returns its summary.
+/// Runs a task without pictures and returns its summary.
 fn work(words: &[&str], out: &Path) -> serde_json::Value {
     let name = station_name("task");
     let output = finish(
@@ -83,24 +84,25 @@ fn live_and_recomputed_are_the_same_and_the_store_keeps_it() {
     assert!(!ask(&["export"]).contains("Ada"));
 }
 
-/// Longer than clips and scissors take a scripted surgeon, than the hook does in the bed, and the
-/// whole, s; a run ends when its task is over.
+/// Longer than a scripted surgeon takes to clip and cut, to dissect the bed with the hook, or to do
+/// the whole, s. A run ends when its task is over.
 const LONG_S: &str = "150";
 const LONGER_S: &str = "240";
 const WHOLE_S: &str = "560";
-/// So often a surgeon may try: tissue lies otherwise each time, and the machine may be busy.
+/// Attempts that a surgeon has. Tissue lies differently each time, and the machine may be busy.
 const TRIES: usize = 4;
-/// The whole procedure, which takes minutes.
+/// Attempts at the whole procedure, which takes minutes.
 const TRIES_OF_ALL: usize = 2;
 
-/// A scripted surgeon works a task on Calot's triangle, for this long at most; the summary. What is
-/// recomputed from the recording is the same.
+/// A scripted surgeon works a task on Calot's triangle for at most `seconds`. Returns the summary,
+/// which must equal the one computed from the recording.
 fn operate(task: &str, hand: &str, seconds: &str) -> serde_json::Value {
     let out = tempfile::tempdir().expect("a folder");
     operate_into(out.path(), task, hand, &["--seconds", seconds])
 }
 
-/// As `operate`, with the session kept in `out`; the summary also has the report's `steps`.
+/// Works as `operate` does and keeps the session in `out`. The returned summary also has the
+/// report's `steps`.
 fn operate_into(out: &Path, task: &str, hand: &str, more: &[&str]) -> serde_json::Value {
     let _turn = turn();
     let scene = compiled("triangle", None);
@@ -114,7 +116,7 @@ fn operate_into(out: &Path, task: &str, hand: &str, more: &[&str]) -> serde_json
     summary
 }
 
-/// Tries until a run comes to this.
+/// Repeats a task until a run satisfies `is_so`.
 fn operate_until(task: &str, hand: &str, seconds: &str, is_so: fn(&serde_json::Value) -> bool) {
     let mut came_to = Vec::new();
     for _ in 0..TRIES {
@@ -157,7 +159,7 @@ fn a_careful_surgeon_divides_both_between_clips_and_beside_them_it_fails_at_once
     });
 }
 
-/// Each alarm has a picture, drawn from the recording by another run of the simulation.
+/// Each alarm has a picture, which a second run of the simulation draws from the recording.
 #[test]
 fn who_burns_the_bile_duct_is_alarmed_and_has_pictures_of_it() {
     let out = tempfile::tempdir().expect("a folder");
@@ -177,7 +179,7 @@ fn who_burns_the_bile_duct_is_alarmed_and_has_pictures_of_it() {
     assert!(page.contains("bile duct"), "what was burnt");
 }
 
-/// From the first touch to the free gallbladder.
+/// The whole procedure, from the first touch to the free gallbladder.
 #[test]
 fn a_careful_surgeon_completes_the_whole_procedure() {
     let mut came_to = Vec::new();
@@ -234,8 +236,8 @@ fn the_hurried_are_alarmed_where_the_careful_clamp() {
     });
 }
 
-/// The store breaks while a task is worked: nothing else is lost, and it is said. Without `--out`
-/// the session has a folder of its own.
+/// The store breaks during a task. The run reports this and loses nothing else. Without `--out` the
+/// session has a folder of its own.
 #[test]
 fn what_the_store_does_not_take_is_said_and_is_in_the_debrief() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -280,7 +282,7 @@ fn what_the_store_does_not_take_is_said_and_is_in_the_debrief() {
     assert_eq!(report(&out)["cut_short"], serde_json::Value::Null);
 }
 
-/// A killed operation has no result in the store; its recording is whole up to the kill.
+/// A killed operation leaves no result in the store. Its recording is complete up to the kill.
 #[test]
 fn a_session_that_was_killed_is_added_afterwards_from_its_recording() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -337,7 +339,7 @@ fn a_session_that_was_killed_is_added_afterwards_from_its_recording() {
         "{listed}"
     );
 
-    // Again changes nothing, and nobody else takes it.
+    // Adding the session again changes nothing, and no other trainee can take it.
     let again = add("Ada");
     assert!(again.status.success() && said(&again).contains("there already"));
     assert!(again.stdout.is_empty());

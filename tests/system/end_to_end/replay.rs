@@ -1,4 +1,4 @@
-//! Sessions: recorded by real processes, replayed, and told apart when they differ.
+//! Sessions recorded by real processes: replayed, and told apart when they differ.
 
 use std::path::Path;
 
@@ -9,8 +9,8 @@ use system_tests::{
     PATIENCE, calot, compiled, finish, said, signal, station_name, summary, wait_until,
 };
 
-/// Runs the station headless and without pictures until a session in `out` misses no tick: a
-/// machine that keeps a thread waiting for a second may lose some, and says so.
+/// Runs the station headless, without pictures, until a session in `out` misses no tick. A machine
+/// that keeps a thread waiting for a second may lose ticks, and reports that.
 fn operate(out: &Path, seconds: &str) -> serde_json::Value {
     for _ in 0..5 {
         let output = finish(
@@ -30,7 +30,7 @@ fn operate(out: &Path, seconds: &str) -> serde_json::Value {
     panic!("five runs, and each recording misses ticks");
 }
 
-/// Replays; gives the exit code, the answer, and what was said.
+/// Replays a session. Returns exit code, answer and standard error.
 fn replay(session: &Path, more: &[&str]) -> (Option<i32>, serde_json::Value, String) {
     let output = finish(calot().args(["replay", "--json"]).arg(session).args(more));
     let answer = serde_json::from_slice(&output.stdout).unwrap_or_default();
@@ -56,7 +56,7 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     assert_eq!(answer["controller_ended"], true, "{answer:#}");
     assert_eq!(answer["missing"], 0, "{answer:#}");
 
-    // Damaged in its middle, it is not said to be the same, and a what-if of it says so too.
+    // A session damaged in its middle does not count as equal, and a what-if of it warns.
     let damaged = folder.path().join("damaged.mcap");
     let mut bytes = std::fs::read(&session).expect("a session");
     let middle = bytes.len() - 100_000;
@@ -75,7 +75,7 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     assert!(answer["damaged"].is_string(), "{answer:#}");
     assert!(said.contains("warning: the session is damaged"), "{said}");
 
-    // There is nothing to show after its end.
+    // After its end there is nothing to show.
     let name = station_name("late");
     let (code, _, said) = replay(
         &session,
@@ -101,7 +101,7 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     assert_eq!(answer["first_difference"]["tick"], tick, "{answer:#}");
     assert!(said.contains(&format!("tick {tick} ")), "{said}");
 
-    // The same hands on the paper's solver: the force is another one, and it is charted.
+    // The same hands on the paper's solver give another force, which is charted.
     let out = folder.path().join("what-if");
     let (code, answer, said) = replay(
         &session,
@@ -114,14 +114,15 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     );
     assert_eq!(code, Some(0), "{said}");
     let [was, would] = [0, 1].map(|i| answer["force_max_n"][i].as_f64().expect("a force"));
-    // A slow machine feels less of the emulated press: compared is the one solver with the other.
+    // On a slow machine the emulated press is weaker, so the test compares one solver with the
+    // other.
     assert!((was - would).abs() > 0.1 * was.max(would), "{answer:#}");
     let page = std::fs::read_to_string(out.join("what_if.html")).expect("a page");
     assert_eq!(page.matches("<svg").count(), 4);
     let table = std::fs::read_to_string(out.join("what_if.csv")).expect("a table");
     assert_eq!(table.lines().count() as u64, 1 + ticks.div_ceil(10));
 
-    // On the display, from a second on and faster.
+    // Show it on the display, faster and from the first second on.
     let out = folder.path().join("pictures");
     let (code, _, said) = replay(
         &session,
@@ -147,19 +148,20 @@ fn a_session_comes_out_the_same_and_an_altered_one_names_its_tick() {
     assert_eq!(code, Some(0), "{said}");
     assert!(out.join("frame_0000.png").exists(), "{said}");
 
-    // Another scene is refused, and both are named.
+    // Another scene is refused, and the error names both.
     let other = compiled("built-in", Some(300));
     let (code, _, said) = replay(&session, &["--scene", &other]);
     assert_eq!(code, Some(1), "{said}");
     assert!(said.contains("the session ran on scene"), "{said}");
 }
 
-/// Copies a session with the handle moved a little in one tick in its middle, and gives its number.
-/// The chunk's checksum is taken out, as MCAP allows.
+/// Copies a session, moves the handle a little in one tick in its middle, and returns that tick's
+/// number. Omits the chunk's checksum, as MCAP allows.
 fn alter(session: &Path, to: &Path) -> u64 {
     let mut bytes = std::fs::read(session).expect("a session");
     let u64_at = |at: usize| u64::from_le_bytes(bytes[at..at + 8].try_into().expect("eight bytes"));
-    // (chunk, message of /inputs, which is channel 2, whose first tick has a sample of the device)
+    // Pairs of chunk and message of /inputs, which is channel 2 and whose first tick has a device
+    // sample.
     let mut found = Vec::new();
     let mut at = 8;
     while at + 9 < bytes.len() {
@@ -180,7 +182,8 @@ fn alter(session: &Path, to: &Path) -> u64 {
     }
     let (chunk, data) = found[found.len() / 2];
     let first_tick = u64_at(data + 2);
-    // Bits, time, two hashes, those of organs if they are there, age, and then where the handle is.
+    // A record holds bits, time, two hashes, the hashes of the organs if present, age, and then the
+    // handle position.
     let organs = if bytes[data + 19] & 0x20 != 0 { 16 } else { 0 };
     bytes[chunk + 24..chunk + 28].fill(0);
     bytes[data + 18 + 14 + organs + 5] ^= 0x10;
@@ -203,7 +206,7 @@ fn a_killed_recorder_loses_no_more_than_its_last_seconds() {
             .arg(folder.path())
             .spawn()
             .expect("it starts");
-        // It can be replayed while it grows.
+        // A growing session can be replayed.
         wait_until("seconds are in the session", || {
             let answer = replay(&session, &[]).1;
             answer["ticks"].as_u64() > Some(2000) || answer["gap_at_tick"].is_number()
@@ -235,7 +238,7 @@ fn what_is_no_session_is_refused_with_the_next_step() {
     }
 }
 
-/// State that the replay shows at a moment: the tick, and every sphere's bytes.
+/// State that the replay shows at a time: the tick, and every sphere's bytes.
 fn shown_at(host: &Host, at_ms: u32) -> (u64, Vec<u8>) {
     let ask = |kind, argument| {
         let reply = host.command(CommandMsg { kind, argument }, PATIENCE);
@@ -244,14 +247,15 @@ fn shown_at(host: &Host, at_ms: u32) -> (u64, Vec<u8>) {
     ask(CommandMsg::PAUSE, 1);
     let from = standing(host, |_| true).tick;
     ask(CommandMsg::SEEK, at_ms);
-    // Which tick it is depends on how many were missed: a busy machine's ticks are no milliseconds.
+    // The tick number depends on the number of missed ticks: on a busy machine a tick is not a
+    // millisecond.
     let state = standing(host, |tick| tick != from);
     let spheres = state.spheres().expect("sane");
     (state.tick, bytemuck::cast_slice(spheres).to_vec())
 }
 
-/// Waits for a frame that stands still at such a tick: it is shown again and again. On the way to
-/// another tick, the replay shows the frame where it was.
+/// Waits for a repeated frame of a tick that satisfies `is_it`. While the replay moves to another
+/// tick, it shows the frame of the old one.
 fn standing(host: &Host, is_it: impl Fn(u64) -> bool) -> Box<StateFrame> {
     let mut state: Box<StateFrame> = bytemuck::zeroed_box();
     let (mut stood, mut before) = (0, None);
@@ -290,7 +294,8 @@ fn a_show_goes_to_any_moment_and_finds_it_as_it_was() {
         .spawn()
         .expect("it starts");
     let host = Host::open(&Station::new(&name).expect("a name")).expect("a host");
-    // Ahead, where nothing was run yet; then about, from what was kept on the way.
+    // First seek ahead, where nothing has run yet; then back and forth among the states kept on the
+    // way.
     let straight: Vec<_> = [1500, 3000, 4700].map(|at| shown_at(&host, at)).into();
     for (at_ms, which) in [(1500, 0), (4700, 2), (3000, 1), (1500, 0)] {
         let again = shown_at(&host, at_ms);
@@ -301,7 +306,7 @@ fn a_show_goes_to_any_moment_and_finds_it_as_it_was() {
         );
     }
     assert!(straight[0].1 != straight[2].1, "something moved");
-    // Beyond its end it stands at its end, and an impossible speed is refused.
+    // A seek beyond the end stops at the end, and an impossible speed is refused.
     let seek = CommandMsg {
         kind: CommandMsg::SEEK,
         argument: u32::MAX,

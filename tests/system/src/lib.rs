@@ -1,4 +1,4 @@
-//! Fixtures shared by the system tests: the real program, its stations, its pictures.
+//! Fixtures shared by the system tests: the real program, its stations and its pictures.
 
 mod program;
 pub mod screen;
@@ -12,21 +12,21 @@ use std::time::{Duration, Instant};
 
 pub use program::Program;
 
-/// Time after which a test gives up on anything. Generous: it is no performance limit.
+/// Time after which a test gives up waiting. It is generous because it is no performance limit.
 pub const PATIENCE: Duration = Duration::from_secs(600);
 
-/// The workspace's root.
+/// Root folder of the workspace.
 #[must_use]
 pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The `calot` program, which cargo built beside this test.
+/// Command for the `calot` program, which cargo built next to this test.
 #[must_use]
 pub fn calot() -> Command {
     let mut command = Command::new(built().join("calot"));
     command.current_dir(root()).stdin(Stdio::null());
-    // What one run prepares is there for the next.
+    // Runs share a cache, so that they prepare each scene once.
     command.env("XDG_CACHE_HOME", built().join("cache"));
     command
 }
@@ -38,22 +38,24 @@ fn built() -> PathBuf {
     folder.expect("target/PROFILE/deps/test").to_owned()
 }
 
-/// One that has the machine to itself, beside small things, until what this gives is dropped.
+/// Waits until no other large test runs. Holding the guard keeps other large tests waiting; small
+/// ones may still run.
 pub fn turn() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A recipe, compiled, in so many spheres if any are named; prepared once for all tests of a
-/// program.
+/// Compiles a recipe, with this number of spheres if given, and returns the file. Each test program
+/// prepares it once.
 ///
 /// # Panics
-/// When it cannot be prepared.
+///
+/// If the recipe cannot be prepared.
 #[must_use]
 pub fn compiled(recipe: &str, spheres: Option<u32>) -> String {
     static MADE: Mutex<BTreeMap<String, String>> = Mutex::new(BTreeMap::new());
     let name = spheres.map_or_else(|| recipe.to_owned(), |count| format!("{recipe}-{count}"));
-    // One at a time; the others wait for it.
+    // One test prepares at a time; the others wait for the result.
     let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some(path) = made.get(&name) {
         return path.clone();
@@ -69,14 +71,15 @@ pub fn compiled(recipe: &str, spheres: Option<u32>) -> String {
     }
     let output = finish(&mut command);
     assert!(output.status.success(), "{}", said(&output));
-    // Another program may read an older one of this name: it keeps it.
+    // Another program may be reading an older file of this name: after the rename it still reads
+    // the old one.
     std::fs::rename(&begun, &path).expect("it was written");
     let path = path.to_str().expect("a path in UTF-8").to_owned();
     made.insert(name, path.clone());
     path
 }
 
-/// A station name that no other test uses.
+/// Returns a station name that no other test uses.
 #[must_use]
 pub fn station_name(test: &str) -> String {
     static COUNT: AtomicU32 = AtomicU32::new(0);
@@ -87,14 +90,15 @@ pub fn station_name(test: &str) -> String {
 /// Runs a command to its end.
 ///
 /// # Panics
-/// When it does not end in time; it is killed then, and what it said is shown.
+///
+/// If it does not end in time. The command is then killed, and its output is shown.
 #[track_caller]
 pub fn finish(command: &mut Command) -> Output {
     Program::start(command).finish()
 }
 
-/// Page faults that the kernel may cause in locked memory, because it moves pages to get larger
-/// free blocks.
+/// Page faults that the kernel may cause in locked memory by moving pages to form larger free
+/// blocks.
 #[must_use]
 pub fn moved_pages_max() -> u64 {
     let allowed = std::fs::read_to_string("/proc/sys/vm/compact_unevictable_allowed");
@@ -111,10 +115,11 @@ pub fn said(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// Reads a run's `summary.json`.
+/// Reads the `summary.json` of a run.
 ///
 /// # Panics
-/// When it is not there or not JSON.
+///
+/// If the file is missing or is not JSON.
 #[must_use]
 pub fn summary(folder: &Path) -> serde_json::Value {
     let path = folder.join("summary.json");
@@ -122,10 +127,11 @@ pub fn summary(folder: &Path) -> serde_json::Value {
     serde_json::from_str(&text).expect("summary.json is JSON")
 }
 
-/// Waits until `holds`.
+/// Waits until `holds` returns true.
 ///
 /// # Panics
-/// When it does not hold in time.
+///
+/// If it does not do so in time.
 #[track_caller]
 pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     let start = Instant::now();
@@ -135,7 +141,7 @@ pub fn wait_until(what: &str, mut holds: impl FnMut() -> bool) {
     }
 }
 
-/// Processes whose command line has all of `words`.
+/// Processes whose command line contains all of `words`.
 #[must_use]
 pub fn processes(words: &[&str]) -> Vec<u32> {
     let entries = std::fs::read_dir("/proc").expect("/proc is there");
@@ -153,7 +159,7 @@ pub fn processes(words: &[&str]) -> Vec<u32> {
         .collect()
 }
 
-/// Sends a signal.
+/// Sends a signal to a process.
 pub fn signal(pid: u32, signal: rustix::process::Signal) {
     if let Some(pid) = rustix::process::Pid::from_raw(pid.cast_signed()) {
         let _ = rustix::process::kill_process(pid, signal);
@@ -161,7 +167,7 @@ pub fn signal(pid: u32, signal: rustix::process::Signal) {
 }
 
 /// Folder of the real anatomy, which is not part of the repository: `CALOT_ANATOMY`, or
-/// `../shared/anatomy` beside the checkout.
+/// `../shared/anatomy` next to the checkout. `None` if neither exists.
 #[must_use]
 pub fn anatomy() -> Option<PathBuf> {
     let named = std::env::var_os("CALOT_ANATOMY").map(PathBuf::from);

@@ -1,4 +1,4 @@
-//! A program that runs beside a test.
+//! A program that runs during a test.
 
 use std::io::Read;
 use std::process::{Child, Command, ExitStatus, Output, Stdio};
@@ -9,7 +9,7 @@ use crate::wait_until;
 /// Reader of a stream's text. It reads continuously, so that the pipe never fills.
 type Told = Option<JoinHandle<Vec<u8>>>;
 
-/// A program that ends with its owner; of a test that fails it tells what it said.
+/// A program that ends with its owner. If the test fails, its output is shown.
 pub struct Program {
     child: Child,
     stdout: Told,
@@ -17,10 +17,11 @@ pub struct Program {
 }
 
 impl Program {
-    /// Starts one whose output is read.
+    /// Starts a program and reads its output.
     ///
     /// # Panics
-    /// When it cannot be started.
+    ///
+    /// If it cannot be started.
     pub fn start(command: &mut Command) -> Self {
         let command = command.stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().expect("it starts");
@@ -31,7 +32,7 @@ impl Program {
         }
     }
 
-    /// Its process.
+    /// Process id.
     #[must_use]
     pub fn id(&self) -> u32 {
         self.child.id()
@@ -40,15 +41,17 @@ impl Program {
     /// Exit status, if the program has ended.
     ///
     /// # Panics
-    /// When it cannot be asked.
+    ///
+    /// If the system refuses to tell.
     pub fn ended(&mut self) -> Option<ExitStatus> {
         self.child.try_wait().expect("a child can be waited for")
     }
 
-    /// Waits for its end.
+    /// Waits for the end of the program.
     ///
     /// # Panics
-    /// When it does not end in time.
+    ///
+    /// If it does not end in time.
     #[must_use]
     pub fn finish(mut self) -> Output {
         let mut status = None;

@@ -1,4 +1,4 @@
-//! A virtual screen (Xvfb), its windows by title, its keyboard and mouse (xdotool), and its pixels.
+//! A virtual screen (Xvfb): its windows by title, its keyboard and mouse (xdotool), and its pixels.
 
 use std::io::{BufRead as _, BufReader};
 use std::path::Path;
@@ -15,15 +15,16 @@ pub struct VirtualScreen {
 }
 
 impl VirtualScreen {
-    /// Starts one, its pixels in this folder; `None`: Xvfb or xdotool is not installed.
+    /// Starts a screen that keeps its pixels in this folder. `None` if Xvfb or xdotool is not
+    /// installed.
     #[must_use]
     pub fn start(folder: &Path) -> Option<Self> {
-        // Whatever it says without a screen: it is there.
+        // Without a screen xdotool may fail. Only its presence matters here.
         Command::new("xdotool").arg("version").output().ok()?;
         let mut server = Command::new("Xvfb")
             .args(["-displayfd", "1", "-screen", "0", "1300x900x24"])
-            // Else it begins anew, and throws out who comes just then, when its last client goes:
-            // each xdotool is one.
+            // Each xdotool is a client. Without this option the server resets when its last client
+            // leaves, and rejects a client that connects meanwhile.
             .arg("-noreset")
             .args(["-nolisten", "tcp", "-fbdir"])
             .arg(folder)
@@ -47,14 +48,14 @@ impl VirtualScreen {
             .args(words)
             .env("DISPLAY", &self.display)
             .output();
-        // A window may go while it is asked for: then there is no answer.
+        // A window may close during the query; then there is no answer.
         output.map_or_else(
             |_| String::new(),
             |it| String::from_utf8_lossy(&it.stdout).trim().to_owned(),
         )
     }
 
-    /// Windows that are seen, with their titles.
+    /// Visible windows with their titles.
     #[must_use]
     pub fn windows(&self) -> Vec<(String, String)> {
         let ids = self.tool(&["search", "--onlyvisible", "--name", "^Calot: "]);
@@ -62,7 +63,7 @@ impl VirtualScreen {
         ids.lines().map(named).collect()
     }
 
-    /// The window whose title is this, once there is one.
+    /// Waits for the window of this title and returns its id.
     #[must_use]
     #[track_caller]
     pub fn window(&self, title: &str) -> String {
@@ -75,7 +76,7 @@ impl VirtualScreen {
         found.map(|it| it.0).unwrap_or_default()
     }
 
-    /// Presses Esc in a window until its program has ended, as a person does who wants to leave.
+    /// Presses Esc in a window until its program has ended.
     pub fn leave(&self, window: &str, program: &mut Program) {
         wait_until("the program's end by Esc", || {
             self.press(window, "Escape");
@@ -83,44 +84,45 @@ impl VirtualScreen {
         });
     }
 
-    /// Presses a key, by its X name, in a window. One that has just gone takes none.
+    /// Presses a key, by its X name, in a window. A window that has just closed ignores it.
     pub fn press(&self, window: &str, key: &str) {
         self.tool(&["windowfocus", "--sync", window, "key", key]);
     }
 
-    /// Presses a key and waits until something else is on the screen.
+    /// Presses a key and waits until the screen changes.
     pub fn press_and_see(&self, window: &str, key: &str) {
         let before = self.pixels();
         self.press(window, key);
         wait_until("another picture", || self.pixels() != before);
     }
 
-    /// Puts the mouse in the middle of a window.
+    /// Moves the mouse to the middle of a window.
     pub fn point_at(&self, window: &str) {
         self.tool(&["mousemove", "--polar", "--window", window, "0", "0"]);
     }
 
-    /// Moves the mouse by so many counts to the right and down.
+    /// Moves the mouse by these counts to the right and down.
     pub fn move_mouse(&self, [right, down]: [i32; 2]) {
         let (right, down) = (right.to_string(), down.to_string());
         self.tool(&["mousemove_relative", "--", &right, &down]);
     }
 
-    /// Presses a button of the mouse, or lets it go: 1 is the left, 2 the middle, 3 the right.
+    /// Presses or releases a mouse button: 1 is left, 2 middle, 3 right.
     pub fn hold_button(&self, button: u8, down: bool) {
         let verb = if down { "mousedown" } else { "mouseup" };
         self.tool(&[verb, &button.to_string()]);
     }
 
-    /// Turns its wheel by a notch, away from the person or towards.
+    /// Turns the mouse wheel by one notch, away from the user or towards them.
     pub fn turn_wheel(&self, away: bool) {
         self.tool(&["click", if away { "4" } else { "5" }]);
     }
 
-    /// The screen as it is now.
+    /// Current pixels of the screen.
     ///
     /// # Panics
-    /// When Xvfb has left no pixels.
+    ///
+    /// If Xvfb has written none.
     #[must_use]
     pub fn pixels(&self) -> Vec<u8> {
         std::fs::read(&self.pixels).expect("Xvfb keeps its pixels there")

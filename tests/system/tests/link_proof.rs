@@ -1,5 +1,5 @@
-//! The tick links without a panic path and without an allocator, and this test would notice if
-//! it did not: it builds `tests/link-proof` as it is, and broken in either way.
+//! Proves that the tick links without a panic path and without an allocator. The test builds
+//! `tests/link-proof` as it is, and then broken in either way to show that the build notices.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -8,7 +8,7 @@ fn package() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../link-proof")
 }
 
-/// Builds the proof with `features`; everything it needs was fetched with the workspace.
+/// Builds the proof with `features`. Cargo has already fetched all dependencies with the workspace.
 fn build(features: &str) -> Output {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     Command::new(cargo)
@@ -53,9 +53,9 @@ fn the_tick_neither_panics_nor_allocates() {
     );
 }
 
-/// Same bits on every machine: nothing of the system's maths library, whose functions differ by
-/// version and choose their code by processor, and no fused multiply-add, which rounds once where
-/// two operations round twice.
+/// The tick computes the same bits on every machine. It calls no function of the system's maths
+/// library, because those differ by version and choose their code by processor. It uses no fused
+/// multiply-add, which rounds once where two operations round twice.
 #[test]
 fn the_tick_uses_no_maths_library_and_no_fused_multiply_add() {
     let output = build("");
@@ -88,7 +88,7 @@ fn the_tick_uses_no_maths_library_and_no_fused_multiply_add() {
         .lines()
         .find(|line| fused.iter().any(|name| line.contains(name)));
     assert_eq!(found, None);
-    // Of the maths library in Rust only what is exact could be linked; none of it is.
+    // The tick may not link Rust's maths library either, although some of its functions are exact.
     let own = tell("nm", "-C");
     assert!(!own.contains("libm::"), "{own}");
 }

@@ -1,8 +1,9 @@
-//! What an ordinary user needs installed: limits, udev rules, a systemd unit.
+//! Files that give an ordinary user realtime rights: limits, udev rules, a systemd unit.
 
 use std::path::Path;
 
-/// A shell script that writes them. The program only prints it: what runs as root is read first.
+/// Shell script that installs the files. The program only prints it, so that the user can read it
+/// before root runs it.
 pub(crate) fn script(program: &Path, core: usize) -> String {
     let program = program.display();
     format!(
@@ -19,14 +20,14 @@ cat > /etc/security/limits.d/95-calot.conf <<'LIMITS'
 LIMITS
 
 cat > /etc/udev/rules.d/95-calot.rules <<'RULES'
-# calot holds deep idle states off while it runs.
+# Lets calot forbid deep idle states while it runs.
 KERNEL=="cpu_dma_latency", GROUP="realtime", MODE="0660"
-# FTDI chips hold bytes back for 16 ms unless told otherwise.
+# By default FTDI chips hold bytes back for 16 ms.
 ACTION=="add", SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{{latency_timer}}="1"
 RULES
 cat > /etc/systemd/system/calot@.service <<UNIT
 # systemctl start calot@SCENE runs the controller of /var/lib/calot/SCENE.calot by itself.
-# Shared memory belongs to its user: the display must be that user's, too.
+# Shared memory belongs to its user, so run the display as that user.
 [Unit]
 Description=Calot realtime controller, scene %i
 After=multi-user.target
@@ -44,11 +45,11 @@ RestartSec=1
 WantedBy=multi-user.target
 UNIT
 
-# Where neither runs (a container, another init) the files are for later.
+# Without udev and systemd (a container, another init) the files apply later.
 if udevadm control --reload; then
   udevadm trigger --subsystem-match=usb-serial --subsystem-match=misc --action=add
 else
-  echo "udev did not answer: its rules count from the next start on"
+  echo "udev did not answer: its rules apply after the next boot"
 fi
 systemctl daemon-reload || echo "systemd did not answer: start the controller by hand"
 echo "installed; log out and in again, then: calot check"

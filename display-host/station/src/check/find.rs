@@ -1,5 +1,5 @@
-//! The findings, one function each. All of the machine that they see goes through [`System`], so
-//! that tests can show them another one.
+//! Functions that examine the machine, one per finding. They see it only through [`System`], so
+//! that tests can show them another machine.
 
 use std::path::{Path, PathBuf};
 
@@ -7,23 +7,23 @@ use rustix::process::{Resource, getrlimit};
 
 use super::finding::{Finding, Verdict};
 
-/// Runtime that the kernel leaves to realtime threads when all is as shipped, µs in a second.
+/// Default runtime that the kernel grants realtime threads, µs per second.
 const RT_RUNTIME_US: i64 = 950_000;
-/// Idle states deeper than this take longer to leave than a good wake-up, µs.
+/// Longest exit latency of an idle state for a good wake-up, µs.
 const IDLE_EXIT_MAX_US: u64 = 10;
-/// FTDI chips hold bytes back so long unless told otherwise, ms.
+/// Longest acceptable latency timer of an FTDI chip, ms. The chip holds bytes back for this time.
 const LATENCY_TIMER_MAX_MS: u64 = 1;
 
 /// The machine as files and limits.
 #[derive(Debug, Clone)]
 pub(crate) struct System {
-    /// `/`, or a folder that looks like it.
+    /// `/`, or a folder of the same layout.
     root: PathBuf,
-    /// Highest priority that this user may have; `None`: any.
+    /// Highest priority of this user; `None`: unlimited.
     rtprio: Option<u64>,
-    /// Memory that this user may lock, bytes; `None`: any.
+    /// Memory that this user may lock, bytes; `None`: unlimited.
     memlock: Option<u64>,
-    /// Capabilities in force.
+    /// Effective capabilities.
     capabilities: u64,
 }
 
@@ -31,7 +31,7 @@ const CAP_IPC_LOCK: u64 = 1 << 14;
 const CAP_SYS_NICE: u64 = 1 << 23;
 
 impl System {
-    /// The one that runs this.
+    /// The machine that runs this program.
     pub(crate) fn this() -> Self {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let capabilities = status
@@ -68,7 +68,7 @@ impl System {
     }
 }
 
-/// Everything, in the order of its weight.
+/// All findings, most important first.
 pub(crate) fn all(system: &System, core: usize) -> Vec<Finding> {
     vec![
         priority(system),
@@ -134,7 +134,7 @@ fn memory(system: &System) -> Finding {
     finding("locked memory", verdict, is, should, LIMITS)
 }
 
-/// With group scheduling a control group without runtime refuses SCHED_FIFO.
+/// With group scheduling, a control group without runtime refuses SCHED_FIFO.
 fn group_scheduling(system: &System) -> Finding {
     let name = "control group";
     let should = "one whose cpu.rt_runtime_us is not 0, else SCHED_FIFO is refused";
@@ -192,7 +192,7 @@ fn preemption(system: &System) -> Finding {
         (true, _) => "PREEMPT_RT".to_owned(),
         (false, Some(model)) => format!("PREEMPT_DYNAMIC, {model}"),
         (false, None) if version.contains("PREEMPT_DYNAMIC") => {
-            "PREEMPT_DYNAMIC, its choice cannot be read".to_owned()
+            "PREEMPT_DYNAMIC, current choice unreadable".to_owned()
         }
         (false, None) if version.contains("PREEMPT") => "PREEMPT".to_owned(),
         (false, None) => "none or voluntary".to_owned(),
@@ -215,23 +215,23 @@ fn preemption(system: &System) -> Finding {
 }
 
 fn compaction(system: &System) -> Finding {
-    let name = "moved memory";
-    let should = "no: the kernel else moves locked pages together now and then, a page fault each";
+    let name = "memory compaction";
+    let should = "no: otherwise the kernel sometimes moves locked pages, with a page fault each";
     let mend = "sudo sysctl vm.compact_unevictable_allowed=0";
     match system.number("proc/sys/vm/compact_unevictable_allowed") {
         Some(0) => finding(name, Verdict::Good, "no", should, ""),
-        // A kernel that was built without it.
+        // The kernel was built without compaction.
         None if system.read("proc/sys/vm/compact_memory").is_none() => {
             finding(name, Verdict::Good, "no", should, "")
         }
         None => finding(name, Verdict::Unknown, "cannot be read", should, ""),
-        Some(_) => finding(name, Verdict::Better, "it may be", should, mend),
+        Some(_) => finding(name, Verdict::Better, "allowed", should, mend),
     }
 }
 
 fn throttling(system: &System) -> Finding {
     let name = "realtime throttling";
-    let should = "95 % or off: a tick that runs away is stopped by calot itself";
+    let should = "95 % or off: calot itself stops a runaway tick";
     let mend = "sudo sysctl kernel.sched_rt_runtime_us=950000";
     match system.number("proc/sys/kernel/sched_rt_runtime_us") {
         None => finding(name, Verdict::Unknown, "cannot be read", should, ""),
@@ -266,7 +266,7 @@ fn clock(system: &System) -> Finding {
         .read(&format!("{folder}/available_clocksource"))
         .unwrap_or_default();
     let should =
-        "read in user space: tsc, kvm-clock, hyperv or arch_sys_counter; others cost µs a look";
+        "read in user space: tsc, kvm-clock, hyperv or arch_sys_counter; others cost µs per read";
     let Some(source) = source else {
         return finding(
             "clock source",
@@ -311,7 +311,7 @@ fn isolation(system: &System, core: usize) -> Finding {
              rcu_nocbs={core} /' /etc/default/grub && sudo update-grub && sudo reboot"
         ),
     };
-    let should = "the tick's core, so that nothing else is put on it";
+    let should = "the tick's core, so that nothing else runs on it";
     finding("isolated cores", verdict, is, should, mend)
 }
 
@@ -362,12 +362,12 @@ fn interrupts(system: &System, core: usize) -> Finding {
 
 fn governor(system: &System, core: usize) -> Finding {
     let path = format!("sys/devices/system/cpu/cpu{core}/cpufreq/scaling_governor");
-    let should = "performance: no climbing to speed within a tick";
+    let should = "performance: the clock does not ramp up within a tick";
     match system.read(&path) {
         None => finding(
             "governor",
             Verdict::Unknown,
-            "none to be seen (a virtual machine's host has it)",
+            "not visible (the host of a virtual machine sets it)",
             should,
             "",
         ),
@@ -386,7 +386,7 @@ fn governor(system: &System, core: usize) -> Finding {
 fn idle(system: &System, core: usize) -> Finding {
     let name = "idle states";
     let should =
-        "none deeper than 10 µs, or /dev/cpu_dma_latency writable so that calot can ask for that";
+        "none deeper than 10 µs, or /dev/cpu_dma_latency writable so that calot can forbid them";
     let mut deep = Vec::new();
     let folder = format!("sys/devices/system/cpu/cpu{core}/cpuidle");
     for state in system.entries(&folder) {
@@ -402,7 +402,7 @@ fn idle(system: &System, core: usize) -> Finding {
         .open(&latency_file)
         .is_ok();
     let (verdict, is) = match (deep.is_empty(), writable) {
-        (_, true) => (Verdict::Good, "calot may hold them off".to_owned()),
+        (_, true) => (Verdict::Good, "calot may forbid deep ones".to_owned()),
         (true, false) => (Verdict::Good, "no deep ones".to_owned()),
         (false, false) => (Verdict::Better, deep.join(", ")),
     };
@@ -417,7 +417,7 @@ fn virtual_machine(system: &System) -> Finding {
     let (verdict, is) = match guest {
         true => (
             Verdict::Better,
-            "yes: its host adds delays that nothing in here removes",
+            "yes: its host adds delays that no setting of the guest removes",
         ),
         false => (Verdict::Good, "no"),
     };
@@ -426,7 +426,7 @@ fn virtual_machine(system: &System) -> Finding {
 
 fn serial(system: &System) -> Finding {
     let name = "USB serial latency";
-    let should = "latency timer of 1 ms: FTDI chips hold bytes back for 16";
+    let should = "latency timer of 1 ms: FTDI chips hold bytes back for 16 ms by default";
     let mut slow = Vec::new();
     let mut seen = 0;
     for port in system.entries("sys/bus/usb-serial/devices") {
@@ -475,7 +475,7 @@ fn file_name(path: &Path) -> String {
         .unwrap_or_default()
 }
 
-/// Cores of a list such as `0-2,5`. Malformed parts are none; a range is cut at 4096.
+/// Cores of a list such as `0-2,5`. Ignores malformed parts and cuts a range at 4096.
 fn parse_list(list: &str) -> Vec<usize> {
     let mut cores = Vec::new();
     for part in list.trim().split(',') {
@@ -495,7 +495,7 @@ fn in_list(list: &str, core: usize) -> bool {
 mod tests {
     use super::*;
 
-    /// A machine of a few files.
+    /// A machine made of a few files.
     fn machine(files: &[(&str, &str)]) -> (tempfile::TempDir, System) {
         let folder = tempfile::tempdir().unwrap();
         for (path, text) in files {

@@ -1,31 +1,31 @@
-//! One thing that `calot check` looked at.
+//! One property of the machine that `calot check` examined.
 
 use serde::Serialize;
 
-/// How a finding stands.
+/// Verdict on a finding.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub(crate) enum Verdict {
-    /// As it should be.
+    /// As required.
     Good,
-    /// Could be better: jitter grows.
+    /// Could be better: it adds jitter.
     Better,
-    /// Not realtime as long as it stays.
+    /// Prevents realtime.
     Bad,
     /// Cannot be read here.
     Unknown,
 }
 
-/// One thing that was looked at.
+/// A property that was examined.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Finding {
-    /// What.
+    /// Name of the property.
     pub(crate) name: &'static str,
     pub(crate) verdict: Verdict,
-    /// What is.
+    /// Current state.
     pub(crate) is: String,
-    /// What should be, and why.
+    /// Required state, and the reason.
     pub(crate) should: &'static str,
-    /// The command that mends it; none where it is good or no command can.
+    /// Command that fixes it. `None` if it is good or no command can.
     pub(crate) mend: Option<String>,
 }

@@ -1,4 +1,5 @@
-//! `calot check`: is this machine fit for realtime? For each: what is, what should be, the command.
+//! `calot check`: tells whether this machine is fit for realtime. For each property it prints the
+//! current state, the required state and the command that fixes it.
 
 mod files;
 mod find;
@@ -13,18 +14,17 @@ use self::finding::{Finding, Verdict};
 use crate::problem::Problem;
 use crate::say;
 
-/// What `calot check` understands.
+/// Options of `calot check`.
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:
-  calot check                what is, what should be, the command that mends it
+  calot check                current state, required state, command that fixes it
   calot check --json
-  calot check --install      a shell script: systemd unit, limits, udev rules; `| sudo sh` runs it
+  calot check --install      prints a shell script (systemd unit, limits, udev rules); `| sudo sh` runs it
 
-Exit code: 0 when nothing stands in the way of realtime, 1 when something does. Advice alone is no
-failure.")]
+Exit code: 0 if realtime is possible, 1 if something prevents it. Mere advice leaves it at 0.")]
 pub(crate) struct CheckArgs {
-    /// Core that the tick is to run on [default: the last one]
+    /// Core to run the tick on, counted from 0 [default: the last one]
     #[arg(long, value_name = "N")]
     core: Option<usize>,
     /// Print a script that installs a systemd unit, limits and udev rules; run nothing
@@ -35,7 +35,7 @@ pub(crate) struct CheckArgs {
     json: bool,
 }
 
-/// Looks and tells.
+/// Examines the machine and prints the findings.
 pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Problem> {
     let cores = rt_process::realtime::allowed_cores();
     let core = args.core.or(cores.last().copied()).unwrap_or(0);
@@ -54,9 +54,9 @@ pub(crate) fn run(args: &CheckArgs) -> Result<ExitCode, Problem> {
         }
         say::answer(match bad {
             true => {
-                "\nNOT REALTIME here until what is marked BAD is mended (`calot check --install`)."
+                "\nNOT REALTIME on this machine until everything marked BAD is fixed (`calot check --install`)."
             }
-            false => "\nRealtime can run here. How well: `calot jitter --compare cyclictest`.",
+            false => "\nThis machine is fit. Measure it: `calot jitter --compare cyclictest`.",
         });
     }
     Ok(if bad {

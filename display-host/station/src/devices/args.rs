@@ -1,4 +1,4 @@
-//! What `calot devices` understands.
+//! Options of `calot devices`.
 
 use std::path::PathBuf;
 
@@ -10,34 +10,34 @@ use crate::args::parse_seconds;
 #[command(
     args_conflicts_with_subcommands = true,
     after_long_help = "\
-A station file, for --station-file of run, rt and watch; every part may be left out:
+A station file, for --station-file of run, rt and watch. Every part is optional:
   [haptic]
   driver = \"rig\"                      # rig, woody, hapi, inverse3 or touch
-  path = \"/dev/serial/by-id/my-rig\"   # a name that stays; for a Touch the vendor's libHD.so
-  force_max_n = 2.5                   # never more than this, whatever the device can
-  motion_scale = 1.5                  # the simulation's handle goes 1.5 times as far
+  path = \"/dev/serial/by-id/my-rig\"   # a stable name; for a Touch the vendor's libHD.so
+  force_max_n = 2.5                   # force limit, below that of the device
+  motion_scale = 1.5                  # the simulated handle moves 1.5 times as far
 
   [tracker]
   driver = \"bird\"                     # or trakstar, with path = \"usb\"
   path = \"/dev/serial/by-id/my-tracker\"
-  hemisphere = \"upper\"               # where the endoscope is, seen from the transmitter
+  hemisphere = \"upper\"               # side of the transmitter on which the endoscope is
 
   [pedal]
   driver = \"evdev\"                    # rig, evdev or modem
   path = \"/dev/input/by-id/my-pedal-event-kbd\"
-  cut_key = 256                       # a [second_pedal] may have the other switches
+  cut_key = 256                       # a [second_pedal] may hold the other switches
 
-  [handle_buttons]                    # buttons of the haptic device that are a pedal's, by number
+  [handle_buttons]                    # buttons of the haptic device that act as pedal switches
   coagulate = 2
 
-  [ports]                             # the trocars, where the scene's are not the station's
+  [ports]                             # trocars, if they differ from the scene's
   instrument_m = [0.0, 0.03, 0.18]
 
-  [frames.world_from_device]          # `calot devices calibrate` finds these
+  [frames.world_from_device]          # found by `calot devices calibrate`
   position_m = [0.1, 0.0, 0.2]
   rotation_xyzw = [0.0, 0.0, 0.0, 1.0]
 
-  [[landmarks]]                       # three or more places to touch, for that
+  [[landmarks]]                       # three or more places to touch in calibration
   name = \"left rim\"
   position_m = [0.1, 0.0, 0.0]
 
@@ -57,19 +57,21 @@ pub(crate) struct DevicesArgs {
 
 #[derive(Debug, Clone, Subcommand)]
 pub(crate) enum DevicesCommand {
-    /// What is plugged in, under the name that stays, and which driver fits
+    /// Lists the devices plugged in, with their stable names and drivers
     List(DevicesListArgs),
-    /// What a device says, live
+    /// Shows the samples of a device live
     Watch(WatchArgs),
-    /// Test a device with the suite that the emulated ones pass; exits with 1 if a check fails
+    /// Tests a device with the suite that the emulated devices pass; exit code 1 if a check fails
     Conformance(ConformanceArgs),
-    /// Where haptic device and tracker stand: touch the station file's landmarks with each
+    /// Finds the positions of haptic device and tracker by touching the station file's landmarks
+    /// with each
     Calibrate(CalibrateArgs),
 }
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-Three landmarks or more, not on one line, that the devices reach, in the scene's frame:
+The station file needs at least three landmarks within reach of the devices, not on one line, in the
+scene's frame:
   [[landmarks]]
   name = \"left rim of the phantom\"
   position_m = [0.1, 0.0, 0.0]
@@ -80,48 +82,49 @@ pub(crate) struct CalibrateArgs {
     /// File that names the devices and the landmarks
     #[arg(long, value_name = "FILE")]
     pub(crate) station_file: PathBuf,
-    /// Write the station file with the frames that were found [default: print them]
+    /// Write the station file with the fitted frames to this file [default: print the frames]
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// Refuse a fit that leaves more than this at the landmarks, root mean square
+    /// Refuse a fit whose root mean square residual at the landmarks exceeds this, mm
     #[arg(long, value_name = "MM", default_value_t = 2.0)]
     pub(crate) residual_mm: f32,
-    /// A JSON object for each frame
+    /// Print one JSON object per frame
     #[arg(long)]
     pub(crate) json: bool,
 }
 
 #[derive(Debug, Clone, Args)]
 pub(crate) struct DevicesListArgs {
-    /// One JSON object instead of a list
+    /// Print one JSON object instead of a list
     #[arg(long)]
     pub(crate) json: bool,
 }
 
-/// What speaks on a serial line.
+/// Driver of a device.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum LineDriver {
-    /// Our rig protocol: a haptic device or a pedal, as it says of itself
+    /// Rig protocol of Calot: a haptic device or a pedal; the device says which
     Rig,
     /// WoodenHaptics and Polhem
     Woody,
-    /// Haply hAPI board, flat device of the second generation; the handle at home
+    /// Haply hAPI board, planar device of the second generation; begin with the handle in its home
+    /// position
     HapiGen2,
-    /// Of the third
+    /// Haply hAPI board, third generation
     HapiGen3,
-    /// Of the third, revised
+    /// Haply hAPI board, third generation, revised
     HapiGen31,
-    /// 3D Systems Touch, the default one; PATH is the vendor's libHD.so
+    /// 3D Systems Touch (its default device); PATH is the vendor's libHD.so
     Touch,
-    /// USB foot pedal with the keys of a VEC Infinity (others: by a station file)
+    /// USB foot pedal with the keys of a VEC Infinity; a station file describes others
     Evdev,
-    /// Foot switches on a serial line's CTS and DSR
+    /// Foot switches on CTS and DSR of a serial line
     Modem,
-    /// Haply Inverse3 behind its service; PATH is the service's address, `localhost`
+    /// Haply Inverse3 behind its service; PATH is the address of the service, e.g. localhost
     Inverse3,
     /// Ascension Flock of Birds, serial
     Bird,
-    /// Ascension trakSTAR on the USB; PATH is `usb`, or a unit's serial number
+    /// Ascension trakSTAR on USB; PATH is `usb` or the serial number of a unit
     Trakstar,
 }
 
@@ -130,16 +133,16 @@ pub(crate) struct WatchArgs {
     /// Serial device, e.g. /dev/ttyACM0
     #[arg(value_name = "PATH", required_unless_present = "station_file")]
     pub(crate) path: Option<PathBuf>,
-    /// What speaks there
+    /// Driver of the device at PATH
     #[arg(long, value_enum, default_value_t = LineDriver::Rig)]
     pub(crate) driver: LineDriver,
-    /// Watch the devices that this file names
+    /// Watch the devices that this station file names, e.g. station.toml
     #[arg(long, value_name = "FILE", conflicts_with = "path")]
     pub(crate) station_file: Option<PathBuf>,
-    /// End after this time [default: on Ctrl-C]
+    /// End after this time, s, e.g. 60 [default: on Ctrl-C]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
-    /// A JSON object for each device each second
+    /// Print one JSON object per device and second
     #[arg(long)]
     pub(crate) json: bool,
 }
@@ -149,16 +152,16 @@ pub(crate) struct ConformanceArgs {
     /// Serial device, e.g. /dev/ttyACM0
     #[arg(value_name = "PATH")]
     pub(crate) path: PathBuf,
-    /// What speaks there
+    /// Driver of the device at PATH
     #[arg(long, value_enum, default_value_t = LineDriver::Rig)]
     pub(crate) driver: LineDriver,
-    /// How long its samples are watched, s
+    /// Time to watch the samples, s
     #[arg(long, value_name = "N", default_value_t = 2.0, value_parser = parse_seconds)]
     pub(crate) seconds: f64,
-    /// Ask for the plug to be pulled, and see that this is noticed
+    /// Ask to pull the plug, and check that the driver notices
     #[arg(long)]
     pub(crate) unplug: bool,
-    /// One JSON object instead of a list
+    /// Print one JSON object instead of a list
     #[arg(long)]
     pub(crate) json: bool,
 }

@@ -1,4 +1,5 @@
-//! `calot devices calibrate`: where haptic device and tracker stand, by touching landmarks.
+//! `calot devices calibrate`: finds the positions of haptic device and tracker from touched
+//! landmarks.
 
 use std::collections::VecDeque;
 use std::io::BufRead as _;
@@ -20,16 +21,16 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// A device that says nothing for so long is gone.
+/// After this silence a device counts as gone.
 const SILENT: Duration = Duration::from_secs(20);
-/// A place is measured over this time…
+/// Time over which a place is measured.
 const MEASURED_FOR: Duration = Duration::from_millis(300);
-/// …in which the device may move by so much, m.
+/// Greatest movement of the device during that time, m.
 const STILL_M: f32 = 1.5e-3;
 
-/// One device that is to be placed.
+/// A device whose position is sought.
 struct Placed {
-    /// As people call it, and as the station file calls its frame.
+    /// Name in messages, and name of its frame in the station file.
     name: &'static str,
     frame: &'static str,
     port: Port,
@@ -41,12 +42,12 @@ enum Port {
 }
 
 impl Port {
-    /// Where it is now in its own frame, m, and whether a button is down.
+    /// Position in the frame of the device, m, and true if a button is down.
     fn poll(&mut self) -> Option<(Vec3, bool)> {
         let now_ns = now_ns();
         match self {
             Self::Haptic(device) => {
-                // Without a command some devices stop reporting, and none shall push.
+                // Some devices stop reporting without a command. The command is zero force.
                 device.send(ForceCommand::default(), now_ns);
                 match device.poll(now_ns) {
                     Polled::Fresh(sample) => {
@@ -71,7 +72,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
     let text = std::fs::read_to_string(&args.station_file)
         .map_err(|error| format!("{}: {error}", args.station_file.display()))?;
     let file = StationFile::parse(&text, &args.station_file)?;
-    // Landmarks that could not tell are refused before anybody touches them.
+    // Refuse landmarks that cannot determine a frame before anybody touches them.
     let known: Vec<_> = file
         .landmarks
         .iter()
@@ -83,7 +84,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
         devices.push(Placed {
             name: "handle of the haptic device",
             frame: "world_from_device",
-            // Landmarks are where they are: what it really moves counts.
+            // Landmarks are real places, so the unscaled motion counts.
             port: Port::Haptic(
                 HapticSpec {
                     motion_scale: None,
@@ -103,7 +104,7 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
     if devices.is_empty() {
         return Err("the station file names neither a haptic device nor a tracker".into());
     }
-    // What cannot be written later is refused now.
+    // Refuse now a file that could not be written later.
     let unmoved = devices
         .iter()
         .map(|device| (device.frame, Pose::identity()));
@@ -119,9 +120,9 @@ pub(super) fn run(args: &CalibrateArgs) -> Result<ExitCode, Problem> {
     report(args, &text, &file.landmarks, &found)
 }
 
-/// Enter on standard input, from a thread: nothing else waits for it.
+/// Reads Enter from standard input in a thread of its own.
 fn enter_keys() -> Receiver<()> {
-    // One is enough, however many come.
+    // One pending key is enough.
     let (sender, keys) = sync_channel(1);
     std::thread::spawn(move || {
         for line in std::io::stdin().lock().lines() {
@@ -134,7 +135,8 @@ fn enter_keys() -> Receiver<()> {
     keys
 }
 
-/// What the device measured at each landmark, and where that is. None: the person gave up.
+/// Pairs of the measured position and the known position of each landmark. `None`: the user gave
+/// up.
 fn touch_all(
     device: &mut Placed,
     landmarks: &[Landmark],
@@ -163,7 +165,7 @@ fn touch_all(
     Ok(Some(pairs))
 }
 
-/// Waits for a button or Enter, then for the device to be still; the mean of that.
+/// Waits for a button or Enter, and then until the device is still. Returns the mean position.
 fn touch(
     device: &mut Placed,
     keys: &Receiver<()>,
@@ -204,7 +206,7 @@ fn touch(
             }
             if !told {
                 say::note(format_args!(
-                    "    it moves by {:.1} mm: hold it still",
+                    "    it moves by {:.1} mm: please hold it still",
                     moved_m * 1e3
                 ));
                 told = true;
@@ -215,7 +217,7 @@ fn touch(
     Ok(None)
 }
 
-/// Says how well it fits, and writes the frames if that is good enough.
+/// Reports the quality of the fit, and writes the frames if it is good enough.
 fn report(
     args: &CalibrateArgs,
     text: &str,
@@ -242,7 +244,7 @@ fn report(
             }));
         } else {
             let odd_one = odd_one.map_or(String::new(), |name| {
-                format!("; '{name}' fits the others least")
+                format!("; '{name}' fits the others worst")
             });
             say::note(format_args!(
                 "{frame}: residual {rms_mm:.2} mm rms, at most {worst_mm:.2} mm{odd_one}"
@@ -251,8 +253,8 @@ fn report(
     }
     if !good {
         return Err(format!(
-            "the residual is over {} mm: touch the landmarks again (first the one that fits least), look whether the \
-             station file has them where they are, or allow more with --residual-mm",
+            "the residual is over {} mm: touch the landmarks again (first the one that fits least), check their \
+             positions in the station file, or allow more with --residual-mm",
             args.residual_mm
         )
         .into());
@@ -267,7 +269,7 @@ fn report(
             let written = with_frames(out, text, &found.collect::<Vec<_>>())
                 .and_then(|whole| Ok(std::fs::write(out, whole)?));
             if let Err(problem) = written {
-                // Nobody shall have to touch it all again.
+                // Print the frames, so that nobody must touch the landmarks again.
                 say::answer(frames.trim_end());
                 return Err(format!("{}: {problem}; the frames are above", out.display()).into());
             }
@@ -277,7 +279,7 @@ fn report(
     Ok(ExitCode::SUCCESS)
 }
 
-/// A frame's section of the station file.
+/// Section of a frame in the station file.
 fn frame_text(frame: &str, pose: &Pose) -> String {
     let numbers = |values: &[f32]| {
         let words: Vec<String> = values.iter().map(|value| format!("{value:.6}")).collect();
@@ -290,8 +292,8 @@ fn frame_text(frame: &str, pose: &Pose) -> String {
     )
 }
 
-/// The station file with these frames instead of its own; all else, comments too, stays. `path` is for
-/// errors.
+/// Replaces the frames of the station file and keeps the rest, including comments. `path` appears
+/// in errors.
 fn with_frames(path: &Path, text: &str, frames: &[(&str, Pose)]) -> Result<String, Problem> {
     let is_head = |line: &str| {
         let mut heads = frames.iter().map(|(frame, _)| format!("[frames.{frame}]"));
@@ -315,7 +317,7 @@ fn with_frames(path: &Path, text: &str, frames: &[(&str, Pose)]) -> Result<Strin
         .map(|(frame, pose)| frame_text(frame, pose))
         .collect();
     let whole = format!("{}\n\n{}\n", kept.trim_end(), new.trim_end());
-    // What is written must read as what was found.
+    // Check that the written file parses.
     StationFile::parse(&whole, path).map_err(|error| {
         format!(
             "the frames do not fit into this file; give them sections of their own, as in `calot devices \

@@ -1,4 +1,4 @@
-//! `calot devices conformance`: the suite that the emulated devices pass, on a real one.
+//! `calot devices conformance`: tests a real device with the suite that the emulated ones pass.
 
 use std::process::ExitCode;
 use std::time::Duration;
@@ -17,7 +17,7 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
     let seconds = Duration::try_from_secs_f64(args.seconds)?;
     if !args.json {
         say::note(format_args!(
-            "Testing {}: about {:.0} s. No force but zero is asked for.",
+            "Testing {}: about {:.0} s. It commands no force except zero.",
             args.path.display(),
             args.seconds * 2.0 + 4.0
         ));
@@ -30,7 +30,7 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
     let path = &args.path;
     let report = match args.driver {
         LineDriver::Rig => match hardware::rig::RigHaptic::open(path).map(drop) {
-            // What it says of itself decides.
+            // The device says what it is.
             Err(HardwareError::WrongDevice { .. }) => conformance::pedal(path, &mut options),
             _ => conformance::haptic(path, &mut options),
         },
@@ -55,10 +55,10 @@ pub(super) fn run(args: &ConformanceArgs) -> Result<ExitCode, Problem> {
         match report.checks.first() {
             Some(first) if first.outcome == Outcome::Fail => {
                 say::note(
-                    "Does it speak another protocol? `--driver woody`, `bird` or `hapi-gen3`",
+                    "The device may speak another protocol: try `--driver woody`, `bird` or `hapi-gen3`",
                 );
             }
-            _ if report.passed() => say::note("It does what the station needs."),
+            _ if report.passed() => say::note("The device meets the needs of the station."),
             _ => {}
         }
     }

@@ -1,4 +1,4 @@
-//! `calot devices`: what is plugged in, what it says, and whether it does what the station needs.
+//! `calot devices`: lists devices, shows their samples, tests them, and finds their positions.
 
 pub(crate) mod args;
 mod calibrate;
@@ -41,18 +41,18 @@ fn list(args: &DevicesListArgs) -> Result<ExitCode, Problem> {
     }
     if found.is_empty() {
         say::note(
-            "no serial line and no input device that this user may open. Plug one in; without rights \
+            "found no serial line and no input device that this user may open. Plug one in. If you lack rights \
              to it: `sudo usermod -aG dialout,input $USER`, then log in again",
         );
     } else {
         say::note(
-            "\nNext: `calot devices watch PATH` shows one live, `calot devices conformance PATH` tests it",
+            "\nNext: `calot devices watch PATH` shows a device live, `calot devices conformance PATH` tests it",
         );
     }
     Ok(ExitCode::SUCCESS)
 }
 
-/// The path for a station file: udev's, which stays whatever is plugged in first.
+/// Path for a station file: udev's stable name, which does not depend on the order of plugging in.
 fn name_that_stays(device: &Found) -> String {
     let now = device.path.display();
     match &device.stable_path {

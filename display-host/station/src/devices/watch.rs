@@ -1,4 +1,4 @@
-//! `calot devices watch`: what devices say, live.
+//! `calot devices watch`: shows the samples of devices live.
 
 use std::io::{IsTerminal as _, Write as _};
 use std::path::Path;
@@ -25,7 +25,7 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// Between two lines for a person at a terminal; for a file or a program.
+/// Interval between two lines: at a terminal, and below in a file or pipe.
 const SHOWN_EVERY: Duration = Duration::from_millis(100);
 const TOLD_EVERY: Duration = Duration::from_secs(1);
 
@@ -98,12 +98,12 @@ fn hapi(path: &Path, generation: Pantograph) -> Result<Port, HardwareError> {
     Ok(Port::Haptic(Box::new(HapiHaptic::open(path, generation)?)))
 }
 
-/// A device and what it said last.
+/// A device and its last sample.
 struct Watched {
     port: Port,
     said: Value,
     words: String,
-    /// Frames when it was shown last.
+    /// Number of frames when it was last shown.
     frames: u64,
     at_ns: u64,
     is_lost: bool,
@@ -125,7 +125,7 @@ impl Watched {
         Ok(Self::new(match driver {
             LineDriver::Rig => match RigHaptic::open(path) {
                 Ok(haptic) => Port::Haptic(Box::new(haptic)),
-                // What it says of itself decides.
+                // The device says what it is.
                 Err(HardwareError::WrongDevice { .. }) => {
                     Port::Pedal(Box::new(RigPedal::open(path)?))
                 }
@@ -153,7 +153,7 @@ impl Watched {
         match &mut self.port {
             Port::Haptic(haptic) => {
                 let polled = haptic.poll(now);
-                // Some devices answer only to a command: nothing, the hand is free.
+                // Some devices answer only to a command. This one leaves the hand free.
                 haptic.send(ForceCommand::default(), now);
                 if let Some(sample) = self.take(polled) {
                     let pose = &sample.device_from_handle;
@@ -222,7 +222,7 @@ impl Watched {
         }
     }
 
-    /// Good frames a second since the last time.
+    /// Good frames per second since the last call.
     fn rate_hz(&mut self, since_s: f64) -> f64 {
         let frames = self.counters().frames;
         let before = std::mem::replace(&mut self.frames, frames);

@@ -1,4 +1,4 @@
-//! The arguments of `calot emulate`.
+//! Options of `calot emulate`.
 
 use std::path::PathBuf;
 
@@ -11,18 +11,18 @@ pub(crate) struct EmulateArgs {
     /// Folder for the devices `haptic`, `tracker` and `pedal` (links to ptys)
     #[arg(long, value_name = "DIR")]
     pub(crate) dir: PathBuf,
-    /// The compiled scene that the scripted hand works in
+    /// Compiled scene (.calot) that the scripted hand works in
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: PathBuf,
     /// Seed of the hand's tremor and of injected faults
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
-    /// A display of this station may take the hand over: mouse and keyboard
+    /// Station whose displays may lead the hand by mouse and keyboard
     #[arg(long, value_name = "NAME", value_parser = parse_station)]
     pub(crate) station: Option<String>,
     #[command(flatten)]
     pub(crate) gamepad: GamepadArgs,
-    /// End when this process, which started this one, ends
+    /// End when the parent process of this id ends
     #[arg(long, value_name = "PID")]
     pub(crate) with_parent: Option<i32>,
 }

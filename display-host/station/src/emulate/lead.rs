@@ -1,4 +1,5 @@
-//! Who leads the emulated hand: a display's mouse and keyboard, or a gamepad; else the script.
+//! Leads the emulated hand: by a display's mouse and keyboard, by a gamepad, or otherwise by the
+//! script.
 
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
@@ -16,22 +17,22 @@ use crate::args::GamepadName;
 use crate::problem::Problem;
 use crate::say;
 
-/// A display that was silent for so long has let go.
+/// After this silence a display has released the hand, ns.
 const SILENT_NS: u64 = 500_000_000;
-/// How often a gamepad is looked for.
+/// Interval of the search for a gamepad.
 const LOOK_EVERY: Duration = Duration::from_secs(2);
 
-/// What leads the hand.
+/// Source of the hand's motion.
 pub(super) struct Lead {
     display: Option<HandReceiver>,
     message: Option<HandMsg>,
-    /// What displays before this one had moved.
+    /// Motion by earlier displays.
     earlier: Wish,
     gamepad: Option<Gamepad>,
-    /// Where one that is plugged in comes from.
+    /// Receives a gamepad that is plugged in.
     found: Option<Receiver<Gamepad>>,
     polled: Instant,
-    /// What gamepads before this one had moved.
+    /// Motion by earlier gamepads.
     before: Wish,
     latest: Wish,
 }
@@ -55,7 +56,7 @@ impl Lead {
         })
     }
 
-    /// What is asked for now.
+    /// Motion requested now.
     pub(super) fn wish(&mut self) -> Option<Wish> {
         let seconds = self.polled.elapsed().as_secs_f64().min(0.1);
         self.polled = Instant::now();
@@ -75,7 +76,7 @@ impl Lead {
             (said, is_heard(&message))
         });
         let gamepad = self.gamepad(seconds);
-        // Sums of both, whoever speaks: what one has moved stays moved when it falls silent.
+        // Always the sum of both: motion by one source stays when it falls silent.
         match (display, gamepad) {
             (None, None) | (Some((_, false)), None) => None,
             (None, gamepad) => gamepad,
@@ -104,8 +105,8 @@ impl Lead {
     }
 }
 
-/// Looks for a gamepad from a thread of its own, for opening every input device takes a while; it waits
-/// when one is found until that one is taken.
+/// Looks for a gamepad in a thread of its own, because opening every input device takes a while.
+/// When it finds one, it waits until that gamepad is taken.
 fn look_for_gamepads() -> Receiver<Gamepad> {
     let (sender, found): (SyncSender<Gamepad>, _) = sync_channel(0);
     std::thread::spawn(move || {
@@ -126,7 +127,7 @@ fn look_for_gamepads() -> Receiver<Gamepad> {
     found
 }
 
-/// What was moved stays moved; the jaws open, the foot is off.
+/// Keeps the motion, opens the jaws and takes the foot off the pedal.
 fn let_go(wish: &Wish) -> Wish {
     Wish {
         buttons: Buttons(0),
@@ -135,7 +136,7 @@ fn let_go(wish: &Wish) -> Wish {
     }
 }
 
-/// Both together.
+/// Sum of both.
 fn both(one: &Wish, other: &Wish) -> Wish {
     let [a, b] = [one, other];
     Wish {
@@ -196,7 +197,7 @@ mod tests {
         let wish = lead.wish().unwrap();
         assert_eq!(millimetres(&wish), 20);
         assert!(wish.switches.coagulate && wish.buttons.contains(Buttons::GRASP));
-        // Another one, whose sums start from nothing.
+        // Another display starts its sums from zero.
         assert!(sender.send(message(2, 0.0)));
         assert_eq!(millimetres(&lead.wish().unwrap()), 20);
         assert!(sender.send(message(2, -0.01)));
@@ -207,7 +208,7 @@ mod tests {
         };
         assert!(sender.send(nonsense));
         assert_eq!(millimetres(&lead.wish().unwrap()), 20);
-        // One that is silent leads no more, nor one from the future.
+        // A silent display does not lead, nor does one with a time stamp in the future.
         let early = HandMsg {
             at_ns: u64::MAX,
             ..message(2, 0.5)

@@ -15,7 +15,8 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// `SCHED_FIFO` priority of the emulated devices: below the tick's, should they share its core.
+/// `SCHED_FIFO` priority of the emulated devices. It is below the tick's, in case they share a
+/// core.
 const EMULATOR_PRIORITY: u8 = 70;
 
 /// Emulates the devices until told to end.
@@ -32,7 +33,8 @@ pub(crate) fn run(args: &EmulateArgs) -> Result<ExitCode, Problem> {
         haptic: hardware::emulate::HapticModel::default(),
         faults: hardware::emulate::LineFaults::default(),
     };
-    // A device has a processor of its own. Where Linux refuses that, it is a slower device.
+    // A real device has its own processor, so use another core. If Linux refuses, the device is
+    // slower.
     let cores = realtime::allowed_cores();
     let tick_core = cores.last().copied().unwrap_or(0);
     let _ = realtime::work_beside_tick(&cores, tick_core, EMULATOR_PRIORITY);

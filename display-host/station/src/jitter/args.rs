@@ -1,4 +1,4 @@
-//! What `calot jitter` understands.
+//! Options of `calot jitter`.
 
 use std::path::PathBuf;
 
@@ -19,33 +19,33 @@ Examples:
   calot jitter --diff idle loaded
   calot jitter --merge monday tuesday --out both
 
-Figures of two programs compare only when they were measured in the same minutes: --compare
-takes turns with them. Read ratios, and medians of rounds, before absolute tails.")]
+Compare programs only over the same minutes: with --compare they take turns. Read ratios and
+medians of rounds before absolute tails.")]
 pub(crate) struct JitterArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
-    /// Name of the station that is measured
+    /// Name of the measured station
     #[arg(long, value_name = "NAME", default_value = "jitter", value_parser = parse_station)]
     pub(crate) station: String,
-    /// Time measured, of each program that is compared; up to a day
+    /// Time to measure each program, s; a day at most
     #[arg(long, value_name = "N", default_value = "60", value_parser = parse_seconds)]
     pub(crate) seconds: f64,
-    /// What else the machine does meanwhile
+    /// Load to run meanwhile, e.g. cpu,io or all
     #[arg(long, value_name = "LOAD", value_delimiter = ',')]
     pub(crate) load: Vec<Load>,
-    /// Take turns with these programs and report ratios
+    /// Take turns with these programs and report ratios, e.g. cyclictest,burn
     #[arg(long, value_name = "PROGRAM", value_delimiter = ',')]
     pub(crate) compare: Vec<Rival>,
-    /// Turns that each program takes when several are compared [default: 3, or one each 30 s]
+    /// Turns of each program in a comparison [default: one per 30 s, at least 3]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
     pub(crate) rounds: Option<u32>,
-    /// Where jitter.json, .csv, .html and .trace.json go; renewed every 5 s
+    /// Folder for jitter.json, .csv, .html and .trace.json; rewritten every 5 s
     #[arg(long, value_name = "DIR", default_value = "jitter")]
     pub(crate) out: PathBuf,
-    /// Add up the runs in these folders (or of these jitter.json) into --out
+    /// Add up these runs (folders or jitter.json files) into --out
     #[arg(long, value_name = "RUN", num_args = 2.., conflicts_with_all = ["diff", "load", "compare"])]
     pub(crate) merge: Vec<PathBuf>,
-    /// Compare two runs: what the second is, in times the first
+    /// Compare two runs: the second divided by the first
     #[arg(long, value_names = ["FIRST", "SECOND"], num_args = 2, conflicts_with_all = ["load", "compare"])]
     pub(crate) diff: Vec<PathBuf>,
     /// Print jitter.json (or the difference) on standard output

@@ -1,5 +1,5 @@
-//! `calot jitter`: how late, how long, how often; measured on the real station, beside what others
-//! measure in the same minutes.
+//! `calot jitter`: measures latency, duration and misses of ticks on the real station, next to
+//! other programs that measure in the same minutes.
 //!
 //! ```text
 //! jitter ─┬─ station (calot emulate, calot rt) ─► timing records ─► tally ─► report
@@ -7,7 +7,7 @@
 //!         └─ rivals  (cyclictest, calot bare-loop, …), a turn each ─────────────► report
 //! ```
 //!
-//! The report is written every few seconds, each file in one go, so that a kill loses little.
+//! The report is rewritten every few seconds, each file by a rename, so that a kill loses little.
 
 pub(crate) mod args;
 mod save;
@@ -40,12 +40,12 @@ use crate::say;
 use crate::scene;
 use crate::stop;
 
-/// A turn is not longer, so that all programs see the same minutes.
+/// Longest turn, s. Short turns let all programs see the same minutes.
 const TURN_MAX_S: f64 = 30.0;
-/// Turns at least: a median needs three.
+/// Fewest turns: a median needs three.
 const ROUNDS_MIN: u32 = 3;
 
-/// Measures, adds up or compares, as asked.
+/// Measures, adds up or compares runs.
 pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     if let [first, second] = args.diff.as_slice() {
         let difference = two_runs::diff(&Report::read(first)?, &Report::read(second)?);
@@ -82,7 +82,7 @@ pub(crate) fn run(args: &JitterArgs) -> Result<ExitCode, Problem> {
     })
 }
 
-/// The run; `false`: a process of the station died.
+/// Measures. The flag is false if a process of the station died.
 fn measure(args: &JitterArgs) -> Result<(Report, bool), Problem> {
     let stop = stop::flag()?;
     for &rival in &args.compare {
@@ -102,7 +102,7 @@ fn measure(args: &JitterArgs) -> Result<(Report, bool), Problem> {
         report.count("displays_joined", displays);
     }
     if let Err(problem) = outcome {
-        // What was measured until then is kept, and says that it is not all.
+        // Keep what was measured until then, marked as incomplete.
         save(&report, &args.out)?;
         return Err(problem);
     }
@@ -123,7 +123,7 @@ fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
         );
     }
     if !loads.contains(&Load::Display) {
-        notes.push("no display drew: frame times need `--load display`".to_owned());
+        notes.push("no display drew pictures: frame times need `--load display`".to_owned());
     }
     Ok(Report {
         about: About {
@@ -146,7 +146,7 @@ fn begin(scene: &Path, loads: &[Load]) -> Result<Report, Problem> {
     })
 }
 
-/// All turns of all programs, each round in another order. Gives what died, if anything.
+/// Runs all turns of all programs, each round in another order. Returns what died, if anything.
 fn rounds(
     args: &JitterArgs,
     folder: &Folder,
@@ -215,7 +215,7 @@ fn rounds(
             rival_turn(rival, terms, turn_s, round, stop, report)?;
             save(report, &args.out)?;
         }
-        // The station stays first in the first round, for `burn` burns what it took.
+        // The station goes first in the first round, because `burn` needs its tick times.
         programs.rotate_left(1);
     }
     Ok(None)
@@ -283,13 +283,13 @@ fn note_turn(
     });
 }
 
-/// How it was called, without this machine's folders: whoever reads the report has others.
+/// Command line without this machine's folders, which mean nothing to a reader elsewhere.
 fn command() -> String {
     let words: Vec<String> = std::env::args().skip(1).map(shortened).collect();
     format!("calot {}", words.join(" "))
 }
 
-/// The last part of a path from the root; a device's whole.
+/// Last part of an absolute path; a device path is kept whole.
 fn shortened(word: String) -> String {
     let path = Path::new(&word);
     match path.file_name() {

@@ -1,4 +1,4 @@
-//! The files of a report.
+//! Writes the files of a report.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use jitter::{Report, table};
 
 use crate::problem::Problem;
 
-/// Writes all files, each in one go: whoever reads sees the old or the new one.
+/// Writes all files, each by a rename: a reader sees the old or the new one.
 pub(super) fn save(report: &Report, folder: &Path) -> Result<(), Problem> {
     let json = serde_json::to_string(&report.to_json())?;
     let trace = serde_json::to_string(&jitter::trace(&report.incidents))?;

@@ -1,4 +1,4 @@
-//! One turn of the station: started, watched for its time, ended.
+//! One turn of the station: starts it, watches it for its time, and ends it.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -24,55 +24,56 @@ use crate::run::args::RunArgs;
 use crate::run::processes::{self, Running};
 use crate::say;
 
-/// How often the host looks: what "publish to display" cannot be better than.
+/// Interval at which the host looks. "publish to display" cannot resolve less.
 const LOOK: Duration = Duration::from_millis(1);
-/// How often a waiting user is told how far it is.
+/// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(2);
-/// How often results are written.
+/// Interval at which results are written.
 const SAVE: Duration = Duration::from_secs(5);
-/// How long the controller may stay silent.
+/// Time that the controller may stay silent.
 const PATIENCE: Duration = Duration::from_secs(60);
-/// By then this program has done everything once, drawing included, and should grow no more.
+/// After this time the program has done everything once, including drawing, and should grow no
+/// more, s.
 const WARM_UP_S: f64 = 60.0;
-/// Pictures are drawn in stretches of this length, so that their times come in early and their
+/// Pictures are drawn in stretches of this length, s. Their times then arrive early, and their
 /// files do not pile up.
 const STRETCH_S: f64 = 20.0;
-/// Pictures a second that are asked for at first, and at least. A driver that falls behind is asked
-/// for fewer: a picture that waited for another tells nothing about time.
+/// First and least picture rates, Hz. A driver that falls behind gets fewer requests: a picture
+/// that waited for another says nothing about time.
 const PICTURES_PER_S: [f64; 2] = [2.0, 0.25];
 
-/// What all turns have in common.
+/// Settings that all turns share.
 pub(crate) struct Bench<'a> {
     pub(crate) station: &'a RunArgs,
     pub(crate) scene: &'a Path,
-    /// The station's own.
+    /// Folder of the station.
     pub(crate) folder: &'a Path,
-    /// Where results go.
+    /// Folder for results.
     pub(crate) out: &'a Path,
-    /// The tick's core.
+    /// Core of the tick.
     pub(crate) core: usize,
     pub(crate) others: Vec<usize>,
-    /// Whether a display draws.
+    /// True if a display draws.
     pub(crate) draws: bool,
-    /// All turns together.
+    /// Time of all turns, s.
     pub(crate) total_s: f64,
     pub(crate) stop: &'a Arc<AtomicBool>,
 }
 
-/// A turn of the station that is over.
+/// A finished turn of the station.
 pub(crate) struct Turn {
-    /// The process that died, if one did, in words.
+    /// Message about the process that died, if one did.
     pub(crate) died: Option<String>,
-    /// Times of the ticks, in their order.
+    /// Durations of the ticks, in order, ns.
     pub(crate) ticks_ns: Vec<u32>,
 }
 
-/// What the turn's threads tell each other.
+/// Flags shared by the threads of a turn.
 #[derive(Debug, Default)]
 struct Flags {
-    /// Its time is over.
+    /// The time of the turn is over.
     done: AtomicBool,
-    /// The controller has ended: nothing comes any more.
+    /// The controller has ended; no more data will come.
     over: AtomicBool,
 }
 
@@ -101,7 +102,7 @@ impl Bench<'_> {
                         .map_err(|problem| problem.to_string())
                 })
             };
-            // It reads from before the first tick on; when it cannot, it tells at the end.
+            // The reader attaches before the first tick. If it fails, it reports at the end.
             let _ = told.recv();
             let started = processes::start(self.station, self.scene, self.folder, self.stop);
             let died = match started {
@@ -125,7 +126,7 @@ impl Bench<'_> {
                         .zip(stolen_before_ms)
                         .map(|(now, then)| now - then);
                     flags.done.store(true, Ordering::Relaxed);
-                    // All of them, the controller first.
+                    // End all children, the controller first.
                     let problems = children.into_iter().rev().filter_map(Process::end);
                     let problems: Vec<String> = problems.collect();
                     Ok(died.or(problems.into_iter().next()))
@@ -133,7 +134,7 @@ impl Bench<'_> {
                 Err(problem) => Err(problem),
             };
             flags.done.store(true, Ordering::Relaxed);
-            // Its last frames are read, too.
+            // Read the last frames as well.
             if let Some(drawing) = drawing {
                 let _ = drawing.join();
             }
@@ -172,7 +173,7 @@ impl Bench<'_> {
         })
     }
 
-    /// Waits for the end of the turn; gives the child that died before.
+    /// Waits for the end of the turn. Returns a message about a child that died before.
     fn wait(
         &self,
         flags: &Flags,
@@ -204,7 +205,7 @@ impl Bench<'_> {
         frames: &Receiver<FrameRecord>,
     ) -> Result<(), Problem> {
         if !self.others.is_empty() {
-            // Off the tick's core; where that is refused, the figures show it.
+            // Leave the tick's core. If that is refused, the figures show it.
             let _ = pin_to(&self.others);
         }
         let host = Host::open(&Station::new(&self.station.station)?)?;
@@ -216,18 +217,19 @@ impl Bench<'_> {
         let opened = Instant::now();
         let mut heard = opened;
         loop {
-            // Asked before reading: what comes after the last tick is read too.
+            // Load the flag before reading, so that records after the last tick are read too.
             let over = flags.over.load(Ordering::Relaxed);
             if host.newest_state(&mut state) {
                 let age_ns = monotonic_ns().saturating_sub(state.at_ns);
-                // One from before a restart is no news.
+                // A notice from before a restart is old.
                 if first.is_some() {
                     tally.publish_to_display.record(age_ns);
                 }
             }
             host.drain_timing(|batch| {
                 heard = Instant::now();
-                // A controller that was refused its scene told of no tick; the next takes a coarser one.
+                // A controller whose scene was refused has run no tick. The next one takes a
+                // coarser scene.
                 if batch.count > 0 {
                     first.get_or_insert(heard);
                 }
@@ -274,7 +276,7 @@ impl Bench<'_> {
         }
     }
 
-    /// A display that draws until the turn is done.
+    /// Runs a display that draws until the turn is done.
     fn draw(&self, scene: &Path, flags: &Flags, frames: &Sender<FrameRecord>) {
         let out_dir = self.folder.join("pictures");
         let Ok(station) = Station::new(&self.station.station) else {
@@ -308,7 +310,9 @@ impl Bench<'_> {
                     }
                 }
                 Err(problem) => {
-                    say::note(format_args!("jitter: no display draws: {problem}"));
+                    say::note(format_args!(
+                        "jitter: the display failed to draw: {problem}"
+                    ));
                     return;
                 }
             }
@@ -316,7 +320,7 @@ impl Bench<'_> {
     }
 }
 
-/// Whether it is realtime so far, and what it lacks.
+/// Notes whether the run is realtime so far, and what is missing.
 fn note_standing(tally: &Tally, report: &mut Report) {
     let Some(bits) = tally.realtime_bits else {
         return;

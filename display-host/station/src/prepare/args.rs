@@ -1,4 +1,4 @@
-//! The arguments of `calot prepare`.
+//! Options of `calot prepare`.
 
 use std::path::PathBuf;
 
@@ -13,36 +13,39 @@ Examples:
   calot prepare liver.obj --spheres 581 --json report.json --picture liver.png
   calot prepare tests/assets/hra-female.toml --meshes DIR --out female.calot")]
 pub(crate) struct PrepareArgs {
-    /// `built-in`, `triangle` (Calot's triangle too), `triangle-variant` (duct and artery run
-    /// otherwise), a recipe (.toml) or a mesh (.obj .stl .ply .gltf .glb)
+    /// Scene: `built-in` (four organs), `triangle` (with Calot's triangle), `triangle-variant`
+    /// (duct and artery take another course), a recipe (.toml) or a mesh (.obj .stl .ply .gltf
+    /// .glb)
     #[arg(value_name = "RECIPE|MESH")]
     pub(crate) source: String,
-    /// Folder that holds the meshes which the recipe names [default: the recipe's own]
+    /// Folder with the meshes that the recipe names, e.g. /data/hra [default: folder of the recipe]
     #[arg(long, value_name = "DIR")]
     pub(crate) meshes: Option<PathBuf>,
-    /// Spheres in all; several organs share them as their recipe's counts do
+    /// Total number of spheres, e.g. 581. Several organs share it in proportion to the counts of
+    /// their recipe
     #[arg(long, value_name = "N")]
     pub(crate) spheres: Option<usize>,
-    /// Unit of a single mesh: m, cm or mm [default: m, or mm if it would be more than 2 m across]
+    /// Unit of a single mesh: m, cm or mm [default: m, or mm for a mesh more than 2 m across]
     #[arg(long, value_name = "UNIT", value_parser = parse_unit)]
     pub(crate) unit: Option<Unit>,
-    /// Error budget: as few spheres as leave 95 % of each organ's skin within this distance, mm
+    /// Error budget, mm, 0.05 to 50: use the fewest spheres that keep 95 % of the skin of each
+    /// organ within this distance
     #[arg(long, value_name = "MM", value_parser = parse_budget_mm, conflicts_with = "spheres")]
     pub(crate) budget_mm: Option<f64>,
-    /// Time budget: as many spheres as a tick of this time takes, µs
+    /// Time budget of a tick, µs, 5 to 1000: use the most spheres that fit
     #[arg(long, value_name = "µs", value_parser = parse_budget_us, conflicts_with = "spheres")]
     pub(crate) budget_us: Option<f64>,
-    /// Levels of detail in the file, each of half the spheres of the one before; the finest that
-    /// fits its machine runs [default: those of the recipe]
+    /// Levels of detail in the file, each with half the spheres of the previous. A machine runs the
+    /// finest level that fits [default: those of the recipe]
     #[arg(long, value_name = "N", value_parser = parse_levels)]
     pub(crate) levels: Option<usize>,
-    /// Where the compiled scene goes [default: nowhere, only the report is printed]
+    /// File for the compiled scene (.calot) [default: only print the report]
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// Draw the spheres and springs inside the translucent organs
+    /// Draw the spheres and springs inside translucent organs to this file
     #[arg(long, value_name = "FILE.png", value_parser = parse_png)]
     pub(crate) picture: Option<PathBuf>,
-    /// Write the report as JSON; `-` for standard output
+    /// Write the report as JSON to this file; `-` is standard output
     #[arg(long, value_name = "FILE")]
     pub(crate) json: Option<PathBuf>,
 }

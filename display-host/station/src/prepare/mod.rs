@@ -17,7 +17,7 @@ use crate::scene;
 /// Size of the picture, pixels: two views side by side.
 const PICTURE: [u32; 2] = [1280, 560];
 
-/// Prepares, prints the report, writes what was asked for.
+/// Prepares the scene, prints the report, and writes the requested files.
 pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
     targets::check(
         &args.source,
@@ -84,7 +84,7 @@ pub(crate) fn run(args: &PrepareArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// The report of each level.
+/// Prints the report of each level.
 fn tell(levels: &[Prepared]) {
     for (level, prepared) in levels.iter().enumerate() {
         if levels.len() > 1 {

@@ -1,9 +1,9 @@
-//! What `calot prepare` writes must not replace what it reads, or each other; said before the
-//! work, not after it.
+//! Checks, before any work, that `calot prepare` overwrites neither its source nor one of its other
+//! outputs.
 
 use std::path::{Path, PathBuf};
 
-/// Checks the options' files against the source and each other; `-` is standard output.
+/// Checks output files against the source and each other. `-` is standard output.
 pub(crate) fn check(source: &str, targets: &[(&str, Option<&Path>)]) -> Result<(), String> {
     let mut taken = vec![("the source", place(Path::new(source)))];
     for (option, path) in targets {

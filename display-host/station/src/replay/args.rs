@@ -1,4 +1,4 @@
-//! What `calot replay` understands.
+//! Options of `calot replay`.
 
 use std::path::PathBuf;
 
@@ -8,9 +8,9 @@ use crate::args::{parse_seconds, parse_station};
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-Exits with 0 if every tick in it came out the same, also if it is cut at its end (its recorder was
-killed); with 1 if one did not, ticks are missing, it is damaged, or it has none. It names the first
-tick that differs, and the organ.
+Exit code 0: every tick in the session is equal, even if its end is cut off (its recorder was killed).
+Exit code 1: a tick differs, ticks are missing, or the session is damaged or empty. The command names
+the first tick that differs, and the organ.
 
 Examples:
   calot run --headless --seconds 10 --out out    leaves out/session.mcap
@@ -19,45 +19,46 @@ Examples:
   calot replay out/session.mcap --what-if triangle-variant --out what-if
   calot replay out/session.mcap --what-if-iterations 10 --out what-if   the paper's solver")]
 pub(crate) struct ReplayArgs {
-    /// The session
+    /// Recorded session (.mcap)
     #[arg(value_name = "SESSION")]
     pub(crate) session: PathBuf,
-    /// Run it on this compiled scene (.calot) instead of the one it holds; it must be the same
+    /// Run it on this compiled scene (.calot) instead of the one in the session; both must be equal
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<PathBuf>,
-    /// The same hands on another scene, named as for `run` (a recipe with other tissue, a coarser
-    /// level `FILE.calot#1`): charts force and tip of both, and what differs
+    /// Apply the recorded hands to another scene, named as for `run` (a recipe with other tissue, a
+    /// coarser level `FILE.calot#1`). Charts force and tip of both runs and their difference
     #[arg(long, value_name = "NAME|FILE")]
     pub(crate) what_if: Option<String>,
-    /// The same hands on the paper's solver, in so many iterations
+    /// Apply the recorded hands to the paper's solver, with this number of iterations per tick,
+    /// e.g. 10
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000))]
     pub(crate) what_if_iterations: Option<u32>,
-    /// Folder that holds the meshes which the recipe of --what-if names [default: the recipe's own]
+    /// Folder with the meshes that the recipe of --what-if names [default: folder of the recipe]
     #[arg(long, value_name = "DIR", requires = "what_if")]
     pub(crate) meshes: Option<PathBuf>,
-    /// Show it in a window: its panel pauses, goes to any moment, slower or faster, and begins anew; the
-    /// picture can be turned to be seen from anywhere
+    /// Show it in a window. Its panel pauses, seeks, changes the speed and starts again; the view
+    /// can be turned to any side
     #[arg(long, conflicts_with_all = ["what_if", "what_if_iterations"])]
     pub(crate) show: bool,
-    /// Show it without a window: so many pictures, spread over --seconds, in --out
+    /// Show it without a window: this number of pictures, spread over --seconds, in --out
     #[arg(long, value_name = "N", conflicts_with_all = ["show", "what_if", "what_if_iterations"])]
     pub(crate) frames: Option<u32>,
-    /// How long --frames shows it
+    /// Playing time of --frames, s
     #[arg(long, value_name = "N", default_value = "10", value_parser = parse_seconds)]
     pub(crate) seconds: f64,
-    /// Show it so many times as fast as it was
+    /// Speed of the show, as a multiple of real time, e.g. 0.25
     #[arg(long, value_name = "X", default_value_t = 1.0, value_parser = parse_speed)]
     pub(crate) speed: f64,
-    /// Show it from this time on, s
+    /// Start of the show in the session, s
     #[arg(long, value_name = "S", default_value = "0", value_parser = parse_from)]
     pub(crate) from: f64,
-    /// Name that other displays (`calot run --attach`) join the show by
+    /// Name by which other displays join the show (`calot run --attach --station NAME`)
     #[arg(long, value_name = "NAME", default_value = "replay", value_parser = parse_station)]
     pub(crate) station: String,
-    /// Where pictures, what_if.html and what_if.csv go
+    /// Folder for pictures, what_if.html and what_if.csv
     #[arg(long, value_name = "DIR", default_value = "out")]
     pub(crate) out: PathBuf,
-    /// One JSON object on standard output
+    /// Print one JSON object on standard output
     #[arg(long)]
     pub(crate) json: bool,
 }

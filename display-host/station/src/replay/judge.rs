@@ -4,19 +4,19 @@ use rt_process::replay::{Difference, Replayed};
 use serde::Serialize;
 use session::printable;
 
-/// After tools alone have differed, an organ is looked for in as many ticks.
+/// If only the tools differ at first, ticks in which an organ is still searched.
 const LOOKED_ON: u64 = 1000;
 /// The first tick in which the runs differ.
 #[derive(Debug, Clone, Serialize)]
 pub(super) struct Different {
     pub(super) tick: u64,
-    /// Time of it in the session, s.
+    /// Time of the tick in the session, s.
     pub(super) at_s: f64,
     /// `tools` or `organ`.
     pub(super) what: &'static str,
-    /// The organ that differs then, or first after the tools did.
+    /// Organ that differs in this tick, or first after the tools did.
     pub(super) organ: Option<String>,
-    /// In which tick the organ does.
+    /// Tick in which the organ differs.
     pub(super) organ_tick: Option<u64>,
 }
 
@@ -28,7 +28,8 @@ pub(super) struct Judge {
 }
 
 impl Judge {
-    /// Whether to go on: after a difference only until its organ is known.
+    /// Compares a tick. Returns true to continue; after a difference it continues only until the
+    /// organ is known.
     pub(super) fn look(&mut self, replayed: &Replayed<'_>, at_s: f64, organs: &[String]) -> bool {
         if self.is_done {
             return false;

@@ -21,10 +21,10 @@ use crate::build::build;
 use crate::problem::Problem;
 use crate::say;
 
-/// How often a waiting user is told how far it is.
+/// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(1);
 
-/// What a replay came to.
+/// Result of a replay.
 #[derive(Debug, Serialize)]
 struct Outcome {
     session: std::path::PathBuf,
@@ -34,26 +34,26 @@ struct Outcome {
     replayed_by: String,
     /// Ticks that were run.
     ticks: u64,
-    /// Time in the session that they are.
+    /// Time that these ticks cover in the session, s.
     session_s: f64,
-    /// Time that it took.
+    /// Time that the replay took, s.
     took_s: f64,
-    /// Whether every tick that is known to have run was run again, and came out the same. What comes
-    /// after the end of a session that breaks off, or whose controller was killed, is not known.
+    /// True if every recorded tick was run again and came out equal. Ticks after the end of a
+    /// session that breaks off, or whose controller was killed, are unknown.
     same: bool,
     first_difference: Option<Different>,
     #[serde(flatten)]
     left_out: LeftOut,
 }
 
-/// Replays, and says whether all came out the same.
+/// Replays the session, and reports whether every tick came out equal.
 pub(crate) fn run(args: &ReplayArgs) -> Result<ExitCode, Problem> {
     let mut session = Session::open(&args.session)?;
     let scene = scene_of(&mut session, args.scene.as_deref())?;
     let running = build();
     if running != session.info.build {
         say::note(format_args!(
-            "calot: recorded by {}, replayed by {running}; the same bits are expected all the same",
+            "calot: recorded by {}, replayed by {running}; equal bits are still expected",
             session.info.build
         ));
     }
@@ -103,7 +103,7 @@ fn compare(replay: &Replay, session: &mut Session, running: String) -> Result<Ou
         if said.elapsed() >= PROGRESS {
             said = Instant::now();
             say::note(format_args!(
-                "replaying {:3.0} %, {:.1} times as fast as it was",
+                "replaying {:3.0} %, {:.1} times as fast as recorded",
                 done.get() * 100.0,
                 outcome.session_s / start.elapsed().as_secs_f64()
             ));
@@ -122,19 +122,19 @@ fn in_words(outcome: &Outcome) -> String {
     let ticks = outcome.ticks;
     let words = match &outcome.first_difference {
         Some(first) => format!(
-            "{}. {ticks} ticks were compared; what was recorded is not what this program computes",
+            "{}. {ticks} ticks were compared; this program does not compute what was recorded",
             first.in_words()
         ),
         None if ticks == 0 => {
-            "no tick was compared: the session holds none that can be run".to_owned()
+            "no tick was compared: the session holds no tick that can be run".to_owned()
         }
         None if outcome.left_out.is_known() => {
             format!(
-                "{ticks} ticks were compared and came out the same, but they are not the whole session"
+                "{ticks} ticks were compared and came out equal, but they are not the whole session"
             )
         }
         None => format!(
-            "all {ticks} ticks came out the same, {:.1} times as fast as they were",
+            "all {ticks} ticks came out equal, {:.1} times as fast as recorded",
             outcome.session_s / outcome.took_s.max(1e-9)
         ),
     };

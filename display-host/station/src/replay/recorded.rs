@@ -9,18 +9,18 @@ use shared_mem::scene::SceneFile;
 
 use crate::problem::Problem;
 
-/// What of a session is not run again.
+/// Parts of a session that are not run again.
 #[derive(Debug, Clone, Default, Serialize)]
 pub(super) struct LeftOut {
-    /// First tick that is missing; what comes after it is not run.
+    /// First missing tick. Ticks after it are not run.
     pub(super) gap_at_tick: Option<u64>,
-    /// Where the session ends before its end, if it does (a kill, a full disk).
+    /// Place where the session breaks off before its end (a kill, a full disk).
     pub(super) broken_off: Option<String>,
-    /// Where it is damaged, and how; what comes after is not run.
+    /// Place and kind of damage. Ticks after it are not run.
     pub(super) damaged: Option<String>,
     /// Ticks that ran and were not recorded.
     pub(super) missing: u64,
-    /// Whether the controller said that it ended; not known of a session that is not read to its end.
+    /// True if the controller reported its end. `None` if the session could not be read to its end.
     pub(super) controller_ended: Option<bool>,
 }
 
@@ -41,17 +41,17 @@ impl LeftOut {
         }
     }
 
-    /// Whether ticks are known to be missing among those that the session should hold.
+    /// True if ticks are known to be missing from the session.
     pub(super) fn is_known(&self) -> bool {
         self.gap_at_tick.is_some() || self.damaged.is_some() || self.missing > 0
     }
 
-    /// A warning for each.
+    /// One warning per part.
     pub(super) fn in_words(&self) -> Vec<String> {
         let mut words = Vec::new();
         if let Some(tick) = self.gap_at_tick {
             words.push(format!(
-                "tick {tick} and maybe others are missing in the session; nothing is said of what comes \
+                "tick {tick} and maybe others are missing in the session; the result does not cover what comes \
                  after"
             ));
         } else if self.missing > 0 {
@@ -62,12 +62,12 @@ impl LeftOut {
         }
         if let Some(why) = &self.damaged {
             words.push(format!(
-                "the session is damaged {why}; nothing is said of what comes after"
+                "the session is damaged {why}; the result does not cover what comes after"
             ));
         }
         if let Some(why) = &self.broken_off {
             words.push(format!(
-                "the session breaks off ({why}), as when its recorder is killed; nothing is said of what \
+                "the session breaks off ({why}), as when its recorder is killed; the result does not cover what \
                  came after"
             ));
         }
@@ -82,7 +82,7 @@ impl LeftOut {
     }
 }
 
-/// The scene that the session ran on.
+/// Scene of the session.
 pub(crate) fn scene_of(
     session: &mut Session,
     named: Option<&std::path::Path>,
@@ -108,7 +108,7 @@ pub(crate) fn scene_of(
     Ok(scene)
 }
 
-/// The session's ticks up to the first that is missing.
+/// The session's ticks up to the first missing one.
 pub(super) fn without_gap<'a>(
     session: &'a mut Session,
     gap: &'a Cell<Option<u64>>,
@@ -125,7 +125,7 @@ pub(super) fn without_gap<'a>(
     })
 }
 
-/// The next tick, none at the session's end; `Err`: the one that is missing.
+/// The next tick, or `None` at the session's end. `Err` holds the number of a missing tick.
 pub(crate) fn next_in_order(
     session: &mut Session,
     expected: &mut u64,

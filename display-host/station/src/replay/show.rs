@@ -23,10 +23,10 @@ use crate::problem::Problem;
 use crate::say;
 use crate::stop;
 
-/// How long the display waits for a state: what is not shown is run first.
+/// Time that the display waits for a state. A seek must first run the ticks in between.
 const PATIENCE: std::time::Duration = std::time::Duration::from_secs(600);
 
-/// A simulation's state is on the stack while it is made.
+/// Stack of a thread that runs a simulation. The state is on the stack while it is built.
 pub(super) const STACK_BYTES: usize = 16 << 20;
 
 /// Plays the session on a display of its own.
@@ -47,7 +47,7 @@ pub(super) fn run(
         from_s: args.from,
     };
     let played = session.path();
-    // A window shows from the start on; pictures can only be drawn once there is something to draw with.
+    // A window shows the replay from the start. Pictures begin once the renderer exists.
     let begun = AtomicBool::new(args.frames.is_none());
     let view = Arc::new(Mutex::new(ReplayView::default()));
     let length = AtomicU64::new(0);
@@ -62,7 +62,7 @@ pub(super) fn run(
         view: &view,
     };
     let (shown, watched) = std::thread::scope(|scope| {
-        // An hour's length takes seconds to find out.
+        // Measuring the length of an hour-long session takes seconds.
         scope.spawn(|| {
             if let Ok(session) = Session::open(played) {
                 let ticks = in_order(session).take_while(|_| !stop.load(Relaxed));
@@ -105,7 +105,7 @@ pub(super) fn run(
     Ok(ExitCode::SUCCESS)
 }
 
-/// Pictures of the session.
+/// Settings for pictures of the session.
 fn headless_config(
     args: &ReplayArgs,
     frames: u32,
@@ -126,7 +126,7 @@ fn headless_config(
     }
 }
 
-/// A window on the session.
+/// Settings for a window on the session.
 fn window_config(station: &Station, path: &Path, view: &Arc<Mutex<ReplayView>>) -> WindowConfig {
     WindowConfig {
         station: station.clone(),
@@ -146,23 +146,23 @@ fn window_config(station: &Station, path: &Path, view: &Arc<Mutex<ReplayView>>) 
     }
 }
 
-/// Runs the session again, at its pace, for a display to show.
+/// Runs the session again at its own pace for a display.
 struct Player<'a> {
     replay: &'a Replay,
     session: &'a Path,
     station: &'a Station,
     pace: Pace,
-    /// The display has begun.
+    /// True once the display has begun.
     begun: &'a AtomicBool,
     stop: &'a AtomicBool,
-    /// Length of the session, once it is known.
+    /// Length of the session, ns, once known.
     length_ns: &'a AtomicU64,
     view: &'a Mutex<ReplayView>,
 }
 
 impl Player<'_> {
     fn play(&self) -> Result<(), String> {
-        // What is left out is said once, however often it is gone back.
+        // Report missing parts once, however often the user seeks back.
         let mut said = false;
         let open = || {
             let first = !core::mem::replace(&mut said, true);
@@ -178,7 +178,7 @@ impl Player<'_> {
             judge.look(tick, passed_ns as f64 / 1e9, self.replay.organs());
             if let (false, true, Some(first)) = (was_done, judge.is_done, &judge.first) {
                 say::note(format_args!(
-                    "warning: {}; what is shown from there on is not what was recorded",
+                    "warning: {}; from there on the show differs from the recording",
                     first.in_words()
                 ));
             }
@@ -206,13 +206,13 @@ impl Player<'_> {
     }
 }
 
-/// The session's ticks up to the first that is missing.
+/// The session's ticks up to the first missing one.
 fn in_order(mut session: Session) -> impl Iterator<Item = InputRecord> {
     let mut expected = 0;
     core::iter::from_fn(move || next_in_order(&mut session, &mut expected).ok().flatten())
 }
 
-/// The same; says at their end what is left out.
+/// Returns the ticks as [`in_order`] does. At their end it reports what is left out, if asked to.
 fn warned(mut session: Session, says: bool) -> impl Iterator<Item = InputRecord> {
     let mut expected = 0;
     core::iter::from_fn(move || {

@@ -1,4 +1,4 @@
-//! `calot replay --what-if`: the same hands on other tissue, or solved otherwise.
+//! `calot replay --what-if`: applies the recorded hands to other tissue or to another solver.
 
 use core::fmt::Write as _;
 use std::cell::Cell;
@@ -23,9 +23,9 @@ use crate::problem::Problem;
 use crate::say;
 use crate::scene;
 
-/// Points of a line in a chart.
+/// Points per line of a chart.
 const POINTS: usize = 1500;
-/// A row of the table for so many ticks.
+/// Ticks per row of the table.
 const TICKS_A_ROW: usize = 10;
 
 /// A tick of one of the two runs.
@@ -36,20 +36,21 @@ struct Point {
     tip_m: [f64; 3],
 }
 
-/// What the two runs came to.
+/// Comparison of the two runs.
 #[derive(Debug, Serialize)]
 struct Compared {
     recorded: String,
     what_if: String,
     seconds: f64,
-    /// Force on the hand, N: greatest of each, and of the difference; its root mean square.
+    /// Greatest force on the hand in each run, N. The next fields hold the greatest and the root
+    /// mean square difference.
     force_max_n: [f64; 2],
     force_difference_max_n: f64,
     force_difference_rms_n: f64,
-    /// Distance between the two tips, mm.
+    /// Greatest distance between the two tips, mm.
     tip_apart_max_mm: f64,
     tip_apart_rms_mm: f64,
-    /// Where the recorded run, computed again, is not the recorded one.
+    /// First difference between the recording and its recomputation.
     first_difference: Option<Different>,
     #[serde(flatten)]
     left_out: LeftOut,
@@ -63,11 +64,11 @@ struct Run {
 }
 
 impl Compared {
-    /// What the reader should know before believing it.
+    /// Warnings about the validity of the run.
     fn warnings(&self) -> Vec<String> {
         let different = self.first_difference.as_ref().map(|first| {
             format!(
-                "{}: what was recorded is not what this program computes",
+                "{}: this program does not compute what was recorded",
                 first.in_words()
             )
         });
@@ -78,7 +79,7 @@ impl Compared {
     }
 }
 
-/// Runs both, writes the page and the table, and says where.
+/// Computes both runs, writes the page and the table, and names them.
 pub(super) fn run(
     args: &ReplayArgs,
     session: &Session,
@@ -133,7 +134,7 @@ pub(super) fn run(
     Ok(ExitCode::SUCCESS)
 }
 
-/// The scene that is named, if one is.
+/// The scene named by --what-if, if any.
 fn other_scene(args: &ReplayArgs, temporary: &Path) -> Result<Option<SceneFile>, Problem> {
     let Some(named) = &args.what_if else {
         return Ok(None);
@@ -291,11 +292,11 @@ fn page(compared: &Compared, runs: &[Vec<Point>; 2]) -> String {
             times::courses(&[("recorded", &force[0]), ("what if", &force[1])], "N"),
         ),
         (
-            "Its difference, what if less recorded",
+            "Difference of the force, what if − recorded",
             times::courses(&[("difference", &difference)], "N"),
         ),
         (
-            "How far the tip is from where it began",
+            "Distance of the tip from its start",
             times::courses(&[("recorded", &ways[0]), ("what if", &ways[1])], "mm"),
         ),
         (

@@ -1,4 +1,4 @@
-//! What `calot report` understands.
+//! Options of `calot report`.
 
 use std::path::PathBuf;
 
@@ -9,9 +9,10 @@ use crate::args::parse_task;
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-A session is a file that `calot run --record FILE` left, or a folder of `calot run --out DIR`, whose
-pictures are then in the page. Everything is computed from the recording, so that other rules can be
-asked of it. What is not in a recording is said; the exit code is 1 where one is damaged.
+A session is a file that `calot run --record FILE` wrote, or a folder of `calot run --out DIR`; the
+page then shows the folder's pictures. Everything is computed from the recording, so other rules can
+be applied to it. The command reports data missing from a recording. Its exit code is 1 if a
+recording is damaged.
 
 Examples:
   calot run --task clamp --out monday            leaves monday/session.mcap and monday/debrief.html
@@ -19,30 +20,31 @@ Examples:
   calot report monday --pictures                 with pictures of what went wrong
   calot report monday --rules strict.toml --json")]
 pub(crate) struct ReportArgs {
-    /// Sessions, oldest first
+    /// Sessions, oldest first: files or folders
     #[arg(value_name = "SESSION", required_unless_present_any = ["metrics", "rules_file"])]
     pub(crate) sessions: Vec<PathBuf>,
-    /// Where the page goes
+    /// File for the page
     #[arg(long, value_name = "FILE", default_value = "debrief.html")]
     pub(crate) out: PathBuf,
-    /// Draw each alarm as a straight endoscope there would have shown it, and the critical view of safety
-    /// from two sides: the simulation runs again for it, some three times as fast as it was
+    /// Draw each alarm as a straight endoscope at that place would have shown it, and the critical
+    /// view of safety from both sides. This runs the simulation again, at about three times its
+    /// speed
     #[arg(long, conflicts_with = "json")]
     pub(crate) pictures: bool,
-    /// Assess by these pass rules instead of those of each session
+    /// Assess by these pass rules (TOML) instead of those of each session
     #[arg(long, value_name = "FILE")]
     pub(crate) rules: Option<PathBuf>,
-    /// Assess as this task instead of that of each session
+    /// Assess as this task instead of that of each session, e.g. clamp
     #[arg(long, value_name = "TASK", value_parser = parse_task)]
     pub(crate) task: Option<Task>,
-    /// One JSON object on standard output, an array of what each session came to, and of what is not in its
-    /// recording; no page
+    /// Print a JSON array on standard output instead of writing the page: the result of each
+    /// session, and the data missing from its recording
     #[arg(long)]
     pub(crate) json: bool,
-    /// Print what each metric is
+    /// Print the definition and unit of each metric
     #[arg(long)]
     pub(crate) metrics: bool,
-    /// Print the built-in pass rules, a file to be copied and changed
+    /// Print the built-in pass rules, to copy and change
     #[arg(long, conflicts_with = "metrics")]
     pub(crate) rules_file: bool,
 }

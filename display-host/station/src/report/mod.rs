@@ -1,4 +1,4 @@
-//! `calot report`: what recorded sessions came to, as a page or as JSON.
+//! `calot report`: reports the results of recorded sessions as a page or as JSON.
 
 pub(crate) mod args;
 mod pictures;
@@ -16,11 +16,11 @@ pub(crate) use self::pictures::Wanted;
 use crate::problem::Problem;
 use crate::say;
 
-/// Pictures of a session that are put into the page.
+/// Most pictures of a session in the page.
 const PICTURES_MAX: usize = 12;
-/// A picture that is larger is left out, bytes.
+/// Largest picture in the page, bytes. Larger ones are left out.
 const PICTURE_MAX_BYTES: u64 = 8 << 20;
-/// How often a waiting user is told how far it is.
+/// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(1);
 
 pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
@@ -76,27 +76,27 @@ pub(crate) fn run(args: &ReportArgs) -> Result<ExitCode, Problem> {
     })
 }
 
-/// What a recording came to.
+/// Result of reading a recording.
 #[derive(Debug)]
 pub(crate) struct Found {
     pub(crate) chapter: Chapter,
     pub(crate) left_out: LeftOut,
-    /// The recording.
+    /// File of the recording.
     file: PathBuf,
-    /// What it was for; nothing, if it was for no task.
+    /// Task and settings of the session. `None`: it had no task.
     pub(crate) assignment: Option<Assignment>,
-    /// When it began, s since 1970.
+    /// Start of the session, s since 1970.
     pub(crate) began_unix_s: u64,
-    /// What pictures are wanted of.
+    /// Pictures to draw.
     wanted: Vec<Wanted>,
 }
 
-/// What is known not to be in a recording.
+/// Data known to be missing from a recording.
 #[derive(Debug, Default, serde::Serialize)]
 pub(crate) struct LeftOut {
-    /// Where it breaks off, as when its recorder is killed.
+    /// Place where it breaks off, as when its recorder is killed.
     broken_off: Option<String>,
-    /// Where it is damaged, and how.
+    /// Place and kind of damage.
     damaged: Option<String>,
     /// Ticks that ran and were not recorded.
     missing_ticks: u64,
@@ -119,17 +119,17 @@ impl LeftOut {
         }
     }
 
-    /// Why the recording ends early, if it does.
+    /// Reason for an early end of the recording, if any.
     pub(crate) fn cut_short(&self) -> Option<&String> {
         self.damaged.as_ref().or(self.broken_off.as_ref())
     }
 
-    /// Where it is damaged, and how.
+    /// Place and kind of damage, if any.
     pub(crate) fn damaged(&self) -> Option<&String> {
         self.damaged.as_ref()
     }
 
-    /// A warning for each.
+    /// One warning per kind of missing data.
     pub(crate) fn in_words(&self) -> Vec<String> {
         let after = "what came after is not in the figures";
         let damaged = self.damaged.as_ref();
@@ -147,7 +147,7 @@ impl LeftOut {
     }
 }
 
-/// What a session came to, and what of it is not known, as JSON.
+/// Result of a session with its missing data, as JSON.
 fn with(chapter: &Chapter, left_out: &LeftOut) -> Result<serde_json::Value, Problem> {
     let mut value = serde_json::to_value(&chapter.assessed)?;
     if let Some(object) = value.as_object_mut() {
@@ -159,7 +159,7 @@ fn with(chapter: &Chapter, left_out: &LeftOut) -> Result<serde_json::Value, Prob
     Ok(value)
 }
 
-/// Writes the page and says where.
+/// Writes the page and names it.
 pub(crate) fn write(chapters: &[Chapter], out: &Path) -> Result<(), Problem> {
     let write = || {
         let mut file = session::create_private(out)?;
@@ -175,7 +175,7 @@ pub(crate) fn write(chapters: &[Chapter], out: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// A session's recording: itself, or in the folder that it is.
+/// Path of a recording: the session itself, or the file in its folder.
 pub(crate) fn recording(session: &Path) -> PathBuf {
     match session.is_dir() {
         true => session.join("session.mcap"),
@@ -183,8 +183,8 @@ pub(crate) fn recording(session: &Path) -> PathBuf {
     }
 }
 
-/// Assesses a session: a file, or a folder that holds `session.mcap`, and pictures then. Says what is not in
-/// it.
+/// Assesses a session: a file, or a folder with `session.mcap` and perhaps pictures. Also returns
+/// the missing data.
 pub(crate) fn chapter(
     session: &Path,
     rules: Option<&Rules>,
@@ -248,19 +248,19 @@ pub(crate) fn chapter(
     })
 }
 
-/// How long ticks took, from the summary that a run left beside its session.
+/// Tick times from the summary next to the session.
 pub(crate) fn ticks(folder: &Path) -> Option<Ticks> {
     let text = std::fs::read(folder.join("summary.json")).ok()?;
     serde_json::from_slice(&text).ok()
 }
 
-/// The pictures that a run left beside its session.
+/// Pictures next to the session.
 fn left_beside(folder: &Path) -> Vec<(String, Vec<u8>)> {
     let entries = std::fs::read_dir(folder);
     chosen(entries.into_iter().flatten().flatten().map(|it| it.path()))
 }
 
-/// Pictures among these files, by name, evenly chosen where there are many.
+/// Pictures among these files, sorted by name. If there are too many, an even selection.
 pub(crate) fn chosen(files: impl Iterator<Item = PathBuf>) -> Vec<(String, Vec<u8>)> {
     let is_picture = |path: &PathBuf| {
         let small = path
@@ -279,7 +279,7 @@ pub(crate) fn chosen(files: impl Iterator<Item = PathBuf>) -> Vec<(String, Vec<u
     read.collect()
 }
 
-/// A time of the wall clock as text: UTC, to the minute.
+/// Date and time as text: UTC, to the minute.
 pub(crate) fn utc(unix_s: u64) -> String {
     let (days, seconds) = (unix_s / 86_400, unix_s % 86_400);
     // Howard Hinnant's civil_from_days, for days since 1970.

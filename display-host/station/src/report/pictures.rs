@@ -1,4 +1,4 @@
-//! Pictures of what went wrong, drawn from the recording: the simulation runs again, and stops for each.
+//! Draws pictures of errors from the recording. The simulation runs again and stops for each.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -14,27 +14,28 @@ use crate::problem::Problem;
 use crate::replay::recorded::{next_in_order, scene_of};
 use crate::say;
 
-/// Pictures of a session at most.
+/// Most pictures of a session.
 const MOST: usize = 16;
-/// Their pixels.
+/// Size of a picture, pixels.
 const SIZE: [u32; 2] = [640, 480];
-/// The critical view of safety is seen from both sides: so far to each from where the endoscope stands, rad.
+/// Angle by which the camera turns to each side for the two views of the critical view of safety,
+/// rad.
 const DOUBLET_RAD: f32 = 0.5;
-/// Smoke, blood and sparks go on once in so many ticks.
+/// Ticks per step of smoke, blood and sparks.
 const EFFECTS_EVERY: u64 = 20;
-/// How often a waiting user is told how far it is.
+/// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(1);
 
-/// A moment that a picture is wanted of.
+/// A moment to draw.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Wanted {
     tick: u64,
     caption: String,
-    /// See [`Album::draw`].
+    /// Rotation of the camera, rad; see [`Album::draw`].
     turned_rad: f32,
 }
 
-/// Notes what pictures are wanted of while a course is assessed.
+/// Notes the moments to draw while a session is assessed.
 #[derive(Debug, Default)]
 pub(super) struct Watch {
     wanted: Vec<Wanted>,
@@ -43,11 +44,11 @@ pub(super) struct Watch {
 }
 
 impl Watch {
-    /// After an entry of this tick was assessed.
+    /// Looks at the assessment after an entry of this tick.
     pub(super) fn look(&mut self, tick: u64, assessment: &Assessment) {
         let (alarms, has_view) = (assessment.alarms(), assessment.has_critical_view());
         if alarms.len() < self.alarms || (self.had_view && !has_view) {
-            // The task began again.
+            // The task restarted.
             *self = Self::default();
         }
         let at = clock(assessment.time_s());
@@ -72,7 +73,7 @@ impl Watch {
         });
     }
 
-    /// In the order of time; of many alarms, those that are spread evenly.
+    /// The moments in order of time. Of many alarms, an even selection.
     pub(super) fn end(self) -> Vec<Wanted> {
         let is_view = |it: &Wanted| it.turned_rad.abs() > 0.0;
         let (views, alarms): (Vec<_>, Vec<_>) = self.wanted.into_iter().partition(is_view);
@@ -90,7 +91,8 @@ fn clock(seconds: f64) -> String {
     format!("{}:{:04.1}", (seconds / 60.0) as u64, seconds % 60.0)
 }
 
-/// Draws them: what each shows, and its PNG. Those after a gap in the session are missing.
+/// Draws the moments and returns a caption and a PNG for each. Omits moments after a gap in the
+/// session.
 pub(super) fn draw(session: &Path, wanted: &[Wanted]) -> Result<Vec<(String, Vec<u8>)>, Problem> {
     let Some(last) = wanted.last() else {
         return Ok(Vec::new());
@@ -139,7 +141,7 @@ pub(super) fn draw(session: &Path, wanted: &[Wanted]) -> Result<Vec<(String, Vec
     }
 }
 
-/// Whether the organs go back to rest in a tick.
+/// True if the organs return to rest in this tick.
 fn is_restart(record: &InputRecord) -> bool {
     let command = u32::from(record.command & 15);
     matches!(command, CommandMsg::RESET | CommandMsg::START)

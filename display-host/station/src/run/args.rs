@@ -1,4 +1,4 @@
-//! The arguments of `calot run`.
+//! Options of `calot run`.
 
 use std::path::PathBuf;
 
@@ -13,59 +13,60 @@ use crate::task::args::TaskArgs;
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
 Examples:
-  calot run                                      the station in a window
+  calot run                                      open the station in a window
   calot run --headless --seconds 10 --out out    pictures, summary.json, report.html
   calot run --scene tests/assets/hra-female.toml --meshes DIR
   calot run --task clamp --difficulty beginner   a task, assessed while it runs
-  calot run --attach                             only the display of a station that runs")]
+  calot run --attach                             show a station that is already running")]
 pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) scene: SceneArgs,
     /// Name of the station; two stations on one machine need two names
     #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
     pub(crate) station: String,
-    /// No window: watch, and leave pictures and a report in --out
+    /// Open no window; write pictures and a report to --out
     #[arg(long)]
     pub(crate) headless: bool,
-    /// End after this time [default with --headless: 10; else when the window is closed]
+    /// End after this time, s [default with --headless: 10; otherwise when the window is closed]
     #[arg(long, value_name = "N", value_parser = parse_seconds)]
     pub(crate) seconds: Option<f64>,
-    /// Where summary.json, report.html and pictures go [default with --task: a new folder in out; with
-    /// --headless: out]
+    /// Folder for summary.json, report.html and pictures [default with --task: a new folder in out;
+    /// with --headless: out]
     #[arg(long, value_name = "DIR")]
     pub(crate) out: Option<PathBuf>,
-    /// Pictures of a headless run, spread over its time; 0: none
+    /// Number of pictures in a headless run, spread evenly over its time; 0 for none
     #[arg(long, value_name = "N", default_value_t = 8)]
     pub(crate) frames: u32,
-    /// Also put the pictures of a headless run into an animated GIF, ten a second
+    /// Also write the pictures of a headless run as an animated GIF at ten pictures per second
     #[arg(long, value_name = "FILE.gif", requires = "headless")]
     pub(crate) gif: Option<PathBuf>,
-    /// Size of a picture or the window, e.g. 1280x720
+    /// Size of pictures or window, pixels, e.g. 1280x720
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub(crate) size: Option<[u32; 2]>,
     /// Record the session to this file, for `calot replay` [default with --out: DIR/session.mcap]
     #[arg(long, value_name = "FILE", conflicts_with = "attach")]
     pub(crate) record: Option<PathBuf>,
-    /// The window's endoscope, by the angle that it looks off its shaft; S takes the next one
+    /// Endoscope of the window, by the angle between its view and its shaft, degrees; the key S
+    /// changes it
     #[arg(long, value_enum, default_value_t = ScopeName::Straight, conflicts_with = "headless")]
     pub(crate) scope: ScopeName,
-    /// The interface's language [default: the one of LANG]
+    /// Language of the interface [default: that of LANG]
     #[arg(long, value_enum, conflicts_with = "headless")]
     pub(crate) language: Option<LanguageName>,
-    /// No sound
+    /// Play no sound
     #[arg(long)]
     pub(crate) mute: bool,
-    /// The endoscope comes cold: its lens fogs until it is wiped (W) or warm
+    /// Start with a cold endoscope: its lens fogs until it is wiped (key W) or warm
     #[arg(long, conflicts_with = "headless")]
     pub(crate) cold_lens: bool,
-    /// Seed of the scripted hand
+    /// Seed of the scripted hand; equal seeds give equal hands
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub(crate) seed: u64,
     #[command(flatten)]
     pub(crate) task: TaskArgs,
     #[command(flatten)]
     pub(crate) gamepad: GamepadArgs,
-    /// Start no processes: show the station that runs under this name
+    /// Start no processes; show the running station named by --station
     #[arg(long)]
     pub(crate) attach: bool,
     /// Print summary.json on standard output
@@ -77,7 +78,7 @@ pub(crate) struct RunArgs {
 
 impl Default for RunArgs {
     fn default() -> Self {
-        /// `calot` alone without a screen is `calot run` alone: the same defaults, from the same place.
+        /// Takes the defaults that `calot run` has without arguments.
         #[derive(Parser)]
         struct Alone {
             #[command(flatten)]

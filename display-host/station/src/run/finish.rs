@@ -1,4 +1,4 @@
-//! The run's results: summary, report, debrief, animation.
+//! Results of the run: summary, report, debrief, animation.
 
 use std::path::{Path, PathBuf};
 
@@ -14,9 +14,9 @@ use crate::report;
 use crate::say;
 use crate::task;
 
-/// A run that is over.
+/// A finished run.
 pub(super) struct Finished {
-    /// It ran to its end, and all results are written.
+    /// True if it ran to its end and all results are written.
     pub(super) whole: bool,
 }
 
@@ -32,7 +32,7 @@ impl Shown<'_> {
         for warning in &self.outcome.warnings {
             say::note(format_args!("calot: {warning}"));
         }
-        // Last: what the run came to does not wait for it, nor fail with it.
+        // Last, so that a slow or failed animation does not affect the results.
         if let Some(gif) = &self.args.gif
             && let Err(problem) = animate(&self.outcome, gif)
         {
@@ -54,7 +54,7 @@ impl Shown<'_> {
         let scene = SceneFile::open(&self.scene)?;
         let mut summary = self.recorder.summary(&scene, outcome, Machine::read());
         if let Some(recorded) = &recorded {
-            // A controller that died before the display saw any of its ticks has run them all the same.
+            // A controller that died before the display saw a tick has still run these ticks.
             summary.ticks = summary.ticks.max(recorded.ticks);
         }
         summary.recording = recorded;
@@ -62,7 +62,7 @@ impl Shown<'_> {
         Ok(summary)
     }
 
-    /// Keeps the session in the store. `false`: it should be there and is not.
+    /// Keeps the session in the store. Returns false if that was requested and failed.
     fn keep(&mut self, summary: &mut Summary) -> bool {
         let Some(assessed) = &self.assessed else {
             return true;
@@ -72,14 +72,14 @@ impl Shown<'_> {
             return true;
         };
         let warning = format!(
-            "not kept in the store: {problem}. What it came to is in summary.json and debrief.html"
+            "not kept in the store: {problem}. The result is in summary.json and debrief.html"
         );
         summary.warnings.push(warning.clone());
         self.outcome.warnings.push(warning);
         false
     }
 
-    /// Writes the files, if there is a folder for them. `false`: the debrief is missing.
+    /// Writes the files, if there is a folder for them. Returns false if the debrief is missing.
     fn write(&self, summary: &Summary) -> Result<bool, Problem> {
         let Some(out) = &self.out else {
             return Ok(true);
@@ -96,7 +96,7 @@ impl Shown<'_> {
     }
 }
 
-/// The run's pictures, but those of single moments, as an animation.
+/// Writes the run's pictures as an animation, except those of single moments.
 fn animate(outcome: &Outcome, gif: &Path) -> Result<(), Problem> {
     let is_of_course = |path: &PathBuf| {
         let name = path.file_name().and_then(|it| it.to_str());
@@ -114,8 +114,8 @@ fn animate(outcome: &Outcome, gif: &Path) -> Result<(), Problem> {
     Ok(())
 }
 
-/// The page of the task, from the recording, as `calot report` makes it, with this run's pictures. Whether
-/// it was made.
+/// Writes the debrief from the recording, as `calot report` does, with this run's pictures. Returns
+/// true on success.
 fn debrief(
     assessed: &task::Ended,
     session: Option<PathBuf>,

@@ -1,4 +1,4 @@
-//! Before anything starts: names are checked, folders are made, the scene is compiled.
+//! Before anything starts: checks names, makes folders, compiles the scene.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -13,17 +13,17 @@ use crate::scene;
 use crate::stop;
 use crate::task::Assigned;
 
-/// A run of which no process has started.
+/// A run before its processes start.
 pub(super) struct Planned<'a> {
     pub(super) args: &'a RunArgs,
     pub(super) stop: Arc<AtomicBool>,
     pub(super) station: Station,
-    /// The task, if there is one.
+    /// Task, if there is one.
     pub(super) assigned: Option<Assigned>,
     /// Folder of the results, if they are written.
     pub(super) out: Option<PathBuf>,
     pub(super) folder: Folder,
-    /// The compiled scene.
+    /// File of the compiled scene.
     pub(super) scene: PathBuf,
 }
 
@@ -34,7 +34,7 @@ impl<'a> Planned<'a> {
         let assigned = Assigned::read(&args.task)?;
         let out = results(args, assigned.as_ref());
         if let Some(out) = &out {
-            // Before anything starts: a run whose results cannot be written is a run lost.
+            // Fail early: a run whose results cannot be written is lost.
             std::fs::create_dir_all(out).map_err(|error| format!("{}: {error}", out.display()))?;
         }
         let folder = Folder::open(&args.station, args.attach)?;
@@ -55,7 +55,7 @@ impl<'a> Planned<'a> {
 fn results(args: &RunArgs, assigned: Option<&Assigned>) -> Option<PathBuf> {
     args.out
         .clone()
-        // A folder for each session of a task: the next one may be somebody else's.
+        // Each session of a task has its own folder, because the next may be of another trainee.
         .or_else(|| assigned.map(|it| Path::new("out").join(it.id())))
         .or_else(|| args.headless.then(|| PathBuf::from("out")))
 }

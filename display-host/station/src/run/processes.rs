@@ -1,4 +1,4 @@
-//! The processes of a station: emulated devices for those that are not named, and the controller.
+//! Processes of a station: the controller, and emulators for the devices that are not named.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -16,24 +16,24 @@ use crate::rt::DOES_NOT_FIT;
 use crate::say;
 use crate::scene;
 
-/// How long a child may take to be ready: a real device's handshake takes seconds.
+/// Time that a child may take to be ready. The handshake of a real device takes seconds.
 const PATIENCE_TO_START: Duration = Duration::from_secs(60);
 
-/// Processes that run.
+/// Running processes.
 pub(crate) struct Running {
-    /// In the order in which they started; the controller is the last.
+    /// Children in the order in which they started. The controller is last.
     pub(crate) children: Vec<Process>,
-    /// The level of the scene that the controller took, which the display must show too.
+    /// Level of the scene that the controller took. The display must show it.
     pub(crate) scene: PathBuf,
 }
 
-/// A controller that runs, and the level of the scene that it took.
+/// A running controller and the level of the scene that it took.
 struct Controller {
     process: Process,
     scene: PathBuf,
 }
 
-/// Starts emulated devices for those that are not named, then the controller.
+/// Starts emulators for the devices that are not named, then the controller.
 pub(crate) fn start(
     args: &RunArgs,
     scene: &Path,
@@ -55,7 +55,7 @@ pub(crate) fn start(
     })
 }
 
-/// The devices that are emulated, in a folder of their own.
+/// Emulated devices, in a folder of their own.
 struct Emulated {
     folder: PathBuf,
     haptic: bool,
@@ -79,7 +79,7 @@ impl Emulated {
         self.haptic || self.tracker || self.pedal
     }
 
-    /// The words that start them.
+    /// Arguments of the emulator.
     fn words(&self, args: &RunArgs, scene: &Path) -> Vec<OsString> {
         words([
             &"emulate",
@@ -98,7 +98,7 @@ impl Emulated {
         ])
     }
 
-    /// The devices that the controller opens.
+    /// Devices that the controller opens.
     fn with(&self, named: &DeviceArgs) -> DeviceArgs {
         let path = |named: &Option<PathBuf>, emulated: bool, name: &str| {
             named.clone().or(emulated.then(|| self.folder.join(name)))
@@ -123,8 +123,8 @@ fn control(
     let mut scene = scene.to_owned();
     let mut level = 1;
     loop {
-        // Levels that the user names are the controller's to choose from; else they are made here,
-        // when one is needed.
+        // The controller chooses among levels that the user names. Otherwise a coarser level is
+        // compiled here when needed.
         let next = match args.controller.realtime.coarser.is_empty() {
             true => scene::coarser(&args.scene, level),
             false => None,
@@ -151,7 +151,7 @@ fn control(
     }
 }
 
-/// The words that start a controller.
+/// Arguments of a controller.
 fn rt_words(args: &RunArgs, devices: &DeviceArgs, scene: &Path, strict: bool) -> Vec<OsString> {
     let mut realtime = args.controller.realtime.clone();
     realtime.strict |= strict;
@@ -172,7 +172,7 @@ fn rt_words(args: &RunArgs, devices: &DeviceArgs, scene: &Path, strict: bool) ->
     rt
 }
 
-/// Which of the levels, of the scene's own file or of those that the user named, the controller took.
+/// Level that the controller took, from the scene's own file or among those that the user named.
 fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<PathBuf, Problem> {
     let ready: serde_json::Value = serde_json::from_str(controller.said())?;
     let own = SceneFile::levels(&finest).into_iter().skip(1);
@@ -181,7 +181,7 @@ fn taken(controller: &Process, finest: PathBuf, coarser: &[PathBuf]) -> Result<P
         let id: String = id.iter().map(|byte| format!("{byte:02x}")).collect();
         if ready["scene_id"] == id.as_str() {
             say::note(format_args!(
-                "calot: the coarser level {} runs",
+                "calot: running the coarser level {}",
                 path.display()
             ));
             return Ok(path);

@@ -1,4 +1,4 @@
-//! The display, in this process, until the run is over; then the processes end.
+//! Shows the display in this process until the run is over, and then ends the other processes.
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::Ordering;
@@ -18,11 +18,11 @@ use crate::say;
 use crate::surgeon::AtWork;
 use crate::task::{self, Live};
 
-/// A headless run's length when none is given, s.
+/// Default length of a headless run, s.
 const HEADLESS_SECONDS: f64 = 10.0;
-/// How often a waiting user is told how far it is.
+/// Interval between progress messages.
 const PROGRESS: Duration = Duration::from_secs(1);
-/// How long the display waits for a state.
+/// Time that the display waits for a state.
 const PATIENCE_FOR_STATE: Duration = Duration::from_secs(30);
 
 /// A run whose processes have ended.
@@ -34,7 +34,7 @@ pub(super) struct Shown<'a> {
     pub(super) scene: PathBuf,
     pub(super) recorder: Recorder,
     pub(super) outcome: Outcome,
-    /// The processes that died by themselves, in words.
+    /// Messages about processes that died by themselves.
     pub(super) dead: Vec<String>,
     pub(super) recorded: Option<Recorded>,
     pub(super) assessed: Option<task::Ended>,
@@ -49,7 +49,7 @@ impl<'a> Started<'a> {
             say::note(format_args!("calot: the surgeon gave up: {why}"));
         }
         let recorded = self.recording.map(Recording::end);
-        // With the recording its course has ended.
+        // The end of the recording also ends the assessment.
         let assessed = self.live.map(Live::end);
         let mut outcome = outcome?;
         if matches!(recorded, Some(None)) {

@@ -18,18 +18,18 @@ use crate::problem::Problem;
 use crate::surgeon::AtWork;
 use crate::task::{self, Assigned, Live};
 
-/// A run whose processes are up.
+/// A run whose processes have started.
 pub(super) struct Started<'a> {
     pub(super) args: &'a RunArgs,
     pub(super) stop: Arc<AtomicBool>,
     pub(super) station: Station,
     pub(super) out: Option<PathBuf>,
     pub(super) folder: Folder,
-    /// The level of the scene that runs.
+    /// Level of the scene that runs.
     pub(super) scene: PathBuf,
     pub(super) live: Option<Live>,
     pub(super) recording: Option<Recording>,
-    /// Tells the recording where the display looks.
+    /// Passes the viewing angle of the endoscope to the recording.
     pub(super) sight: Sight,
     pub(super) watch: Watch,
     pub(super) surgeon: Option<AtWork>,
@@ -47,7 +47,7 @@ impl<'a> Planned<'a> {
             scene,
         } = self;
         let listening = match session_path(args, out.as_deref()) {
-            // Before the controller starts: replay needs its first tick.
+            // The recorder must be ready before the controller: replay needs the first tick.
             Some(path) => Some((path, listen(args, &station)?)),
             None => None,
         };
@@ -106,8 +106,8 @@ impl<'a> Planned<'a> {
     }
 }
 
-/// Where the session goes, if it is recorded. One that is joined cannot be replayed: its beginning
-/// is over.
+/// File of the recording, if there is one. A joined session is not recorded: without its beginning
+/// it cannot be replayed.
 fn session_path(args: &RunArgs, out: Option<&Path>) -> Option<PathBuf> {
     let beside = out.filter(|_| !args.attach);
     args.record

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use crate::children::Process;
 
-/// Watches the children from a thread: one that dies ends the run.
+/// Watches the children in a thread. A child that dies ends the run.
 pub(super) struct Watch {
     thread: std::thread::JoinHandle<Vec<String>>,
     pub(super) over: Arc<AtomicBool>,
@@ -28,7 +28,7 @@ impl Watch {
                 }
                 std::thread::sleep(Duration::from_millis(20));
             }
-            // The controller first: it sends its last, zero force while the device still listens.
+            // End the controller first: it sends a last, zero force while the device still listens.
             for child in children.into_iter().rev() {
                 let name = child.name();
                 if let Some(problem) = child.end()
@@ -42,7 +42,7 @@ impl Watch {
         Self { thread, over }
     }
 
-    /// Ends the children; returns which had died by themselves.
+    /// Ends the children. Returns a message for each that had died by itself.
     pub(super) fn end(self) -> Vec<String> {
         self.over.store(true, Ordering::Relaxed);
         self.thread

@@ -1,4 +1,4 @@
-//! What `calot start` understands.
+//! Options of `calot start`.
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -10,8 +10,9 @@ use crate::args::{LanguageName, parse_station};
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-Every operation is a `calot run` of its own: --station, --task, --difficulty, --scene, --scope, --language,
---trainee, --store, --station-file, --rules and --out come from what is chosen or given here, and whatever stands after `--` is added.
+Each operation is a `calot run`. The launcher sets --station, --task, --difficulty, --scene,
+--scope, --language, --trainee, --store, --station-file, --rules and --out. Arguments after `--`
+are added.
 
 Examples:
   calot start
@@ -21,10 +22,11 @@ pub(crate) struct StartArgs {
     /// Name of the station
     #[arg(long, value_name = "NAME", default_value = "main", value_parser = parse_station)]
     pub(crate) station: String,
-    /// File that names the devices, to begin with [default: emulated devices]
+    /// File that names the devices at the start [default: emulated devices]
     #[arg(long, value_name = "FILE")]
     pub(crate) station_file: Option<PathBuf>,
-    /// A scene to choose beside the built-in ones: a recipe (.toml), a mesh, or a compiled scene
+    /// Scene to offer in addition to the built-in ones: a recipe (.toml), a mesh or a compiled
+    /// scene (.calot)
     #[arg(long, value_name = "FILE")]
     pub(crate) scene: Option<String>,
     /// Pass rules and weights (TOML) [default: the built-in ones]
@@ -33,22 +35,22 @@ pub(crate) struct StartArgs {
     /// Questionnaire (TOML) [default: the paper's fourteen items]
     #[arg(long, value_name = "FILE")]
     pub(crate) questionnaire: Option<PathBuf>,
-    /// Where each session gets a folder [default: `sessions` beside the store]
+    /// Folder in which each session gets its own folder [default: `sessions` next to the store]
     #[arg(long, value_name = "DIR")]
     pub(crate) sessions: Option<PathBuf>,
-    /// The interface's language [default: the one of LANG]
+    /// Language of the interface [default: that of LANG]
     #[arg(long, value_enum)]
     pub(crate) language: Option<LanguageName>,
     #[command(flatten)]
     pub(crate) store: StoreFile,
-    /// More for every `calot run`
+    /// Additional arguments of every `calot run`, e.g. -- --mute
     #[arg(last = true, value_name = "RUN ARGS")]
     pub(crate) more: Vec<OsString>,
 }
 
 impl Default for StartArgs {
     fn default() -> Self {
-        /// `calot` alone on a screen is `calot start` alone.
+        /// `calot` alone on a screen has the defaults of `calot start`.
         #[derive(clap::Parser)]
         struct Alone {
             #[command(flatten)]

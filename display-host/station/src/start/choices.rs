@@ -1,16 +1,16 @@
-//! What may be chosen, and what goes together.
+//! Choices of the launcher, and rules for combining them.
 
 use assess::{Difficulty, Task};
 use display_host::ui::launcher::StartForm;
 
-/// The scene that every task can be worked in.
+/// Scene in which every task can be worked.
 pub(super) const TRIANGLE: &str = "triangle";
 /// Scenes that need no file.
 pub(super) const SCENES: [&str; 3] = [TRIANGLE, "triangle-variant", "built-in"];
-/// The endoscopes' angles, degrees.
+/// Angles of the endoscopes, degrees.
 pub(super) const SCOPES: [u16; 3] = [0, 30, 45];
 
-/// The choices to begin with.
+/// Initial choices.
 pub(super) fn usual() -> StartForm {
     StartForm {
         task: Task::Identify.name().to_owned(),
@@ -21,18 +21,18 @@ pub(super) fn usual() -> StartForm {
     }
 }
 
-/// Whether a task can be worked in the scene of four organs, which has neither duct nor artery.
+/// True if a task needs duct and artery, which the scene of four organs lacks.
 fn needs_triangle(task: &str) -> bool {
     !matches!(Task::from_name(task), Some(Task::Free | Task::Scope))
 }
 
-/// The tasks in which the trainee may place the sutures.
+/// Tasks in which the trainee may place the sutures.
 pub(super) fn hanging() -> Vec<&'static str> {
     let tasks = Task::ALL.into_iter().filter(|it| it.may_hang());
     tasks.map(Task::name).collect()
 }
 
-/// The new choices, with what else must change to go with what was changed.
+/// Adapts the other choices to the one that changed.
 pub(super) fn fitting(before: &StartForm, mut form: StartForm) -> StartForm {
     if form.scene == "built-in" && needs_triangle(&form.task) {
         match form.task == before.task {

@@ -1,5 +1,5 @@
-//! `calot start`: choose, operate, debrief. A window of its own that starts `calot run` as a child, because a
-//! window system serves one event loop a process, and a run is one task.
+//! `calot start`: choose, operate, debrief. Its window starts each operation as a `calot run`
+//! child, because a window system serves one event loop per process and a run works one task.
 
 pub(crate) mod args;
 mod choices;
@@ -31,9 +31,9 @@ use crate::stop;
 
 /// Inner size of the window, pixels.
 const SIZE: [u32; 2] = [1280, 860];
-/// How often devices are looked for.
+/// Interval of the search for devices.
 const LOOK_EVERY: Duration = Duration::from_secs(3);
-/// How long the window may stand still for a store that another program writes.
+/// Time that the window may freeze while another program writes to the store.
 const PATIENCE_FOR_STORE: Duration = Duration::from_millis(300);
 
 /// Opens the launcher and runs it until it is closed.
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
     );
     let shown = show_page(SIZE, &stop, &mut desk);
     if let Some(operation) = &mut desk.operation {
-        say::note("calot: the operation is asked to end");
+        say::note("calot: asking the operation to end");
         operation.stop();
         operation.wait();
     }
@@ -56,25 +56,25 @@ pub(crate) fn run(args: &StartArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Whether there is a screen to open a window on.
+/// True if there is a screen for a window.
 pub(crate) fn has_screen() -> bool {
     ["DISPLAY", "WAYLAND_DISPLAY"]
         .iter()
         .any(|name| std::env::var_os(name).is_some_and(|it| !it.is_empty()))
 }
 
-/// The launcher's state: what it shows, and what it knows beside.
+/// State of the launcher.
 struct Desk {
     args: StartArgs,
     rules: Rules,
     questions: Questionnaire,
-    /// Where the store lies; none: there is no home folder.
+    /// Path of the store. `None`: there is no home folder.
     store: Option<PathBuf>,
     view: Launcher,
-    /// The choices, on whatever screen.
+    /// The choices, which all screens share.
     form: StartForm,
     operation: Option<Operation>,
-    /// The newest debrief with its session's name, to come back to.
+    /// The newest debrief and its session's id, for a return to it.
     debrief: Option<(Debrief, String)>,
     looked: Instant,
     opening: Option<Child>,
@@ -119,7 +119,7 @@ impl Desk {
         desk
     }
 
-    /// The store, if it can be opened now.
+    /// Opens the store, if possible now.
     fn open_store(&self) -> Result<Store, String> {
         let words = &self.view.words;
         let path = self.store.as_ref();
@@ -197,7 +197,7 @@ impl Desk {
         self.form = form;
         if speaks_anew {
             self.view.words = Words::new(self.form.language);
-            // What stands there was said in the other one.
+            // The messages on the screen are in the old language: build them again.
             self.show_start();
         } else if let Screen::Start(start) = &mut self.view.screen {
             start.form = self.form.clone();
@@ -207,13 +207,13 @@ impl Desk {
         }
     }
 
-    /// Starts an operation, or says on the start screen why not.
+    /// Starts an operation, or shows the reason on the start screen.
     fn begin(&mut self) {
         let begun = self.checked().and_then(|form| {
             let out = self.new_folder()?;
             let words = self.words_of_run(&form, &out);
             Operation::begin(&words, form, out.clone()).map_err(|error| {
-                // Nothing came of it.
+                // The operation did not start, so remove its empty folder.
                 let _ = std::fs::remove_dir(&out);
                 problem::of_start(&self.view.words, &error)
             })
@@ -232,7 +232,7 @@ impl Desk {
         }
     }
 
-    /// The choices, as they can be begun with.
+    /// Checks the choices and returns them in the form that a run takes.
     fn checked(&self) -> Result<StartForm, String> {
         let mut form = self.form.clone();
         form.trainee = form.trainee.trim().to_owned();
@@ -248,7 +248,7 @@ impl Desk {
         Ok(form)
     }
 
-    /// A folder for the next session.
+    /// Makes a folder for the next session.
     fn new_folder(&self) -> Result<PathBuf, String> {
         let beside = self.store.as_ref().and_then(|store| store.parent());
         let sessions = self.args.sessions.clone();
@@ -288,7 +288,7 @@ impl Desk {
         if !form.trainee.is_empty()
             && let Some(store) = &self.store
         {
-            // With `=`, for a name may begin with a hyphen.
+            // With `=`, because a name may begin with a hyphen.
             option("--store", store);
             words.push(format!("--trainee={}", form.trainee).into());
         }
@@ -322,7 +322,7 @@ impl Desk {
         });
     }
 
-    /// The operation has ended: its debrief, or why there is none.
+    /// The operation has ended: shows its debrief, or the reason why there is none.
     fn debrief(&mut self, operation: &Operation, status: ExitStatus) {
         let store = self.open_store();
         let form = &operation.form;
@@ -339,7 +339,7 @@ impl Desk {
                 self.show_debrief();
             }
             None => {
-                // Only if it is empty: what it left may say why.
+                // Remove the folder only if it is empty: its files may tell the reason.
                 let _ = std::fs::remove_dir(&operation.out);
                 let mut said = operation.said();
                 if crate::report::recording(&operation.out).exists() {
@@ -428,7 +428,7 @@ impl Desk {
         }
     }
 
-    /// Puts the points into the store, or says why not; they stay on the screen then.
+    /// Stores the points. On failure the screen keeps them and shows the reason.
     fn keep(&mut self) {
         let Screen::Points(points) = &self.view.screen else {
             return;
@@ -483,7 +483,7 @@ impl Page for Desk {
     fn show(&mut self, ui: &mut egui::Ui) {
         for wish in launcher(ui, &self.view) {
             self.do_as(wish);
-            // What was pressed on one screen is not meant for the next.
+            // Input on one screen must not reach the next.
             ui.ctx().request_repaint();
         }
     }

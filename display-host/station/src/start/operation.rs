@@ -1,4 +1,4 @@
-//! An operation: a `calot run` of its own, with its own window.
+//! An operation: a `calot run` with a window of its own.
 
 use std::collections::VecDeque;
 use std::ffi::OsString;
@@ -14,26 +14,26 @@ use display_host::ui::launcher::StartForm;
 
 use crate::say;
 
-/// Lines that are kept of what it says.
+/// Most lines of output that are kept.
 const LINES_KEPT: usize = 12;
-/// How long its end may take before it may be ended without a report.
+/// Time that a graceful end may take. After it the user may end the operation without a report.
 const PATIENCE_TO_END: Duration = Duration::from_secs(5);
-/// How long what it said last may take to come: somebody else may hold its line open.
+/// Time to wait for the last output. Another process may hold the pipe open.
 const PATIENCE_TO_READ: Duration = Duration::from_millis(500);
 
-/// An operation that runs.
+/// A running operation.
 pub(super) struct Operation {
     child: Child,
-    /// What was chosen for it.
+    /// Choices for this operation.
     pub(super) form: StartForm,
-    /// Its folder.
+    /// Folder of its session.
     pub(super) out: PathBuf,
     began: Instant,
     said: Arc<Mutex<VecDeque<String>>>,
     reader: Option<JoinHandle<()>>,
-    /// When it was asked to end.
+    /// Time of the request to end.
     asked: Option<Instant>,
-    /// When it was seen to have ended.
+    /// Time when its end was noticed.
     seen: Option<Instant>,
 }
 
@@ -45,7 +45,8 @@ impl Operation {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
-            // A terminal's Ctrl-C reaches the launcher alone, which then ends the operation in order.
+            // A terminal's Ctrl-C reaches only the launcher, which then ends the operation in
+            // order.
             .process_group(0)
             .spawn()?;
         let said = Arc::new(Mutex::new(VecDeque::new()));
@@ -76,18 +77,18 @@ impl Operation {
         })
     }
 
-    /// How long it has run, s.
+    /// Time that it has run, s.
     pub(super) fn seconds(&self) -> f64 {
         self.began.elapsed().as_secs_f64()
     }
 
-    /// The last it said, oldest first.
+    /// Its last lines of output, oldest first.
     pub(super) fn said(&self) -> Vec<String> {
         let said = self.said.lock().unwrap_or_else(PoisonError::into_inner);
         said.iter().cloned().collect()
     }
 
-    /// How it ended, if it did; what it said has been read then, as far as it came in time.
+    /// Exit status, if it has ended. Its output has then been read, as far as it came in time.
     pub(super) fn ended(&mut self) -> Option<ExitStatus> {
         let status = self.child.try_wait().ok().flatten()?;
         let seen = *self.seen.get_or_insert_with(Instant::now);
@@ -95,17 +96,17 @@ impl Operation {
         (!reads || seen.elapsed() >= PATIENCE_TO_READ).then_some(status)
     }
 
-    /// It was asked to end.
+    /// True after a request to end.
     pub(super) fn is_ending(&self) -> bool {
         self.asked.is_some()
     }
 
-    /// It was asked to end so long ago that it may hang.
+    /// True if the request to end is so old that the operation may hang.
     pub(super) fn is_overdue(&self) -> bool {
         self.asked.is_some_and(|it| it.elapsed() >= PATIENCE_TO_END)
     }
 
-    /// Asks it to end: it writes its report first.
+    /// Asks it to end. It then writes its report.
     pub(super) fn stop(&mut self) {
         self.asked.get_or_insert_with(Instant::now);
         if let Some(pid) = rustix::process::Pid::from_raw(self.child.id().cast_signed()) {
@@ -113,7 +114,7 @@ impl Operation {
         }
     }
 
-    /// Ends it at once. Its children end with it.
+    /// Kills it. Its children end with it.
     pub(super) fn kill(&mut self) {
         let _ = self.child.kill();
     }

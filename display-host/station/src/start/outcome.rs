@@ -1,4 +1,4 @@
-//! From what an operation left in its folder, and from the store, to its debrief.
+//! Builds the debrief of an operation from its folder and the store.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use store::Store;
 use super::problem;
 use crate::store::{Course, past};
 
-/// Metrics that are shown of every task, beside those of its pass rule.
+/// Metrics shown for every task, in addition to those of its pass rule.
 const SHOWN: [Metric; 9] = [
     Metric::Time,
     Metric::Alarms,
@@ -25,10 +25,10 @@ const SHOWN: [Metric; 9] = [
     Metric::Bile,
     Metric::OutOfView,
 ];
-/// Warnings that are shown.
+/// Most warnings shown.
 const WARNINGS_MAX: usize = 4;
 
-/// What an operation came to, and its session's name; `None`: it left nothing.
+/// Debrief of an operation and the id of its session. `None`: the operation left no result.
 pub(super) fn read(
     out: &Path,
     trainee: &str,
@@ -94,7 +94,7 @@ pub(super) fn read(
     Some((debrief, session))
 }
 
-/// An instructor's points together, if there are any.
+/// Sum of an instructor's points, if there are any.
 pub(super) fn sum(sheet: &[(String, u8)]) -> Option<u32> {
     let points = sheet.iter().map(|(_, points)| u32::from(*points));
     (!sheet.is_empty()).then(|| points.sum())
@@ -106,7 +106,7 @@ fn texts(value: &Value) -> Vec<String> {
         .collect()
 }
 
-/// Why it ended so, as far as this program knows the kinds.
+/// Reasons for the outcome that this program knows.
 fn reasons(summary: &Value) -> Vec<Reason> {
     let all = summary["reason_kinds"].as_array().into_iter().flatten();
     all.filter_map(|it| Reason::deserialize(it).ok()).collect()
@@ -139,7 +139,7 @@ fn rows(
             };
             let rule = pass.iter().find(|(it, ..)| *it == name);
             let passes = rule.map(|(_, least, most)| [*least, *most]);
-            // Who fails early is quick.
+            // A session that failed early is short, so best times come from passed ones.
             let passed = past.iter().filter(|it| it.outcome == "passed");
             let earlier = passed.filter_map(|it| match name {
                 "score" => Some(it.score),
@@ -167,7 +167,7 @@ fn rows(
 mod tests {
     use super::*;
 
-    /// Without a store.
+    /// Reads without a store.
     fn read_it(out: &Path, trainee: &str) -> Option<(Debrief, String)> {
         let store = Err("it is in use".to_owned());
         read(out, trainee, &Rules::default(), &store, &Words::default())

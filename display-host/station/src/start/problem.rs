@@ -1,5 +1,5 @@
-//! What goes wrong on the launcher's screens, in the user's language. The system's own words, and what is wrong
-//! inside a file, stand in it as they are.
+//! Error messages of the launcher in the user's language. Messages from the system and about the
+//! contents of a file are inserted untranslated.
 
 use std::os::unix::process::ExitStatusExt as _;
 use std::path::Path;
@@ -9,7 +9,7 @@ use display_host::words::Words;
 use hardware::HardwareError;
 use store::StoreError;
 
-/// Why the store refuses.
+/// Message for an error of the store.
 pub(super) fn of_store(words: &Words, error: &StoreError) -> String {
     let with = |id, path: &Path, problem: &dyn std::fmt::Display| {
         let path = path.display().to_string().into();
@@ -38,7 +38,7 @@ pub(super) fn of_store(words: &Words, error: &StoreError) -> String {
     }
 }
 
-/// Why a name is none to be kept.
+/// Message for a name that the store refuses.
 pub(super) fn of_name(words: &Words, error: &StoreError) -> String {
     match error {
         StoreError::Value { value, .. } => {
@@ -48,7 +48,7 @@ pub(super) fn of_name(words: &Words, error: &StoreError) -> String {
     }
 }
 
-/// Why a station file cannot be used.
+/// Message for a station file that cannot be used.
 pub(super) fn of_station_file(words: &Words, error: &HardwareError) -> String {
     match error {
         HardwareError::NoStationFile { path } => {
@@ -72,25 +72,26 @@ pub(super) fn of_station_file(words: &Words, error: &HardwareError) -> String {
     }
 }
 
-/// Why a session has no folder.
+/// Message if a session gets no folder.
 pub(super) fn of_folder(words: &Words, path: &Path, error: &std::io::Error) -> String {
     let path = path.display().to_string().into();
     let values = [("path", path), ("problem", error.to_string().into())];
     words.say_with("start-no-folder", &values)
 }
 
-/// Why an operation does not begin.
+/// Message if an operation cannot start.
 pub(super) fn of_start(words: &Words, error: &std::io::Error) -> String {
     words.say_with("start-no-process", &[("problem", error.to_string().into())])
 }
 
-/// What was recorded of an operation that left no debrief, and how the store takes it in.
+/// Message for an operation without debrief: the path of its recording, and the command that adds
+/// it to the store.
 pub(super) fn of_recorded(words: &Words, path: &Path) -> String {
     let path = path.display().to_string().into();
     words.say_with("failed-recorded", &[("path", path)])
 }
 
-/// How a process ended.
+/// Message for the exit status of a process.
 pub(super) fn of_end(words: &Words, status: ExitStatus) -> String {
     let (id, number) = match (status.code(), status.signal()) {
         (Some(code), _) => ("failed-code", code),

@@ -1,4 +1,5 @@
-//! The station's devices before anything starts: what the file names, what is there, what is plugged in.
+//! Devices of the station before a start: those that the file names, those present, and those
+//! plugged in.
 
 use std::path::Path;
 
@@ -9,7 +10,7 @@ use hardware::station::StationFile;
 
 use super::problem;
 
-/// Brings a start screen's devices up to date.
+/// Updates the devices on the start screen.
 pub(super) fn look(start: &mut Start, words: &Words) {
     let form = &start.form;
     let file = match (form.emulated, form.station_file.trim()) {
@@ -24,7 +25,7 @@ pub(super) fn look(start: &mut Start, words: &Words) {
     start.plugged_in = hardware::list::devices().iter().map(told).collect();
 }
 
-/// By its name, if it has one of its own, and where it is.
+/// Name of a device, if it has one, and its path.
 fn told(found: &Found) -> String {
     let path = found.path.display();
     match found.stable_path {
@@ -48,7 +49,7 @@ fn lines(file: &StationFile) -> Vec<DeviceLine> {
 
 fn state(path: &Path) -> DeviceState {
     let shown = path.display().to_string();
-    // An address of a service and a unit's number on the USB are no paths.
+    // A service address and a USB unit number are no paths.
     match (path.is_absolute(), path.exists()) {
         (false, _) => DeviceState::Named(shown),
         (true, true) => DeviceState::There(shown),
@@ -94,7 +95,7 @@ mod tests {
                 .as_ref()
                 .is_some_and(|it| it.contains("magic"))
         );
-        // What would block, or never end, is not read.
+        // Never read a file that blocks or has no end.
         for path in ["/dev/zero", "/dev/ptmx", "/"] {
             start.form.station_file = path.to_owned();
             look(&mut start, &words);

@@ -1,4 +1,4 @@
-//! What `calot store` understands.
+//! Options of `calot store`.
 
 use std::path::PathBuf;
 
@@ -8,13 +8,13 @@ use crate::args::{StoreFile, parse_difficulty, parse_task, parse_trainee};
 
 #[derive(Debug, Clone, Args)]
 #[command(after_help = "\
-It holds a name that each trainee chooses, what sessions came to (`calot run --task T --trainee NAME`),
-answers and instructors' sheets; no recordings. Only its user can read the file.
+The store holds a name that each trainee chooses, results of sessions (`calot run --task T --trainee NAME`),
+answers and instructors' sheets, but no recordings. Only its user can read the file.
 
 Examples:
-  calot store list                          everybody
+  calot store list                          all trainees
   calot store list Ada                      her sessions
-  calot store add Ada out/SESSION           one that was killed, from its recording
+  calot store add Ada out/SESSION           a killed run, from its recording
   calot store curve Ada --task clamp --out ada.svg
   calot store sheet SESSION 4 3 4 5 3       an instructor's GOALS points
   calot store ask Ada                       the questionnaire
@@ -28,7 +28,7 @@ pub(crate) struct StoreArgs {
     pub(crate) what: What,
 }
 
-/// What can be done with a merged store.
+/// Examples of queries on a merged store.
 const MERGED: &str = "\
 The merged file is SQLite, which R, Python and every spreadsheet's database driver open:
   sqlite3 centre.sqlite < scores.sql       with, for example, in scores.sql:
@@ -49,97 +49,99 @@ Into PostgreSQL, each column as text:
 
 #[derive(Debug, Clone, Subcommand)]
 pub(crate) enum What {
-    /// Everybody, or the sessions of one
+    /// Lists all trainees, or the sessions of one
     List {
-        /// Whose sessions
+        /// Trainee whose sessions to list [default: list the trainees]
         name: Option<String>,
-        /// One JSON object on standard output
+        /// Print one JSON object on standard output
         #[arg(long)]
         json: bool,
     },
-    /// Takes sessions in afterwards, assessed from their recordings: of a run that was killed, that did not name
-    /// its trainee, or that the store refused. One that breaks off before its task was decided is kept as
-    /// cut-short and counts in no curve. A session that is there already stays as it is
+    /// Adds sessions afterwards and assesses them from their recordings: those of a run that was
+    /// killed, that named no trainee, or that the store refused. A session that breaks off before
+    /// its task was decided is kept as cut-short and counts in no curve. A session already in the
+    /// store stays unchanged
     Add {
-        /// Whose they are: no recording says
+        /// Trainee to add them to; a recording does not name one
         #[arg(value_parser = parse_trainee)]
         name: String,
-        /// Recordings, or folders of `calot run --out DIR`
+        /// Recordings (.mcap), or folders of `calot run --out DIR`
         #[arg(value_name = "SESSION", required = true)]
         sessions: Vec<PathBuf>,
-        /// One JSON object a session that was added, on standard output
+        /// Print one JSON object per added session on standard output
         #[arg(long)]
         json: bool,
     },
-    /// All that is kept, of everybody or of one, on standard output: JSON
+    /// Prints everything stored about all trainees or one, as JSON
     Export {
-        /// Of whom
+        /// Trainee to export [default: all]
         name: Option<String>,
-        /// Sessions as CSV instead, metrics as columns
+        /// Print the sessions as CSV instead, with metrics as columns
         #[arg(long)]
         csv: bool,
     },
-    /// Adds all that other stations' stores hold; again changes nothing. The same name is the same person;
-    /// sessions have names that no two stations give. Who was forgotten here and is there comes back
+    /// Adds the contents of other stations' stores. Repeating it changes nothing. Equal names mean
+    /// the same person; session names differ between stations. A trainee who was forgotten here but
+    /// is in another store comes back
     #[command(after_help = MERGED)]
     Merge {
-        /// The other stores, which are only read
+        /// Stores to read, e.g. theatre-1.sqlite; they stay unchanged
         #[arg(value_name = "STORE", required = true)]
         others: Vec<PathBuf>,
-        /// One JSON object a store on standard output
+        /// Print one JSON object per store on standard output
         #[arg(long)]
         json: bool,
     },
-    /// Forgets somebody: name, sessions, answers and sheets are overwritten. Recordings stay where
-    /// they are; it says where
+    /// Forgets a trainee: overwrites name, sessions, answers and sheets. Recordings stay on disk;
+    /// the command lists them
     Forget {
-        /// Whom
+        /// Trainee
         name: String,
     },
-    /// A learning curve, session by session, with the pass rule: SVG. Sessions that were aborted or were
+    /// Draws a learning curve as SVG: each session, and the pass rule. Aborted sessions and
     /// practice do not count
     Curve {
-        /// Whose
+        /// Trainee
         name: String,
-        /// Of which task
+        /// Task, e.g. clamp
         #[arg(long, value_name = "TASK", value_parser = parse_task)]
         task: assess::Task,
-        /// At which difficulty [default: that of the newest session]
+        /// Difficulty [default: that of the newest session]
         #[arg(long, value_name = "HOW", value_parser = parse_difficulty)]
         difficulty: Option<assess::Difficulty>,
-        /// `score`, or a metric (`calot report --metrics`)
+        /// `score`, or a metric that `calot report --metrics` names, e.g. time_s
         #[arg(long, value_name = "METRIC", default_value = "score", value_parser = parse_metric)]
         metric: String,
-        /// Where it goes
+        /// File for the curve
         #[arg(long, value_name = "FILE", default_value = "curve.svg")]
         out: PathBuf,
     },
-    /// An instructor's points for a session, 1 to 5 each: depth perception, bimanual dexterity,
-    /// efficiency, tissue handling, autonomy (GOALS)
+    /// Stores an instructor's five GOALS points for a session, 1 to 5 each: depth perception,
+    /// bimanual dexterity, efficiency, tissue handling, autonomy
     Sheet {
-        /// The session, as `list NAME` names it
+        /// Session id, as `calot store list NAME` prints it
         session: String,
-        /// The five points
+        /// Five points, e.g. 4 3 4 5 3
         #[arg(num_args = 5, value_parser = clap::value_parser!(u8).range(1..=5))]
         points: Vec<u8>,
     },
     /// Asks a questionnaire in the terminal
     Ask {
-        /// Whom
+        /// Trainee
         name: String,
-        /// Another questionnaire (TOML) [default: the paper's fourteen items]
+        /// Questionnaire (TOML) [default: the paper's fourteen items]
         #[arg(long, value_name = "FILE")]
         questionnaire: Option<PathBuf>,
-        /// The answers, 1 to 5 each, instead of asking: 3,4,2,…
+        /// Answers, 1 to 5 each, instead of asking, e.g. 3,4,2,…
         #[arg(long, value_name = "N,N,…", value_delimiter = ',')]
         answers: Vec<u8>,
     },
-    /// What everybody answered: mean and standard deviation, beside the paper's
+    /// Prints mean and standard deviation of all answers, next to the paper's
     Answers {
-        /// Another questionnaire (TOML) [default: the paper's fourteen items]
+        /// Questionnaire (TOML) [default: the paper's fourteen items]
         #[arg(long, value_name = "FILE")]
         questionnaire: Option<PathBuf>,
-        /// One JSON object on standard output
+        /// Print one JSON object on standard output
         #[arg(long)]
         json: bool,
     },

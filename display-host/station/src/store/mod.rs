@@ -1,4 +1,4 @@
-//! `calot store`: trainees, their sessions, what they answered.
+//! `calot store`: trainees, their sessions, their answers.
 
 pub(crate) mod args;
 mod questions;
@@ -16,7 +16,7 @@ use crate::problem::Problem;
 use crate::report::{self, utc};
 use crate::say;
 
-/// How a session ended whose recording breaks off before its task was decided.
+/// Outcome of a session whose recording breaks off before its task was decided.
 const CUT_SHORT: &str = "cut-short";
 
 pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
@@ -74,7 +74,7 @@ pub(crate) fn run(args: &StoreArgs) -> Result<ExitCode, Problem> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// Adds what another station's store holds.
+/// Adds the contents of another station's store.
 fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
     let merged = store.merge(other)?;
     if json {
@@ -90,7 +90,7 @@ fn merge(store: &mut Store, other: &Path, json: bool) -> Result<(), Problem> {
     ));
     if merged.differing > 0 {
         say::note(format_args!(
-            "{} of these differ there; they stay as they are here",
+            "{} of these differ there; the versions here remain",
             merged.differing
         ));
     }
@@ -101,7 +101,7 @@ fn forget(store: &mut Store, name: &str) -> Result<(), Problem> {
     let files = store.forget(name)?;
     say::note(format_args!("forgot {name}"));
     if !files.is_empty() {
-        say::note("recordings are not touched; they were here:");
+        say::note("recordings remain at:");
         files
             .iter()
             .for_each(|file| say::note(format_args!("  {file}")));
@@ -117,7 +117,7 @@ fn list(store: &Store, name: Option<&str>, json: bool) -> Result<(), Problem> {
             return Ok(());
         }
         if people.is_empty() {
-            say::note("nobody yet: `calot run --task clamp --trainee NAME` adds a session");
+            say::note("no trainee yet: `calot run --task clamp --trainee NAME` adds a session");
         }
         for person in people {
             say::answer(format_args!("{:>5}  {}", person.sessions, person.name));
@@ -149,7 +149,7 @@ fn list(store: &Store, name: Option<&str>, json: bool) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Adds a session as its recording has it; nothing if it is there already.
+/// Adds a session from its recording. Returns `None` if it is in the store already.
 fn add(store: &mut Store, name: &str, session: &Path) -> Result<Option<SessionRecord>, Problem> {
     let file = report::recording(session);
     let refused = |why: &str| Problem::from(format!("{}: {why}", file.display()));
@@ -164,9 +164,7 @@ fn add(store: &mut Store, name: &str, session: &Path) -> Result<Option<SessionRe
     }
     let is_task = |it: &session::Assignment| Task::from_name(&it.task).is_some();
     let assignment = found.assignment.filter(is_task).ok_or_else(|| {
-        refused(
-            "it was recorded for no task (`calot run --task`), and came to nothing that is kept",
-        )
+        refused("it was recorded without a task (`calot run --task`) and has no result to store")
     })?;
     for warning in found.left_out.in_words() {
         say::note(format_args!("warning: {}: {warning}", file.display()));
@@ -176,7 +174,7 @@ fn add(store: &mut Store, name: &str, session: &Path) -> Result<Option<SessionRe
     let (scene, program) = (&chapter.scene, &chapter.build);
     let id = &assignment.id;
     let mut record = record(id, began_unix_s, assessed, scene, program, Some(&file));
-    // What was decided before it breaks off stays so.
+    // A decision before the break stays valid.
     let is_open = matches!(assessed.outcome, Outcome::Aborted | Outcome::Practised);
     if is_open && found.left_out.cut_short().is_some() {
         CUT_SHORT.clone_into(&mut record.outcome);
@@ -194,7 +192,7 @@ fn add(store: &mut Store, name: &str, session: &Path) -> Result<Option<SessionRe
     Ok(Some(record))
 }
 
-/// Draws sessions that compare: worked to their end, of one difficulty, by one version of the metrics.
+/// Draws comparable sessions: completed, of one difficulty, assessed by one version of the metrics.
 fn curve(
     store: &Store,
     name: &str,
@@ -225,7 +223,7 @@ fn curve(
     let title = format!("{metric} {unit}").trim_end().to_owned();
     let drawn = learning_curve(&values, rule, &title).ok_or_else(|| {
         format!(
-            "{} session of task '{}' with {metric}: a curve needs two",
+            "{} session of task '{}' with {metric}: a curve needs at least two",
             values.len(),
             task.name()
         )
@@ -239,7 +237,8 @@ fn curve(
     Ok(())
 }
 
-/// The sessions that compare with the newest of a difficulty, or of any, and how many do not.
+/// Sessions that compare with the newest of a difficulty (or of any), and the number of those that
+/// do not.
 fn comparable(
     sessions: Vec<SessionRecord>,
     difficulty: Option<Difficulty>,
@@ -258,7 +257,7 @@ fn comparable(
     (kept, left_out)
 }
 
-/// A session as the store keeps it.
+/// Record of a session for the store.
 pub(crate) fn record(
     id: &str,
     began_unix_s: i64,
@@ -288,21 +287,21 @@ pub(crate) fn record(
     }
 }
 
-/// What the store adds to a debrief.
+/// Data that the store adds to a debrief.
 pub(crate) struct Before {
     pub(crate) past: Vec<Past>,
     pub(crate) sheet: Vec<(String, u8)>,
 }
 
-/// Whether a session was worked to its end: one that was left early, or was practice, took less time and
-/// cost less than any that was not.
+/// True if a session was completed. An aborted session and practice take less time and incur fewer
+/// penalties than a completed one.
 fn counts(session: &SessionRecord) -> bool {
     [Outcome::Passed, Outcome::Failed]
         .iter()
         .any(|it| it.name() == session.outcome)
 }
 
-/// Sessions that compare with each other.
+/// Criteria that make sessions comparable.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Course<'a> {
     pub(crate) task: &'a str,
@@ -317,8 +316,8 @@ impl Course<'_> {
     }
 }
 
-/// Somebody's earlier sessions of a task at a difficulty that were worked to their end, by metrics of one
-/// version; and the sheet of this one.
+/// A trainee's earlier completed sessions of a task at a difficulty, assessed by one version of the
+/// metrics; and the sheet of this session.
 pub(crate) fn past(
     store: &Store,
     name: &str,

@@ -1,4 +1,4 @@
-//! The questionnaire: asked in the terminal, and what everybody answered.
+//! Asks the questionnaire in the terminal, and summarises all answers.
 
 use std::io::{BufRead as _, Write as _};
 use std::path::Path;
@@ -9,7 +9,7 @@ use crate::clock::now_unix_s;
 use crate::problem::Problem;
 use crate::say;
 
-/// Keeps answers; asks for them in the terminal where none are given.
+/// Stores answers. Asks for them in the terminal if none are given.
 pub(super) fn take(
     store: &mut Store,
     name: &str,
@@ -23,11 +23,11 @@ pub(super) fn take(
         false => answers.to_vec(),
     };
     store.answer(name, &questions, &answers, now_unix_s())?;
-    say::note("thank you; `calot store answers` shows what all answered");
+    say::note("thank you; `calot store answers` shows a summary of all answers");
     Ok(())
 }
 
-/// Says what everybody answered.
+/// Prints a summary of all answers.
 pub(super) fn summarise(
     store: &Store,
     questionnaire: Option<&Path>,
@@ -68,7 +68,7 @@ fn questions(path: Option<&Path>) -> Result<Questionnaire, Problem> {
     Ok(Questionnaire::read(path)?)
 }
 
-/// Asks in the terminal, until each answer is 1 to 5.
+/// Asks in the terminal until each answer is 1 to 5.
 fn ask(questions: &Questionnaire) -> Result<Vec<u8>, Problem> {
     say::note(format_args!(
         "{}: 1 (not at all) to 5 (very)",
@@ -84,13 +84,13 @@ fn ask(questions: &Questionnaire) -> Result<Vec<u8>, Problem> {
                 .and_then(|()| stderr.flush());
             let line = lines
                 .next()
-                .ok_or("it ended before the last answer; nothing is kept")??;
+                .ok_or("the input ended before the last answer; nothing is stored")??;
             match line.trim().parse() {
                 Ok(answer @ 1..=5) => {
                     answers.push(answer);
                     break;
                 }
-                _ => say::note("a number from 1 to 5, please"),
+                _ => say::note("please type a number from 1 to 5"),
             }
         }
     }

@@ -1,4 +1,4 @@
-//! What `calot run` understands about tasks.
+//! Options of `calot run` that concern tasks.
 
 use std::path::PathBuf;
 
@@ -8,19 +8,20 @@ use surgeon::Surgeon;
 
 use crate::args::{StoreFile, parse_difficulty, parse_task, parse_trainee};
 
-/// A task that is assessed while it runs.
+/// Task to assess while it runs.
 #[derive(Debug, Clone, Default, Args)]
 #[command(next_help_heading = "Task")]
 pub(crate) struct TaskArgs {
-    /// Assess this task: identify, clamp, cut, disconnect, full (all four), free (practice), scope
-    /// (endoscope drill). Leaves debrief.html beside the session
+    /// Assess this task: identify, clamp, cut, disconnect, full (all four), free (practice) or
+    /// scope (endoscope drill). Writes debrief.html next to the session
     #[arg(long, value_name = "TASK", value_parser = parse_task, conflicts_with = "attach")]
     pub(crate) task: Option<Task>,
-    /// beginner: hints; trainee: alarms and progress; exam: time alone [default: trainee]
+    /// Help for the trainee: beginner shows hints, trainee shows alarms and progress, exam shows
+    /// only the time [default: trainee]
     #[arg(long, value_name = "HOW", value_parser = parse_difficulty, requires = "task")]
     pub(crate) difficulty: Option<Difficulty>,
-    /// Who has placed the sutures that hang the gallbladder: given: they are there; own: the trainee
-    /// places them, with grasper and pedal (identify, full, free) [default: given]
+    /// Sutures that hang the gallbladder. given: they are in place; own: the trainee places them
+    /// with grasper and pedal (identify, full and free only)
     #[arg(
         long,
         value_name = "WHOSE",
@@ -29,25 +30,26 @@ pub(crate) struct TaskArgs {
         requires = "task"
     )]
     pub(crate) sutures: Sutures,
-    /// Pass rules and weights (TOML) [default: the built-in ones, see `calot report --rules-file`]
+    /// Pass rules and weights (TOML) [default: the built-in rules; `calot report --rules-file`
+    /// prints them]
     #[arg(long, value_name = "FILE", requires = "task")]
     pub(crate) rules: Option<PathBuf>,
-    /// A scripted surgeon works the task, with the emulated devices
+    /// Let a scripted surgeon work the task on the emulated devices
     #[arg(long, value_name = "WHO", value_enum, requires_all = ["task", "headless"])]
     pub(crate) hand: Option<Surgeon>,
-    /// Keep what it came to in the store, under this name
+    /// Keep the result in the store under this trainee's name, e.g. Ada
     #[arg(long, value_name = "NAME", value_parser = parse_trainee, requires = "task")]
     pub(crate) trainee: Option<String>,
     #[command(flatten)]
     pub(crate) store: StoreFile,
 }
 
-/// Whose sutures hang the gallbladder.
+/// Sutures that hang the gallbladder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 pub(crate) enum Sutures {
-    /// The scene's.
+    /// The scene has them in place.
     #[default]
     Given,
-    /// The trainee's.
+    /// The trainee places them.
     Own,
 }

@@ -1,4 +1,4 @@
-//! Tells instructors how a task stands, while it runs.
+//! Shows instructors the state of a task while it runs.
 
 use assess::{Assessment, Difficulty, Metric, Task};
 use display_host::latency::now_ns;
@@ -9,11 +9,11 @@ use shared_mem::task::TaskMsg;
 use super::view::view_of;
 use crate::say;
 
-/// Where bulletins are posted; made in the thread that posts.
+/// Posts bulletins. Create it in the thread that posts.
 pub(super) struct Board(Option<TaskSender>);
 
 impl Board {
-    /// Without one a task goes on all the same, and only instructors miss it.
+    /// Opens the service. If that fails, the task runs without bulletins for instructors.
     pub(super) fn open(station: &Station) -> Self {
         let sender = TaskSender::open(station);
         if let Err(problem) = &sender {
@@ -24,7 +24,7 @@ impl Board {
         Self(sender.ok())
     }
 
-    /// Posts how it stands.
+    /// Posts the current state.
     pub(super) fn post(&self, task: Task, difficulty: Difficulty, assessment: &Assessment) {
         let Some(sender) = &self.0 else { return };
         let text = bulletin(task, difficulty, assessment).text();
@@ -42,12 +42,12 @@ fn bulletin(task: Task, difficulty: Difficulty, assessment: &Assessment) -> Bull
     let values = assessment.metrics();
     let metrics = Metric::ALL.into_iter().filter_map(|metric| {
         let value = values.get(metric);
-        // What did not happen is no news.
+        // A value of zero or without definition is no news.
         let is_news = value.is_finite() && value.abs() > 0.0;
         is_news.then(|| (metric.name().to_owned(), metric.unit().to_owned(), value))
     });
     Bulletin {
-        // An instructor is told all, an exam's trainee is not.
+        // An instructor sees everything, even in an exam, where the trainee does not.
         task: view_of(task, Difficulty::Trainee, assessment.status()),
         difficulty: difficulty.name().to_owned(),
         alarms: newest

@@ -1,5 +1,5 @@
-//! A task while it runs: a thread takes the course of the operation as the recorder writes it, so that
-//! what the trainee is told and what is made of the recording are the same.
+//! A task while it runs. A thread assesses the entries that the recorder writes, so that the
+//! trainee's live view equals the assessment of the recording.
 
 pub(crate) mod args;
 mod board;
@@ -32,33 +32,33 @@ use crate::problem::Problem;
 use crate::say;
 use crate::store::{Course, past, record};
 
-/// How often the panel's view is brought up to date.
+/// Interval at which the panel's view is updated.
 const VIEW_EVERY: Duration = Duration::from_millis(50);
-/// How long the controller may take to prepare a task.
+/// Time that the controller may take to prepare a task.
 const START_PATIENCE: Duration = Duration::from_secs(20);
 
-/// What is to be assessed.
+/// A task to assess.
 #[derive(Debug, Clone)]
 pub(crate) struct Assigned {
     task: Task,
     sutures: Sutures,
     difficulty: Difficulty,
     rules: Rules,
-    /// The session's own name.
+    /// Id of the session.
     id: String,
-    /// Whose it is, and where it is kept.
+    /// Trainee and store, if the result is to be kept.
     keep: Option<(String, PathBuf)>,
 }
 
 impl Assigned {
-    /// What was asked for, if a task was; its rules are read and checked before anything starts.
+    /// Reads the requested task, if any. Checks its rules before anything starts.
     pub(crate) fn read(args: &TaskArgs) -> Result<Option<Self>, Problem> {
         let Some(task) = args.task else {
             return Ok(None);
         };
         if args.sutures == Sutures::Own && !task.may_hang() {
             return Err(format!(
-                "--sutures own: task '{}' begins with the gallbladder hung; place them yourself in identify, full or free",
+                "--sutures own: task '{}' begins with the gallbladder hung; choose identify, full or free to place them yourself",
                 task.name()
             )
             .into());
@@ -66,7 +66,7 @@ impl Assigned {
         let rules = args.rules.as_deref().map(Rules::read).transpose()?;
         let keep = match &args.trainee {
             Some(name) => {
-                // Before anything starts: a store that is refused is said now.
+                // Open the store before anything starts, to report a refusal early.
                 let store = args.store.open()?;
                 Some((name.clone(), store.path().to_owned()))
             }
@@ -87,7 +87,8 @@ impl Assigned {
         self.task
     }
 
-    /// Where it begins, as [`CommandMsg::START`] counts; none of one that begins with the organs at rest.
+    /// State in which it begins, as [`CommandMsg::START`] counts. `None`: it begins with the organs
+    /// at rest.
     pub(crate) fn start(&self) -> Option<u32> {
         match (self.sutures, self.task) {
             (Sutures::Own, _) => Some(0),
@@ -99,12 +100,12 @@ impl Assigned {
         }
     }
 
-    /// The session's own name.
+    /// Id of the session.
     pub(crate) fn id(&self) -> &str {
         &self.id
     }
 
-    /// As the session has it.
+    /// The assignment as the session stores it.
     pub(crate) fn assignment(&self) -> Assignment {
         Assignment {
             task: self.task.name().to_owned(),
@@ -114,7 +115,7 @@ impl Assigned {
         }
     }
 
-    /// Begins to assess what the returned sender is given.
+    /// Starts to assess the entries passed to the returned sender.
     pub(crate) fn begin(
         self,
         scene: &SceneFile,
@@ -123,7 +124,7 @@ impl Assigned {
         let anatomy = Anatomy::of(scene);
         if let Some(what) = self.task.lacks(&anatomy) {
             return Err(format!(
-                "task '{}' needs what scene '{}' lacks: {what}. Take another scene with --scene, e.g. \
+                "task '{}' needs what scene '{}' lacks: {what}. Choose another scene with --scene, e.g. \
                  triangle, or --task free",
                 self.task.name(),
                 scene.name()
@@ -132,7 +133,7 @@ impl Assigned {
         }
         if self.sutures == Sutures::Own && anatomy.sutures() == 0 {
             return Err(format!(
-                "--sutures own: scene '{}' hangs nothing by sutures. Take another with --scene, e.g. triangle",
+                "--sutures own: scene '{}' hangs no organ by sutures. Choose another with --scene, e.g. triangle",
                 scene.name()
             )
             .into());
@@ -173,18 +174,18 @@ impl Assigned {
     }
 }
 
-/// A task that runs.
+/// A running task.
 pub(crate) struct Live {
     thread: JoinHandle<Assessed>,
-    /// What the panel shows.
+    /// View for the panel.
     pub(crate) view: Arc<Mutex<TaskView>>,
-    /// Set once it is decided.
+    /// Set once the task is decided.
     pub(crate) over: Arc<AtomicBool>,
     id: String,
     keep: Option<(String, PathBuf)>,
 }
 
-/// What a task came to.
+/// Result of a task.
 pub(crate) struct Ended {
     pub(crate) assessed: Assessed,
     pub(crate) summary: TaskSummary,
@@ -192,7 +193,7 @@ pub(crate) struct Ended {
 }
 
 impl Ended {
-    /// Puts it into the store, if it is to be kept.
+    /// Puts the result into the store, if it is to be kept.
     pub(crate) fn keep(&self, scene: &str, recording: Option<&Path>) -> Result<(), Problem> {
         let Some((name, path)) = &self.keep else {
             return Ok(());
@@ -206,7 +207,7 @@ impl Ended {
         Ok(())
     }
 
-    /// The trainee's past and the instructor's sheet go into the debrief.
+    /// Adds the trainee's past and the instructor's sheet to the debrief.
     pub(crate) fn add_past(&self, chapter: &mut Chapter) -> Result<(), Problem> {
         if let Some((name, path)) = &self.keep {
             let store = Store::open(path)?;
@@ -224,7 +225,7 @@ impl Ended {
 }
 
 impl Live {
-    /// What it came to, once the recording has ended. `None`: it panicked.
+    /// Returns the result, once the recording has ended. `None`: the thread panicked.
     pub(crate) fn end(self) -> Option<Ended> {
         let assessed = self.thread.join().ok()?;
         Some(Ended {
@@ -258,7 +259,7 @@ fn follow(
     assessment.end()
 }
 
-/// Has the controller put the organs to where a task begins.
+/// Makes the controller prepare the organs for a task.
 pub(crate) fn start(argument: u32, station: &Station) -> Result<(), Problem> {
     let kind = CommandMsg::START;
     let command = CommandMsg { kind, argument };
@@ -269,7 +270,7 @@ pub(crate) fn start(argument: u32, station: &Station) -> Result<(), Problem> {
     }
 }
 
-/// As `summary.json` has it.
+/// The result as `summary.json` holds it.
 pub(crate) fn summary(assessed: &Assessed, id: &str) -> TaskSummary {
     let alarm = |alarm: &assess::Alarm| TaskAlarm {
         at_s: alarm.at_s,

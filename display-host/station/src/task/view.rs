@@ -3,7 +3,7 @@
 use assess::{Difficulty, Outcome, Status, Task};
 use display_host::ui::{TaskEnd, TaskNote, TaskView};
 
-/// What the trainee sees of it; where it began is known to whoever began it.
+/// The task's state as the trainee sees it.
 pub(super) fn view_of(task: Task, difficulty: Difficulty, status: Status) -> TaskView {
     let is_over = status.outcome != Outcome::Running;
     let open = is_over || difficulty != Difficulty::Exam;
