@@ -32,7 +32,7 @@ pub const MAX_BEADS: usize = 4 * MAX_SPHERES;
 /// Beads near parts of tools that are followed from tick to tick.
 pub const MAX_TUBE_CONTACTS: usize = 128;
 /// Places where tools touch tissue that one tick keeps; the deepest stay.
-pub const MAX_TOUCHES: usize = 64;
+pub const MAX_CONTACT_CONSTRAINTS: usize = 64;
 /// Pairs of unlinked spheres that are near each other; the first found stay.
 pub const MAX_SPHERE_PAIRS: usize = 4096;
 /// Pairs of them that may touch in a tick; the first found stay.

@@ -1,9 +1,9 @@
 //! What contacts on one skin do to each other beyond what the spheres carry over: what each pass over them
-//! asks again and again, close together in memory (a [`crate::contact::touch::Touch`] takes a kilobyte and a half).
+//! asks again and again, close together in memory (a [`crate::contact::constraint::ContactConstraint`] takes a kilobyte and a half).
 
 use heapless::Vec;
 
-use crate::capacity::MAX_TOUCHES;
+use crate::capacity::MAX_CONTACT_CONSTRAINTS;
 use crate::contact::law::Law;
 use crate::math::{self, Vec3};
 
@@ -11,7 +11,7 @@ use crate::math::{self, Vec3};
 #[derive(Debug, Clone)]
 pub(crate) struct Presser {
     /// Its index among all touches.
-    touch: u8,
+    constraint: u8,
     normal: Vec3,
     at_m: Vec3,
     force_n: f32,
@@ -24,14 +24,14 @@ pub(crate) struct Presser {
 impl Presser {
     /// The touch with this number, which presses with this force.
     pub(crate) fn new(
-        touch: usize,
+        constraint: usize,
         normal: Vec3,
         at_m: Vec3,
         force_n: f32,
         law: Option<Law>,
     ) -> Self {
         Self {
-            touch: touch as u8, // there are 64 at most
+            constraint: constraint as u8, // there are 64 at most
             normal,
             at_m,
             force_n,
@@ -44,7 +44,7 @@ impl Presser {
 /// The contacts of an organ.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Beside {
-    pressers: Vec<Presser, MAX_TOUCHES>,
+    pressers: Vec<Presser, MAX_CONTACT_CONSTRAINTS>,
 }
 
 impl Beside {
@@ -63,8 +63,8 @@ impl Beside {
     }
 
     /// Which touch the contact `own` is.
-    pub(crate) fn touch(&self, own: usize) -> Option<usize> {
-        self.pressers.get(own).map(|it| usize::from(it.touch))
+    pub(crate) fn constraint(&self, own: usize) -> Option<usize> {
+        self.pressers.get(own).map(|it| usize::from(it.constraint))
     }
 
     /// The contact `own` presses with this force now.
@@ -110,7 +110,7 @@ mod tests {
     fn presser(shape: Shape, at_m: Vec3, force_n: f32) -> Presser {
         let law = Law::new(shape, 6000.0, 0.1, 0.0);
         Presser {
-            touch: 0,
+            constraint: 0,
             normal: Vec3::z(),
             at_m,
             force_n,

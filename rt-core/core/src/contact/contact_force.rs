@@ -5,7 +5,7 @@ use crate::tool::Tool;
 
 /// A place where a tool touches tissue or the other tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Contact {
+pub(crate) struct ContactForce {
     /// Which tool.
     pub(crate) tool: Tool,
     /// The organ that it touches; none if that is the other tool.
@@ -24,7 +24,7 @@ pub(crate) struct Contact {
     pub(crate) friction_stiffness_n_m: f32,
 }
 
-impl Contact {
+impl ContactForce {
     /// Of tissue on tool, N.
     pub(crate) fn whole_force_n(&self) -> Vec3 {
         self.normal * self.force_n + self.friction_n

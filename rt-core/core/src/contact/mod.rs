@@ -2,6 +2,7 @@
 //! (`tube`), with what follows where they touch (`touch`); the instrument and the endoscope (`rigid`).
 
 mod beside;
+mod constraint;
 pub(crate) mod contact_force;
 mod friction;
 mod gap;
@@ -11,5 +12,4 @@ mod patch;
 mod rigid;
 pub(crate) mod skin;
 pub(crate) mod tool_contact;
-mod touch;
 pub(crate) mod tube;

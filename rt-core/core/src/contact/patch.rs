@@ -61,7 +61,7 @@ impl Patch {
     }
 
     /// Takes so large a share of the way of its spheres in this step, each by its weight.
-    pub(crate) fn calm(&self, share: f32, bodies: &mut Bodies) {
+    pub(crate) fn damp(&self, share: f32, bodies: &mut Bodies) {
         for (sphere, weight) in &self.parts {
             let node = bodies.nodes.at_mut(u32::from(*sphere));
             if node.inverse_mass_per_kg() > 0.0 {

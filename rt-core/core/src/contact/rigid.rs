@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use crate::capacity::MAX_CAPSULES;
-use crate::contact::contact_force::Contact;
+use crate::contact::contact_force::ContactForce;
 use crate::contact::gap::Gap;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role, Tool};
@@ -46,7 +46,7 @@ impl RigidContacts {
     }
 
     /// Finds where the instrument among `parts` touches the endoscope among them.
-    pub(crate) fn find(&mut self, parts: &[Capsule], mut add: impl FnMut(Contact)) {
+    pub(crate) fn find(&mut self, parts: &[Capsule], mut add: impl FnMut(ContactForce)) {
         let before = core::mem::take(&mut self.tracks);
         let Some(scope) = parts.iter().find(|part| part.role == Role::Endoscope) else {
             return;
@@ -58,7 +58,7 @@ impl RigidContacts {
             };
             let depth_m = (-track.gap.gap_m).max(0.0);
             if depth_m > 0.0 {
-                add(Contact {
+                add(ContactForce {
                     tool: Tool::Instrument,
                     organ: None,
                     at_m: at(part, track.felt_at) - track.normal * part.radius_m,
@@ -224,7 +224,7 @@ mod tests {
     }
 
     /// The endoscope lies on x; a shaft along y comes down on it by `step_m` a tick.
-    fn come_down(step_m: f32, ticks: u16) -> std::vec::Vec<Contact> {
+    fn come_down(step_m: f32, ticks: u16) -> std::vec::Vec<ContactForce> {
         let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
         let mut rigid = RigidContacts::default();
         let mut last = std::vec::Vec::new();
@@ -340,7 +340,7 @@ mod tests {
         ) {
             let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
             let mut rigid = RigidContacts::default();
-            let mut last: Option<Contact> = None;
+            let mut last: Option<ContactForce> = None;
             for tick in -200i16..200 {
                 let turn = 1.0e-3 * f32::from(tick);
                 let way = Vec3::new(turn.cos(), turn.sin(), 0.0);

@@ -4,19 +4,19 @@
 //! Stage `contact` ([`ToolContacts::find`]) keeps the spheres near the tools: organs whose box comes
 //! near, then their spheres, O(spheres of organs near · parts); skins and tubes say where they
 //! touch. Stage `solve` ([`ToolContacts::push_out`]) closes the gaps where the tissue has gone
-//! meanwhile, and pushes it with the force that the hand feels ([`crate::contact::touch`]).
+//! meanwhile, and pushes it with the force that the hand feels ([`crate::contact::constraint`]).
 
 use core::cmp::Ordering;
 
 use heapless::Vec;
 use heapless::binary_heap::{BinaryHeap, Min};
 
-use crate::capacity::{MAX_CAPSULES, MAX_CONTACTS, MAX_ORGANS, MAX_TOUCHES};
-use crate::contact::contact_force::Contact;
+use crate::capacity::{MAX_CAPSULES, MAX_CONTACT_CONSTRAINTS, MAX_CONTACTS, MAX_ORGANS};
+use crate::contact::constraint::{ContactConstraints, ContactSite};
+use crate::contact::contact_force::ContactForce;
 use crate::contact::part_box::part_box;
 use crate::contact::rigid::RigidContacts;
 use crate::contact::skin::SkinContacts;
-use crate::contact::touch::{Place, Touches};
 use crate::contact::tube::TubeContacts;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
@@ -68,10 +68,10 @@ pub(crate) struct ToolContacts {
     near: BinaryHeap<Near, Min, MAX_CONTACTS>,
     skin: SkinContacts,
     tubes: TubeContacts,
-    touches: Touches,
+    constraints: ContactConstraints,
     rigid: RigidContacts,
     /// This tick's contacts; written by [`ToolContacts::push_out`].
-    pub(crate) list: Vec<Contact, { MAX_TOUCHES + MAX_CAPSULES }>,
+    pub(crate) forces: Vec<ContactForce, { MAX_CONTACT_CONSTRAINTS + MAX_CAPSULES }>,
 }
 
 impl ToolContacts {
@@ -83,7 +83,7 @@ impl ToolContacts {
 
     /// How deep the tools lie in tissue at the deepest place, m; before the solve.
     pub(crate) fn deepest_m(&self) -> Option<f32> {
-        let depths = self.touches.iter().map(|touch| -touch.gap_m);
+        let depths = self.constraints.iter().map(|constraint| -constraint.gap_m);
         depths.filter(|m| *m > 0.0).reduce(f32::max)
     }
 
@@ -92,9 +92,9 @@ impl ToolContacts {
         self.near.clear();
         self.skin.clear();
         self.tubes.clear();
-        self.touches.clear();
+        self.constraints.clear();
         self.rigid.clear();
-        self.list.clear();
+        self.forces.clear();
     }
 
     /// Looks for what is near `parts`, as it lies before the solve. Where there is more than there is
@@ -108,8 +108,8 @@ impl ToolContacts {
         faults: &mut FaultSet,
     ) {
         self.near.clear();
-        self.touches.clear();
-        self.list.clear();
+        self.constraints.clear();
+        self.forces.clear();
         for (organ, organ_box) in scene.organs.iter().zip(bounds) {
             if scene.skin.near_sphere(organ.sphere_start).is_none() {
                 continue;
@@ -145,13 +145,14 @@ impl ToolContacts {
             }
         }
         let near = self.near.iter().map(|near| near.sphere);
-        let touches = &mut self.touches;
-        self.skin.find(parts, &near, scene, bodies, touches, faults);
+        let constraints = &mut self.constraints;
+        self.skin
+            .find(parts, &near, scene, bodies, constraints, faults);
         self.tubes
-            .find(parts, scene, bounds, bodies, touches, faults);
-        let list = &mut self.list;
+            .find(parts, scene, bounds, bodies, constraints, faults);
+        let forces = &mut self.forces;
         self.rigid.find(parts, |contact| {
-            let _ = list.push(contact); // as many as parts
+            let _ = forces.push(contact); // as many as parts
         });
     }
 
@@ -172,34 +173,36 @@ impl ToolContacts {
     /// Presses the tools against every organ, in its last substep, and lists what they do to it.
     pub(crate) fn push_out(&mut self, scene: &Scene<'_>, bodies: &mut Bodies) {
         for (organ, _) in (0u8..).zip(scene.organs) {
-            self.touches.press(organ, scene.step_s_of(organ), bodies);
+            self.constraints
+                .solve(organ, scene.step_s_of(organ), bodies);
         }
-        self.list.retain(|contact| contact.organ.is_none()); // found anew below
-        for touch in self.touches.iter() {
-            match touch.place {
-                Place::Skin { station } => {
-                    self.skin.remember(touch.organ, station, touch.carried());
+        self.forces.retain(|contact| contact.organ.is_none()); // found anew below
+        for constraint in self.constraints.iter() {
+            match constraint.site {
+                ContactSite::Skin { station } => {
+                    self.skin
+                        .remember(constraint.organ, station, constraint.cached());
                 }
-                Place::Tube { bead, part } => {
-                    self.tubes.remember(bead, part, touch.carried());
+                ContactSite::Tube { bead, part } => {
+                    self.tubes.remember(bead, part, constraint.cached());
                 }
             }
-            if touch.felt_n <= 0.0 {
+            if constraint.felt_n <= 0.0 {
                 continue;
             }
-            for (sphere, _) in touch.patch.parts() {
+            for (sphere, _) in constraint.patch.parts() {
                 let bits = bodies.bits.at_mut(sphere);
                 *bits = bits.with(SphereBits::CONTACT);
             }
-            let _ = self.list.push(Contact {
-                tool: touch.place.tool(),
-                organ: Some(touch.organ),
-                at_m: touch.at_m,
-                normal: touch.normal,
-                force_n: touch.felt_n,
-                stiffness_n_m: touch.stiffness_n_m,
-                friction_n: touch.felt_friction_n,
-                friction_stiffness_n_m: touch.friction_stiffness_n_m,
+            let _ = self.forces.push(ContactForce {
+                tool: constraint.site.tool(),
+                organ: Some(constraint.organ),
+                at_m: constraint.at_m,
+                normal: constraint.normal,
+                force_n: constraint.felt_n,
+                stiffness_n_m: constraint.stiffness_n_m,
+                friction_n: constraint.felt_friction_n,
+                friction_stiffness_n_m: constraint.friction_stiffness_n_m,
             }); // as many as touches
         }
     }
@@ -207,11 +210,11 @@ impl ToolContacts {
 
 impl Outside for ToolContacts {
     fn lean(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
-        self.touches.lean(organ, step_s, bodies);
+        self.constraints.warm_start(organ, step_s, bodies);
     }
 
     fn press(&mut self, organ: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
-        self.touches.press(organ, step_s, bodies);
+        self.constraints.solve(organ, step_s, bodies);
     }
 }
 
@@ -306,8 +309,8 @@ mod tests {
         // The round end of 2 mm stands 10 mm over the middle of a 10 mm sphere: 2 mm deep. Of that the
         // sphere of 2 g yields 0.5 mm/N in a tick, and the wall of 500 N/m, flat at 16 mm, the rest.
         let (contacts, bodies) = meet(0.010, false);
-        let [contact] = contacts.list[..] else {
-            panic!("{:?}", contacts.list)
+        let [contact] = contacts.forces[..] else {
+            panic!("{:?}", contacts.forces)
         };
         let force_n = contact.force_n;
         let wall_m = 0.002 - 0.000_5 * force_n;
@@ -334,7 +337,7 @@ mod tests {
     fn what_is_held_stays_and_pushes_all_the_same() {
         let (contacts, bodies) = meet(0.010, true);
         let wall_n = 500.0 * 0.002 * (1.0 + 0.002 / 0.016);
-        let force_n = contacts.list[0].force_n;
+        let force_n = contacts.forces[0].force_n;
         assert!((force_n / wall_n - 1.0).abs() < 0.01, "{force_n}");
         assert!(math::norm(&bodies.nodes.at(0).moved_m()) < f32::EPSILON);
     }
@@ -342,7 +345,7 @@ mod tests {
     #[test]
     fn near_is_no_contact() {
         let (contacts, bodies) = meet(0.013, false);
-        assert!(contacts.near_spheres(&bodies).count() > 0 && contacts.list.is_empty());
+        assert!(contacts.near_spheres(&bodies).count() > 0 && contacts.forces.is_empty());
         let (contacts, bodies) = meet(0.05, false);
         assert_eq!(contacts.near_spheres(&bodies).count(), 0);
     }

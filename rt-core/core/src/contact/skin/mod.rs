@@ -13,9 +13,11 @@ mod tests;
 use heapless::Vec;
 
 use crate::capacity::{INSTRUMENT_STATIONS, MAX_CONTACTS, MAX_ORGANS, MAX_STATIONS};
+use crate::contact::constraint::{
+    CachedForce, Candidate, ContactConstraints, ContactModel, ContactSite,
+};
 use crate::contact::gap::Gap;
 use crate::contact::law::{Law, Shape};
-use crate::contact::touch::{Answer, Carried, Found, Place, Touches};
 use crate::fault::FaultSet;
 use crate::math::{self, Vec3};
 use crate::scene::{Material, NO_VERTEX, Scene};
@@ -58,7 +60,7 @@ struct Track {
     is_near: bool,
     /// How far place and skin have still to go before they can be near, m.
     idle_m: f32,
-    carried: Carried,
+    cached: CachedForce,
     gap: Gap,
     /// Where the skin was touched, m; its outward normal there, and the place of the tool, m.
     at_m: Vec3,
@@ -74,7 +76,7 @@ const NOWHERE: Track = Track {
     vertex: NO_VERTEX,
     is_near: false,
     idle_m: 0.0,
-    carried: Carried::NOTHING,
+    cached: CachedForce::NOTHING,
     gap: Gap::NONE,
     at_m: Vec3::new(0.0, 0.0, 0.0),
     normal: Vec3::new(0.0, 0.0, 0.0),
@@ -111,15 +113,15 @@ impl Track {
             self.way_m = center_m - self.center_m;
             let way_m = math::norm(&self.way_m);
             self.gap = self.gap.next(gap_m, way_m, OWED_M);
-            if self.carried.force_n > 0.0 {
+            if self.cached.force_n > 0.0 {
                 // A tool turns round an edge by its way over its radius.
-                let most = (2.0 * way_m / station.radius_m).max(turn_at_rest(self.carried.force_n));
+                let most = (2.0 * way_m / station.radius_m).max(turn_at_rest(self.cached.force_n));
                 push = math::turned(&self.push, &push, most);
             }
         } else {
             self.way_m = Vec3::zeros();
             self.gap = Gap::first(gap_m);
-            self.carried = Carried::NOTHING;
+            self.cached = CachedForce::NOTHING;
         }
         self.vertex = found.vertex;
         self.is_near = gap_m < NEAR_M;
@@ -203,7 +205,7 @@ impl SkinContacts {
         near_spheres: &(impl Iterator<Item = u32> + Clone),
         scene: &Scene<'_>,
         bodies: &Bodies,
-        touches: &mut Touches,
+        constraints: &mut ContactConstraints,
         faults: &mut FaultSet,
     ) {
         if scene.skin.vertices.is_empty() {
@@ -251,18 +253,18 @@ impl SkinContacts {
                     continue;
                 }
                 let closest = spread_under(station, found.0, (scene, bodies), known);
-                let place = Place::Skin { station: number };
-                let found = touched((organ, &it.material), place, station, closest, track);
-                touches.add(found, bodies, faults);
+                let site = ContactSite::Skin { station: number };
+                let found = candidate((organ, &it.material), site, station, closest, track);
+                constraints.add(found, bodies, faults);
             }
         }
     }
 
     /// Remembers what a touch of this station on this organ leaves.
-    pub(crate) fn remember(&mut self, organ: u8, station: u8, carried: Carried) {
+    pub(crate) fn remember(&mut self, organ: u8, station: u8, cached: CachedForce) {
         let tracks = self.tracks.get_mut(usize::from(organ));
         if let Some(track) = tracks.and_then(|tracks| tracks.get_mut(usize::from(station))) {
-            track.carried = carried;
+            track.cached = cached;
         }
     }
 }
@@ -294,7 +296,7 @@ fn look(
     let followed = walk(&lifted_m, track.vertex, skin, bodies, known);
     if let Some(found) = followed {
         let gap_m = gap_m(&found);
-        if gap_m <= 0.0 || track.carried.force_n > 0.0 {
+        if gap_m <= 0.0 || track.cached.force_n > 0.0 {
             return Some((found, gap_m));
         }
     }
@@ -343,28 +345,28 @@ fn spread_under(
 }
 
 /// The touch of a place of a tool on what was found of an organ's skin.
-fn touched(
+fn candidate(
     (organ, material): (u8, &Material),
-    place: Place,
+    site: ContactSite,
     station: &Station,
     closest: Closest,
     track: &Track,
-) -> Found {
+) -> Candidate {
     let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
     let (patch_m, curvature_per_m) = (closest.patch_m, closest.curvature_per_m);
     let law = Law::new(station.shape, modulus_pa, patch_m, curvature_per_m);
-    Found {
+    Candidate {
         organ,
-        place,
+        site,
         normal: track.push,
         center_m: station.center_m,
         at_m: closest.at_m,
-        along_n_m: law.along_n_m(track.carried.force_n, material.poisson),
-        answer: Answer::HalfSpace(law),
+        along_n_m: law.along_n_m(track.cached.force_n, material.poisson),
+        model: ContactModel::HalfSpace(law),
         gap_m: track.gap.gap_m,
         way_m: track.way_m,
         friction: material.friction,
-        carried: track.carried,
+        cached: track.cached,
         patch: closest.patch,
     }
 }

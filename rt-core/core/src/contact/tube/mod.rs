@@ -11,12 +11,14 @@ mod tests;
 use heapless::Vec;
 
 use crate::capacity::{MAX_CAPSULES, MAX_ORGANS, MAX_TUBE_CONTACTS};
+use crate::contact::constraint::{
+    CANDIDATE_MARGIN_M, CachedForce, Candidate, ContactConstraints, ContactModel, ContactSite,
+};
 use crate::contact::friction::along_over_across;
 use crate::contact::gap::Gap;
 use crate::contact::part_box::part_box;
 use crate::contact::patch::Patch;
 use crate::contact::skin::SLIP_M;
-use crate::contact::touch::{Answer, Carried, Found, MAY_TOUCH_M, Place, Touches};
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::{Material, Scene};
@@ -59,7 +61,7 @@ struct Track {
     /// Along the tube there.
     along: Vec3,
     gap: Gap,
-    carried: Carried,
+    cached: CachedForce,
     /// Share of its stiffness with which the bead answers: nothing while the jaws hold it.
     loose: f32,
     /// The same with where along the tube the part lies, and what is left of it.
@@ -102,7 +104,7 @@ impl TubeContacts {
         scene: &Scene<'_>,
         bounds: &[Bounds; MAX_ORGANS],
         bodies: &Bodies,
-        touches: &mut Touches,
+        constraints: &mut ContactConstraints,
         faults: &mut FaultSet,
     ) {
         let before = core::mem::take(&mut self.tracks);
@@ -151,19 +153,19 @@ impl TubeContacts {
                         );
                     let is_near = track.gap.gap_m < NEAR_M && track.weight > 0.0;
                     if is_near {
-                        let place = Place::Tube {
+                        let site = ContactSite::Tube {
                             bead: number,
                             part: part.role,
                         };
-                        let found = touched(
+                        let found = candidate(
                             (organ, &it.material),
-                            place,
+                            site,
                             (bead, track.weight),
                             (part, ball.radius_m),
                             &track,
                             bodies,
                         );
-                        touches.add(Found { way_m, ..found }, bodies, faults);
+                        constraints.add(Candidate { way_m, ..found }, bodies, faults);
                     }
                     self.keep(track, faults);
                 }
@@ -228,7 +230,7 @@ impl TubeContacts {
             bead_m: ball.center_m,
             along: ball.along,
             gap: Gap::NONE,
-            carried: Carried::NOTHING,
+            cached: CachedForce::NOTHING,
             loose: last.map_or(1.0, |last| last.loose),
             weight: 0.0,
         };
@@ -282,15 +284,15 @@ impl TubeContacts {
             });
             let _ = self.tracks.push(track); // there is room for one
         }
-        faults.raise_if(lost_m < MAY_TOUCH_M, Fault::ContactOverflow);
+        faults.raise_if(lost_m < CANDIDATE_MARGIN_M, Fault::ContactOverflow);
     }
 
     /// Remembers what a part leaves on a bead.
-    pub(crate) fn remember(&mut self, bead: u16, part: Role, carried: Carried) {
+    pub(crate) fn remember(&mut self, bead: u16, part: Role, cached: CachedForce) {
         let mut tracks = self.tracks.iter_mut();
         let same = tracks.find(|track| track.bead == bead && track.part == part);
         if let Some(track) = same {
-            track.carried = carried;
+            track.cached = cached;
         }
     }
 }
@@ -336,28 +338,28 @@ fn leading<'a>(
 }
 
 /// The touch of a part on a bead that answers with this weight.
-fn touched(
+fn candidate(
     (organ, material): (u8, &Material),
-    place: Place,
+    site: ContactSite,
     (bead, weight): (&Bead, f32),
     (part, ball_radius_m): (&Capsule, f32),
     track: &Track,
     bodies: &Bodies,
-) -> Found {
+) -> Candidate {
     let mut patch = Patch::default();
     patch.add(u32::from(bead.a), 1.0 - bead.share);
     patch.add(u32::from(bead.b), bead.share);
     let behind_m_n = behind_m_n(&patch, material, bodies);
     let center_m = track.side.at_m(&axis(part));
     let wall_n_m = material.contact_stiffness_n_m * bead.stiffness_share * weight;
-    Found {
+    Candidate {
         organ,
-        place,
+        site,
         patch,
         normal: track.side.normal,
         center_m,
         at_m: center_m - track.side.normal * part.radius_m,
-        answer: Answer::Wall {
+        model: ContactModel::Wall {
             wall_n_m,
             flat_m: FLAT_RADII * ball_radius_m,
             behind_m_n,
@@ -366,7 +368,7 @@ fn touched(
         way_m: Vec3::zeros(),
         friction: material.friction,
         along_n_m: wall_n_m / along_over_across(material.poisson),
-        carried: track.carried,
+        cached: track.cached,
     }
 }
 

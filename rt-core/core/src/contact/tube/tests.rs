@@ -10,8 +10,8 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
 use crate::capacity::MAX_ORGANS;
+use crate::contact::constraint::{ContactConstraint, ContactConstraints, ContactModel};
 use crate::contact::patch::Patch;
-use crate::contact::touch::{Answer, Touch, Touches};
 use crate::contact::tube::{TubeContacts, behind_m_n};
 use crate::fault::FaultSet;
 use crate::math::{self, Vec3};
@@ -128,14 +128,21 @@ fn a_slow_press_and_a_slow_stroke_have_no_step() {
 fn walls_n_m(tubes: &mut TubeContacts, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
     let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
     bounds[0] = bodies.bounds(&scene.organs[0]);
-    let (mut touches, mut faults) = (Touches::default(), FaultSet::NONE);
+    let (mut constraints, mut faults) = (ContactConstraints::default(), FaultSet::NONE);
     let on_it = hook(Vec3::z() * 0.0015, Vec3::y() * 0.004);
-    tubes.find(&[on_it], scene, &bounds, bodies, &mut touches, &mut faults);
-    let wall = |touch: &Touch| match touch.answer {
-        Answer::Wall { wall_n_m, .. } => wall_n_m,
-        Answer::HalfSpace(_) => 0.0,
+    tubes.find(
+        &[on_it],
+        scene,
+        &bounds,
+        bodies,
+        &mut constraints,
+        &mut faults,
+    );
+    let wall = |touch: &ContactConstraint| match touch.model {
+        ContactModel::Wall { wall_n_m, .. } => wall_n_m,
+        ContactModel::HalfSpace(_) => 0.0,
     };
-    touches.iter().map(wall).sum()
+    constraints.iter().map(wall).sum()
 }
 
 #[test]

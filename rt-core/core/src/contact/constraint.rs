@@ -4,7 +4,7 @@
 
 use heapless::Vec;
 
-use crate::capacity::{INSTRUMENT_STATIONS, MAX_ORGANS, MAX_TOUCHES};
+use crate::capacity::{INSTRUMENT_STATIONS, MAX_CONTACT_CONSTRAINTS, MAX_ORGANS};
 use crate::contact::beside::{Beside, Presser};
 use crate::contact::friction::Bristle;
 use crate::contact::law::Law;
@@ -24,19 +24,19 @@ const PASSES: u32 = 4;
 /// but each other, ½ would be right; were each alone, 1. With ¾ gallbladders of 250 to 2500 spheres
 /// press back nearly as they do in twelve times the substeps, by which it was chosen (`evaluate force`
 /// shows what is left against finite elements); with 0, up to 17 % too little.
-const LEANS: f32 = 0.75;
+const WARM_START_SHARE: f32 = 0.75;
 
 /// What a tool on a tube takes of its speed, per second: a thin tube on a wall of its own would ring, and hop on the
 /// tool, where fluid and the tissue around it hold it. It acts on the
 /// speed in the room: what is carried along is held back by its mass times this and its speed, a few mN of a duct.
-const CALM_PER_S: f32 = 1500.0;
+const DAMPING_PER_S: f32 = 1500.0;
 
 /// What is no farther apart may touch before the tick ends, m.
-pub(crate) const MAY_TOUCH_M: f32 = 0.001;
+pub(crate) const CANDIDATE_MARGIN_M: f32 = 0.001;
 
 /// Which place of which tool touches what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Place {
+pub(crate) enum ContactSite {
     /// A station of the tools on the skin of the touch's organ.
     Skin { station: u8 },
     /// A part of the tools on a bead of a tube.
@@ -45,7 +45,7 @@ pub(crate) enum Place {
 
 /// How tissue answers what the spheres do not yield.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Answer {
+pub(crate) enum ContactModel {
     /// As a half-space under a tool of this shape.
     HalfSpace(Law),
     /// As the wall of a tube: a spring that stiffens as the tube is pressed flat.
@@ -59,11 +59,11 @@ pub(crate) enum Answer {
     },
 }
 
-impl Answer {
+impl ContactModel {
     /// Which share of the last force acts before the constraints are solved.
-    const fn leans(&self) -> f32 {
+    const fn warm_start_share(&self) -> f32 {
         match self {
-            Self::HalfSpace(_) => LEANS,
+            Self::HalfSpace(_) => WARM_START_SHARE,
             Self::Wall { .. } => 0.0,
         }
     }
@@ -105,13 +105,13 @@ fn wall(k_n_m: f32, flat_m: f32, deep_m: f32, yield_m_n: f32) -> (f32, f32) {
 
 /// What a touch leaves to the next tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Carried {
+pub(crate) struct CachedForce {
     /// Across the skin, N.
     pub(crate) force_n: f32,
     pub(crate) bristle: Bristle,
 }
 
-impl Carried {
+impl CachedForce {
     /// Nothing touched.
     pub(crate) const NOTHING: Self = Self {
         force_n: 0.0,
@@ -121,9 +121,9 @@ impl Carried {
 
 /// A place of a tool near or on tissue.
 #[derive(Debug, Clone)]
-pub(crate) struct Touch {
+pub(crate) struct ContactConstraint {
     pub(crate) organ: u8,
-    pub(crate) place: Place,
+    pub(crate) site: ContactSite,
     /// What of the tissue it touches.
     pub(crate) patch: Patch,
     /// From tissue to tool.
@@ -132,7 +132,7 @@ pub(crate) struct Touch {
     pub(crate) center_m: Vec3,
     /// Where the tissue was touched, m.
     pub(crate) at_m: Vec3,
-    pub(crate) answer: Answer,
+    pub(crate) model: ContactModel,
     /// Gap before the solve, m.
     pub(crate) gap_m: f32,
     /// How the place of the tool has gone in this tick, m.
@@ -159,23 +159,23 @@ pub(crate) struct Touch {
 
 /// What is known of a touch before it is solved.
 #[derive(Debug, Clone)]
-pub(crate) struct Found {
+pub(crate) struct Candidate {
     pub(crate) organ: u8,
-    pub(crate) place: Place,
+    pub(crate) site: ContactSite,
     pub(crate) patch: Patch,
     pub(crate) normal: Vec3,
     pub(crate) center_m: Vec3,
     pub(crate) at_m: Vec3,
-    pub(crate) answer: Answer,
+    pub(crate) model: ContactModel,
     pub(crate) gap_m: f32,
     pub(crate) way_m: Vec3,
     pub(crate) friction: f32,
     /// Stiffness of its friction now, N/m.
     pub(crate) along_n_m: f32,
-    pub(crate) carried: Carried,
+    pub(crate) cached: CachedForce,
 }
 
-impl Place {
+impl ContactSite {
     /// The tool.
     pub(crate) fn tool(self) -> Tool {
         match self {
@@ -188,32 +188,32 @@ impl Place {
     }
 }
 
-impl Touch {
+impl ContactConstraint {
     /// As the others beside it see it; it has this number.
     fn presser(&self, number: usize) -> Presser {
-        let law = match self.answer {
-            Answer::HalfSpace(law) => Some(law),
-            Answer::Wall { .. } => None,
+        let law = match self.model {
+            ContactModel::HalfSpace(law) => Some(law),
+            ContactModel::Wall { .. } => None,
         };
         Presser::new(number, self.normal, self.at_m, self.force_n, law)
     }
 
-    fn new(found: Found, bodies: &Bodies) -> Self {
-        let patch_m = found.patch.at_m(bodies);
-        let (normal, force_n) = (found.normal, found.carried.force_n);
-        let bristle = found.carried.bristle.on(&normal, found.along_n_m);
+    fn new(candidate: Candidate, bodies: &Bodies) -> Self {
+        let patch_m = candidate.patch.at_m(bodies);
+        let (normal, force_n) = (candidate.normal, candidate.cached.force_n);
+        let bristle = candidate.cached.bristle.on(&normal, candidate.along_n_m);
         // Where nothing has moved yet it pulls as in the last tick, as far as that is allowed.
-        let friction_n = bristle.pull_n(&Vec3::zeros(), &normal, 0.0, found.friction * force_n);
+        let friction_n = bristle.pull_n(&Vec3::zeros(), &normal, 0.0, candidate.friction * force_n);
         Self {
-            organ: found.organ,
-            place: found.place,
+            organ: candidate.organ,
+            site: candidate.site,
             normal,
-            center_m: found.center_m,
-            at_m: found.at_m,
-            answer: found.answer,
-            gap_m: found.gap_m,
-            way_m: found.way_m,
-            friction: found.friction,
+            center_m: candidate.center_m,
+            at_m: candidate.at_m,
+            model: candidate.model,
+            gap_m: candidate.gap_m,
+            way_m: candidate.way_m,
+            friction: candidate.friction,
             bristle,
             force_n,
             friction_n,
@@ -222,15 +222,15 @@ impl Touch {
             stiffness_n_m: 0.0,
             friction_stiffness_n_m: 0.0,
             patch_m,
-            reach_m: normal.dot(&(found.center_m - patch_m)) - found.gap_m,
-            inverse_mass_per_kg: found.patch.inverse_mass_per_kg(bodies),
-            patch: found.patch,
+            reach_m: normal.dot(&(candidate.center_m - patch_m)) - candidate.gap_m,
+            inverse_mass_per_kg: candidate.patch.inverse_mass_per_kg(bodies),
+            patch: candidate.patch,
         }
     }
 
     /// What it leaves to the next tick.
-    pub(crate) fn carried(&self) -> Carried {
-        Carried {
+    pub(crate) fn cached(&self) -> CachedForce {
+        CachedForce {
             force_n: self.force_n,
             bristle: self.bristle.after(&self.friction_n),
         }
@@ -239,13 +239,13 @@ impl Touch {
 
 /// Every place of the tools that is near tissue.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct Touches {
-    near: Vec<Touch, MAX_TOUCHES>,
+pub(crate) struct ContactConstraints {
+    near: Vec<ContactConstraint, MAX_CONTACT_CONSTRAINTS>,
     /// By organ, a bit for each of its touches: an organ without any is done at once, in every substep.
     of_organs: [u64; MAX_ORGANS],
 }
 
-const _: () = assert!(MAX_TOUCHES <= 64, "a touch has a bit");
+const _: () = assert!(MAX_CONTACT_CONSTRAINTS <= 64, "a touch has a bit");
 
 /// The bits that are set, the lowest first.
 fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
@@ -256,14 +256,14 @@ fn set_bits(mut bits: u64) -> impl Iterator<Item = usize> {
     })
 }
 
-impl Touches {
+impl ContactConstraints {
     pub(crate) fn clear(&mut self) {
         self.near.clear();
         self.of_organs = [0; MAX_ORGANS];
     }
 
     /// The touches of an organ, each with its number, in their order.
-    fn of_organ(&self, organ: u8) -> impl Iterator<Item = (usize, &Touch)> {
+    fn of_organ(&self, organ: u8) -> impl Iterator<Item = (usize, &ContactConstraint)> {
         let bits = self.of_organs.get(usize::from(organ));
         let own = set_bits(bits.copied().unwrap_or(0));
         own.filter_map(|number| Some((number, self.near.get(number)?)))
@@ -277,107 +277,118 @@ impl Touches {
         }
     }
 
-    pub(crate) fn iter(&self) -> impl Iterator<Item = &Touch> {
+    pub(crate) fn iter(&self) -> impl Iterator<Item = &ContactConstraint> {
         self.near.iter()
     }
 
     /// Adds a touch; of too many the deepest stay.
-    pub(crate) fn add(&mut self, found: Found, bodies: &Bodies, faults: &mut FaultSet) {
-        let (organ, number) = (found.organ, self.near.len());
-        let Err(touch) = self.near.push(Touch::new(found, bodies)) else {
+    pub(crate) fn add(&mut self, candidate: Candidate, bodies: &Bodies, faults: &mut FaultSet) {
+        let (organ, number) = (candidate.organ, self.near.len());
+        let Err(constraint) = self.near.push(ContactConstraint::new(candidate, bodies)) else {
             self.note(number, organ, true);
             return;
         };
-        let mut lost_m = touch.gap_m;
+        let mut lost_m = constraint.gap_m;
         let shallowest = self
             .near
             .iter_mut()
             .enumerate()
             .reduce(|a, b| if b.1.gap_m > a.1.gap_m { b } else { a });
-        if let Some((number, shallowest)) = shallowest.filter(|it| it.1.gap_m > touch.gap_m) {
+        if let Some((number, shallowest)) = shallowest.filter(|it| it.1.gap_m > constraint.gap_m) {
             lost_m = shallowest.gap_m;
             let gone = shallowest.organ;
-            *shallowest = touch;
+            *shallowest = constraint;
             self.note(number, gone, false);
             self.note(number, organ, true);
         }
-        faults.raise_if(lost_m < MAY_TOUCH_M, Fault::ContactOverflow);
+        faults.raise_if(lost_m < CANDIDATE_MARGIN_M, Fault::ContactOverflow);
     }
 
-    /// Lets the tools lean on organ `organ` with a share of the last forces ([`LEANS`]), within a
+    /// Lets the tools lean on organ `organ` with a share of the last forces ([`WARM_START_SHARE`]), within a
     /// substep of `step_s` and before its constraints are solved.
     /// Friction does not: it would drag on what has slid on meanwhile, and shake.
-    pub(crate) fn lean(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
-        let presses = |(_, touch): &(usize, &Touch)| touch.force_n > 0.0;
-        for (_, touch) in self.of_organ(organ).filter(presses) {
-            if let Answer::Wall { .. } = touch.answer {
-                touch.patch.calm((CALM_PER_S * step_s).min(1.0), bodies);
+    pub(crate) fn warm_start(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+        let presses = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
+        for (_, constraint) in self.of_organ(organ).filter(presses) {
+            if let ContactModel::Wall { .. } = constraint.model {
+                constraint
+                    .patch
+                    .damp((DAMPING_PER_S * step_s).min(1.0), bodies);
                 continue;
             }
-            let push = touch.normal * (-touch.force_n * touch.answer.leans() * step_s * step_s);
-            touch.patch.push(&push, bodies);
+            let push = constraint.normal
+                * (-constraint.force_n * constraint.model.warm_start_share() * step_s * step_s);
+            constraint.patch.push(&push, bodies);
         }
     }
 
     /// Presses the tools against organ `organ`, within a substep of `step_s` and after
-    /// [`Touches::lean`].
-    pub(crate) fn press(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+    /// [`ContactConstraints::warm_start`].
+    pub(crate) fn solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let squared = step_s * step_s;
         // The rest of the last forces first: what is left to find is the change.
-        let presses = |(_, touch): &(usize, &Touch)| touch.force_n > 0.0;
-        for (_, touch) in self.of_organ(organ).filter(presses) {
-            let left = (1.0 - touch.answer.leans()) * touch.force_n;
-            let push = (touch.normal * left + touch.friction_n) * -squared;
-            touch.patch.push(&push, bodies);
+        let presses = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
+        for (_, constraint) in self.of_organ(organ).filter(presses) {
+            let left = (1.0 - constraint.model.warm_start_share()) * constraint.force_n;
+            let push = (constraint.normal * left + constraint.friction_n) * -squared;
+            constraint.patch.push(&push, bodies);
         }
-        let mut beside = Beside::of(self.of_organ(organ).map(|(i, touch)| touch.presser(i)));
+        let mut beside = Beside::of(
+            self.of_organ(organ)
+                .map(|(i, constraint)| constraint.presser(i)),
+        );
         for _ in 0..PASSES {
             for own in 0..beside.len() {
-                let Some(touch) = beside.touch(own).and_then(|i| self.near.get(i)) else {
+                let Some(constraint) = beside.constraint(own).and_then(|i| self.near.get(i)) else {
                     continue;
                 };
-                let yield_m_n = touch.inverse_mass_per_kg * squared;
-                let patch_m = touch.patch.at_m(bodies);
-                let height_m = touch.normal.dot(&(touch.center_m - patch_m));
+                let yield_m_n = constraint.inverse_mass_per_kg * squared;
+                let patch_m = constraint.patch.at_m(bodies);
+                let height_m = constraint.normal.dot(&(constraint.center_m - patch_m));
                 // The gap as it were without this contact's own force.
-                let gap_m = height_m - touch.reach_m - yield_m_n * touch.force_n;
-                if gap_m >= 0.0 && touch.force_n <= 0.0 {
+                let gap_m = height_m - constraint.reach_m - yield_m_n * constraint.force_n;
+                if gap_m >= 0.0 && constraint.force_n <= 0.0 {
                     // What did not press does not press now: others press the skin away, not towards it.
                     continue;
                 }
                 let gap_m = gap_m + beside.others_m(own);
-                let (force_n, stiffness_n_m) = touch.answer.force_n(gap_m, yield_m_n);
+                let (force_n, stiffness_n_m) = constraint.model.force_n(gap_m, yield_m_n);
                 // Along the skin the same: how far the tool is ahead without this contact's friction.
-                let ahead_m =
-                    touch.way_m - (patch_m - touch.patch_m) - touch.friction_n * yield_m_n;
-                let most_n = touch.friction * force_n;
-                let friction_n = touch
-                    .bristle
-                    .pull_n(&ahead_m, &touch.normal, yield_m_n, most_n);
-                let change_n =
-                    touch.normal * (touch.force_n - force_n) + (touch.friction_n - friction_n);
-                touch.patch.push(&(change_n * squared), bodies);
+                let ahead_m = constraint.way_m
+                    - (patch_m - constraint.patch_m)
+                    - constraint.friction_n * yield_m_n;
+                let most_n = constraint.friction * force_n;
+                let friction_n =
+                    constraint
+                        .bristle
+                        .pull_n(&ahead_m, &constraint.normal, yield_m_n, most_n);
+                let change_n = constraint.normal * (constraint.force_n - force_n)
+                    + (constraint.friction_n - friction_n);
+                constraint.patch.push(&(change_n * squared), bodies);
                 beside.press(own, force_n);
-                if let Some(touch) = beside.touch(own).and_then(|i| self.near.get_mut(i)) {
-                    touch.force_n = force_n;
-                    touch.stiffness_n_m = stiffness_n_m;
-                    touch.friction_n = friction_n;
+                if let Some(constraint) = beside.constraint(own).and_then(|i| self.near.get_mut(i))
+                {
+                    constraint.force_n = force_n;
+                    constraint.stiffness_n_m = stiffness_n_m;
+                    constraint.friction_n = friction_n;
                     // What slides, or is smooth, holds no more for going farther.
                     let sticks = math::norm(&friction_n) < 0.999 * most_n;
                     // What is behind a wall counts the sphere's own giving way.
-                    let felt_n_m = match touch.answer {
-                        Answer::HalfSpace(_) => touch.bristle.felt_n_m(yield_m_n),
-                        Answer::Wall { .. } => touch.answer.felt_n_m(touch.bristle.felt_n_m(0.0)),
+                    let felt_n_m = match constraint.model {
+                        ContactModel::HalfSpace(_) => constraint.bristle.felt_n_m(yield_m_n),
+                        ContactModel::Wall { .. } => {
+                            constraint.model.felt_n_m(constraint.bristle.felt_n_m(0.0))
+                        }
                     };
-                    touch.friction_stiffness_n_m = if sticks { felt_n_m } else { 0.0 };
+                    constraint.friction_stiffness_n_m = if sticks { felt_n_m } else { 0.0 };
                 }
             }
         }
         let share = step_s / TICK_S;
         for own in 0..beside.len() {
-            if let Some(touch) = beside.touch(own).and_then(|i| self.near.get_mut(i)) {
-                touch.felt_n += touch.force_n * share;
-                touch.felt_friction_n += touch.friction_n * share;
+            if let Some(constraint) = beside.constraint(own).and_then(|i| self.near.get_mut(i)) {
+                constraint.felt_n += constraint.force_n * share;
+                constraint.felt_friction_n += constraint.friction_n * share;
             }
         }
     }
