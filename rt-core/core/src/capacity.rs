@@ -24,9 +24,9 @@ pub const MAX_CONTACTS: usize = 1024;
 /// Vertices of all contact skins together.
 pub const MAX_SKIN_VERTICES: usize = 32_768;
 /// Places along the instrument at which the skin is looked for.
-pub const INSTRUMENT_STATIONS: usize = 64;
+pub const INSTRUMENT_POINTS: usize = 64;
 /// Places along all tools at which the skin is looked for; the endoscope's come after the instrument's.
-pub const MAX_STATIONS: usize = INSTRUMENT_STATIONS + 32;
+pub const MAX_TOOL_POINTS: usize = INSTRUMENT_POINTS + 32;
 /// Beads along organs without a contact skin.
 pub const MAX_BEADS: usize = 4 * MAX_SPHERES;
 /// Beads near parts of tools that are followed from tick to tick.

@@ -4,7 +4,7 @@
 
 use heapless::Vec;
 
-use crate::capacity::{INSTRUMENT_STATIONS, MAX_CONTACT_CONSTRAINTS, MAX_ORGANS};
+use crate::capacity::{INSTRUMENT_POINTS, MAX_CONTACT_CONSTRAINTS, MAX_ORGANS};
 use crate::contact::beside::{Beside, Presser};
 use crate::contact::friction::Bristle;
 use crate::contact::law::Law;
@@ -38,7 +38,7 @@ pub(crate) const CANDIDATE_MARGIN_M: f32 = 0.001;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ContactSite {
     /// A station of the tools on the skin of the touch's organ.
-    Skin { station: u8 },
+    Skin { point: u8 },
     /// A part of the tools on a bead of a tube.
     Tube { bead: u16, part: Role },
 }
@@ -179,9 +179,7 @@ impl ContactSite {
     /// The tool.
     pub(crate) fn tool(self) -> Tool {
         match self {
-            Self::Skin { station } if usize::from(station) >= INSTRUMENT_STATIONS => {
-                Tool::Endoscope
-            }
+            Self::Skin { point } if usize::from(point) >= INSTRUMENT_POINTS => Tool::Endoscope,
             Self::Skin { .. } => Tool::Instrument,
             Self::Tube { part, .. } => part.tool(),
         }

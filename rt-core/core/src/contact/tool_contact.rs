@@ -179,9 +179,9 @@ impl ToolContacts {
         self.forces.retain(|contact| contact.organ.is_none()); // found anew below
         for constraint in self.constraints.iter() {
             match constraint.site {
-                ContactSite::Skin { station } => {
+                ContactSite::Skin { point } => {
                     self.skin
-                        .remember(constraint.organ, station, constraint.cached());
+                        .remember(constraint.organ, point, constraint.cached());
                 }
                 ContactSite::Tube { bead, part } => {
                     self.tubes.remember(bead, part, constraint.cached());

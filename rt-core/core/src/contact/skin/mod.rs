@@ -6,13 +6,13 @@
 
 mod closest;
 pub(crate) mod corners;
-mod stations;
 #[cfg(test)]
 mod tests;
+mod tool_points;
 
 use heapless::Vec;
 
-use crate::capacity::{INSTRUMENT_STATIONS, MAX_CONTACTS, MAX_ORGANS, MAX_STATIONS};
+use crate::capacity::{INSTRUMENT_POINTS, MAX_CONTACTS, MAX_ORGANS, MAX_TOOL_POINTS};
 use crate::contact::constraint::{
     CachedForce, Candidate, ContactConstraints, ContactModel, ContactSite,
 };
@@ -25,7 +25,7 @@ use crate::tissue::Bodies;
 use crate::tool::Capsule;
 use closest::{Closest, walk};
 use corners::Corners;
-use stations::{Station, stations};
+use tool_points::{ToolPoint, tool_points};
 
 /// Skin nearer than this to a tool is looked at again after the solve, m: what the fastest sphere
 /// moves in a tick.
@@ -106,8 +106,8 @@ impl Track {
     }
 
     /// Takes in what was found, and keeps the gap from jumping.
-    fn follow(&mut self, found: &Closest, gap_m: f32, station: &Station) {
-        let center_m = &station.center_m;
+    fn follow(&mut self, found: &Closest, gap_m: f32, point: &ToolPoint) {
+        let center_m = &point.center_m;
         let mut push = found.normal;
         if self.is_near {
             self.way_m = center_m - self.center_m;
@@ -115,7 +115,7 @@ impl Track {
             self.gap = self.gap.next(gap_m, way_m, OWED_M);
             if self.cached.force_n > 0.0 {
                 // A tool turns round an edge by its way over its radius.
-                let most = (2.0 * way_m / station.radius_m).max(turn_at_rest(self.cached.force_n));
+                let most = (2.0 * way_m / point.radius_m).max(turn_at_rest(self.cached.force_n));
                 push = math::turned(&self.push, &push, most);
             }
         } else {
@@ -136,7 +136,7 @@ impl Track {
 /// Where every place of the tools is on every skin.
 #[derive(Debug, Clone)]
 pub(crate) struct SkinContacts {
-    tracks: [[Track; MAX_STATIONS]; MAX_ORGANS],
+    tracks: [[Track; MAX_TOOL_POINTS]; MAX_ORGANS],
     /// Organs of which some track is not [`NOWHERE`].
     is_known: [bool; MAX_ORGANS],
     /// Places of the instrument and of the endoscope in the last tick.
@@ -147,7 +147,7 @@ pub(crate) struct SkinContacts {
 impl Default for SkinContacts {
     fn default() -> Self {
         Self {
-            tracks: [[NOWHERE; MAX_STATIONS]; MAX_ORGANS],
+            tracks: [[NOWHERE; MAX_TOOL_POINTS]; MAX_ORGANS],
             is_known: [false; MAX_ORGANS],
             counts: [0; 2],
             corners: Corners::default(),
@@ -176,19 +176,19 @@ impl SkinContacts {
 
     /// Forgets places that are there no more (a shaft drawn out, a camera out of the body): they come
     /// back elsewhere.
-    fn forget_missing(&mut self, stations: &[(u8, Station)]) {
-        let is_own = |number: u8| usize::from(number) < INSTRUMENT_STATIONS;
-        let own = stations
+    fn forget_missing(&mut self, tool_points: &[(u8, ToolPoint)]) {
+        let is_own = |number: u8| usize::from(number) < INSTRUMENT_POINTS;
+        let own = tool_points
             .iter()
             .filter(|(number, _)| is_own(*number))
             .count();
-        let counts = [own, stations.len() - own];
+        let counts = [own, tool_points.len() - own];
         if core::mem::replace(&mut self.counts, counts) == counts {
             return;
         }
         for tracks in &mut self.tracks {
             let (instrument, endoscope) =
-                tracks.split_at_mut(INSTRUMENT_STATIONS.min(MAX_STATIONS));
+                tracks.split_at_mut(INSTRUMENT_POINTS.min(MAX_TOOL_POINTS));
             for (tracks, count) in [instrument, endoscope].into_iter().zip(counts) {
                 for track in tracks.iter_mut().skip(count) {
                     *track = NOWHERE;
@@ -211,8 +211,8 @@ impl SkinContacts {
         if scene.skin.vertices.is_empty() {
             return;
         }
-        let stations = stations(parts);
-        self.forget_missing(&stations);
+        let tool_points = tool_points(parts);
+        self.forget_missing(&tool_points);
         let known = &mut self.corners;
         known.begin();
         let tracks = self.tracks.iter_mut().zip(&mut self.is_known);
@@ -229,41 +229,41 @@ impl SkinContacts {
                 .collect();
             if own.is_empty() {
                 if *is_known {
-                    *tracks = [NOWHERE; MAX_STATIONS];
+                    *tracks = [NOWHERE; MAX_TOOL_POINTS];
                     *is_known = false;
                 }
                 continue;
             }
             *is_known = true;
-            for (number, station) in &stations {
+            for (number, point) in &tool_points {
                 let number = *number;
                 let Some(track) = tracks.get_mut(usize::from(number)) else {
                     continue;
                 };
-                if track.is_idle(&station.center_m) {
+                if track.is_idle(&point.center_m) {
                     continue;
                 }
-                let found = look(station, track, &own, (scene, bodies), known);
+                let found = look(point, track, &own, (scene, bodies), known);
                 let Some(found) = found.filter(|(_, gap_m)| *gap_m < FORGET_M) else {
-                    *track = Track::far_from(&station.center_m);
+                    *track = Track::far_from(&point.center_m);
                     continue;
                 };
-                track.follow(&found.0, found.1, station);
+                track.follow(&found.0, found.1, point);
                 if !track.is_near {
                     continue;
                 }
-                let closest = spread_under(station, found.0, (scene, bodies), known);
-                let site = ContactSite::Skin { station: number };
-                let found = candidate((organ, &it.material), site, station, closest, track);
+                let closest = spread_under(point, found.0, (scene, bodies), known);
+                let site = ContactSite::Skin { point: number };
+                let found = candidate((organ, &it.material), site, point, closest, track);
                 constraints.add(found, bodies, faults);
             }
         }
     }
 
     /// Remembers what a touch of this station on this organ leaves.
-    pub(crate) fn remember(&mut self, organ: u8, station: u8, cached: CachedForce) {
+    pub(crate) fn remember(&mut self, organ: u8, point: u8, cached: CachedForce) {
         let tracks = self.tracks.get_mut(usize::from(organ));
-        if let Some(track) = tracks.and_then(|tracks| tracks.get_mut(usize::from(station))) {
+        if let Some(track) = tracks.and_then(|tracks| tracks.get_mut(usize::from(point))) {
             track.cached = cached;
         }
     }
@@ -272,15 +272,15 @@ impl SkinContacts {
 /// The skin of an organ nearest to a place of a tool, and the gap between them, m. One that is
 /// touched is followed; otherwise the spheres say where else it could be nearer.
 fn look(
-    station: &Station,
+    point: &ToolPoint,
     track: &Track,
     near_spheres: &[Ball],
     (scene, bodies): (&Scene<'_>, &Bodies),
     known: &mut Corners,
 ) -> Option<(Closest, f32)> {
-    let (center_m, skin) = (&station.center_m, &scene.skin);
+    let (center_m, skin) = (&point.center_m, &scene.skin);
     let gap_m = |found: &Closest| {
-        let over_m = found.normal.dot(&(center_m - found.at_m)) - station.radius_m;
+        let over_m = found.normal.dot(&(center_m - found.at_m)) - point.radius_m;
         over_m + found.sunk_m(scene, bodies)
     };
     // From under the skin the nearest point of it jumps. A tool that touches is lifted onto the skin
@@ -308,7 +308,7 @@ fn look(
         }
     }
     let (sphere, off_m) = nearest?;
-    if off_m > station.radius_m + FORGET_M {
+    if off_m > point.radius_m + FORGET_M {
         return None;
     }
     let found = walk(center_m, skin.near_sphere(sphere)?, skin, bodies, known)?;
@@ -326,12 +326,12 @@ const THIN_PATCH_RADII: f32 = 1.3;
 const THIN_M: f32 = 0.004;
 
 fn spread_under(
-    station: &Station,
+    point: &ToolPoint,
     mut closest: Closest,
     (scene, bodies): (&Scene<'_>, &Bodies),
     known: &mut Corners,
 ) -> Closest {
-    let least_m = match station.shape {
+    let least_m = match point.shape {
         Shape::Ball { radius_m } => (THIN_PATCH_RADII * radius_m)
             .min(THIN_M)
             .max(PATCH_RADII * radius_m),
@@ -348,18 +348,18 @@ fn spread_under(
 fn candidate(
     (organ, material): (u8, &Material),
     site: ContactSite,
-    station: &Station,
+    point: &ToolPoint,
     closest: Closest,
     track: &Track,
 ) -> Candidate {
     let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
     let (patch_m, curvature_per_m) = (closest.patch_m, closest.curvature_per_m);
-    let law = Law::new(station.shape, modulus_pa, patch_m, curvature_per_m);
+    let law = Law::new(point.shape, modulus_pa, patch_m, curvature_per_m);
     Candidate {
         organ,
         site,
         normal: track.push,
-        center_m: station.center_m,
+        center_m: point.center_m,
         at_m: closest.at_m,
         along_n_m: law.along_n_m(track.cached.force_n, material.poisson),
         model: ContactModel::HalfSpace(law),
