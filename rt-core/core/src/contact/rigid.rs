@@ -20,7 +20,7 @@ const LEAP_M: f32 = 0.02;
 
 /// A part of the instrument beside the endoscope.
 #[derive(Debug, Clone, Copy)]
-struct Track {
+struct PersistentContact {
     part: Role,
     /// From the endoscope to the part.
     normal: Vec3,
@@ -36,47 +36,51 @@ struct Track {
 /// Every part of the instrument near the endoscope.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct RigidContacts {
-    tracks: Vec<Track, MAX_CAPSULES>,
+    contacts: Vec<PersistentContact, MAX_CAPSULES>,
 }
 
 impl RigidContacts {
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
-        self.tracks.clear();
+        self.contacts.clear();
     }
 
     /// Finds where the instrument among `parts` touches the endoscope among them.
     pub(crate) fn find(&mut self, parts: &[Capsule], mut add: impl FnMut(ContactForce)) {
-        let before = core::mem::take(&mut self.tracks);
+        let before = core::mem::take(&mut self.contacts);
         let Some(scope) = parts.iter().find(|part| part.role == Role::Endoscope) else {
             return;
         };
         for part in parts.iter().filter(|part| part.role != Role::Endoscope) {
             let last = before.iter().find(|last| last.part == part.role);
-            let Some(track) = follow(part, scope, last) else {
+            let Some(contact) = track(part, scope, last) else {
                 continue;
             };
-            let depth_m = (-track.gap.gap_m).max(0.0);
+            let depth_m = (-contact.gap.gap_m).max(0.0);
             if depth_m > 0.0 {
                 add(ContactForce {
                     tool: Tool::Instrument,
                     organ: None,
-                    at_m: at(part, track.felt_at) - track.normal * part.radius_m,
-                    normal: track.normal,
+                    at_m: at(part, contact.felt_at) - contact.normal * part.radius_m,
+                    normal: contact.normal,
                     force_n: STIFFNESS_N_M * depth_m,
                     stiffness_n_m: STIFFNESS_N_M,
                     friction_n: Vec3::zeros(),
                     friction_stiffness_n_m: 0.0,
                 });
             }
-            let _ = self.tracks.push(track); // as many as parts
+            let _ = self.contacts.push(contact); // as many as parts
         }
     }
 }
 
 /// A part that has gone in is lifted out along the last normal and followed there, so that it stays on
 /// its side: in a tick it cannot go through the endoscope. `None` far from it.
-fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track> {
+fn track(
+    part: &Capsule,
+    scope: &Capsule,
+    last: Option<&PersistentContact>,
+) -> Option<PersistentContact> {
     let reach_m = part.radius_m + scope.radius_m;
     let height_m = |normal: &Vec3, shares: &[f32; 2]| {
         let [s, t] = shares;
@@ -111,7 +115,7 @@ fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track
         || Gap::first(gap_m),
         |(last, way_m)| last.gap.next(gap_m, way_m, OWED_M),
     );
-    Some(Track {
+    Some(PersistentContact {
         part: part.role,
         normal,
         nearest,

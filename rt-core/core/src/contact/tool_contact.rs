@@ -181,10 +181,10 @@ impl ToolContacts {
             match constraint.site {
                 ContactSite::Skin { point } => {
                     self.skin
-                        .remember(constraint.organ, point, constraint.cached());
+                        .store(constraint.organ, point, constraint.cached());
                 }
                 ContactSite::Tube { bead, part } => {
-                    self.tubes.remember(bead, part, constraint.cached());
+                    self.tubes.store(bead, part, constraint.cached());
                 }
             }
             if constraint.felt_n <= 0.0 {

@@ -25,7 +25,7 @@ const WALK_MAX: u32 = 12;
 
 /// The point of the skin that is nearest to a place.
 #[derive(Debug, Clone)]
-pub(crate) struct Closest {
+pub(crate) struct ClosestPoint {
     /// What it follows.
     pub(crate) patch: Patch,
     /// The triangle's corners, and their shares of the point.
@@ -43,7 +43,7 @@ pub(crate) struct Closest {
     pub(crate) curvature_per_m: f32,
 }
 
-impl Closest {
+impl ClosestPoint {
     /// How far it has sunk, for what lay under it is gone, m.
     pub(crate) fn sunk_m(&self, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
         let mut sum_m = 0.0;
@@ -131,7 +131,7 @@ pub(crate) fn walk(
     skin: &Skin<'_>,
     bodies: &Bodies,
     known: &mut Corners,
-) -> Option<Closest> {
+) -> Option<ClosestPoint> {
     let found = nearest(place_m, from, skin, bodies, known)?;
     finish(&found, skin, bodies, known)
 }
@@ -218,7 +218,7 @@ fn finish(
     skin: &Skin<'_>,
     bodies: &Bodies,
     known: &mut Corners,
-) -> Option<Closest> {
+) -> Option<ClosestPoint> {
     let [i, j, k] = found.corners;
     let mut corner = |index: u16| {
         let vertex = skin.vertex(index)?;
@@ -242,7 +242,7 @@ fn finish(
     }
     let mut under = Under::default();
     under.add(found.corners, found.shares, 1.0);
-    Some(Closest {
+    Some(ClosestPoint {
         patch: under.patch(skin),
         corners: found.corners,
         shares: found.shares,

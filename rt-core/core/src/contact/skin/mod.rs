@@ -23,7 +23,7 @@ use crate::math::{self, Vec3};
 use crate::scene::{Material, NO_VERTEX, Scene};
 use crate::tissue::Bodies;
 use crate::tool::Capsule;
-use closest::{Closest, walk};
+use closest::{ClosestPoint, walk};
 use corners::Corners;
 use tool_points::{ToolPoint, tool_points};
 
@@ -31,7 +31,7 @@ use tool_points::{ToolPoint, tool_points};
 /// moves in a tick.
 const NEAR_M: f32 = 0.003;
 /// Skin farther than this is forgotten, m.
-const FORGET_M: f32 = 0.012;
+const TRACKING_RANGE_M: f32 = 0.012;
 /// What tissue goes in a tick, as far as skin that nothing is near to is looked at again, m. Faster
 /// tissue is met late, and forgiven its depth.
 const TISSUE_M: f32 = 0.0005;
@@ -54,7 +54,7 @@ fn turn_at_rest(force_n: f32) -> f32 {
 
 /// What is remembered of a place of a tool on an organ.
 #[derive(Debug, Clone, Copy)]
-struct Track {
+struct PersistentContact {
     vertex: u16,
     /// Whether the skin was near enough to be touched.
     is_near: bool,
@@ -72,7 +72,7 @@ struct Track {
     way_m: Vec3,
 }
 
-const NOWHERE: Track = Track {
+const NOWHERE: PersistentContact = PersistentContact {
     vertex: NO_VERTEX,
     is_near: false,
     idle_m: 0.0,
@@ -85,11 +85,11 @@ const NOWHERE: Track = Track {
     way_m: Vec3::new(0.0, 0.0, 0.0),
 };
 
-impl Track {
+impl PersistentContact {
     /// Where no skin is to be found.
     fn far_from(center_m: &Vec3) -> Self {
         Self {
-            idle_m: FORGET_M - NEAR_M,
+            idle_m: TRACKING_RANGE_M - NEAR_M,
             center_m: *center_m,
             ..NOWHERE
         }
@@ -106,7 +106,7 @@ impl Track {
     }
 
     /// Takes in what was found, and keeps the gap from jumping.
-    fn follow(&mut self, found: &Closest, gap_m: f32, point: &ToolPoint) {
+    fn track(&mut self, found: &ClosestPoint, gap_m: f32, point: &ToolPoint) {
         let center_m = &point.center_m;
         let mut push = found.normal;
         if self.is_near {
@@ -136,7 +136,7 @@ impl Track {
 /// Where every place of the tools is on every skin.
 #[derive(Debug, Clone)]
 pub(crate) struct SkinContacts {
-    tracks: [[Track; MAX_TOOL_POINTS]; MAX_ORGANS],
+    contacts: [[PersistentContact; MAX_TOOL_POINTS]; MAX_ORGANS],
     /// Organs of which some track is not [`NOWHERE`].
     is_known: [bool; MAX_ORGANS],
     /// Places of the instrument and of the endoscope in the last tick.
@@ -147,7 +147,7 @@ pub(crate) struct SkinContacts {
 impl Default for SkinContacts {
     fn default() -> Self {
         Self {
-            tracks: [[NOWHERE; MAX_TOOL_POINTS]; MAX_ORGANS],
+            contacts: [[NOWHERE; MAX_TOOL_POINTS]; MAX_ORGANS],
             is_known: [false; MAX_ORGANS],
             counts: [0; 2],
             corners: Corners::default(),
@@ -167,8 +167,8 @@ impl SkinContacts {
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
         // In place: a whole one is too large for a tick's stack.
-        for track in self.tracks.iter_mut().flatten() {
-            *track = NOWHERE;
+        for contact in self.contacts.iter_mut().flatten() {
+            *contact = NOWHERE;
         }
         self.is_known = [false; MAX_ORGANS];
         self.counts = [0; 2];
@@ -186,12 +186,12 @@ impl SkinContacts {
         if core::mem::replace(&mut self.counts, counts) == counts {
             return;
         }
-        for tracks in &mut self.tracks {
+        for contacts in &mut self.contacts {
             let (instrument, endoscope) =
-                tracks.split_at_mut(INSTRUMENT_POINTS.min(MAX_TOOL_POINTS));
-            for (tracks, count) in [instrument, endoscope].into_iter().zip(counts) {
-                for track in tracks.iter_mut().skip(count) {
-                    *track = NOWHERE;
+                contacts.split_at_mut(INSTRUMENT_POINTS.min(MAX_TOOL_POINTS));
+            for (contacts, count) in [instrument, endoscope].into_iter().zip(counts) {
+                for contact in contacts.iter_mut().skip(count) {
+                    *contact = NOWHERE;
                 }
             }
         }
@@ -215,8 +215,8 @@ impl SkinContacts {
         self.forget_missing(&tool_points);
         let known = &mut self.corners;
         known.begin();
-        let tracks = self.tracks.iter_mut().zip(&mut self.is_known);
-        for ((organ, it), (tracks, is_known)) in (0u8..).zip(scene.organs).zip(tracks) {
+        let contacts = self.contacts.iter_mut().zip(&mut self.is_known);
+        for ((organ, it), (contacts, is_known)) in (0u8..).zip(scene.organs).zip(contacts) {
             let own: Vec<Ball, MAX_CONTACTS> = near_spheres
                 .clone()
                 .filter(|sphere| *bodies.organ.at(*sphere) == organ)
@@ -229,7 +229,7 @@ impl SkinContacts {
                 .collect();
             if own.is_empty() {
                 if *is_known {
-                    *tracks = [NOWHERE; MAX_TOOL_POINTS];
+                    *contacts = [NOWHERE; MAX_TOOL_POINTS];
                     *is_known = false;
                 }
                 continue;
@@ -237,34 +237,34 @@ impl SkinContacts {
             *is_known = true;
             for (number, point) in &tool_points {
                 let number = *number;
-                let Some(track) = tracks.get_mut(usize::from(number)) else {
+                let Some(contact) = contacts.get_mut(usize::from(number)) else {
                     continue;
                 };
-                if track.is_idle(&point.center_m) {
+                if contact.is_idle(&point.center_m) {
                     continue;
                 }
-                let found = look(point, track, &own, (scene, bodies), known);
-                let Some(found) = found.filter(|(_, gap_m)| *gap_m < FORGET_M) else {
-                    *track = Track::far_from(&point.center_m);
+                let found = look(point, contact, &own, (scene, bodies), known);
+                let Some(found) = found.filter(|(_, gap_m)| *gap_m < TRACKING_RANGE_M) else {
+                    *contact = PersistentContact::far_from(&point.center_m);
                     continue;
                 };
-                track.follow(&found.0, found.1, point);
-                if !track.is_near {
+                contact.track(&found.0, found.1, point);
+                if !contact.is_near {
                     continue;
                 }
                 let closest = spread_under(point, found.0, (scene, bodies), known);
                 let site = ContactSite::Skin { point: number };
-                let found = candidate((organ, &it.material), site, point, closest, track);
+                let found = candidate((organ, &it.material), site, point, closest, contact);
                 constraints.add(found, bodies, faults);
             }
         }
     }
 
     /// Remembers what a touch of this station on this organ leaves.
-    pub(crate) fn remember(&mut self, organ: u8, point: u8, cached: CachedForce) {
-        let tracks = self.tracks.get_mut(usize::from(organ));
-        if let Some(track) = tracks.and_then(|tracks| tracks.get_mut(usize::from(point))) {
-            track.cached = cached;
+    pub(crate) fn store(&mut self, organ: u8, point: u8, cached: CachedForce) {
+        let contacts = self.contacts.get_mut(usize::from(organ));
+        if let Some(contact) = contacts.and_then(|contacts| contacts.get_mut(usize::from(point))) {
+            contact.cached = cached;
         }
     }
 }
@@ -273,30 +273,30 @@ impl SkinContacts {
 /// touched is followed; otherwise the spheres say where else it could be nearer.
 fn look(
     point: &ToolPoint,
-    track: &Track,
+    contact: &PersistentContact,
     near_spheres: &[Ball],
     (scene, bodies): (&Scene<'_>, &Bodies),
     known: &mut Corners,
-) -> Option<(Closest, f32)> {
+) -> Option<(ClosestPoint, f32)> {
     let (center_m, skin) = (&point.center_m, &scene.skin);
-    let gap_m = |found: &Closest| {
+    let gap_m = |found: &ClosestPoint| {
         let over_m = found.normal.dot(&(center_m - found.at_m)) - point.radius_m;
         over_m + found.sunk_m(scene, bodies)
     };
     // From under the skin the nearest point of it jumps. A tool that touches is lifted onto the skin
     // along the last normal and followed there, as a god-object is (Zilles and Salisbury 1995).
-    let lifted_m = if track.is_near {
-        let lift_m = track.normal.dot(&(track.at_m - center_m));
-        let slip_m = center_m + track.normal * lift_m - track.at_m;
-        let most_m = 2.0 * math::norm(&(center_m - track.center_m)) + SLIP_M;
-        track.at_m + slip_m * (most_m / math::norm(&slip_m).max(most_m))
+    let lifted_m = if contact.is_near {
+        let lift_m = contact.normal.dot(&(contact.at_m - center_m));
+        let slip_m = center_m + contact.normal * lift_m - contact.at_m;
+        let most_m = 2.0 * math::norm(&(center_m - contact.center_m)) + SLIP_M;
+        contact.at_m + slip_m * (most_m / math::norm(&slip_m).max(most_m))
     } else {
         *center_m
     };
-    let followed = walk(&lifted_m, track.vertex, skin, bodies, known);
+    let followed = walk(&lifted_m, contact.vertex, skin, bodies, known);
     if let Some(found) = followed {
         let gap_m = gap_m(&found);
-        if gap_m <= 0.0 || track.cached.force_n > 0.0 {
+        if gap_m <= 0.0 || contact.cached.force_n > 0.0 {
             return Some((found, gap_m));
         }
     }
@@ -308,7 +308,7 @@ fn look(
         }
     }
     let (sphere, off_m) = nearest?;
-    if off_m > point.radius_m + FORGET_M {
+    if off_m > point.radius_m + TRACKING_RANGE_M {
         return None;
     }
     let found = walk(center_m, skin.near_sphere(sphere)?, skin, bodies, known)?;
@@ -327,10 +327,10 @@ const THIN_M: f32 = 0.004;
 
 fn spread_under(
     point: &ToolPoint,
-    mut closest: Closest,
+    mut closest: ClosestPoint,
     (scene, bodies): (&Scene<'_>, &Bodies),
     known: &mut Corners,
-) -> Closest {
+) -> ClosestPoint {
     let least_m = match point.shape {
         Shape::Ball { radius_m } => (THIN_PATCH_RADII * radius_m)
             .min(THIN_M)
@@ -349,8 +349,8 @@ fn candidate(
     (organ, material): (u8, &Material),
     site: ContactSite,
     point: &ToolPoint,
-    closest: Closest,
-    track: &Track,
+    closest: ClosestPoint,
+    contact: &PersistentContact,
 ) -> Candidate {
     let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
     let (patch_m, curvature_per_m) = (closest.patch_m, closest.curvature_per_m);
@@ -358,15 +358,15 @@ fn candidate(
     Candidate {
         organ,
         site,
-        normal: track.push,
+        normal: contact.push,
         center_m: point.center_m,
         at_m: closest.at_m,
-        along_n_m: law.along_n_m(track.cached.force_n, material.poisson),
+        along_n_m: law.along_n_m(contact.cached.force_n, material.poisson),
         model: ContactModel::HalfSpace(law),
-        gap_m: track.gap.gap_m,
-        way_m: track.way_m,
+        gap_m: contact.gap.gap_m,
+        way_m: contact.way_m,
         friction: material.friction,
-        cached: track.cached,
+        cached: contact.cached,
         patch: closest.patch,
     }
 }

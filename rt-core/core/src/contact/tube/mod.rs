@@ -53,7 +53,7 @@ const LOOSEN: f32 = 0.007;
 
 /// A part of a tool and a bead near it, as a tick leaves them.
 #[derive(Debug, Clone, Copy)]
-struct Track {
+struct PersistentContact {
     bead: u16,
     part: Role,
     side: Side,
@@ -68,7 +68,7 @@ struct Track {
     weight: f32,
 }
 
-impl Track {
+impl PersistentContact {
     /// How much of the tool the bead bears, as far as its wall is alike: a depth, m.
     fn bears(&self) -> f32 {
         self.weight * (-self.gap.gap_m).max(0.0)
@@ -79,7 +79,7 @@ impl Track {
 #[derive(Debug, Clone, Default)]
 pub(crate) struct TubeContacts {
     /// In the order of beads.
-    tracks: Vec<Track, MAX_TUBE_CONTACTS>,
+    contacts: Vec<PersistentContact, MAX_TUBE_CONTACTS>,
     /// The tools in the last tick.
     parts: Vec<Capsule, MAX_CAPSULES>,
 }
@@ -87,13 +87,16 @@ pub(crate) struct TubeContacts {
 impl TubeContacts {
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
-        self.tracks.clear();
+        self.contacts.clear();
         self.parts.clear();
     }
 
     /// The spheres between which a tool is near.
     pub(crate) fn near_spheres(&self, bodies: &Bodies) -> impl Iterator<Item = u32> {
-        let beads = self.tracks.iter().filter_map(|t| bodies.beads.get(t.bead));
+        let beads = self
+            .contacts
+            .iter()
+            .filter_map(|t| bodies.beads.get(t.bead));
         beads.flat_map(|bead| [u32::from(bead.a), u32::from(bead.b)])
     }
 
@@ -107,7 +110,7 @@ impl TubeContacts {
         constraints: &mut ContactConstraints,
         faults: &mut FaultSet,
     ) {
-        let before = core::mem::take(&mut self.tracks);
+        let before = core::mem::take(&mut self.contacts);
         let mut known = before.iter();
         for ((organ, it), bounds) in (0u8..).zip(scene.organs).zip(bounds) {
             let mut near: Vec<&Capsule, MAX_CAPSULES> = Vec::new();
@@ -129,29 +132,30 @@ impl TubeContacts {
                     let last = known_of(known, number, part.role);
                     let along = last.map_or(ball.along, |last| turned(&last.along, &ball.along));
                     let ball = Ball { along, ..ball };
-                    let (mut track, way_m) = self.meet(part, (number, bead), &ball, known, bodies);
+                    let (mut contact, way_m) =
+                        self.meet(part, (number, bead), &ball, known, bodies);
                     let is_held = is_held(bead, bodies);
                     let loose = if is_held { 0.0 } else { 1.0 };
                     // What does not touch yet has nothing to lose, and is not to be squeezed out.
-                    let step = match is_held && track.gap.gap_m > 0.0 {
+                    let step = match is_held && contact.gap.gap_m > 0.0 {
                         true => 1.0,
                         false => LOOSEN,
                     };
-                    track.loose += step * (loose - track.loose);
+                    contact.loose += step * (loose - contact.loose);
                     let left = bead
                         .link
                         .map_or(1.0, |link| bodies.parted.left_of_link(link));
                     let [a, b] = [bead.a, bead.b].map(|i| bodies.cells.left_of(i.into()));
                     let left = left * a.min(b);
-                    track.weight = left
-                        * track.loose
-                        * track.side.weight(
+                    contact.weight = left
+                        * contact.loose
+                        * contact.side.weight(
                             &axis(part),
                             &ball.center_m,
                             &ball.along,
                             ball.radius_m + part.radius_m,
                         );
-                    let is_near = track.gap.gap_m < NEAR_M && track.weight > 0.0;
+                    let is_near = contact.gap.gap_m < NEAR_M && contact.weight > 0.0;
                     if is_near {
                         let site = ContactSite::Tube {
                             bead: number,
@@ -160,14 +164,14 @@ impl TubeContacts {
                         let found = candidate(
                             (organ, &it.material),
                             site,
-                            (bead, track.weight),
+                            (bead, contact.weight),
                             (part, ball.radius_m),
-                            &track,
+                            &contact,
                             bodies,
                         );
                         constraints.add(Candidate { way_m, ..found }, bodies, faults);
                     }
-                    self.keep(track, faults);
+                    self.keep(contact, faults);
                 }
             }
         }
@@ -182,9 +186,9 @@ impl TubeContacts {
         part: &Capsule,
         (number, bead): (u16, &Bead),
         ball: &Ball,
-        known: (&[Track], usize),
+        known: (&[PersistentContact], usize),
         bodies: &Bodies,
-    ) -> (Track, Vec3) {
+    ) -> (PersistentContact, Vec3) {
         let reach_m = ball.radius_m + part.radius_m;
         let now = axis(part);
         let first = Side::first(&now, &ball.center_m, &ball.along);
@@ -219,11 +223,11 @@ impl TubeContacts {
         let led = leader.map(|it| it.side.beside(&now, &ball.center_m, &ball.along, reach_m));
         let led = led.filter(is_this_side);
         let bore = last.filter(|last| last.weight > 0.0);
-        let differs = |side: &Side, leader: &Track| {
+        let differs = |side: &Side, leader: &PersistentContact| {
             let is_stronger = bore.is_none_or(|own| own.bears() < leader.bears());
             is_stronger && side.normal.dot(&leader.side.normal) < 0.0
         };
-        let new = Track {
+        let new = PersistentContact {
             bead: number,
             part: part.role,
             side: first,
@@ -234,15 +238,17 @@ impl TubeContacts {
             loose: last.map_or(1.0, |last| last.loose),
             weight: 0.0,
         };
-        let track = match (side, bore, leader, led) {
-            (Some(side), _, Some(leader), Some(led)) if differs(&side, leader) => Track {
-                side: led,
-                gap: Gap::first(gap_m(&led)),
-                ..new
-            },
+        let contact = match (side, bore, leader, led) {
+            (Some(side), _, Some(leader), Some(led)) if differs(&side, leader) => {
+                PersistentContact {
+                    side: led,
+                    gap: Gap::first(gap_m(&led)),
+                    ..new
+                }
+            }
             (Some(side), Some(last), _, _) => {
                 let way_m = motion.as_ref().map_or(0.0, Side::way_m);
-                Track {
+                PersistentContact {
                     side,
                     bead_m: ball.center_m,
                     along: ball.along,
@@ -250,58 +256,66 @@ impl TubeContacts {
                     ..*last
                 }
             }
-            (_, _, Some(leader), Some(led)) => Track {
+            (_, _, Some(leader), Some(led)) => PersistentContact {
                 side: led,
                 gap: leader.gap.at(gap_m(&led)),
                 ..new
             },
             (side, ..) => {
                 let side = side.unwrap_or(new.side);
-                Track {
+                PersistentContact {
                     side,
                     gap: Gap::first(gap_m(&side)),
                     ..new
                 }
             }
         };
-        (track, way_m)
+        (contact, way_m)
     }
 
     /// Follows a part past a bead from now on; of too many the deepest stay, in the order of beads.
-    fn keep(&mut self, track: Track, faults: &mut FaultSet) {
-        let Err(track) = self.tracks.push(track) else {
+    fn keep(&mut self, contact: PersistentContact, faults: &mut FaultSet) {
+        let Err(contact) = self.contacts.push(contact) else {
             return;
         };
-        let gaps = self.tracks.iter().map(|track| track.gap.gap_m).enumerate();
+        let gaps = self
+            .contacts
+            .iter()
+            .map(|contact| contact.gap.gap_m)
+            .enumerate();
         let shallowest = gaps.reduce(|a, b| if b.1 > a.1 { b } else { a });
-        let mut lost_m = track.gap.gap_m;
-        if let Some((i, gap_m)) = shallowest.filter(|(_, gap_m)| *gap_m > track.gap.gap_m) {
+        let mut lost_m = contact.gap.gap_m;
+        if let Some((i, gap_m)) = shallowest.filter(|(_, gap_m)| *gap_m > contact.gap.gap_m) {
             lost_m = gap_m;
             let mut number = 0;
-            self.tracks.retain(|_| {
+            self.contacts.retain(|_| {
                 number += 1;
                 number != i + 1
             });
-            let _ = self.tracks.push(track); // there is room for one
+            let _ = self.contacts.push(contact); // there is room for one
         }
         faults.raise_if(lost_m < CANDIDATE_MARGIN_M, Fault::ContactOverflow);
     }
 
     /// Remembers what a part leaves on a bead.
-    pub(crate) fn remember(&mut self, bead: u16, part: Role, cached: CachedForce) {
-        let mut tracks = self.tracks.iter_mut();
-        let same = tracks.find(|track| track.bead == bead && track.part == part);
-        if let Some(track) = same {
-            track.cached = cached;
+    pub(crate) fn store(&mut self, bead: u16, part: Role, cached: CachedForce) {
+        let mut contacts = self.contacts.iter_mut();
+        let same = contacts.find(|contact| contact.bead == bead && contact.part == part);
+        if let Some(contact) = same {
+            contact.cached = cached;
         }
     }
 }
 
 /// What is known of a part and a bead from the last tick.
-fn known_of((tracks, at): (&[Track], usize), bead: u16, part: Role) -> Option<&Track> {
-    let own = tracks.get(at..)?.iter();
-    let mut own = own.take_while(|track| track.bead == bead);
-    own.find(|track| track.part == part)
+fn known_of(
+    (contacts, at): (&[PersistentContact], usize),
+    bead: u16,
+    part: Role,
+) -> Option<&PersistentContact> {
+    let own = contacts.get(at..)?.iter();
+    let mut own = own.take_while(|contact| contact.bead == bead);
+    own.find(|contact| contact.part == part)
 }
 
 /// A direction along a tube a tick later.
@@ -311,12 +325,12 @@ fn turned(last: &Vec3, now: &Vec3) -> Vec3 {
 
 /// The track in which the same part bears on the bead before or after one; of both the one that bears more.
 fn leading<'a>(
-    (tracks, at): (&'a [Track], usize),
+    (contacts, at): (&'a [PersistentContact], usize),
     (number, bead): (u16, &Bead),
     part: Role,
     bodies: &Bodies,
-) -> Option<&'a Track> {
-    let (before, after) = tracks.split_at(at.min(tracks.len()));
+) -> Option<&'a PersistentContact> {
+    let (before, after) = contacts.split_at(at.min(contacts.len()));
     let beads = &bodies.beads;
     let last = number.checked_sub(1).filter(|last| {
         let last = beads.get(*last);
@@ -326,7 +340,7 @@ fn leading<'a>(
         let next = beads.get(*next);
         next.is_some_and(|next| bead.leads_to(next))
     });
-    let bears = |it: &&Track| it.part == part && it.weight > 0.0;
+    let bears = |it: &&PersistentContact| it.part == part && it.weight > 0.0;
     let before = before.iter().rev();
     let before = before.take_while(|it| Some(it.bead) == last).find(bears);
     let after = after.iter().skip_while(|it| it.bead == number);
@@ -343,32 +357,32 @@ fn candidate(
     site: ContactSite,
     (bead, weight): (&Bead, f32),
     (part, ball_radius_m): (&Capsule, f32),
-    track: &Track,
+    contact: &PersistentContact,
     bodies: &Bodies,
 ) -> Candidate {
     let mut patch = Patch::default();
     patch.add(u32::from(bead.a), 1.0 - bead.share);
     patch.add(u32::from(bead.b), bead.share);
     let behind_m_n = behind_m_n(&patch, material, bodies);
-    let center_m = track.side.at_m(&axis(part));
+    let center_m = contact.side.at_m(&axis(part));
     let wall_n_m = material.contact_stiffness_n_m * bead.stiffness_share * weight;
     Candidate {
         organ,
         site,
         patch,
-        normal: track.side.normal,
+        normal: contact.side.normal,
         center_m,
-        at_m: center_m - track.side.normal * part.radius_m,
+        at_m: center_m - contact.side.normal * part.radius_m,
         model: ContactModel::Wall {
             wall_n_m,
             flat_m: FLAT_RADII * ball_radius_m,
             behind_m_n,
         },
-        gap_m: track.gap.gap_m,
+        gap_m: contact.gap.gap_m,
         way_m: Vec3::zeros(),
         friction: material.friction,
         along_n_m: wall_n_m / along_over_across(material.poisson),
-        cached: track.cached,
+        cached: contact.cached,
     }
 }
 
