@@ -77,13 +77,13 @@ impl ContactModel {
     }
 
     /// The force F ≥ 0 that closes a gap to which the spheres yield so much, and its slope, N/m.
-    fn force_n(&self, gap_m: f32, yield_m_n: f32) -> (f32, f32) {
+    fn force_n(&self, separation_m: f32, yield_m_n: f32) -> (f32, f32) {
         match self {
-            Self::HalfSpace(law) => law.force_n(gap_m, yield_m_n),
+            Self::HalfSpace(law) => law.force_n(separation_m, yield_m_n),
             Self::Wall {
                 wall_n_m, flat_m, ..
-            } if gap_m < 0.0 => {
-                let (force_n, slope_n_m) = wall(*wall_n_m, *flat_m, -gap_m, yield_m_n);
+            } if separation_m < 0.0 => {
+                let (force_n, slope_n_m) = wall(*wall_n_m, *flat_m, -separation_m, yield_m_n);
                 (force_n, self.felt_n_m(slope_n_m))
             }
             Self::Wall { .. } => (0.0, 0.0),
@@ -134,7 +134,7 @@ pub(crate) struct ContactConstraint {
     pub(crate) at_m: Vec3,
     pub(crate) model: ContactModel,
     /// Gap before the solve, m.
-    pub(crate) gap_m: f32,
+    pub(crate) separation_m: f32,
     /// How the place of the tool has gone in this tick, m.
     pub(crate) way_m: Vec3,
     /// μ: the most that friction pulls, per normal force.
@@ -167,7 +167,7 @@ pub(crate) struct Candidate {
     pub(crate) center_m: Vec3,
     pub(crate) at_m: Vec3,
     pub(crate) model: ContactModel,
-    pub(crate) gap_m: f32,
+    pub(crate) separation_m: f32,
     pub(crate) way_m: Vec3,
     pub(crate) friction: f32,
     /// Stiffness of its friction now, N/m.
@@ -209,7 +209,7 @@ impl ContactConstraint {
             center_m: candidate.center_m,
             at_m: candidate.at_m,
             model: candidate.model,
-            gap_m: candidate.gap_m,
+            separation_m: candidate.separation_m,
             way_m: candidate.way_m,
             friction: candidate.friction,
             bristle,
@@ -220,7 +220,7 @@ impl ContactConstraint {
             stiffness_n_m: 0.0,
             friction_stiffness_n_m: 0.0,
             patch_m,
-            reach_m: normal.dot(&(candidate.center_m - patch_m)) - candidate.gap_m,
+            reach_m: normal.dot(&(candidate.center_m - patch_m)) - candidate.separation_m,
             inverse_mass_per_kg: candidate.patch.inverse_mass_per_kg(bodies),
             patch: candidate.patch,
         }
@@ -286,14 +286,18 @@ impl ContactConstraints {
             self.note(number, organ, true);
             return;
         };
-        let mut lost_m = constraint.gap_m;
-        let shallowest = self
-            .near
-            .iter_mut()
-            .enumerate()
-            .reduce(|a, b| if b.1.gap_m > a.1.gap_m { b } else { a });
-        if let Some((number, shallowest)) = shallowest.filter(|it| it.1.gap_m > constraint.gap_m) {
-            lost_m = shallowest.gap_m;
+        let mut lost_m = constraint.separation_m;
+        let shallowest = self.near.iter_mut().enumerate().reduce(|a, b| {
+            if b.1.separation_m > a.1.separation_m {
+                b
+            } else {
+                a
+            }
+        });
+        if let Some((number, shallowest)) =
+            shallowest.filter(|it| it.1.separation_m > constraint.separation_m)
+        {
+            lost_m = shallowest.separation_m;
             let gone = shallowest.organ;
             *shallowest = constraint;
             self.note(number, gone, false);
@@ -344,13 +348,13 @@ impl ContactConstraints {
                 let patch_m = constraint.patch.at_m(bodies);
                 let height_m = constraint.normal.dot(&(constraint.center_m - patch_m));
                 // The gap as it were without this contact's own force.
-                let gap_m = height_m - constraint.reach_m - yield_m_n * constraint.force_n;
-                if gap_m >= 0.0 && constraint.force_n <= 0.0 {
+                let separation_m = height_m - constraint.reach_m - yield_m_n * constraint.force_n;
+                if separation_m >= 0.0 && constraint.force_n <= 0.0 {
                     // What did not press does not press now: others press the skin away, not towards it.
                     continue;
                 }
-                let gap_m = gap_m + beside.others_m(own);
-                let (force_n, stiffness_n_m) = constraint.model.force_n(gap_m, yield_m_n);
+                let separation_m = separation_m + beside.others_m(own);
+                let (force_n, stiffness_n_m) = constraint.model.force_n(separation_m, yield_m_n);
                 // Along the skin the same: how far the tool is ahead without this contact's friction.
                 let ahead_m = constraint.way_m
                     - (patch_m - constraint.patch_m)

@@ -129,16 +129,16 @@ impl Law {
         }
     }
 
-    /// The force F ≥ 0 that closes the gap: `gap + yield F + δ(F) − c F = 0`, and its slope, N/m.
+    /// The force F ≥ 0 that closes the gap: `separation + yield F + δ(F) − c F = 0`, and its slope, N/m.
     /// The gap is negative where tool and skin overlap; `yield_m_n` is what the spheres yield to
     /// the force within the step. Monotone, so one answer.
-    pub(crate) fn force_n(&self, gap_m: f32, yield_m_n: f32) -> (f32, f32) {
-        if gap_m >= 0.0 || gap_m.is_nan() {
+    pub(crate) fn force_n(&self, separation_m: f32, yield_m_n: f32) -> (f32, f32) {
+        if separation_m >= 0.0 || separation_m.is_nan() {
             return (0.0, 0.0);
         }
         let spare_m_n = yield_m_n - self.supplied_m_n;
         let end = self.dent(self.half_width_max_m);
-        let open = |dent: &Dent| gap_m + dent.depth_m + spare_m_n * dent.force_n;
+        let open = |dent: &Dent| separation_m + dent.depth_m + spare_m_n * dent.force_n;
         if open(&end) < 0.0 {
             // As stiff as at the end from there on; where the spheres alone yield more, they do.
             let compliance_m_n = (end.stiffness_n_m.recip() + spare_m_n)
@@ -149,7 +149,10 @@ impl Law {
         }
         // Newton, kept inside the interval that holds the answer.
         let (mut low, mut high) = (0.0, self.half_width_max_m);
-        let mut half_width_m = self.first_guess_m(gap_m).max(1.0e-3 * high).min(high);
+        let mut half_width_m = self
+            .first_guess_m(separation_m)
+            .max(1.0e-3 * high)
+            .min(high);
         let mut dent = self.dent(half_width_m);
         for _ in 0..NEWTON {
             let rest = open(&dent);
@@ -177,11 +180,11 @@ impl Law {
     }
 
     /// Half-width were all of the overlap a dent.
-    fn first_guess_m(&self, gap_m: f32) -> f32 {
+    fn first_guess_m(&self, separation_m: f32) -> f32 {
         let radius_m = match self.shape {
             Shape::Ball { radius_m } | Shape::Bar { radius_m, .. } => radius_m,
         };
-        math::sqrt(-gap_m * radius_m)
+        math::sqrt(-separation_m * radius_m)
     }
 
     /// Half-width of the contact under this force, m; roughly.
@@ -424,16 +427,16 @@ mod tests {
         /// The answer solves the equation, grows with depth and never with a step.
         #[test]
         fn deeper_is_more_and_never_a_step(
-            shape in shape(), patch_m in 0.003f32..0.03, gap_m in 1.0e-5f32..0.03, yields in 1.0e-6f32..1.0e-3,
+            shape in shape(), patch_m in 0.003f32..0.03, separation_m in 1.0e-5f32..0.03, yields in 1.0e-6f32..1.0e-3,
             curvature_per_m in -600.0f32..600.0,
         ) {
             let law = Law::new(shape, MODULUS_PA, patch_m, curvature_per_m);
-            let (force_n, _) = law.force_n(-gap_m, yields);
-            let (more_n, _) = law.force_n(-gap_m * 1.01, yields);
+            let (force_n, _) = law.force_n(-separation_m, yields);
+            let (more_n, _) = law.force_n(-separation_m * 1.01, yields);
             prop_assert!(force_n > 0.0 && force_n.is_finite());
             prop_assert!(more_n >= force_n * 0.9999);
             // Where the spheres alone yield, nothing is stiffer than they are.
-            prop_assert!(more_n - force_n <= 0.011 * gap_m / yields + 1.0e-4 * force_n);
+            prop_assert!(more_n - force_n <= 0.011 * separation_m / yields + 1.0e-4 * force_n);
         }
 
         /// What more of one contact's force does to another is what it does to itself where they are one, and fades:

@@ -4,7 +4,7 @@ use heapless::Vec;
 
 use crate::capacity::MAX_CAPSULES;
 use crate::contact::contact_force::ContactForce;
-use crate::contact::gap::Gap;
+use crate::contact::separation::FilteredSeparation;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role, Tool};
 
@@ -14,7 +14,7 @@ const STIFFNESS_N_M: f32 = 2000.0;
 const NEAR_M: f32 = 0.0065;
 
 /// Steel that is farther apart does not push, m.
-const OWED_M: f32 = 0.000_5;
+const OPENING_MAX_M: f32 = 0.000_5;
 /// Both together do not go farther in a tick, m; what does was unplugged, or stood still.
 const LEAP_M: f32 = 0.02;
 
@@ -28,7 +28,7 @@ struct PersistentContact {
     nearest: [f32; 2],
     /// Where on the part's axis the touch is felt, 0 to 1: in the middle of what lies side by side.
     felt_at: f32,
-    gap: Gap,
+    separation: FilteredSeparation,
     /// Of the part's axis and of the endoscope's, m.
     ends_m: [Vec3; 4],
 }
@@ -56,7 +56,7 @@ impl RigidContacts {
             let Some(contact) = track(part, scope, last) else {
                 continue;
             };
-            let depth_m = (-contact.gap.gap_m).max(0.0);
+            let depth_m = (-contact.separation.separation_m).max(0.0);
             if depth_m > 0.0 {
                 add(ContactForce {
                     tool: Tool::Instrument,
@@ -107,20 +107,20 @@ fn track(
     let away_m = at(&lifted, nearest[0]) - at(scope, nearest[1]);
     let side = last.map(|last| last.normal);
     let normal = math::unit(&away_m).or(side)?;
-    let gap_m = height_m(&normal, &nearest) - reach_m;
-    if gap_m > NEAR_M {
+    let separation_m = height_m(&normal, &nearest) - reach_m;
+    if separation_m > NEAR_M {
         return None;
     }
-    let gap = last.zip(way_m).map_or_else(
-        || Gap::first(gap_m),
-        |(last, way_m)| last.gap.next(gap_m, way_m, OWED_M),
+    let separation = last.zip(way_m).map_or_else(
+        || FilteredSeparation::first(separation_m),
+        |(last, way_m)| last.separation.next(separation_m, way_m, OPENING_MAX_M),
     );
     Some(PersistentContact {
         part: part.role,
         normal,
         nearest,
         felt_at: beside(&lifted, scope),
-        gap,
+        separation,
         ends_m,
     })
 }

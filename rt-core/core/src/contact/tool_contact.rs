@@ -83,7 +83,10 @@ impl ToolContacts {
 
     /// How deep the tools lie in tissue at the deepest place, m; before the solve.
     pub(crate) fn deepest_m(&self) -> Option<f32> {
-        let depths = self.constraints.iter().map(|constraint| -constraint.gap_m);
+        let depths = self
+            .constraints
+            .iter()
+            .map(|constraint| -constraint.separation_m);
         depths.filter(|m| *m > 0.0).reduce(f32::max)
     }
 

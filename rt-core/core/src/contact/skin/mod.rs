@@ -16,8 +16,8 @@ use crate::capacity::{INSTRUMENT_POINTS, MAX_CONTACTS, MAX_ORGANS, MAX_TOOL_POIN
 use crate::contact::constraint::{
     CachedForce, Candidate, ContactConstraints, ContactModel, ContactSite,
 };
-use crate::contact::gap::Gap;
 use crate::contact::law::{Law, Shape};
+use crate::contact::separation::FilteredSeparation;
 use crate::fault::FaultSet;
 use crate::math::{self, Vec3};
 use crate::scene::{Material, NO_VERTEX, Scene};
@@ -39,7 +39,7 @@ const TISSUE_M: f32 = 0.0005;
 pub(crate) const SLIP_M: f32 = 0.000_01;
 
 /// The most by which a gap that opens at once still counts as closed, m.
-const OWED_M: f32 = 0.003;
+const OPENING_MAX_M: f32 = 0.003;
 /// What a force changes by in a tick where nothing but its direction turns, N: skin that folds, or a
 /// touch that leaps from fold to fold, would turn it at once. Several places of a tool may turn at once, and
 /// the lever may double what the hand feels of it.
@@ -61,7 +61,7 @@ struct PersistentContact {
     /// How far place and skin have still to go before they can be near, m.
     idle_m: f32,
     cached: CachedForce,
-    gap: Gap,
+    separation: FilteredSeparation,
     /// Where the skin was touched, m; its outward normal there, and the place of the tool, m.
     at_m: Vec3,
     normal: Vec3,
@@ -77,7 +77,7 @@ const NOWHERE: PersistentContact = PersistentContact {
     is_near: false,
     idle_m: 0.0,
     cached: CachedForce::NOTHING,
-    gap: Gap::NONE,
+    separation: FilteredSeparation::NONE,
     at_m: Vec3::new(0.0, 0.0, 0.0),
     normal: Vec3::new(0.0, 0.0, 0.0),
     push: Vec3::new(0.0, 0.0, 0.0),
@@ -106,13 +106,13 @@ impl PersistentContact {
     }
 
     /// Takes in what was found, and keeps the gap from jumping.
-    fn track(&mut self, found: &ClosestPoint, gap_m: f32, point: &ToolPoint) {
+    fn track(&mut self, found: &ClosestPoint, separation_m: f32, point: &ToolPoint) {
         let center_m = &point.center_m;
         let mut push = found.normal;
         if self.is_near {
             self.way_m = center_m - self.center_m;
             let way_m = math::norm(&self.way_m);
-            self.gap = self.gap.next(gap_m, way_m, OWED_M);
+            self.separation = self.separation.next(separation_m, way_m, OPENING_MAX_M);
             if self.cached.force_n > 0.0 {
                 // A tool turns round an edge by its way over its radius.
                 let most = (2.0 * way_m / point.radius_m).max(turn_at_rest(self.cached.force_n));
@@ -120,12 +120,12 @@ impl PersistentContact {
             }
         } else {
             self.way_m = Vec3::zeros();
-            self.gap = Gap::first(gap_m);
+            self.separation = FilteredSeparation::first(separation_m);
             self.cached = CachedForce::NOTHING;
         }
         self.vertex = found.vertex;
-        self.is_near = gap_m < NEAR_M;
-        self.idle_m = (gap_m - NEAR_M).max(0.0);
+        self.is_near = separation_m < NEAR_M;
+        self.idle_m = (separation_m - NEAR_M).max(0.0);
         self.at_m = found.at_m;
         self.push = push;
         self.normal = found.normal;
@@ -244,7 +244,9 @@ impl SkinContacts {
                     continue;
                 }
                 let found = look(point, contact, &own, (scene, bodies), known);
-                let Some(found) = found.filter(|(_, gap_m)| *gap_m < TRACKING_RANGE_M) else {
+                let Some(found) =
+                    found.filter(|(_, separation_m)| *separation_m < TRACKING_RANGE_M)
+                else {
                     *contact = PersistentContact::far_from(&point.center_m);
                     continue;
                 };
@@ -279,7 +281,7 @@ fn look(
     known: &mut Corners,
 ) -> Option<(ClosestPoint, f32)> {
     let (center_m, skin) = (&point.center_m, &scene.skin);
-    let gap_m = |found: &ClosestPoint| {
+    let separation_m = |found: &ClosestPoint| {
         let over_m = found.normal.dot(&(center_m - found.at_m)) - point.radius_m;
         over_m + found.sunk_m(scene, bodies)
     };
@@ -295,9 +297,9 @@ fn look(
     };
     let followed = walk(&lifted_m, contact.vertex, skin, bodies, known);
     if let Some(found) = followed {
-        let gap_m = gap_m(&found);
-        if gap_m <= 0.0 || contact.cached.force_n > 0.0 {
-            return Some((found, gap_m));
+        let separation_m = separation_m(&found);
+        if separation_m <= 0.0 || contact.cached.force_n > 0.0 {
+            return Some((found, separation_m));
         }
     }
     let mut nearest: Option<(u32, f32)> = None;
@@ -312,8 +314,8 @@ fn look(
         return None;
     }
     let found = walk(center_m, skin.near_sphere(sphere)?, skin, bodies, known)?;
-    let gap_m = gap_m(&found);
-    Some((found, gap_m))
+    let separation_m = separation_m(&found);
+    Some((found, separation_m))
 }
 
 /// Least patch under a tip, its radii: narrower ones would be pushed in ahead of the skin around
@@ -363,7 +365,7 @@ fn candidate(
         at_m: closest.at_m,
         along_n_m: law.along_n_m(contact.cached.force_n, material.poisson),
         model: ContactModel::HalfSpace(law),
-        gap_m: contact.gap.gap_m,
+        separation_m: contact.separation.separation_m,
         way_m: contact.way_m,
         friction: material.friction,
         cached: contact.cached,

@@ -15,9 +15,9 @@ use crate::contact::constraint::{
     CANDIDATE_MARGIN_M, CachedForce, Candidate, ContactConstraints, ContactModel, ContactSite,
 };
 use crate::contact::friction::along_over_across;
-use crate::contact::gap::Gap;
 use crate::contact::part_box::part_box;
 use crate::contact::patch::Patch;
+use crate::contact::separation::FilteredSeparation;
 use crate::contact::skin::SLIP_M;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
@@ -45,7 +45,7 @@ const THROUGH: f32 = 2.0;
 /// And so many of the ways that both go in the tick.
 const AHEAD: f32 = 2.0;
 /// A gap that opens at once still counts as closed by this at most, m.
-const OWED_M: f32 = 0.000_3;
+const OPENING_MAX_M: f32 = 0.000_3;
 
 /// What the jaws take hold of stops pushing them, and what they let go of begins to, by this share a
 /// tick: three quarters within 0.2 s.
@@ -60,7 +60,7 @@ struct PersistentContact {
     bead_m: Vec3,
     /// Along the tube there.
     along: Vec3,
-    gap: Gap,
+    separation: FilteredSeparation,
     cached: CachedForce,
     /// Share of its stiffness with which the bead answers: nothing while the jaws hold it.
     loose: f32,
@@ -71,7 +71,7 @@ struct PersistentContact {
 impl PersistentContact {
     /// How much of the tool the bead bears, as far as its wall is alike: a depth, m.
     fn bears(&self) -> f32 {
-        self.weight * (-self.gap.gap_m).max(0.0)
+        self.weight * (-self.separation.separation_m).max(0.0)
     }
 }
 
@@ -137,7 +137,7 @@ impl TubeContacts {
                     let is_held = is_held(bead, bodies);
                     let loose = if is_held { 0.0 } else { 1.0 };
                     // What does not touch yet has nothing to lose, and is not to be squeezed out.
-                    let step = match is_held && contact.gap.gap_m > 0.0 {
+                    let step = match is_held && contact.separation.separation_m > 0.0 {
                         true => 1.0,
                         false => LOOSEN,
                     };
@@ -155,7 +155,7 @@ impl TubeContacts {
                             &ball.along,
                             ball.radius_m + part.radius_m,
                         );
-                    let is_near = contact.gap.gap_m < NEAR_M && contact.weight > 0.0;
+                    let is_near = contact.separation.separation_m < NEAR_M && contact.weight > 0.0;
                     if is_near {
                         let site = ContactSite::Tube {
                             bead: number,
@@ -192,7 +192,7 @@ impl TubeContacts {
         let reach_m = ball.radius_m + part.radius_m;
         let now = axis(part);
         let first = Side::first(&now, &ball.center_m, &ball.along);
-        let gap_m = |side: &Side| side.gap_m(&now, &ball.center_m, reach_m);
+        let separation_m = |side: &Side| side.separation_m(&now, &ball.center_m, reach_m);
         let last = known_of(known, number, part.role);
         let before = self.parts.iter().find(|before| before.role == part.role);
         let motion = last.zip(before).map(|(last, before)| Motion {
@@ -205,10 +205,10 @@ impl TubeContacts {
         // What has gone past altogether, farther than a wall lets it, has nothing to do with the side it came from. What
         // went too fast for the tube to keep up has not, nor what the tube comes back to.
         let fast_m = motion.as_ref().map_or(0.0, Side::way_m);
-        let was_m = last.map_or(0.0, |last| last.gap.found_m());
+        let was_m = last.map_or(0.0, |last| last.separation.measured_m());
         let is_this_side = |side: &Side| {
-            let gap_m = gap_m(side);
-            gap_m > -THROUGH * reach_m - AHEAD * fast_m || gap_m > was_m
+            let separation_m = separation_m(side);
+            separation_m > -THROUGH * reach_m - AHEAD * fast_m || separation_m > was_m
         };
         let side = last
             .zip(motion)
@@ -233,7 +233,7 @@ impl TubeContacts {
             side: first,
             bead_m: ball.center_m,
             along: ball.along,
-            gap: Gap::NONE,
+            separation: FilteredSeparation::NONE,
             cached: CachedForce::NOTHING,
             loose: last.map_or(1.0, |last| last.loose),
             weight: 0.0,
@@ -242,7 +242,7 @@ impl TubeContacts {
             (Some(side), _, Some(leader), Some(led)) if differs(&side, leader) => {
                 PersistentContact {
                     side: led,
-                    gap: Gap::first(gap_m(&led)),
+                    separation: FilteredSeparation::first(separation_m(&led)),
                     ..new
                 }
             }
@@ -252,20 +252,22 @@ impl TubeContacts {
                     side,
                     bead_m: ball.center_m,
                     along: ball.along,
-                    gap: last.gap.next(gap_m(&side), way_m, OWED_M),
+                    separation: last
+                        .separation
+                        .next(separation_m(&side), way_m, OPENING_MAX_M),
                     ..*last
                 }
             }
             (_, _, Some(leader), Some(led)) => PersistentContact {
                 side: led,
-                gap: leader.gap.at(gap_m(&led)),
+                separation: leader.separation.at(separation_m(&led)),
                 ..new
             },
             (side, ..) => {
                 let side = side.unwrap_or(new.side);
                 PersistentContact {
                     side,
-                    gap: Gap::first(gap_m(&side)),
+                    separation: FilteredSeparation::first(separation_m(&side)),
                     ..new
                 }
             }
@@ -278,15 +280,17 @@ impl TubeContacts {
         let Err(contact) = self.contacts.push(contact) else {
             return;
         };
-        let gaps = self
+        let separations = self
             .contacts
             .iter()
-            .map(|contact| contact.gap.gap_m)
+            .map(|contact| contact.separation.separation_m)
             .enumerate();
-        let shallowest = gaps.reduce(|a, b| if b.1 > a.1 { b } else { a });
-        let mut lost_m = contact.gap.gap_m;
-        if let Some((i, gap_m)) = shallowest.filter(|(_, gap_m)| *gap_m > contact.gap.gap_m) {
-            lost_m = gap_m;
+        let shallowest = separations.reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let mut lost_m = contact.separation.separation_m;
+        if let Some((i, separation_m)) =
+            shallowest.filter(|(_, separation_m)| *separation_m > contact.separation.separation_m)
+        {
+            lost_m = separation_m;
             let mut number = 0;
             self.contacts.retain(|_| {
                 number += 1;
@@ -378,7 +382,7 @@ fn candidate(
             flat_m: FLAT_RADII * ball_radius_m,
             behind_m_n,
         },
-        gap_m: contact.gap.gap_m,
+        separation_m: contact.separation.separation_m,
         way_m: Vec3::zeros(),
         friction: material.friction,
         along_n_m: wall_n_m / along_over_across(material.poisson),

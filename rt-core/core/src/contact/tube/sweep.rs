@@ -105,7 +105,7 @@ impl Side {
         let lean_m = normal.dot(&axis_m);
         let flat_m2 = (axis_m.norm_squared() - lean_m * lean_m).max(1.0e-12);
         let share = axis.abreast(bead_m);
-        let deep_m = -Self { normal, share }.gap_m(axis, bead_m, reach_m);
+        let deep_m = -Self { normal, share }.separation_m(axis, bead_m, reach_m);
         Self {
             normal,
             share: (share - lean_m * deep_m / flat_m2).clamp(0.0, 1.0),
@@ -196,7 +196,7 @@ impl Side {
     }
 
     /// From the tube's surface to the tool's, across the tube, m; negative: how deep one is in the other.
-    pub(crate) fn gap_m(&self, axis: &Axis, bead_m: &Vec3, reach_m: f32) -> f32 {
+    pub(crate) fn separation_m(&self, axis: &Axis, bead_m: &Vec3, reach_m: f32) -> f32 {
         self.normal.dot(&(axis.at(self.share) - bead_m)) - reach_m
     }
 
@@ -247,8 +247,8 @@ mod tests {
         assert!(math::norm(&(side.normal - Vec3::z())) < 1.0e-6);
         let side = side.follow(&motion(over, under)).unwrap();
         assert!(side.normal.z > 0.99, "{side:?}");
-        let gap_m = side.gap_m(&under, &Vec3::zeros(), REACH_M);
-        assert!((gap_m + 0.0045).abs() < 1.0e-5, "{gap_m}");
+        let separation_m = side.separation_m(&under, &Vec3::zeros(), REACH_M);
+        assert!((separation_m + 0.0045).abs() < 1.0e-5, "{separation_m}");
         // The bead may as well have gone.
         let bead = Motion {
             axis: [over; 2],
@@ -282,7 +282,7 @@ mod tests {
             }
             let motion = Motion { along: Vec3::zeros(), ..motion(from, to) };
             let side = Side::first(&from, &Vec3::zeros(), &Vec3::zeros()).follow(&motion).unwrap();
-            prop_assert!(side.gap_m(&to, &Vec3::zeros(), REACH_M) > 0.0, "{side:?}");
+            prop_assert!(side.separation_m(&to, &Vec3::zeros(), REACH_M) > 0.0, "{side:?}");
         }
 
         /// A bead that is led lies where it would come to were it followed there: else it would leave the tool and come
@@ -314,19 +314,19 @@ mod tests {
             let mut axis = rod(from, half);
             let inward = -from * 0.01;
             let mut side = Side::first(&axis, &Vec3::zeros(), &Vec3::y());
-            let mut gap_m = side.gap_m(&axis, &Vec3::zeros(), REACH_M);
+            let mut separation_m = side.separation_m(&axis, &Vec3::zeros(), REACH_M);
             for way in ways {
                 let way = way + inward;
                 let to = rod((axis.a_m + axis.b_m) * 0.5 + way, half);
                 side = side.follow(&motion(axis, to)).unwrap();
                 axis = to;
-                let next_m = side.gap_m(&axis, &Vec3::zeros(), REACH_M);
+                let next_m = side.separation_m(&axis, &Vec3::zeros(), REACH_M);
                 if next_m < -REACH_M {
                     break; // through the axis, where it may have to go round
                 }
                 let most_m = 8.0 * math::norm(&way) + 6.0e-5;
-                prop_assert!((next_m - gap_m).abs() < most_m, "{gap_m} {next_m}");
-                gap_m = next_m;
+                prop_assert!((next_m - separation_m).abs() < most_m, "{separation_m} {next_m}");
+                separation_m = next_m;
             }
         }
     }
