@@ -5,8 +5,8 @@
 use heapless::Vec;
 
 use crate::capacity::{INSTRUMENT_POINTS, MAX_CONTACT_CONSTRAINTS, MAX_ORGANS};
-use crate::contact::beside::{Beside, Presser};
 use crate::contact::friction::Bristle;
+use crate::contact::influence::{Influences, LoadedContact};
 use crate::contact::law::Law;
 use crate::contact::patch::Patch;
 use crate::fault::{Fault, FaultSet};
@@ -77,13 +77,14 @@ impl ContactModel {
     }
 
     /// The force F ≥ 0 that closes a gap to which the spheres yield so much, and its slope, N/m.
-    fn force_n(&self, separation_m: f32, yield_m_n: f32) -> (f32, f32) {
+    fn force_n(&self, separation_m: f32, sphere_compliance_m_n: f32) -> (f32, f32) {
         match self {
-            Self::HalfSpace(law) => law.force_n(separation_m, yield_m_n),
+            Self::HalfSpace(law) => law.force_n(separation_m, sphere_compliance_m_n),
             Self::Wall {
                 wall_n_m, flat_m, ..
             } if separation_m < 0.0 => {
-                let (force_n, slope_n_m) = wall(*wall_n_m, *flat_m, -separation_m, yield_m_n);
+                let (force_n, slope_n_m) =
+                    wall(*wall_n_m, *flat_m, -separation_m, sphere_compliance_m_n);
                 (force_n, self.felt_n_m(slope_n_m))
             }
             Self::Wall { .. } => (0.0, 0.0),
@@ -93,10 +94,10 @@ impl ContactModel {
 
 /// Force and stiffness of a wall that is pressed by `d` with `F = k d (1 + d / D)`, where the sphere behind it gives
 /// way to the force within the step: `d + y F = deep`, a square equation in `d`.
-fn wall(k_n_m: f32, flat_m: f32, deep_m: f32, yield_m_n: f32) -> (f32, f32) {
+fn wall(k_n_m: f32, flat_m: f32, deep_m: f32, sphere_compliance_m_n: f32) -> (f32, f32) {
     let per_m = flat_m.max(1.0e-6).recip();
-    let a = yield_m_n * k_n_m * per_m;
-    let b = 1.0 + yield_m_n * k_n_m;
+    let a = sphere_compliance_m_n * k_n_m * per_m;
+    let b = 1.0 + sphere_compliance_m_n * k_n_m;
     // Written so that nothing cancels.
     let pressed_m = 2.0 * deep_m / (b + math::sqrt(b * b + 4.0 * a * deep_m));
     let force_n = k_n_m * pressed_m * (1.0 + pressed_m * per_m);
@@ -150,7 +151,7 @@ pub(crate) struct ContactConstraint {
     pub(crate) stiffness_n_m: f32,
     pub(crate) friction_stiffness_n_m: f32,
     /// Where the patch was before the solve, m.
-    patch_m: Vec3,
+    patch_start_m: Vec3,
     /// What is taken from the centre's height over the patch to give the gap: the tool's radius, what
     /// the skin is curved, less what is forgiven, m.
     reach_m: f32,
@@ -188,12 +189,12 @@ impl ContactSite {
 
 impl ContactConstraint {
     /// As the others beside it see it; it has this number.
-    fn presser(&self, number: usize) -> Presser {
+    fn loaded(&self, number: usize) -> LoadedContact {
         let law = match self.model {
             ContactModel::HalfSpace(law) => Some(law),
             ContactModel::Wall { .. } => None,
         };
-        Presser::new(number, self.normal, self.at_m, self.force_n, law)
+        LoadedContact::new(number, self.normal, self.at_m, self.force_n, law)
     }
 
     fn new(candidate: Candidate, bodies: &Bodies) -> Self {
@@ -219,7 +220,7 @@ impl ContactConstraint {
             felt_friction_n: Vec3::zeros(),
             stiffness_n_m: 0.0,
             friction_stiffness_n_m: 0.0,
-            patch_m,
+            patch_start_m: patch_m,
             reach_m: normal.dot(&(candidate.center_m - patch_m)) - candidate.separation_m,
             inverse_mass_per_kg: candidate.patch.inverse_mass_per_kg(bodies),
             patch: candidate.patch,
@@ -335,40 +336,48 @@ impl ContactConstraints {
             let push = (constraint.normal * left + constraint.friction_n) * -squared;
             constraint.patch.push(&push, bodies);
         }
-        let mut beside = Beside::of(
+        let mut influences = Influences::of(
             self.of_organ(organ)
-                .map(|(i, constraint)| constraint.presser(i)),
+                .map(|(i, constraint)| constraint.loaded(i)),
         );
         for _ in 0..PASSES {
-            for own in 0..beside.len() {
-                let Some(constraint) = beside.constraint(own).and_then(|i| self.near.get(i)) else {
+            for own in 0..influences.len() {
+                let Some(constraint) = influences.constraint(own).and_then(|i| self.near.get(i))
+                else {
                     continue;
                 };
-                let yield_m_n = constraint.inverse_mass_per_kg * squared;
+                let sphere_compliance_m_n = constraint.inverse_mass_per_kg * squared;
                 let patch_m = constraint.patch.at_m(bodies);
                 let height_m = constraint.normal.dot(&(constraint.center_m - patch_m));
                 // The gap as it were without this contact's own force.
-                let separation_m = height_m - constraint.reach_m - yield_m_n * constraint.force_n;
+                let separation_m =
+                    height_m - constraint.reach_m - sphere_compliance_m_n * constraint.force_n;
                 if separation_m >= 0.0 && constraint.force_n <= 0.0 {
                     // What did not press does not press now: others press the skin away, not towards it.
                     continue;
                 }
-                let separation_m = separation_m + beside.others_m(own);
-                let (force_n, stiffness_n_m) = constraint.model.force_n(separation_m, yield_m_n);
+                let separation_m = separation_m + influences.displacement_by_others_m(own);
+                let (force_n, stiffness_n_m) = constraint
+                    .model
+                    .force_n(separation_m, sphere_compliance_m_n);
                 // Along the skin the same: how far the tool is ahead without this contact's friction.
                 let ahead_m = constraint.way_m
-                    - (patch_m - constraint.patch_m)
-                    - constraint.friction_n * yield_m_n;
+                    - (patch_m - constraint.patch_start_m)
+                    - constraint.friction_n * sphere_compliance_m_n;
                 let most_n = constraint.friction * force_n;
-                let friction_n =
-                    constraint
-                        .bristle
-                        .pull_n(&ahead_m, &constraint.normal, yield_m_n, most_n);
+                let friction_n = constraint.bristle.pull_n(
+                    &ahead_m,
+                    &constraint.normal,
+                    sphere_compliance_m_n,
+                    most_n,
+                );
                 let change_n = constraint.normal * (constraint.force_n - force_n)
                     + (constraint.friction_n - friction_n);
                 constraint.patch.push(&(change_n * squared), bodies);
-                beside.press(own, force_n);
-                if let Some(constraint) = beside.constraint(own).and_then(|i| self.near.get_mut(i))
+                influences.set_force(own, force_n);
+                if let Some(constraint) = influences
+                    .constraint(own)
+                    .and_then(|i| self.near.get_mut(i))
                 {
                     constraint.force_n = force_n;
                     constraint.stiffness_n_m = stiffness_n_m;
@@ -377,7 +386,9 @@ impl ContactConstraints {
                     let sticks = math::norm(&friction_n) < 0.999 * most_n;
                     // What is behind a wall counts the sphere's own giving way.
                     let felt_n_m = match constraint.model {
-                        ContactModel::HalfSpace(_) => constraint.bristle.felt_n_m(yield_m_n),
+                        ContactModel::HalfSpace(_) => {
+                            constraint.bristle.felt_n_m(sphere_compliance_m_n)
+                        }
                         ContactModel::Wall { .. } => {
                             constraint.model.felt_n_m(constraint.bristle.felt_n_m(0.0))
                         }
@@ -387,8 +398,11 @@ impl ContactConstraints {
             }
         }
         let share = step_s / TICK_S;
-        for own in 0..beside.len() {
-            if let Some(constraint) = beside.constraint(own).and_then(|i| self.near.get_mut(i)) {
+        for own in 0..influences.len() {
+            if let Some(constraint) = influences
+                .constraint(own)
+                .and_then(|i| self.near.get_mut(i))
+            {
                 constraint.felt_n += constraint.force_n * share;
                 constraint.felt_friction_n += constraint.friction_n * share;
             }

@@ -20,15 +20,16 @@ pub(crate) struct Bristle {
 const LEAST_SHARE: f32 = 0.25;
 
 /// Stiffness along the skin of tissue with this modulus `E / (1 − ν²)` under a contact of this
-/// half-width, N/m, where a force across the skin is yielded to by the spheres with `supplied_m_n`.
+/// half-width, N/m, where a force across the skin is yielded to by the spheres with `mesh_compliance_m_n`.
 pub(crate) fn stiffness_n_m(
     modulus_pa: f32,
     poisson: f32,
     half_width_m: f32,
-    supplied_m_n: f32,
+    mesh_compliance_m_n: f32,
 ) -> f32 {
     let across_m_n = (2.0 * modulus_pa * half_width_m.max(SHARP_M)).recip();
-    (along_over_across(poisson) * (across_m_n - supplied_m_n).max(LEAST_SHARE * across_m_n)).recip()
+    (along_over_across(poisson) * (across_m_n - mesh_compliance_m_n).max(LEAST_SHARE * across_m_n))
+        .recip()
 }
 
 /// By how much tissue yields more to a force along its skin than across it (Cerruti's mean over
@@ -62,10 +63,17 @@ impl Bristle {
     }
 
     /// Force on the tool, N, once it has gone `way_m` ahead of the skin, this force not counted, to
-    /// which the skin yields with `yield_m_n`; at most `most_n`.
-    pub(crate) fn pull_n(&self, way_m: &Vec3, normal: &Vec3, yield_m_n: f32, most_n: f32) -> Vec3 {
+    /// which the skin yields with `sphere_compliance_m_n`; at most `most_n`.
+    pub(crate) fn pull_n(
+        &self,
+        way_m: &Vec3,
+        normal: &Vec3,
+        sphere_compliance_m_n: f32,
+        most_n: f32,
+    ) -> Vec3 {
         let bent_m = self.bent_m + along(way_m, normal);
-        let sticking = bent_m * (-self.stiffness_n_m / (1.0 + self.stiffness_n_m * yield_m_n));
+        let sticking =
+            bent_m * (-self.stiffness_n_m / (1.0 + self.stiffness_n_m * sphere_compliance_m_n));
         let size_n = math::norm(&sticking);
         if size_n <= most_n {
             sticking
@@ -74,9 +82,9 @@ impl Bristle {
         }
     }
 
-    /// Stiffness that a tool feels within a step in which the skin yields with `yield_m_n`, N/m.
-    pub(crate) fn felt_n_m(&self, yield_m_n: f32) -> f32 {
-        self.stiffness_n_m / (1.0 + self.stiffness_n_m * yield_m_n)
+    /// Stiffness that a tool feels within a step in which the skin yields with `sphere_compliance_m_n`, N/m.
+    pub(crate) fn felt_n_m(&self, sphere_compliance_m_n: f32) -> f32 {
+        self.stiffness_n_m / (1.0 + self.stiffness_n_m * sphere_compliance_m_n)
     }
 
     /// Once it pulls with this: what it would have to be bent further has slid.

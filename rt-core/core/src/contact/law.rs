@@ -17,7 +17,7 @@ pub(crate) enum Shape {
     Ball { radius_m: f32 },
     /// A piece of a shaft that lies on the skin: Hertz's line contact under this length, and the
     /// half-space's answer in its middle.
-    Bar { radius_m: f32, length_m: f32 },
+    Cylinder { radius_m: f32, length_m: f32 },
 }
 
 /// A hollow blunts a tool by half at most: what lies closer around it is beyond the law of a half-space.
@@ -55,9 +55,9 @@ pub(crate) struct Law {
     /// `E / (1 − ν²)`, Pa.
     modulus_pa: f32,
     /// c: what the spheres yield by themselves, m/N.
-    supplied_m_n: f32,
+    mesh_compliance_m_n: f32,
     /// A, m.
-    patch_m: f32,
+    patch_width_m: f32,
     /// Half-width from which on the dent no longer grows faster than what the spheres supply, or
     /// the tool is buried, m.
     half_width_max_m: f32,
@@ -66,28 +66,33 @@ pub(crate) struct Law {
 impl Law {
     /// On tissue of this modulus (Pa), whose spheres spread a force over this patch (m), and whose skin has this
     /// mean curvature (1/m) at rest, positive where it bulges outwards. Along a bar the force hardly asks for it.
-    pub(crate) fn new(shape: Shape, modulus_pa: f32, patch_m: f32, curvature_per_m: f32) -> Self {
+    pub(crate) fn new(
+        shape: Shape,
+        modulus_pa: f32,
+        patch_width_m: f32,
+        curvature_per_m: f32,
+    ) -> Self {
         // The mean dent of a Gaussian load under itself.
-        let supplied_m_n = GAUSSIAN / (modulus_pa * patch_m);
+        let mesh_compliance_m_n = GAUSSIAN / (modulus_pa * patch_width_m);
         let (buried_m, bulge) = match shape {
             Shape::Ball { radius_m } => (
                 BURIED * radius_m,
                 (curvature_per_m * radius_m).clamp(HOLLOW, POINT),
             ),
-            Shape::Bar { radius_m, length_m } => (radius_m.min(length_m), 0.0),
+            Shape::Cylinder { radius_m, length_m } => (radius_m.min(length_m), 0.0),
         };
         let mut law = Self {
             shape,
             bulge,
             modulus_pa,
-            supplied_m_n,
-            patch_m,
+            mesh_compliance_m_n,
+            patch_width_m,
             half_width_max_m: buried_m,
         };
         let most = 1.0 - BEFORE_END * (1.0 + bulge.max(0.0));
         for _ in 0..SHORTENINGS {
             let end = law.dent(law.half_width_max_m);
-            if end.stiffness_n_m * supplied_m_n <= most {
+            if end.stiffness_n_m * mesh_compliance_m_n <= most {
                 break;
             }
             law.half_width_max_m *= 0.8;
@@ -115,7 +120,7 @@ impl Law {
                         / soft,
                 }
             }
-            Shape::Bar { radius_m, length_m } => {
+            Shape::Cylinder { radius_m, length_m } => {
                 let pull = core::f32::consts::PI * self.modulus_pa * length_m;
                 let squared = half_width_m * half_width_m;
                 let log = ln(2.0 * length_m / half_width_m);
@@ -130,19 +135,20 @@ impl Law {
     }
 
     /// The force F ≥ 0 that closes the gap: `separation + yield F + δ(F) − c F = 0`, and its slope, N/m.
-    /// The gap is negative where tool and skin overlap; `yield_m_n` is what the spheres yield to
+    /// The gap is negative where tool and skin overlap; `sphere_compliance_m_n` is what the spheres yield to
     /// the force within the step. Monotone, so one answer.
-    pub(crate) fn force_n(&self, separation_m: f32, yield_m_n: f32) -> (f32, f32) {
+    pub(crate) fn force_n(&self, separation_m: f32, sphere_compliance_m_n: f32) -> (f32, f32) {
         if separation_m >= 0.0 || separation_m.is_nan() {
             return (0.0, 0.0);
         }
-        let spare_m_n = yield_m_n - self.supplied_m_n;
+        let residual_compliance_m_n = sphere_compliance_m_n - self.mesh_compliance_m_n;
         let end = self.dent(self.half_width_max_m);
-        let open = |dent: &Dent| separation_m + dent.depth_m + spare_m_n * dent.force_n;
+        let open =
+            |dent: &Dent| separation_m + dent.depth_m + residual_compliance_m_n * dent.force_n;
         if open(&end) < 0.0 {
             // As stiff as at the end from there on; where the spheres alone yield more, they do.
-            let compliance_m_n = (end.stiffness_n_m.recip() + spare_m_n)
-                .max(yield_m_n)
+            let compliance_m_n = (end.stiffness_n_m.recip() + residual_compliance_m_n)
+                .max(sphere_compliance_m_n)
                 .max(LEAST);
             let slope = compliance_m_n.recip();
             return (end.force_n - open(&end) * slope, slope);
@@ -161,7 +167,7 @@ impl Law {
             } else {
                 high = half_width_m;
             }
-            let slope = dent.depth_slope * (1.0 + spare_m_n * dent.stiffness_n_m);
+            let slope = dent.depth_slope * (1.0 + residual_compliance_m_n * dent.stiffness_n_m);
             let newton = half_width_m - rest / slope;
             let next = if newton >= low && newton <= high {
                 newton
@@ -175,14 +181,14 @@ impl Law {
                 break;
             }
         }
-        let compliance_m_n = (dent.stiffness_n_m.recip() + spare_m_n).max(LEAST);
+        let compliance_m_n = (dent.stiffness_n_m.recip() + residual_compliance_m_n).max(LEAST);
         (dent.force_n, compliance_m_n.recip())
     }
 
     /// Half-width were all of the overlap a dent.
     fn first_guess_m(&self, separation_m: f32) -> f32 {
         let radius_m = match self.shape {
-            Shape::Ball { radius_m } | Shape::Bar { radius_m, .. } => radius_m,
+            Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. } => radius_m,
         };
         math::sqrt(-separation_m * radius_m)
     }
@@ -191,8 +197,8 @@ impl Law {
     pub(crate) fn half_width_m(&self, force_n: f32) -> f32 {
         match self.shape {
             Shape::Ball { radius_m } => cube_root(self.ball_m3(radius_m, force_n)).min(radius_m),
-            Shape::Bar { radius_m, length_m } => {
-                math::sqrt(self.bar_m2(radius_m, length_m, force_n)).min(radius_m)
+            Shape::Cylinder { radius_m, length_m } => {
+                math::sqrt(self.cylinder_m2(radius_m, length_m, force_n)).min(radius_m)
             }
         }
     }
@@ -203,7 +209,7 @@ impl Law {
     }
 
     /// Square of the half-width of a bar (Hertz).
-    fn bar_m2(&self, radius_m: f32, length_m: f32, force_n: f32) -> f32 {
+    fn cylinder_m2(&self, radius_m: f32, length_m: f32, force_n: f32) -> f32 {
         4.0 * force_n * radius_m / (core::f32::consts::PI * self.modulus_pa * length_m)
     }
 
@@ -212,25 +218,30 @@ impl Law {
         let half_width_m = match self.shape {
             Shape::Ball { .. } => self.half_width_m(force_n),
             // A round contact as large as the strip.
-            Shape::Bar { length_m, .. } => {
+            Shape::Cylinder { length_m, .. } => {
                 let strip_m2 = 2.0 * self.half_width_m(force_n) * length_m;
                 math::sqrt(strip_m2 * core::f32::consts::FRAC_1_PI)
             }
         };
-        friction::stiffness_n_m(self.modulus_pa, poisson, half_width_m, self.supplied_m_n)
+        friction::stiffness_n_m(
+            self.modulus_pa,
+            poisson,
+            half_width_m,
+            self.mesh_compliance_m_n,
+        )
     }
 
     /// How near the contact is to itself under this force, m: a point that far off would dent it further as more of its
     /// own load does. Of a bar the load is as long as the bar. A ball's is Hertz's also where it is buried: its own dent
     /// grows faster there.
-    pub(crate) fn near_m(&self, force_n: f32) -> f32 {
+    pub(crate) fn self_influence_distance_m(&self, force_n: f32) -> f32 {
         let force_n = force_n.max(0.0); // also of what is not a number
         match self.shape {
             Shape::Ball { radius_m } => {
                 WITHIN * cube_root(self.ball_m3(radius_m, force_n) / (1.0 + self.bulge))
             }
-            Shape::Bar { radius_m, length_m } => {
-                let half_width_m = math::sqrt(self.bar_m2(radius_m, length_m, force_n));
+            Shape::Cylinder { radius_m, length_m } => {
+                let half_width_m = math::sqrt(self.cylinder_m2(radius_m, length_m, force_n));
                 let half_width_m = half_width_m.min(self.half_width_max_m).max(THIN * length_m);
                 length_m / (2.0 * ln(2.0 * length_m / half_width_m))
             }
@@ -238,27 +249,28 @@ impl Law {
     }
 
     /// Dent per force that another contact, this far off on the same skin and this near to itself
-    /// ([`Law::near_m`]), makes here beyond what the spheres carry over, m/N. Around a round contact that is what Hertz
+    /// ([`Law::self_influence_distance_m`]), makes here beyond what the spheres carry over, m/N. Around a round contact that is what Hertz
     /// gives to 4 % at twice its radius, and a fifth less at its rim. Nowhere does more of the other's force dent more
     /// here than there: else each of two places side by side could hold the other off, and they would snap.
-    pub(crate) fn beside_m_n(&self, distance_m: f32, near_m: f32) -> f32 {
+    pub(crate) fn influence_m_n(&self, distance_m: f32, self_influence_distance_m: f32) -> f32 {
         let cubed = |m: f32| m * m * m;
-        let reach_m = cube_root(cubed(distance_m) + cubed(near_m)).max(1.0e-5);
+        let reach_m = cube_root(cubed(distance_m) + cubed(self_influence_distance_m)).max(1.0e-5);
         let direct = (core::f32::consts::PI * self.modulus_pa * reach_m).recip();
-        (direct - self.supplied_m_n * fades(distance_m, self.patch_m)).max(0.0)
+        (direct - self.mesh_compliance_m_n * gaussian_influence(distance_m, self.patch_width_m))
+            .max(0.0)
     }
 }
 
 /// What a force over a patch does to another such patch this far off, share of what it does to itself.
-pub(crate) fn fades(distance_m: f32, patch_m: f32) -> f32 {
-    bessel(distance_m * distance_m / (4.0 * patch_m * patch_m))
+pub(crate) fn gaussian_influence(distance_m: f32, patch_width_m: f32) -> f32 {
+    bessel(distance_m * distance_m / (4.0 * patch_width_m * patch_width_m))
 }
 
 /// The same as spheres do it: beyond its patch a force carries more over than on a half-space, most at two.
-pub(crate) fn carries(distance_m: f32, patch_m: f32) -> f32 {
-    let patches = distance_m / patch_m;
+pub(crate) fn mesh_influence(distance_m: f32, patch_width_m: f32) -> f32 {
+    let patches = distance_m / patch_width_m;
     let beyond = 4.0 * (patches - 1.0).max(0.0) / (patches * patches).max(1.0);
-    fades(distance_m, patch_m) + SHOULDER * beyond
+    gaussian_influence(distance_m, patch_width_m) + SHOULDER * beyond
 }
 
 /// Read off 250 spheres against 2500 under a 10 mm tip on a gallbladder's body, which was 10 % too soft.
@@ -406,7 +418,7 @@ mod tests {
     fn shape() -> impl Strategy<Value = Shape> {
         prop_oneof![
             (0.0008f32..0.02).prop_map(|radius_m| Shape::Ball { radius_m }),
-            (0.0008f32..0.02, 1.0f32..4.0).prop_map(|(radius_m, by)| Shape::Bar {
+            (0.0008f32..0.02, 1.0f32..4.0).prop_map(|(radius_m, by)| Shape::Cylinder {
                 radius_m,
                 length_m: by * radius_m
             }),
@@ -416,7 +428,9 @@ mod tests {
     /// Under its own patch and far off spheres are as a half-space is.
     #[test]
     fn spheres_carry_more_only_beyond_a_patch() {
-        let more = |patches: f32| carries(patches * 0.004, 0.004) - fades(patches * 0.004, 0.004);
+        let more = |patches: f32| {
+            mesh_influence(patches * 0.004, 0.004) - gaussian_influence(patches * 0.004, 0.004)
+        };
         assert!(more(0.0).abs() < 1.0e-6 && more(1.0).abs() < 1.0e-6 && more(100.0) < 0.002);
         assert!(
             (more(2.0) - SHOULDER).abs() < 1.0e-5 && more(1.7) < more(2.0) && more(2.5) < more(2.0)
@@ -427,10 +441,10 @@ mod tests {
         /// The answer solves the equation, grows with depth and never with a step.
         #[test]
         fn deeper_is_more_and_never_a_step(
-            shape in shape(), patch_m in 0.003f32..0.03, separation_m in 1.0e-5f32..0.03, yields in 1.0e-6f32..1.0e-3,
+            shape in shape(), patch_width_m in 0.003f32..0.03, separation_m in 1.0e-5f32..0.03, yields in 1.0e-6f32..1.0e-3,
             curvature_per_m in -600.0f32..600.0,
         ) {
-            let law = Law::new(shape, MODULUS_PA, patch_m, curvature_per_m);
+            let law = Law::new(shape, MODULUS_PA, patch_width_m, curvature_per_m);
             let (force_n, _) = law.force_n(-separation_m, yields);
             let (more_n, _) = law.force_n(-separation_m * 1.01, yields);
             prop_assert!(force_n > 0.0 && force_n.is_finite());
@@ -444,10 +458,10 @@ mod tests {
         /// until it snaps.
         #[test]
         fn at_one_place_as_to_itself(shape in shape(), shallow in 0.003f32..0.1) {
-            let (Shape::Ball { radius_m } | Shape::Bar { radius_m, .. }) = shape;
+            let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;
             let law = alone(shape);
             let (force_n, stiffness_n_m) = law.force_n(-shallow * radius_m, 0.0);
-            let share = law.beside_m_n(0.0, law.near_m(force_n)) * stiffness_n_m;
+            let share = law.influence_m_n(0.0, law.self_influence_distance_m(force_n)) * stiffness_n_m;
             prop_assert!((share - 1.0).abs() < 0.1, "{share}");
         }
 
@@ -457,9 +471,9 @@ mod tests {
         fn beside_it_never_faster_than_in_it(
             shape in shape(), deep in 0.01f32..3.0, aside in 0.0f32..5.0, curvature_per_m in -300.0f32..300.0,
         ) {
-            let (Shape::Ball { radius_m } | Shape::Bar { radius_m, .. }) = shape;
+            let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;
             let law = Law::new(shape, MODULUS_PA, 100.0, curvature_per_m);
-            let beside_m = |force_n: f32| force_n * law.beside_m_n(aside * radius_m, law.near_m(force_n));
+            let beside_m = |force_n: f32| force_n * law.influence_m_n(aside * radius_m, law.self_influence_distance_m(force_n));
             let (depth_m, more_m) = (deep * radius_m, 1.05 * deep * radius_m);
             let (force_n, more_n) = (law.force_n(-depth_m, 0.0).0, law.force_n(-more_m, 0.0).0);
             let grown_m = beside_m(more_n) - beside_m(force_n);
@@ -468,9 +482,9 @@ mod tests {
 
         /// What one contact does to another fades.
         #[test]
-        fn others_do_less(shape in shape(), patch_m in 0.003f32..0.03, near in 0.0f32..0.01, far in 0.02f32..0.05) {
-            let law = Law::new(shape, MODULUS_PA, patch_m, 0.0);
-            prop_assert!(law.beside_m_n(far, 0.001) <= law.beside_m_n(near, 0.001));
+        fn others_do_less(shape in shape(), patch_width_m in 0.003f32..0.03, near in 0.0f32..0.01, far in 0.02f32..0.05) {
+            let law = Law::new(shape, MODULUS_PA, patch_width_m, 0.0);
+            prop_assert!(law.influence_m_n(far, 0.001) <= law.influence_m_n(near, 0.001));
         }
     }
 }

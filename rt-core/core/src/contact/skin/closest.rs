@@ -38,7 +38,7 @@ pub(crate) struct ClosestPoint {
     /// The corner from which the next walk starts.
     pub(crate) vertex: u16,
     /// A of the patch, m.
-    pub(crate) patch_m: f32,
+    pub(crate) patch_width_m: f32,
     /// Mean curvature at rest, 1/m.
     pub(crate) curvature_per_m: f32,
 }
@@ -80,8 +80,8 @@ impl ClosestPoint {
         self.patch = under.patch(skin);
         // The gap is looked at in the middle, which sinks as under a patch of this width: by its own share and
         // by what the ring does to it.
-        let between = law::carries(radius_m, self.patch_m);
-        self.patch_m /= middle + (1.0 - middle) * between;
+        let between = law::mesh_influence(radius_m, self.patch_width_m);
+        self.patch_width_m /= middle + (1.0 - middle) * between;
     }
 }
 
@@ -227,11 +227,11 @@ fn finish(
     };
     let corners = [corner(i)?, corner(j)?, corner(k)?];
     let mut flat_m = Vec3::zeros();
-    let (mut blended, mut patch_m, mut curvature_per_m) = (Vec3::zeros(), 0.0, 0.0);
+    let (mut blended, mut patch_width_m, mut curvature_per_m) = (Vec3::zeros(), 0.0, 0.0);
     for ((at_m, normal, vertex), share) in corners.iter().zip(found.shares) {
         flat_m += at_m * share;
         blended += normal * share;
-        patch_m += vertex.patch_m * share;
+        patch_width_m += vertex.patch_m * share;
         curvature_per_m += vertex.curvature_per_m * share;
     }
     let normal = math::unit(&blended)?;
@@ -249,7 +249,7 @@ fn finish(
         normal,
         at_m: flat_m + normal * bulge_m,
         vertex: found.corner(),
-        patch_m,
+        patch_width_m,
         curvature_per_m,
     })
 }

@@ -337,9 +337,9 @@ fn spread_under(
         Shape::Ball { radius_m } => (THIN_PATCH_RADII * radius_m)
             .min(THIN_M)
             .max(PATCH_RADII * radius_m),
-        Shape::Bar { radius_m, .. } => PATCH_RADII * radius_m,
+        Shape::Cylinder { radius_m, .. } => PATCH_RADII * radius_m,
     };
-    let missing_m2 = least_m * least_m - closest.patch_m * closest.patch_m;
+    let missing_m2 = least_m * least_m - closest.patch_width_m * closest.patch_width_m;
     if missing_m2 > 0.0 {
         closest.spread(math::sqrt(missing_m2), &scene.skin, bodies, known);
     }
@@ -355,8 +355,8 @@ fn candidate(
     contact: &PersistentContact,
 ) -> Candidate {
     let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
-    let (patch_m, curvature_per_m) = (closest.patch_m, closest.curvature_per_m);
-    let law = Law::new(point.shape, modulus_pa, patch_m, curvature_per_m);
+    let (patch_width_m, curvature_per_m) = (closest.patch_width_m, closest.curvature_per_m);
+    let law = Law::new(point.shape, modulus_pa, patch_width_m, curvature_per_m);
     Candidate {
         organ,
         site,

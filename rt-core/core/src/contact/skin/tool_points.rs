@@ -67,7 +67,7 @@ fn points_of<'a>(
             let point = ToolPoint {
                 center_m: part.b_m + along * from_end_m,
                 radius_m,
-                shape: Shape::Bar {
+                shape: Shape::Cylinder {
                     radius_m,
                     length_m: piece_m,
                 },
