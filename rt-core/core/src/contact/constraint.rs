@@ -137,7 +137,7 @@ pub(crate) struct ContactConstraint {
     /// Gap before the solve, m.
     pub(crate) separation_m: f32,
     /// How the place of the tool has gone in this tick, m.
-    pub(crate) way_m: Vec3,
+    pub(crate) travel_m: Vec3,
     /// μ: the most that friction pulls, per normal force.
     pub(crate) friction: f32,
     pub(crate) bristle: Bristle,
@@ -169,7 +169,7 @@ pub(crate) struct Candidate {
     pub(crate) at_m: Vec3,
     pub(crate) model: ContactModel,
     pub(crate) separation_m: f32,
-    pub(crate) way_m: Vec3,
+    pub(crate) travel_m: Vec3,
     pub(crate) friction: f32,
     /// Stiffness of its friction now, N/m.
     pub(crate) along_n_m: f32,
@@ -211,7 +211,7 @@ impl ContactConstraint {
             at_m: candidate.at_m,
             model: candidate.model,
             separation_m: candidate.separation_m,
-            way_m: candidate.way_m,
+            travel_m: candidate.travel_m,
             friction: candidate.friction,
             bristle,
             force_n,
@@ -361,7 +361,7 @@ impl ContactConstraints {
                     .model
                     .force_n(separation_m, sphere_compliance_m_n);
                 // Along the skin the same: how far the tool is ahead without this contact's friction.
-                let ahead_m = constraint.way_m
+                let ahead_m = constraint.travel_m
                     - (patch_m - constraint.patch_start_m)
                     - constraint.friction_n * sphere_compliance_m_n;
                 let most_n = constraint.friction * force_n;

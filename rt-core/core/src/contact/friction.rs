@@ -62,16 +62,16 @@ impl Bristle {
         }
     }
 
-    /// Force on the tool, N, once it has gone `way_m` ahead of the skin, this force not counted, to
+    /// Force on the tool, N, once it has gone `travel_m` ahead of the skin, this force not counted, to
     /// which the skin yields with `sphere_compliance_m_n`; at most `most_n`.
     pub(crate) fn pull_n(
         &self,
-        way_m: &Vec3,
+        travel_m: &Vec3,
         normal: &Vec3,
         sphere_compliance_m_n: f32,
         most_n: f32,
     ) -> Vec3 {
-        let bent_m = self.bent_m + along(way_m, normal);
+        let bent_m = self.bent_m + along(travel_m, normal);
         let sticking =
             bent_m * (-self.stiffness_n_m / (1.0 + self.stiffness_n_m * sphere_compliance_m_n));
         let size_n = math::norm(&sticking);
@@ -117,9 +117,9 @@ mod tests {
     const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
     /// One tick on skin that does not yield.
-    fn go(bristle: Bristle, way_m: Vec3, stiffness_n_m: f32, most_n: f32) -> (Bristle, Vec3) {
+    fn go(bristle: Bristle, travel_m: Vec3, stiffness_n_m: f32, most_n: f32) -> (Bristle, Vec3) {
         let now = bristle.on(&UP, stiffness_n_m);
-        let pull_n = now.pull_n(&way_m, &UP, 0.0, most_n);
+        let pull_n = now.pull_n(&travel_m, &UP, 0.0, most_n);
         (now.after(&pull_n), pull_n)
     }
 

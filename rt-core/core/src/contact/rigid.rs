@@ -87,14 +87,14 @@ fn track(
         normal.dot(&(at(part, *s) - at(scope, *t)))
     };
     let ends_m = [part.a_m, part.b_m, scope.a_m, scope.b_m];
-    let way_m = last.map(|last| {
+    let travel_m = last.map(|last| {
         let gone_m = last.ends_m.iter().zip(&ends_m);
         let gone_m = gone_m.map(|(before, now)| math::norm(&(now - before)));
         // Either may have come to the other.
         2.0 * gone_m.fold(0.0, f32::max)
     });
     // What leaps came another way.
-    let last = last.filter(|_| way_m.is_some_and(|way_m| way_m < LEAP_M));
+    let last = last.filter(|_| travel_m.is_some_and(|travel_m| travel_m < LEAP_M));
     let lift_m = last.map_or_else(Vec3::zeros, |last| {
         last.normal * (reach_m - height_m(&last.normal, &last.nearest)).max(0.0)
     });
@@ -111,15 +111,15 @@ fn track(
     if separation_m > NEAR_M {
         return None;
     }
-    let separation = last.zip(way_m).map_or_else(
+    let separation = last.zip(travel_m).map_or_else(
         || FilteredSeparation::first(separation_m),
-        |(last, way_m)| last.separation.next(separation_m, way_m, OPENING_MAX_M),
+        |(last, travel_m)| last.separation.next(separation_m, travel_m, OPENING_MAX_M),
     );
     Some(PersistentContact {
         part: part.role,
         normal,
         nearest,
-        felt_at: beside(&lifted, scope),
+        felt_at: middle_of_overlap(&lifted, scope),
         separation,
         ends_m,
     })
@@ -159,7 +159,7 @@ const MIDDLE: f32 = 1.0e-3;
 /// Where on the first axis, 0 to 1, the touch of both is felt: the nearest place, drawn to the middle of
 /// what lies side by side ([`MIDDLE`]): the least of the squared distance and of `MIDDLE` times the squares
 /// of both ways from the middle.
-fn beside(one: &Capsule, other: &Capsule) -> f32 {
+fn middle_of_overlap(one: &Capsule, other: &Capsule) -> f32 {
     let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
     let r = one.a_m - other.a_m;
     let a = d1.norm_squared().max(1.0e-12);

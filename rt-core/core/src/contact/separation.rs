@@ -50,10 +50,10 @@ impl FilteredSeparation {
         }
     }
 
-    /// A tick later, when the tool has gone `way_m`. No more than `opening_max_m` is owed where it opens: what is apart by
+    /// A tick later, when the tool has gone `travel_m`. No more than `opening_max_m` is owed where it opens: what is apart by
     /// more does not push.
-    pub(crate) fn next(&self, separation_m: f32, way_m: f32, opening_max_m: f32) -> Self {
-        let most_m = 2.0 * way_m + JUMP_M;
+    pub(crate) fn next(&self, separation_m: f32, travel_m: f32, opening_max_m: f32) -> Self {
+        let most_m = 2.0 * travel_m + JUMP_M;
         let goes_m = separation_m - self.measured_m();
         let goes_m = goes_m.max(-most_m).min(most_m);
         let keep = if self.offset_m < 0.0 {

@@ -61,13 +61,13 @@ pub(crate) struct Pair {
 
 /// The skin that a sphere is the nearest to.
 #[derive(Debug, Clone, Copy)]
-struct Beside {
+struct SkinDistance {
     vertices: f32,
     sum_m: f32,
     nearest_m: f32,
 }
 
-impl Beside {
+impl SkinDistance {
     const NOTHING: Self = Self {
         vertices: 0.0,
         sum_m: 0.0,
@@ -123,16 +123,16 @@ impl Pairs {
     /// Starts anew with `scene`, whose spheres `bodies` holds.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.outer.clear();
-        let mut beside = PerSphere::new(Beside::NOTHING);
+        let mut skin_distances = PerSphere::new(SkinDistance::NOTHING);
         for vertex in scene.skin.vertices {
             let number = u32::from(vertex.spheres[0]);
             if let Some(sphere) = scene.spheres.get(number as usize) {
                 let away_m = math::norm(&(scene.skin_at_rest_m(vertex) - sphere.center_m));
-                beside.at_mut(number).add(away_m);
+                skin_distances.at_mut(number).add(away_m);
             }
         }
         for (number, sphere) in (0..).zip(scene.spheres) {
-            let skin_m = beside.at(number).reach_m();
+            let skin_m = skin_distances.at(number).reach_m();
             let reach_m = skin_m.unwrap_or(0.0).max(sphere.radius_m);
             *self.reach_m.at_mut(number) = reach_m.min(REACH_MAX * sphere.radius_m);
             // Those that have no skin, or are the nearest to some of it.
@@ -275,8 +275,8 @@ mod tests {
         let near = [(1, Vec3::new(-0.032, 0.0, 0.0))];
         let (mut pairs, mut bodies) = found(&organs, &spheres, &[], &near);
         assert_eq!(listed(&pairs), [(0, 1)]);
-        let mut after = |sphere: u32, way_m: f32| {
-            bodies.nodes.at_mut(sphere).move_by(&(Vec3::x() * way_m));
+        let mut after = |sphere: u32, travel_m: f32| {
+            bodies.nodes.at_mut(sphere).move_by(&(Vec3::x() * travel_m));
             for _ in 0..3 * CYCLE {
                 let mut faults = FaultSet::NONE;
                 pairs.find(&bodies, &mut faults);

@@ -69,7 +69,7 @@ struct PersistentContact {
     push: Vec3,
     center_m: Vec3,
     /// How the place of the tool went in the last tick, m.
-    way_m: Vec3,
+    travel_m: Vec3,
 }
 
 const NOWHERE: PersistentContact = PersistentContact {
@@ -82,7 +82,7 @@ const NOWHERE: PersistentContact = PersistentContact {
     normal: Vec3::new(0.0, 0.0, 0.0),
     push: Vec3::new(0.0, 0.0, 0.0),
     center_m: Vec3::new(0.0, 0.0, 0.0),
-    way_m: Vec3::new(0.0, 0.0, 0.0),
+    travel_m: Vec3::new(0.0, 0.0, 0.0),
 };
 
 impl PersistentContact {
@@ -110,16 +110,16 @@ impl PersistentContact {
         let center_m = &point.center_m;
         let mut push = found.normal;
         if self.is_near {
-            self.way_m = center_m - self.center_m;
-            let way_m = math::norm(&self.way_m);
-            self.separation = self.separation.next(separation_m, way_m, OPENING_MAX_M);
+            self.travel_m = center_m - self.center_m;
+            let travel_m = math::norm(&self.travel_m);
+            self.separation = self.separation.next(separation_m, travel_m, OPENING_MAX_M);
             if self.cached.force_n > 0.0 {
                 // A tool turns round an edge by its way over its radius.
-                let most = (2.0 * way_m / point.radius_m).max(turn_at_rest(self.cached.force_n));
+                let most = (2.0 * travel_m / point.radius_m).max(turn_at_rest(self.cached.force_n));
                 push = math::turned(&self.push, &push, most);
             }
         } else {
-            self.way_m = Vec3::zeros();
+            self.travel_m = Vec3::zeros();
             self.separation = FilteredSeparation::first(separation_m);
             self.cached = CachedForce::NOTHING;
         }
@@ -366,7 +366,7 @@ fn candidate(
         along_n_m: law.along_n_m(contact.cached.force_n, material.poisson),
         model: ContactModel::HalfSpace(law),
         separation_m: contact.separation.separation_m,
-        way_m: contact.way_m,
+        travel_m: contact.travel_m,
         friction: material.friction,
         cached: contact.cached,
         patch: closest.patch,

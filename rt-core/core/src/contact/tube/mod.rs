@@ -132,7 +132,7 @@ impl TubeContacts {
                     let last = known_of(known, number, part.role);
                     let along = last.map_or(ball.along, |last| turned(&last.along, &ball.along));
                     let ball = Ball { along, ..ball };
-                    let (mut contact, way_m) =
+                    let (mut contact, travel_m) =
                         self.meet(part, (number, bead), &ball, known, bodies);
                     let is_held = is_held(bead, bodies);
                     let loose = if is_held { 0.0 } else { 1.0 };
@@ -169,7 +169,7 @@ impl TubeContacts {
                             &contact,
                             bodies,
                         );
-                        constraints.add(Candidate { way_m, ..found }, bodies, faults);
+                        constraints.add(Candidate { travel_m, ..found }, bodies, faults);
                     }
                     self.keep(contact, faults);
                 }
@@ -204,7 +204,7 @@ impl TubeContacts {
         });
         // What has gone past altogether, farther than a wall lets it, has nothing to do with the side it came from. What
         // went too fast for the tube to keep up has not, nor what the tube comes back to.
-        let fast_m = motion.as_ref().map_or(0.0, Side::way_m);
+        let fast_m = motion.as_ref().map_or(0.0, Side::travel_m);
         let was_m = last.map_or(0.0, |last| last.separation.measured_m());
         let is_this_side = |side: &Side| {
             let separation_m = separation_m(side);
@@ -214,13 +214,16 @@ impl TubeContacts {
             .zip(motion)
             .and_then(|(last, motion)| last.side.follow(&motion))
             .filter(is_this_side);
-        let way_m = before.map_or_else(Vec3::zeros, |before| {
-            way_m(before, part, side.unwrap_or(first).share)
+        let travel_m = before.map_or_else(Vec3::zeros, |before| {
+            travel_m(before, part, side.unwrap_or(first).share)
         });
         // A tube lies on one side of a tool: a bead takes that of its neighbour that bears more, where the two
         // differ, and where nothing of it bore on the tool yet.
         let leader = leading(known, (number, bead), part.role, bodies);
-        let led = leader.map(|it| it.side.beside(&now, &ball.center_m, &ball.along, reach_m));
+        let led = leader.map(|it| {
+            it.side
+                .at_neighbour(&now, &ball.center_m, &ball.along, reach_m)
+        });
         let led = led.filter(is_this_side);
         let bore = last.filter(|last| last.weight > 0.0);
         let differs = |side: &Side, leader: &PersistentContact| {
@@ -247,14 +250,14 @@ impl TubeContacts {
                 }
             }
             (Some(side), Some(last), _, _) => {
-                let way_m = motion.as_ref().map_or(0.0, Side::way_m);
+                let travel_m = motion.as_ref().map_or(0.0, Side::travel_m);
                 PersistentContact {
                     side,
                     bead_m: ball.center_m,
                     along: ball.along,
                     separation: last
                         .separation
-                        .next(separation_m(&side), way_m, OPENING_MAX_M),
+                        .next(separation_m(&side), travel_m, OPENING_MAX_M),
                     ..*last
                 }
             }
@@ -272,7 +275,7 @@ impl TubeContacts {
                 }
             }
         };
-        (contact, way_m)
+        (contact, travel_m)
     }
 
     /// Follows a part past a bead from now on; of too many the deepest stay, in the order of beads.
@@ -383,7 +386,7 @@ fn candidate(
             behind_m_n,
         },
         separation_m: contact.separation.separation_m,
-        way_m: Vec3::zeros(),
+        travel_m: Vec3::zeros(),
         friction: material.friction,
         along_n_m: wall_n_m / along_over_across(material.poisson),
         cached: contact.cached,
@@ -426,7 +429,7 @@ fn is_held(bead: &Bead, bodies: &Bodies) -> bool {
 
 /// How the place of a part at this share of its axis has gone, m. Places are counted from the far end:
 /// the shaft slides through its port.
-fn way_m(before: &Capsule, now: &Capsule, share: f32) -> Vec3 {
+fn travel_m(before: &Capsule, now: &Capsule, share: f32) -> Vec3 {
     let from_end_m = (1.0 - share) * math::norm(&(now.b_m - now.a_m));
     let place = |part: &Capsule| {
         let back = math::unit(&(part.a_m - part.b_m)).unwrap_or_else(Vec3::zeros);

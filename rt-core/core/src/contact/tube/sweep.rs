@@ -9,7 +9,7 @@ const STEPS_MAX: f32 = 16.0;
 
 /// A tool that is this much farther along the tube than it reaches keeps its side, m: what a tool goes
 /// in a tick.
-const BESIDE_M: f32 = 0.003;
+const ENGAGED_MARGIN_M: f32 = 0.003;
 
 /// A part of a tool at one moment: its axis, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,7 +91,13 @@ impl Side {
     }
 
     /// The same side of a bead beside this one, where [`Side::follow`] would have come to.
-    pub(crate) fn beside(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> Self {
+    pub(crate) fn at_neighbour(
+        &self,
+        axis: &Axis,
+        bead_m: &Vec3,
+        along: &Vec3,
+        reach_m: f32,
+    ) -> Self {
         let normal = math::unit(&across(&self.normal, along)).unwrap_or(self.normal);
         let nearest = Self {
             normal,
@@ -116,7 +122,7 @@ impl Side {
     fn is_engaged(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> bool {
         let away_m = axis.at(self.share) - bead_m;
         // Beside it along the tube, too: the side is the same for all of a tube that lies before a tool.
-        let is_before = along.dot(&away_m).abs() < reach_m + BESIDE_M;
+        let is_before = along.dot(&away_m).abs() < reach_m + ENGAGED_MARGIN_M;
         self.normal.dot(&away_m) < reach_m && is_before
     }
 
@@ -134,7 +140,7 @@ impl Side {
     }
 
     /// The way that the tool has gone along this side at the most, m; what the bead has gone included.
-    pub(crate) fn way_m(motion: &Motion) -> f32 {
+    pub(crate) fn travel_m(motion: &Motion) -> f32 {
         let [from, to] = &motion.axis;
         let tool_m = math::norm(&(to.a_m - from.a_m)).max(math::norm(&(to.b_m - from.b_m)));
         let [was_m, is_m] = &motion.bead_m;
@@ -144,14 +150,14 @@ impl Side {
     /// After this motion; `None` after a leap. What has gone in is lifted out along the last normal and
     /// followed there, as a god-object is: it stays on its side.
     pub(crate) fn follow(&self, motion: &Motion) -> Option<Self> {
-        let way_m = Self::way_m(motion);
-        let steps = way_m / (STEP_REACHES * motion.reach_m.max(1.0e-6));
+        let travel_m = Self::travel_m(motion);
+        let steps = travel_m / (STEP_REACHES * motion.reach_m.max(1.0e-6));
         if steps.is_nan() || steps > STEPS_MAX {
             return None;
         }
         let count = (steps as u16).saturating_add(1); // `as` cuts off
         let per = f32::from(count).recip();
-        let slip_m = motion.slip_m + 2.0 * way_m * per;
+        let slip_m = motion.slip_m + 2.0 * travel_m * per;
         let mut side = *self;
         for step in 1..=count {
             let share = f32::from(step) * per;
@@ -292,7 +298,7 @@ mod tests {
             let leader = Side { normal: Vec3::z(), share: 0.5 };
             let still = rod(Vec3::new(middle.x, middle.y, REACH_M - deep_m), half);
             let motion = Motion { slip_m: 0.0, ..motion(still, still) };
-            let led = leader.beside(&still, &Vec3::zeros(), &motion.along, REACH_M);
+            let led = leader.at_neighbour(&still, &Vec3::zeros(), &motion.along, REACH_M);
             let engaged = |side: &Side| side.is_engaged(&still, &Vec3::zeros(), &motion.along, REACH_M);
             prop_assume!(engaged(&led) && engaged(&Side { share: still.nearest(&Vec3::zeros()), ..led }));
             prop_assume!(half.z.abs() < 0.7 * math::norm(&half));
