@@ -1,6 +1,10 @@
-//! Where tools meet tissue, and the forces between them: the gap is closed by what the spheres yield
-//! and by what they are too coarse for. The multiplier is the force, and what it does to the tissue is
-//! what the hand feels.
+//! Contact constraints between tools and tissue, and their solver.
+//!
+//! Each constraint asks that a tool and the tissue under it do not overlap. The compliance of the
+//! spheres and that of the contact model ([`crate::contact::law`], or a tube's wall) together close
+//! its separation. The multiplier is the contact force: it pushes the spheres, and the hand feels
+//! it. The constraints of an organ are solved by Gauss–Seidel in every substep, from the last
+//! forces (warm start).
 
 use heapless::Vec;
 
@@ -15,52 +19,55 @@ use crate::time::TICK_S;
 use crate::tissue::Bodies;
 use crate::tool::{Role, Tool};
 
-/// Passes over the contacts of an organ in a step; each begins with the last tick's forces.
+/// Gauss–Seidel passes over the constraints of an organ in a substep. Each substep begins with the
+/// last forces; more passes couple contacts on one skin better, and cost time in proportion.
 const PASSES: u32 = 4;
 /// Share of the last forces that acts on a solid before its constraints are solved; the rest acts
 /// after them. One pass over the constraints is an implicit step in which each knows all of itself
-/// and half of the others. A force put on all after it finds tissue too soft; one put on all before
-/// it, as weight is, too stiff by what the constraints do not know of each other. Were there nothing
-/// but each other, ½ would be right; were each alone, 1. With ¾ gallbladders of 250 to 2500 spheres
-/// press back nearly as they do in twelve times the substeps, by which it was chosen (`evaluate force`
-/// shows what is left against finite elements); with 0, up to 17 % too little.
+/// and half of the others. A force put on all after the pass finds tissue too soft. One put on all
+/// before it finds tissue too stiff. If there were only the others, ½ would be right; if each were
+/// alone, 1. Fitted: with ¾, gallbladders of 250 to 2500 spheres press back nearly as they do in
+/// twelve times the substeps; with 0, up to 17 % too little. `evaluate force` shows the remaining
+/// difference to finite elements.
 const WARM_START_SHARE: f32 = 0.75;
 
-/// What a tool on a tube takes of its speed, per second: a thin tube on a wall of its own would ring, and hop on the
-/// tool, where fluid and the tissue around it hold it. It acts on the
-/// speed in the room: what is carried along is held back by its mass times this and its speed, a few mN of a duct.
+/// Damping of a tube under a tool, per second. It stands for the fluid and tissue around a thin
+/// tube, which would otherwise ring on its wall and hop on the tool. It acts on the speed in the
+/// room, so a tube that is carried along is held back by mass × this × speed, a few mN of a duct.
+/// More of it calms the tube and holds it back more.
 const DAMPING_PER_S: f32 = 1500.0;
 
-/// What is no farther apart may touch before the tick ends, m.
+/// Separation below which tool and tissue may touch before the tick ends, m. To lose such a
+/// candidate is a fault.
 pub(crate) const CANDIDATE_MARGIN_M: f32 = 0.001;
 
-/// Which place of which tool touches what.
+/// A place of a tool on a place of tissue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum ContactSite {
-    /// A station of the tools on the skin of the touch's organ.
+    /// A point of the tools on the skin of the constraint's organ.
     Skin { point: u8 },
     /// A part of the tools on a bead of a tube.
     Tube { bead: u16, part: Role },
 }
 
-/// How tissue answers what the spheres do not yield.
+/// Model of the tissue's compliance that the spheres lack.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum ContactModel {
-    /// As a half-space under a tool of this shape.
+    /// A half-space under a tool of this shape.
     HalfSpace(Law),
-    /// As the wall of a tube: a spring that stiffens as the tube is pressed flat.
+    /// The wall of a tube: a spring that stiffens as the tube is pressed flat.
     Wall {
-        /// Where it begins to give way, N/m.
+        /// Stiffness at first touch, N/m.
         wall_n_m: f32,
-        /// How far it is pressed when it is flat, m.
+        /// Compression at which the tube is flat, m.
         flat_m: f32,
-        /// What the tissue behind it gives way to a force within a tick, m/N; never too much.
+        /// Compliance of the tissue behind the wall within a tick, m/N; never too large.
         behind_m_n: f32,
     },
 }
 
 impl ContactModel {
-    /// Which share of the last force acts before the constraints are solved.
+    /// Share of the last force that acts before the constraints are solved.
     const fn warm_start_share(&self) -> f32 {
         match self {
             Self::HalfSpace(_) => WARM_START_SHARE,
@@ -68,7 +75,7 @@ impl ContactModel {
         }
     }
 
-    /// What the tool feels of a stiffness between it and the tissue, N/m.
+    /// Stiffness that the tool feels, N/m, of a stiffness between it and the tissue.
     fn felt_n_m(&self, stiffness_n_m: f32) -> f32 {
         match self {
             Self::HalfSpace(_) => stiffness_n_m,
@@ -76,7 +83,8 @@ impl ContactModel {
         }
     }
 
-    /// The force F ≥ 0 that closes a gap to which the spheres yield so much, and its slope, N/m.
+    /// Force F ≥ 0, N, that closes a separation, and its slope, N/m. The spheres yield with
+    /// `sphere_compliance_m_n` within the step.
     fn force_n(&self, separation_m: f32, sphere_compliance_m_n: f32) -> (f32, f32) {
         match self {
             Self::HalfSpace(law) => law.force_n(separation_m, sphere_compliance_m_n),
@@ -92,8 +100,8 @@ impl ContactModel {
     }
 }
 
-/// Force and stiffness of a wall that is pressed by `d` with `F = k d (1 + d / D)`, where the sphere behind it gives
-/// way to the force within the step: `d + y F = deep`, a square equation in `d`.
+/// Force and stiffness of a wall that is pressed by `d`, with `F = k d (1 + d / D)`. The sphere
+/// behind it yields to the force within the step: `d + y F = deep`, a quadratic equation in `d`.
 fn wall(k_n_m: f32, flat_m: f32, deep_m: f32, sphere_compliance_m_n: f32) -> (f32, f32) {
     let per_m = flat_m.max(1.0e-6).recip();
     let a = sphere_compliance_m_n * k_n_m * per_m;
@@ -104,61 +112,61 @@ fn wall(k_n_m: f32, flat_m: f32, deep_m: f32, sphere_compliance_m_n: f32) -> (f3
     (force_n, k_n_m * (1.0 + 2.0 * pressed_m * per_m))
 }
 
-/// What a touch leaves to the next tick.
+/// A persistent contact's force, carried to the next tick.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct CachedForce {
-    /// Across the skin, N.
+    /// Along the normal, N.
     pub(crate) force_n: f32,
     pub(crate) bristle: Bristle,
 }
 
 impl CachedForce {
-    /// Nothing touched.
+    /// Of no contact.
     pub(crate) const NOTHING: Self = Self {
         force_n: 0.0,
         bristle: Bristle::STRAIGHT,
     };
 }
 
-/// A place of a tool near or on tissue.
+/// A tool near or on tissue, and the force between them.
 #[derive(Debug, Clone)]
 pub(crate) struct ContactConstraint {
     pub(crate) organ: u8,
     pub(crate) site: ContactSite,
-    /// What of the tissue it touches.
+    /// Spheres that bear the contact.
     pub(crate) patch: Patch,
     /// From tissue to tool.
     pub(crate) normal: Vec3,
-    /// Place of the tool, m.
+    /// Point on the tool's axis, world frame, m.
     pub(crate) center_m: Vec3,
-    /// Where the tissue was touched, m.
+    /// Contact point on the tissue, world frame, m.
     pub(crate) at_m: Vec3,
     pub(crate) model: ContactModel,
-    /// Gap before the solve, m.
+    /// Separation before the solve, m; negative where they overlap.
     pub(crate) separation_m: f32,
-    /// How the place of the tool has gone in this tick, m.
+    /// Travel of the tool's point in this tick, m.
     pub(crate) travel_m: Vec3,
-    /// μ: the most that friction pulls, per normal force.
+    /// Coefficient of friction μ.
     pub(crate) friction: f32,
     pub(crate) bristle: Bristle,
-    /// Of the tissue on the tool in the last substep, N: across the skin and along it.
+    /// Normal force of the tissue on the tool in the last substep, N.
     pub(crate) force_n: f32,
     friction_n: Vec3,
-    /// The same, the mean of the tick so far, N: what the tool feels.
+    /// Mean force of the tick so far, N: the tool feels it.
     pub(crate) felt_n: f32,
     pub(crate) felt_friction_n: Vec3,
-    /// Stiffness of both, N/m.
+    /// Stiffness along the normal, and of the friction, N/m.
     pub(crate) stiffness_n_m: f32,
     pub(crate) friction_stiffness_n_m: f32,
-    /// Where the patch was before the solve, m.
+    /// Position of the patch before the solve, m.
     patch_start_m: Vec3,
-    /// What is taken from the centre's height over the patch to give the gap: the tool's radius, what
-    /// the skin is curved, less what is forgiven, m.
+    /// Subtracted from the centre's height over the patch to give the separation: the tool's radius
+    /// and the skin's bulge, less the separation's offset, m.
     reach_m: f32,
     inverse_mass_per_kg: f32,
 }
 
-/// What is known of a touch before it is solved.
+/// A contact before it is solved; becomes a [`ContactConstraint`].
 #[derive(Debug, Clone)]
 pub(crate) struct Candidate {
     pub(crate) organ: u8,
@@ -171,7 +179,7 @@ pub(crate) struct Candidate {
     pub(crate) separation_m: f32,
     pub(crate) travel_m: Vec3,
     pub(crate) friction: f32,
-    /// Stiffness of its friction now, N/m.
+    /// Stiffness of the friction bristle, N/m.
     pub(crate) along_n_m: f32,
     pub(crate) cached: CachedForce,
 }
@@ -188,7 +196,7 @@ impl ContactSite {
 }
 
 impl ContactConstraint {
-    /// As the others beside it see it; it has this number.
+    /// The part of it that the other contacts need; `number` is its index among all constraints.
     fn loaded(&self, number: usize) -> LoadedContact {
         let law = match self.model {
             ContactModel::HalfSpace(law) => Some(law),
@@ -201,7 +209,7 @@ impl ContactConstraint {
         let patch_m = candidate.patch.at_m(bodies);
         let (normal, force_n) = (candidate.normal, candidate.cached.force_n);
         let bristle = candidate.cached.bristle.on(&normal, candidate.along_n_m);
-        // Where nothing has moved yet it pulls as in the last tick, as far as that is allowed.
+        // Before anything moves, friction pulls as in the last tick, within its new limit.
         let friction_n = bristle.pull_n(&Vec3::zeros(), &normal, 0.0, candidate.friction * force_n);
         Self {
             organ: candidate.organ,
@@ -227,7 +235,7 @@ impl ContactConstraint {
         }
     }
 
-    /// What it leaves to the next tick.
+    /// Force and bristle for the next tick.
     pub(crate) fn cached(&self) -> CachedForce {
         CachedForce {
             force_n: self.force_n,
@@ -236,11 +244,11 @@ impl ContactConstraint {
     }
 }
 
-/// Every place of the tools that is near tissue.
+/// All contact constraints of a tick.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ContactConstraints {
     near: Vec<ContactConstraint, MAX_CONTACT_CONSTRAINTS>,
-    /// By organ, a bit for each of its touches: an organ without any is done at once, in every substep.
+    /// By organ, a bit for each of its constraints: an organ without any costs no search.
     of_organs: [u64; MAX_ORGANS],
 }
 
@@ -261,14 +269,14 @@ impl ContactConstraints {
         self.of_organs = [0; MAX_ORGANS];
     }
 
-    /// The touches of an organ, each with its number, in their order.
+    /// Constraints of an organ, each with its number, in their order.
     fn of_organ(&self, organ: u8) -> impl Iterator<Item = (usize, &ContactConstraint)> {
         let bits = self.of_organs.get(usize::from(organ));
         let own = set_bits(bits.copied().unwrap_or(0));
         own.filter_map(|number| Some((number, self.near.get(number)?)))
     }
 
-    /// Notes that the touch with this number is with `organ`, or no longer.
+    /// Notes that the constraint with this number belongs to `organ`, or no longer does.
     fn note(&mut self, number: usize, organ: u8, is_there: bool) {
         if let Some(bits) = self.of_organs.get_mut(usize::from(organ)) {
             let bit = 1 << (number & 63);
@@ -280,7 +288,7 @@ impl ContactConstraints {
         self.near.iter()
     }
 
-    /// Adds a touch; of too many the deepest stay.
+    /// Adds a constraint. When there is no room, the deepest stay.
     pub(crate) fn add(&mut self, candidate: Candidate, bodies: &Bodies, faults: &mut FaultSet) {
         let (organ, number) = (candidate.organ, self.near.len());
         let Err(constraint) = self.near.push(ContactConstraint::new(candidate, bodies)) else {
@@ -307,9 +315,9 @@ impl ContactConstraints {
         faults.raise_if(lost_m < CANDIDATE_MARGIN_M, Fault::ContactOverflow);
     }
 
-    /// Lets the tools lean on organ `organ` with a share of the last forces ([`WARM_START_SHARE`]), within a
-    /// substep of `step_s` and before its constraints are solved.
-    /// Friction does not: it would drag on what has slid on meanwhile, and shake.
+    /// Pushes organ `organ` with a share of the last forces ([`WARM_START_SHARE`]), within a
+    /// substep of `step_s` and before its constraints are solved. Friction has no warm start: it
+    /// would drag on what has slid meanwhile, and shake.
     pub(crate) fn warm_start(&self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let presses = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
         for (_, constraint) in self.of_organ(organ).filter(presses) {
@@ -325,11 +333,11 @@ impl ContactConstraints {
         }
     }
 
-    /// Presses the tools against organ `organ`, within a substep of `step_s` and after
+    /// Solves the constraints of organ `organ`, within a substep of `step_s` and after
     /// [`ContactConstraints::warm_start`].
     pub(crate) fn solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         let squared = step_s * step_s;
-        // The rest of the last forces first: what is left to find is the change.
+        // The rest of the last forces first: the passes then find only the change.
         let presses = |(_, constraint): &(usize, &ContactConstraint)| constraint.force_n > 0.0;
         for (_, constraint) in self.of_organ(organ).filter(presses) {
             let left = (1.0 - constraint.model.warm_start_share()) * constraint.force_n;
@@ -349,18 +357,20 @@ impl ContactConstraints {
                 let sphere_compliance_m_n = constraint.inverse_mass_per_kg * squared;
                 let patch_m = constraint.patch.at_m(bodies);
                 let height_m = constraint.normal.dot(&(constraint.center_m - patch_m));
-                // The gap as it were without this contact's own force.
+                // The separation without this contact's own force.
                 let separation_m =
                     height_m - constraint.reach_m - sphere_compliance_m_n * constraint.force_n;
                 if separation_m >= 0.0 && constraint.force_n <= 0.0 {
-                    // What did not press does not press now: others press the skin away, not towards it.
+                    // A contact without force stays without: the others only press the skin away
+                    // from it.
                     continue;
                 }
                 let separation_m = separation_m + influences.displacement_by_others_m(own);
                 let (force_n, stiffness_n_m) = constraint
                     .model
                     .force_n(separation_m, sphere_compliance_m_n);
-                // Along the skin the same: how far the tool is ahead without this contact's friction.
+                // Likewise along the skin: how far the tool is ahead without this contact's
+                // friction.
                 let ahead_m = constraint.travel_m
                     - (patch_m - constraint.patch_start_m)
                     - constraint.friction_n * sphere_compliance_m_n;
@@ -382,9 +392,9 @@ impl ContactConstraints {
                     constraint.force_n = force_n;
                     constraint.stiffness_n_m = stiffness_n_m;
                     constraint.friction_n = friction_n;
-                    // What slides, or is smooth, holds no more for going farther.
+                    // A sliding or frictionless contact adds no stiffness along the skin.
                     let sticks = math::norm(&friction_n) < 0.999 * most_n;
-                    // What is behind a wall counts the sphere's own giving way.
+                    // The tissue behind a wall already counts the sphere's own compliance.
                     let felt_n_m = match constraint.model {
                         ContactModel::HalfSpace(_) => {
                             constraint.bristle.felt_n_m(sphere_compliance_m_n)

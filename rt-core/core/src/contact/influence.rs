@@ -1,5 +1,7 @@
-//! What contacts on one skin do to each other beyond what the spheres carry over: what each pass over them
-//! asks again and again, close together in memory (a [`crate::contact::constraint::ContactConstraint`] takes a kilobyte and a half).
+//! Influence of contacts on one skin on each other, beyond what the spheres carry over.
+//!
+//! The solver reads these values in every pass, so they lie close together in memory; a
+//! [`crate::contact::constraint::ContactConstraint`] takes a kilobyte and a half.
 
 use heapless::Vec;
 
@@ -7,22 +9,22 @@ use crate::capacity::MAX_CONTACT_CONSTRAINTS;
 use crate::contact::law::Law;
 use crate::math::{self, Vec3};
 
-/// A contact as the others beside it see it.
+/// The part of a contact that the other contacts need.
 #[derive(Debug, Clone)]
 pub(crate) struct LoadedContact {
-    /// Its index among all touches.
+    /// Its index among all constraints.
     constraint: u8,
     normal: Vec3,
     at_m: Vec3,
     force_n: f32,
-    /// How near it is to itself under this force, m ([`Law::self_influence_distance_m`]).
+    /// Self-influence distance under this force, m ([`Law::self_influence_distance_m`]).
     self_influence_distance_m: f32,
-    /// None of a spring: a tube's wall gives way by itself.
+    /// `None` of a tube's wall: a spring carries nothing over.
     law: Option<Law>,
 }
 
 impl LoadedContact {
-    /// The touch with this number, which presses with this force.
+    /// The constraint with this number, under this force.
     pub(crate) fn new(
         constraint: usize,
         normal: Vec3,
@@ -42,14 +44,14 @@ impl LoadedContact {
     }
 }
 
-/// The contacts of an organ.
+/// The contacts of an organ, with the forces that they have now.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Influences {
     contacts: Vec<LoadedContact, MAX_CONTACT_CONSTRAINTS>,
 }
 
 impl Influences {
-    /// Those of an organ, in their order.
+    /// The contacts of an organ, in their order.
     pub(crate) fn of(own: impl Iterator<Item = LoadedContact>) -> Self {
         let mut contacts = Vec::new();
         for loaded in own {
@@ -58,17 +60,17 @@ impl Influences {
         Self { contacts }
     }
 
-    /// How many.
+    /// Number of contacts.
     pub(crate) fn len(&self) -> usize {
         self.contacts.len()
     }
 
-    /// Which touch the contact `own` is.
+    /// Index of contact `own` among all constraints.
     pub(crate) fn constraint(&self, own: usize) -> Option<usize> {
         self.contacts.get(own).map(|it| usize::from(it.constraint))
     }
 
-    /// The contact `own` presses with this force now.
+    /// Sets the force of contact `own`, N.
     pub(crate) fn set_force(&mut self, own: usize, force_n: f32) {
         if let Some(loaded) = self.contacts.get_mut(own) {
             loaded.force_n = force_n;
@@ -78,7 +80,7 @@ impl Influences {
         }
     }
 
-    /// How far the others have already pressed the skin away from the contact `own`, m.
+    /// Displacement of the skin under contact `own` by the other contacts, m.
     pub(crate) fn displacement_by_others_m(&self, own: usize) -> f32 {
         let Some(pressed) = self.contacts.get(own) else {
             return 0.0;
@@ -96,7 +98,7 @@ impl Influences {
                 continue;
             }
             let distance_m = math::norm(&(other.at_m - pressed.at_m));
-            // What one load does to another is what that does to it (Betti): the wider of both counts.
+            // Betti: influence is symmetric, so the wider of both contacts counts.
             let self_influence_distance_m = other
                 .self_influence_distance_m
                 .max(pressed.self_influence_distance_m);
@@ -126,8 +128,8 @@ mod tests {
     }
 
     proptest! {
-        /// What a force at one place does to another is what the same force there does to it (Betti): were it more, the
-        /// lightest touch of a tip would lift a shaft off that lies beside it.
+        /// Reciprocity (Betti). Otherwise the lightest touch of a tip would lift off a shaft next
+        /// to it.
         #[test]
         fn each_does_to_the_other_what_that_does_to_it(
             apart_m in 0.0f32..0.01, tip_n in 1.0e-5f32..0.5, shaft_n in 1.0e-5f32..0.5,
@@ -140,8 +142,8 @@ mod tests {
             prop_assert!(by_tip > 0.0 && (by_shaft / by_tip - 1.0).abs() < 1.0e-4, "{by_shaft} {by_tip}");
         }
 
-        /// It is no more than what more of the force would do to either itself, also where one does not press at all:
-        /// else either could hold the other off, and they would snap.
+        /// The influence is bounded by the compliance of either contact, even one without force.
+        /// Otherwise either could hold the other off, and they would snap.
         #[test]
         fn neither_holds_the_other_off(
             apart_m in 0.0f32..0.01, tip_n in 0.0f32..0.5, shaft_n in 0.0f32..0.5, radius_m in 0.001f32..0.005,

@@ -1,33 +1,41 @@
-//! A gap between a tool and tissue that does not jump.
+//! The separation of a tool and tissue, filtered so that the contact force has no steps.
+//!
+//! A persistent contact adds an offset to its measured separation. A contact that is found deep
+//! begins with an offset of its whole depth; one that jumps takes the jump into the offset. The
+//! offset decays, so the force comes to its true value within a few tenths of a second.
 
-/// What is left of a forgiven gap after a tick: a third after 0.1 s.
+/// Share of an offset against overlap that stays after a tick: a third is left after 0.1 s. Nearer
+/// to 1, a contact found deep takes longer to reach its force.
 const OFFSET_KEEP: f32 = 0.99;
-/// The same of what is owed: a push lasts no longer than is needed to feel no knock.
+/// Share of an offset against opening that stays after a tick. It is smaller, so that a contact
+/// that has opened soon stops pushing.
 const OPENING_KEEP: f32 = 0.95;
-/// The most of what is owed that is paid in a tick, m.
+/// Upper bound of the decay of an offset against opening, m a tick. A larger one ends the push
+/// sooner, with a larger step of force.
 const OPENING_STEP_M: f32 = 0.000_025;
-/// A gap changes in a tick by twice what the tool has gone and this at the most, m: what leaps farther is
-/// forgiven, or owed where it opens, and comes bit by bit. Two mN where a shaft lies on a liver.
+/// A filtered separation changes by at most this and twice the tool's travel, m a tick; a larger
+/// jump goes into the offset. It makes 2 mN where a shaft lies on a liver. A larger one follows the
+/// skin faster, with larger steps of force.
 const JUMP_M: f32 = 0.000_02;
 
-/// The gap between a place of a tool and the tissue under it.
+/// Separation of a tool's point and the tissue under it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct FilteredSeparation {
-    /// What is forgiven included, m; negative: how deep one is in the other.
+    /// The measured separation plus the offset, m; negative where they overlap.
     pub(crate) separation_m: f32,
-    /// Added to the gap, and dying away: what a contact that is found deep in the tissue, or that
-    /// jumps to another place of it, would else change at once, m; negative after a jump outwards.
+    /// Offset added to the measured separation, m. Positive after a deep find or a jump inwards,
+    /// negative after a jump outwards; it decays.
     offset_m: f32,
 }
 
 impl FilteredSeparation {
-    /// Of no place.
+    /// Of no contact.
     pub(crate) const NONE: Self = Self {
         separation_m: 0.0,
         offset_m: 0.0,
     };
 
-    /// Seen for the first time: no overlap counts.
+    /// A new contact: the offset cancels its overlap.
     pub(crate) fn first(separation_m: f32) -> Self {
         let offset_m = (-separation_m).max(0.0);
         Self {
@@ -36,12 +44,12 @@ impl FilteredSeparation {
         }
     }
 
-    /// As it was found, m.
+    /// The measured separation, m.
     pub(crate) fn measured_m(&self) -> f32 {
         self.separation_m - self.offset_m
     }
 
-    /// Of another place of the same contact, of which as much is forgiven.
+    /// Another place of the same contact: a positive offset stays.
     pub(crate) fn at(&self, separation_m: f32) -> Self {
         let offset_m = self.offset_m.max(0.0);
         Self {
@@ -50,8 +58,8 @@ impl FilteredSeparation {
         }
     }
 
-    /// A tick later, when the tool has gone `travel_m`. No more than `opening_max_m` is owed where it opens: what is apart by
-    /// more does not push.
+    /// The separation a tick later, after the tool travelled by `travel_m`. The offset against
+    /// opening is at most `opening_max_m`: contacts farther apart do not push.
     pub(crate) fn next(&self, separation_m: f32, travel_m: f32, opening_max_m: f32) -> Self {
         let most_m = 2.0 * travel_m + JUMP_M;
         let goes_m = separation_m - self.measured_m();
@@ -61,11 +69,12 @@ impl FilteredSeparation {
         } else {
             OFFSET_KEEP
         };
-        // What is forgiven goes by its hundredth however much it is: so far tissue may come ahead of what counts.
+        // An offset against overlap decays by its hundredth however large it is: tissue may
+        // approach by that much before it counts.
         let decay_m = ((1.0 - keep) * self.offset_m).max(-OPENING_STEP_M);
         let offset_m = self.separation_m + goes_m - decay_m - separation_m;
         let offset_m = offset_m.max(-opening_max_m);
-        // Where nothing overlaps and nothing is owed, nothing is forgiven.
+        // Without overlap, measured or filtered, there is no offset.
         let offset_m = if separation_m < 0.0 || separation_m + offset_m < 0.0 {
             offset_m
         } else {
@@ -107,7 +116,7 @@ mod tests {
         let touching = FilteredSeparation::first(0.0).next(-0.0001, 0.0001, OPENING_MAX_M);
         assert!((touching.separation_m + 0.0001).abs() < 1.0e-8);
         assert!((touching.next(-0.001, 0.001, OPENING_MAX_M).separation_m + 0.001).abs() < 1.0e-8);
-        // Inwards, outwards, and open: by no more than is allowed, and in the end all of it.
+        // Inwards, outwards and open: by the permitted step at most, and in the end all of it.
         for to_m in [-0.003f32, -0.0002, 0.001] {
             let mut separation = FilteredSeparation::first(0.0).next(-0.001, 0.001, OPENING_MAX_M);
             for _ in 0..1000 {
@@ -139,7 +148,7 @@ mod tests {
         let deep = FilteredSeparation::first(0.0).next(-0.005, 0.005, OPENING_MAX_M);
         let open = deep.next(0.004, 0.0, 0.000_5);
         assert!(open.separation_m > 0.003, "{open:?}");
-        // What is owed is paid within a tenth of a second.
+        // The offset against opening is gone within a tenth of a second.
         let mut owed = deep.next(0.000_2, 0.0, 0.000_5);
         assert!(owed.separation_m < 0.0, "{owed:?}");
         for _ in 0..100 {
