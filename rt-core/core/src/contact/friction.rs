@@ -1,26 +1,27 @@
 //! Dry friction of a contact: a bristle that bends with the tool until the skin lets it slide.
 //!
-//! It is as stiff along the skin as a half-space under a contact of half-width a (Mindlin 1949:
-//! `8 G a / (2 − ν)`) less what the spheres yield by themselves, and never pulls harder than
-//! `μ F` (return mapping): no step between sticking and sliding, and none at a reversal.
+//! Along the skin it is as stiff as a half-space under a contact of half-width a (Mindlin 1949: `8
+//! G a / (2 − ν)`), less the spheres' own compliance. It never pulls harder than `μ F` (return
+//! mapping), so there is no step between sticking and sliding, and none at a reversal.
 
 use crate::math::{self, Vec3};
 
-/// The bristle of a contact, as a tick leaves it.
+/// Bristle of a contact, as a tick leaves it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bristle {
-    /// How far the tool is ahead of the skin that it sticks to, along the skin, m.
+    /// Displacement of the tool against the skin that it sticks to, along the skin, m.
     bent_m: Vec3,
-    /// N/m; 0: nothing has touched yet.
+    /// Stiffness, N/m; 0 before the first touch.
     stiffness_n_m: f32,
 }
 
-/// Missing compliance is at least this share of the half-space's: under a contact that is wider
-/// than the spheres are apart nothing is missing, and a rigid bristle would trade blows with them.
+/// Least share of the half-space's compliance that the bristle keeps. A contact wider than the
+/// spacing of the spheres lacks none, and a rigid bristle would chatter against them. A larger
+/// share softens the friction of wide contacts.
 const LEAST_SHARE: f32 = 0.25;
 
-/// Stiffness along the skin of tissue with this modulus `E / (1 − ν²)` under a contact of this
-/// half-width, N/m, where a force across the skin is yielded to by the spheres with `mesh_compliance_m_n`.
+/// Stiffness along the skin, N/m, of tissue with modulus `E / (1 − ν²)` under a contact of this
+/// half-width. `mesh_compliance_m_n` is the spheres' compliance across the skin.
 pub(crate) fn stiffness_n_m(
     modulus_pa: f32,
     poisson: f32,
@@ -32,24 +33,24 @@ pub(crate) fn stiffness_n_m(
         .recip()
 }
 
-/// By how much tissue yields more to a force along its skin than across it (Cerruti's mean over
+/// Ratio of tissue's compliance along its skin to that across it (Cerruti's mean over
 /// Boussinesq's).
 pub(crate) fn along_over_across(poisson: f32) -> f32 {
     (2.0 - poisson) / (2.0 * (1.0 - poisson))
 }
 
-/// No contact is narrower, m: its bristle would be too soft to name.
+/// Least half-width, m; a narrower contact would have almost no stiffness.
 const SHARP_M: f32 = 1.0e-5;
 
 impl Bristle {
-    /// Of a contact that has not begun.
+    /// A contact that has not begun.
     pub(crate) const STRAIGHT: Self = Self {
         bent_m: Vec3::new(0.0, 0.0, 0.0),
         stiffness_n_m: 0.0,
     };
 
-    /// On skin that lies across `normal` and is now this stiff, N/m. A bristle that stiffens keeps
-    /// its force, one that softens its bend: neither stores energy that nobody put in.
+    /// The bristle on skin across `normal`, now with this stiffness, N/m. A bristle that stiffens
+    /// keeps its force, one that softens its bend: neither adds energy.
     pub(crate) fn on(&self, normal: &Vec3, stiffness_n_m: f32) -> Self {
         let keep = if stiffness_n_m > self.stiffness_n_m {
             self.stiffness_n_m / stiffness_n_m
@@ -62,8 +63,9 @@ impl Bristle {
         }
     }
 
-    /// Force on the tool, N, once it has gone `travel_m` ahead of the skin, this force not counted, to
-    /// which the skin yields with `sphere_compliance_m_n`; at most `most_n`.
+    /// Force on the tool, N, after it travelled by `travel_m` against the skin, this force not
+    /// counted. The skin yields to the force with `sphere_compliance_m_n`; the force is at most
+    /// `most_n`.
     pub(crate) fn pull_n(
         &self,
         travel_m: &Vec3,
@@ -82,12 +84,13 @@ impl Bristle {
         }
     }
 
-    /// Stiffness that a tool feels within a step in which the skin yields with `sphere_compliance_m_n`, N/m.
+    /// Stiffness that the tool feels in a step in which the skin yields with
+    /// `sphere_compliance_m_n`, N/m.
     pub(crate) fn felt_n_m(&self, sphere_compliance_m_n: f32) -> f32 {
         self.stiffness_n_m / (1.0 + self.stiffness_n_m * sphere_compliance_m_n)
     }
 
-    /// Once it pulls with this: what it would have to be bent further has slid.
+    /// The bristle once it pulls with this force: further bending has slid.
     pub(crate) fn after(&self, pull_n: &Vec3) -> Self {
         let per_n = self.stiffness_n_m.max(f32::MIN_POSITIVE).recip();
         let bent_m = -pull_n * per_n;
@@ -102,7 +105,7 @@ impl Bristle {
     }
 }
 
-/// What of `v` lies along the skin.
+/// Component of `v` along the skin.
 fn along(v: &Vec3, normal: &Vec3) -> Vec3 {
     v - normal * normal.dot(v)
 }
@@ -159,7 +162,7 @@ mod tests {
 
     #[test]
     fn what_yields_is_pulled_along() {
-        // Skin that gives as much as the bristle takes half of the way, and half the force.
+        // Skin as compliant as the bristle takes half of the travel, and the force is halved.
         let bristle = Bristle::STRAIGHT.on(&UP, 100.0);
         let pull_n = bristle.pull_n(&Vec3::new(1.0e-4, 0.0, 0.5), &UP, 0.01, 1.0);
         assert!(math::norm(&(pull_n - Vec3::new(-0.005, 0.0, 0.0))) < 1.0e-8);
@@ -171,8 +174,7 @@ mod tests {
     }
 
     proptest! {
-        /// However the tool goes and is pressed meanwhile: never more than μ F, never along the
-        /// skin's normal, and no energy but what the hand put in.
+        /// Friction never exceeds μ F, never acts along the normal, and never makes energy.
         #[test]
         fn no_energy_is_made(
             ways in prop::collection::vec((vector(3.0e-4), 1.0f32..300.0, 0.0f32..0.05), 1..60),
@@ -182,7 +184,7 @@ mod tests {
                 let (next, pull_n) = go(bristle, way, stiffness_n_m, most_n);
                 prop_assert!(math::norm(&pull_n) <= most_n * 1.0001);
                 prop_assert!(pull_n.z.abs() < 1.0e-9);
-                // As an implicit step reckons: the force after it, over all of its way.
+                // Work of an implicit step: the force at its end over its whole travel.
                 given_j -= f64::from(pull_n.dot(&way));
                 bristle = next;
                 let stored_j = f64::from(0.5 * stiffness_n_m * bristle.bent_m.norm_squared());
@@ -190,7 +192,7 @@ mod tests {
             }
         }
 
-        /// Sliding, it pulls against the way.
+        /// A sliding bristle pulls against the travel.
         #[test]
         fn it_pulls_back(way in vector(1.0e-3), most_n in 1.0e-4f32..0.01) {
             prop_assume!(math::norm(&along(&way, &UP)) > 1.0e-4);
@@ -200,7 +202,7 @@ mod tests {
             prop_assert!(against > 0.999 * size);
         }
 
-        /// Turned or seen in a mirror: the same.
+        /// Friction is the same in a turned and in a mirrored frame.
         #[test]
         fn it_knows_no_direction(first in vector(3.0e-4), way in vector(3.0e-4), turn in vector(3.0)) {
             let pull = |map: &dyn Fn(&Vec3) -> Vec3| {

@@ -1,8 +1,8 @@
-//! Tools against the skin of organs: where they touch.
+//! Tools against the contact skins of organs: a god-object for each tool point on each skin.
 //!
-//! Stage `contact` ([`SkinContacts::find`]) walks from where each place of a tool was on the skin
-//! to where it is now, O(places near organs). What the spheres are too coarse for yields by the law of
-//! the half-space ([`crate::contact::law`]).
+//! Stage `contact` ([`SkinContacts::find`]) walks over the skin from each tool point's last place
+//! to its place now (Zilles and Salisbury 1995), O(points near organs). The half-space's law
+//! ([`crate::contact::law`]) adds the compliance that the spheres are too coarse for.
 
 mod closest;
 pub(crate) mod corners;
@@ -27,48 +27,50 @@ use closest::{ClosestPoint, walk};
 use corners::Corners;
 use tool_points::{ToolPoint, tool_points};
 
-/// Skin nearer than this to a tool is looked at again after the solve, m: what the fastest sphere
-/// moves in a tick.
+/// Skin nearer than this to a tool is checked again after the solve, m: the travel of the fastest
+/// sphere in a tick.
 const NEAR_M: f32 = 0.003;
-/// Skin farther than this is forgotten, m.
+/// Skin farther than this is no longer tracked, m.
 const TRACKING_RANGE_M: f32 = 0.012;
-/// What tissue goes in a tick, as far as skin that nothing is near to is looked at again, m. Faster
-/// tissue is met late, and forgiven its depth.
+/// Tissue's travel in a tick, m, by which the search of distant skin may be put off. Faster tissue
+/// is met late, with an offset of its depth.
 const TISSUE_M: f32 = 0.0005;
-/// A tool that slips off an edge goes over the skin by this a tick, and twice its own way, m.
+/// Slip over the skin that a tick allows beyond twice the tool's travel, m: a tool can slip off an
+/// edge.
 pub(crate) const SLIP_M: f32 = 0.000_01;
 
-/// The most by which a gap that opens at once still counts as closed, m.
+/// Largest offset against opening, m: skin that opens at once by more does not push.
 const OPENING_MAX_M: f32 = 0.003;
-/// What a force changes by in a tick where nothing but its direction turns, N: skin that folds, or a
-/// touch that leaps from fold to fold, would turn it at once. Several places of a tool may turn at once, and
-/// the lever may double what the hand feels of it.
+/// Change of a force by turning, N a tick, where the tool is still. Skin that folds, or a contact
+/// that jumps between folds, would turn it at once. Several tool points may turn together, and the
+/// lever may double the force at the hand. A larger value follows folds faster, with a larger step
+/// of force.
 const TURN_N: f32 = 0.001_5;
-/// The most that it turns in a tick however small it is.
+/// Largest turn in a tick, rad, however small the force is.
 const TURN_MAX: f32 = 0.1;
 
-/// How far a push may turn in a tick without the tool's doing, rad.
+/// Turn that a tick allows while the tool is still, rad.
 fn turn_at_rest(force_n: f32) -> f32 {
     (TURN_N / force_n.max(TURN_N)).min(TURN_MAX)
 }
 
-/// What is remembered of a place of a tool on an organ.
+/// A tool point on an organ, as a tick leaves it.
 #[derive(Debug, Clone, Copy)]
 struct PersistentContact {
     vertex: u16,
-    /// Whether the skin was near enough to be touched.
+    /// Near enough to be touched.
     is_near: bool,
-    /// How far place and skin have still to go before they can be near, m.
+    /// Travel of point and skin before they can be near, m.
     idle_m: f32,
     cached: CachedForce,
     separation: FilteredSeparation,
-    /// Where the skin was touched, m; its outward normal there, and the place of the tool, m.
+    /// Contact point on the skin, m; its outward normal; and the tool point, m.
     at_m: Vec3,
     normal: Vec3,
-    /// Direction in which the skin pushes: it turns after the normal.
+    /// Direction of the skin's push; it turns towards the normal.
     push: Vec3,
     center_m: Vec3,
-    /// How the place of the tool went in the last tick, m.
+    /// Travel of the tool point in the last tick, m.
     travel_m: Vec3,
 }
 
@@ -86,7 +88,7 @@ const NOWHERE: PersistentContact = PersistentContact {
 };
 
 impl PersistentContact {
-    /// Where no skin is to be found.
+    /// A tool point that has no skin near it.
     fn far_from(center_m: &Vec3) -> Self {
         Self {
             idle_m: TRACKING_RANGE_M - NEAR_M,
@@ -95,7 +97,8 @@ impl PersistentContact {
         }
     }
 
-    /// Whether the place of the tool, now here, cannot have come near skin since it was looked for.
+    /// True while the tool point, now at `center_m`, cannot have come near skin since the last
+    /// search.
     fn is_idle(&mut self, center_m: &Vec3) -> bool {
         if self.is_near || self.idle_m <= 0.0 {
             return false;
@@ -105,7 +108,7 @@ impl PersistentContact {
         self.idle_m > 0.0
     }
 
-    /// Takes in what was found, and keeps the gap from jumping.
+    /// Takes in the skin's closest point; the separation and the push change without steps.
     fn track(&mut self, found: &ClosestPoint, separation_m: f32, point: &ToolPoint) {
         let center_m = &point.center_m;
         let mut push = found.normal;
@@ -114,7 +117,7 @@ impl PersistentContact {
             let travel_m = math::norm(&self.travel_m);
             self.separation = self.separation.next(separation_m, travel_m, OPENING_MAX_M);
             if self.cached.force_n > 0.0 {
-                // A tool turns round an edge by its way over its radius.
+                // A tool turns round an edge by its travel over its radius.
                 let most = (2.0 * travel_m / point.radius_m).max(turn_at_rest(self.cached.force_n));
                 push = math::turned(&self.push, &push, most);
             }
@@ -133,13 +136,13 @@ impl PersistentContact {
     }
 }
 
-/// Where every place of the tools is on every skin.
+/// Every tool point on every skin.
 #[derive(Debug, Clone)]
 pub(crate) struct SkinContacts {
     contacts: [[PersistentContact; MAX_TOOL_POINTS]; MAX_ORGANS],
-    /// Organs of which some track is not [`NOWHERE`].
+    /// Organs on which some tool point is tracked.
     is_known: [bool; MAX_ORGANS],
-    /// Places of the instrument and of the endoscope in the last tick.
+    /// Points of the instrument and of the endoscope in the last tick.
     counts: [usize; 2],
     corners: Corners,
 }
@@ -174,8 +177,8 @@ impl SkinContacts {
         self.counts = [0; 2];
     }
 
-    /// Forgets places that are there no more (a shaft drawn out, a camera out of the body): they come
-    /// back elsewhere.
+    /// Forgets points that no longer exist (a shaft drawn out, a camera out of the body): they
+    /// return elsewhere.
     fn forget_missing(&mut self, tool_points: &[(u8, ToolPoint)]) {
         let is_own = |number: u8| usize::from(number) < INSTRUMENT_POINTS;
         let own = tool_points
@@ -197,8 +200,8 @@ impl SkinContacts {
         }
     }
 
-    /// Finds the skin near `parts`, as it lies before the solve. `near_spheres` are the spheres
-    /// near them.
+    /// Finds the skin near `parts`, before the solve. `near_spheres` are the spheres near the
+    /// tools.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
@@ -262,7 +265,7 @@ impl SkinContacts {
         }
     }
 
-    /// Remembers what a touch of this station on this organ leaves.
+    /// Stores the force that this point leaves on this organ.
     pub(crate) fn store(&mut self, organ: u8, point: u8, cached: CachedForce) {
         let contacts = self.contacts.get_mut(usize::from(organ));
         if let Some(contact) = contacts.and_then(|contacts| contacts.get_mut(usize::from(point))) {
@@ -271,8 +274,8 @@ impl SkinContacts {
     }
 }
 
-/// The skin of an organ nearest to a place of a tool, and the gap between them, m. One that is
-/// touched is followed; otherwise the spheres say where else it could be nearer.
+/// The skin of an organ nearest to a tool point, and its separation, m. A touched skin is followed;
+/// otherwise the nearest sphere shows where it could be nearer.
 fn look(
     point: &ToolPoint,
     contact: &PersistentContact,
@@ -285,7 +288,7 @@ fn look(
         let over_m = found.normal.dot(&(center_m - found.at_m)) - point.radius_m;
         over_m + found.sunk_m(scene, bodies)
     };
-    // From under the skin the nearest point of it jumps. A tool that touches is lifted onto the skin
+    // From under the skin, the nearest point of it jumps. A tool in contact is lifted onto the skin
     // along the last normal and followed there, as a god-object is (Zilles and Salisbury 1995).
     let lifted_m = if contact.is_near {
         let lift_m = contact.normal.dot(&(contact.at_m - center_m));
@@ -346,7 +349,7 @@ fn spread_under(
     closest
 }
 
-/// The touch of a place of a tool on what was found of an organ's skin.
+/// Candidate of a tool point on the closest point of an organ's skin.
 fn candidate(
     (organ, material): (u8, &Material),
     site: ContactSite,

@@ -1,4 +1,4 @@
-//! Where along a tool the skin is looked for.
+//! Points along a tool at which contact with skin is sought.
 
 use heapless::Vec;
 
@@ -7,26 +7,26 @@ use crate::contact::law::Shape;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role, Tool};
 
-/// A place on a tool: the round end of a part, or the middle of a piece of its length.
+/// A point of a tool: the round end of a part, or the middle of a piece of its length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ToolPoint {
     /// On the part's axis, world frame, m.
     pub(crate) center_m: Vec3,
     /// Radius of the part, m.
     pub(crate) radius_m: f32,
-    /// What touches here.
+    /// Shape of the tool here.
     pub(crate) shape: Shape,
 }
 
-/// A piece of a part is this many of its radii long.
+/// Length of a piece, in radii of the part. Longer pieces cost less, and follow curved skin less
+/// well.
 const PIECE_RADII: f32 = 2.4;
-/// No piece is shorter, m.
+/// Least length of a piece, m.
 const PIECE_MIN_M: f32 = 0.004;
 
-/// The stations of all parts, each with the number by which it is known from tick to tick: pieces
-/// are counted from the far end `b`, so that they go with the instrument when the shaft slides
-/// through its port. Pieces beyond what there is room for are left out, the ones nearest to the port
-/// first.
+/// Points of all parts, each with the number that it keeps from tick to tick. Pieces are numbered
+/// from the far end `b`, so they travel with the instrument when the shaft slides through its port.
+/// When there is no room, the pieces nearest to the port are left out first.
 pub(crate) fn tool_points(parts: &[Capsule]) -> Vec<(u8, ToolPoint), MAX_TOOL_POINTS> {
     let mut all = Vec::new();
     let of = |tool| parts.iter().filter(move |part| part.role.tool() == tool);
@@ -40,7 +40,7 @@ pub(crate) fn tool_points(parts: &[Capsule]) -> Vec<(u8, ToolPoint), MAX_TOOL_PO
     all
 }
 
-/// The stations of a tool's parts.
+/// Points of a tool's parts.
 fn points_of<'a>(
     parts: impl DoubleEndedIterator<Item = &'a Capsule> + Clone,
 ) -> Vec<ToolPoint, INSTRUMENT_POINTS> {
