@@ -302,8 +302,8 @@ const NEWTON: u32 = 20;
 /// Least compliance of a contact, m/N.
 const LEAST: f32 = 1.0e-6;
 
-/// `F / (E* R²)`, `δ / R` and `dδ/da` of a ball at `x = a/R` (Sneddon 1965): `(1 + x²) artanh x − x`
-/// and `x artanh x`.
+/// `F / (E* R²)`, `δ / R` and `dδ/da` of a ball at `x = a/R` (Sneddon 1965): force `(1 + x²) artanh
+/// x − x` and dent `x artanh x`.
 fn sneddon(x: f32) -> (f32, f32, f32) {
     let y = x * x;
     let (force, artanh) = if x < 0.4 {

@@ -1,5 +1,9 @@
 //! Tools against tissue: where they touch, and the force that closes the separation.
 //!
+//! `tool_contact` runs both stages. `skin`, `tube` and `rigid` find contacts; `constraint` solves
+//! them with the models of `law`, `friction` and `influence`; `separation` filters, `patch` holds the
+//! spheres, `contact_force` the result.
+//!
 //! # Two stages
 //!
 //! Stage `contact` finds candidates: organs whose box comes near, their spheres, then the places of
@@ -25,7 +29,8 @@
 //! organ's shape, its attachments, other tools) is left to the spheres. The contact force solves
 //!
 //! ```text
-//! s + y F + δ(F) − c F = 0,   F ≥ 0        s: separation, m; y: compliance of the spheres within the step, m/N
+//! s + y F + δ(F) − c F = 0,   F ≥ 0
+//! s: separation, m; y: compliance of the spheres within the step, m/N
 //! ```
 //!
 //! which is monotone and has one answer. With `x = a/R` and `E* = E / (1 − ν²)`:

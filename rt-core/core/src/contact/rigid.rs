@@ -1,4 +1,5 @@
-//! The instrument against the endoscope: steel on steel. The hand feels it, the endoscope does not give.
+//! Instrument against endoscope: steel on steel. The hand feels the contact; the endoscope does not
+//! yield.
 
 use heapless::Vec;
 
@@ -8,32 +9,33 @@ use crate::contact::separation::FilteredSeparation;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role, Tool};
 
-/// Stiffness of the contact, N/m: what a hand takes for hard. The device's own limit comes after it.
+/// Stiffness of the contact, N/m: hard to a hand. The device's own limit comes after it.
 const STIFFNESS_N_M: f32 = 2000.0;
-/// Nearer than this the side on which a part is is remembered, m: what both go in a tick.
+/// Distance within which a part's side is tracked, m: the travel of both tools in a tick.
 const NEAR_M: f32 = 0.0065;
 
-/// Steel that is farther apart does not push, m.
+/// Largest offset against opening, m: steel farther apart does not push.
 const OPENING_MAX_M: f32 = 0.000_5;
-/// Both together do not go farther in a tick, m; what does was unplugged, or stood still.
+/// Travel of both tools in a tick that is no motion, m: a device was unplugged or stalled.
 const LEAP_M: f32 = 0.02;
 
-/// A part of the instrument beside the endoscope.
+/// A part of the instrument near the endoscope, as a tick leaves it.
 #[derive(Debug, Clone, Copy)]
 struct PersistentContact {
     part: Role,
     /// From the endoscope to the part.
     normal: Vec3,
-    /// Where the axes are nearest to each other, 0 to 1 on each.
+    /// Place of closest approach on each axis, 0 to 1.
     nearest: [f32; 2],
-    /// Where on the part's axis the touch is felt, 0 to 1: in the middle of what lies side by side.
+    /// Place on the part's axis where the contact is felt, 0 to 1: near the middle of the overlap
+    /// along the axes.
     felt_at: f32,
     separation: FilteredSeparation,
-    /// Of the part's axis and of the endoscope's, m.
+    /// Ends of the part's axis and of the endoscope's, m.
     ends_m: [Vec3; 4],
 }
 
-/// Every part of the instrument near the endoscope.
+/// All parts of the instrument near the endoscope.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct RigidContacts {
     contacts: Vec<PersistentContact, MAX_CAPSULES>,
@@ -45,7 +47,7 @@ impl RigidContacts {
         self.contacts.clear();
     }
 
-    /// Finds where the instrument among `parts` touches the endoscope among them.
+    /// Finds contacts of the instrument and the endoscope among `parts`.
     pub(crate) fn find(&mut self, parts: &[Capsule], mut add: impl FnMut(ContactForce)) {
         let before = core::mem::take(&mut self.contacts);
         let Some(scope) = parts.iter().find(|part| part.role == Role::Endoscope) else {
@@ -74,8 +76,8 @@ impl RigidContacts {
     }
 }
 
-/// A part that has gone in is lifted out along the last normal and followed there, so that it stays on
-/// its side: in a tick it cannot go through the endoscope. `None` far from it.
+/// Tracks a part. One that overlaps is lifted out along the last normal and followed there, so that
+/// it cannot pass through the endoscope within a tick. `None` far from it.
 fn track(
     part: &Capsule,
     scope: &Capsule,
@@ -90,10 +92,10 @@ fn track(
     let travel_m = last.map(|last| {
         let gone_m = last.ends_m.iter().zip(&ends_m);
         let gone_m = gone_m.map(|(before, now)| math::norm(&(now - before)));
-        // Either may have come to the other.
+        // Either may have moved towards the other.
         2.0 * gone_m.fold(0.0, f32::max)
     });
-    // What leaps came another way.
+    // After a jump the last side says nothing.
     let last = last.filter(|_| travel_m.is_some_and(|travel_m| travel_m < LEAP_M));
     let lift_m = last.map_or_else(Vec3::zeros, |last| {
         last.normal * (reach_m - height_m(&last.normal, &last.nearest)).max(0.0)
@@ -129,8 +131,8 @@ fn at(part: &Capsule, share: f32) -> Vec3 {
     part.a_m + (part.b_m - part.a_m) * share
 }
 
-/// Where two axes are nearest to each other, 0 to 1 on each: an end of one beside the other, or where
-/// they cross. Of all but parallel axes the crossing is lost in rounding, and an end is as near.
+/// Closest places of two axes, 0 to 1 on each: an end of either, or the crossing. The crossing of
+/// nearly parallel axes is lost in rounding, and an end is as near.
 fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
     let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
     let r = one.a_m - other.a_m;
@@ -151,24 +153,23 @@ fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
     best
 }
 
-/// How much the middle of what lies side by side counts against being nearest. Parallel axes are nearest
-/// everywhere, and a touch of what is all but parallel is long: within a few times `√MIDDLE` (2°) the
-/// place goes over from one end to the other through the middle, and does not jump.
+/// Weight of the middle of the overlap against closest approach. Parallel axes are closest
+/// everywhere. So the contact moves from one end to the other through the middle within a few times
+/// `√MIDDLE` (2°), without a jump. A larger weight moves it more slowly.
 const MIDDLE: f32 = 1.0e-3;
 
-/// Where on the first axis, 0 to 1, the touch of both is felt: the nearest place, drawn to the middle of
-/// what lies side by side ([`MIDDLE`]): the least of the squared distance and of `MIDDLE` times the squares
-/// of both ways from the middle.
+/// Place on the first axis, 0 to 1, where the contact is felt. It minimises the squared distance
+/// plus [`MIDDLE`] times the squared distances of both places from the middle of the overlap.
 fn middle_of_overlap(one: &Capsule, other: &Capsule) -> f32 {
     let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
     let r = one.a_m - other.a_m;
     let a = d1.norm_squared().max(1.0e-12);
     let e = d2.norm_squared().max(1.0e-12);
     let (b, c, f) = (d1.dot(&d2), d1.dot(&r), d2.dot(&r));
-    // Where the ends of each stand beside the other.
+    // Projections of the ends of each axis on the other.
     let s_middle = middle(-c / a, (b - c) / a);
     let t_middle = middle(f / e, (b + f) / e);
-    // At the least: `p s − b t = u` and `q t − b s = v`.
+    // At the minimum: `p s − b t = u` and `q t − b s = v`.
     let (p, q) = (a * (1.0 + MIDDLE), e * (1.0 + MIDDLE));
     let (u, v) = (MIDDLE * a * s_middle - c, MIDDLE * e * t_middle + f);
     let s = ((u * q + v * b) / (p * q - b * b)).clamp(0.0, 1.0);
@@ -176,7 +177,7 @@ fn middle_of_overlap(one: &Capsule, other: &Capsule) -> f32 {
     ((b * t + u) / p).clamp(0.0, 1.0)
 }
 
-/// Middle of what of an axis, 0 to 1, lies between two places.
+/// Middle of the part of an axis, 0 to 1, between two places.
 fn middle(one: f32, other: f32) -> f32 {
     let (one, other) = (one.clamp(0.0, 1.0), other.clamp(0.0, 1.0));
     0.5 * (one + other)
@@ -202,7 +203,8 @@ mod tests {
         }
     }
 
-    /// Distance of two axes, m: every end's from the other, and where they cross, in double precision.
+    /// Distance of two axes, m: from every end to the other axis, and at the crossing, in double
+    /// precision.
     fn exact_m(one: &Capsule, other: &Capsule) -> f64 {
         let [a, b, c, d] = [one.a_m, one.b_m, other.a_m, other.b_m].map(|p| p.cast::<f64>());
         let to_axis = |p: nalgebra::Vector3<f64>, [a, b]: [nalgebra::Vector3<f64>; 2]| {
@@ -292,7 +294,7 @@ mod tests {
     }
 
     proptest! {
-        /// No two places of the axes are nearer than the nearest.
+        /// No two places of the axes are closer than the closest approach.
         #[test]
         fn none_is_nearer(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
                           u in 0.0f32..1.0, v in 0.0f32..1.0) {
@@ -303,8 +305,8 @@ mod tests {
             prop_assert!(found <= any + 1.0e-4, "{found} {any}");
         }
 
-        /// A shaft that lies on the endoscope for long, at any angle to it, presses by how deep the two
-        /// capsules are in each other, wherever along each other they lie.
+        /// The force of a shaft that rests on the endoscope is that of the capsules' true overlap,
+        /// at any angle and wherever they lie along each other.
         #[test]
         fn the_force_is_of_the_capsules_true_distance(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0, depth_m in 1.0e-4f32..1.0e-3,
@@ -335,8 +337,8 @@ mod tests {
             prop_assert!(off_m.abs() < 1.0e-5, "off by {off_m} m");
         }
 
-        /// A shaft that lies on the endoscope and is turned through parallel, a milliradian a tick
-        /// (60°/s), wherever along each other they lie: the touch goes over, and does not jump.
+        /// A shaft on the endoscope that turns through parallel, a milliradian a tick (60°/s), has
+        /// no step in its contact point or force, wherever they lie along each other.
         #[test]
         fn turning_through_parallel_has_no_step(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0,
@@ -348,7 +350,7 @@ mod tests {
             for tick in -200i16..200 {
                 let turn = 1.0e-3 * f32::from(tick);
                 let way = Vec3::new(turn.cos(), turn.sin(), 0.0);
-                // Comes down in the first hundred ticks, slower than what is forgiven.
+                // Descends in the first hundred ticks, more slowly than the offset decays.
                 let down_m = depth_m * (f32::from(tick + 200) / 100.0).min(1.0);
                 let at_m = Vec3::new(0.1 + along_m, 0.0, 0.0075 - down_m);
                 let a_m = at_m - way * (length_m * pivot);

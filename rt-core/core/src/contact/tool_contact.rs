@@ -1,10 +1,10 @@
-//! The tools against tissue: organs that have a contact skin meet them there
-//! ([`crate::contact::skin`]), ducts and vessels along their line ([`crate::contact::tube`]).
+//! Tools against tissue, over all organs: those with a contact skin ([`crate::contact::skin`]), and
+//! ducts and vessels ([`crate::contact::tube`]).
 //!
-//! Stage `contact` ([`ToolContacts::find`]) keeps the spheres near the tools: organs whose box comes
-//! near, then their spheres, O(spheres of organs near · parts); skins and tubes say where they
-//! touch. Stage `solve` ([`ToolContacts::push_out`]) closes the gaps where the tissue has gone
-//! meanwhile, and pushes it with the force that the hand feels ([`crate::contact::constraint`]).
+//! Stage `contact` ([`ToolContacts::find`]) keeps the spheres near the tools: organs whose box
+//! comes near, then their spheres, O(spheres of organs near · parts). Skins and tubes then give
+//! candidates. Stage `solve` ([`ToolContacts::push_out`]) closes the separations after the tissue
+//! has moved, and pushes it with the force that the hand feels ([`crate::contact::constraint`]).
 
 use core::cmp::Ordering;
 
@@ -27,21 +27,22 @@ use crate::tissue::{Bodies, Bounds};
 use crate::tool::Capsule;
 use crate::words::SphereBits;
 
-/// How far a sphere under a skin may be from a tool and still be looked at, m: the skin is up to half
-/// a spacing above it.
+/// Distance from a tool within which a sphere under a skin is kept, m: the skin lies up to half a
+/// spacing above it.
 const NEAR_SKIN_M: f32 = 0.010;
 
-/// A sphere near the instrument; ordered by depth, then by index, so that the same ones stay.
+/// A sphere near the instrument, ordered by depth, then by index, so that the choice is always the
+/// same.
 #[derive(Debug, Clone, Copy)]
 struct Near {
-    /// Depth before the solve, of a capsule with round ends, m: quick, and never too small.
+    /// Depth in a capsule with round ends before the solve, m: cheap, and never too small.
     depth_m: f32,
     sphere: u32,
 }
 
 impl Ord for Near {
     fn cmp(&self, other: &Self) -> Ordering {
-        // A lower index counts as deeper: it was there first.
+        // A lower index counts as deeper, because it was there first.
         let depth = self.depth_m.total_cmp(&other.depth_m);
         depth.then_with(|| other.sphere.cmp(&self.sphere))
     }
@@ -61,7 +62,7 @@ impl PartialEq for Near {
 
 impl Eq for Near {}
 
-/// Everything that the tools are near to, and what they touch.
+/// Tissue near the tools, and the contacts with it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ToolContacts {
     /// Spheres under a skin.
@@ -70,18 +71,18 @@ pub(crate) struct ToolContacts {
     tubes: TubeContacts,
     constraints: ContactConstraints,
     rigid: RigidContacts,
-    /// This tick's contacts; written by [`ToolContacts::push_out`].
+    /// Forces of this tick's contacts; written by [`ToolContacts::push_out`].
     pub(crate) forces: Vec<ContactForce, { MAX_CONTACT_CONSTRAINTS + MAX_CAPSULES }>,
 }
 
 impl ToolContacts {
-    /// The spheres near the tools.
+    /// Spheres near the tools.
     pub(crate) fn near_spheres(&self, bodies: &Bodies) -> impl Iterator<Item = u32> {
         let under_skin = self.near.iter().map(|near| near.sphere);
         under_skin.chain(self.tubes.near_spheres(bodies))
     }
 
-    /// How deep the tools lie in tissue at the deepest place, m; before the solve.
+    /// Depth of the tools in tissue at the deepest place, m; before the solve.
     pub(crate) fn deepest_m(&self) -> Option<f32> {
         let depths = self
             .constraints
@@ -100,8 +101,7 @@ impl ToolContacts {
         self.forces.clear();
     }
 
-    /// Looks for what is near `parts`, as it lies before the solve. Where there is more than there is
-    /// room for the deepest stay.
+    /// Finds the tissue near `parts`, before the solve. When there is no room, the deepest stay.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
@@ -169,11 +169,11 @@ impl ToolContacts {
         if near > *shallowest {
             *shallowest = near;
         }
-        // The skin over one that is lost may touch.
+        // The skin over a sphere that is dropped may touch.
         faults.raise(Fault::ContactOverflow);
     }
 
-    /// Presses the tools against every organ, in its last substep, and lists what they do to it.
+    /// Solves every organ's constraints in its last substep, and lists the contact forces.
     pub(crate) fn push_out(&mut self, scene: &Scene<'_>, bodies: &mut Bodies) {
         for (organ, _) in (0u8..).zip(scene.organs) {
             self.constraints
@@ -221,21 +221,21 @@ impl Outside for ToolContacts {
     }
 }
 
-/// A part with round ends, prepared for many spheres. It holds the flat-ended cylinder.
+/// A part with round ends, prepared for many spheres. It contains the flat-ended cylinder.
 #[derive(Debug, Clone, Copy)]
 struct Segment {
     a_m: Vec3,
     along_m: Vec3,
     inverse_length_squared: f32,
     radius_m: f32,
-    /// Middle of the box around what of it lies in the organ's, and half of its sides, m; both grown by
-    /// how near is near.
+    /// Middle of the box around the piece of it within the organ's box, and half of its sides, m;
+    /// both grown by [`NEAR_SKIN_M`].
     middle_m: Lanes,
     half_m: Lanes,
 }
 
 impl Segment {
-    /// Of a part, prepared for the spheres of an organ that lies in this box.
+    /// Prepares a part for the spheres of an organ in this box.
     fn new(part: &Capsule, organ_box: &Bounds) -> Self {
         let along_m = part.b_m - part.a_m;
         let reach_m = part.radius_m + NEAR_SKIN_M;
@@ -251,7 +251,8 @@ impl Segment {
         }
     }
 
-    /// Whether a sphere meets the box around it: false only where [`Segment::depth_m`] is `None`.
+    /// True where a sphere meets the box around it; false only where [`Segment::depth_m`] is
+    /// `None`.
     #[inline(always)]
     fn may_be_near(&self, center: Lanes, radius_m: f32) -> bool {
         let [x, y, z, _] = (center - self.middle_m).to_array();
@@ -259,7 +260,7 @@ impl Segment {
         x.abs() <= a && y.abs() <= b && z.abs() <= c
     }
 
-    /// How deep a sphere overlaps it, or `None` if it is not even near.
+    /// Overlap of a sphere with it, m; `None` if the sphere is not near.
     #[inline]
     fn depth_m(&self, center_m: &Vec3, radius_m: f32, margin_m: f32) -> Option<f32> {
         let from_a = center_m - self.a_m;
@@ -309,8 +310,8 @@ mod tests {
 
     #[test]
     fn the_same_force_on_both_by_hand() {
-        // The round end of 2 mm stands 10 mm over the middle of a 10 mm sphere: 2 mm deep. Of that the
-        // sphere of 2 g yields 0.5 mm/N in a tick, and the wall of 500 N/m, flat at 16 mm, the rest.
+        // The round end of 2 mm radius is 2 mm deep in a 10 mm sphere. The sphere of 2 g yields 0.5
+        // mm/N of that in a tick; the wall of 500 N/m, flat at 16 mm, yields the rest.
         let (contacts, bodies) = meet(0.010, false);
         let [contact] = contacts.forces[..] else {
             panic!("{:?}", contacts.forces)
@@ -358,7 +359,7 @@ mod tests {
     }
 
     proptest! {
-        /// The box around a part leaves out no sphere of the organ that is near it.
+        /// The box around a part excludes no sphere of the organ that is near the part.
         #[test]
         fn the_box_leaves_out_none_that_is_near(
             a_m in vector(0.2), b_m in vector(0.2), low_m in vector(0.1), size_m in vector(0.1),
@@ -371,7 +372,7 @@ mod tests {
             let share = Vec3::new(at.0, at.1, at.2);
             let center_m = low_m + Vec3::repeat(radius_m) + inner_m.component_mul(&share);
             let segment = Segment::new(&part, &organ_box);
-            // A tenth of a micrometre for what is rounded.
+            // A tenth of a micrometre allows for rounding.
             if segment.depth_m(&center_m, radius_m, NEAR_SKIN_M - 1.0e-7).is_some() {
                 prop_assert!(segment.may_be_near(Lanes::new(&center_m, 0.0), radius_m));
             }

@@ -321,12 +321,12 @@ fn look(
     Some((found, separation_m))
 }
 
-/// Least patch under a tip, its radii: narrower ones would be pushed in ahead of the skin around
-/// them as soon as the contact is as wide as they are.
+/// Least patch under a tip, in its radii. A narrower patch would be pushed in ahead of the skin
+/// around it as soon as the contact is as wide. A larger one softens tips.
 const PATCH_RADII: f32 = 0.8;
-/// The same under a thin round end, up to [`THIN_M`]: spheres that are as close together as it is wide are strained, a
-/// few millimetres deep, as the law does not know them. Chosen by a 3 mm tip on a gallbladder's neck of 2500, which was
-/// 17 % too stiff.
+/// Least patch under a thin round end, in its radii, up to [`THIN_M`]. Spheres spaced as closely as
+/// the end is wide strain, a few millimetres deep, as the law does not describe. Fitted to a 3 mm
+/// tip on a gallbladder's neck of 2500 spheres, which was 17 % too stiff without it.
 const THIN_PATCH_RADII: f32 = 1.3;
 const THIN_M: f32 = 0.004;
 

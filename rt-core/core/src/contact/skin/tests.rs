@@ -132,7 +132,8 @@ fn a_ball_that_is_drawn_along_the_skin_is_held_back() {
     assert!(drawn.dot(&along) < 0.0, "{drawn}");
 }
 
-/// The push turns bit by bit, however suddenly the skin under it does: a leap to the other side of a fold.
+/// The push turns gradually, even when the skin under it turns suddenly, as in a jump to the other
+/// side of a fold.
 #[test]
 fn a_push_that_turns_has_no_step() {
     for force_n in [0.01f32, 0.1, 1.0, 3.0] {

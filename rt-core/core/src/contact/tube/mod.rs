@@ -1,7 +1,7 @@
-//! Tools against organs without a contact skin: ducts and vessels, which are beads along a line.
+//! Tools against organs without a contact skin: ducts and vessels, modelled as beads along a line.
 //!
-//! Stage `contact` ([`TubeContacts::find`]) follows every part of the tools past every bead near it,
-//! through the whole of a tick's motion: a part stays on its side of a tube however fast it comes.
+//! Stage `contact` ([`TubeContacts::find`]) follows every part of the tools past every bead near
+//! it, through the whole of a tick's motion. A part keeps its side of a tube however fast it is.
 //! O(beads of organs near · parts).
 
 mod sweep;
@@ -29,26 +29,27 @@ use crate::tool::{Capsule, Role};
 use crate::words::SphereBits;
 use sweep::{Axis, Motion, Side};
 
-/// How far a bead may be from a tool and still be followed, m: what both go in a tick at most.
+/// Distance from a tool within which a bead is followed, m: the travel of both in a tick.
 const FOLLOW_M: f32 = 0.0065;
-/// Beads nearer than this to a tool are looked at again after the solve, m: what the fastest sphere
-/// moves in a tick.
+/// Separation within which a bead is checked again after the solve, m: the travel of the fastest
+/// sphere in a tick.
 const NEAR_M: f32 = 0.003;
 
-/// Share by which a tick follows a tube that turns under a tool. A push that turned with it at once would be a follower
-/// load, which makes a thin tube flutter (Beck's column, Bolotin 1963).
+/// Share of a tube's turn under a tool that the push follows in a tick. A push that turned at once
+/// would be a follower load, under which a thin tube flutters (Beck's column, Bolotin 1963). A
+/// larger share follows faster, and comes nearer to flutter.
 const TURNS: f32 = 0.02;
-/// A tube is flat when it is pressed by so many of its radii: its walls are as thick as the rest.
+/// Compression at which a tube is flat, in its radii; the rest is the thickness of its walls.
 const FLAT_RADII: f32 = 1.6;
-/// A part whose axis has gone so many reaches beyond where it touches is on the other side.
+/// Depth at which a part counts as on the other side, in reaches …
 const THROUGH: f32 = 2.0;
-/// And so many of the ways that both go in the tick.
+/// … plus this many times the travel of both in the tick.
 const AHEAD: f32 = 2.0;
-/// A gap that opens at once still counts as closed by this at most, m.
+/// Largest offset against opening, m: a tube that opens at once by more does not push.
 const OPENING_MAX_M: f32 = 0.000_3;
 
-/// What the jaws take hold of stops pushing them, and what they let go of begins to, by this share a
-/// tick: three quarters within 0.2 s.
+/// Share by which a tick fades the push on a bead that the jaws grasp, and restores it when they
+/// release it: three quarters within 0.2 s.
 const LOOSEN: f32 = 0.007;
 
 /// A part of a tool and a bead near it, as a tick leaves them.
@@ -58,29 +59,29 @@ struct PersistentContact {
     part: Role,
     side: Side,
     bead_m: Vec3,
-    /// Along the tube there.
+    /// Direction of the tube there.
     along: Vec3,
     separation: FilteredSeparation,
     cached: CachedForce,
-    /// Share of its stiffness with which the bead answers: nothing while the jaws hold it.
+    /// Share of the bead's stiffness that acts: zero while the jaws hold it.
     loose: f32,
-    /// The same with where along the tube the part lies, and what is left of it.
+    /// That share times those of the part's place along the tube and of the tissue's damage.
     weight: f32,
 }
 
 impl PersistentContact {
-    /// How much of the tool the bead bears, as far as its wall is alike: a depth, m.
+    /// Load on the bead, as a depth, m, if all walls are alike.
     fn bears(&self) -> f32 {
         self.weight * (-self.separation.separation_m).max(0.0)
     }
 }
 
-/// Every bead near the tools.
+/// All beads near the tools.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct TubeContacts {
-    /// In the order of beads.
+    /// Sorted by bead.
     contacts: Vec<PersistentContact, MAX_TUBE_CONTACTS>,
-    /// The tools in the last tick.
+    /// Parts of the tools in the last tick.
     parts: Vec<Capsule, MAX_CAPSULES>,
 }
 
@@ -91,7 +92,7 @@ impl TubeContacts {
         self.parts.clear();
     }
 
-    /// The spheres between which a tool is near.
+    /// Spheres of the beads near a tool.
     pub(crate) fn near_spheres(&self, bodies: &Bodies) -> impl Iterator<Item = u32> {
         let beads = self
             .contacts
@@ -100,7 +101,7 @@ impl TubeContacts {
         beads.flat_map(|bead| [u32::from(bead.a), u32::from(bead.b)])
     }
 
-    /// Finds the beads near `parts`, as they lie before the solve.
+    /// Finds the beads near `parts`, before the solve.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
@@ -136,7 +137,8 @@ impl TubeContacts {
                         self.meet(part, (number, bead), &ball, known, bodies);
                     let is_held = is_held(bead, bodies);
                     let loose = if is_held { 0.0 } else { 1.0 };
-                    // What does not touch yet has nothing to lose, and is not to be squeezed out.
+                    // A bead without contact has no force to lose at once, and must not be squeezed
+                    // out.
                     let step = match is_held && contact.separation.separation_m > 0.0 {
                         true => 1.0,
                         false => LOOSEN,
@@ -179,8 +181,9 @@ impl TubeContacts {
         let _ = self.parts.extend_from_slice(parts); // as many as there can be
     }
 
-    /// How a part and a bead lie to each other now, and how the place of the part has gone, m. `known` are the last
-    /// tick's tracks, and the first of them that is not of a bead before this one.
+    /// Tracks a part past a bead; returns the contact and the travel of the part's point, m.
+    /// `known` holds the last tick's contacts, and the index of the first whose bead is not before
+    /// this one.
     fn meet(
         &self,
         part: &Capsule,
@@ -202,8 +205,8 @@ impl TubeContacts {
             reach_m,
             slip_m: SLIP_M,
         });
-        // What has gone past altogether, farther than a wall lets it, has nothing to do with the side it came from. What
-        // went too fast for the tube to keep up has not, nor what the tube comes back to.
+        // A part that is deeper than a wall allows no longer has its old side, unless it was too
+        // fast for the tube to follow, or the tube returns to it.
         let fast_m = motion.as_ref().map_or(0.0, Side::travel_m);
         let was_m = last.map_or(0.0, |last| last.separation.measured_m());
         let is_this_side = |side: &Side| {
@@ -217,8 +220,8 @@ impl TubeContacts {
         let travel_m = before.map_or_else(Vec3::zeros, |before| {
             travel_m(before, part, side.unwrap_or(first).share)
         });
-        // A tube lies on one side of a tool: a bead takes that of its neighbour that bears more, where the two
-        // differ, and where nothing of it bore on the tool yet.
+        // All of a tube lies on one side of a tool. A bead takes the side of the neighbour that
+        // bears more, if the sides differ, or if this bead bore nothing yet.
         let leader = leading(known, (number, bead), part.role, bodies);
         let led = leader.map(|it| {
             it.side
@@ -278,7 +281,7 @@ impl TubeContacts {
         (contact, travel_m)
     }
 
-    /// Follows a part past a bead from now on; of too many the deepest stay, in the order of beads.
+    /// Stores a contact. When there is no room, the deepest stay, sorted by bead.
     fn keep(&mut self, contact: PersistentContact, faults: &mut FaultSet) {
         let Err(contact) = self.contacts.push(contact) else {
             return;
@@ -304,7 +307,7 @@ impl TubeContacts {
         faults.raise_if(lost_m < CANDIDATE_MARGIN_M, Fault::ContactOverflow);
     }
 
-    /// Remembers what a part leaves on a bead.
+    /// Stores the force that a part leaves on a bead.
     pub(crate) fn store(&mut self, bead: u16, part: Role, cached: CachedForce) {
         let mut contacts = self.contacts.iter_mut();
         let same = contacts.find(|contact| contact.bead == bead && contact.part == part);
@@ -314,7 +317,7 @@ impl TubeContacts {
     }
 }
 
-/// What is known of a part and a bead from the last tick.
+/// Contact of a part and a bead from the last tick.
 fn known_of(
     (contacts, at): (&[PersistentContact], usize),
     bead: u16,
@@ -325,12 +328,12 @@ fn known_of(
     own.find(|contact| contact.part == part)
 }
 
-/// A direction along a tube a tick later.
+/// Direction of a tube a tick later.
 fn turned(last: &Vec3, now: &Vec3) -> Vec3 {
     math::unit(&(last + (now - last) * TURNS)).unwrap_or(*now)
 }
 
-/// The track in which the same part bears on the bead before or after one; of both the one that bears more.
+/// Contact of the same part with the bead before or after one; of both, the one that bears more.
 fn leading<'a>(
     (contacts, at): (&'a [PersistentContact], usize),
     (number, bead): (u16, &Bead),
@@ -358,7 +361,7 @@ fn leading<'a>(
     }
 }
 
-/// The touch of a part on a bead that answers with this weight.
+/// Candidate of a part on a bead that bears with this weight.
 fn candidate(
     (organ, material): (u8, &Material),
     site: ContactSite,
@@ -393,20 +396,21 @@ fn candidate(
     }
 }
 
-/// What tissue of spheres gives way to a force on it within a tick, m/N: each sphere as one that is embedded in more of
-/// it on all sides, twice as stiff, for it may lie on other tissue, and as heavy as it is.
+/// Compliance of the tissue behind a bead within a tick, m/N. Each sphere is as heavy as it is, and
+/// held twice as stiffly as a ball embedded in its tissue, because it may lie on other tissue.
 fn behind_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
     let yields = |(sphere, weight): (u32, f32)| {
         let inverse_mass_per_kg = bodies.nodes.at(sphere).inverse_mass_per_kg();
         let held_n_m = 2.0 * embedded_n_m(material, *bodies.radius_m.at(sphere));
-        // As `1 / (held + m / T²)`, also of a sphere that is held fast.
+        // Equal to `1 / (held + m / T²)`, and defined for a fixed sphere as well.
         let moves_m_n = inverse_mass_per_kg * TICK_S * TICK_S;
         weight * weight * moves_m_n / (1.0 + held_n_m * moves_m_n)
     };
     patch.parts().map(yields).sum()
 }
 
-/// Stiffness of a rigid ball in endless elastic tissue, N/m: `24 π G (1 − ν) r / (5 − 6 ν)` (Lur'e 1964).
+/// Stiffness of a rigid ball in infinite elastic tissue, N/m: `24 π G (1 − ν) r / (5 − 6 ν)` (Lur'e
+/// 1964).
 fn embedded_n_m(material: &Material, radius_m: f32) -> f32 {
     let poisson = material.poisson;
     let shear_pa = material.young_pa / (2.0 * (1.0 + poisson));
@@ -418,7 +422,7 @@ fn is_near(part: &Capsule, ball: &Ball) -> bool {
     axis(part).distance_squared_m2(&ball.center_m) < within_m * within_m
 }
 
-/// Whether the jaws hold it.
+/// True while the jaws hold the bead.
 fn is_held(bead: &Bead, bodies: &Bodies) -> bool {
     let held = |sphere: u16| {
         let bits = bodies.bits.at(u32::from(sphere));
@@ -427,8 +431,8 @@ fn is_held(bead: &Bead, bodies: &Bodies) -> bool {
     held(bead.a) || held(bead.b)
 }
 
-/// How the place of a part at this share of its axis has gone, m. Places are counted from the far end:
-/// the shaft slides through its port.
+/// Travel of a part's point at this share of its axis, m. The point is measured from the far end,
+/// because the shaft slides through its port.
 fn travel_m(before: &Capsule, now: &Capsule, share: f32) -> Vec3 {
     let from_end_m = (1.0 - share) * math::norm(&(now.b_m - now.a_m));
     let place = |part: &Capsule| {

@@ -1,17 +1,16 @@
-//! Which side of a tube a tool is on, followed through its motion.
+//! Side of a tube on which a tool lies, followed through its motion.
 
 use crate::math::{self, Vec3};
 
-/// Steps of a tick's motion are at most this share of the reach.
+/// Largest step of a tick's motion, share of the reach.
 const STEP_REACHES: f32 = 0.5;
-/// More steps than these are no motion but a leap.
+/// Motion of more steps than this is a jump.
 const STEPS_MAX: f32 = 16.0;
 
-/// A tool that is this much farther along the tube than it reaches keeps its side, m: what a tool goes
-/// in a tick.
+/// Margin along the tube within which a tool keeps its side, m: its travel in a tick.
 const ENGAGED_MARGIN_M: f32 = 0.003;
 
-/// A part of a tool at one moment: its axis, m.
+/// Axis of a part of a tool at one moment, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Axis {
     pub(crate) a_m: Vec3,
@@ -30,17 +29,17 @@ impl Axis {
         }
     }
 
-    /// Squared distance of a point, m².
+    /// Squared distance from a point, m².
     pub(crate) fn distance_squared_m2(&self, point_m: &Vec3) -> f32 {
         (self.at(self.nearest(point_m)) - point_m).norm_squared()
     }
 
-    /// Where on it, 0 to 1, it is nearest to a point.
+    /// Closest place on the axis to a point, 0 to 1.
     fn nearest(&self, point_m: &Vec3) -> f32 {
         self.abreast(point_m).clamp(0.0, 1.0)
     }
 
-    /// The same if it had no ends.
+    /// Closest place on the infinite line through the axis.
     fn abreast(&self, point_m: &Vec3) -> f32 {
         let along_m = self.b_m - self.a_m;
         let squared = along_m.norm_squared().max(1.0e-12);
@@ -48,41 +47,41 @@ impl Axis {
     }
 }
 
-/// What of `v` lies across the tube.
+/// Component of `v` across the tube.
 fn across(v: &Vec3, along: &Vec3) -> Vec3 {
     v - along * along.dot(v)
 }
 
 const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
-/// A tool beside a bead.
+/// The side of a bead on which a tool lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Side {
     /// From the bead to the tool.
     pub(crate) normal: Vec3,
-    /// Where on the tool's axis, 0 to 1.
+    /// Place on the tool's axis, 0 to 1.
     pub(crate) share: f32,
 }
 
-/// How tool and bead went in a tick.
+/// Motion of tool and bead in a tick.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Motion {
     pub(crate) axis: [Axis; 2],
     pub(crate) bead_m: [Vec3; 2],
-    /// Unit vector along the tube; zero of a bead by itself, which is round.
+    /// Unit vector along the tube; zero for a single bead, which is round.
     pub(crate) along: Vec3,
-    /// Radii of both, m.
+    /// Sum of both radii, m.
     pub(crate) reach_m: f32,
-    /// How far the tool may slip round a bead that stands still, m.
+    /// Slip around a bead at rest that is allowed, m.
     pub(crate) slip_m: f32,
 }
 
 impl Side {
-    /// Seen for the first time.
+    /// Side of a tool that is seen for the first time.
     pub(crate) fn first(axis: &Axis, bead_m: &Vec3, along: &Vec3) -> Self {
         let share = axis.nearest(bead_m);
         let away_m = across(&(axis.at(share) - bead_m), along);
-        // A bead on the axis leaves sideways; any side serves, always the same one.
+        // A bead on the axis leaves sideways; any side serves if it is always the same.
         let any = || math::across(if *along == Vec3::zeros() { &UP } else { along });
         Self {
             normal: math::unit(&away_m).unwrap_or_else(any),
@@ -90,7 +89,7 @@ impl Side {
         }
     }
 
-    /// The same side of a bead beside this one, where [`Side::follow`] would have come to.
+    /// This side at a neighbouring bead: the one that [`Side::follow`] would have reached there.
     pub(crate) fn at_neighbour(
         &self,
         axis: &Axis,
@@ -106,7 +105,8 @@ impl Side {
         if !nearest.is_engaged(axis, bead_m, along, reach_m) {
             return nearest;
         }
-        // Lifting an axis that leans moves the place along it, which is then lifted by another height: where that ends.
+        // When an oblique axis is lifted, its closest place moves along it, and then needs another
+        // lift. This is the limit.
         let axis_m = axis.b_m - axis.a_m;
         let lean_m = normal.dot(&axis_m);
         let flat_m2 = (axis_m.norm_squared() - lean_m * lean_m).max(1.0e-12);
@@ -118,15 +118,15 @@ impl Side {
         }
     }
 
-    /// Whether a tool is in the tube, or before it.
+    /// True where a tool is in the tube or in front of it.
     fn is_engaged(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> bool {
         let away_m = axis.at(self.share) - bead_m;
-        // Beside it along the tube, too: the side is the same for all of a tube that lies before a tool.
+        // Also in front along the tube: the side is that of all of a tube in front of a tool.
         let is_before = along.dot(&away_m).abs() < reach_m + ENGAGED_MARGIN_M;
         self.normal.dot(&away_m) < reach_m && is_before
     }
 
-    /// The axis of a tool that is in the tube, lifted out to where it touches.
+    /// Axis of a tool that overlaps the tube, lifted out to where it touches.
     fn lifted(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> Axis {
         if !self.is_engaged(axis, bead_m, along, reach_m) {
             return *axis;
@@ -139,7 +139,7 @@ impl Side {
         }
     }
 
-    /// The way that the tool has gone along this side at the most, m; what the bead has gone included.
+    /// Largest travel of the tool along this side, m; the bead's travel included.
     pub(crate) fn travel_m(motion: &Motion) -> f32 {
         let [from, to] = &motion.axis;
         let tool_m = math::norm(&(to.a_m - from.a_m)).max(math::norm(&(to.b_m - from.b_m)));
@@ -147,8 +147,8 @@ impl Side {
         tool_m + math::norm(&(is_m - was_m))
     }
 
-    /// After this motion; `None` after a leap. What has gone in is lifted out along the last normal and
-    /// followed there, as a god-object is: it stays on its side.
+    /// Side after this motion; `None` after a jump. A tool that overlaps is lifted out along the
+    /// last normal and followed there, as a god-object is, so it keeps its side.
     pub(crate) fn follow(&self, motion: &Motion) -> Option<Self> {
         let travel_m = Self::travel_m(motion);
         let steps = travel_m / (STEP_REACHES * motion.reach_m.max(1.0e-6));
@@ -182,7 +182,7 @@ impl Side {
         let share = lifted.nearest(bead_m);
         let away_m = across(&(lifted.at(share) - bead_m), along);
         let away = math::unit(&away_m).unwrap_or(normal);
-        // In free air it may go round as it likes.
+        // In free air it may turn freely.
         let turn = away - normal;
         let most = if is_engaged {
             slip_m / motion.reach_m.max(1.0e-6)
@@ -201,14 +201,14 @@ impl Side {
         }
     }
 
-    /// From the tube's surface to the tool's, across the tube, m; negative: how deep one is in the other.
+    /// Separation of tube and tool across the tube, m; negative where they overlap.
     pub(crate) fn separation_m(&self, axis: &Axis, bead_m: &Vec3, reach_m: f32) -> f32 {
         self.normal.dot(&(axis.at(self.share) - bead_m)) - reach_m
     }
 
-    /// Share of the tube's stiffness with which the bead answers: it falls to nothing where the tool
-    /// crosses the tube farther along it than it reaches. What slides along a tube passes from bead
-    /// to bead without a step, and what presses on it does not push it along.
+    /// Share of the tube's stiffness with which the bead acts. It falls to zero where the tool
+    /// crosses the tube a reach away. So a tool that slides along passes from bead to bead without
+    /// a step, and one that presses does not push along the tube.
     pub(crate) fn weight(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> f32 {
         let off = along.dot(&(axis.at(self.share) - bead_m)) / reach_m.max(1.0e-6);
         (1.0 - off * off).max(0.0)
@@ -255,7 +255,7 @@ mod tests {
         assert!(side.normal.z > 0.99, "{side:?}");
         let separation_m = side.separation_m(&under, &Vec3::zeros(), REACH_M);
         assert!((separation_m + 0.0045).abs() < 1.0e-5, "{separation_m}");
-        // The bead may as well have gone.
+        // The bead may move instead.
         let bead = Motion {
             axis: [over; 2],
             bead_m: [Vec3::zeros(), Vec3::z() * 0.006],
@@ -277,7 +277,7 @@ mod tests {
     }
 
     proptest! {
-        /// A tool that never comes near a bead by itself is never said to touch, however fast it goes past.
+        /// A tool that passes a bead without touching it makes no contact, however fast.
         #[test]
         fn going_past_is_no_contact(from in vector(0.006), way in vector(0.003), half in vector(0.02)) {
             let (from, to) = (rod(from, half), rod(from + way, half));
@@ -291,8 +291,9 @@ mod tests {
             prop_assert!(side.separation_m(&to, &Vec3::zeros(), REACH_M) > 0.0, "{side:?}");
         }
 
-        /// A bead that is led lies where it would come to were it followed there: else it would leave the tool and come
-        /// back with a step, each time nothing is left of its weight.
+        /// A bead that takes its neighbour's side lies where it would be if it were followed.
+        /// Otherwise it would leave the tool and return with a step whenever its weight falls to
+        /// zero.
         #[test]
         fn who_is_led_comes_where_who_follows_does(deep_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
             let leader = Side { normal: Vec3::z(), share: 0.5 };
@@ -309,7 +310,8 @@ mod tests {
             prop_assert!((side.share - led.share).abs() < 1.0e-3, "{led:?} {side:?}");
         }
 
-        /// Slow motion changes the gap no faster than the tool moves: no step in the force.
+        /// In slow motion the separation changes no faster than the tool moves: the force has no
+        /// step.
         #[test]
         fn the_gap_is_continuous(
             start in vector(1.0), ways in prop::collection::vec(vector(3.0e-5), 1..200), half in vector(0.02),

@@ -176,7 +176,7 @@ fn jaws_do_not_push_what_they_hold() {
 #[derive(Debug, Clone, Copy)]
 struct Crossing {
     speed_m_s: f32,
-    /// Where along the duct, m.
+    /// Place along the duct, m.
     place_m: f32,
     /// Share of a tick's way at which it starts.
     start: f32,
@@ -186,7 +186,8 @@ struct Crossing {
     along: f32,
 }
 
-/// Whether it was felt, and whether the duct is pushed ahead of it in the end; `None` where it would end off the duct.
+/// Returns whether the hook was felt, and whether it pushes the duct ahead in the end; `None` where
+/// it would end off the duct.
 fn crossed(it: &Crossing) -> Option<[bool; 2]> {
     let way = Vec3::new(0.0, it.turn.cos(), it.turn.sin());
     let across = Vec3::new(it.lean, -it.turn.sin(), it.turn.cos()).normalize();
@@ -215,7 +216,7 @@ prop_compose! {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
-    /// However a hook crosses the duct, at up to 2 m/s: the duct is not left behind.
+    /// A hook that crosses the duct at up to 2 m/s does not pass through it.
     #[test]
     fn no_hook_passes_through(it in crossing(0.05..2.0)) {
         let crossed = crossed(&it);
@@ -224,8 +225,8 @@ proptest! {
     }
 }
 
-/// The hand's fastest: always felt; and where the duct, drawn 8 mm aside, is pressed flat and slips off, which happens, it
-/// is once in a few hundred.
+/// At the hand's fastest the hook is always felt. The duct, drawn 8 mm aside, may be pressed flat
+/// and slip off, at most once in a few hundred.
 #[test]
 fn at_3_m_s_hardly_a_hook_passes_through() {
     let mut runner = TestRunner::deterministic();
@@ -241,8 +242,9 @@ fn at_3_m_s_hardly_a_hook_passes_through() {
     assert!(all > 300 && passed * 100 <= all, "{passed} of {all}");
 }
 
-/// Tissue of 3 kPa and spheres of 1.5 mm, by hand: `24 π 1034 (1 − 0.45) 0.0015 / (5 − 2.7)` = 28 N/m, twice as stiff and
-/// with `m / T²` = 12 N/m beside it: 68 N/m. Between two spheres half of each bears: half as much gives way.
+/// Tissue of 3 kPa and spheres of 1.5 mm, by hand: `24 π 1034 (1 − 0.45) 0.0015 / (5 − 2.7)` = 28
+/// N/m, held twice as stiffly, plus `m / T²` = 12 N/m: 68 N/m. Between two spheres each bears half,
+/// so the compliance is halved.
 #[test]
 fn what_is_behind_a_bead_by_hand() {
     let (duct, mut bodies) = (Duct::new(), Box::new(Bodies::new()));
@@ -270,7 +272,7 @@ fn what_is_behind_a_bead_by_hand() {
     assert!((alone * 67.9 - 1.0).abs() < 0.01, "{alone}");
     let between = behind([0.5, 0.5], &bodies);
     assert!((between / alone - 0.5).abs() < 1.0e-4);
-    // What is held fast does not give way.
+    // A fixed sphere does not yield.
     bodies.nodes.at_mut(0).set_inverse_mass_per_kg(0.0);
     assert!(behind([1.0, 0.0], &bodies).to_bits() == 0);
 }
