@@ -127,7 +127,7 @@ mod tests {
     }
 
     #[test]
-    fn mindlin_by_hand() {
+    fn bristle_has_mindlins_stiffness() {
         // E 5 kPa, ν 0.45: G = 1724 Pa; under 3 mm of half-width 8 G a / (2 − ν) = 26.7 N/m.
         let modulus_pa = 5000.0 / (1.0 - 0.45 * 0.45);
         let alone = stiffness_n_m(modulus_pa, 0.45, 0.003, 0.0);
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn sticks_slides_and_turns_back_by_hand() {
+    fn bristle_sticks_slides_and_reverses() {
         // 100 N/m and at most 20 mN: sticks for 0.2 mm.
         let (at_rest, none) = go(Bristle::STRAIGHT, Vec3::zeros(), 100.0, 0.02);
         assert!(math::norm(&none) <= 0.0);
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn what_yields_is_pulled_along() {
+    fn compliant_skin_halves_the_pull() {
         // Skin as compliant as the bristle takes half of the travel, and the force is halved.
         let bristle = Bristle::STRAIGHT.on(&UP, 100.0);
         let pull_n = bristle.pull_n(&Vec3::new(1.0e-4, 0.0, 0.5), &UP, 0.01, 1.0);
@@ -176,7 +176,7 @@ mod tests {
     proptest! {
         /// Friction never exceeds μ F, never acts along the normal, and never makes energy.
         #[test]
-        fn no_energy_is_made(
+        fn friction_makes_no_energy(
             ways in prop::collection::vec((vector(3.0e-4), 1.0f32..300.0, 0.0f32..0.05), 1..60),
         ) {
             let (mut bristle, mut given_j) = (Bristle::STRAIGHT, 0.0f64);
@@ -194,7 +194,7 @@ mod tests {
 
         /// A sliding bristle pulls against the travel.
         #[test]
-        fn it_pulls_back(way in vector(1.0e-3), most_n in 1.0e-4f32..0.01) {
+        fn sliding_friction_opposes_the_travel(way in vector(1.0e-3), most_n in 1.0e-4f32..0.01) {
             prop_assume!(math::norm(&along(&way, &UP)) > 1.0e-4);
             let (_, pull_n) = go(Bristle::STRAIGHT, way, 300.0, most_n);
             let against = -pull_n.dot(&along(&way, &UP));
@@ -204,7 +204,7 @@ mod tests {
 
         /// Friction is the same in a turned and in a mirrored frame.
         #[test]
-        fn it_knows_no_direction(first in vector(3.0e-4), way in vector(3.0e-4), turn in vector(3.0)) {
+        fn friction_is_isotropic(first in vector(3.0e-4), way in vector(3.0e-4), turn in vector(3.0)) {
             let pull = |map: &dyn Fn(&Vec3) -> Vec3| {
                 let up = map(&UP);
                 let begun = Bristle::STRAIGHT.on(&up, 100.0);

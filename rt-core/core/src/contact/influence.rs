@@ -131,7 +131,7 @@ mod tests {
         /// Reciprocity (Betti). Otherwise the lightest touch of a tip would lift off a shaft next
         /// to it.
         #[test]
-        fn each_does_to_the_other_what_that_does_to_it(
+        fn influence_is_symmetric(
             apart_m in 0.0f32..0.01, tip_n in 1.0e-5f32..0.5, shaft_n in 1.0e-5f32..0.5,
         ) {
             let tip = loaded(Shape::Ball { radius_m: 0.0025 }, Vec3::zeros(), tip_n);
@@ -145,7 +145,7 @@ mod tests {
         /// The influence is bounded by the compliance of either contact, even one without force.
         /// Otherwise either could hold the other off, and they would snap.
         #[test]
-        fn neither_holds_the_other_off(
+        fn influence_is_bounded_by_either_compliance(
             apart_m in 0.0f32..0.01, tip_n in 0.0f32..0.5, shaft_n in 0.0f32..0.5, radius_m in 0.001f32..0.005,
         ) {
             let tip = loaded(Shape::Ball { radius_m }, Vec3::zeros(), tip_n);

@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn a_shallow_ball_is_hertz() {
+    fn shallow_ball_is_hertz() {
         let law = alone(Shape::Ball { radius_m: 0.01 });
         for depth_m in [1.0e-5f32, 1.0e-4, 5.0e-4] {
             let (force_n, stiffness_n_m) = law.force_n(-depth_m, 0.0);
@@ -381,7 +381,7 @@ mod tests {
 
     /// Hertz's contact of two balls, and of a ball in a cup.
     #[test]
-    fn a_shallow_ball_on_curved_skin_is_hertz() {
+    fn shallow_ball_on_curved_skin_is_hertz() {
         let radius_m = 0.005f32;
         for curvature_per_m in [150.0f32, 60.0, -60.0] {
             let law = Law::new(Shape::Ball { radius_m }, MODULUS_PA, 100.0, curvature_per_m);
@@ -395,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn the_logarithm_and_its_kin() {
+    fn logarithm_root_and_bessel_match_tables() {
         for x in [1.0e-4f32, 0.3, 0.999, 1.0, 1.5, 60.0, 3.0e7] {
             assert!(
                 (ln(x) - x.ln()).abs() <= 2.0e-6 * x.ln().abs().max(1.0),
@@ -421,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_has_no_force_and_nan_neither() {
+    fn open_or_nan_separation_has_no_force() {
         let law = alone(Shape::Ball { radius_m: 0.005 });
         assert_eq!(law.force_n(0.001, 1.0e-4), (0.0, 0.0));
         assert_eq!(law.force_n(f32::NAN, 1.0e-4), (0.0, 0.0));
@@ -452,7 +452,7 @@ mod tests {
     proptest! {
         /// The force solves the equation, grows with depth, and has no steps.
         #[test]
-        fn deeper_is_more_and_never_a_step(
+        fn force_grows_with_depth_without_steps(
             shape in shape(), patch_width_m in 0.003f32..0.03, separation_m in 1.0e-5f32..0.03, yields in 1.0e-6f32..1.0e-3,
             curvature_per_m in -600.0f32..600.0,
         ) {
@@ -468,7 +468,7 @@ mod tests {
         /// At one place, the influence equals the contact's own compliance. If it were more, the
         /// first of two tool points at one place would hold the other off until it snaps.
         #[test]
-        fn at_one_place_as_to_itself(shape in shape(), shallow in 0.003f32..0.1) {
+        fn influence_at_one_place_is_self_compliance(shape in shape(), shallow in 0.003f32..0.1) {
             let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;
             let law = alone(shape);
             let (force_n, stiffness_n_m) = law.force_n(-shallow * radius_m, 0.0);
@@ -479,7 +479,7 @@ mod tests {
         /// The influence times the force grows no faster than the contact's own dent, at any
         /// distance. Otherwise two contacts side by side would have two answers.
         #[test]
-        fn beside_it_never_faster_than_in_it(
+        fn influence_never_grows_faster_than_the_own_dent(
             shape in shape(), deep in 0.01f32..3.0, aside in 0.0f32..5.0, curvature_per_m in -300.0f32..300.0,
         ) {
             let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;
@@ -493,7 +493,7 @@ mod tests {
 
         /// The influence of a contact decays with distance.
         #[test]
-        fn others_do_less(shape in shape(), patch_width_m in 0.003f32..0.03, near in 0.0f32..0.01, far in 0.02f32..0.05) {
+        fn influence_decays_with_distance(shape in shape(), patch_width_m in 0.003f32..0.03, near in 0.0f32..0.01, far in 0.02f32..0.05) {
             let law = Law::new(shape, MODULUS_PA, patch_width_m, 0.0);
             prop_assert!(law.influence_m_n(far, 0.001) <= law.influence_m_n(near, 0.001));
         }

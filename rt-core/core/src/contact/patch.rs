@@ -140,7 +140,7 @@ mod tests {
     proptest! {
         /// The builder makes the patch that the plain way makes.
         #[test]
-        fn the_builder_makes_the_same(parts in prop::collection::vec((0u16..4096, -1.0f32..1.0), 0..300),
+        fn builder_makes_the_plain_patch(parts in prop::collection::vec((0u16..4096, -1.0f32..1.0), 0..300),
                                       few in 1u16..240) {
             let (mut quick, mut plain) = (Builder::default(), Patch::default());
             for (sphere, weight) in parts {

@@ -244,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn it_pushes_back_by_hand_and_is_not_gone_through() {
+    fn endoscope_pushes_the_shaft_and_is_not_crossed() {
         // 0.5 mm deep after 7 ticks of 0.5 mm from 3 mm above.
         let contacts = come_down(0.0005, 8);
         assert_eq!(contacts.len(), 1);
@@ -260,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn who_comes_to_whom_makes_no_difference() {
+    fn force_is_the_same_whichever_tool_moves() {
         let shaft = rod(Vec3::y() * -0.1, Vec3::y() * 0.1, Role::Shaft);
         let mut rigid = RigidContacts::default();
         let mut last = std::vec::Vec::new();
@@ -277,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leaps_through_has_not_gone_through() {
+    fn jump_through_the_endoscope_makes_no_contact() {
         let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
         let mut rigid = RigidContacts::default();
         for z_m in [0.008, -0.030, -0.004] {
@@ -296,7 +296,7 @@ mod tests {
     proptest! {
         /// No two places of the axes are closer than the closest approach.
         #[test]
-        fn none_is_nearer(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
+        fn no_places_of_the_axes_are_closer(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
                           u in 0.0f32..1.0, v in 0.0f32..1.0) {
             let (one, other) = (rod(a, b, Role::Shaft), rod(c, d, Role::Endoscope));
             let [s, t] = nearest(&one, &other);
@@ -308,7 +308,7 @@ mod tests {
         /// The force of a shaft that rests on the endoscope is that of the capsules' true overlap,
         /// at any angle and wherever they lie along each other.
         #[test]
-        fn the_force_is_of_the_capsules_true_distance(
+        fn steel_force_is_of_the_true_overlap(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0, depth_m in 1.0e-4f32..1.0e-3,
             turn in -0.2f32..0.2, tilt in -0.02f32..0.02,
         ) {
@@ -340,7 +340,7 @@ mod tests {
         /// A shaft on the endoscope that turns through parallel, a milliradian a tick (60°/s), has
         /// no step in its contact point or force, wherever they lie along each other.
         #[test]
-        fn turning_through_parallel_has_no_step(
+        fn turn_through_parallel_has_no_step(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0,
             depth_m in 1.0e-4f32..1.0e-3,
         ) {

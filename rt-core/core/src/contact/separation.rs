@@ -94,7 +94,7 @@ mod tests {
     const OPENING_MAX_M: f32 = 0.003;
 
     #[test]
-    fn what_is_found_deep_comes_to_count() {
+    fn deep_contact_begins_without_depth_and_reaches_it() {
         let mut separation = FilteredSeparation::first(-0.002);
         assert!(separation.separation_m.abs() < 1.0e-9);
         separation = separation.next(-0.002, 0.0, OPENING_MAX_M);
@@ -112,7 +112,7 @@ mod tests {
     }
 
     #[test]
-    fn a_jump_comes_bit_by_bit_and_a_fast_tool_is_not_held_back() {
+    fn separation_takes_jumps_gradually_and_follows_a_fast_tool() {
         let touching = FilteredSeparation::first(0.0).next(-0.0001, 0.0001, OPENING_MAX_M);
         assert!((touching.separation_m + 0.0001).abs() < 1.0e-8);
         assert!((touching.next(-0.001, 0.001, OPENING_MAX_M).separation_m + 0.001).abs() < 1.0e-8);
@@ -134,26 +134,27 @@ mod tests {
             );
         }
         // A tool that is drawn out lets go at once.
-        let owed = FilteredSeparation::first(0.0)
+        let opened = FilteredSeparation::first(0.0)
             .next(-0.001, 0.001, OPENING_MAX_M)
             .next(0.0005, 0.0, OPENING_MAX_M);
         assert!(
-            owed.separation_m < 0.0 && owed.next(0.0025, 0.002, OPENING_MAX_M).separation_m > 0.0,
-            "{owed:?}"
+            opened.separation_m < 0.0
+                && opened.next(0.0025, 0.002, OPENING_MAX_M).separation_m > 0.0,
+            "{opened:?}"
         );
     }
 
     #[test]
-    fn what_is_far_apart_does_not_push() {
+    fn open_contact_does_not_push() {
         let deep = FilteredSeparation::first(0.0).next(-0.005, 0.005, OPENING_MAX_M);
         let open = deep.next(0.004, 0.0, 0.000_5);
         assert!(open.separation_m > 0.003, "{open:?}");
         // The offset against opening is gone within a tenth of a second.
-        let mut owed = deep.next(0.000_2, 0.0, 0.000_5);
-        assert!(owed.separation_m < 0.0, "{owed:?}");
+        let mut opened = deep.next(0.000_2, 0.0, 0.000_5);
+        assert!(opened.separation_m < 0.0, "{opened:?}");
         for _ in 0..100 {
-            owed = owed.next(0.000_2, 0.0, 0.000_5);
+            opened = opened.next(0.000_2, 0.0, 0.000_5);
         }
-        assert!(owed.separation_m > 0.0, "{owed:?}");
+        assert!(opened.separation_m > 0.0, "{opened:?}");
     }
 }

@@ -309,7 +309,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_force_on_both_by_hand() {
+    fn contact_force_acts_on_tool_and_tissue_alike() {
         // The round end of 2 mm radius is 2 mm deep in a 10 mm sphere. The sphere of 2 g yields 0.5
         // mm/N of that in a tick; the wall of 500 N/m, flat at 16 mm, yields the rest.
         let (contacts, bodies) = meet(0.010, false);
@@ -338,7 +338,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_held_stays_and_pushes_all_the_same() {
+    fn fixed_sphere_stays_and_pushes() {
         let (contacts, bodies) = meet(0.010, true);
         let wall_n = 500.0 * 0.002 * (1.0 + 0.002 / 0.016);
         let force_n = contacts.forces[0].force_n;
@@ -347,7 +347,7 @@ mod tests {
     }
 
     #[test]
-    fn near_is_no_contact() {
+    fn near_sphere_without_overlap_has_no_force() {
         let (contacts, bodies) = meet(0.013, false);
         assert!(contacts.near_spheres(&bodies).count() > 0 && contacts.forces.is_empty());
         let (contacts, bodies) = meet(0.05, false);
@@ -361,7 +361,7 @@ mod tests {
     proptest! {
         /// The box around a part excludes no sphere of the organ that is near the part.
         #[test]
-        fn the_box_leaves_out_none_that_is_near(
+        fn box_excludes_no_near_sphere(
             a_m in vector(0.2), b_m in vector(0.2), low_m in vector(0.1), size_m in vector(0.1),
             at in (0.0f32..1.0, 0.0f32..1.0, 0.0f32..1.0), radius_m in 0.001f32..0.015,
         ) {

@@ -270,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_into_another_is_stopped_by_equal_momenta_and_does_not_bounce() {
+    fn colliding_organ_is_stopped_by_equal_momenta_without_bounce() {
         for organs in kinds() {
             let mut two = Two::new(&organs, 0.0225, [0.1, 0.0]);
             let mut nearest_m = f32::MAX;
@@ -290,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_far_in_each_other_parts_slowly() {
+    fn deeply_overlapping_organs_part_slowly() {
         for organs in kinds() {
             let mut two = Two::new(&organs, 0.015, [0.0, 0.0]);
             for tick in 0..400 {
@@ -305,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn those_in_one_place_part() {
+    fn coincident_spheres_part() {
         let mut two = Two::new(&kinds()[0], 0.0, [0.0, 0.0]);
         for _ in 0..10 {
             two.tick();
@@ -314,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn spheres_pressed_together_come_to_rest_as_springs_would() {
+    fn squeezed_sphere_comes_to_rest_as_between_springs() {
         // Between two walls of spheres 0.2 mm too near for one that is free between them.
         let mut two = Two::new(&kinds()[0], 0.05, [0.0, 0.0]);
         two.spheres = std::vec![at(0.0), at(0.05), at(0.1)];
@@ -362,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn friction_slows_what_slides_and_never_turns_it_round() {
+    fn friction_slows_sliding_and_never_reverses_it() {
         let mut two = Two::new(&kinds()[1], 0.0201, [0.05, 0.0]);
         let at = two.bodies.nodes.at(0).moved_m();
         let along = Vec3::new(0.05, 0.01, 0.0);

@@ -297,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn which_pairs_are_kept_apart() {
+    fn only_pairs_apart_at_rest_are_kept_apart() {
         // Organ 0: spheres 0, 1 overlap at rest; 2 is 3 cm off, 3 linked to 2; organ 1: sphere 4.
         let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
         let spheres = [at(0.0), at(0.015), at(0.045), at(0.075), at(0.1)];
@@ -322,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn the_grid_finds_what_brute_force_finds() {
+    fn grid_finds_what_brute_force_finds() {
         let mut seed = 7_u32;
         let mut random = || {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

@@ -309,7 +309,7 @@ mod tests {
     proptest! {
         /// No point of the triangle is closer than the closest point.
         #[test]
-        fn none_is_nearer(p in vector(2.0), a in vector(1.0), b in vector(1.0), c in vector(1.0),
+        fn no_point_of_the_triangle_is_closer(p in vector(2.0), a in vector(1.0), b in vector(1.0), c in vector(1.0),
                           u in 0.0f32..1.0, v in 0.0f32..1.0) {
             let [r, s, t] = closest_on_triangle(&p, &a, &b, &c);
             prop_assert!(r >= -1.0e-5 && s >= -1.0e-5 && t >= -1.0e-5);

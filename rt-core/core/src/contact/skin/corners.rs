@@ -140,7 +140,7 @@ mod tests {
         /// Whatever was asked for before, and whoever shares a row, a vertex is where it is: 3000
         /// vertices in 1024 rows, their fans anywhere.
         #[test]
-        fn what_is_remembered_is_what_would_be_reckoned(
+        fn table_holds_what_a_fresh_computation_gives(
             seed in 1u32..u32::MAX, asked in prop::collection::vec((0u16..3000, any::<bool>()), 1..200),
         ) {
             let mut seed = seed;

@@ -246,7 +246,7 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_through_stays_on_its_side() {
+    fn crossing_tool_keeps_its_side() {
         let along = Vec3::x() * 0.01;
         let [over, under] = [0.0035, -0.0025].map(|z| rod(Vec3::z() * z, along));
         let side = Side::first(&over, &Vec3::zeros(), &Vec3::y());
@@ -279,7 +279,7 @@ mod tests {
     proptest! {
         /// A tool that passes a bead without touching it makes no contact, however fast.
         #[test]
-        fn going_past_is_no_contact(from in vector(0.006), way in vector(0.003), half in vector(0.02)) {
+        fn passing_tool_makes_no_contact(from in vector(0.006), way in vector(0.003), half in vector(0.02)) {
             let (from, to) = (rod(from, half), rod(from + way, half));
             let nearest_m = |axis: &Axis| math::norm(&axis.at(axis.nearest(&Vec3::zeros())));
             for step in 0u8..=20 {
@@ -295,7 +295,7 @@ mod tests {
         /// Otherwise it would leave the tool and return with a step whenever its weight falls to
         /// zero.
         #[test]
-        fn who_is_led_comes_where_who_follows_does(deep_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
+        fn led_bead_lies_where_a_followed_one_does(deep_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
             let leader = Side { normal: Vec3::z(), share: 0.5 };
             let still = rod(Vec3::new(middle.x, middle.y, REACH_M - deep_m), half);
             let motion = Motion { slip_m: 0.0, ..motion(still, still) };
@@ -313,7 +313,7 @@ mod tests {
         /// In slow motion the separation changes no faster than the tool moves: the force has no
         /// step.
         #[test]
-        fn the_gap_is_continuous(
+        fn separation_is_continuous(
             start in vector(1.0), ways in prop::collection::vec(vector(3.0e-5), 1..200), half in vector(0.02),
         ) {
             let start = across(&start, &Vec3::y());

@@ -92,7 +92,7 @@ fn hook(middle_m: Vec3, half_m: Vec3) -> Capsule {
 }
 
 #[test]
-fn the_duct_is_a_string_of_beads() {
+fn duct_is_a_string_of_beads() {
     let duct = Duct::new();
     let scene = Scene::new(&duct.organs, &duct.spheres, &duct.links, room()).unwrap();
     let mut bodies = Box::new(Bodies::new());
@@ -110,7 +110,7 @@ fn the_duct_is_a_string_of_beads() {
 }
 
 #[test]
-fn a_slow_press_and_a_slow_stroke_have_no_step() {
+fn slow_press_and_stroke_have_no_step() {
     // Down by 6 mm at 10 mm/s, then 15 mm along the duct at 15 mm/s, over every bead and sphere.
     let down = (0u16..600).map(|t| Vec3::z() * (0.0025 - 1.0e-5 * f32::from(t)));
     let stroke = (0u16..1000).map(|t| Vec3::new(1.5e-5 * f32::from(t), 0.0, -0.0035));
@@ -181,7 +181,7 @@ struct Crossing {
     /// Share of a tick's way at which it starts.
     start: f32,
     /// Out of the plane across the duct, of the hook and of its way; round the duct, rad.
-    lean: f32,
+    tilt: f32,
     turn: f32,
     along: f32,
 }
@@ -190,7 +190,7 @@ struct Crossing {
 /// it would end off the duct.
 fn crossed(it: &Crossing) -> Option<[bool; 2]> {
     let way = Vec3::new(0.0, it.turn.cos(), it.turn.sin());
-    let across = Vec3::new(it.lean, -it.turn.sin(), it.turn.cos()).normalize();
+    let across = Vec3::new(it.tilt, -it.turn.sin(), it.turn.cos()).normalize();
     let step_m = (way + Vec3::x() * it.along) * (it.speed_m_s * 1.0e-3);
     let ticks = (0.020 / (it.speed_m_s * 1.0e-3)) as u16;
     let from_m = Vec3::x() * it.place_m - way * 0.010 - step_m * it.start;
@@ -208,9 +208,9 @@ fn crossed(it: &Crossing) -> Option<[bool; 2]> {
 prop_compose! {
     fn crossing(speed_m_s: core::ops::Range<f32>)(
         speed_m_s in speed_m_s, place_m in -0.008f32..0.008, start in 0.0f32..1.0,
-        lean in -0.5f32..0.5, turn in 0.0f32..6.2, along in -0.4f32..0.4,
+        tilt in -0.5f32..0.5, turn in 0.0f32..6.2, along in -0.4f32..0.4,
     ) -> Crossing {
-        Crossing { speed_m_s, place_m, start, lean, turn, along }
+        Crossing { speed_m_s, place_m, start, tilt, turn, along }
     }
 }
 
@@ -218,7 +218,7 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
     /// A hook that crosses the duct at up to 2 m/s does not pass through it.
     #[test]
-    fn no_hook_passes_through(it in crossing(0.05..2.0)) {
+    fn hook_does_not_pass_through_a_duct(it in crossing(0.05..2.0)) {
         let crossed = crossed(&it);
         prop_assume!(crossed.is_some());
         prop_assert!(crossed == Some([true; 2]), "{crossed:?}");
@@ -228,7 +228,7 @@ proptest! {
 /// At the hand's fastest the hook is always felt. The duct, drawn 8 mm aside, may be pressed flat
 /// and slip off, at most once in a few hundred.
 #[test]
-fn at_3_m_s_hardly_a_hook_passes_through() {
+fn hook_at_3_m_s_hardly_passes_through() {
     let mut runner = TestRunner::deterministic();
     let [mut all, mut passed] = [0u32; 2];
     for _ in 0..400 {
@@ -246,7 +246,7 @@ fn at_3_m_s_hardly_a_hook_passes_through() {
 /// N/m, held twice as stiffly, plus `m / T²` = 12 N/m: 68 N/m. Between two spheres each bears half,
 /// so the compliance is halved.
 #[test]
-fn what_is_behind_a_bead_by_hand() {
+fn compliance_behind_a_bead_is_lures() {
     let (duct, mut bodies) = (Duct::new(), Box::new(Bodies::new()));
     let scene = Scene::new(&duct.organs, &duct.spheres, &duct.links, room()).unwrap();
     bodies.load(&scene);
