@@ -55,7 +55,7 @@ impl Influences {
     pub(crate) fn of(own: impl Iterator<Item = LoadedContact>) -> Self {
         let mut contacts = Vec::new();
         for loaded in own {
-            let _ = contacts.push(loaded); // there is room: touches are no more
+            let _ = contacts.push(loaded); // there is room: as many as constraints
         }
         Self { contacts }
     }

@@ -1,8 +1,8 @@
 //! Tools against tissue: where they touch, and the force that closes the separation.
 //!
-//! `tool_contact` runs both stages. `skin`, `tube` and `rigid` find contacts; `constraint` solves
-//! them with the models of `law`, `friction` and `influence`; `separation` filters, `patch` holds the
-//! spheres, `contact_force` the result.
+//! [`tool_contact`] runs both stages. [`skin`], [`tube`] and [`rigid`] find contacts;
+//! [`constraint`] solves them with the models of [`law`], [`friction`] and [`influence`].
+//! [`separation`] removes steps, [`patch`] weighs the spheres, and [`contact_force`] is the result.
 //!
 //! # Two stages
 //!

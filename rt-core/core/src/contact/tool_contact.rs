@@ -206,7 +206,7 @@ impl ToolContacts {
                 stiffness_n_m: constraint.stiffness_n_m,
                 friction_n: constraint.felt_friction_n,
                 friction_stiffness_n_m: constraint.friction_stiffness_n_m,
-            }); // as many as touches
+            }); // as many as constraints
         }
     }
 }

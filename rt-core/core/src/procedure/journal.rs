@@ -55,7 +55,7 @@ impl Journal {
         self.is_full
     }
 
-    /// ContactForce and release, organ by organ. `force_n` is what the hand feels.
+    /// Contact and release, organ by organ. `force_n` is what the hand feels.
     pub(crate) fn note_contacts(&mut self, list: &[ContactForce], organs: &[Organ], force_n: f32) {
         for (organ, _) in (0u8..).zip(organs) {
             let contact = list

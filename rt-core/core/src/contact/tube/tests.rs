@@ -178,9 +178,9 @@ struct Crossing {
     speed_m_s: f32,
     /// Place along the duct, m.
     place_m: f32,
-    /// Share of a tick's way at which it starts.
+    /// Share of a tick's travel at which it starts.
     start: f32,
-    /// Out of the plane across the duct, of the hook and of its way; round the duct, rad.
+    /// Out of the plane across the duct, of the hook and of its travel; round the duct, rad.
     tilt: f32,
     turn: f32,
     along: f32,
