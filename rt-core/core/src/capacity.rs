@@ -23,16 +23,17 @@ pub const MAX_CAPSULES: usize = 16;
 pub const MAX_CONTACTS: usize = 1024;
 /// Vertices of all contact skins together.
 pub const MAX_SKIN_VERTICES: usize = 32_768;
-/// Places along the instrument at which the skin is looked for.
-pub const INSTRUMENT_STATIONS: usize = 64;
-/// Places along all tools at which the skin is looked for; the endoscope's come after the instrument's.
-pub const MAX_STATIONS: usize = INSTRUMENT_STATIONS + 32;
+/// Points of the instrument at which contact with skin is sought.
+pub const INSTRUMENT_POINTS: usize = 64;
+/// Points of all tools at which contact with skin is sought; the endoscope's follow the
+/// instrument's.
+pub const MAX_TOOL_POINTS: usize = INSTRUMENT_POINTS + 32;
 /// Beads along organs without a contact skin.
 pub const MAX_BEADS: usize = 4 * MAX_SPHERES;
 /// Beads near parts of tools that are followed from tick to tick.
 pub const MAX_TUBE_CONTACTS: usize = 128;
-/// Places where tools touch tissue that one tick keeps; the deepest stay.
-pub const MAX_TOUCHES: usize = 64;
+/// Contact constraints of tools on tissue in a tick; the deepest stay.
+pub const MAX_CONTACT_CONSTRAINTS: usize = 64;
 /// Pairs of unlinked spheres that are near each other; the first found stay.
 pub const MAX_SPHERE_PAIRS: usize = 4096;
 /// Pairs of them that may touch in a tick; the first found stay.

@@ -1,7 +1,7 @@
 //! Tissue alone, without instrument or devices: for studies, tests and preparation.
 
 use crate::capacity::MAX_ORGANS;
-use crate::contact::contact_force::Contact;
+use crate::contact::contact_force::ContactForce;
 use crate::contact::tool_contact::ToolContacts;
 use crate::fault::FaultSet;
 use crate::math::Vec3;
@@ -117,10 +117,10 @@ impl<'a> Tissue<'a> {
         let mut put_back = substeps::run(scene, &self.method, &ALL, contacts, bodies);
         contacts.push_out(scene, bodies);
         put_back += self.end();
-        let list = &self.contacts.list;
+        let forces = &self.contacts.forces;
         Pressed {
-            force_n: list.iter().map(Contact::whole_force_n).sum(),
-            contacts: list.len(),
+            force_n: forces.iter().map(ContactForce::whole_force_n).sum(),
+            contacts: forces.len(),
             put_back,
         }
     }

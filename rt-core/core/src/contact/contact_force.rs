@@ -3,14 +3,14 @@
 use crate::math::Vec3;
 use crate::tool::Tool;
 
-/// A place where a tool touches tissue or the other tool.
+/// Force at a place where a tool touches tissue or the other tool.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Contact {
-    /// Which tool.
+pub(crate) struct ContactForce {
+    /// The tool.
     pub(crate) tool: Tool,
-    /// The organ that it touches; none if that is the other tool.
+    /// The organ; none if it touches the other tool.
     pub(crate) organ: Option<u8>,
-    /// Where it touches the tool, world frame, m.
+    /// Contact point on the tool, world frame, m.
     pub(crate) at_m: Vec3,
     /// From tissue to tool.
     pub(crate) normal: Vec3,
@@ -24,22 +24,22 @@ pub(crate) struct Contact {
     pub(crate) friction_stiffness_n_m: f32,
 }
 
-impl Contact {
-    /// Of tissue on tool, N.
+impl ContactForce {
+    /// Whole force of tissue on tool, N.
     pub(crate) fn whole_force_n(&self) -> Vec3 {
         self.normal * self.force_n + self.friction_n
     }
 }
 
-/// A pull of tissue on the instrument that is no contact: what the jaws hold.
+/// A pull of tissue on the instrument through its jaws, which is no contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pull {
-    /// Where, world frame, m.
+    /// Point of the pull, world frame, m.
     pub(crate) at_m: Vec3,
     /// World frame, N.
     pub(crate) force_n: Vec3,
-    /// As a slow hand meets it, N/m.
+    /// Stiffness that a slow hand meets, N/m.
     pub(crate) stiffness_n_m: f32,
-    /// Of the grip alone, N/m.
+    /// Stiffness of the grip alone, N/m.
     pub(crate) grip_n_m: f32,
 }

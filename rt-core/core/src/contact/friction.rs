@@ -1,54 +1,56 @@
 //! Dry friction of a contact: a bristle that bends with the tool until the skin lets it slide.
 //!
-//! It is as stiff along the skin as a half-space under a contact of half-width a (Mindlin 1949:
-//! `8 G a / (2 − ν)`) less what the spheres yield by themselves, and never pulls harder than
-//! `μ F` (return mapping): no step between sticking and sliding, and none at a reversal.
+//! Along the skin it is as stiff as a half-space under a contact of half-width a (Mindlin 1949: `8
+//! G a / (2 − ν)`), less the spheres' own compliance. It never pulls harder than `μ F` (return
+//! mapping), so there is no step between sticking and sliding, and none at a reversal.
 
 use crate::math::{self, Vec3};
 
-/// The bristle of a contact, as a tick leaves it.
+/// Bristle of a contact, as a tick leaves it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Bristle {
-    /// How far the tool is ahead of the skin that it sticks to, along the skin, m.
+    /// Displacement of the tool against the skin that it sticks to, along the skin, m.
     bent_m: Vec3,
-    /// N/m; 0: nothing has touched yet.
+    /// Stiffness, N/m; 0 before the first touch.
     stiffness_n_m: f32,
 }
 
-/// Missing compliance is at least this share of the half-space's: under a contact that is wider
-/// than the spheres are apart nothing is missing, and a rigid bristle would trade blows with them.
+/// Least share of the half-space's compliance that the bristle keeps. A contact wider than the
+/// spacing of the spheres lacks none, and a rigid bristle would chatter against them. A larger
+/// share softens the friction of wide contacts.
 const LEAST_SHARE: f32 = 0.25;
 
-/// Stiffness along the skin of tissue with this modulus `E / (1 − ν²)` under a contact of this
-/// half-width, N/m, where a force across the skin is yielded to by the spheres with `supplied_m_n`.
+/// Stiffness along the skin, N/m, of tissue with modulus `E / (1 − ν²)` under a contact of this
+/// half-width. `mesh_compliance_m_n` is the spheres' compliance across the skin.
 pub(crate) fn stiffness_n_m(
     modulus_pa: f32,
     poisson: f32,
     half_width_m: f32,
-    supplied_m_n: f32,
+    mesh_compliance_m_n: f32,
 ) -> f32 {
     let across_m_n = (2.0 * modulus_pa * half_width_m.max(SHARP_M)).recip();
-    (along_over_across(poisson) * (across_m_n - supplied_m_n).max(LEAST_SHARE * across_m_n)).recip()
+    (along_over_across(poisson) * (across_m_n - mesh_compliance_m_n).max(LEAST_SHARE * across_m_n))
+        .recip()
 }
 
-/// By how much tissue yields more to a force along its skin than across it (Cerruti's mean over
+/// Ratio of tissue's compliance along its skin to that across it (Cerruti's mean over
 /// Boussinesq's).
 pub(crate) fn along_over_across(poisson: f32) -> f32 {
     (2.0 - poisson) / (2.0 * (1.0 - poisson))
 }
 
-/// No contact is narrower, m: its bristle would be too soft to name.
+/// Least half-width, m; a narrower contact would have almost no stiffness.
 const SHARP_M: f32 = 1.0e-5;
 
 impl Bristle {
-    /// Of a contact that has not begun.
+    /// A contact that has not begun.
     pub(crate) const STRAIGHT: Self = Self {
         bent_m: Vec3::new(0.0, 0.0, 0.0),
         stiffness_n_m: 0.0,
     };
 
-    /// On skin that lies across `normal` and is now this stiff, N/m. A bristle that stiffens keeps
-    /// its force, one that softens its bend: neither stores energy that nobody put in.
+    /// The bristle on skin across `normal`, now with this stiffness, N/m. A bristle that stiffens
+    /// keeps its force, one that softens its bend: neither adds energy.
     pub(crate) fn on(&self, normal: &Vec3, stiffness_n_m: f32) -> Self {
         let keep = if stiffness_n_m > self.stiffness_n_m {
             self.stiffness_n_m / stiffness_n_m
@@ -61,11 +63,19 @@ impl Bristle {
         }
     }
 
-    /// Force on the tool, N, once it has gone `way_m` ahead of the skin, this force not counted, to
-    /// which the skin yields with `yield_m_n`; at most `most_n`.
-    pub(crate) fn pull_n(&self, way_m: &Vec3, normal: &Vec3, yield_m_n: f32, most_n: f32) -> Vec3 {
-        let bent_m = self.bent_m + along(way_m, normal);
-        let sticking = bent_m * (-self.stiffness_n_m / (1.0 + self.stiffness_n_m * yield_m_n));
+    /// Force on the tool, N, after it travelled by `travel_m` against the skin, this force not
+    /// counted. The skin yields to the force with `sphere_compliance_m_n`; the force is at most
+    /// `most_n`.
+    pub(crate) fn pull_n(
+        &self,
+        travel_m: &Vec3,
+        normal: &Vec3,
+        sphere_compliance_m_n: f32,
+        most_n: f32,
+    ) -> Vec3 {
+        let bent_m = self.bent_m + along(travel_m, normal);
+        let sticking =
+            bent_m * (-self.stiffness_n_m / (1.0 + self.stiffness_n_m * sphere_compliance_m_n));
         let size_n = math::norm(&sticking);
         if size_n <= most_n {
             sticking
@@ -74,12 +84,13 @@ impl Bristle {
         }
     }
 
-    /// Stiffness that a tool feels within a step in which the skin yields with `yield_m_n`, N/m.
-    pub(crate) fn felt_n_m(&self, yield_m_n: f32) -> f32 {
-        self.stiffness_n_m / (1.0 + self.stiffness_n_m * yield_m_n)
+    /// Stiffness that the tool feels in a step in which the skin yields with
+    /// `sphere_compliance_m_n`, N/m.
+    pub(crate) fn felt_n_m(&self, sphere_compliance_m_n: f32) -> f32 {
+        self.stiffness_n_m / (1.0 + self.stiffness_n_m * sphere_compliance_m_n)
     }
 
-    /// Once it pulls with this: what it would have to be bent further has slid.
+    /// The bristle once it pulls with this force: further bending has slid.
     pub(crate) fn after(&self, pull_n: &Vec3) -> Self {
         let per_n = self.stiffness_n_m.max(f32::MIN_POSITIVE).recip();
         let bent_m = -pull_n * per_n;
@@ -94,7 +105,7 @@ impl Bristle {
     }
 }
 
-/// What of `v` lies along the skin.
+/// Component of `v` along the skin.
 fn along(v: &Vec3, normal: &Vec3) -> Vec3 {
     v - normal * normal.dot(v)
 }
@@ -109,14 +120,14 @@ mod tests {
     const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
     /// One tick on skin that does not yield.
-    fn go(bristle: Bristle, way_m: Vec3, stiffness_n_m: f32, most_n: f32) -> (Bristle, Vec3) {
+    fn go(bristle: Bristle, travel_m: Vec3, stiffness_n_m: f32, most_n: f32) -> (Bristle, Vec3) {
         let now = bristle.on(&UP, stiffness_n_m);
-        let pull_n = now.pull_n(&way_m, &UP, 0.0, most_n);
+        let pull_n = now.pull_n(&travel_m, &UP, 0.0, most_n);
         (now.after(&pull_n), pull_n)
     }
 
     #[test]
-    fn mindlin_by_hand() {
+    fn bristle_has_mindlins_stiffness() {
         // E 5 kPa, ν 0.45: G = 1724 Pa; under 3 mm of half-width 8 G a / (2 − ν) = 26.7 N/m.
         let modulus_pa = 5000.0 / (1.0 - 0.45 * 0.45);
         let alone = stiffness_n_m(modulus_pa, 0.45, 0.003, 0.0);
@@ -129,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn sticks_slides_and_turns_back_by_hand() {
+    fn bristle_sticks_slides_and_reverses() {
         // 100 N/m and at most 20 mN: sticks for 0.2 mm.
         let (at_rest, none) = go(Bristle::STRAIGHT, Vec3::zeros(), 100.0, 0.02);
         assert!(math::norm(&none) <= 0.0);
@@ -150,8 +161,8 @@ mod tests {
     }
 
     #[test]
-    fn what_yields_is_pulled_along() {
-        // Skin that gives as much as the bristle takes half of the way, and half the force.
+    fn compliant_skin_halves_the_pull() {
+        // Skin as compliant as the bristle takes half of the travel, and the force is halved.
         let bristle = Bristle::STRAIGHT.on(&UP, 100.0);
         let pull_n = bristle.pull_n(&Vec3::new(1.0e-4, 0.0, 0.5), &UP, 0.01, 1.0);
         assert!(math::norm(&(pull_n - Vec3::new(-0.005, 0.0, 0.0))) < 1.0e-8);
@@ -163,10 +174,9 @@ mod tests {
     }
 
     proptest! {
-        /// However the tool goes and is pressed meanwhile: never more than μ F, never along the
-        /// skin's normal, and no energy but what the hand put in.
+        /// Friction never exceeds μ F, never acts along the normal, and never makes energy.
         #[test]
-        fn no_energy_is_made(
+        fn friction_makes_no_energy(
             ways in prop::collection::vec((vector(3.0e-4), 1.0f32..300.0, 0.0f32..0.05), 1..60),
         ) {
             let (mut bristle, mut given_j) = (Bristle::STRAIGHT, 0.0f64);
@@ -174,7 +184,7 @@ mod tests {
                 let (next, pull_n) = go(bristle, way, stiffness_n_m, most_n);
                 prop_assert!(math::norm(&pull_n) <= most_n * 1.0001);
                 prop_assert!(pull_n.z.abs() < 1.0e-9);
-                // As an implicit step reckons: the force after it, over all of its way.
+                // Work of an implicit step: the force at its end over its whole travel.
                 given_j -= f64::from(pull_n.dot(&way));
                 bristle = next;
                 let stored_j = f64::from(0.5 * stiffness_n_m * bristle.bent_m.norm_squared());
@@ -182,9 +192,9 @@ mod tests {
             }
         }
 
-        /// Sliding, it pulls against the way.
+        /// A sliding bristle pulls against the travel.
         #[test]
-        fn it_pulls_back(way in vector(1.0e-3), most_n in 1.0e-4f32..0.01) {
+        fn sliding_friction_opposes_the_travel(way in vector(1.0e-3), most_n in 1.0e-4f32..0.01) {
             prop_assume!(math::norm(&along(&way, &UP)) > 1.0e-4);
             let (_, pull_n) = go(Bristle::STRAIGHT, way, 300.0, most_n);
             let against = -pull_n.dot(&along(&way, &UP));
@@ -192,9 +202,9 @@ mod tests {
             prop_assert!(against > 0.999 * size);
         }
 
-        /// Turned or seen in a mirror: the same.
+        /// Friction is the same in a turned and in a mirrored frame.
         #[test]
-        fn it_knows_no_direction(first in vector(3.0e-4), way in vector(3.0e-4), turn in vector(3.0)) {
+        fn friction_is_isotropic(first in vector(3.0e-4), way in vector(3.0e-4), turn in vector(3.0)) {
             let pull = |map: &dyn Fn(&Vec3) -> Vec3| {
                 let up = map(&UP);
                 let begun = Bristle::STRAIGHT.on(&up, 100.0);

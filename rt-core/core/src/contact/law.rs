@@ -1,10 +1,14 @@
-//! What the skin does under a tool that is smaller than the spacing of the spheres.
+//! Contact of a rigid tool with an elastic half-space, for the part that spheres are too coarse
+//! for.
 //!
-//! On an elastic half-space a rigid tool makes a dent δ with a force F over a contact of half-width
-//! a. The spheres make a part of it themselves: as if F were spread over a patch of the skin, a
-//! Gaussian `exp(−r²/A²)`. What is missing, `δ − c F` with c the patch's own compliance, is added
-//! here. It is the difference of two half-spaces, so that everything farther away than a few
-//! spacings (the organ's shape, what it hangs from, other tools) is left to the spheres.
+//! A rigid tool makes a dent δ with a force F over a contact of half-width a. The spheres make a
+//! part of it themselves, as if F were spread over a Gaussian patch `exp(−r²/A²)` of the skin. The
+//! rest, `δ − c F` with the patch's own compliance c, is added here. It is the difference of two
+//! half-spaces, so everything farther away than a few spacings (the organ's shape, its attachments,
+//! other tools) is left to the spheres.
+//!
+//! Sources: Sneddon 1965 (ball), Hertz (cylinder), Zhang, Cao, Li and Feng 2014 (neo-Hookean
+//! softening).
 
 use crate::contact::friction;
 use crate::math;
@@ -12,30 +16,33 @@ use crate::math;
 /// A tool's shape where it touches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Shape {
-    /// A round end. Sneddon 1965: the punch is a sphere at any depth; softened as tissue is that
-    /// strains so much.
+    /// A round end. The punch is a sphere at any depth (Sneddon 1965), softened as neo-Hookean
+    /// tissue is.
     Ball { radius_m: f32 },
-    /// A piece of a shaft that lies on the skin: Hertz's line contact under this length, and the
-    /// half-space's answer in its middle.
-    Bar { radius_m: f32, length_m: f32 },
+    /// A piece of a shaft that lies on the skin: Hertz's line contact under this length, with the
+    /// half-space's dent at its middle.
+    Cylinder { radius_m: f32, length_m: f32 },
 }
 
-/// A hollow blunts a tool by half at most: what lies closer around it is beyond the law of a half-space.
+/// Lower bound of the skin's curvature times the ball's radius: a hollow blunts a tool by half at
+/// most. The law of a half-space does not cover skin that fits more closely around it.
 const HOLLOW: f32 = -0.5;
-/// What is three times as sharp as the tool is a point to it.
+/// Upper bound of the skin's curvature times the ball's radius: skin sharper than that is a point
+/// to the tool.
 const POINT: f32 = 3.0;
-/// By how much of its end's stiffness a buried ball is stiffer before the end, and per bulge more: what softens it
-/// grows faster there.
+/// Margin of stiffness before the end of the law, share of the stiffness that the spheres supply;
+/// once more per unit of bulge. Before its end a curved contact is a little stiffer than at it.
 const BEFORE_END: f32 = 0.01;
 
-/// A neo-Hookean half-space is softer than a linear one by this share for a dent of a radius:
-/// Hertz's force times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014), over Sneddon's. It is so
-/// up to δ = R; beyond it is carried on.
+/// Softening of a neo-Hookean half-space per dent of a radius, against a linear one: Hertz's force
+/// times `1 − 0.15 δ/R` (Zhang, Cao, Li and Feng 2014), over Sneddon's. It holds up to δ = R, and
+/// is extrapolated beyond.
 const SOFTENING: f32 = 0.06;
-/// Contact half-width at which a ball is buried, share of its radius: the law's pole is at 1.
+/// Contact half-width at which a ball counts as buried, share of its radius. The law has a pole at
+/// 1.
 const BURIED: f32 = 0.97;
 
-/// Force and dent at a contact half-width, and the slopes of both.
+/// Force and dent at a contact half-width, and their slopes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Dent {
     force_n: f32,
@@ -46,48 +53,54 @@ struct Dent {
     stiffness_n_m: f32,
 }
 
-/// The law of one contact.
+/// Law of one contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Law {
     shape: Shape,
-    /// Mean curvature of the skin at rest over the tool's: what of the gap around the contact is the skin's.
+    /// Mean curvature of the skin at rest over the tool's.
     bulge: f32,
     /// `E / (1 − ν²)`, Pa.
     modulus_pa: f32,
-    /// c: what the spheres yield by themselves, m/N.
-    supplied_m_n: f32,
+    /// c: compliance of the spheres' own patch, m/N.
+    mesh_compliance_m_n: f32,
     /// A, m.
-    patch_m: f32,
-    /// Half-width from which on the dent no longer grows faster than what the spheres supply, or
-    /// the tool is buried, m.
+    patch_width_m: f32,
+    /// Largest half-width of the law, m. Beyond it the dent grows no faster than what the spheres
+    /// supply, or the tool is buried.
     half_width_max_m: f32,
 }
 
 impl Law {
-    /// On tissue of this modulus (Pa), whose spheres spread a force over this patch (m), and whose skin has this
-    /// mean curvature (1/m) at rest, positive where it bulges outwards. Along a bar the force hardly asks for it.
-    pub(crate) fn new(shape: Shape, modulus_pa: f32, patch_m: f32, curvature_per_m: f32) -> Self {
+    /// Law on tissue of this modulus (Pa), whose spheres spread a force over a patch of this width
+    /// (m). The curvature is the skin's mean at rest (1/m), positive where it bulges outwards; a
+    /// cylinder's force hardly depends on it.
+    pub(crate) fn new(
+        shape: Shape,
+        modulus_pa: f32,
+        patch_width_m: f32,
+        curvature_per_m: f32,
+    ) -> Self {
         // The mean dent of a Gaussian load under itself.
-        let supplied_m_n = GAUSSIAN / (modulus_pa * patch_m);
+        let mesh_compliance_m_n = GAUSSIAN / (modulus_pa * patch_width_m);
         let (buried_m, bulge) = match shape {
             Shape::Ball { radius_m } => (
                 BURIED * radius_m,
                 (curvature_per_m * radius_m).clamp(HOLLOW, POINT),
             ),
-            Shape::Bar { radius_m, length_m } => (radius_m.min(length_m), 0.0),
+            Shape::Cylinder { radius_m, length_m } => (radius_m.min(length_m), 0.0),
         };
         let mut law = Self {
             shape,
             bulge,
             modulus_pa,
-            supplied_m_n,
-            patch_m,
+            mesh_compliance_m_n,
+            patch_width_m,
             half_width_max_m: buried_m,
         };
         let most = 1.0 - BEFORE_END * (1.0 + bulge.max(0.0));
         for _ in 0..SHORTENINGS {
             let end = law.dent(law.half_width_max_m);
-            if end.stiffness_n_m * supplied_m_n <= most {
+            if end.stiffness_n_m * mesh_compliance_m_n <= most {
                 break;
             }
             law.half_width_max_m *= 0.8;
@@ -100,8 +113,8 @@ impl Law {
             Shape::Ball { radius_m } => {
                 let x = half_width_m / radius_m;
                 let (force, depth, slope) = sneddon(x);
-                // The dent of a punch and its force are sums over its profile (Sneddon 1965), and what the
-                // skin falls off from the contact adds to it as a paraboloid.
+                // The dent of a punch and its force are sums over its profile (Sneddon 1965). The
+                // skin's fall from the contact adds to them as a paraboloid.
                 let fall = self.bulge * x;
                 let force = force + 4.0 / 3.0 * fall * x * x;
                 let (depth, slope) = (depth + fall * x, slope + 2.0 * fall);
@@ -115,7 +128,7 @@ impl Law {
                         / soft,
                 }
             }
-            Shape::Bar { radius_m, length_m } => {
+            Shape::Cylinder { radius_m, length_m } => {
                 let pull = core::f32::consts::PI * self.modulus_pa * length_m;
                 let squared = half_width_m * half_width_m;
                 let log = ln(2.0 * length_m / half_width_m);
@@ -129,27 +142,31 @@ impl Law {
         }
     }
 
-    /// The force F ≥ 0 that closes the gap: `gap + yield F + δ(F) − c F = 0`, and its slope, N/m.
-    /// The gap is negative where tool and skin overlap; `yield_m_n` is what the spheres yield to
-    /// the force within the step. Monotone, so one answer.
-    pub(crate) fn force_n(&self, gap_m: f32, yield_m_n: f32) -> (f32, f32) {
-        if gap_m >= 0.0 || gap_m.is_nan() {
+    /// Force F ≥ 0 that solves `separation + y F + δ(F) − c F = 0`, and its slope, N/m. The
+    /// separation is negative where tool and skin overlap; y is `sphere_compliance_m_n`, the
+    /// spheres' compliance within the step. The left side is monotone in F, so there is one answer.
+    pub(crate) fn force_n(&self, separation_m: f32, sphere_compliance_m_n: f32) -> (f32, f32) {
+        if separation_m >= 0.0 || separation_m.is_nan() {
             return (0.0, 0.0);
         }
-        let spare_m_n = yield_m_n - self.supplied_m_n;
+        let residual_compliance_m_n = sphere_compliance_m_n - self.mesh_compliance_m_n;
         let end = self.dent(self.half_width_max_m);
-        let open = |dent: &Dent| gap_m + dent.depth_m + spare_m_n * dent.force_n;
+        let open =
+            |dent: &Dent| separation_m + dent.depth_m + residual_compliance_m_n * dent.force_n;
         if open(&end) < 0.0 {
-            // As stiff as at the end from there on; where the spheres alone yield more, they do.
-            let compliance_m_n = (end.stiffness_n_m.recip() + spare_m_n)
-                .max(yield_m_n)
+            // Beyond the end the stiffness stays; the spheres' own compliance is its bound.
+            let compliance_m_n = (end.stiffness_n_m.recip() + residual_compliance_m_n)
+                .max(sphere_compliance_m_n)
                 .max(LEAST);
             let slope = compliance_m_n.recip();
             return (end.force_n - open(&end) * slope, slope);
         }
         // Newton, kept inside the interval that holds the answer.
         let (mut low, mut high) = (0.0, self.half_width_max_m);
-        let mut half_width_m = self.first_guess_m(gap_m).max(1.0e-3 * high).min(high);
+        let mut half_width_m = self
+            .first_guess_m(separation_m)
+            .max(1.0e-3 * high)
+            .min(high);
         let mut dent = self.dent(half_width_m);
         for _ in 0..NEWTON {
             let rest = open(&dent);
@@ -158,7 +175,7 @@ impl Law {
             } else {
                 high = half_width_m;
             }
-            let slope = dent.depth_slope * (1.0 + spare_m_n * dent.stiffness_n_m);
+            let slope = dent.depth_slope * (1.0 + residual_compliance_m_n * dent.stiffness_n_m);
             let newton = half_width_m - rest / slope;
             let next = if newton >= low && newton <= high {
                 newton
@@ -172,24 +189,24 @@ impl Law {
                 break;
             }
         }
-        let compliance_m_n = (dent.stiffness_n_m.recip() + spare_m_n).max(LEAST);
+        let compliance_m_n = (dent.stiffness_n_m.recip() + residual_compliance_m_n).max(LEAST);
         (dent.force_n, compliance_m_n.recip())
     }
 
-    /// Half-width were all of the overlap a dent.
-    fn first_guess_m(&self, gap_m: f32) -> f32 {
+    /// Half-width if all of the overlap were a dent, m.
+    fn first_guess_m(&self, separation_m: f32) -> f32 {
         let radius_m = match self.shape {
-            Shape::Ball { radius_m } | Shape::Bar { radius_m, .. } => radius_m,
+            Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. } => radius_m,
         };
-        math::sqrt(-gap_m * radius_m)
+        math::sqrt(-separation_m * radius_m)
     }
 
-    /// Half-width of the contact under this force, m; roughly.
+    /// Approximate half-width of the contact under this force, m.
     pub(crate) fn half_width_m(&self, force_n: f32) -> f32 {
         match self.shape {
             Shape::Ball { radius_m } => cube_root(self.ball_m3(radius_m, force_n)).min(radius_m),
-            Shape::Bar { radius_m, length_m } => {
-                math::sqrt(self.bar_m2(radius_m, length_m, force_n)).min(radius_m)
+            Shape::Cylinder { radius_m, length_m } => {
+                math::sqrt(self.cylinder_m2(radius_m, length_m, force_n)).min(radius_m)
             }
         }
     }
@@ -200,87 +217,97 @@ impl Law {
     }
 
     /// Square of the half-width of a bar (Hertz).
-    fn bar_m2(&self, radius_m: f32, length_m: f32, force_n: f32) -> f32 {
+    fn cylinder_m2(&self, radius_m: f32, length_m: f32, force_n: f32) -> f32 {
         4.0 * force_n * radius_m / (core::f32::consts::PI * self.modulus_pa * length_m)
     }
 
-    /// Stiffness of the contact along the skin under this force, beyond what the spheres yield, N/m.
+    /// Stiffness of the contact along the skin under this force, N/m, beyond the spheres' own
+    /// compliance.
     pub(crate) fn along_n_m(&self, force_n: f32, poisson: f32) -> f32 {
         let half_width_m = match self.shape {
             Shape::Ball { .. } => self.half_width_m(force_n),
             // A round contact as large as the strip.
-            Shape::Bar { length_m, .. } => {
+            Shape::Cylinder { length_m, .. } => {
                 let strip_m2 = 2.0 * self.half_width_m(force_n) * length_m;
                 math::sqrt(strip_m2 * core::f32::consts::FRAC_1_PI)
             }
         };
-        friction::stiffness_n_m(self.modulus_pa, poisson, half_width_m, self.supplied_m_n)
+        friction::stiffness_n_m(
+            self.modulus_pa,
+            poisson,
+            half_width_m,
+            self.mesh_compliance_m_n,
+        )
     }
 
-    /// How near the contact is to itself under this force, m: a point that far off would dent it further as more of its
-    /// own load does. Of a bar the load is as long as the bar. A ball's is Hertz's also where it is buried: its own dent
-    /// grows faster there.
-    pub(crate) fn near_m(&self, force_n: f32) -> f32 {
+    /// Self-influence distance of the contact under this force, m: more of its own load dents it as
+    /// the same load dents a point that far off. A cylinder's load is as long as the cylinder. A
+    /// ball's distance is Hertz's even where it is buried, because its own dent grows faster there.
+    pub(crate) fn self_influence_distance_m(&self, force_n: f32) -> f32 {
         let force_n = force_n.max(0.0); // also of what is not a number
         match self.shape {
             Shape::Ball { radius_m } => {
                 WITHIN * cube_root(self.ball_m3(radius_m, force_n) / (1.0 + self.bulge))
             }
-            Shape::Bar { radius_m, length_m } => {
-                let half_width_m = math::sqrt(self.bar_m2(radius_m, length_m, force_n));
+            Shape::Cylinder { radius_m, length_m } => {
+                let half_width_m = math::sqrt(self.cylinder_m2(radius_m, length_m, force_n));
                 let half_width_m = half_width_m.min(self.half_width_max_m).max(THIN * length_m);
                 length_m / (2.0 * ln(2.0 * length_m / half_width_m))
             }
         }
     }
 
-    /// Dent per force that another contact, this far off on the same skin and this near to itself
-    /// ([`Law::near_m`]), makes here beyond what the spheres carry over, m/N. Around a round contact that is what Hertz
-    /// gives to 4 % at twice its radius, and a fifth less at its rim. Nowhere does more of the other's force dent more
-    /// here than there: else each of two places side by side could hold the other off, and they would snap.
-    pub(crate) fn beside_m_n(&self, distance_m: f32, near_m: f32) -> f32 {
+    /// Influence coefficient, m/N: dent per force of another contact at this distance on the same
+    /// skin, beyond what the spheres carry over. `self_influence_distance_m` is the larger of both
+    /// contacts' ([`Law::self_influence_distance_m`]). Around a round contact it is within 4 % of
+    /// Hertz at twice the radius, and a fifth less at the rim. It never exceeds the other's
+    /// compliance under its own load; otherwise two contacts side by side could hold each other
+    /// off, and would snap.
+    pub(crate) fn influence_m_n(&self, distance_m: f32, self_influence_distance_m: f32) -> f32 {
         let cubed = |m: f32| m * m * m;
-        let reach_m = cube_root(cubed(distance_m) + cubed(near_m)).max(1.0e-5);
+        let reach_m = cube_root(cubed(distance_m) + cubed(self_influence_distance_m)).max(1.0e-5);
         let direct = (core::f32::consts::PI * self.modulus_pa * reach_m).recip();
-        (direct - self.supplied_m_n * fades(distance_m, self.patch_m)).max(0.0)
+        (direct - self.mesh_compliance_m_n * gaussian_influence(distance_m, self.patch_width_m))
+            .max(0.0)
     }
 }
 
-/// What a force over a patch does to another such patch this far off, share of what it does to itself.
-pub(crate) fn fades(distance_m: f32, patch_m: f32) -> f32 {
-    bessel(distance_m * distance_m / (4.0 * patch_m * patch_m))
+/// Influence of a Gaussian patch on another such patch at this distance, share of that on itself.
+pub(crate) fn gaussian_influence(distance_m: f32, patch_width_m: f32) -> f32 {
+    bessel(distance_m * distance_m / (4.0 * patch_width_m * patch_width_m))
 }
 
-/// The same as spheres do it: beyond its patch a force carries more over than on a half-space, most at two.
-pub(crate) fn carries(distance_m: f32, patch_m: f32) -> f32 {
-    let patches = distance_m / patch_m;
+/// Influence of a patch of spheres, likewise. Beyond its patch a force carries more over than on a
+/// half-space, most at two patch widths.
+pub(crate) fn mesh_influence(distance_m: f32, patch_width_m: f32) -> f32 {
+    let patches = distance_m / patch_width_m;
     let beyond = 4.0 * (patches - 1.0).max(0.0) / (patches * patches).max(1.0);
-    fades(distance_m, patch_m) + SHOULDER * beyond
+    gaussian_influence(distance_m, patch_width_m) + SHOULDER * beyond
 }
 
-/// Read off 250 spheres against 2500 under a 10 mm tip on a gallbladder's body, which was 10 % too soft.
+/// Excess influence of spheres at two patch widths. Fitted to 250 spheres against 2500 under a 10
+/// mm tip on a gallbladder's body, which was 10 % too soft without it.
 const SHOULDER: f32 = 0.04;
 /// Mean of 1/(π r) over two points of a Gaussian `exp(−r²/A²)`, times A: `1 / √(2π)`.
 const GAUSSIAN: f32 = 0.398_942_3;
-/// More of a load on a contact of half-width a dents it as at a point this share of a away (Hertz:
-/// `dδ/dF = 1 / (2 E* a)`).
+/// Self-influence distance of a round contact, share of its half-width a (Hertz: `dδ/dF = 1 / (2 E*
+/// a)`).
 const WITHIN: f32 = 2.0 * core::f32::consts::FRAC_1_PI;
-/// A bar's contact is no narrower than this share of its length where others bear on it.
+/// Least half-width of a cylinder's contact, share of its length, where other contacts bear on it.
 const THIN: f32 = 0.01;
-/// Tries to find where the spheres alone yield as much; each takes a fifth off.
+/// Tries to find the end of the law; each takes a fifth off.
 const SHORTENINGS: u32 = 24;
-/// Steps of Newton's method, at most: mostly three give six digits from the guess; where a ball is all
-/// but buried the way is longer.
+/// Newton steps at most. Three mostly give six digits; a ball that is nearly buried takes more.
 const NEWTON: u32 = 20;
-/// Nothing is stiffer than this, m/N.
+/// Least compliance of a contact, m/N.
 const LEAST: f32 = 1.0e-6;
 
-/// `F / (E* R²)`, `δ / R` and `dδ/da` of a ball at `x = a/R` (Sneddon 1965): `(1 + x²) artanh x − x`
-/// and `x artanh x`.
+/// `F / (E* R²)`, `δ / R` and `dδ/da` of a ball at `x = a/R` (Sneddon 1965): force `(1 + x²) artanh
+/// x − x` and dent `x artanh x`.
 fn sneddon(x: f32) -> (f32, f32, f32) {
     let y = x * x;
     let (force, artanh) = if x < 0.4 {
-        // The two terms of the force cancel while x is small: their series, term by term.
+        // The two terms of the force cancel at small x: their series.
         let force = 4.0 / 3.0
             + y * (8.0 / 15.0 + y * (12.0 / 35.0 + y * (16.0 / 63.0 + y * (20.0 / 99.0))));
         let artanh = 1.0 + y * (1.0 / 3.0 + y * (0.2 + y * (1.0 / 7.0 + y * (1.0 / 9.0))));
@@ -292,7 +319,7 @@ fn sneddon(x: f32) -> (f32, f32, f32) {
     (force, x * artanh, artanh + x / (1.0 - y))
 }
 
-/// Natural logarithm of a positive number, by plain arithmetic: the same bits everywhere.
+/// Natural logarithm of a positive number in plain arithmetic, with the same bits on every machine.
 fn ln(x: f32) -> f32 {
     let bits = x.to_bits();
     let mut exponent = ((bits >> 23) & 0xff) as i32 - 127;
@@ -307,7 +334,7 @@ fn ln(x: f32) -> f32 {
     exponent as f32 * core::f32::consts::LN_2 + s * series
 }
 
-/// `e^−z I₀(z)`, to 2 %: how what a Gaussian load does falls off with distance.
+/// `e^−z I₀(z)` to 2 %: decay of a Gaussian load's influence with distance.
 fn bessel(z: f32) -> f32 {
     let second = 4.0 * core::f32::consts::PI * core::f32::consts::PI * z * z * z / (z + 1.2);
     math::sqrt(math::sqrt(1.0 + 4.0 * z + second)).recip()
@@ -332,13 +359,13 @@ mod tests {
 
     const MODULUS_PA: f32 = 5000.0 / (1.0 - 0.45 * 0.45);
 
-    /// A grid so fine that it supplies nothing, and one that does not move in the step.
+    /// A law on spheres so fine that they supply nothing.
     fn alone(shape: Shape) -> Law {
         Law::new(shape, MODULUS_PA, 100.0, 0.0)
     }
 
     #[test]
-    fn a_shallow_ball_is_hertz() {
+    fn shallow_ball_is_hertz() {
         let law = alone(Shape::Ball { radius_m: 0.01 });
         for depth_m in [1.0e-5f32, 1.0e-4, 5.0e-4] {
             let (force_n, stiffness_n_m) = law.force_n(-depth_m, 0.0);
@@ -352,9 +379,9 @@ mod tests {
         }
     }
 
-    /// On a ball it is as Hertz has two balls, in a hollow as he has a ball in a cup.
+    /// Hertz's contact of two balls, and of a ball in a cup.
     #[test]
-    fn a_shallow_ball_on_curved_skin_is_hertz() {
+    fn shallow_ball_on_curved_skin_is_hertz() {
         let radius_m = 0.005f32;
         for curvature_per_m in [150.0f32, 60.0, -60.0] {
             let law = Law::new(Shape::Ball { radius_m }, MODULUS_PA, 100.0, curvature_per_m);
@@ -368,7 +395,7 @@ mod tests {
     }
 
     #[test]
-    fn the_logarithm_and_its_kin() {
+    fn logarithm_root_and_bessel_match_tables() {
         for x in [1.0e-4f32, 0.3, 0.999, 1.0, 1.5, 60.0, 3.0e7] {
             assert!(
                 (ln(x) - x.ln()).abs() <= 2.0e-6 * x.ln().abs().max(1.0),
@@ -394,7 +421,7 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_has_no_force_and_nan_neither() {
+    fn open_or_nan_separation_has_no_force() {
         let law = alone(Shape::Ball { radius_m: 0.005 });
         assert_eq!(law.force_n(0.001, 1.0e-4), (0.0, 0.0));
         assert_eq!(law.force_n(f32::NAN, 1.0e-4), (0.0, 0.0));
@@ -403,17 +430,19 @@ mod tests {
     fn shape() -> impl Strategy<Value = Shape> {
         prop_oneof![
             (0.0008f32..0.02).prop_map(|radius_m| Shape::Ball { radius_m }),
-            (0.0008f32..0.02, 1.0f32..4.0).prop_map(|(radius_m, by)| Shape::Bar {
+            (0.0008f32..0.02, 1.0f32..4.0).prop_map(|(radius_m, by)| Shape::Cylinder {
                 radius_m,
                 length_m: by * radius_m
             }),
         ]
     }
 
-    /// Under its own patch and far off spheres are as a half-space is.
+    /// Under its own patch, and far off, spheres carry over as a half-space does.
     #[test]
     fn spheres_carry_more_only_beyond_a_patch() {
-        let more = |patches: f32| carries(patches * 0.004, 0.004) - fades(patches * 0.004, 0.004);
+        let more = |patches: f32| {
+            mesh_influence(patches * 0.004, 0.004) - gaussian_influence(patches * 0.004, 0.004)
+        };
         assert!(more(0.0).abs() < 1.0e-6 && more(1.0).abs() < 1.0e-6 && more(100.0) < 0.002);
         assert!(
             (more(2.0) - SHOULDER).abs() < 1.0e-5 && more(1.7) < more(2.0) && more(2.5) < more(2.0)
@@ -421,53 +450,52 @@ mod tests {
     }
 
     proptest! {
-        /// The answer solves the equation, grows with depth and never with a step.
+        /// The force solves the equation, grows with depth, and has no steps.
         #[test]
-        fn deeper_is_more_and_never_a_step(
-            shape in shape(), patch_m in 0.003f32..0.03, gap_m in 1.0e-5f32..0.03, yields in 1.0e-6f32..1.0e-3,
+        fn force_grows_with_depth_without_steps(
+            shape in shape(), patch_width_m in 0.003f32..0.03, separation_m in 1.0e-5f32..0.03, yields in 1.0e-6f32..1.0e-3,
             curvature_per_m in -600.0f32..600.0,
         ) {
-            let law = Law::new(shape, MODULUS_PA, patch_m, curvature_per_m);
-            let (force_n, _) = law.force_n(-gap_m, yields);
-            let (more_n, _) = law.force_n(-gap_m * 1.01, yields);
+            let law = Law::new(shape, MODULUS_PA, patch_width_m, curvature_per_m);
+            let (force_n, _) = law.force_n(-separation_m, yields);
+            let (more_n, _) = law.force_n(-separation_m * 1.01, yields);
             prop_assert!(force_n > 0.0 && force_n.is_finite());
             prop_assert!(more_n >= force_n * 0.9999);
-            // Where the spheres alone yield, nothing is stiffer than they are.
-            prop_assert!(more_n - force_n <= 0.011 * gap_m / yields + 1.0e-4 * force_n);
+            // No contact is stiffer than the spheres alone.
+            prop_assert!(more_n - force_n <= 0.011 * separation_m / yields + 1.0e-4 * force_n);
         }
 
-        /// What more of one contact's force does to another is what it does to itself where they are one, and fades:
-        /// were it more, of two places of a tool at one point the one that came first would keep the other from it,
-        /// until it snaps.
+        /// At one place, the influence equals the contact's own compliance. If it were more, the
+        /// first of two tool points at one place would hold the other off until it snaps.
         #[test]
-        fn at_one_place_as_to_itself(shape in shape(), shallow in 0.003f32..0.1) {
-            let (Shape::Ball { radius_m } | Shape::Bar { radius_m, .. }) = shape;
+        fn influence_at_one_place_is_self_compliance(shape in shape(), shallow in 0.003f32..0.1) {
+            let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;
             let law = alone(shape);
             let (force_n, stiffness_n_m) = law.force_n(-shallow * radius_m, 0.0);
-            let share = law.beside_m_n(0.0, law.near_m(force_n)) * stiffness_n_m;
+            let share = law.influence_m_n(0.0, law.self_influence_distance_m(force_n)) * stiffness_n_m;
             prop_assert!((share - 1.0).abs() < 0.1, "{share}");
         }
 
-        /// What one contact does to another grows with its force as its own dent does at most, at any distance: else two
-        /// side by side would have two answers.
+        /// The influence times the force grows no faster than the contact's own dent, at any
+        /// distance. Otherwise two contacts side by side would have two answers.
         #[test]
-        fn beside_it_never_faster_than_in_it(
+        fn influence_never_grows_faster_than_the_own_dent(
             shape in shape(), deep in 0.01f32..3.0, aside in 0.0f32..5.0, curvature_per_m in -300.0f32..300.0,
         ) {
-            let (Shape::Ball { radius_m } | Shape::Bar { radius_m, .. }) = shape;
+            let (Shape::Ball { radius_m } | Shape::Cylinder { radius_m, .. }) = shape;
             let law = Law::new(shape, MODULUS_PA, 100.0, curvature_per_m);
-            let beside_m = |force_n: f32| force_n * law.beside_m_n(aside * radius_m, law.near_m(force_n));
+            let beside_m = |force_n: f32| force_n * law.influence_m_n(aside * radius_m, law.self_influence_distance_m(force_n));
             let (depth_m, more_m) = (deep * radius_m, 1.05 * deep * radius_m);
             let (force_n, more_n) = (law.force_n(-depth_m, 0.0).0, law.force_n(-more_m, 0.0).0);
             let grown_m = beside_m(more_n) - beside_m(force_n);
             prop_assert!(grown_m < 1.1 * (more_m - depth_m), "{grown_m} {}", more_m - depth_m);
         }
 
-        /// What one contact does to another fades.
+        /// The influence of a contact decays with distance.
         #[test]
-        fn others_do_less(shape in shape(), patch_m in 0.003f32..0.03, near in 0.0f32..0.01, far in 0.02f32..0.05) {
-            let law = Law::new(shape, MODULUS_PA, patch_m, 0.0);
-            prop_assert!(law.beside_m_n(far, 0.001) <= law.beside_m_n(near, 0.001));
+        fn influence_decays_with_distance(shape in shape(), patch_width_m in 0.003f32..0.03, near in 0.0f32..0.01, far in 0.02f32..0.05) {
+            let law = Law::new(shape, MODULUS_PA, patch_width_m, 0.0);
+            prop_assert!(law.influence_m_n(far, 0.001) <= law.influence_m_n(near, 0.001));
         }
     }
 }

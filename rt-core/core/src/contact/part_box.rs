@@ -3,7 +3,7 @@
 use crate::tissue::Bounds;
 use crate::tool::Capsule;
 
-/// The box around a part, m.
+/// Box around a part, m.
 pub(crate) fn part_box(part: &Capsule) -> Bounds {
     let mut bounds = Bounds::EMPTY;
     bounds.add(&part.a_m, part.radius_m);

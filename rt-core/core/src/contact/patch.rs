@@ -1,4 +1,4 @@
-//! A place of the tissue: which spheres carry it, and push back when it is pushed.
+//! A patch: the weighted spheres that carry a point of the tissue and take its load.
 
 use heapless::Vec;
 
@@ -6,19 +6,19 @@ use crate::math::Vec3;
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
-/// Spheres that a place follows, at most: those of three vertices of a skin, or what lies under
-/// a tip that is wider than the spheres are apart (115 under one of 10 mm on a gallbladder of 2500). What is
-/// more goes to the first.
+/// Spheres of a patch at most: those of three skin vertices, or those under a tip that is wider
+/// than their spacing (115 under one of 10 mm on a gallbladder of 2500). The first sphere takes the
+/// weight of any more.
 const PATCH_MAX: usize = 160;
 
-/// A place of the tissue that spheres carry, each once; the weights sum to 1.
+/// A point of the tissue, carried by spheres, each once; the weights sum to 1.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Patch {
     parts: Vec<(u16, f32), PATCH_MAX>,
 }
 
 impl Patch {
-    /// Lets it follow a sphere by this much more.
+    /// Adds a sphere's weight.
     pub(crate) fn add(&mut self, sphere: u32, weight: f32) {
         let sphere = sphere as u16; // sphere indices fit: asserted in `capacity`
         if weight == 0.0 {
@@ -43,7 +43,7 @@ impl Patch {
             .map(|(sphere, weight)| (u32::from(*sphere), *weight))
     }
 
-    /// Where it is, world frame, m.
+    /// Position, world frame, m.
     pub(crate) fn at_m(&self, bodies: &Bodies) -> Vec3 {
         let mut at = Lanes::ZERO;
         for (sphere, weight) in self.parts() {
@@ -52,7 +52,7 @@ impl Patch {
         at.vec3()
     }
 
-    /// `Σ w ω²`: how fast it goes under a force, 1/kg.
+    /// `Σ w ω²`: inverse mass of the point, 1/kg.
     pub(crate) fn inverse_mass_per_kg(&self, bodies: &Bodies) -> f32 {
         let yields = |(sphere, weight): (u32, f32)| {
             bodies.nodes.at(sphere).inverse_mass_per_kg() * weight * weight
@@ -60,8 +60,8 @@ impl Patch {
         self.parts().map(yields).sum()
     }
 
-    /// Takes so large a share of the way of its spheres in this step, each by its weight.
-    pub(crate) fn calm(&self, share: f32, bodies: &mut Bodies) {
+    /// Takes this share of its spheres' travel in this step, each by its weight.
+    pub(crate) fn damp(&self, share: f32, bodies: &mut Bodies) {
         for (sphere, weight) in &self.parts {
             let node = bodies.nodes.at_mut(u32::from(*sphere));
             if node.inverse_mass_per_kg() > 0.0 {
@@ -70,7 +70,7 @@ impl Patch {
         }
     }
 
-    /// Pushes it: an impulse times the step, kg m.
+    /// Pushes the point with an impulse times the step, kg m.
     pub(crate) fn push(&self, push_kg_m: &Vec3, bodies: &mut Bodies) {
         for (sphere, weight) in &self.parts {
             let node = bodies.nodes.at_mut(u32::from(*sphere));
@@ -83,12 +83,12 @@ impl Patch {
 /// Slots of a [`Builder`]: more than twice as many as there can be spheres.
 const SLOTS: usize = 512;
 
-/// A patch in the making that finds its spheres at once, whatever their number.
+/// A patch under construction, which finds its spheres in constant time.
 #[derive(Debug)]
 pub(crate) struct Builder {
     pub(crate) patch: Patch,
-    /// One more than where each sphere stands; 0: nothing here. A sphere that finds its slot taken has
-    /// the next free one.
+    /// One more than each sphere's index in the patch; 0 for an empty slot. A sphere whose slot is
+    /// taken uses the next free one.
     slots: [u8; SLOTS],
 }
 
@@ -138,9 +138,9 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// The quick way makes the patch that the plain one makes.
+        /// The builder makes the patch that the plain way makes.
         #[test]
-        fn the_builder_makes_the_same(parts in prop::collection::vec((0u16..4096, -1.0f32..1.0), 0..300),
+        fn builder_makes_the_plain_patch(parts in prop::collection::vec((0u16..4096, -1.0f32..1.0), 0..300),
                                       few in 1u16..240) {
             let (mut quick, mut plain) = (Builder::default(), Patch::default());
             for (sphere, weight) in parts {

@@ -1,96 +1,102 @@
-//! The instrument against the endoscope: steel on steel. The hand feels it, the endoscope does not give.
+//! Instrument against endoscope: steel on steel. The hand feels the contact; the endoscope does not
+//! yield.
 
 use heapless::Vec;
 
 use crate::capacity::MAX_CAPSULES;
-use crate::contact::contact_force::Contact;
-use crate::contact::gap::Gap;
+use crate::contact::contact_force::ContactForce;
+use crate::contact::separation::FilteredSeparation;
 use crate::math::{self, Vec3};
 use crate::tool::{Capsule, Role, Tool};
 
-/// Stiffness of the contact, N/m: what a hand takes for hard. The device's own limit comes after it.
+/// Stiffness of the contact, N/m: hard to a hand. The device's own limit comes after it.
 const STIFFNESS_N_M: f32 = 2000.0;
-/// Nearer than this the side on which a part is is remembered, m: what both go in a tick.
+/// Distance within which a part's side is tracked, m: the travel of both tools in a tick.
 const NEAR_M: f32 = 0.0065;
 
-/// Steel that is farther apart does not push, m.
-const OWED_M: f32 = 0.000_5;
-/// Both together do not go farther in a tick, m; what does was unplugged, or stood still.
+/// Largest offset against opening, m: steel farther apart does not push.
+const OPENING_MAX_M: f32 = 0.000_5;
+/// Travel of both tools in a tick that is no motion, m: a device was unplugged or stalled.
 const LEAP_M: f32 = 0.02;
 
-/// A part of the instrument beside the endoscope.
+/// A part of the instrument near the endoscope, as a tick leaves it.
 #[derive(Debug, Clone, Copy)]
-struct Track {
+struct PersistentContact {
     part: Role,
     /// From the endoscope to the part.
     normal: Vec3,
-    /// Where the axes are nearest to each other, 0 to 1 on each.
+    /// Place of closest approach on each axis, 0 to 1.
     nearest: [f32; 2],
-    /// Where on the part's axis the touch is felt, 0 to 1: in the middle of what lies side by side.
+    /// Place on the part's axis where the contact is felt, 0 to 1: near the middle of the overlap
+    /// along the axes.
     felt_at: f32,
-    gap: Gap,
-    /// Of the part's axis and of the endoscope's, m.
+    separation: FilteredSeparation,
+    /// Ends of the part's axis and of the endoscope's, m.
     ends_m: [Vec3; 4],
 }
 
-/// Every part of the instrument near the endoscope.
+/// All parts of the instrument near the endoscope.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct RigidContacts {
-    tracks: Vec<Track, MAX_CAPSULES>,
+    contacts: Vec<PersistentContact, MAX_CAPSULES>,
 }
 
 impl RigidContacts {
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
-        self.tracks.clear();
+        self.contacts.clear();
     }
 
-    /// Finds where the instrument among `parts` touches the endoscope among them.
-    pub(crate) fn find(&mut self, parts: &[Capsule], mut add: impl FnMut(Contact)) {
-        let before = core::mem::take(&mut self.tracks);
+    /// Finds contacts of the instrument and the endoscope among `parts`.
+    pub(crate) fn find(&mut self, parts: &[Capsule], mut add: impl FnMut(ContactForce)) {
+        let before = core::mem::take(&mut self.contacts);
         let Some(scope) = parts.iter().find(|part| part.role == Role::Endoscope) else {
             return;
         };
         for part in parts.iter().filter(|part| part.role != Role::Endoscope) {
             let last = before.iter().find(|last| last.part == part.role);
-            let Some(track) = follow(part, scope, last) else {
+            let Some(contact) = track(part, scope, last) else {
                 continue;
             };
-            let depth_m = (-track.gap.gap_m).max(0.0);
+            let depth_m = (-contact.separation.separation_m).max(0.0);
             if depth_m > 0.0 {
-                add(Contact {
+                add(ContactForce {
                     tool: Tool::Instrument,
                     organ: None,
-                    at_m: at(part, track.felt_at) - track.normal * part.radius_m,
-                    normal: track.normal,
+                    at_m: at(part, contact.felt_at) - contact.normal * part.radius_m,
+                    normal: contact.normal,
                     force_n: STIFFNESS_N_M * depth_m,
                     stiffness_n_m: STIFFNESS_N_M,
                     friction_n: Vec3::zeros(),
                     friction_stiffness_n_m: 0.0,
                 });
             }
-            let _ = self.tracks.push(track); // as many as parts
+            let _ = self.contacts.push(contact); // as many as parts
         }
     }
 }
 
-/// A part that has gone in is lifted out along the last normal and followed there, so that it stays on
-/// its side: in a tick it cannot go through the endoscope. `None` far from it.
-fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track> {
+/// Tracks a part. One that overlaps is lifted out along the last normal and followed there, so that
+/// it cannot pass through the endoscope within a tick. `None` far from it.
+fn track(
+    part: &Capsule,
+    scope: &Capsule,
+    last: Option<&PersistentContact>,
+) -> Option<PersistentContact> {
     let reach_m = part.radius_m + scope.radius_m;
     let height_m = |normal: &Vec3, shares: &[f32; 2]| {
         let [s, t] = shares;
         normal.dot(&(at(part, *s) - at(scope, *t)))
     };
     let ends_m = [part.a_m, part.b_m, scope.a_m, scope.b_m];
-    let way_m = last.map(|last| {
+    let travel_m = last.map(|last| {
         let gone_m = last.ends_m.iter().zip(&ends_m);
         let gone_m = gone_m.map(|(before, now)| math::norm(&(now - before)));
-        // Either may have come to the other.
+        // Either may have moved towards the other.
         2.0 * gone_m.fold(0.0, f32::max)
     });
-    // What leaps came another way.
-    let last = last.filter(|_| way_m.is_some_and(|way_m| way_m < LEAP_M));
+    // After a jump the last side says nothing.
+    let last = last.filter(|_| travel_m.is_some_and(|travel_m| travel_m < LEAP_M));
     let lift_m = last.map_or_else(Vec3::zeros, |last| {
         last.normal * (reach_m - height_m(&last.normal, &last.nearest)).max(0.0)
     });
@@ -103,20 +109,20 @@ fn follow(part: &Capsule, scope: &Capsule, last: Option<&Track>) -> Option<Track
     let away_m = at(&lifted, nearest[0]) - at(scope, nearest[1]);
     let side = last.map(|last| last.normal);
     let normal = math::unit(&away_m).or(side)?;
-    let gap_m = height_m(&normal, &nearest) - reach_m;
-    if gap_m > NEAR_M {
+    let separation_m = height_m(&normal, &nearest) - reach_m;
+    if separation_m > NEAR_M {
         return None;
     }
-    let gap = last.zip(way_m).map_or_else(
-        || Gap::first(gap_m),
-        |(last, way_m)| last.gap.next(gap_m, way_m, OWED_M),
+    let separation = last.zip(travel_m).map_or_else(
+        || FilteredSeparation::first(separation_m),
+        |(last, travel_m)| last.separation.next(separation_m, travel_m, OPENING_MAX_M),
     );
-    Some(Track {
+    Some(PersistentContact {
         part: part.role,
         normal,
         nearest,
-        felt_at: beside(&lifted, scope),
-        gap,
+        felt_at: middle_of_overlap(&lifted, scope),
+        separation,
         ends_m,
     })
 }
@@ -125,8 +131,8 @@ fn at(part: &Capsule, share: f32) -> Vec3 {
     part.a_m + (part.b_m - part.a_m) * share
 }
 
-/// Where two axes are nearest to each other, 0 to 1 on each: an end of one beside the other, or where
-/// they cross. Of all but parallel axes the crossing is lost in rounding, and an end is as near.
+/// Closest places of two axes, 0 to 1 on each: an end of either, or the crossing. The crossing of
+/// nearly parallel axes is lost in rounding, and an end is as near.
 fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
     let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
     let r = one.a_m - other.a_m;
@@ -147,24 +153,23 @@ fn nearest(one: &Capsule, other: &Capsule) -> [f32; 2] {
     best
 }
 
-/// How much the middle of what lies side by side counts against being nearest. Parallel axes are nearest
-/// everywhere, and a touch of what is all but parallel is long: within a few times `√MIDDLE` (2°) the
-/// place goes over from one end to the other through the middle, and does not jump.
+/// Weight of the middle of the overlap against closest approach. Parallel axes are closest
+/// everywhere. So the contact moves from one end to the other through the middle within a few times
+/// `√MIDDLE` (2°), without a jump. A larger weight moves it more slowly.
 const MIDDLE: f32 = 1.0e-3;
 
-/// Where on the first axis, 0 to 1, the touch of both is felt: the nearest place, drawn to the middle of
-/// what lies side by side ([`MIDDLE`]): the least of the squared distance and of `MIDDLE` times the squares
-/// of both ways from the middle.
-fn beside(one: &Capsule, other: &Capsule) -> f32 {
+/// Place on the first axis, 0 to 1, where the contact is felt. It minimises the squared distance
+/// plus [`MIDDLE`] times the squared distances of both places from the middle of the overlap.
+fn middle_of_overlap(one: &Capsule, other: &Capsule) -> f32 {
     let (d1, d2) = (one.b_m - one.a_m, other.b_m - other.a_m);
     let r = one.a_m - other.a_m;
     let a = d1.norm_squared().max(1.0e-12);
     let e = d2.norm_squared().max(1.0e-12);
     let (b, c, f) = (d1.dot(&d2), d1.dot(&r), d2.dot(&r));
-    // Where the ends of each stand beside the other.
+    // Projections of the ends of each axis on the other.
     let s_middle = middle(-c / a, (b - c) / a);
     let t_middle = middle(f / e, (b + f) / e);
-    // At the least: `p s − b t = u` and `q t − b s = v`.
+    // At the minimum: `p s − b t = u` and `q t − b s = v`.
     let (p, q) = (a * (1.0 + MIDDLE), e * (1.0 + MIDDLE));
     let (u, v) = (MIDDLE * a * s_middle - c, MIDDLE * e * t_middle + f);
     let s = ((u * q + v * b) / (p * q - b * b)).clamp(0.0, 1.0);
@@ -172,7 +177,7 @@ fn beside(one: &Capsule, other: &Capsule) -> f32 {
     ((b * t + u) / p).clamp(0.0, 1.0)
 }
 
-/// Middle of what of an axis, 0 to 1, lies between two places.
+/// Middle of the part of an axis, 0 to 1, between two places.
 fn middle(one: f32, other: f32) -> f32 {
     let (one, other) = (one.clamp(0.0, 1.0), other.clamp(0.0, 1.0));
     0.5 * (one + other)
@@ -198,7 +203,8 @@ mod tests {
         }
     }
 
-    /// Distance of two axes, m: every end's from the other, and where they cross, in double precision.
+    /// Distance of two axes, m: from every end to the other axis, and at the crossing, in double
+    /// precision.
     fn exact_m(one: &Capsule, other: &Capsule) -> f64 {
         let [a, b, c, d] = [one.a_m, one.b_m, other.a_m, other.b_m].map(|p| p.cast::<f64>());
         let to_axis = |p: nalgebra::Vector3<f64>, [a, b]: [nalgebra::Vector3<f64>; 2]| {
@@ -224,7 +230,7 @@ mod tests {
     }
 
     /// The endoscope lies on x; a shaft along y comes down on it by `step_m` a tick.
-    fn come_down(step_m: f32, ticks: u16) -> std::vec::Vec<Contact> {
+    fn come_down(step_m: f32, ticks: u16) -> std::vec::Vec<ContactForce> {
         let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
         let mut rigid = RigidContacts::default();
         let mut last = std::vec::Vec::new();
@@ -238,7 +244,7 @@ mod tests {
     }
 
     #[test]
-    fn it_pushes_back_by_hand_and_is_not_gone_through() {
+    fn endoscope_pushes_the_shaft_and_is_not_crossed() {
         // 0.5 mm deep after 7 ticks of 0.5 mm from 3 mm above.
         let contacts = come_down(0.0005, 8);
         assert_eq!(contacts.len(), 1);
@@ -254,7 +260,7 @@ mod tests {
     }
 
     #[test]
-    fn who_comes_to_whom_makes_no_difference() {
+    fn force_is_the_same_whichever_tool_moves() {
         let shaft = rod(Vec3::y() * -0.1, Vec3::y() * 0.1, Role::Shaft);
         let mut rigid = RigidContacts::default();
         let mut last = std::vec::Vec::new();
@@ -271,7 +277,7 @@ mod tests {
     }
 
     #[test]
-    fn what_leaps_through_has_not_gone_through() {
+    fn jump_through_the_endoscope_makes_no_contact() {
         let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
         let mut rigid = RigidContacts::default();
         for z_m in [0.008, -0.030, -0.004] {
@@ -288,9 +294,9 @@ mod tests {
     }
 
     proptest! {
-        /// No two places of the axes are nearer than the nearest.
+        /// No two places of the axes are closer than the closest approach.
         #[test]
-        fn none_is_nearer(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
+        fn no_places_of_the_axes_are_closer(a in vector(1.0), b in vector(1.0), c in vector(1.0), d in vector(1.0),
                           u in 0.0f32..1.0, v in 0.0f32..1.0) {
             let (one, other) = (rod(a, b, Role::Shaft), rod(c, d, Role::Endoscope));
             let [s, t] = nearest(&one, &other);
@@ -299,10 +305,10 @@ mod tests {
             prop_assert!(found <= any + 1.0e-4, "{found} {any}");
         }
 
-        /// A shaft that lies on the endoscope for long, at any angle to it, presses by how deep the two
-        /// capsules are in each other, wherever along each other they lie.
+        /// The force of a shaft that rests on the endoscope is that of the capsules' true overlap,
+        /// at any angle and wherever they lie along each other.
         #[test]
-        fn the_force_is_of_the_capsules_true_distance(
+        fn steel_force_is_of_the_true_overlap(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0, depth_m in 1.0e-4f32..1.0e-3,
             turn in -0.2f32..0.2, tilt in -0.02f32..0.02,
         ) {
@@ -331,20 +337,20 @@ mod tests {
             prop_assert!(off_m.abs() < 1.0e-5, "off by {off_m} m");
         }
 
-        /// A shaft that lies on the endoscope and is turned through parallel, a milliradian a tick
-        /// (60°/s), wherever along each other they lie: the touch goes over, and does not jump.
+        /// A shaft on the endoscope that turns through parallel, a milliradian a tick (60°/s), has
+        /// no step in its contact point or force, wherever they lie along each other.
         #[test]
-        fn turning_through_parallel_has_no_step(
+        fn turn_through_parallel_has_no_step(
             along_m in -0.1f32..0.1, length_m in 0.05f32..0.25, pivot in 0.0f32..1.0,
             depth_m in 1.0e-4f32..1.0e-3,
         ) {
             let scope = rod(Vec3::zeros(), Vec3::x() * 0.2, Role::Endoscope);
             let mut rigid = RigidContacts::default();
-            let mut last: Option<Contact> = None;
+            let mut last: Option<ContactForce> = None;
             for tick in -200i16..200 {
                 let turn = 1.0e-3 * f32::from(tick);
                 let way = Vec3::new(turn.cos(), turn.sin(), 0.0);
-                // Comes down in the first hundred ticks, slower than what is forgiven.
+                // Descends in the first hundred ticks, more slowly than the offset decays.
                 let down_m = depth_m * (f32::from(tick + 200) / 100.0).min(1.0);
                 let at_m = Vec3::new(0.1 + along_m, 0.0, 0.0075 - down_m);
                 let a_m = at_m - way * (length_m * pivot);

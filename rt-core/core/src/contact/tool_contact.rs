@@ -1,22 +1,22 @@
-//! The tools against tissue: organs that have a contact skin meet them there
-//! ([`crate::contact::skin`]), ducts and vessels along their line ([`crate::contact::tube`]).
+//! Tools against tissue, over all organs: those with a contact skin ([`crate::contact::skin`]), and
+//! ducts and vessels ([`crate::contact::tube`]).
 //!
-//! Stage `contact` ([`ToolContacts::find`]) keeps the spheres near the tools: organs whose box comes
-//! near, then their spheres, O(spheres of organs near · parts); skins and tubes say where they
-//! touch. Stage `solve` ([`ToolContacts::push_out`]) closes the gaps where the tissue has gone
-//! meanwhile, and pushes it with the force that the hand feels ([`crate::contact::touch`]).
+//! Stage `contact` ([`ToolContacts::find`]) keeps the spheres near the tools: organs whose box
+//! comes near, then their spheres, O(spheres of organs near · parts). Skins and tubes then give
+//! candidates. Stage `solve` ([`ToolContacts::push_out`]) closes the separations after the tissue
+//! has moved, and pushes it with the force that the hand feels ([`crate::contact::constraint`]).
 
 use core::cmp::Ordering;
 
 use heapless::Vec;
 use heapless::binary_heap::{BinaryHeap, Min};
 
-use crate::capacity::{MAX_CAPSULES, MAX_CONTACTS, MAX_ORGANS, MAX_TOUCHES};
-use crate::contact::contact_force::Contact;
+use crate::capacity::{MAX_CAPSULES, MAX_CONTACT_CONSTRAINTS, MAX_CONTACTS, MAX_ORGANS};
+use crate::contact::constraint::{ContactConstraints, ContactSite};
+use crate::contact::contact_force::ContactForce;
 use crate::contact::part_box::part_box;
 use crate::contact::rigid::RigidContacts;
 use crate::contact::skin::SkinContacts;
-use crate::contact::touch::{Place, Touches};
 use crate::contact::tube::TubeContacts;
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
@@ -27,21 +27,22 @@ use crate::tissue::{Bodies, Bounds};
 use crate::tool::Capsule;
 use crate::words::SphereBits;
 
-/// How far a sphere under a skin may be from a tool and still be looked at, m: the skin is up to half
-/// a spacing above it.
+/// Distance from a tool within which a sphere under a skin is kept, m: the skin lies up to half a
+/// spacing above it.
 const NEAR_SKIN_M: f32 = 0.010;
 
-/// A sphere near the instrument; ordered by depth, then by index, so that the same ones stay.
+/// A sphere near the instrument, ordered by depth, then by index, so that the choice is always the
+/// same.
 #[derive(Debug, Clone, Copy)]
 struct Near {
-    /// Depth before the solve, of a capsule with round ends, m: quick, and never too small.
+    /// Depth in a capsule with round ends before the solve, m: cheap, and never too small.
     depth_m: f32,
     sphere: u32,
 }
 
 impl Ord for Near {
     fn cmp(&self, other: &Self) -> Ordering {
-        // A lower index counts as deeper: it was there first.
+        // A lower index counts as deeper, because it was there first.
         let depth = self.depth_m.total_cmp(&other.depth_m);
         depth.then_with(|| other.sphere.cmp(&self.sphere))
     }
@@ -61,29 +62,32 @@ impl PartialEq for Near {
 
 impl Eq for Near {}
 
-/// Everything that the tools are near to, and what they touch.
+/// Tissue near the tools, and the contacts with it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct ToolContacts {
     /// Spheres under a skin.
     near: BinaryHeap<Near, Min, MAX_CONTACTS>,
     skin: SkinContacts,
     tubes: TubeContacts,
-    touches: Touches,
+    constraints: ContactConstraints,
     rigid: RigidContacts,
-    /// This tick's contacts; written by [`ToolContacts::push_out`].
-    pub(crate) list: Vec<Contact, { MAX_TOUCHES + MAX_CAPSULES }>,
+    /// Forces of this tick's contacts; written by [`ToolContacts::push_out`].
+    pub(crate) forces: Vec<ContactForce, { MAX_CONTACT_CONSTRAINTS + MAX_CAPSULES }>,
 }
 
 impl ToolContacts {
-    /// The spheres near the tools.
+    /// Spheres near the tools.
     pub(crate) fn near_spheres(&self, bodies: &Bodies) -> impl Iterator<Item = u32> {
         let under_skin = self.near.iter().map(|near| near.sphere);
         under_skin.chain(self.tubes.near_spheres(bodies))
     }
 
-    /// How deep the tools lie in tissue at the deepest place, m; before the solve.
+    /// Depth of the tools in tissue at the deepest place, m; before the solve.
     pub(crate) fn deepest_m(&self) -> Option<f32> {
-        let depths = self.touches.iter().map(|touch| -touch.gap_m);
+        let depths = self
+            .constraints
+            .iter()
+            .map(|constraint| -constraint.separation_m);
         depths.filter(|m| *m > 0.0).reduce(f32::max)
     }
 
@@ -92,13 +96,12 @@ impl ToolContacts {
         self.near.clear();
         self.skin.clear();
         self.tubes.clear();
-        self.touches.clear();
+        self.constraints.clear();
         self.rigid.clear();
-        self.list.clear();
+        self.forces.clear();
     }
 
-    /// Looks for what is near `parts`, as it lies before the solve. Where there is more than there is
-    /// room for the deepest stay.
+    /// Finds the tissue near `parts`, before the solve. When there is no room, the deepest stay.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
@@ -108,8 +111,8 @@ impl ToolContacts {
         faults: &mut FaultSet,
     ) {
         self.near.clear();
-        self.touches.clear();
-        self.list.clear();
+        self.constraints.clear();
+        self.forces.clear();
         for (organ, organ_box) in scene.organs.iter().zip(bounds) {
             if scene.skin.near_sphere(organ.sphere_start).is_none() {
                 continue;
@@ -145,13 +148,14 @@ impl ToolContacts {
             }
         }
         let near = self.near.iter().map(|near| near.sphere);
-        let touches = &mut self.touches;
-        self.skin.find(parts, &near, scene, bodies, touches, faults);
+        let constraints = &mut self.constraints;
+        self.skin
+            .find(parts, &near, scene, bodies, constraints, faults);
         self.tubes
-            .find(parts, scene, bounds, bodies, touches, faults);
-        let list = &mut self.list;
+            .find(parts, scene, bounds, bodies, constraints, faults);
+        let forces = &mut self.forces;
         self.rigid.find(parts, |contact| {
-            let _ = list.push(contact); // as many as parts
+            let _ = forces.push(contact); // as many as parts
         });
     }
 
@@ -165,71 +169,73 @@ impl ToolContacts {
         if near > *shallowest {
             *shallowest = near;
         }
-        // The skin over one that is lost may touch.
+        // The skin over a sphere that is dropped may touch.
         faults.raise(Fault::ContactOverflow);
     }
 
-    /// Presses the tools against every organ, in its last substep, and lists what they do to it.
+    /// Solves every organ's constraints in its last substep, and lists the contact forces.
     pub(crate) fn push_out(&mut self, scene: &Scene<'_>, bodies: &mut Bodies) {
         for (organ, _) in (0u8..).zip(scene.organs) {
-            self.touches.press(organ, scene.step_s_of(organ), bodies);
+            self.constraints
+                .solve(organ, scene.step_s_of(organ), bodies);
         }
-        self.list.retain(|contact| contact.organ.is_none()); // found anew below
-        for touch in self.touches.iter() {
-            match touch.place {
-                Place::Skin { station } => {
-                    self.skin.remember(touch.organ, station, touch.carried());
+        self.forces.retain(|contact| contact.organ.is_none()); // found anew below
+        for constraint in self.constraints.iter() {
+            match constraint.site {
+                ContactSite::Skin { point } => {
+                    self.skin
+                        .store(constraint.organ, point, constraint.cached());
                 }
-                Place::Tube { bead, part } => {
-                    self.tubes.remember(bead, part, touch.carried());
+                ContactSite::Tube { bead, part } => {
+                    self.tubes.store(bead, part, constraint.cached());
                 }
             }
-            if touch.felt_n <= 0.0 {
+            if constraint.felt_n <= 0.0 {
                 continue;
             }
-            for (sphere, _) in touch.patch.parts() {
+            for (sphere, _) in constraint.patch.parts() {
                 let bits = bodies.bits.at_mut(sphere);
                 *bits = bits.with(SphereBits::CONTACT);
             }
-            let _ = self.list.push(Contact {
-                tool: touch.place.tool(),
-                organ: Some(touch.organ),
-                at_m: touch.at_m,
-                normal: touch.normal,
-                force_n: touch.felt_n,
-                stiffness_n_m: touch.stiffness_n_m,
-                friction_n: touch.felt_friction_n,
-                friction_stiffness_n_m: touch.friction_stiffness_n_m,
-            }); // as many as touches
+            let _ = self.forces.push(ContactForce {
+                tool: constraint.site.tool(),
+                organ: Some(constraint.organ),
+                at_m: constraint.at_m,
+                normal: constraint.normal,
+                force_n: constraint.felt_n,
+                stiffness_n_m: constraint.stiffness_n_m,
+                friction_n: constraint.felt_friction_n,
+                friction_stiffness_n_m: constraint.friction_stiffness_n_m,
+            }); // as many as constraints
         }
     }
 }
 
 impl Outside for ToolContacts {
     fn lean(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
-        self.touches.lean(organ, step_s, bodies);
+        self.constraints.warm_start(organ, step_s, bodies);
     }
 
     fn press(&mut self, organ: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
-        self.touches.press(organ, step_s, bodies);
+        self.constraints.solve(organ, step_s, bodies);
     }
 }
 
-/// A part with round ends, prepared for many spheres. It holds the flat-ended cylinder.
+/// A part with round ends, prepared for many spheres. It contains the flat-ended cylinder.
 #[derive(Debug, Clone, Copy)]
 struct Segment {
     a_m: Vec3,
     along_m: Vec3,
     inverse_length_squared: f32,
     radius_m: f32,
-    /// Middle of the box around what of it lies in the organ's, and half of its sides, m; both grown by
-    /// how near is near.
+    /// Middle of the box around the piece of it within the organ's box, and half of its sides, m;
+    /// both grown by [`NEAR_SKIN_M`].
     middle_m: Lanes,
     half_m: Lanes,
 }
 
 impl Segment {
-    /// Of a part, prepared for the spheres of an organ that lies in this box.
+    /// Prepares a part for the spheres of an organ in this box.
     fn new(part: &Capsule, organ_box: &Bounds) -> Self {
         let along_m = part.b_m - part.a_m;
         let reach_m = part.radius_m + NEAR_SKIN_M;
@@ -245,7 +251,8 @@ impl Segment {
         }
     }
 
-    /// Whether a sphere meets the box around it: false only where [`Segment::depth_m`] is `None`.
+    /// True where a sphere meets the box around it; false only where [`Segment::depth_m`] is
+    /// `None`.
     #[inline(always)]
     fn may_be_near(&self, center: Lanes, radius_m: f32) -> bool {
         let [x, y, z, _] = (center - self.middle_m).to_array();
@@ -253,7 +260,7 @@ impl Segment {
         x.abs() <= a && y.abs() <= b && z.abs() <= c
     }
 
-    /// How deep a sphere overlaps it, or `None` if it is not even near.
+    /// Overlap of a sphere with it, m; `None` if the sphere is not near.
     #[inline]
     fn depth_m(&self, center_m: &Vec3, radius_m: f32, margin_m: f32) -> Option<f32> {
         let from_a = center_m - self.a_m;
@@ -302,12 +309,12 @@ mod tests {
     }
 
     #[test]
-    fn the_same_force_on_both_by_hand() {
-        // The round end of 2 mm stands 10 mm over the middle of a 10 mm sphere: 2 mm deep. Of that the
-        // sphere of 2 g yields 0.5 mm/N in a tick, and the wall of 500 N/m, flat at 16 mm, the rest.
+    fn contact_force_acts_on_tool_and_tissue_alike() {
+        // The round end of 2 mm radius is 2 mm deep in a 10 mm sphere. The sphere of 2 g yields 0.5
+        // mm/N of that in a tick; the wall of 500 N/m, flat at 16 mm, yields the rest.
         let (contacts, bodies) = meet(0.010, false);
-        let [contact] = contacts.list[..] else {
-            panic!("{:?}", contacts.list)
+        let [contact] = contacts.forces[..] else {
+            panic!("{:?}", contacts.forces)
         };
         let force_n = contact.force_n;
         let wall_m = 0.002 - 0.000_5 * force_n;
@@ -331,18 +338,18 @@ mod tests {
     }
 
     #[test]
-    fn what_is_held_stays_and_pushes_all_the_same() {
+    fn fixed_sphere_stays_and_pushes() {
         let (contacts, bodies) = meet(0.010, true);
         let wall_n = 500.0 * 0.002 * (1.0 + 0.002 / 0.016);
-        let force_n = contacts.list[0].force_n;
+        let force_n = contacts.forces[0].force_n;
         assert!((force_n / wall_n - 1.0).abs() < 0.01, "{force_n}");
         assert!(math::norm(&bodies.nodes.at(0).moved_m()) < f32::EPSILON);
     }
 
     #[test]
-    fn near_is_no_contact() {
+    fn near_sphere_without_overlap_has_no_force() {
         let (contacts, bodies) = meet(0.013, false);
-        assert!(contacts.near_spheres(&bodies).count() > 0 && contacts.list.is_empty());
+        assert!(contacts.near_spheres(&bodies).count() > 0 && contacts.forces.is_empty());
         let (contacts, bodies) = meet(0.05, false);
         assert_eq!(contacts.near_spheres(&bodies).count(), 0);
     }
@@ -352,9 +359,9 @@ mod tests {
     }
 
     proptest! {
-        /// The box around a part leaves out no sphere of the organ that is near it.
+        /// The box around a part excludes no sphere of the organ that is near the part.
         #[test]
-        fn the_box_leaves_out_none_that_is_near(
+        fn box_excludes_no_near_sphere(
             a_m in vector(0.2), b_m in vector(0.2), low_m in vector(0.1), size_m in vector(0.1),
             at in (0.0f32..1.0, 0.0f32..1.0, 0.0f32..1.0), radius_m in 0.001f32..0.015,
         ) {
@@ -365,7 +372,7 @@ mod tests {
             let share = Vec3::new(at.0, at.1, at.2);
             let center_m = low_m + Vec3::repeat(radius_m) + inner_m.component_mul(&share);
             let segment = Segment::new(&part, &organ_box);
-            // A tenth of a micrometre for what is rounded.
+            // A tenth of a micrometre allows for rounding.
             if segment.depth_m(&center_m, radius_m, NEAR_SKIN_M - 1.0e-7).is_some() {
                 prop_assert!(segment.may_be_near(Lanes::new(&center_m, 0.0), radius_m));
             }

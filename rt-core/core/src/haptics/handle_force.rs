@@ -3,7 +3,7 @@
 
 use nalgebra::Matrix3;
 
-use crate::contact::contact_force::{Contact, Pull};
+use crate::contact::contact_force::{ContactForce, Pull};
 use crate::math::{self, Pose, Vec3};
 use crate::tool::{Kinematics, Tool, Wrench};
 
@@ -22,7 +22,7 @@ pub(crate) struct Felt {
 /// Adds up what every contact and the held tissue do at the handle. Where `renders_torque` is false
 /// the shaft turns freely in the hand: nothing of its torque is felt. O(contacts).
 pub(crate) fn felt(
-    contacts: &[Contact],
+    contacts: &[ContactForce],
     pull: Option<&Pull>,
     kinematics: &Kinematics,
     world_from_handle: &Pose,
@@ -36,7 +36,7 @@ pub(crate) fn felt(
         let way = handle_way(kinematics, world_from_handle, at_m, normal);
         stiffness_n_m += way * way.transpose() * k;
     };
-    let felt = |contact: &&Contact| contact.tool == Tool::Instrument;
+    let felt = |contact: &&ContactForce| contact.tool == Tool::Instrument;
     for contact in contacts.iter().filter(felt) {
         at_port += kinematics.wrench(&contact.at_m, &contact.whole_force_n());
         add_spring(&contact.at_m, &contact.normal, contact.stiffness_n_m);
@@ -108,8 +108,8 @@ mod tests {
         Pose::from_parts(Vec3::new(0.0, 0.0, 0.2).into(), Quat::identity())
     }
 
-    fn contact(at_m: Vec3, normal: Vec3) -> Contact {
-        Contact {
+    fn contact(at_m: Vec3, normal: Vec3) -> ContactForce {
+        ContactForce {
             tool: Tool::Instrument,
             organ: Some(0),
             at_m,
@@ -123,7 +123,7 @@ mod tests {
 
     #[test]
     fn friction_is_felt_across_the_contact() {
-        let rubbed = Contact {
+        let rubbed = ContactForce {
             friction_n: Vec3::new(0.2, 0.0, 0.0),
             friction_stiffness_n_m: 800.0,
             stiffness_n_m: 100.0,
@@ -135,7 +135,7 @@ mod tests {
         assert!((200.0..=219.0).contains(&felt.stiffness_n_m), "{felt:?}");
     }
 
-    fn felt(contacts: &[Contact], pull: Option<&Pull>) -> Felt {
+    fn felt(contacts: &[ContactForce], pull: Option<&Pull>) -> Felt {
         super::felt(contacts, pull, &LEVER, &handle(), true)
     }
 
@@ -194,12 +194,12 @@ mod tests {
         (-reach..reach, -reach..reach, -reach..reach).prop_map(|(x, y, z)| Vec3::new(x, y, z))
     }
 
-    fn contacts() -> impl Strategy<Value = std::vec::Vec<Contact>> {
+    fn contacts() -> impl Strategy<Value = std::vec::Vec<ContactForce>> {
         let any = (vector(0.05), vector(1.0), 0.0f32..3.0, 0.0f32..1000.0);
         prop::collection::vec(any, 0..12).prop_map(|drawn| {
             let made = drawn
                 .into_iter()
-                .map(|(at, way, force_n, stiffness_n_m)| Contact {
+                .map(|(at, way, force_n, stiffness_n_m)| ContactForce {
                     at_m: Vec3::new(0.0, 0.0, -0.1) + at,
                     normal: math::unit(&way).unwrap_or_else(Vec3::z),
                     force_n,
@@ -253,7 +253,7 @@ mod tests {
         fn the_room_may_turn_and_be_mirrored(all in contacts(), turn in vector(3.0)) {
             let here = felt(&all, None);
             let turn = Quat::from_scaled_axis(turn);
-            let turned: std::vec::Vec<Contact> = all.iter().map(|c| Contact {
+            let turned: std::vec::Vec<ContactForce> = all.iter().map(|c| ContactForce {
                 at_m: turn * c.at_m, normal: turn * c.normal, ..*c
             }).collect();
             let at = Pose::from_parts(nalgebra::Translation::identity(), turn) * handle();
@@ -263,7 +263,7 @@ mod tests {
             prop_assert!((there.stiffness_n_m - here.stiffness_n_m).abs()
                 < 1.0e-3 * (1.0 + here.stiffness_n_m));
             let mirror = |v: &Vec3| Vec3::new(-v.x, v.y, v.z);
-            let mirrored: std::vec::Vec<Contact> = all.iter().map(|c| Contact {
+            let mirrored: std::vec::Vec<ContactForce> = all.iter().map(|c| ContactForce {
                 at_m: mirror(&c.at_m), normal: mirror(&c.normal), ..*c
             }).collect();
             let seen = felt(&mirrored, None);

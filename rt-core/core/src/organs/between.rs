@@ -1,7 +1,8 @@
-//! What spheres of organs do to each other that have come together: they press each other apart, and rub.
+//! Contact of organs: spheres that overlap press each other apart, with friction.
 //!
-//! The contact is a damped spring (XPBD, Macklin 2016) in each of the finer organ's substeps. So where a sphere is
-//! squeezed between others, pushes come to a balance; were each to have its way in turn, none would ever rest.
+//! The contact is a damped spring (XPBD, Macklin 2016) in each of the finer organ's substeps. So
+//! the pushes on a sphere that is squeezed between others come to a balance. Exact distances,
+//! solved in turn, would never let it rest.
 
 use heapless::Vec;
 
@@ -15,23 +16,25 @@ use crate::tissue::lanes::Lanes;
 use crate::tissue::pace::{Moment, Pace};
 use crate::words::SphereBits;
 
-/// Pairs nearer than this to touching at the beginning of a tick may touch within it, m: what comes together
-/// faster than at half a metre a second does so a tick later.
+/// Distance from contact at the beginning of a tick within which a pair may touch in it, m. Spheres
+/// that approach faster than 0.5 m/s meet a tick later.
 const CLOSE_M: f32 = 0.000_5;
-/// Stiffness of the contact of two spheres, N/m: a gallbladder that is pressed on the liver with 1 N lies a quarter of a
-/// millimetre in it.
+/// Stiffness of the contact of two spheres, N/m: a gallbladder that is pressed on the liver with 1
+/// N lies a quarter of a millimetre in it.
 const STIFFNESS_N_M: f32 = 200.0;
-/// How much the speed at which an overlap grows counts beside it, s: so much that nothing bounces.
+/// Weight of an overlap's speed against its depth, s: enough that nothing bounces. More of it slows
+/// the approach to balance.
 const DAMPED_S: f32 = 0.001;
-/// Share of an overlap that is taken back in a substep at most: light spheres are not shot out.
+/// Largest share of an overlap that a substep corrects. A larger one shoots light spheres out.
 const SOFT: f32 = 0.4;
-/// Organs that lie in each other part this fast at most, m/s: a duct that has slipped far into an organ comes
-/// out of it, and is not shot out.
+/// Largest speed at which overlapping organs part, m/s. A duct that has slipped far into an organ
+/// comes out slowly.
 const PART_M_S: f32 = 0.1;
-/// Friction of wet serous skins on each other (pleura on pleura; D'Angelo 2004, DOI 10.1016/j.resp.2004.05.006).
+/// Friction of wet serous skins on each other (pleura on pleura; D'Angelo 2004, DOI
+/// 10.1016/j.resp.2004.05.006).
 const FRICTION: f32 = 0.02;
 
-/// Slots in which pairs are looked up.
+/// Slots of the hash table of pairs.
 const SLOTS: usize = 4 * MAX_CLOSE_PAIRS;
 const NO_PAIR: [u16; 2] = [u16::MAX; 2];
 
@@ -39,15 +42,15 @@ const NO_PAIR: [u16; 2] = [u16::MAX; 2];
 #[derive(Debug, Clone, Copy)]
 struct Close {
     pair: Pair,
-    /// In how many steps of a tick it is looked at.
+    /// Steps of a tick in which it is solved.
     times: u32,
 }
 
-/// Those of a tick.
+/// Pairs that may touch in a tick.
 #[derive(Debug, Clone)]
 pub(crate) struct Between {
     close: Vec<Close, MAX_CLOSE_PAIRS>,
-    /// Where each of them is noted, so that none is in twice.
+    /// Hash table of the pairs, so that none is in twice.
     slots: [[u16; 2]; SLOTS],
 }
 
@@ -59,12 +62,12 @@ impl Between {
         }
     }
 
-    /// None.
+    /// Removes all pairs.
     pub(crate) fn clear(&mut self) {
         self.close.clear();
     }
 
-    /// Chooses what may touch in this tick of pairs that are near.
+    /// Chooses the near pairs that may touch in this tick.
     pub(crate) fn choose<'a>(
         &mut self,
         near: impl Iterator<Item = &'a Pair>,
@@ -88,7 +91,7 @@ impl Between {
         }
     }
 
-    /// Notes a pair; says whether it was already.
+    /// Notes a pair; true if it was noted already.
     fn is_noted(&mut self, pair: &Pair) -> bool {
         let key = [pair.a, pair.b];
         let hash = (u32::from(pair.a) << 16 | u32::from(pair.b)).wrapping_mul(0x9e37_79b1);
@@ -108,7 +111,7 @@ impl Between {
         false
     }
 
-    /// Presses apart, in the finest step `now` of the tick, what touches and whose turn it is.
+    /// Presses apart the touching pairs that are due in the finest step `now` of the tick.
     pub(crate) fn press_due(&self, now: u32, scene: &Scene<'_>, bodies: &mut Bodies) {
         for close in &self.close {
             if let Some(moment) = Moment::due(now, close.times, scene) {
@@ -134,12 +137,12 @@ fn press(pair: &Pair, at: &Moment, scene: &Scene<'_>, bodies: &mut Bodies) {
     let came_m = math::norm(&before) - near_m;
     let step_s = at.step_s();
     let rate = DAMPED_S / step_s;
-    // How far it goes apart for being so deep, were it as heavy as this.
+    // Compliance of the spring, relative to the pair's inverse mass.
     let softness = (STIFFNESS_N_M * step_s * step_s * weight_per_kg).recip();
     let answer = ((1.0 + rate) + softness).recip().min(SOFT);
     let wanted_m = answer * (pair.apart_m - near_m + rate * came_m);
     let push_m = wanted_m.min(came_m + PART_M_S * step_s).max(0.0);
-    // Along the surfaces they hold each other back by a share of that.
+    // Friction along the surfaces is a share of that.
     let slid = now - before;
     let slid = slid - direction * direction.dot(&slid);
     let held = FRICTION * push_m
@@ -152,7 +155,7 @@ fn press(pair: &Pair, at: &Moment, scene: &Scene<'_>, bodies: &mut Bodies) {
     pace_b.push(bodies.nodes.at_mut(b), push.scaled(-1.0));
 }
 
-/// Whether one of the two is layered tissue of which nothing is left.
+/// True if one of the two is layered tissue that has been removed.
 fn is_gone(bodies: &Bodies, pair: &Pair) -> bool {
     [pair.a, pair.b].iter().any(|&i| {
         let bits = bodies.bits.at(u32::from(i));
@@ -175,7 +178,8 @@ mod tests {
 
     const RADIUS_M: f32 = 0.01;
 
-    /// Two spheres of 0.2 g whose centres lay 5 cm apart at rest, each an organ, or both one; nothing else acts.
+    /// Two spheres of 0.2 g, their centres 5 cm apart at rest, in one organ or in two; no other
+    /// force acts.
     struct Two {
         organs: std::vec::Vec<Organ>,
         spheres: std::vec::Vec<RestSphere>,
@@ -255,7 +259,7 @@ mod tests {
         }
     }
 
-    /// Of equal and of unequal substeps, and folds of one.
+    /// Equal and unequal substeps, and folds of one organ.
     fn kinds() -> [std::vec::Vec<Organ>; 4] {
         [
             std::vec![free(0, 1, 1), free(1, 1, 1)],
@@ -266,7 +270,7 @@ mod tests {
     }
 
     #[test]
-    fn what_comes_into_another_is_stopped_by_equal_momenta_and_does_not_bounce() {
+    fn colliding_organ_is_stopped_by_equal_momenta_without_bounce() {
         for organs in kinds() {
             let mut two = Two::new(&organs, 0.0225, [0.1, 0.0]);
             let mut nearest_m = f32::MAX;
@@ -286,7 +290,7 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_far_in_each_other_parts_slowly() {
+    fn deeply_overlapping_organs_part_slowly() {
         for organs in kinds() {
             let mut two = Two::new(&organs, 0.015, [0.0, 0.0]);
             for tick in 0..400 {
@@ -301,7 +305,7 @@ mod tests {
     }
 
     #[test]
-    fn those_in_one_place_part() {
+    fn coincident_spheres_part() {
         let mut two = Two::new(&kinds()[0], 0.0, [0.0, 0.0]);
         for _ in 0..10 {
             two.tick();
@@ -310,7 +314,7 @@ mod tests {
     }
 
     #[test]
-    fn spheres_pressed_together_come_to_rest_as_springs_would() {
+    fn squeezed_sphere_comes_to_rest_as_between_springs() {
         // Between two walls of spheres 0.2 mm too near for one that is free between them.
         let mut two = Two::new(&kinds()[0], 0.05, [0.0, 0.0]);
         two.spheres = std::vec![at(0.0), at(0.05), at(0.1)];
@@ -348,7 +352,7 @@ mod tests {
             two.tick();
         }
         assert!((two.apart_m() - 0.012).abs() < 1.0e-7);
-        // Nearer than they lay, they go back to that.
+        // If they come nearer, they return to that.
         let nearer = Vec3::x() * -0.002;
         two.bodies.nodes.at_mut(1).put(&nearer, &Vec3::zeros());
         for _ in 0..400 {
@@ -358,7 +362,7 @@ mod tests {
     }
 
     #[test]
-    fn friction_slows_what_slides_and_never_turns_it_round() {
+    fn friction_slows_sliding_and_never_reverses_it() {
         let mut two = Two::new(&kinds()[1], 0.0201, [0.05, 0.0]);
         let at = two.bodies.nodes.at(0).moved_m();
         let along = Vec3::new(0.05, 0.01, 0.0);

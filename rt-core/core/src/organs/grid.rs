@@ -1,23 +1,23 @@
-//! A grid over the spheres of each organ: what is near a place is found in the few cells around it, however
-//! many spheres there are and however large some of them.
+//! A grid over the spheres of each organ. It finds spheres near a place in the few cells around it,
+//! whatever their number and size.
 
 use crate::capacity::{MAX_ORGANS, MAX_SPHERES};
 use crate::math::Vec3;
 use crate::tissue::{Bodies, Bounds};
 
-/// Spheres in a cell, about: rows of cells cost time as spheres do.
+/// Mean number of spheres in a cell; fewer make more rows of cells, which cost time as spheres do.
 const SPHERES_IN_CELL: usize = 2;
 /// Cells of all organs together.
 const CELLS: usize = MAX_SPHERES / SPHERES_IN_CELL + MAX_ORGANS;
-/// Cells along an axis of an organ are made wider by this until there are few enough.
+/// Factor by which cells are widened until there are few enough.
 const WIDER: f32 = 1.25;
-/// Cells along the longest axis of an organ at the most.
+/// Cells along the longest axis of an organ at most.
 const SIDE_MAX: f32 = 48.0;
 
 /// The cells of an organ.
 #[derive(Debug, Clone, Copy)]
 struct Part {
-    /// Around its centres, m.
+    /// Box around the centres of its spheres, m.
     bounds: Bounds,
     per_m: f32,
     sides: [usize; 3],
@@ -38,7 +38,7 @@ impl Part {
         count: 0,
     };
 
-    /// Its cells are as wide as lets it have no more than `most`.
+    /// Divides the box into `most` cells at most.
     fn divide(&mut self, most: usize) {
         let size_m = self.bounds.high_m - self.bounds.low_m;
         let mut width_m = (size_m.max() / SIDE_MAX).max(1.0e-5);
@@ -57,7 +57,7 @@ impl Part {
         }
     }
 
-    /// The cell along each axis in which a place lies, or the nearest to it.
+    /// Cell along each axis that contains a place, or the nearest.
     fn cell(&self, at_m: &Vec3) -> [usize; 3] {
         let at = (at_m - self.bounds.low_m) * self.per_m;
         let [sx, sy, sz] = self.sides;
@@ -71,16 +71,16 @@ impl Part {
     }
 }
 
-/// Which spheres lie in which cell.
+/// Spheres sorted by cell.
 #[derive(Debug, Clone)]
 pub(super) struct Grid {
     parts: [Part; MAX_ORGANS],
-    /// End of each cell's run in `seen`; it starts where the one before ends.
+    /// End of each cell's run in `seen`; the run starts at the end of the one before.
     ends: [u16; CELLS],
     seen: [Seen; MAX_SPHERES],
 }
 
-/// A sphere as it was when the grid was built.
+/// A sphere when the grid was built.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seen {
     center_m: [f32; 3],
@@ -95,7 +95,7 @@ impl Seen {
         sphere: 0,
     };
 
-    /// Whether it then came nearer than `reach_m` to `center_m`.
+    /// True if it then came nearer than `reach_m` to `center_m`.
     #[inline(always)]
     pub(super) fn is_near(&self, center_m: &[f32; 3], reach_m: f32) -> bool {
         let [x, y, z] = self.center_m;
@@ -114,7 +114,7 @@ impl Grid {
         }
     }
 
-    /// Sorts these spheres, each with its reach, m. O(spheres + cells).
+    /// Sorts spheres, each with its reach, m, into cells. O(spheres + cells).
     pub(super) fn build(&mut self, bodies: &Bodies, spheres: &[u16], reach_m: impl Fn(u32) -> f32) {
         let center_m = |sphere: u32| bodies.nodes.at(sphere).center_m();
         let organ = |sphere: u32| usize::from(*bodies.organ.at(sphere));
@@ -173,8 +173,8 @@ impl Grid {
         part.slot(part.cell(at_m))
     }
 
-    /// Runs of spheres that may come nearer than their reach and `reach_m` to `center_m`, in a fixed
-    /// order.
+    /// Runs of spheres that may come nearer to `center_m` than their reach and `reach_m`, in a
+    /// fixed order.
     pub(super) fn near(&self, center_m: &Vec3, reach_m: f32) -> impl Iterator<Item = &[Seen]> {
         let center_m = *center_m;
         let near = move |part: &&Part| {

@@ -1,18 +1,18 @@
-//! Organ against organ, and an organ against itself: which spheres are near each other that are not linked. What
-//! they do to each other is [`crate::organs::between`]'s.
+//! Near pairs of spheres, of two organs or of one, that are not linked. [`crate::organs::between`]
+//! presses them apart.
 //!
-//! The surface decides how far apart: inner spheres lie under the skin, so a sphere reaches about as far as
-//! the skin that it is the nearest to lies from it at rest, and not only as far as its radius.
+//! An outer sphere reaches about as far as the skin that it is nearest to lies from it at rest, and
+//! not only as far as its radius, because inner spheres lie under the skin.
 //!
-//! Inner spheres of one organ overlap at rest by construction. So within an organ only pairs
-//! that were apart at rest are kept apart; spheres of two organs are not let nearer than they
-//! were at rest. The paper does not say how it tells these cases.
+//! Inner spheres of one organ overlap at rest by construction. So within an organ only pairs that
+//! were apart at rest are kept apart; spheres of two organs come no nearer than they were at rest.
+//! The paper does not say how it tells these cases.
 //!
-//! Near pairs are searched in a grid, a sixteenth of the spheres a tick: a list is complete after
-//! [`CYCLE`] ticks and used for as many; two organs that meet are kept apart at once. Spheres that close more than
-//! [`MARGIN_M`] in that time (0.2 m/s) are seen late by at most 16 ms. Those that have hardly moved
-//! since they were searched are not searched again: two of them keep the pair that they were.
-//! O(spheres that move · spheres in cells within reach / 16 + pairs) a tick.
+//! Near pairs are searched in a grid, a sixteenth of the spheres a tick. A list is complete after
+//! [`CYCLE`] ticks and is used for as many; two organs that meet are kept apart at once. Spheres
+//! that approach by more than [`MARGIN_M`] in that time (0.2 m/s) are seen late by at most 16 ms.
+//! Spheres that have hardly moved since their last search are not searched again: two of them keep
+//! their pair. O(spheres that move · spheres in cells within reach / 16 + pairs) a tick.
 
 use heapless::Vec;
 
@@ -24,30 +24,33 @@ use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::per_sphere::PerSphere;
 
-/// Ticks in which every sphere is searched once.
+/// Ticks in which every sphere is searched once. More cost less time a tick, and see fast spheres
+/// later.
 const CYCLE: u32 = 16;
-/// Pairs nearer than this to touching are kept, m.
+/// Distance from contact within which a pair is kept, m. A larger one sees faster spheres in time,
+/// and keeps more pairs.
 const MARGIN_M: f32 = 0.003;
 
-/// What a sphere goes between the grid's making and its use, m: faster ones (0.2 m/s) are seen by the
-/// next.
+/// Travel of a sphere between the grid's construction and its use, m; the next grid sees faster
+/// ones (0.2 m/s).
 const GONE_M: f32 = 0.003;
 
-/// A sphere that has gone less than this since it was searched is still, m. Two still spheres can have
-/// closed by three times this since the second was searched.
+/// Travel since its last search below which a sphere is still, m. Two still spheres can have
+/// approached by three times this since the second was searched.
 const STILL_M: f32 = 0.000_15;
 
-/// Within an organ, only pairs nearer than this share of their distance at rest are kept apart: an
-/// organ at rest has none.
+/// Share of a pair's distance at rest below which it is kept apart within an organ: an organ at
+/// rest has no such pair.
 const HAS_CLOSED: f32 = 0.95;
-/// Share of their squared distance at rest within which they are listed: two still spheres cannot close
-/// from there.
+/// Share of the squared distance at rest below which a pair is listed: still spheres cannot come to
+/// touch from farther.
 const MAY_CLOSE: f32 = 0.96;
 
-/// A sphere reaches no farther than this many of its radii: one beside a thin rim is not the rim.
+/// Largest reach of a sphere, in its radii: a sphere beside a thin rim does not reach as far as the
+/// rim.
 const REACH_MAX: f32 = 1.5;
 
-/// Where no sphere is: one that was never searched.
+/// Position of a sphere that was never searched.
 const NEVER: Vec3 = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
 
 /// Two spheres that may come to overlap.
@@ -55,19 +58,19 @@ const NEVER: Vec3 = Vec3::new(f32::MAX, f32::MAX, f32::MAX);
 pub(crate) struct Pair {
     pub(crate) a: u16,
     pub(crate) b: u16,
-    /// Their centres are kept this far apart, m.
+    /// Least distance of their centres, m.
     pub(crate) apart_m: f32,
 }
 
-/// The skin that a sphere is the nearest to.
+/// Distances of a sphere from the skin vertices to which it is the nearest.
 #[derive(Debug, Clone, Copy)]
-struct Beside {
+struct SkinDistance {
     vertices: f32,
     sum_m: f32,
     nearest_m: f32,
 }
 
-impl Beside {
+impl SkinDistance {
     const NOTHING: Self = Self {
         vertices: 0.0,
         sum_m: 0.0,
@@ -80,27 +83,28 @@ impl Beside {
         self.nearest_m = self.nearest_m.min(away_m);
     }
 
-    /// How far its sphere reaches, m: between the nearest of it and the mean. Balls that touch so let the skins between
-    /// them come in as far as they hold those over them off.
+    /// Reach of the sphere, m: midway between the nearest distance and the mean. Balls that touch
+    /// with this reach let some of the skin between them overlap, and hold some apart, by equal
+    /// amounts.
     fn reach_m(&self) -> Option<f32> {
         (self.vertices > 0.0).then(|| 0.5 * (self.nearest_m + self.sum_m / self.vertices))
     }
 }
 
-/// The pairs in use and those being collected.
+/// Pairs in use, and those being collected.
 #[derive(Debug, Clone)]
 pub(crate) struct Pairs {
     grid: Grid,
-    /// Spheres that something can meet: those nearest to the skin, where there is one. The others
-    /// lie behind them.
+    /// Spheres that another can meet: those nearest to the skin, where there is one. The others lie
+    /// behind them.
     outer: Vec<u16, MAX_SPHERES>,
-    /// How far each of those reaches from its centre, m.
+    /// Reach of each of those from its centre, m.
     reach_m: PerSphere<f32>,
     current: Vec<Pair, MAX_SPHERE_PAIRS>,
     next: Vec<Pair, MAX_SPHERE_PAIRS>,
-    /// Where each sphere was when it was last searched, m.
+    /// Position of each sphere at its last search, m.
     searched_m: PerSphere<Vec3>,
-    /// Which are still in this cycle.
+    /// Spheres that are still in this cycle.
     is_still: PerSphere<bool>,
     /// Position in the cycle.
     phase: u32,
@@ -120,22 +124,22 @@ impl Pairs {
         }
     }
 
-    /// Starts anew with `scene`, whose spheres `bodies` holds.
+    /// Starts anew with `scene`.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.outer.clear();
-        let mut beside = PerSphere::new(Beside::NOTHING);
+        let mut skin_distances = PerSphere::new(SkinDistance::NOTHING);
         for vertex in scene.skin.vertices {
             let number = u32::from(vertex.spheres[0]);
             if let Some(sphere) = scene.spheres.get(number as usize) {
                 let away_m = math::norm(&(scene.skin_at_rest_m(vertex) - sphere.center_m));
-                beside.at_mut(number).add(away_m);
+                skin_distances.at_mut(number).add(away_m);
             }
         }
         for (number, sphere) in (0..).zip(scene.spheres) {
-            let skin_m = beside.at(number).reach_m();
+            let skin_m = skin_distances.at(number).reach_m();
             let reach_m = skin_m.unwrap_or(0.0).max(sphere.radius_m);
             *self.reach_m.at_mut(number) = reach_m.min(REACH_MAX * sphere.radius_m);
-            // Those that have no skin, or are the nearest to some of it.
+            // Spheres without a skin, or nearest to some of it.
             if scene.skin.near_sphere(number).is_none() || skin_m.is_some() {
                 let _ = self.outer.push(number as u16); // has room for every sphere
             }
@@ -186,7 +190,7 @@ impl Pairs {
                     if let Some(pair) = near_pair(bodies, &self.reach_m, a.min(b), a.max(b)) {
                         faults.raise_if(self.next.push(pair).is_err(), Fault::PairOverflow);
                         if bodies.organ.at(a) != bodies.organ.at(b) {
-                            // At once, too: twice in the list is moved apart once.
+                            // At once as well; a pair listed twice is solved once.
                             let _ = self.current.push(pair);
                         }
                     }
@@ -196,7 +200,7 @@ impl Pairs {
         self.phase = (self.phase + 1) % CYCLE;
     }
 
-    /// Those that are near.
+    /// Near pairs.
     pub(crate) fn near(&self) -> impl Iterator<Item = &Pair> {
         self.current.iter()
     }
@@ -275,8 +279,8 @@ mod tests {
         let near = [(1, Vec3::new(-0.032, 0.0, 0.0))];
         let (mut pairs, mut bodies) = found(&organs, &spheres, &[], &near);
         assert_eq!(listed(&pairs), [(0, 1)]);
-        let mut after = |sphere: u32, way_m: f32| {
-            bodies.nodes.at_mut(sphere).move_by(&(Vec3::x() * way_m));
+        let mut after = |sphere: u32, travel_m: f32| {
+            bodies.nodes.at_mut(sphere).move_by(&(Vec3::x() * travel_m));
             for _ in 0..3 * CYCLE {
                 let mut faults = FaultSet::NONE;
                 pairs.find(&bodies, &mut faults);
@@ -285,7 +289,7 @@ mod tests {
         };
         assert_eq!(after(1, 0.0), [(0, 1)], "kept");
         assert_eq!(after(1, 0.0001), [(0, 1)], "hardly gone");
-        // To either side: the one that moves has the higher number, or the lower.
+        // To either side: the moving one has the higher number, or the lower.
         assert_eq!(after(1, 0.06), [(1, 2)]);
         assert_eq!(after(1, -0.06), [(0, 1)]);
         assert_eq!(after(0, -0.05), []);
@@ -293,7 +297,7 @@ mod tests {
     }
 
     #[test]
-    fn which_pairs_are_kept_apart() {
+    fn only_pairs_apart_at_rest_are_kept_apart() {
         // Organ 0: spheres 0, 1 overlap at rest; 2 is 3 cm off, 3 linked to 2; organ 1: sphere 4.
         let at = |x: f32| sphere(Vec3::new(x, 0.0, 0.0), 0.01);
         let spheres = [at(0.0), at(0.015), at(0.045), at(0.075), at(0.1)];
@@ -318,7 +322,7 @@ mod tests {
     }
 
     #[test]
-    fn the_grid_finds_what_brute_force_finds() {
+    fn grid_finds_what_brute_force_finds() {
         let mut seed = 7_u32;
         let mut random = || {
             seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use crate::capacity::{MAX_EVENTS_PER_TICK, MAX_ORGANS};
-use crate::contact::contact_force::Contact;
+use crate::contact::contact_force::ContactForce;
 use crate::fault::{FAULT_COUNT, Fault, FaultSet};
 use crate::math::Vec3;
 use crate::port::PedalSample;
@@ -56,7 +56,7 @@ impl Journal {
     }
 
     /// Contact and release, organ by organ. `force_n` is what the hand feels.
-    pub(crate) fn note_contacts(&mut self, list: &[Contact], organs: &[Organ], force_n: f32) {
+    pub(crate) fn note_contacts(&mut self, list: &[ContactForce], organs: &[Organ], force_n: f32) {
         for (organ, _) in (0u8..).zip(organs) {
             let contact = list
                 .iter()
@@ -158,9 +158,9 @@ mod tests {
         },
     };
 
-    fn contact(organ: u8) -> Contact {
+    fn contact(organ: u8) -> ContactForce {
         let zero = Vec3::new(0.0, 0.0, 0.0);
-        Contact {
+        ContactForce {
             tool: Tool::Instrument,
             organ: Some(organ),
             at_m: zero,

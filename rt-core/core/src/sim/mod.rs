@@ -370,7 +370,7 @@ impl<'a> Sim<'a> {
         let paused = self.tool.switches.paused;
         let pull = self.grasp.pull(&self.state.bodies).filter(|_| !paused);
         let felt = handle_force::felt(
-            &self.contacts.list,
+            &self.contacts.forces,
             pull.as_ref(),
             &self.kinematics,
             &self.proxy.handle(&self.tool.world_from_handle),

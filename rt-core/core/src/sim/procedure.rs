@@ -52,7 +52,7 @@ impl Sim<'_> {
         if let Some(electrode) = &electrode {
             let (bodies, vessels) = (&mut state.bodies, &mut state.vessels);
             let cells = bodies.touched_cells(electrode, &self.scene, &self.bounds);
-            let touched = (self.contacts.list.as_slice(), cells.as_slice());
+            let touched = (self.contacts.forces.as_slice(), cells.as_slice());
             (self.cautery).burn(electrode, touched, &self.scene, bodies, vessels, journal);
         }
         self.cautery.tell(electrode.is_none(), journal);
@@ -184,11 +184,11 @@ impl Sim<'_> {
     }
 
     pub(super) fn note_events(&mut self, faults: &mut FaultSet) {
-        let list = &self.contacts.list;
-        let own = list.iter().filter(|it| it.tool == Tool::Instrument);
+        let forces = &self.contacts.forces;
+        let own = forces.iter().filter(|it| it.tool == Tool::Instrument);
         self.tool.contact_count = own.count() as u32;
         self.journal
-            .note_contacts(list, self.scene.organs, math::norm(&self.tool.force_n));
+            .note_contacts(forces, self.scene.organs, math::norm(&self.tool.force_n));
         let pedal = self.tool.switches.pedal;
         faults.raise_if(pedal.cut && pedal.coagulate, Fault::BothElectrodes);
         let pedal = self.electric_pedal();

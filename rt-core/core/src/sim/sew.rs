@@ -75,7 +75,7 @@ impl Sim<'_> {
         let own = *bodies.organ.at(suture.sphere);
         let organ = self.scene.organs.get(usize::from(own))?;
         let from_tip = |at_m: &Vec3| (at_m - self.tool.tip_m).norm_squared();
-        let touched = self.contacts.list.iter();
+        let touched = self.contacts.forces.iter();
         let touched = touched.filter(|it| it.tool == Tool::Instrument && it.organ == Some(own));
         let held = self
             .grasp

@@ -1,4 +1,4 @@
-//! The nearest point of a moving skin, found by walking over it.
+//! Closest point of a moving skin, found by a walk over its triangles.
 
 use heapless::Vec;
 
@@ -9,7 +9,7 @@ use crate::math::{self, Vec3};
 use crate::scene::{Scene, Skin};
 use crate::tissue::Bodies;
 
-/// Places around a wide patch's middle.
+/// Directions from the middle of a wide patch to the ring around it.
 const RING: [[f32; 2]; 6] = [
     [1.0, 0.0],
     [0.5, 0.866_025_4],
@@ -18,33 +18,33 @@ const RING: [[f32; 2]; 6] = [
     [-0.5, -0.866_025_4],
     [0.5, -0.866_025_4],
 ];
-/// Share of the force that the middle of a wide patch takes, and of each place around it.
+/// Share of a wide patch's force that its middle bears, and that each place of the ring bears.
 const RING_SHARES: [f32; 2] = [0.25, 0.125];
-/// Steps of a walk. A tool at 3 m/s goes one vertex in a tick.
+/// Steps of a walk at most; a tool at 3 m/s crosses one vertex in a tick.
 const WALK_MAX: u32 = 12;
 
-/// The point of the skin that is nearest to a place.
+/// The skin's closest point to a tool point.
 #[derive(Debug, Clone)]
-pub(crate) struct Closest {
-    /// What it follows.
+pub(crate) struct ClosestPoint {
+    /// Spheres that carry the point.
     pub(crate) patch: Patch,
-    /// The triangle's corners, and their shares of the point.
+    /// Corners of the triangle, and their barycentric shares.
     corners: [u16; 3],
     shares: [f32; 3],
-    /// Outward unit normal, the corners' blended.
+    /// Outward unit normal, blended from the corners.
     pub(crate) normal: Vec3,
-    /// Where it is, on the curved skin, m.
+    /// Position on the curved skin, world frame, m.
     pub(crate) at_m: Vec3,
-    /// The corner from which the next walk starts.
+    /// Corner at which the next walk starts.
     pub(crate) vertex: u16,
-    /// A of the patch, m.
-    pub(crate) patch_m: f32,
+    /// Width A of the Gaussian patch, m.
+    pub(crate) patch_width_m: f32,
     /// Mean curvature at rest, 1/m.
     pub(crate) curvature_per_m: f32,
 }
 
-impl Closest {
-    /// How far it has sunk, for what lay under it is gone, m.
+impl ClosestPoint {
+    /// Depth by which the skin has sunk because tissue under it was removed, m.
     pub(crate) fn sunk_m(&self, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
         let mut sum_m = 0.0;
         for (corner, share) in self.corners.iter().zip(self.shares) {
@@ -53,8 +53,8 @@ impl Closest {
         sum_m
     }
 
-    /// Spreads the patch over a Gaussian `exp(−r²/B²)` more, B of this width, m: a tip that is wider
-    /// than its spheres are apart presses on all that lie under it.
+    /// Spreads the patch by a Gaussian `exp(−r²/B²)` of width B, m. A tip wider than the spacing of
+    /// the spheres presses on all spheres under it.
     pub(crate) fn spread(
         &mut self,
         width_m: f32,
@@ -63,7 +63,7 @@ impl Closest {
         known: &mut Corners,
     ) {
         let [middle, around] = RING_SHARES;
-        // The ring's mean square distance is the Gaussian's.
+        // The mean square distance of middle and ring is the Gaussian's.
         let radius_m = width_m / math::sqrt(1.0 - middle);
         let x = math::across(&self.normal);
         let y = self.normal.cross(&x);
@@ -78,19 +78,19 @@ impl Closest {
             under.add(corners, shares, around);
         }
         self.patch = under.patch(skin);
-        // The gap is looked at in the middle, which sinks as under a patch of this width: by its own share and
-        // by what the ring does to it.
-        let between = law::carries(radius_m, self.patch_m);
-        self.patch_m /= middle + (1.0 - middle) * between;
+        // The separation is measured in the middle, which sinks as under a patch of this width: by
+        // its own share of the force and by the ring's influence.
+        let between = law::mesh_influence(radius_m, self.patch_width_m);
+        self.patch_width_m /= middle + (1.0 - middle) * between;
     }
 }
 
-/// Vertices of a skin, each once, and how much a place follows each.
+/// Vertices of a skin, each once, and their weights.
 #[derive(Debug, Default)]
 struct Under(Vec<(u16, f32), { 3 * (RING.len() + 1) }>);
 
 impl Under {
-    /// The point of a triangle with these shares of its corners, by this much.
+    /// Adds a point of a triangle, by its shares of the corners, with this weight.
     fn add(&mut self, corners: [u16; 3], shares: [f32; 3], much: f32) {
         for (corner, share) in corners.into_iter().zip(shares) {
             match self.0.iter_mut().find(|(own, _)| *own == corner) {
@@ -116,22 +116,22 @@ impl Under {
     }
 }
 
-/// A walk's state.
+/// State of a walk: the best point so far.
 struct Nearest {
     squared_m2: f32,
     corners: [u16; 3],
     shares: [f32; 3],
 }
 
-/// The nearest point of the skin downhill from vertex `from`: a local one, so that a tool that went in
-/// on one side stays on that side.
+/// Closest point downhill from vertex `from`. It is a local one, so a tool that went in on one side
+/// stays on that side.
 pub(crate) fn walk(
     place_m: &Vec3,
     from: u16,
     skin: &Skin<'_>,
     bodies: &Bodies,
     known: &mut Corners,
-) -> Option<Closest> {
+) -> Option<ClosestPoint> {
     let found = nearest(place_m, from, skin, bodies, known)?;
     finish(&found, skin, bodies, known)
 }
@@ -189,7 +189,7 @@ fn nearest_in_fan(
     let mut best: Option<Nearest> = None;
     let mut last: Option<(u16, Vec3)> = None;
     for &[b, c] in skin.fan(skin.vertex(vertex)?) {
-        // Triangles of a fan follow each other: most corners have just been looked up.
+        // Neighbouring triangles of a fan share a corner, which was just looked up.
         let b_m = match last {
             Some((own, at)) if own == b => at,
             _ => known.at_m(b, skin, bodies)?,
@@ -218,7 +218,7 @@ fn finish(
     skin: &Skin<'_>,
     bodies: &Bodies,
     known: &mut Corners,
-) -> Option<Closest> {
+) -> Option<ClosestPoint> {
     let [i, j, k] = found.corners;
     let mut corner = |index: u16| {
         let vertex = skin.vertex(index)?;
@@ -227,11 +227,11 @@ fn finish(
     };
     let corners = [corner(i)?, corner(j)?, corner(k)?];
     let mut flat_m = Vec3::zeros();
-    let (mut blended, mut patch_m, mut curvature_per_m) = (Vec3::zeros(), 0.0, 0.0);
+    let (mut blended, mut patch_width_m, mut curvature_per_m) = (Vec3::zeros(), 0.0, 0.0);
     for ((at_m, normal, vertex), share) in corners.iter().zip(found.shares) {
         flat_m += at_m * share;
         blended += normal * share;
-        patch_m += vertex.patch_m * share;
+        patch_width_m += vertex.patch_m * share;
         curvature_per_m += vertex.curvature_per_m * share;
     }
     let normal = math::unit(&blended)?;
@@ -242,19 +242,19 @@ fn finish(
     }
     let mut under = Under::default();
     under.add(found.corners, found.shares, 1.0);
-    Some(Closest {
+    Some(ClosestPoint {
         patch: under.patch(skin),
         corners: found.corners,
         shares: found.shares,
         normal,
         at_m: flat_m + normal * bulge_m,
         vertex: found.corner(),
-        patch_m,
+        patch_width_m,
         curvature_per_m,
     })
 }
 
-/// Shares of the corners in the point of a triangle nearest to `p` (Ericson 2004, section 5.1.5).
+/// Barycentric shares of the point of a triangle closest to `p` (Ericson 2004, section 5.1.5).
 fn closest_on_triangle(p: &Vec3, a: &Vec3, b: &Vec3, c: &Vec3) -> [f32; 3] {
     let (ab, ac) = (b - a, c - a);
     let ap = p - a;
@@ -292,7 +292,7 @@ fn closest_on_triangle(p: &Vec3, a: &Vec3, b: &Vec3, c: &Vec3) -> [f32; 3] {
     [1.0 - v - w, v, w]
 }
 
-/// `part / whole`; of nothing, nothing.
+/// `part / whole`, or zero where `whole` is not positive.
 fn share(part: f32, whole: f32) -> f32 {
     if whole > 0.0 { part / whole } else { 0.0 }
 }
@@ -307,9 +307,9 @@ mod tests {
     }
 
     proptest! {
-        /// No point of the triangle is nearer than the nearest.
+        /// No point of the triangle is closer than the closest point.
         #[test]
-        fn none_is_nearer(p in vector(2.0), a in vector(1.0), b in vector(1.0), c in vector(1.0),
+        fn no_point_of_the_triangle_is_closer(p in vector(2.0), a in vector(1.0), b in vector(1.0), c in vector(1.0),
                           u in 0.0f32..1.0, v in 0.0f32..1.0) {
             let [r, s, t] = closest_on_triangle(&p, &a, &b, &c);
             prop_assert!(r >= -1.0e-5 && s >= -1.0e-5 && t >= -1.0e-5);

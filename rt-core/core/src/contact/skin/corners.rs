@@ -1,20 +1,21 @@
-//! Where the vertices of a skin are in this tick, and their normals: each reckoned once however many
-//! places of a tool walk over it.
+//! Positions and normals of skin vertices in this tick, computed once however many walks cross
+//! them.
 
 use crate::math::{self, Vec3};
 use crate::scene::{Skin, SkinVertex};
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
 
-/// Vertices remembered. One forgotten for another costs its twelve spheres again.
+/// Rows of the table. A vertex that displaces another costs the sum over its twelve spheres again;
+/// more rows cost memory.
 const SIZE: usize = 1024;
 
-/// A vertex as one tick found it.
+/// Position and normal of a vertex in one tick.
 #[derive(Debug, Clone, Copy)]
 struct Corner {
     vertex: u16,
     has_normal: bool,
-    /// In which tick.
+    /// Tick in which they were computed.
     tick: u32,
     at_m: Vec3,
     normal: Vec3,
@@ -28,7 +29,7 @@ const UNKNOWN: Corner = Corner {
     normal: Vec3::new(0.0, 0.0, 0.0),
 };
 
-/// The vertices met last, in a table whose row is the vertex's number.
+/// Vertices met last; a vertex's row is the low bits of its number.
 #[derive(Debug, Clone)]
 pub(crate) struct Corners {
     rows: [Corner; SIZE],
@@ -45,7 +46,7 @@ impl Default for Corners {
 }
 
 impl Corners {
-    /// The spheres have moved: nothing is known any more.
+    /// Begins a tick: the spheres have moved, so nothing is known.
     pub(crate) fn begin(&mut self) {
         self.tick = self.tick.wrapping_add(1);
         if self.tick == 0 {
@@ -59,7 +60,7 @@ impl Corners {
         &mut self.rows[usize::from(index) & (SIZE - 1)]
     }
 
-    /// Where a vertex is, world frame, m.
+    /// Position of a vertex, world frame, m.
     #[inline]
     pub(crate) fn at_m(&mut self, index: u16, skin: &Skin<'_>, bodies: &Bodies) -> Option<Vec3> {
         let tick = self.tick;
@@ -78,7 +79,7 @@ impl Corners {
         Some(at_m)
     }
 
-    /// Outward normal of a vertex, its triangles weighed by area; zero where they cancel.
+    /// Outward normal of a vertex, its triangles weighted by area; zero where they cancel.
     pub(crate) fn normal(&mut self, index: u16, skin: &Skin<'_>, bodies: &Bodies) -> Option<Vec3> {
         let tick = self.tick;
         let row = self.row(index);
@@ -93,7 +94,7 @@ impl Corners {
             sum += (b_m - center_m).cross(&(c_m - center_m));
         }
         let normal = math::unit(&sum).unwrap_or_else(Vec3::zeros);
-        // A corner of its fan may have taken its row meanwhile.
+        // A corner of its fan may have taken this row meanwhile.
         *self.row(index) = Corner {
             vertex: index,
             has_normal: true,
@@ -105,7 +106,7 @@ impl Corners {
     }
 }
 
-/// Where a vertex is, world frame, m.
+/// Position of a vertex from its spheres, world frame, m.
 pub(crate) fn at_m(vertex: &SkinVertex, bodies: &Bodies) -> Vec3 {
     let mut at = Lanes::ZERO;
     for (sphere, weight) in vertex.spheres.iter().zip(vertex.weights) {
@@ -139,7 +140,7 @@ mod tests {
         /// Whatever was asked for before, and whoever shares a row, a vertex is where it is: 3000
         /// vertices in 1024 rows, their fans anywhere.
         #[test]
-        fn what_is_remembered_is_what_would_be_reckoned(
+        fn table_holds_what_a_fresh_computation_gives(
             seed in 1u32..u32::MAX, asked in prop::collection::vec((0u16..3000, any::<bool>()), 1..200),
         ) {
             let mut seed = seed;

@@ -1,99 +1,104 @@
-//! Tools against the skin of organs: where they touch.
+//! Tools against the contact skins of organs: a god-object for each tool point on each skin.
 //!
-//! Stage `contact` ([`SkinContacts::find`]) walks from where each place of a tool was on the skin
-//! to where it is now, O(places near organs). What the spheres are too coarse for yields by the law of
-//! the half-space ([`crate::contact::law`]).
+//! Stage `contact` ([`SkinContacts::find`]) walks over the skin from each tool point's last place
+//! to its place now (Zilles and Salisbury 1995), O(points near organs). The half-space's law
+//! ([`crate::contact::law`]) adds the compliance that the spheres are too coarse for.
 
 mod closest;
 pub(crate) mod corners;
-mod stations;
 #[cfg(test)]
 mod tests;
+mod tool_points;
 
 use heapless::Vec;
 
-use crate::capacity::{INSTRUMENT_STATIONS, MAX_CONTACTS, MAX_ORGANS, MAX_STATIONS};
-use crate::contact::gap::Gap;
+use crate::capacity::{INSTRUMENT_POINTS, MAX_CONTACTS, MAX_ORGANS, MAX_TOOL_POINTS};
+use crate::contact::constraint::{
+    CachedForce, Candidate, ContactConstraints, ContactModel, ContactSite,
+};
 use crate::contact::law::{Law, Shape};
-use crate::contact::touch::{Answer, Carried, Found, Place, Touches};
+use crate::contact::separation::FilteredSeparation;
 use crate::fault::FaultSet;
 use crate::math::{self, Vec3};
 use crate::scene::{Material, NO_VERTEX, Scene};
 use crate::tissue::Bodies;
 use crate::tool::Capsule;
-use closest::{Closest, walk};
+use closest::{ClosestPoint, walk};
 use corners::Corners;
-use stations::{Station, stations};
+use tool_points::{ToolPoint, tool_points};
 
-/// Skin nearer than this to a tool is looked at again after the solve, m: what the fastest sphere
-/// moves in a tick.
+/// Skin nearer than this to a tool is checked again after the solve, m: the travel of the fastest
+/// sphere in a tick.
 const NEAR_M: f32 = 0.003;
-/// Skin farther than this is forgotten, m.
-const FORGET_M: f32 = 0.012;
-/// What tissue goes in a tick, as far as skin that nothing is near to is looked at again, m. Faster
-/// tissue is met late, and forgiven its depth.
+/// Skin farther than this is no longer tracked, m.
+const TRACKING_RANGE_M: f32 = 0.012;
+/// Tissue's travel in a tick, m, by which the search of distant skin may be put off. Faster tissue
+/// is met late, with an offset of its depth.
 const TISSUE_M: f32 = 0.0005;
-/// A tool that slips off an edge goes over the skin by this a tick, and twice its own way, m.
+/// Slip over the skin that a tick allows beyond twice the tool's travel, m: a tool can slip off an
+/// edge.
 pub(crate) const SLIP_M: f32 = 0.000_01;
 
-/// The most by which a gap that opens at once still counts as closed, m.
-const OWED_M: f32 = 0.003;
-/// What a force changes by in a tick where nothing but its direction turns, N: skin that folds, or a
-/// touch that leaps from fold to fold, would turn it at once. Several places of a tool may turn at once, and
-/// the lever may double what the hand feels of it.
+/// Largest offset against opening, m: skin that opens at once by more does not push.
+const OPENING_MAX_M: f32 = 0.003;
+/// Change of a force by turning, N a tick, where the tool is still. Skin that folds, or a contact
+/// that jumps between folds, would turn it at once. Several tool points may turn together, and the
+/// lever may double the force at the hand. A larger value follows folds faster, with a larger step
+/// of force.
 const TURN_N: f32 = 0.001_5;
-/// The most that it turns in a tick however small it is.
+/// Largest turn in a tick, rad, however small the force is.
 const TURN_MAX: f32 = 0.1;
 
-/// How far a push may turn in a tick without the tool's doing, rad.
+/// Turn that a tick allows while the tool is still, rad.
 fn turn_at_rest(force_n: f32) -> f32 {
     (TURN_N / force_n.max(TURN_N)).min(TURN_MAX)
 }
 
-/// What is remembered of a place of a tool on an organ.
+/// A tool point on an organ, as a tick leaves it.
 #[derive(Debug, Clone, Copy)]
-struct Track {
+struct PersistentContact {
     vertex: u16,
-    /// Whether the skin was near enough to be touched.
+    /// Near enough to be touched.
     is_near: bool,
-    /// How far place and skin have still to go before they can be near, m.
+    /// Travel of point and skin before they can be near, m.
     idle_m: f32,
-    carried: Carried,
-    gap: Gap,
-    /// Where the skin was touched, m; its outward normal there, and the place of the tool, m.
+    cached: CachedForce,
+    separation: FilteredSeparation,
+    /// Contact point on the skin, m; its outward normal; and the tool point, m.
     at_m: Vec3,
     normal: Vec3,
-    /// Direction in which the skin pushes: it turns after the normal.
+    /// Direction of the skin's push; it turns towards the normal.
     push: Vec3,
     center_m: Vec3,
-    /// How the place of the tool went in the last tick, m.
-    way_m: Vec3,
+    /// Travel of the tool point in the last tick, m.
+    travel_m: Vec3,
 }
 
-const NOWHERE: Track = Track {
+const NOWHERE: PersistentContact = PersistentContact {
     vertex: NO_VERTEX,
     is_near: false,
     idle_m: 0.0,
-    carried: Carried::NOTHING,
-    gap: Gap::NONE,
+    cached: CachedForce::NOTHING,
+    separation: FilteredSeparation::NONE,
     at_m: Vec3::new(0.0, 0.0, 0.0),
     normal: Vec3::new(0.0, 0.0, 0.0),
     push: Vec3::new(0.0, 0.0, 0.0),
     center_m: Vec3::new(0.0, 0.0, 0.0),
-    way_m: Vec3::new(0.0, 0.0, 0.0),
+    travel_m: Vec3::new(0.0, 0.0, 0.0),
 };
 
-impl Track {
-    /// Where no skin is to be found.
+impl PersistentContact {
+    /// A tool point that has no skin near it.
     fn far_from(center_m: &Vec3) -> Self {
         Self {
-            idle_m: FORGET_M - NEAR_M,
+            idle_m: TRACKING_RANGE_M - NEAR_M,
             center_m: *center_m,
             ..NOWHERE
         }
     }
 
-    /// Whether the place of the tool, now here, cannot have come near skin since it was looked for.
+    /// True while the tool point, now at `center_m`, cannot have come near skin since the last
+    /// search.
     fn is_idle(&mut self, center_m: &Vec3) -> bool {
         if self.is_near || self.idle_m <= 0.0 {
             return false;
@@ -103,27 +108,27 @@ impl Track {
         self.idle_m > 0.0
     }
 
-    /// Takes in what was found, and keeps the gap from jumping.
-    fn follow(&mut self, found: &Closest, gap_m: f32, station: &Station) {
-        let center_m = &station.center_m;
+    /// Takes in the skin's closest point; the separation and the push change without steps.
+    fn track(&mut self, found: &ClosestPoint, separation_m: f32, point: &ToolPoint) {
+        let center_m = &point.center_m;
         let mut push = found.normal;
         if self.is_near {
-            self.way_m = center_m - self.center_m;
-            let way_m = math::norm(&self.way_m);
-            self.gap = self.gap.next(gap_m, way_m, OWED_M);
-            if self.carried.force_n > 0.0 {
-                // A tool turns round an edge by its way over its radius.
-                let most = (2.0 * way_m / station.radius_m).max(turn_at_rest(self.carried.force_n));
+            self.travel_m = center_m - self.center_m;
+            let travel_m = math::norm(&self.travel_m);
+            self.separation = self.separation.next(separation_m, travel_m, OPENING_MAX_M);
+            if self.cached.force_n > 0.0 {
+                // A tool turns round an edge by its travel over its radius.
+                let most = (2.0 * travel_m / point.radius_m).max(turn_at_rest(self.cached.force_n));
                 push = math::turned(&self.push, &push, most);
             }
         } else {
-            self.way_m = Vec3::zeros();
-            self.gap = Gap::first(gap_m);
-            self.carried = Carried::NOTHING;
+            self.travel_m = Vec3::zeros();
+            self.separation = FilteredSeparation::first(separation_m);
+            self.cached = CachedForce::NOTHING;
         }
         self.vertex = found.vertex;
-        self.is_near = gap_m < NEAR_M;
-        self.idle_m = (gap_m - NEAR_M).max(0.0);
+        self.is_near = separation_m < NEAR_M;
+        self.idle_m = (separation_m - NEAR_M).max(0.0);
         self.at_m = found.at_m;
         self.push = push;
         self.normal = found.normal;
@@ -131,13 +136,13 @@ impl Track {
     }
 }
 
-/// Where every place of the tools is on every skin.
+/// Every tool point on every skin.
 #[derive(Debug, Clone)]
 pub(crate) struct SkinContacts {
-    tracks: [[Track; MAX_STATIONS]; MAX_ORGANS],
-    /// Organs of which some track is not [`NOWHERE`].
+    contacts: [[PersistentContact; MAX_TOOL_POINTS]; MAX_ORGANS],
+    /// Organs on which some tool point is tracked.
     is_known: [bool; MAX_ORGANS],
-    /// Places of the instrument and of the endoscope in the last tick.
+    /// Points of the instrument and of the endoscope in the last tick.
     counts: [usize; 2],
     corners: Corners,
 }
@@ -145,7 +150,7 @@ pub(crate) struct SkinContacts {
 impl Default for SkinContacts {
     fn default() -> Self {
         Self {
-            tracks: [[NOWHERE; MAX_STATIONS]; MAX_ORGANS],
+            contacts: [[NOWHERE; MAX_TOOL_POINTS]; MAX_ORGANS],
             is_known: [false; MAX_ORGANS],
             counts: [0; 2],
             corners: Corners::default(),
@@ -165,56 +170,56 @@ impl SkinContacts {
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
         // In place: a whole one is too large for a tick's stack.
-        for track in self.tracks.iter_mut().flatten() {
-            *track = NOWHERE;
+        for contact in self.contacts.iter_mut().flatten() {
+            *contact = NOWHERE;
         }
         self.is_known = [false; MAX_ORGANS];
         self.counts = [0; 2];
     }
 
-    /// Forgets places that are there no more (a shaft drawn out, a camera out of the body): they come
-    /// back elsewhere.
-    fn forget_missing(&mut self, stations: &[(u8, Station)]) {
-        let is_own = |number: u8| usize::from(number) < INSTRUMENT_STATIONS;
-        let own = stations
+    /// Forgets points that no longer exist (a shaft drawn out, a camera out of the body): they
+    /// return elsewhere.
+    fn forget_missing(&mut self, tool_points: &[(u8, ToolPoint)]) {
+        let is_own = |number: u8| usize::from(number) < INSTRUMENT_POINTS;
+        let own = tool_points
             .iter()
             .filter(|(number, _)| is_own(*number))
             .count();
-        let counts = [own, stations.len() - own];
+        let counts = [own, tool_points.len() - own];
         if core::mem::replace(&mut self.counts, counts) == counts {
             return;
         }
-        for tracks in &mut self.tracks {
+        for contacts in &mut self.contacts {
             let (instrument, endoscope) =
-                tracks.split_at_mut(INSTRUMENT_STATIONS.min(MAX_STATIONS));
-            for (tracks, count) in [instrument, endoscope].into_iter().zip(counts) {
-                for track in tracks.iter_mut().skip(count) {
-                    *track = NOWHERE;
+                contacts.split_at_mut(INSTRUMENT_POINTS.min(MAX_TOOL_POINTS));
+            for (contacts, count) in [instrument, endoscope].into_iter().zip(counts) {
+                for contact in contacts.iter_mut().skip(count) {
+                    *contact = NOWHERE;
                 }
             }
         }
     }
 
-    /// Finds the skin near `parts`, as it lies before the solve. `near_spheres` are the spheres
-    /// near them.
+    /// Finds the skin near `parts`, before the solve. `near_spheres` are the spheres near the
+    /// tools.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
         near_spheres: &(impl Iterator<Item = u32> + Clone),
         scene: &Scene<'_>,
         bodies: &Bodies,
-        touches: &mut Touches,
+        constraints: &mut ContactConstraints,
         faults: &mut FaultSet,
     ) {
         if scene.skin.vertices.is_empty() {
             return;
         }
-        let stations = stations(parts);
-        self.forget_missing(&stations);
+        let tool_points = tool_points(parts);
+        self.forget_missing(&tool_points);
         let known = &mut self.corners;
         known.begin();
-        let tracks = self.tracks.iter_mut().zip(&mut self.is_known);
-        for ((organ, it), (tracks, is_known)) in (0u8..).zip(scene.organs).zip(tracks) {
+        let contacts = self.contacts.iter_mut().zip(&mut self.is_known);
+        for ((organ, it), (contacts, is_known)) in (0u8..).zip(scene.organs).zip(contacts) {
             let own: Vec<Ball, MAX_CONTACTS> = near_spheres
                 .clone()
                 .filter(|sphere| *bodies.organ.at(*sphere) == organ)
@@ -227,75 +232,77 @@ impl SkinContacts {
                 .collect();
             if own.is_empty() {
                 if *is_known {
-                    *tracks = [NOWHERE; MAX_STATIONS];
+                    *contacts = [NOWHERE; MAX_TOOL_POINTS];
                     *is_known = false;
                 }
                 continue;
             }
             *is_known = true;
-            for (number, station) in &stations {
+            for (number, point) in &tool_points {
                 let number = *number;
-                let Some(track) = tracks.get_mut(usize::from(number)) else {
+                let Some(contact) = contacts.get_mut(usize::from(number)) else {
                     continue;
                 };
-                if track.is_idle(&station.center_m) {
+                if contact.is_idle(&point.center_m) {
                     continue;
                 }
-                let found = look(station, track, &own, (scene, bodies), known);
-                let Some(found) = found.filter(|(_, gap_m)| *gap_m < FORGET_M) else {
-                    *track = Track::far_from(&station.center_m);
+                let found = look(point, contact, &own, (scene, bodies), known);
+                let Some(found) =
+                    found.filter(|(_, separation_m)| *separation_m < TRACKING_RANGE_M)
+                else {
+                    *contact = PersistentContact::far_from(&point.center_m);
                     continue;
                 };
-                track.follow(&found.0, found.1, station);
-                if !track.is_near {
+                contact.track(&found.0, found.1, point);
+                if !contact.is_near {
                     continue;
                 }
-                let closest = spread_under(station, found.0, (scene, bodies), known);
-                let place = Place::Skin { station: number };
-                let found = touched((organ, &it.material), place, station, closest, track);
-                touches.add(found, bodies, faults);
+                let closest = spread_under(point, found.0, (scene, bodies), known);
+                let site = ContactSite::Skin { point: number };
+                let found = candidate((organ, &it.material), site, point, closest, contact);
+                constraints.add(found, bodies, faults);
             }
         }
     }
 
-    /// Remembers what a touch of this station on this organ leaves.
-    pub(crate) fn remember(&mut self, organ: u8, station: u8, carried: Carried) {
-        let tracks = self.tracks.get_mut(usize::from(organ));
-        if let Some(track) = tracks.and_then(|tracks| tracks.get_mut(usize::from(station))) {
-            track.carried = carried;
+    /// Stores the force that this point leaves on this organ.
+    pub(crate) fn store(&mut self, organ: u8, point: u8, cached: CachedForce) {
+        let contacts = self.contacts.get_mut(usize::from(organ));
+        if let Some(contact) = contacts.and_then(|contacts| contacts.get_mut(usize::from(point))) {
+            contact.cached = cached;
         }
     }
 }
 
-/// The skin of an organ nearest to a place of a tool, and the gap between them, m. One that is
-/// touched is followed; otherwise the spheres say where else it could be nearer.
+/// The skin of an organ nearest to a tool point, and its separation, m. A touched skin is followed;
+/// otherwise the nearest sphere shows where it could be nearer.
 fn look(
-    station: &Station,
-    track: &Track,
+    point: &ToolPoint,
+    contact: &PersistentContact,
     near_spheres: &[Ball],
     (scene, bodies): (&Scene<'_>, &Bodies),
     known: &mut Corners,
-) -> Option<(Closest, f32)> {
-    let (center_m, skin) = (&station.center_m, &scene.skin);
-    let gap_m = |found: &Closest| {
-        let over_m = found.normal.dot(&(center_m - found.at_m)) - station.radius_m;
+) -> Option<(ClosestPoint, f32)> {
+    let (center_m, skin) = (&point.center_m, &scene.skin);
+    let separation_m = |found: &ClosestPoint| {
+        let over_m = found.normal.dot(&(center_m - found.at_m)) - point.radius_m;
         over_m + found.sunk_m(scene, bodies)
     };
-    // From under the skin the nearest point of it jumps. A tool that touches is lifted onto the skin
+    // From under the skin, the nearest point of it jumps. A tool in contact is lifted onto the skin
     // along the last normal and followed there, as a god-object is (Zilles and Salisbury 1995).
-    let lifted_m = if track.is_near {
-        let lift_m = track.normal.dot(&(track.at_m - center_m));
-        let slip_m = center_m + track.normal * lift_m - track.at_m;
-        let most_m = 2.0 * math::norm(&(center_m - track.center_m)) + SLIP_M;
-        track.at_m + slip_m * (most_m / math::norm(&slip_m).max(most_m))
+    let lifted_m = if contact.is_near {
+        let lift_m = contact.normal.dot(&(contact.at_m - center_m));
+        let slip_m = center_m + contact.normal * lift_m - contact.at_m;
+        let most_m = 2.0 * math::norm(&(center_m - contact.center_m)) + SLIP_M;
+        contact.at_m + slip_m * (most_m / math::norm(&slip_m).max(most_m))
     } else {
         *center_m
     };
-    let followed = walk(&lifted_m, track.vertex, skin, bodies, known);
+    let followed = walk(&lifted_m, contact.vertex, skin, bodies, known);
     if let Some(found) = followed {
-        let gap_m = gap_m(&found);
-        if gap_m <= 0.0 || track.carried.force_n > 0.0 {
-            return Some((found, gap_m));
+        let separation_m = separation_m(&found);
+        if separation_m <= 0.0 || contact.cached.force_n > 0.0 {
+            return Some((found, separation_m));
         }
     }
     let mut nearest: Option<(u32, f32)> = None;
@@ -306,65 +313,65 @@ fn look(
         }
     }
     let (sphere, off_m) = nearest?;
-    if off_m > station.radius_m + FORGET_M {
+    if off_m > point.radius_m + TRACKING_RANGE_M {
         return None;
     }
     let found = walk(center_m, skin.near_sphere(sphere)?, skin, bodies, known)?;
-    let gap_m = gap_m(&found);
-    Some((found, gap_m))
+    let separation_m = separation_m(&found);
+    Some((found, separation_m))
 }
 
-/// Least patch under a tip, its radii: narrower ones would be pushed in ahead of the skin around
-/// them as soon as the contact is as wide as they are.
+/// Least patch under a tip, in its radii. A narrower patch would be pushed in ahead of the skin
+/// around it as soon as the contact is as wide. A larger one softens tips.
 const PATCH_RADII: f32 = 0.8;
-/// The same under a thin round end, up to [`THIN_M`]: spheres that are as close together as it is wide are strained, a
-/// few millimetres deep, as the law does not know them. Chosen by a 3 mm tip on a gallbladder's neck of 2500, which was
-/// 17 % too stiff.
+/// Least patch under a thin round end, in its radii, up to [`THIN_M`]. Spheres spaced as closely as
+/// the end is wide strain, a few millimetres deep, as the law does not describe. Fitted to a 3 mm
+/// tip on a gallbladder's neck of 2500 spheres, which was 17 % too stiff without it.
 const THIN_PATCH_RADII: f32 = 1.3;
 const THIN_M: f32 = 0.004;
 
 fn spread_under(
-    station: &Station,
-    mut closest: Closest,
+    point: &ToolPoint,
+    mut closest: ClosestPoint,
     (scene, bodies): (&Scene<'_>, &Bodies),
     known: &mut Corners,
-) -> Closest {
-    let least_m = match station.shape {
+) -> ClosestPoint {
+    let least_m = match point.shape {
         Shape::Ball { radius_m } => (THIN_PATCH_RADII * radius_m)
             .min(THIN_M)
             .max(PATCH_RADII * radius_m),
-        Shape::Bar { radius_m, .. } => PATCH_RADII * radius_m,
+        Shape::Cylinder { radius_m, .. } => PATCH_RADII * radius_m,
     };
-    let missing_m2 = least_m * least_m - closest.patch_m * closest.patch_m;
+    let missing_m2 = least_m * least_m - closest.patch_width_m * closest.patch_width_m;
     if missing_m2 > 0.0 {
         closest.spread(math::sqrt(missing_m2), &scene.skin, bodies, known);
     }
     closest
 }
 
-/// The touch of a place of a tool on what was found of an organ's skin.
-fn touched(
+/// Candidate of a tool point on the closest point of an organ's skin.
+fn candidate(
     (organ, material): (u8, &Material),
-    place: Place,
-    station: &Station,
-    closest: Closest,
-    track: &Track,
-) -> Found {
+    site: ContactSite,
+    point: &ToolPoint,
+    closest: ClosestPoint,
+    contact: &PersistentContact,
+) -> Candidate {
     let modulus_pa = material.young_pa / (1.0 - material.poisson * material.poisson);
-    let (patch_m, curvature_per_m) = (closest.patch_m, closest.curvature_per_m);
-    let law = Law::new(station.shape, modulus_pa, patch_m, curvature_per_m);
-    Found {
+    let (patch_width_m, curvature_per_m) = (closest.patch_width_m, closest.curvature_per_m);
+    let law = Law::new(point.shape, modulus_pa, patch_width_m, curvature_per_m);
+    Candidate {
         organ,
-        place,
-        normal: track.push,
-        center_m: station.center_m,
+        site,
+        normal: contact.push,
+        center_m: point.center_m,
         at_m: closest.at_m,
-        along_n_m: law.along_n_m(track.carried.force_n, material.poisson),
-        answer: Answer::HalfSpace(law),
-        gap_m: track.gap.gap_m,
-        way_m: track.way_m,
+        along_n_m: law.along_n_m(contact.cached.force_n, material.poisson),
+        model: ContactModel::HalfSpace(law),
+        separation_m: contact.separation.separation_m,
+        travel_m: contact.travel_m,
         friction: material.friction,
-        carried: track.carried,
+        cached: contact.cached,
         patch: closest.patch,
     }
 }

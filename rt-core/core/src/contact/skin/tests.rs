@@ -115,7 +115,7 @@ fn vector(reach: f32) -> impl Strategy<Value = Vec3> {
 }
 
 #[test]
-fn a_ball_that_is_drawn_along_the_skin_is_held_back() {
+fn ball_drawn_along_the_skin_is_held_back() {
     let (inward, along) = (
         Vec3::new(-1.0, -1.0, -1.0).normalize(),
         Vec3::new(1.0, -1.0, 0.0),
@@ -132,9 +132,10 @@ fn a_ball_that_is_drawn_along_the_skin_is_held_back() {
     assert!(drawn.dot(&along) < 0.0, "{drawn}");
 }
 
-/// The push turns bit by bit, however suddenly the skin under it does: a leap to the other side of a fold.
+/// The push turns gradually, even when the skin under it turns suddenly, as in a jump to the other
+/// side of a fold.
 #[test]
-fn a_push_that_turns_has_no_step() {
+fn turning_push_has_no_step() {
     for force_n in [0.01f32, 0.1, 1.0, 3.0] {
         let (mut push, to) = (Vec3::z(), -Vec3::z());
         for tick in 0..8000 {
@@ -152,7 +153,7 @@ fn a_push_that_turns_has_no_step() {
 
 /// A wide ball on fine spheres presses on all of them alike: 130 lie under it.
 #[test]
-fn no_sphere_under_a_wide_ball_bears_the_others_part() {
+fn spheres_under_a_wide_ball_share_its_load() {
     const SIDE: u16 = 26;
     const SPACING_M: f32 = 0.001_5;
     let at = |x: u16, y: u16| Vec3::new(f32::from(x) - 12.5, f32::from(y) - 12.5, 0.0) * SPACING_M;
@@ -217,7 +218,7 @@ fn no_sphere_under_a_wide_ball_bears_the_others_part() {
 proptest! {
     /// Third law: what the tool feels of a tick is what the spheres take, friction included.
     #[test]
-    fn the_spheres_take_what_the_tool_feels(
+    fn spheres_and_tool_take_equal_momentum(
         ways in prop::collection::vec(vector(2.0e-4), 1..40), inward in 0.0f32..2.0e-4,
     ) {
         let inward = Vec3::new(-1.0, -1.0, -1.0) * inward;

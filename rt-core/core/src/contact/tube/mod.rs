@@ -1,7 +1,7 @@
-//! Tools against organs without a contact skin: ducts and vessels, which are beads along a line.
+//! Tools against organs without a contact skin: ducts and vessels, modelled as beads along a line.
 //!
-//! Stage `contact` ([`TubeContacts::find`]) follows every part of the tools past every bead near it,
-//! through the whole of a tick's motion: a part stays on its side of a tube however fast it comes.
+//! Stage `contact` ([`TubeContacts::find`]) follows every part of the tools past every bead near
+//! it, through the whole of a tick's motion. A part keeps its side of a tube however fast it is.
 //! O(beads of organs near · parts).
 
 mod sweep;
@@ -11,12 +11,14 @@ mod tests;
 use heapless::Vec;
 
 use crate::capacity::{MAX_CAPSULES, MAX_ORGANS, MAX_TUBE_CONTACTS};
+use crate::contact::constraint::{
+    CANDIDATE_MARGIN_M, CachedForce, Candidate, ContactConstraints, ContactModel, ContactSite,
+};
 use crate::contact::friction::along_over_across;
-use crate::contact::gap::Gap;
 use crate::contact::part_box::part_box;
 use crate::contact::patch::Patch;
+use crate::contact::separation::FilteredSeparation;
 use crate::contact::skin::SLIP_M;
-use crate::contact::touch::{Answer, Carried, Found, MAY_TOUCH_M, Place, Touches};
 use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::{Material, Scene};
@@ -27,85 +29,89 @@ use crate::tool::{Capsule, Role};
 use crate::words::SphereBits;
 use sweep::{Axis, Motion, Side};
 
-/// How far a bead may be from a tool and still be followed, m: what both go in a tick at most.
+/// Distance from a tool within which a bead is followed, m: the travel of both in a tick.
 const FOLLOW_M: f32 = 0.0065;
-/// Beads nearer than this to a tool are looked at again after the solve, m: what the fastest sphere
-/// moves in a tick.
+/// Separation within which a bead is checked again after the solve, m: the travel of the fastest
+/// sphere in a tick.
 const NEAR_M: f32 = 0.003;
 
-/// Share by which a tick follows a tube that turns under a tool. A push that turned with it at once would be a follower
-/// load, which makes a thin tube flutter (Beck's column, Bolotin 1963).
+/// Share of a tube's turn under a tool that the push follows in a tick. A push that turned at once
+/// would be a follower load, under which a thin tube flutters (Beck's column, Bolotin 1963). A
+/// larger share follows faster, and comes nearer to flutter.
 const TURNS: f32 = 0.02;
-/// A tube is flat when it is pressed by so many of its radii: its walls are as thick as the rest.
+/// Compression at which a tube is flat, in its radii; the rest is the thickness of its walls.
 const FLAT_RADII: f32 = 1.6;
-/// A part whose axis has gone so many reaches beyond where it touches is on the other side.
+/// Depth at which a part counts as on the other side, in reaches …
 const THROUGH: f32 = 2.0;
-/// And so many of the ways that both go in the tick.
+/// … plus this many times the travel of both in the tick.
 const AHEAD: f32 = 2.0;
-/// A gap that opens at once still counts as closed by this at most, m.
-const OWED_M: f32 = 0.000_3;
+/// Largest offset against opening, m: a tube that opens at once by more does not push.
+const OPENING_MAX_M: f32 = 0.000_3;
 
-/// What the jaws take hold of stops pushing them, and what they let go of begins to, by this share a
-/// tick: three quarters within 0.2 s.
+/// Share by which a tick fades the push on a bead that the jaws grasp, and restores it when they
+/// release it: three quarters within 0.2 s.
 const LOOSEN: f32 = 0.007;
 
 /// A part of a tool and a bead near it, as a tick leaves them.
 #[derive(Debug, Clone, Copy)]
-struct Track {
+struct PersistentContact {
     bead: u16,
     part: Role,
     side: Side,
     bead_m: Vec3,
-    /// Along the tube there.
+    /// Direction of the tube there.
     along: Vec3,
-    gap: Gap,
-    carried: Carried,
-    /// Share of its stiffness with which the bead answers: nothing while the jaws hold it.
+    separation: FilteredSeparation,
+    cached: CachedForce,
+    /// Share of the bead's stiffness that acts: zero while the jaws hold it.
     loose: f32,
-    /// The same with where along the tube the part lies, and what is left of it.
+    /// That share times those of the part's place along the tube and of the tissue's damage.
     weight: f32,
 }
 
-impl Track {
-    /// How much of the tool the bead bears, as far as its wall is alike: a depth, m.
+impl PersistentContact {
+    /// Load on the bead, as a depth, m, if all walls are alike.
     fn bears(&self) -> f32 {
-        self.weight * (-self.gap.gap_m).max(0.0)
+        self.weight * (-self.separation.separation_m).max(0.0)
     }
 }
 
-/// Every bead near the tools.
+/// All beads near the tools.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct TubeContacts {
-    /// In the order of beads.
-    tracks: Vec<Track, MAX_TUBE_CONTACTS>,
-    /// The tools in the last tick.
+    /// Sorted by bead.
+    contacts: Vec<PersistentContact, MAX_TUBE_CONTACTS>,
+    /// Parts of the tools in the last tick.
     parts: Vec<Capsule, MAX_CAPSULES>,
 }
 
 impl TubeContacts {
     /// Forgets everything.
     pub(crate) fn clear(&mut self) {
-        self.tracks.clear();
+        self.contacts.clear();
         self.parts.clear();
     }
 
-    /// The spheres between which a tool is near.
+    /// Spheres of the beads near a tool.
     pub(crate) fn near_spheres(&self, bodies: &Bodies) -> impl Iterator<Item = u32> {
-        let beads = self.tracks.iter().filter_map(|t| bodies.beads.get(t.bead));
+        let beads = self
+            .contacts
+            .iter()
+            .filter_map(|t| bodies.beads.get(t.bead));
         beads.flat_map(|bead| [u32::from(bead.a), u32::from(bead.b)])
     }
 
-    /// Finds the beads near `parts`, as they lie before the solve.
+    /// Finds the beads near `parts`, before the solve.
     pub(crate) fn find(
         &mut self,
         parts: &[Capsule],
         scene: &Scene<'_>,
         bounds: &[Bounds; MAX_ORGANS],
         bodies: &Bodies,
-        touches: &mut Touches,
+        constraints: &mut ContactConstraints,
         faults: &mut FaultSet,
     ) {
-        let before = core::mem::take(&mut self.tracks);
+        let before = core::mem::take(&mut self.contacts);
         let mut known = before.iter();
         for ((organ, it), bounds) in (0u8..).zip(scene.organs).zip(bounds) {
             let mut near: Vec<&Capsule, MAX_CAPSULES> = Vec::new();
@@ -127,45 +133,47 @@ impl TubeContacts {
                     let last = known_of(known, number, part.role);
                     let along = last.map_or(ball.along, |last| turned(&last.along, &ball.along));
                     let ball = Ball { along, ..ball };
-                    let (mut track, way_m) = self.meet(part, (number, bead), &ball, known, bodies);
+                    let (mut contact, travel_m) =
+                        self.meet(part, (number, bead), &ball, known, bodies);
                     let is_held = is_held(bead, bodies);
                     let loose = if is_held { 0.0 } else { 1.0 };
-                    // What does not touch yet has nothing to lose, and is not to be squeezed out.
-                    let step = match is_held && track.gap.gap_m > 0.0 {
+                    // A bead without contact has no force to lose at once, and must not be squeezed
+                    // out.
+                    let step = match is_held && contact.separation.separation_m > 0.0 {
                         true => 1.0,
                         false => LOOSEN,
                     };
-                    track.loose += step * (loose - track.loose);
+                    contact.loose += step * (loose - contact.loose);
                     let left = bead
                         .link
                         .map_or(1.0, |link| bodies.parted.left_of_link(link));
                     let [a, b] = [bead.a, bead.b].map(|i| bodies.cells.left_of(i.into()));
                     let left = left * a.min(b);
-                    track.weight = left
-                        * track.loose
-                        * track.side.weight(
+                    contact.weight = left
+                        * contact.loose
+                        * contact.side.weight(
                             &axis(part),
                             &ball.center_m,
                             &ball.along,
                             ball.radius_m + part.radius_m,
                         );
-                    let is_near = track.gap.gap_m < NEAR_M && track.weight > 0.0;
+                    let is_near = contact.separation.separation_m < NEAR_M && contact.weight > 0.0;
                     if is_near {
-                        let place = Place::Tube {
+                        let site = ContactSite::Tube {
                             bead: number,
                             part: part.role,
                         };
-                        let found = touched(
+                        let found = candidate(
                             (organ, &it.material),
-                            place,
-                            (bead, track.weight),
+                            site,
+                            (bead, contact.weight),
                             (part, ball.radius_m),
-                            &track,
+                            &contact,
                             bodies,
                         );
-                        touches.add(Found { way_m, ..found }, bodies, faults);
+                        constraints.add(Candidate { travel_m, ..found }, bodies, faults);
                     }
-                    self.keep(track, faults);
+                    self.keep(contact, faults);
                 }
             }
         }
@@ -173,20 +181,21 @@ impl TubeContacts {
         let _ = self.parts.extend_from_slice(parts); // as many as there can be
     }
 
-    /// How a part and a bead lie to each other now, and how the place of the part has gone, m. `known` are the last
-    /// tick's tracks, and the first of them that is not of a bead before this one.
+    /// Tracks a part past a bead; returns the contact and the travel of the part's point, m.
+    /// `known` holds the last tick's contacts, and the index of the first whose bead is not before
+    /// this one.
     fn meet(
         &self,
         part: &Capsule,
         (number, bead): (u16, &Bead),
         ball: &Ball,
-        known: (&[Track], usize),
+        known: (&[PersistentContact], usize),
         bodies: &Bodies,
-    ) -> (Track, Vec3) {
+    ) -> (PersistentContact, Vec3) {
         let reach_m = ball.radius_m + part.radius_m;
         let now = axis(part);
         let first = Side::first(&now, &ball.center_m, &ball.along);
-        let gap_m = |side: &Side| side.gap_m(&now, &ball.center_m, reach_m);
+        let separation_m = |side: &Side| side.separation_m(&now, &ball.center_m, reach_m);
         let last = known_of(known, number, part.role);
         let before = self.parts.iter().find(|before| before.role == part.role);
         let motion = last.zip(before).map(|(last, before)| Motion {
@@ -196,125 +205,142 @@ impl TubeContacts {
             reach_m,
             slip_m: SLIP_M,
         });
-        // What has gone past altogether, farther than a wall lets it, has nothing to do with the side it came from. What
-        // went too fast for the tube to keep up has not, nor what the tube comes back to.
-        let fast_m = motion.as_ref().map_or(0.0, Side::way_m);
-        let was_m = last.map_or(0.0, |last| last.gap.found_m());
+        // A part that is deeper than a wall allows no longer has its old side, unless it was too
+        // fast for the tube to follow, or the tube returns to it.
+        let fast_m = motion.as_ref().map_or(0.0, Side::travel_m);
+        let was_m = last.map_or(0.0, |last| last.separation.measured_m());
         let is_this_side = |side: &Side| {
-            let gap_m = gap_m(side);
-            gap_m > -THROUGH * reach_m - AHEAD * fast_m || gap_m > was_m
+            let separation_m = separation_m(side);
+            separation_m > -THROUGH * reach_m - AHEAD * fast_m || separation_m > was_m
         };
         let side = last
             .zip(motion)
             .and_then(|(last, motion)| last.side.follow(&motion))
             .filter(is_this_side);
-        let way_m = before.map_or_else(Vec3::zeros, |before| {
-            way_m(before, part, side.unwrap_or(first).share)
+        let travel_m = before.map_or_else(Vec3::zeros, |before| {
+            travel_m(before, part, side.unwrap_or(first).share)
         });
-        // A tube lies on one side of a tool: a bead takes that of its neighbour that bears more, where the two
-        // differ, and where nothing of it bore on the tool yet.
+        // All of a tube lies on one side of a tool. A bead takes the side of the neighbour that
+        // bears more, if the sides differ, or if this bead bore nothing yet.
         let leader = leading(known, (number, bead), part.role, bodies);
-        let led = leader.map(|it| it.side.beside(&now, &ball.center_m, &ball.along, reach_m));
+        let led = leader.map(|it| {
+            it.side
+                .at_neighbour(&now, &ball.center_m, &ball.along, reach_m)
+        });
         let led = led.filter(is_this_side);
         let bore = last.filter(|last| last.weight > 0.0);
-        let differs = |side: &Side, leader: &Track| {
+        let differs = |side: &Side, leader: &PersistentContact| {
             let is_stronger = bore.is_none_or(|own| own.bears() < leader.bears());
             is_stronger && side.normal.dot(&leader.side.normal) < 0.0
         };
-        let new = Track {
+        let new = PersistentContact {
             bead: number,
             part: part.role,
             side: first,
             bead_m: ball.center_m,
             along: ball.along,
-            gap: Gap::NONE,
-            carried: Carried::NOTHING,
+            separation: FilteredSeparation::NONE,
+            cached: CachedForce::NOTHING,
             loose: last.map_or(1.0, |last| last.loose),
             weight: 0.0,
         };
-        let track = match (side, bore, leader, led) {
-            (Some(side), _, Some(leader), Some(led)) if differs(&side, leader) => Track {
-                side: led,
-                gap: Gap::first(gap_m(&led)),
-                ..new
-            },
+        let contact = match (side, bore, leader, led) {
+            (Some(side), _, Some(leader), Some(led)) if differs(&side, leader) => {
+                PersistentContact {
+                    side: led,
+                    separation: FilteredSeparation::first(separation_m(&led)),
+                    ..new
+                }
+            }
             (Some(side), Some(last), _, _) => {
-                let way_m = motion.as_ref().map_or(0.0, Side::way_m);
-                Track {
+                let travel_m = motion.as_ref().map_or(0.0, Side::travel_m);
+                PersistentContact {
                     side,
                     bead_m: ball.center_m,
                     along: ball.along,
-                    gap: last.gap.next(gap_m(&side), way_m, OWED_M),
+                    separation: last
+                        .separation
+                        .next(separation_m(&side), travel_m, OPENING_MAX_M),
                     ..*last
                 }
             }
-            (_, _, Some(leader), Some(led)) => Track {
+            (_, _, Some(leader), Some(led)) => PersistentContact {
                 side: led,
-                gap: leader.gap.at(gap_m(&led)),
+                separation: leader.separation.at(separation_m(&led)),
                 ..new
             },
             (side, ..) => {
                 let side = side.unwrap_or(new.side);
-                Track {
+                PersistentContact {
                     side,
-                    gap: Gap::first(gap_m(&side)),
+                    separation: FilteredSeparation::first(separation_m(&side)),
                     ..new
                 }
             }
         };
-        (track, way_m)
+        (contact, travel_m)
     }
 
-    /// Follows a part past a bead from now on; of too many the deepest stay, in the order of beads.
-    fn keep(&mut self, track: Track, faults: &mut FaultSet) {
-        let Err(track) = self.tracks.push(track) else {
+    /// Stores a contact. When there is no room, the deepest stay, sorted by bead.
+    fn keep(&mut self, contact: PersistentContact, faults: &mut FaultSet) {
+        let Err(contact) = self.contacts.push(contact) else {
             return;
         };
-        let gaps = self.tracks.iter().map(|track| track.gap.gap_m).enumerate();
-        let shallowest = gaps.reduce(|a, b| if b.1 > a.1 { b } else { a });
-        let mut lost_m = track.gap.gap_m;
-        if let Some((i, gap_m)) = shallowest.filter(|(_, gap_m)| *gap_m > track.gap.gap_m) {
-            lost_m = gap_m;
+        let separations = self
+            .contacts
+            .iter()
+            .map(|contact| contact.separation.separation_m)
+            .enumerate();
+        let shallowest = separations.reduce(|a, b| if b.1 > a.1 { b } else { a });
+        let mut lost_m = contact.separation.separation_m;
+        if let Some((i, separation_m)) =
+            shallowest.filter(|(_, separation_m)| *separation_m > contact.separation.separation_m)
+        {
+            lost_m = separation_m;
             let mut number = 0;
-            self.tracks.retain(|_| {
+            self.contacts.retain(|_| {
                 number += 1;
                 number != i + 1
             });
-            let _ = self.tracks.push(track); // there is room for one
+            let _ = self.contacts.push(contact); // there is room for one
         }
-        faults.raise_if(lost_m < MAY_TOUCH_M, Fault::ContactOverflow);
+        faults.raise_if(lost_m < CANDIDATE_MARGIN_M, Fault::ContactOverflow);
     }
 
-    /// Remembers what a part leaves on a bead.
-    pub(crate) fn remember(&mut self, bead: u16, part: Role, carried: Carried) {
-        let mut tracks = self.tracks.iter_mut();
-        let same = tracks.find(|track| track.bead == bead && track.part == part);
-        if let Some(track) = same {
-            track.carried = carried;
+    /// Stores the force that a part leaves on a bead.
+    pub(crate) fn store(&mut self, bead: u16, part: Role, cached: CachedForce) {
+        let mut contacts = self.contacts.iter_mut();
+        let same = contacts.find(|contact| contact.bead == bead && contact.part == part);
+        if let Some(contact) = same {
+            contact.cached = cached;
         }
     }
 }
 
-/// What is known of a part and a bead from the last tick.
-fn known_of((tracks, at): (&[Track], usize), bead: u16, part: Role) -> Option<&Track> {
-    let own = tracks.get(at..)?.iter();
-    let mut own = own.take_while(|track| track.bead == bead);
-    own.find(|track| track.part == part)
+/// Contact of a part and a bead from the last tick.
+fn known_of(
+    (contacts, at): (&[PersistentContact], usize),
+    bead: u16,
+    part: Role,
+) -> Option<&PersistentContact> {
+    let own = contacts.get(at..)?.iter();
+    let mut own = own.take_while(|contact| contact.bead == bead);
+    own.find(|contact| contact.part == part)
 }
 
-/// A direction along a tube a tick later.
+/// Direction of a tube a tick later.
 fn turned(last: &Vec3, now: &Vec3) -> Vec3 {
     math::unit(&(last + (now - last) * TURNS)).unwrap_or(*now)
 }
 
-/// The track in which the same part bears on the bead before or after one; of both the one that bears more.
+/// Contact of the same part with the bead before or after one; of both, the one that bears more.
 fn leading<'a>(
-    (tracks, at): (&'a [Track], usize),
+    (contacts, at): (&'a [PersistentContact], usize),
     (number, bead): (u16, &Bead),
     part: Role,
     bodies: &Bodies,
-) -> Option<&'a Track> {
-    let (before, after) = tracks.split_at(at.min(tracks.len()));
+) -> Option<&'a PersistentContact> {
+    let (before, after) = contacts.split_at(at.min(contacts.len()));
     let beads = &bodies.beads;
     let last = number.checked_sub(1).filter(|last| {
         let last = beads.get(*last);
@@ -324,7 +350,7 @@ fn leading<'a>(
         let next = beads.get(*next);
         next.is_some_and(|next| bead.leads_to(next))
     });
-    let bears = |it: &&Track| it.part == part && it.weight > 0.0;
+    let bears = |it: &&PersistentContact| it.part == part && it.weight > 0.0;
     let before = before.iter().rev();
     let before = before.take_while(|it| Some(it.bead) == last).find(bears);
     let after = after.iter().skip_while(|it| it.bead == number);
@@ -335,55 +361,56 @@ fn leading<'a>(
     }
 }
 
-/// The touch of a part on a bead that answers with this weight.
-fn touched(
+/// Candidate of a part on a bead that bears with this weight.
+fn candidate(
     (organ, material): (u8, &Material),
-    place: Place,
+    site: ContactSite,
     (bead, weight): (&Bead, f32),
     (part, ball_radius_m): (&Capsule, f32),
-    track: &Track,
+    contact: &PersistentContact,
     bodies: &Bodies,
-) -> Found {
+) -> Candidate {
     let mut patch = Patch::default();
     patch.add(u32::from(bead.a), 1.0 - bead.share);
     patch.add(u32::from(bead.b), bead.share);
     let behind_m_n = behind_m_n(&patch, material, bodies);
-    let center_m = track.side.at_m(&axis(part));
+    let center_m = contact.side.at_m(&axis(part));
     let wall_n_m = material.contact_stiffness_n_m * bead.stiffness_share * weight;
-    Found {
+    Candidate {
         organ,
-        place,
+        site,
         patch,
-        normal: track.side.normal,
+        normal: contact.side.normal,
         center_m,
-        at_m: center_m - track.side.normal * part.radius_m,
-        answer: Answer::Wall {
+        at_m: center_m - contact.side.normal * part.radius_m,
+        model: ContactModel::Wall {
             wall_n_m,
             flat_m: FLAT_RADII * ball_radius_m,
             behind_m_n,
         },
-        gap_m: track.gap.gap_m,
-        way_m: Vec3::zeros(),
+        separation_m: contact.separation.separation_m,
+        travel_m: Vec3::zeros(),
         friction: material.friction,
         along_n_m: wall_n_m / along_over_across(material.poisson),
-        carried: track.carried,
+        cached: contact.cached,
     }
 }
 
-/// What tissue of spheres gives way to a force on it within a tick, m/N: each sphere as one that is embedded in more of
-/// it on all sides, twice as stiff, for it may lie on other tissue, and as heavy as it is.
+/// Compliance of the tissue behind a bead within a tick, m/N. Each sphere is as heavy as it is, and
+/// held twice as stiffly as a ball embedded in its tissue, because it may lie on other tissue.
 fn behind_m_n(patch: &Patch, material: &Material, bodies: &Bodies) -> f32 {
     let yields = |(sphere, weight): (u32, f32)| {
         let inverse_mass_per_kg = bodies.nodes.at(sphere).inverse_mass_per_kg();
         let held_n_m = 2.0 * embedded_n_m(material, *bodies.radius_m.at(sphere));
-        // As `1 / (held + m / T²)`, also of a sphere that is held fast.
+        // Equal to `1 / (held + m / T²)`, and defined for a fixed sphere as well.
         let moves_m_n = inverse_mass_per_kg * TICK_S * TICK_S;
         weight * weight * moves_m_n / (1.0 + held_n_m * moves_m_n)
     };
     patch.parts().map(yields).sum()
 }
 
-/// Stiffness of a rigid ball in endless elastic tissue, N/m: `24 π G (1 − ν) r / (5 − 6 ν)` (Lur'e 1964).
+/// Stiffness of a rigid ball in infinite elastic tissue, N/m: `24 π G (1 − ν) r / (5 − 6 ν)` (Lur'e
+/// 1964).
 fn embedded_n_m(material: &Material, radius_m: f32) -> f32 {
     let poisson = material.poisson;
     let shear_pa = material.young_pa / (2.0 * (1.0 + poisson));
@@ -395,7 +422,7 @@ fn is_near(part: &Capsule, ball: &Ball) -> bool {
     axis(part).distance_squared_m2(&ball.center_m) < within_m * within_m
 }
 
-/// Whether the jaws hold it.
+/// True while the jaws hold the bead.
 fn is_held(bead: &Bead, bodies: &Bodies) -> bool {
     let held = |sphere: u16| {
         let bits = bodies.bits.at(u32::from(sphere));
@@ -404,9 +431,9 @@ fn is_held(bead: &Bead, bodies: &Bodies) -> bool {
     held(bead.a) || held(bead.b)
 }
 
-/// How the place of a part at this share of its axis has gone, m. Places are counted from the far end:
-/// the shaft slides through its port.
-fn way_m(before: &Capsule, now: &Capsule, share: f32) -> Vec3 {
+/// Travel of a part's point at this share of its axis, m. The point is measured from the far end,
+/// because the shaft slides through its port.
+fn travel_m(before: &Capsule, now: &Capsule, share: f32) -> Vec3 {
     let from_end_m = (1.0 - share) * math::norm(&(now.b_m - now.a_m));
     let place = |part: &Capsule| {
         let back = math::unit(&(part.a_m - part.b_m)).unwrap_or_else(Vec3::zeros);

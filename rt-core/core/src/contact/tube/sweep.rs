@@ -1,17 +1,16 @@
-//! Which side of a tube a tool is on, followed through its motion.
+//! Side of a tube on which a tool lies, followed through its motion.
 
 use crate::math::{self, Vec3};
 
-/// Steps of a tick's motion are at most this share of the reach.
+/// Largest step of a tick's motion, share of the reach.
 const STEP_REACHES: f32 = 0.5;
-/// More steps than these are no motion but a leap.
+/// Motion of more steps than this is a jump.
 const STEPS_MAX: f32 = 16.0;
 
-/// A tool that is this much farther along the tube than it reaches keeps its side, m: what a tool goes
-/// in a tick.
-const BESIDE_M: f32 = 0.003;
+/// Margin along the tube within which a tool keeps its side, m: its travel in a tick.
+const ENGAGED_MARGIN_M: f32 = 0.003;
 
-/// A part of a tool at one moment: its axis, m.
+/// Axis of a part of a tool at one moment, m.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Axis {
     pub(crate) a_m: Vec3,
@@ -30,17 +29,17 @@ impl Axis {
         }
     }
 
-    /// Squared distance of a point, m².
+    /// Squared distance from a point, m².
     pub(crate) fn distance_squared_m2(&self, point_m: &Vec3) -> f32 {
         (self.at(self.nearest(point_m)) - point_m).norm_squared()
     }
 
-    /// Where on it, 0 to 1, it is nearest to a point.
+    /// Closest place on the axis to a point, 0 to 1.
     fn nearest(&self, point_m: &Vec3) -> f32 {
         self.abreast(point_m).clamp(0.0, 1.0)
     }
 
-    /// The same if it had no ends.
+    /// Closest place on the infinite line through the axis.
     fn abreast(&self, point_m: &Vec3) -> f32 {
         let along_m = self.b_m - self.a_m;
         let squared = along_m.norm_squared().max(1.0e-12);
@@ -48,41 +47,41 @@ impl Axis {
     }
 }
 
-/// What of `v` lies across the tube.
+/// Component of `v` across the tube.
 fn across(v: &Vec3, along: &Vec3) -> Vec3 {
     v - along * along.dot(v)
 }
 
 const UP: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
-/// A tool beside a bead.
+/// The side of a bead on which a tool lies.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Side {
     /// From the bead to the tool.
     pub(crate) normal: Vec3,
-    /// Where on the tool's axis, 0 to 1.
+    /// Place on the tool's axis, 0 to 1.
     pub(crate) share: f32,
 }
 
-/// How tool and bead went in a tick.
+/// Motion of tool and bead in a tick.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Motion {
     pub(crate) axis: [Axis; 2],
     pub(crate) bead_m: [Vec3; 2],
-    /// Unit vector along the tube; zero of a bead by itself, which is round.
+    /// Unit vector along the tube; zero for a single bead, which is round.
     pub(crate) along: Vec3,
-    /// Radii of both, m.
+    /// Sum of both radii, m.
     pub(crate) reach_m: f32,
-    /// How far the tool may slip round a bead that stands still, m.
+    /// Slip around a bead at rest that is allowed, m.
     pub(crate) slip_m: f32,
 }
 
 impl Side {
-    /// Seen for the first time.
+    /// Side of a tool that is seen for the first time.
     pub(crate) fn first(axis: &Axis, bead_m: &Vec3, along: &Vec3) -> Self {
         let share = axis.nearest(bead_m);
         let away_m = across(&(axis.at(share) - bead_m), along);
-        // A bead on the axis leaves sideways; any side serves, always the same one.
+        // A bead on the axis leaves sideways; any side serves if it is always the same.
         let any = || math::across(if *along == Vec3::zeros() { &UP } else { along });
         Self {
             normal: math::unit(&away_m).unwrap_or_else(any),
@@ -90,8 +89,14 @@ impl Side {
         }
     }
 
-    /// The same side of a bead beside this one, where [`Side::follow`] would have come to.
-    pub(crate) fn beside(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> Self {
+    /// This side at a neighbouring bead: the one that [`Side::follow`] would have reached there.
+    pub(crate) fn at_neighbour(
+        &self,
+        axis: &Axis,
+        bead_m: &Vec3,
+        along: &Vec3,
+        reach_m: f32,
+    ) -> Self {
         let normal = math::unit(&across(&self.normal, along)).unwrap_or(self.normal);
         let nearest = Self {
             normal,
@@ -100,27 +105,28 @@ impl Side {
         if !nearest.is_engaged(axis, bead_m, along, reach_m) {
             return nearest;
         }
-        // Lifting an axis that leans moves the place along it, which is then lifted by another height: where that ends.
+        // When an oblique axis is lifted, its closest place moves along it, and then needs another
+        // lift. This is the limit.
         let axis_m = axis.b_m - axis.a_m;
         let lean_m = normal.dot(&axis_m);
         let flat_m2 = (axis_m.norm_squared() - lean_m * lean_m).max(1.0e-12);
         let share = axis.abreast(bead_m);
-        let deep_m = -Self { normal, share }.gap_m(axis, bead_m, reach_m);
+        let deep_m = -Self { normal, share }.separation_m(axis, bead_m, reach_m);
         Self {
             normal,
             share: (share - lean_m * deep_m / flat_m2).clamp(0.0, 1.0),
         }
     }
 
-    /// Whether a tool is in the tube, or before it.
+    /// True where a tool is in the tube or in front of it.
     fn is_engaged(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> bool {
         let away_m = axis.at(self.share) - bead_m;
-        // Beside it along the tube, too: the side is the same for all of a tube that lies before a tool.
-        let is_before = along.dot(&away_m).abs() < reach_m + BESIDE_M;
+        // Also in front along the tube: the side is that of all of a tube in front of a tool.
+        let is_before = along.dot(&away_m).abs() < reach_m + ENGAGED_MARGIN_M;
         self.normal.dot(&away_m) < reach_m && is_before
     }
 
-    /// The axis of a tool that is in the tube, lifted out to where it touches.
+    /// Axis of a tool that overlaps the tube, lifted out to where it touches.
     fn lifted(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> Axis {
         if !self.is_engaged(axis, bead_m, along, reach_m) {
             return *axis;
@@ -133,25 +139,25 @@ impl Side {
         }
     }
 
-    /// The way that the tool has gone along this side at the most, m; what the bead has gone included.
-    pub(crate) fn way_m(motion: &Motion) -> f32 {
+    /// Largest travel of the tool along this side, m; the bead's travel included.
+    pub(crate) fn travel_m(motion: &Motion) -> f32 {
         let [from, to] = &motion.axis;
         let tool_m = math::norm(&(to.a_m - from.a_m)).max(math::norm(&(to.b_m - from.b_m)));
         let [was_m, is_m] = &motion.bead_m;
         tool_m + math::norm(&(is_m - was_m))
     }
 
-    /// After this motion; `None` after a leap. What has gone in is lifted out along the last normal and
-    /// followed there, as a god-object is: it stays on its side.
+    /// Side after this motion; `None` after a jump. A tool that overlaps is lifted out along the
+    /// last normal and followed there, as a god-object is, so it keeps its side.
     pub(crate) fn follow(&self, motion: &Motion) -> Option<Self> {
-        let way_m = Self::way_m(motion);
-        let steps = way_m / (STEP_REACHES * motion.reach_m.max(1.0e-6));
+        let travel_m = Self::travel_m(motion);
+        let steps = travel_m / (STEP_REACHES * motion.reach_m.max(1.0e-6));
         if steps.is_nan() || steps > STEPS_MAX {
             return None;
         }
         let count = (steps as u16).saturating_add(1); // `as` cuts off
         let per = f32::from(count).recip();
-        let slip_m = motion.slip_m + 2.0 * way_m * per;
+        let slip_m = motion.slip_m + 2.0 * travel_m * per;
         let mut side = *self;
         for step in 1..=count {
             let share = f32::from(step) * per;
@@ -176,7 +182,7 @@ impl Side {
         let share = lifted.nearest(bead_m);
         let away_m = across(&(lifted.at(share) - bead_m), along);
         let away = math::unit(&away_m).unwrap_or(normal);
-        // In free air it may go round as it likes.
+        // In free air it may turn freely.
         let turn = away - normal;
         let most = if is_engaged {
             slip_m / motion.reach_m.max(1.0e-6)
@@ -195,14 +201,14 @@ impl Side {
         }
     }
 
-    /// From the tube's surface to the tool's, across the tube, m; negative: how deep one is in the other.
-    pub(crate) fn gap_m(&self, axis: &Axis, bead_m: &Vec3, reach_m: f32) -> f32 {
+    /// Separation of tube and tool across the tube, m; negative where they overlap.
+    pub(crate) fn separation_m(&self, axis: &Axis, bead_m: &Vec3, reach_m: f32) -> f32 {
         self.normal.dot(&(axis.at(self.share) - bead_m)) - reach_m
     }
 
-    /// Share of the tube's stiffness with which the bead answers: it falls to nothing where the tool
-    /// crosses the tube farther along it than it reaches. What slides along a tube passes from bead
-    /// to bead without a step, and what presses on it does not push it along.
+    /// Share of the tube's stiffness with which the bead acts. It falls to zero where the tool
+    /// crosses the tube a reach away. So a tool that slides along passes from bead to bead without
+    /// a step, and one that presses does not push along the tube.
     pub(crate) fn weight(&self, axis: &Axis, bead_m: &Vec3, along: &Vec3, reach_m: f32) -> f32 {
         let off = along.dot(&(axis.at(self.share) - bead_m)) / reach_m.max(1.0e-6);
         (1.0 - off * off).max(0.0)
@@ -240,16 +246,16 @@ mod tests {
     }
 
     #[test]
-    fn what_goes_through_stays_on_its_side() {
+    fn crossing_tool_keeps_its_side() {
         let along = Vec3::x() * 0.01;
         let [over, under] = [0.0035, -0.0025].map(|z| rod(Vec3::z() * z, along));
         let side = Side::first(&over, &Vec3::zeros(), &Vec3::y());
         assert!(math::norm(&(side.normal - Vec3::z())) < 1.0e-6);
         let side = side.follow(&motion(over, under)).unwrap();
         assert!(side.normal.z > 0.99, "{side:?}");
-        let gap_m = side.gap_m(&under, &Vec3::zeros(), REACH_M);
-        assert!((gap_m + 0.0045).abs() < 1.0e-5, "{gap_m}");
-        // The bead may as well have gone.
+        let separation_m = side.separation_m(&under, &Vec3::zeros(), REACH_M);
+        assert!((separation_m + 0.0045).abs() < 1.0e-5, "{separation_m}");
+        // The bead may move instead.
         let bead = Motion {
             axis: [over; 2],
             bead_m: [Vec3::zeros(), Vec3::z() * 0.006],
@@ -271,9 +277,9 @@ mod tests {
     }
 
     proptest! {
-        /// A tool that never comes near a bead by itself is never said to touch, however fast it goes past.
+        /// A tool that passes a bead without touching it makes no contact, however fast.
         #[test]
-        fn going_past_is_no_contact(from in vector(0.006), way in vector(0.003), half in vector(0.02)) {
+        fn passing_tool_makes_no_contact(from in vector(0.006), way in vector(0.003), half in vector(0.02)) {
             let (from, to) = (rod(from, half), rod(from + way, half));
             let nearest_m = |axis: &Axis| math::norm(&axis.at(axis.nearest(&Vec3::zeros())));
             for step in 0u8..=20 {
@@ -282,17 +288,18 @@ mod tests {
             }
             let motion = Motion { along: Vec3::zeros(), ..motion(from, to) };
             let side = Side::first(&from, &Vec3::zeros(), &Vec3::zeros()).follow(&motion).unwrap();
-            prop_assert!(side.gap_m(&to, &Vec3::zeros(), REACH_M) > 0.0, "{side:?}");
+            prop_assert!(side.separation_m(&to, &Vec3::zeros(), REACH_M) > 0.0, "{side:?}");
         }
 
-        /// A bead that is led lies where it would come to were it followed there: else it would leave the tool and come
-        /// back with a step, each time nothing is left of its weight.
+        /// A bead that takes its neighbour's side lies where it would be if it were followed.
+        /// Otherwise it would leave the tool and return with a step whenever its weight falls to
+        /// zero.
         #[test]
-        fn who_is_led_comes_where_who_follows_does(deep_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
+        fn led_bead_lies_where_a_followed_one_does(deep_m in 1.0e-4f32..0.004, middle in vector(0.01), half in vector(0.02)) {
             let leader = Side { normal: Vec3::z(), share: 0.5 };
             let still = rod(Vec3::new(middle.x, middle.y, REACH_M - deep_m), half);
             let motion = Motion { slip_m: 0.0, ..motion(still, still) };
-            let led = leader.beside(&still, &Vec3::zeros(), &motion.along, REACH_M);
+            let led = leader.at_neighbour(&still, &Vec3::zeros(), &motion.along, REACH_M);
             let engaged = |side: &Side| side.is_engaged(&still, &Vec3::zeros(), &motion.along, REACH_M);
             prop_assume!(engaged(&led) && engaged(&Side { share: still.nearest(&Vec3::zeros()), ..led }));
             prop_assume!(half.z.abs() < 0.7 * math::norm(&half));
@@ -303,9 +310,10 @@ mod tests {
             prop_assert!((side.share - led.share).abs() < 1.0e-3, "{led:?} {side:?}");
         }
 
-        /// Slow motion changes the gap no faster than the tool moves: no step in the force.
+        /// In slow motion the separation changes no faster than the tool moves: the force has no
+        /// step.
         #[test]
-        fn the_gap_is_continuous(
+        fn separation_is_continuous(
             start in vector(1.0), ways in prop::collection::vec(vector(3.0e-5), 1..200), half in vector(0.02),
         ) {
             let start = across(&start, &Vec3::y());
@@ -314,19 +322,19 @@ mod tests {
             let mut axis = rod(from, half);
             let inward = -from * 0.01;
             let mut side = Side::first(&axis, &Vec3::zeros(), &Vec3::y());
-            let mut gap_m = side.gap_m(&axis, &Vec3::zeros(), REACH_M);
+            let mut separation_m = side.separation_m(&axis, &Vec3::zeros(), REACH_M);
             for way in ways {
                 let way = way + inward;
                 let to = rod((axis.a_m + axis.b_m) * 0.5 + way, half);
                 side = side.follow(&motion(axis, to)).unwrap();
                 axis = to;
-                let next_m = side.gap_m(&axis, &Vec3::zeros(), REACH_M);
+                let next_m = side.separation_m(&axis, &Vec3::zeros(), REACH_M);
                 if next_m < -REACH_M {
                     break; // through the axis, where it may have to go round
                 }
                 let most_m = 8.0 * math::norm(&way) + 6.0e-5;
-                prop_assert!((next_m - gap_m).abs() < most_m, "{gap_m} {next_m}");
-                gap_m = next_m;
+                prop_assert!((next_m - separation_m).abs() < most_m, "{separation_m} {next_m}");
+                separation_m = next_m;
             }
         }
     }

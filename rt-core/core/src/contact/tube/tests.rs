@@ -10,8 +10,8 @@ use proptest::strategy::ValueTree;
 use proptest::test_runner::TestRunner;
 
 use crate::capacity::MAX_ORGANS;
+use crate::contact::constraint::{ContactConstraint, ContactConstraints, ContactModel};
 use crate::contact::patch::Patch;
-use crate::contact::touch::{Answer, Touch, Touches};
 use crate::contact::tube::{TubeContacts, behind_m_n};
 use crate::fault::FaultSet;
 use crate::math::{self, Vec3};
@@ -92,7 +92,7 @@ fn hook(middle_m: Vec3, half_m: Vec3) -> Capsule {
 }
 
 #[test]
-fn the_duct_is_a_string_of_beads() {
+fn duct_is_a_string_of_beads() {
     let duct = Duct::new();
     let scene = Scene::new(&duct.organs, &duct.spheres, &duct.links, room()).unwrap();
     let mut bodies = Box::new(Bodies::new());
@@ -110,7 +110,7 @@ fn the_duct_is_a_string_of_beads() {
 }
 
 #[test]
-fn a_slow_press_and_a_slow_stroke_have_no_step() {
+fn slow_press_and_stroke_have_no_step() {
     // Down by 6 mm at 10 mm/s, then 15 mm along the duct at 15 mm/s, over every bead and sphere.
     let down = (0u16..600).map(|t| Vec3::z() * (0.0025 - 1.0e-5 * f32::from(t)));
     let stroke = (0u16..1000).map(|t| Vec3::new(1.5e-5 * f32::from(t), 0.0, -0.0035));
@@ -128,14 +128,21 @@ fn a_slow_press_and_a_slow_stroke_have_no_step() {
 fn walls_n_m(tubes: &mut TubeContacts, scene: &Scene<'_>, bodies: &Bodies) -> f32 {
     let mut bounds = [Bounds::EMPTY; MAX_ORGANS];
     bounds[0] = bodies.bounds(&scene.organs[0]);
-    let (mut touches, mut faults) = (Touches::default(), FaultSet::NONE);
+    let (mut constraints, mut faults) = (ContactConstraints::default(), FaultSet::NONE);
     let on_it = hook(Vec3::z() * 0.0015, Vec3::y() * 0.004);
-    tubes.find(&[on_it], scene, &bounds, bodies, &mut touches, &mut faults);
-    let wall = |touch: &Touch| match touch.answer {
-        Answer::Wall { wall_n_m, .. } => wall_n_m,
-        Answer::HalfSpace(_) => 0.0,
+    tubes.find(
+        &[on_it],
+        scene,
+        &bounds,
+        bodies,
+        &mut constraints,
+        &mut faults,
+    );
+    let wall = |touch: &ContactConstraint| match touch.model {
+        ContactModel::Wall { wall_n_m, .. } => wall_n_m,
+        ContactModel::HalfSpace(_) => 0.0,
     };
-    touches.iter().map(wall).sum()
+    constraints.iter().map(wall).sum()
 }
 
 #[test]
@@ -169,20 +176,21 @@ fn jaws_do_not_push_what_they_hold() {
 #[derive(Debug, Clone, Copy)]
 struct Crossing {
     speed_m_s: f32,
-    /// Where along the duct, m.
+    /// Place along the duct, m.
     place_m: f32,
-    /// Share of a tick's way at which it starts.
+    /// Share of a tick's travel at which it starts.
     start: f32,
-    /// Out of the plane across the duct, of the hook and of its way; round the duct, rad.
-    lean: f32,
+    /// Out of the plane across the duct, of the hook and of its travel; round the duct, rad.
+    tilt: f32,
     turn: f32,
     along: f32,
 }
 
-/// Whether it was felt, and whether the duct is pushed ahead of it in the end; `None` where it would end off the duct.
+/// Returns whether the hook was felt, and whether it pushes the duct ahead in the end; `None` where
+/// it would end off the duct.
 fn crossed(it: &Crossing) -> Option<[bool; 2]> {
     let way = Vec3::new(0.0, it.turn.cos(), it.turn.sin());
-    let across = Vec3::new(it.lean, -it.turn.sin(), it.turn.cos()).normalize();
+    let across = Vec3::new(it.tilt, -it.turn.sin(), it.turn.cos()).normalize();
     let step_m = (way + Vec3::x() * it.along) * (it.speed_m_s * 1.0e-3);
     let ticks = (0.020 / (it.speed_m_s * 1.0e-3)) as u16;
     let from_m = Vec3::x() * it.place_m - way * 0.010 - step_m * it.start;
@@ -200,27 +208,27 @@ fn crossed(it: &Crossing) -> Option<[bool; 2]> {
 prop_compose! {
     fn crossing(speed_m_s: core::ops::Range<f32>)(
         speed_m_s in speed_m_s, place_m in -0.008f32..0.008, start in 0.0f32..1.0,
-        lean in -0.5f32..0.5, turn in 0.0f32..6.2, along in -0.4f32..0.4,
+        tilt in -0.5f32..0.5, turn in 0.0f32..6.2, along in -0.4f32..0.4,
     ) -> Crossing {
-        Crossing { speed_m_s, place_m, start, lean, turn, along }
+        Crossing { speed_m_s, place_m, start, tilt, turn, along }
     }
 }
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]
-    /// However a hook crosses the duct, at up to 2 m/s: the duct is not left behind.
+    /// A hook that crosses the duct at up to 2 m/s does not pass through it.
     #[test]
-    fn no_hook_passes_through(it in crossing(0.05..2.0)) {
+    fn hook_does_not_pass_through_a_duct(it in crossing(0.05..2.0)) {
         let crossed = crossed(&it);
         prop_assume!(crossed.is_some());
         prop_assert!(crossed == Some([true; 2]), "{crossed:?}");
     }
 }
 
-/// The hand's fastest: always felt; and where the duct, drawn 8 mm aside, is pressed flat and slips off, which happens, it
-/// is once in a few hundred.
+/// At the hand's fastest the hook is always felt. The duct, drawn 8 mm aside, may be pressed flat
+/// and slip off, at most once in a few hundred.
 #[test]
-fn at_3_m_s_hardly_a_hook_passes_through() {
+fn hook_at_3_m_s_hardly_passes_through() {
     let mut runner = TestRunner::deterministic();
     let [mut all, mut passed] = [0u32; 2];
     for _ in 0..400 {
@@ -234,10 +242,11 @@ fn at_3_m_s_hardly_a_hook_passes_through() {
     assert!(all > 300 && passed * 100 <= all, "{passed} of {all}");
 }
 
-/// Tissue of 3 kPa and spheres of 1.5 mm, by hand: `24 π 1034 (1 − 0.45) 0.0015 / (5 − 2.7)` = 28 N/m, twice as stiff and
-/// with `m / T²` = 12 N/m beside it: 68 N/m. Between two spheres half of each bears: half as much gives way.
+/// Tissue of 3 kPa and spheres of 1.5 mm, by hand: `24 π 1034 (1 − 0.45) 0.0015 / (5 − 2.7)` = 28
+/// N/m, held twice as stiffly, plus `m / T²` = 12 N/m: 68 N/m. Between two spheres each bears half,
+/// so the compliance is halved.
 #[test]
-fn what_is_behind_a_bead_by_hand() {
+fn compliance_behind_a_bead_is_lures() {
     let (duct, mut bodies) = (Duct::new(), Box::new(Bodies::new()));
     let scene = Scene::new(&duct.organs, &duct.spheres, &duct.links, room()).unwrap();
     bodies.load(&scene);
@@ -263,7 +272,7 @@ fn what_is_behind_a_bead_by_hand() {
     assert!((alone * 67.9 - 1.0).abs() < 0.01, "{alone}");
     let between = behind([0.5, 0.5], &bodies);
     assert!((between / alone - 0.5).abs() < 1.0e-4);
-    // What is held fast does not give way.
+    // A fixed sphere does not yield.
     bodies.nodes.at_mut(0).set_inverse_mass_per_kg(0.0);
     assert!(behind([1.0, 0.0], &bodies).to_bits() == 0);
 }

@@ -15,7 +15,7 @@ pub(crate) use electrode::{Dose, Electrode};
 use heapless::Vec;
 
 use crate::capacity::MAX_ORGANS;
-use crate::contact::contact_force::Contact;
+use crate::contact::contact_force::ContactForce;
 use crate::math::Vec3;
 use crate::procedure::cautery::burn::TouchedCell;
 use crate::procedure::journal::Journal;
@@ -50,7 +50,7 @@ impl Cautery {
     pub(crate) fn burn(
         &mut self,
         electrode: &Electrode,
-        (contacts, cells): (&[Contact], &[TouchedCell]),
+        (contacts, cells): (&[ContactForce], &[TouchedCell]),
         scene: &Scene<'_>,
         bodies: &mut Bodies,
         vessels: &mut Vessels,
@@ -188,7 +188,7 @@ fn touched_bars_m2(
 /// How much of each organ's surface the electrode touches, m². Tubes are bars, not surfaces.
 fn touched_surfaces(
     electrode: &Electrode,
-    contacts: &[Contact],
+    contacts: &[ContactForce],
     scene: &Scene<'_>,
 ) -> [f32; MAX_ORGANS] {
     let mut areas_m2 = [0.0; MAX_ORGANS];
