@@ -1,4 +1,37 @@
-//! The tick.
+//! The tick: `sample → tool → contact → solve → force → procedure → publish`.
+//!
+//! | stage | does |
+//! |---|---|
+//! | sample | reads the newest poses, buttons and commands; checks them, and how old they are |
+//! | tool | takes the instrument through the port, opens and closes its jaws |
+//! | contact | finds what tools, clips and other organs touch |
+//! | solve | moves the tissue, in substeps, with every constraint |
+//! | force | adds up what acts on the handle and takes it through the safety chain; the device gets it at once |
+//! | procedure | burns, cuts, clips and leaks; raises the events |
+//! | publish | fills a frame, if an empty one is there |
+//!
+//! # Determinism
+//!
+//! Every input of a tick passes through `Ports::sample` and `Ports::may`. A recording of both
+//! reproduces the run bit for bit. The core calls no maths library and uses no fused multiply-add;
+//! square roots are correctly rounded. Measured quantities (time, admission) reach the simulation
+//! as recorded answers only.
+//!
+//! # Digest
+//!
+//! A tick leaves a hash of the tools, sums of the bits of all spheres, and eight bits of each
+//! organ's. Every sphere counts in every tick, so the first tick that differs is known, and the
+//! organ. A hash of all spheres would take longer than a tick has to spare. What feeds back into
+//! none of these, such as how much a leak lets through, the digest does not see.
+//!
+//! # Checkpoints
+//!
+//! `Sim::checkpoint` keeps what a tick left, 1.5 MB. Any later moment is reached from it bit for
+//! bit.
+//!
+//! # Prepared tasks
+//!
+//! `Command::Start` puts on clips and divides as the tasks before would have, without events.
 
 mod checkpoint;
 mod digest;

@@ -1,12 +1,90 @@
-//! Soft tissue: inner spheres moved by position-based dynamics.
+//! Soft tissue: spheres that carry mass, tetrahedra between their centres, and links.
 //!
-//! A tick moves an organ in its number of substeps. Each lets every sphere fly (`predict`), lets a
-//! [`Solver`], ties and the contacts correct where it lands, and makes the correction its velocity
-//! (`advance`). Organs go side by side (`substeps`).
+//! # State
 //!
-//! A centre is stored as rest position, displacement, and the displacement's change in this
-//! substep. Displacement and change are small, so that they keep the bits which a centre far from
+//! A centre is stored as its rest position, its displacement, and the change of the displacement in
+//! this substep. Displacement and change are small, so they keep the bits that a centre far from
 //! the origin would lose: a resting organ rests.
+//!
+//! # A substep
+//!
+//! A tick moves an organ in its number of substeps, a power of two. Each predicts the free flight
+//! of every sphere (`predict`), lets a [`Solver`], the attachments and the contacts correct it, and
+//! takes the velocity from the corrected displacement (`advance`). There are substeps and no
+//! iterations: stiffness must not depend on how often the solver ran. It does not while the
+//! stiffness number `E dt² / (ρ h²)` of a substep is at most 0.2. Preparation chooses the substeps
+//! by that number, and twice as many for an organ that does not come to rest after it was shaken: a
+//! few flat tetrahedra are stiffer than the number says.
+//!
+//! # The neo-Hookean solid
+//!
+//! Each tetrahedron has the stable neo-Hookean energy of Smith, de Goes and Kim 2018, solved by
+//! XPBD (Macklin 2016; Macklin and Müller 2021). With `F = I + Σ e_a b_aᵀ`, where `e` are the
+//! displacements of the edges and `b` the shape gradients, the two constraints are the volume `det
+//! F − γ` and the shape `√(F:F)`:
+//!
+//! ```text
+//! λ = λ₀ + μ        γ = 1 + μ/λ
+//! g_a = cof(F) b_a       h_a = F b_a / √(F:F)       (corner 0: minus the sum)
+//! m11 = (1+r) Σ w|g|² + 1/(λ V dt²)   m12 = (1+r) Σ w g·h   m22 = (1+r) Σ w|h|² + 1/(μ V dt²)
+//! m · (p, q) = −(C + r ∇C·d)          d_a += w_a (p g_a + q h_a)
+//! ```
+//!
+//! Both are solved together, in one pass from zero multipliers. `r` is the material's retardation
+//! time over `dt`: strain rate is damped, rigid motion is not. Linear tetrahedra lock beyond a
+//! Poisson's ratio of 0.45, so it counts as 0.45 at most (`POISSON_MAX`). They also resist a little
+//! more than the solid that they stand for, so they get 0.965 of Young's modulus
+//! (`STIFFNESS_SHARE`).
+//!
+//! Preparation orders the tetrahedra so that eight neighbours share no sphere. `kernel` solves a
+//! batch of eight at a time, in AVX registers or in plain arrays, with the same additions,
+//! multiplications, divisions and roots in the same order. The bits are the same.
+//!
+//! # Links
+//!
+//! Tubes, and whatever no tetrahedron joins, have elastic links: `C = |p1 − p2| − L` with a
+//! compliance. Attachments between organs, threads, the grip of jaws and contact are constraints of
+//! the same kind. The multiplier of each is its force.
+//!
+//! # Damage
+//!
+//! A link keeps one number, its damage, from intact to torn. A link is a bundle of fibres that tear
+//! one after another (a cohesive law): its force rises with the stiffness `k` up to a stretch `s`
+//! and falls as fast from there to nothing at `2 s`. That takes the energy `k s²`. So `s = √(G c)`
+//! follows from the compliance `c` and the energy `G` of the tear, toughness times area. A
+//! half-torn link that is let go comes back on a straight line, without the energy that was spent:
+//! no cycle gives energy. Scissors and current damage links too. Tetrahedra neither tear nor are
+//! cut yet.
+//!
+//! # Organs in unequal substeps
+//!
+//! What acts between two organs acts in each substep of the finer one. A sphere of the coarser
+//! organ is then in the middle of a longer substep. Its end of the constraint lies where the sphere
+//! has come to by then, and the impulse acts over the whole of its substep. Were attachments solved
+//! once a tick, in the last of a finer organ's substeps, they would hold it for a sixteenth of the
+//! time and give it sixteen times the speed.
+//!
+//! # Sleep
+//!
+//! An organ that stays in place for 50 ticks sleeps until something comes near. The measure is how
+//! far a sphere leaves the trail that follows it, not its speed: where much is pressed, spheres
+//! alternate between places micrometres apart.
+//!
+//! # Cells
+//!
+//! Fat and connective tissue are divided into cells. Each is carried by the organ's spheres and
+//! stands for the nearest. A cell is removed when it has taken the energy that boils it away, or
+//! when the strand that it stands for has torn. Everything else is a function of the set of removed
+//! cells, not of their order: the contact skin sinks by what is missing under it, a link keeps the
+//! share of its spheres' cells that is left, and a sphere without cells meets nothing and goes
+//! where its neighbours go. Tetrahedra of fat keep their stiffness.
+//!
+//! # The paper's method
+//!
+//! `Method::Paper` is the baseline: stretching (Eq. 3–5) and Laplacian coordinates (Eq. 6–8), in a
+//! fixed number of iterations. Its faults are kept because they are the method's. Stiffness depends
+//! on the number of iterations. The vector `L` does not turn with the tissue, so a rotated organ is
+//! pulled back. Only one sphere moves at a time, so momentum is not conserved.
 
 mod adjacency;
 pub(crate) mod attachment;
