@@ -121,21 +121,21 @@ use pbd::{PaperPbd, PaperSphere};
 use per_sphere::PerSphere;
 use suture::Sutures;
 
-/// Corrects the predicted displacements of one organ by its inner constraints. Contacts are not
-/// its business.
+/// Corrects the predicted displacements of one organ by its inner constraints. Contacts are solved
+/// elsewhere.
 pub trait Solver {
-    /// Projects every constraint of `organ` for a substep of `step_s`; must be bounded by the
-    /// organ's counts.
+    /// Projects every constraint of `organ` in a substep of `step_s`. The organ's counts bound the
+    /// cost.
     fn project(&self, scene: &Scene<'_>, organ: &Organ, step_s: f32, bodies: &mut Bodies);
 }
 
-/// How tissue is solved.
+/// Method by which tissue is solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Method {
-    /// Neo-Hookean tetrahedra: the material is what it is.
+    /// Neo-Hookean tetrahedra with the material's own moduli.
     #[default]
     NeoHookean,
-    /// The paper's stretching and Laplacian coordinates: to compare with.
+    /// The paper's stretching and Laplacian coordinates, as the baseline.
     Paper(PaperPbd),
 }
 
@@ -148,19 +148,20 @@ impl Solver for Method {
     }
 }
 
-/// A sphere as the solver sees it: a cache line, of which tetrahedra touch the first half.
+/// A sphere as the solver sees it: one cache line. Tetrahedra read its first half only.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(64))]
 pub(crate) struct Node {
-    /// Displacement from rest at the start of this substep, m; beside it the inverse mass, 1/kg, 0
-    /// if immovable.
+    /// Displacement from rest at the start of this substep, m. Spare lane: inverse mass, 1/kg; 0 if
+    /// immovable.
     moved_m: Lanes,
-    /// How far it goes in this substep, as predicted and corrected so far, m; beside it zero.
+    /// Change of the displacement in this substep, as predicted and corrected so far, m. Spare
+    /// lane: zero.
     step_m: Lanes,
-    /// Centre at rest, world frame, m; beside it zero.
+    /// Centre at rest, world frame, m. Spare lane: zero.
     rest_m: Lanes,
-    /// Velocity at the end of the last substep, m/s; of an immovable sphere, the velocity with
-    /// which it is led. Beside it zero.
+    /// Velocity at the end of the last substep, m/s; of an immovable sphere the velocity with which
+    /// it is led. Spare lane: zero.
     velocity_m_s: Lanes,
 }
 
@@ -199,25 +200,25 @@ impl Node {
         self.velocity_m_s.vec3()
     }
 
-    /// Bits of the displacement from rest, and of what stands beside it.
+    /// Bits of the displacement from rest, and of the inverse mass in the spare lane.
     #[inline(always)]
     pub(crate) fn moved_bits(&self) -> [u64; 2] {
         (self.moved_m + self.step_m).to_bits()
     }
 
-    /// Bits of the velocity, and of the zero beside it.
+    /// Bits of the velocity, and of the zero in the spare lane.
     #[inline(always)]
     pub(crate) fn velocity_bits(&self) -> [u64; 2] {
         self.velocity_m_s.to_bits()
     }
 
-    /// Moves the sphere on, m.
+    /// Adds `step_m` to the displacement, m.
     #[inline]
     pub(crate) fn move_by(&mut self, step_m: &Vec3) {
         self.step_m = self.step_m + Lanes::new(step_m, 0.0);
     }
 
-    /// Leaves so much of its way in this substep.
+    /// Scales the displacement of this substep by `keep`.
     #[inline]
     pub(crate) fn slow(&mut self, keep: f32) {
         self.step_m = self.step_m.scaled(keep);
@@ -229,28 +230,28 @@ impl Node {
         self.center().vec3()
     }
 
-    /// Predicted centre, world frame, m; what stands beside is of no meaning.
+    /// Predicted centre, world frame, m. The spare lane has no meaning.
     #[inline(always)]
     pub(crate) fn center(&self) -> Lanes {
         self.rest_m + self.moved_m + self.step_m
     }
 
-    /// Predicted centre, as seen from that of `other`, m; what stands beside is of no meaning.
-    /// Rest positions, displacements and steps are subtracted apart: the differences keep bits
-    /// that the difference of centres has lost.
+    /// Predicted centre relative to that of `other`, m. The spare lane has no meaning. Rest
+    /// positions, displacements and steps are subtracted separately: their differences keep bits
+    /// that the difference of two centres has lost.
     #[inline(always)]
     pub(crate) fn from(&self, other: &Self) -> Lanes {
         (self.rest_m - other.rest_m)
             + ((self.moved_m - other.moved_m) + (self.step_m - other.step_m))
     }
 
-    /// The same at the start of this substep.
+    /// Centre relative to that of `other` at the start of this substep.
     #[inline(always)]
     pub(crate) fn away_at_start(&self, other: &Self) -> Lanes {
         (self.rest_m - other.rest_m) + (self.moved_m - other.moved_m)
     }
 
-    /// Puts the sphere to this displacement from rest, m, and leaves it there with this velocity.
+    /// Sets the displacement from rest, m, and the velocity, m/s.
     pub(crate) fn put(&mut self, moved_m: &Vec3, velocity_m_s: &Vec3) {
         self.moved_m = Lanes::new(moved_m, self.moved_m.spare());
         self.step_m = Lanes::ZERO;
@@ -258,16 +259,16 @@ impl Node {
     }
 }
 
-/// Every sphere's state, and which are linked.
+/// State of every sphere, and of the structures between them.
 #[derive(Debug, Clone)]
 pub struct Bodies {
-    /// Where each is and goes.
+    /// Displacement and velocity of each sphere.
     pub(crate) nodes: PerSphere<Node>,
-    /// Scratch of the paper's method.
+    /// Scratch memory of the paper's method.
     paper: PerSphere<PaperSphere>,
     /// Radius, m.
     pub(crate) radius_m: PerSphere<f32>,
-    /// Written by contact and procedure.
+    /// Flags of each sphere, written by contact and procedure.
     pub(crate) bits: PerSphere<SphereBits>,
     /// Index of each sphere's organ.
     pub(crate) organ: PerSphere<u8>,
@@ -275,17 +276,17 @@ pub struct Bodies {
     pub(crate) parted: Parted,
     /// Layered tissue.
     pub(crate) cells: Cells,
-    /// Where tools meet organs without a contact skin.
+    /// Balls by which tools meet organs without a contact skin.
     pub(crate) beads: Beads,
-    /// What hangs organs on the abdominal wall.
+    /// Sutures that hang organs on the abdominal wall.
     pub(crate) sutures: Sutures,
     ties: Ties,
-    /// What follows each sphere's displacement some ticks behind, m.
+    /// Low-pass filtered displacement of each sphere, m: the trail that sleep compares with.
     trail_m: PerSphere<Lanes>,
 }
 
 impl Bodies {
-    /// Nothing yet.
+    /// An empty state, before a scene is loaded.
     #[must_use]
     pub const fn new() -> Self {
         Self {
@@ -304,7 +305,7 @@ impl Bodies {
         }
     }
 
-    /// Takes over `scene`, at rest.
+    /// Loads `scene`, at rest.
     pub(crate) fn load(&mut self, scene: &Scene<'_>) {
         self.adjacency.build(scene.links);
         self.beads.build(scene, &self.adjacency);
@@ -321,7 +322,7 @@ impl Bodies {
         self.rest(scene);
     }
 
-    /// Starts a tick: every organ is simulated, or none, and nothing is touched yet.
+    /// Starts a tick: marks every organ as simulated or not, and clears the contact flags.
     pub(crate) fn begin(&mut self, scene: &Scene<'_>, is_awake: bool) {
         if is_awake {
             self.sutures.draw_in();
@@ -337,7 +338,7 @@ impl Bodies {
         }
     }
 
-    /// Tells that an organ is not simulated this tick.
+    /// Marks an organ as not simulated in this tick.
     pub(crate) fn stand(&mut self, organ: &Organ) {
         let bits = self.bits.range_mut(organ.sphere_start, organ.sphere_count);
         for bits in bits {
@@ -355,7 +356,7 @@ impl Bodies {
         }
     }
 
-    /// The box around an organ as it lies now.
+    /// Bounding box of an organ in its present shape.
     pub(crate) fn bounds(&self, organ: &Organ) -> Bounds {
         let (mut low_m, mut high_m) = (Lanes::splat(f32::MAX), Lanes::splat(f32::MIN));
         let (start, count) = (organ.sphere_start, organ.sphere_count);
@@ -369,7 +370,7 @@ impl Bodies {
         Bounds { low_m, high_m }
     }
 
-    /// Puts every sphere back to rest, and joins what has torn.
+    /// Puts every sphere back to rest, and removes all damage.
     pub(crate) fn rest(&mut self, scene: &Scene<'_>) {
         self.parted.heal(scene);
         self.cells.rest(scene);
@@ -391,7 +392,7 @@ impl Default for Bodies {
     }
 }
 
-/// Inverse mass of a sphere that nobody holds.
+/// Inverse mass of a sphere that is not held, 1/kg.
 pub(crate) fn inverse_mass_per_kg(rest: &RestSphere) -> f32 {
     if rest.held { 0.0 } else { rest.mass_kg.recip() }
 }

@@ -1,22 +1,26 @@
-//! Two organs in unequal substeps, and what acts between them in those of the finer.
+//! Multirate coupling: constraints between two organs with unequal numbers of substeps.
+//!
+//! They are solved in the substeps of the finer organ. A sphere of the coarser organ is then in the
+//! middle of its own, longer substep.
 
 use crate::scene::Scene;
 use crate::time::TICK_S;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::{Bodies, Node};
 
-/// A step of what acts between organs so and so often in a tick.
+/// One step of a constraint between organs. A tick has a fixed number of them.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Moment {
-    /// The finest step with which it begins.
+    /// Index of the finest substep with which it begins.
     now: u32,
-    /// How many of the finest ones it is long, and how many a tick has.
+    /// Its length, in finest substeps; and the number of finest substeps in a tick.
     length: u32,
     finest: u32,
 }
 
 impl Moment {
-    /// What acts so many `times` in a tick has a step that begins with the finest step `now`, or none.
+    /// The step that begins with the finest substep `now`, of a constraint that acts `times` in a
+    /// tick; `None` if none begins there.
     pub(crate) fn due(now: u32, times: u32, scene: &Scene<'_>) -> Option<Self> {
         let finest = scene.finest();
         let length = (finest / times.max(1)).max(1);
@@ -27,18 +31,18 @@ impl Moment {
         })
     }
 
-    /// How long it is, s.
+    /// Length of the step, s.
     pub(crate) fn step_s(&self) -> f32 {
         TICK_S * self.length as f32 / self.finest as f32
     }
 }
 
-/// How a sphere that is on its way through its own organ's substep takes part in a [`Moment`].
+/// State of a sphere within its own organ's substep, as a [`Moment`] sees it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Pace {
-    /// Share of its own substep that is over when the moment ends.
+    /// Share of its own substep that has passed when the moment ends.
     gone: f32,
-    /// How many moments its substep has.
+    /// Number of moments in its substep.
     longer: f32,
     /// Inverse mass, 1/kg.
     weight_per_kg: f32,
@@ -56,22 +60,22 @@ impl Pace {
         }
     }
 
-    /// How far the sphere has gone in its substep when the moment ends, m.
+    /// Displacement of the sphere in its substep up to the end of the moment, m.
     pub(crate) fn way(&self, node: &Node) -> Lanes {
         node.step_m.scaled(self.gone)
     }
 
-    /// The same when it begins.
+    /// Displacement of the sphere in its substep up to the start of the moment, m.
     pub(crate) fn way_before(&self, node: &Node) -> Lanes {
         node.step_m.scaled(self.gone - self.longer.recip())
     }
 
-    /// How far it is by then for a push on it ([`Pace::push`]), 1/kg.
+    /// Displacement at the end of the moment per unit of [`Pace::push`], 1/kg.
     pub(crate) fn weight(&self) -> f32 {
         self.weight_per_kg * self.gone * self.longer
     }
 
-    /// Gives it an impulse of `push_m_kg` over the moment's length, which acts for the whole of its substep.
+    /// Applies an impulse of `push_m_kg` over the moment's length. It acts over the whole substep.
     pub(crate) fn push(&self, node: &mut Node, push_m_kg: Lanes) {
         node.step_m = node.step_m + push_m_kg.scaled(self.weight_per_kg * self.longer);
     }

@@ -1,4 +1,4 @@
-//! The paper's solver: stretching and Laplacian coordinates, a fixed number of iterations.
+//! The paper's solver: stretching and Laplacian coordinates in a fixed number of iterations.
 
 use core::ops::Add;
 
@@ -13,23 +13,23 @@ use crate::tissue::{Bodies, Solver};
 
 /// Position-based dynamics as in the paper (Eq. 3–8).
 ///
-/// In each iteration all links in the scene's order, then all spheres in theirs, each seeing
-/// what the ones before did (Gauss–Seidel). Preparation orders the links so that neighbours in
-/// the list share no sphere: the processor can then work on several at a time.
-/// O(iterations · links).
+/// An iteration visits all links in the scene's order, then all spheres in theirs. Each correction
+/// sees the corrections before it (Gauss–Seidel). Preparation orders the links so that neighbours
+/// in the list share no sphere, so the processor can work on several at a time. O(iterations ·
+/// links).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PaperPbd {
-    /// Iterations in a tick. The paper's stiffness grows with it: its known fault.
+    /// Iterations in a tick. Raising it stiffens the tissue: the known fault of the paper's method.
     pub iterations: u32,
 }
 
-/// A sphere as this method wants it: half a cache line.
+/// A sphere as this method stores it: half a cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(C, align(32))]
 pub(crate) struct PaperSphere {
-    /// Centre at rest, world frame, m; beside it the inverse mass, 1/kg.
+    /// Centre at rest, world frame, m. Spare lane: inverse mass, 1/kg.
     rest_m: Lanes,
-    /// Displacement from rest, m; beside it zero.
+    /// Displacement from rest, m. Spare lane: zero.
     moved_m: Lanes,
 }
 
@@ -67,8 +67,8 @@ impl Solver for PaperPbd {
     }
 }
 
-/// Links that have torn or were cut pull by what is left of them; the Laplacian, which knows spheres and no
-/// links, still counts the two as neighbours.
+/// Projects the links. A damaged link pulls with its remaining stiffness. The Laplacian knows
+/// spheres and no links, so it still counts the two ends as neighbours.
 fn project_stretch(
     scene: &Scene<'_>,
     organ: &Organ,

@@ -1,6 +1,6 @@
 //! Stretching (paper Eq. 3–5).
 
-/// How far the two spheres of a link move along their difference `p1 − p2`, per inverse mass.
+/// Displacement of the two spheres of a link along `p1 − p2`, per inverse mass.
 ///
 /// | paper | here |
 /// |---|---|
@@ -29,7 +29,7 @@ mod tests {
     use crate::math::{self, Quat, Vec3};
     use proptest::prelude::*;
 
-    /// What both spheres move by, per inverse mass.
+    /// Displacement of both spheres, per inverse mass.
     fn step(d: &Vec3, weight_sum: f32, rest_length: f32, stiffness: f32) -> Vec3 {
         d * stretch(math::norm(d), weight_sum, rest_length, stiffness)
     }

@@ -1,21 +1,22 @@
-//! Organs side by side through a tick, each in its substeps.
+//! Advances all organs through a tick, each in its own number of substeps.
 
 use crate::capacity::MAX_ORGANS;
 use crate::scene::{Organ, Scene};
 use crate::tissue::{Bodies, Method, Solver, attachment};
 
-/// What acts on organs from without.
+/// External constraints on organs: tools, clips, and other organs.
 pub(crate) trait Outside {
-    /// In a substep of this organ, before its constraints are solved.
+    /// Before the constraints of a substep of this organ.
     fn lean(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies);
-    /// Between organs, in the finest step `now` of the tick.
+    /// Constraints between organs, in the finest substep `now` of the tick.
     fn between(&mut self, _now: u32, _bodies: &mut Bodies) {}
-    /// In each of its substeps but the last, after they are: `share` of the tick has passed at its end.
+    /// After the constraints of each substep of this organ except the last. `share` of the tick has
+    /// passed at its end.
     fn press(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies);
 }
 
-/// Takes every organ that `moves` through the tick, up to where its last substep ends, which stays open for
-/// what acts once a tick. Returns how many spheres were put back.
+/// Advances every organ that `moves` through the tick. The last substep stays open, so that
+/// constraints that act once a tick can follow. Returns the number of spheres that were reset.
 pub(crate) fn run(
     scene: &Scene<'_>,
     method: &Method,
@@ -49,7 +50,7 @@ pub(crate) fn run(
     put_back
 }
 
-/// The organs that move, each with its index and the length of its substep in finest ones.
+/// Organs that move, each with its index and the length of its substep in finest substeps.
 fn moving<'a>(
     scene: &'a Scene<'_>,
     moves: &'a [bool; MAX_ORGANS],

@@ -126,7 +126,7 @@ fn outcome(bodies: &Bodies, scene: &Scene<'_>) -> List<u32> {
     all
 }
 
-/// What exposure must be, looked at from the neighbours.
+/// Expected exposure, computed from the neighbours.
 fn check(bodies: &Bodies, scene: &Scene<'_>) {
     let mut left = [0u64; SPHERES as usize];
     for (i, cell) in (0u16..).zip(scene.layers.cells) {
@@ -267,7 +267,7 @@ fn a_sphere_without_cells_goes_with_its_neighbours() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(24))]
-    /// The same cells in any order leave the same, to the bit; a reset leaves nothing of it.
+    /// Any order of removal leaves equal state, to the bit; a reset leaves nothing of it.
     #[test]
     fn the_order_does_not_matter(
         order in Just((0..SIDE * SIDE * LAYERS).collect::<List<u16>>()).prop_shuffle(),
