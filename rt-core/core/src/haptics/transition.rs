@@ -1,26 +1,26 @@
-//! What the hand feels does not end from one tick to the next because something was decided: a pause, another
-//! instrument, jaws that let go, a new beginning. What is felt less for that reason fades.
+//! Transitions: a force that ends by a decision fades instead of ending in one tick. Decisions are
+//! a pause, another instrument, jaws that open, a reset. Only the missing part of the force fades.
 
 use crate::time::TICK_S;
 use crate::tool::Wrench;
 
-/// Time in which it does, s.
+/// Duration of a transition, s. Raising it makes the end of a force softer and later.
 const FADE_S: f32 = 0.02;
 
-/// What is felt of what is no more.
+/// The part of a force that is fading.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Fade {
-    /// What was felt in the last tick.
+    /// Wrench that was felt in the last tick.
     last: Wrench,
-    /// The rest of what is no more, and how much of it is still to be felt.
+    /// Missing part of the wrench at the start of the transition, and its share that is still felt.
     rest: Wrench,
     left: f32,
-    /// Something was decided since.
+    /// A transition begins with the next wrench.
     has_leapt: bool,
 }
 
 impl Fade {
-    /// Nothing.
+    /// No transition.
     pub(crate) const NOTHING: Self = Self {
         last: Wrench::ZERO,
         rest: Wrench::ZERO,
@@ -28,12 +28,12 @@ impl Fade {
         has_leapt: false,
     };
 
-    /// What is felt from now on has nothing to do with what was.
+    /// Begins a transition: the next wrench is unrelated to the last.
     pub(crate) fn leap(&mut self) {
         self.has_leapt = true;
     }
 
-    /// What the hand feels in this tick where the tissue does `wrench`, at the handle.
+    /// Wrench that the hand feels in this tick, for the tissue's `wrench` at the handle.
     pub(crate) fn felt(&mut self, wrench: &Wrench) -> Wrench {
         if self.has_leapt {
             let rest = self.last.plus(wrench, -1.0);
