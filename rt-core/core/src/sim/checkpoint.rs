@@ -1,4 +1,5 @@
-//! Going back: what a tick left, kept to go on from later. Not for the tick: it copies more than a megabyte.
+//! Checkpoints: a copy of the state between two ticks, from which the simulation can continue.
+//! Copying takes more than a megabyte, so it is not for use within a tick.
 
 use super::Sim;
 use crate::capacity::MAX_ORGANS;
@@ -41,10 +42,10 @@ pub struct Checkpoint {
 }
 
 impl Sim<'_> {
-    /// How everything is between two ticks.
+    /// Copies the state between two ticks.
     #[must_use]
     pub fn checkpoint(&self) -> Checkpoint {
-        // In full, so that whatever is added to the simulation is added here.
+        // Destructured in full, so that a new field cannot be forgotten here.
         let Self {
             scene: _,
             state,
@@ -88,8 +89,9 @@ impl Sim<'_> {
         }
     }
 
-    /// Goes back to a checkpoint of a simulation of the same scene: what follows is what followed then, bit for
-    /// bit, if the inputs are. One of another scene gives another scene's state, and no panic.
+    /// Restores a checkpoint of a simulation of the same scene. Equal inputs then give equal
+    /// results, bit for bit. A checkpoint of another scene restores that scene's state, without a
+    /// panic.
     pub fn go_back(&mut self, checkpoint: &Checkpoint) {
         let Checkpoint {
             state,

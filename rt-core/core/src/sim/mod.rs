@@ -6,7 +6,7 @@
 //! | tool | takes the instrument through the port, opens and closes its jaws |
 //! | contact | finds what tools, clips and other organs touch |
 //! | solve | moves the tissue, in substeps, with every constraint |
-//! | force | adds up what acts on the handle and takes it through the safety chain; the device gets it at once |
+//! | force | sums the wrench on the handle, limits it, and sends it to the device at once |
 //! | procedure | burns, cuts, clips and leaks; raises the events |
 //! | publish | fills a frame, if an empty one is there |
 //!
@@ -73,17 +73,18 @@ use crate::tissue::{Bounds, Method, Node, substeps};
 use crate::tool::{Capsule, Kinematics, ToolState, capsules, endoscope};
 use crate::words::{Event, EventKind};
 
-/// Organs that move this near to a sleeping one wake it, m.
+/// Distance within which a moving organ wakes a sleeping one, m. Raising it wakes organs earlier,
+/// at more cost.
 const STIR_M: f32 = 0.002;
 
-/// What can be chosen when the simulation starts.
+/// Parameters of a simulation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
-    /// How tissue is solved.
+    /// Method by which tissue is solved.
     pub method: Method,
-    /// Time over which the force rises after each enable, s.
+    /// Time in which the force rises after each enable, s.
     pub force_ramp_s: f32,
-    /// Whether force may leave from the start, without [`Command::EnableForce`].
+    /// True if force may leave from the start, without [`Command::EnableForce`].
     pub force_enabled: bool,
 }
 
@@ -122,7 +123,7 @@ pub struct Sim<'a> {
 }
 
 impl<'a> Sim<'a> {
-    /// Puts `scene` at rest into `state`.
+    /// A simulation of `scene` at rest, in the storage `state`.
     #[must_use]
     pub fn new(
         scene: Scene<'a>,
@@ -164,8 +165,8 @@ impl<'a> Sim<'a> {
         sim
     }
 
-    /// One control period, in the data's order. What it costs is bounded by the scene's counts
-    /// and by [`crate::capacity`]; it neither blocks, allocates nor panics.
+    /// Advances one control period, stage by stage. The scene's counts and [`crate::capacity`]
+    /// bound its cost. It neither blocks, allocates nor panics.
     pub fn tick(&mut self, ports: &mut impl Ports) {
         let mut faults = FaultSet::NONE;
         self.journal.begin();
@@ -196,7 +197,7 @@ impl<'a> Sim<'a> {
         ports.stamp(Stage::Force);
 
         self.work_instrument(&mut faults);
-        // Alarms before what burns and tears: a tick tells of so many events only.
+        // Faults before burns and tears: the number of events in a tick is limited.
         self.note_events(&mut faults);
         self.burn();
         self.tear();
@@ -225,7 +226,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Everything as it was at the start.
+    /// Restores the state of the start.
     fn reset(&mut self) {
         self.let_go();
         self.contacts.clear();
@@ -245,7 +246,7 @@ impl<'a> Sim<'a> {
         });
     }
 
-    /// Device pose → instrument pose through the port, and its shapes; tracker → camera.
+    /// Device pose → instrument pose through the port, and its capsules; tracker → camera.
     fn move_tool(&mut self) {
         let room = self.scene.room();
         if let Some(sample) = self.inputs.device.newest() {
@@ -297,8 +298,7 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// One position-based step of every organ that is awake, each in its substeps, contacts
-    /// included.
+    /// Solves every organ that is awake, each in its substeps, with contacts.
     fn solve(&mut self, far_organs: bool, faults: &mut FaultSet) {
         if self.tool.switches.paused {
             return;
@@ -322,7 +322,7 @@ impl<'a> Sim<'a> {
         };
         let put_back = substeps::run(scene, &self.solver, &moves, &mut outside, bodies);
         faults.raise_if(put_back > 0, Fault::BadSphere);
-        // Where all have come to the tick's end.
+        // All organs have reached the end of the tick.
         self.clips.carry(None, scene, bodies);
         self.grasp.carry(None, 1.0, jaws, scene, bodies);
         self.contacts.push_out(scene, bodies);
@@ -344,8 +344,8 @@ impl<'a> Sim<'a> {
         bodies.carry_gone(scene);
     }
 
-    /// Which organs are stepped in this tick: those near the instrument or in its jaws, and of the
-    /// others those that do not sleep, if there is time for them.
+    /// Organs that are simulated in this tick: those near the instrument or in its jaws, and, if
+    /// there is time, others that do not sleep.
     fn moving_organs(&mut self, far_organs: bool) -> [bool; MAX_ORGANS] {
         let worked = self.worked_organs();
         let mut moves = worked;
@@ -363,7 +363,7 @@ impl<'a> Sim<'a> {
         moves
     }
 
-    /// Whether another organ that moves lies against this one, or pulls at it.
+    /// True if another organ that moves touches this one or pulls at it.
     fn is_stirred(&self, organ: usize) -> bool {
         let Some(own) = self.bounds.get(organ) else {
             return false;
@@ -385,7 +385,7 @@ impl<'a> Sim<'a> {
             && (others.into_iter().any(near) || self.scene.attachments.iter().any(pulls))
     }
 
-    /// Whether the instrument is near each organ, or holds some of it.
+    /// For each organ, true if the instrument is near it or holds part of it.
     fn worked_organs(&self) -> [bool; MAX_ORGANS] {
         let mut worked = [false; MAX_ORGANS];
         let bodies = &self.state.bodies;
@@ -398,7 +398,7 @@ impl<'a> Sim<'a> {
         worked
     }
 
-    /// What the tissue does to the hand, through the limits, in the device's frame.
+    /// Force of the tissue on the hand, through the limits, in the device's frame.
     fn render_force(&mut self, faults: &mut FaultSet) -> ForceCommand {
         let paused = self.tool.switches.paused;
         let pull = self.grasp.pull(&self.state.bodies).filter(|_| !paused);
@@ -457,14 +457,14 @@ impl<'a> Sim<'a> {
         }
     }
 
-    /// Told by the process: the last tick ended after its deadline.
+    /// Records that the last tick ended after its deadline; called by the process.
     pub fn note_overrun(&mut self) {
         let mut set = FaultSet::NONE;
         set.raise(Fault::Overrun);
         self.fault_counters.count(set);
     }
 
-    /// What each fault counted so far.
+    /// Counters of all faults.
     #[must_use]
     pub const fn fault_counters(&self) -> &FaultCounters {
         &self.fault_counters
@@ -479,8 +479,8 @@ impl<'a> Sim<'a> {
         math::sqrt(nodes.map(squared).fold(0.0, f32::max))
     }
 
-    /// Hash of what the simulation computed: spheres, tool, force. Equal after equal inputs, bit
-    /// for bit, in every build.
+    /// Hash of the results: spheres, tool, force. Equal inputs give equal hashes, bit for bit, in
+    /// every build.
     #[must_use]
     pub fn state_hash(&self) -> u64 {
         let mut hash = Hash::new();

@@ -1,4 +1,4 @@
-//! What tools, clips and other organs do to organs within the tick.
+//! Tools, clips and organ contacts as they act on organs within the tick.
 
 use crate::contact::tool_contact::ToolContacts;
 use crate::math::Pose;
@@ -9,7 +9,7 @@ use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::substeps::Outside;
 
-/// All that touches organs.
+/// Everything that acts on organs from outside.
 pub(super) struct Tools<'a> {
     pub(super) scene: &'a Scene<'a>,
     pub(super) jaws: &'a Pose,
