@@ -103,7 +103,7 @@ mod tests {
     };
 
     fn handle() -> Pose {
-        // 0.2 outside, 0.1 inside.
+        // 0.2 m outside the body, 0.1 m inside.
         Pose::from_parts(Vec3::new(0.0, 0.0, 0.2).into(), Quat::identity())
     }
 
@@ -210,8 +210,8 @@ mod tests {
     }
 
     proptest! {
-        /// Springs that give when the hand moves a little: the change of force is no larger than
-        /// the stiffness says, and in some direction at least 1/1.15 of it.
+        /// A small motion of the hand changes the springs' force by no more than the stiffness
+        /// predicts, and in some direction by at least 1/1.15 of that.
         #[test]
         fn the_stiffness_is_that_of_the_stiffest_direction(all in contacts(), way in vector(1.0)) {
             let stiffness = felt(&all, None).stiffness_n_m;
@@ -236,7 +236,7 @@ mod tests {
             prop_assert!(found * 1.16 + 1.0e-2 >= stiffness || all.is_empty(), "{found} {stiffness}");
         }
 
-        /// The hand's work is the contacts' work, in whatever direction it moves.
+        /// The hand's work equals the contacts' work, in any direction of motion.
         #[test]
         fn the_hand_gives_what_the_contacts_take(all in contacts(), way in vector(1.0)) {
             let felt = super::felt(&all, None, &LEVER, &handle(), false);
@@ -247,7 +247,7 @@ mod tests {
             prop_assert!((felt.wrench.force_n.dot(&way) - taken).abs() < tolerance);
         }
 
-        /// Turned with the room or seen in a mirror: the same force, the same stiffness.
+        /// Force and stiffness are invariant under rotation of the room and reflection.
         #[test]
         fn the_room_may_turn_and_be_mirrored(all in contacts(), turn in vector(3.0)) {
             let here = felt(&all, None);

@@ -165,8 +165,8 @@ mod tests {
         rate_hz: 1000.0,
     };
 
-    /// The handle led along `x_m`, a tick each, against a wall of `stiffness` at 0: the forces, the
-    /// largest damping force, and the energy at the end.
+    /// Moves the handle along `way`, a position a tick, against a wall of `stiffness` at 0. Returns the
+    /// largest damping force and the energy at the end.
     fn led(
         way: impl Iterator<Item = f32>,
         stiffness: f32,
@@ -243,8 +243,8 @@ mod tests {
     }
 
     proptest! {
-        /// Nothing without contact, whatever was before; what is added opposes the movement and
-        /// stays within the device's damping.
+        /// Without contact no force is added. An added force opposes the movement and stays within
+        /// the device's damping.
         #[test]
         fn damping_is_only_damping(
             ways in prop::collection::vec((-0.002f32..0.002, -5.0f32..5.0, any::<bool>()), 1..200),

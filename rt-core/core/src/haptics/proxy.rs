@@ -81,7 +81,7 @@ mod tests {
         // 0.2 N too much, 200 N/m: a quarter of 1 mm.
         proxy.give_way(&Vec3::new(0.0, 0.0, 3.2), 200.0, 3.0);
         assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_25)) < 1.0e-8);
-        // 0.1 N below: half of that back; then all.
+        // 0.1 N below: half of that back; then the rest.
         proxy.give_way(&Vec3::new(0.0, 0.0, 2.9), 200.0, 3.0);
         assert!(math::norm(&(proxy.behind_m - Vec3::z() * 0.000_125)) < 1.0e-8);
         proxy.give_way(&Vec3::zeros(), 0.0, 3.0);
@@ -89,7 +89,7 @@ mod tests {
     }
 
     proptest! {
-        /// Never far, never fast, whatever comes; without a force it is back within its way.
+        /// Displacement and step are bounded for any force; without a force it returns.
         #[test]
         fn it_is_continuous_and_comes_back(
             all in prop::collection::vec((vector(1.0e4), 0.0f32..1.0e6, 0.0f32..5.0), 0..200),
@@ -108,7 +108,7 @@ mod tests {
             prop_assert_eq!(proxy, Proxy::AT_HAND);
         }
 
-        /// On a spring of the stiffness that is told, or softer, the force comes to the limit.
+        /// On a spring of the stated stiffness, or a softer one, the force converges to the limit.
         #[test]
         fn the_force_comes_to_the_limit(
             depth_m in 0.0f32..0.03, stiffness in 60.0f32..1000.0, softer in 0.5f32..1.0,

@@ -66,7 +66,7 @@ mod tests {
         assert_eq!(fade.felt(&pulls(0.2)), pulls(0.2));
         let mut last = fade.felt(&pulls(2.0));
         fade.leap();
-        // Twice, the second on top of what is left of the first.
+        // Two transitions; the second begins before the first has ended.
         for tick in 0..60 {
             if tick == 10 {
                 fade.leap();

@@ -20,8 +20,8 @@
 //!
 //! Each tetrahedron has the stable neo-Hookean energy of Smith, de Goes and Kim 2018, solved by
 //! XPBD (Macklin 2016; Macklin and Müller 2021). With `F = I + Σ e_a b_aᵀ`, where `e` are the
-//! displacements of the edges and `b` the shape gradients, the two constraints are the volume `det
-//! F − γ` and the shape `√(F:F)`:
+//! displacements of the edges and `b` the shape gradients, the two constraints are the volume
+//! `det F − γ` and the shape `√(F:F)`:
 //!
 //! ```text
 //! λ = λ₀ + μ        γ = 1 + μ/λ
@@ -42,7 +42,7 @@
 //!
 //! # Links
 //!
-//! Tubes, and whatever no tetrahedron joins, have elastic links: `C = |p1 − p2| − L` with a
+//! Tubes, and tissue that no tetrahedron joins, have elastic links: `C = |p1 − p2| − L` with a
 //! compliance. Attachments between organs, threads, the grip of jaws and contact are constraints of
 //! the same kind. The multiplier of each is its force.
 //!
@@ -58,7 +58,7 @@
 //!
 //! # Organs in unequal substeps
 //!
-//! What acts between two organs acts in each substep of the finer one. A sphere of the coarser
+//! A constraint between two organs acts in each substep of the finer one. A sphere of the coarser
 //! organ is then in the middle of a longer substep. Its end of the constraint lies where the sphere
 //! has come to by then, and the impulse acts over the whole of its substep. Were attachments solved
 //! once a tick, in the last of a finer organ's substeps, they would hold it for a sixteenth of the
@@ -67,8 +67,8 @@
 //! # Sleep
 //!
 //! An organ that stays in place for 50 ticks sleeps until something comes near. The measure is how
-//! far a sphere leaves the trail that follows it, not its speed: where much is pressed, spheres
-//! alternate between places micrometres apart.
+//! far a sphere is from its delayed trail, not its speed: heavily loaded spheres alternate between
+//! places micrometres apart.
 //!
 //! # Cells
 //!

@@ -316,15 +316,15 @@ mod tests {
         // At one and a half times the stretch that it bears, half the force: a third of the
         // stiffness.
         assert!((left(0.5) - 1.0 / 3.0).abs() < 1.0e-6);
-        // A little at a time; never back.
+        // In bounded steps; never back.
         assert!((torn_on(0.0, 0.009, 0.003) - 0.02).abs() < 1.0e-6);
         assert!((torn_on(0.4, 0.0, 0.003) - 0.4).abs() < f32::EPSILON);
         assert!(torn_on(0.0, 0.003, 0.003) <= 0.0);
     }
 
     proptest! {
-        /// Drawn apart slowly, forth and back as it may: what goes in is never less than what comes
-        /// out, and to tear it takes the energy of the tear, no matter how it went there.
+        /// On any slow path of the stretch no energy is gained, and a complete tear takes the energy
+        /// of the tear.
         #[test]
         fn a_tear_takes_its_energy(
             compliance in 1.0e-4f32..0.1, tear_j in 1.0e-6f32..0.1,

@@ -131,7 +131,7 @@ mod tests {
         organs[0].material.laplacian_stiffness = 0.0;
         let scene = Scene::new(&organs, &spheres, &links, room()).unwrap();
         let mut bodies = Box::new(Bodies::new());
-        // 4 mm too long; how much of it is taken back.
+        // 4 mm too long: the share of it that one projection removes.
         let mut taken_m = |parted: f32| {
             bodies.load(&scene);
             bodies.begin(&scene, true);

@@ -9,8 +9,8 @@
 /// | `dp2 = +w2 / (w1 + w2) C n` (Eq. 5) | `+w2 · result · (p1 − p2)` |
 ///
 /// `length` is `|p1 − p2|`, `weight_sum` is `w1 + w2`, `stiffness` the share of the stretch that is
-/// removed (the paper's is 1). Two immovable spheres, and two in one place (whose direction
-/// nobody knows), are left alone.
+/// removed (the paper's is 1). Two immovable spheres, and two in one place (which have no
+/// direction), are left alone.
 #[must_use]
 #[inline(always)]
 pub fn stretch(length: f32, weight_sum: f32, rest_length: f32, stiffness: f32) -> f32 {
@@ -83,7 +83,7 @@ mod tests {
             prop_assert!(math::norm(&momentum) < 1.0e-5 * (1.0 + math::norm(&g)));
         }
 
-        /// It never overshoots: the stretch left is (1 − k) of what there was.
+        /// It never overshoots: the remaining stretch is (1 − k) of the stretch before.
         #[test]
         fn leaves_the_rest_of_the_stretch(d in vector(), w1 in 0.0f32..10.0, w2 in 0.1f32..10.0,
                                           rest in 0.01f32..1.0, k in 0.0f32..1.0) {

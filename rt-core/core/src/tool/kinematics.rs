@@ -267,14 +267,14 @@ mod tests {
             let felt_j = hand.force_n.dot(&step) + hand.torque_n_m.dot(&turn);
             prop_assert!((felt_j - work_j).abs() < 5.0e-6 + 2.0e-3 * f.norm() * step.norm(),
                 "{felt_j} {work_j}");
-            // Without roll the force alone carries it.
+            // Without roll the force alone does the work.
             let wrench = LEVER.wrench(&point(&middle), &f).without_roll(&LEVER.axis(&middle));
             let way = LEVER.way_of(&middle, &point(&middle), &step);
             let felt_j = LEVER.at_handle(&middle, &wrench).force_n.dot(&step);
             prop_assert!((felt_j - f.dot(&way)).abs() < 1.0e-6 + 1.0e-4 * f.norm() * step.norm());
         }
 
-        /// Turned or moved together with the room, or seen in a mirror: the same.
+        /// Invariant under rotation, translation and reflection of the room.
         #[test]
         fn the_lever_knows_no_direction(
             f in vector(3.0), arm in vector(0.05), way in vector(0.1), turn in vector(3.0),
@@ -288,7 +288,7 @@ mod tests {
             let hand = there.at_handle(&(room * h), &there.wrench(&moved, &(room.rotation * f)));
             prop_assert!(math::norm(&(hand.force_n - room.rotation * here.force_n)) < 2.0e-4);
             prop_assert!(math::norm(&(hand.torque_n_m - room.rotation * here.torque_n_m)) < 2.0e-5);
-            // Torques are turned round by a mirror (x → −x here), forces are not.
+            // A reflection (x → −x here) reverses torques as axial vectors; forces are polar vectors.
             let mirror = |v: &Vec3| Vec3::new(-v.x, v.y, v.z);
             let seen = felt(&handle(-0.03, 0.01, 0.28), mirror(&at_m), mirror(&f));
             prop_assert!(math::norm(&(seen.force_n - mirror(&here.force_n))) < 1.0e-5);

@@ -226,7 +226,7 @@ mod tests {
     }
 
     proptest! {
-        /// Against many places on both lines.
+        /// Compared with the smallest distance of many points on both lines.
         #[test]
         fn distances_are_the_smallest(
             points in prop::array::uniform4(prop::array::uniform3(-1.0f32..1.0)),

@@ -164,13 +164,13 @@ mod tests {
         let pull_n_m = free.pull_stiffness_n_m(1.0);
         assert!((pull_n_m - 74.7).abs() < 0.1, "{pull_n_m}");
         assert!(free.pull_stiffness_n_m(0.0) <= 0.0);
-        // More than fits between the jaws is bitten off: 3 mm, to a third.
+        // Tissue is counted only as far as it fits between the jaws: 3 mm, to a third.
         let pinched_n = bite(0.003).squeeze_n(0.001);
         assert!((pinched_n - 0.6276).abs() < 1.0e-3, "{pinched_n}");
     }
 
     proptest! {
-        /// The narrower, the harder; never a pull, never without bound.
+        /// The force grows as the gap narrows; it is never a pull, and always bounded.
         #[test]
         fn squeezing_grows(a in 0.0f32..0.01, b in 0.0f32..0.01, open in 0.0f32..0.01) {
             let bite = bite(open);

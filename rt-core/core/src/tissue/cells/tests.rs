@@ -16,7 +16,7 @@ const LAYERS: u16 = 8;
 /// Spheres of the sheet; one of another organ comes after them.
 const SPHERES: u32 = 16;
 
-/// A block of cells over a row of spheres that are linked and tied to another organ's.
+/// A block of cells over a row of spheres that are linked, and attached to another organ's.
 struct Block {
     organs: [Organ; 2],
     spheres: List<RestSphere>,
@@ -109,7 +109,7 @@ fn loaded(scene: &Scene<'_>) -> Box<Bodies> {
     bodies
 }
 
-/// Everything that follows from which cells are gone.
+/// Asserts the state that follows from the set of removed cells.
 fn outcome(bodies: &Bodies, scene: &Scene<'_>) -> List<u32> {
     let mut all = List::new();
     for i in 0..scene.layers.cells.len() as u16 {
@@ -147,7 +147,7 @@ fn check(bodies: &Bodies, scene: &Scene<'_>) {
     }
 }
 
-/// xorshift: the same everywhere.
+/// xorshift: equal on every machine.
 struct Dice(u32);
 
 impl Dice {
@@ -170,7 +170,7 @@ fn a_million_random_deletions_never_break_it() {
     let mut dice = Dice(2_463_534_242);
     let (mut removed, mut resets) = (0u32, 0);
     for step in 0..1_000_000u32 {
-        // Some of them do not exist.
+        // Some of these cells do not exist.
         let index = dice.below(count + 20) as u16;
         match dice.below(16) {
             0 => {
@@ -238,7 +238,7 @@ fn what_hangs_on_nothing_goes_and_nothing_else_does() {
     check(&bodies, &scene);
 }
 
-/// Else what it carries in part would fall with it.
+/// Otherwise the cells that it carries in part would fall with it.
 #[test]
 fn a_sphere_without_cells_goes_with_its_neighbours() {
     let block = Block::new();
