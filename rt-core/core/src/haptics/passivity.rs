@@ -165,8 +165,8 @@ mod tests {
         rate_hz: 1000.0,
     };
 
-    /// Moves the handle along `way`, a position a tick, against a wall of `stiffness` at 0. Returns the
-    /// largest damping force and the energy at the end.
+    /// Moves the handle along `way`, a position a tick, against a wall of `stiffness` at 0. Returns
+    /// the largest damping force and the energy at the end.
     fn led(
         way: impl Iterator<Item = f32>,
         stiffness: f32,

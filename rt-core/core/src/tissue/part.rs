@@ -323,8 +323,8 @@ mod tests {
     }
 
     proptest! {
-        /// On any slow path of the stretch no energy is gained, and a complete tear takes the energy
-        /// of the tear.
+        /// On any slow path of the stretch no energy is gained, and a complete tear takes the
+        /// energy of the tear.
         #[test]
         fn a_tear_takes_its_energy(
             compliance in 1.0e-4f32..0.1, tear_j in 1.0e-6f32..0.1,

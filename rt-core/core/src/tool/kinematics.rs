@@ -288,7 +288,8 @@ mod tests {
             let hand = there.at_handle(&(room * h), &there.wrench(&moved, &(room.rotation * f)));
             prop_assert!(math::norm(&(hand.force_n - room.rotation * here.force_n)) < 2.0e-4);
             prop_assert!(math::norm(&(hand.torque_n_m - room.rotation * here.torque_n_m)) < 2.0e-5);
-            // A reflection (x → −x here) reverses torques as axial vectors; forces are polar vectors.
+            // A reflection (x → −x here) reverses torques as axial vectors; forces are polar
+            // vectors.
             let mirror = |v: &Vec3| Vec3::new(-v.x, v.y, v.z);
             let seen = felt(&handle(-0.03, 0.01, 0.28), mirror(&at_m), mirror(&f));
             prop_assert!(math::norm(&(seen.force_n - mirror(&here.force_n))) < 1.0e-5);

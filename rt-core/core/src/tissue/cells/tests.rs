@@ -159,8 +159,8 @@ impl Dice {
     }
 }
 
-/// Over and over the whole block is taken away, in any order, some twice, some by heat (of any
-/// number), and put back.
+/// Removes the whole block repeatedly, in random order, some cells twice, some by heat (any number),
+/// and restores it.
 #[test]
 fn a_million_random_deletions_never_break_it() {
     let block = Block::new();
