@@ -7,7 +7,7 @@ use crate::contact::tool_contact::ToolContacts;
 use crate::fault::FaultCounters;
 use crate::haptics::output_limit::OutputLimit;
 use crate::haptics::proxy::Proxy;
-use crate::haptics::transition::Fade;
+use crate::haptics::transition::Transition;
 use crate::procedure::cautery::Cautery;
 use crate::procedure::clip::Clips;
 use crate::procedure::grasp::Grasp;
@@ -33,7 +33,7 @@ pub struct Checkpoint {
     grasp: Grasp,
     cautery: Cautery,
     clips: Clips,
-    fade: Fade,
+    transition: Transition,
     limit: OutputLimit,
     renders_torque: bool,
     journal: Journal,
@@ -60,7 +60,7 @@ impl Sim<'_> {
             grasp,
             cautery,
             clips,
-            fade,
+            transition,
             limit,
             renders_torque,
             journal,
@@ -80,7 +80,7 @@ impl Sim<'_> {
             grasp: grasp.clone(),
             cautery: cautery.clone(),
             clips: clips.clone(),
-            fade: *fade,
+            transition: *transition,
             limit: *limit,
             renders_torque: *renders_torque,
             journal: journal.clone(),
@@ -106,7 +106,7 @@ impl Sim<'_> {
             grasp,
             cautery,
             clips,
-            fade,
+            transition,
             limit,
             renders_torque,
             journal,
@@ -125,7 +125,7 @@ impl Sim<'_> {
         self.grasp = grasp.clone();
         self.cautery = cautery.clone();
         self.clips = clips.clone();
-        self.fade = *fade;
+        self.transition = *transition;
         self.limit = *limit;
         self.renders_torque = *renders_torque;
         self.journal = journal.clone();

@@ -57,7 +57,7 @@ use crate::fault::{Fault, FaultCounters, FaultSet};
 use crate::haptics::handle_force;
 use crate::haptics::output_limit::{Demand, OutputLimit};
 use crate::haptics::proxy::Proxy;
-use crate::haptics::transition::Fade;
+use crate::haptics::transition::Transition;
 use crate::hash::Hash;
 use crate::math::{self, Vec3};
 use crate::port::{DeviceCapabilities, ForceCommand};
@@ -114,7 +114,7 @@ pub struct Sim<'a> {
     grasp: Grasp,
     cautery: Cautery,
     clips: Clips,
-    fade: Fade,
+    transition: Transition,
     limit: OutputLimit,
     renders_torque: bool,
     journal: Journal,
@@ -152,7 +152,7 @@ impl<'a> Sim<'a> {
             grasp: Grasp::default(),
             cautery: Cautery::default(),
             clips: Clips::default(),
-            fade: Fade::NOTHING,
+            transition: Transition::NOTHING,
             limit,
             renders_torque: device.renders_torque(),
             journal: Journal::default(),
@@ -175,7 +175,7 @@ impl<'a> Sim<'a> {
         self.inputs.take(&samples, &mut faults);
         if self.inputs.has_leapt() {
             self.limit.restart();
-            self.fade = Fade::NOTHING;
+            self.transition = Transition::NOTHING;
             self.contacts.clear();
         }
         self.obey(samples.command);
@@ -216,7 +216,7 @@ impl<'a> Sim<'a> {
         match command {
             Some(Command::Pause(paused)) => {
                 self.tool.switches.paused = paused;
-                self.fade.leap();
+                self.transition.discontinuity();
             }
             Some(Command::EnableForce(enabled)) => self.limit.enable(enabled),
             Some(Command::Instrument(instrument)) => self.change_instrument(instrument),
@@ -409,7 +409,7 @@ impl<'a> Sim<'a> {
             &self.proxy.handle(&self.tool.world_from_handle),
             self.renders_torque,
         );
-        let wrench = self.fade.felt(&felt.wrench);
+        let wrench = self.transition.felt(&felt.wrench);
         let world_from_device = &self.scene.room().world_from_device.rotation;
         let demand = Demand {
             force_n: world_from_device.inverse() * wrench.force_n,

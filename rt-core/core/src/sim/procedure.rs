@@ -86,7 +86,7 @@ impl Sim<'_> {
             (true, 0) => self.grasp.close(&blades, |_| true, scene, bodies, faults),
             (false, 1..) => {
                 self.grasp.open(bodies);
-                self.fade.leap();
+                self.transition.discontinuity();
             }
             _ => {}
         }
@@ -150,14 +150,14 @@ impl Sim<'_> {
         } else if self.grasp.count() == 0 {
             self.tell(EventKind::LetGo, first, held as f32);
             self.grasp.open(&mut self.state.bodies);
-            self.fade.leap();
+            self.transition.discontinuity();
         }
     }
 
     pub(super) fn let_go(&mut self) {
         self.tell_of_grasp(EventKind::LetGo, self.grasp.count() as f32);
         self.grasp.open(&mut self.state.bodies);
-        self.fade.leap();
+        self.transition.discontinuity();
     }
 
     fn tell_of_grasp(&mut self, kind: EventKind, value: f32) {
