@@ -28,7 +28,7 @@ const SLEW_N: f32 = 1.0;
 const STABLE_SHARE: f32 = 0.7;
 /// Force by which the stiffness gate's share may change in a tick, N, besides half of the change of
 /// the force itself. It is below the threshold of feeling; a larger one is felt as a knock.
-const SHARE_STEP_N: f32 = 0.001;
+const SCALE_STEP_N: f32 = 0.001;
 /// Ticks for which the largest stiffness is held before it fades. A stiffness that flickers
 /// (spheres that stick and slip) is thus rendered steadily, as its maximum.
 const STIFF_TICKS: u32 = 50;
@@ -38,7 +38,7 @@ const RIGID_N_M: f32 = 1.0e6;
 const FADES: f32 = 0.98;
 /// Least share that serves as a divisor. A device with hardly any damping may render a thousandth
 /// of a wall of 20 kN/m.
-const SHARE_MIN: f32 = 1.0e-4;
+const SCALE_MIN: f32 = 1.0e-4;
 /// Longest delay of a device for which a stiffness is computed, s.
 const DELAY_MAX_S: f32 = 0.1;
 /// Largest change of torque in a tick, as a share of the peak: as quick as that of force.
@@ -91,7 +91,7 @@ pub struct OutputLimit {
     stiffness_n_m: f32,
     stiff_ticks: u32,
     /// Share of the force that the stiffness gate lets through.
-    share: f32,
+    stiffness_scale: f32,
     /// Size of the force demanded in the last tick, N; 0 after a cut, so that the next force begins
     /// with its own share.
     wanted_n: f32,
@@ -130,7 +130,7 @@ impl OutputLimit {
             gain: 0.0,
             stiffness_n_m: 0.0,
             stiff_ticks: 0,
-            share: 1.0,
+            stiffness_scale: 1.0,
             wanted_n: 0.0,
             heat_n2: 0.0,
             last: ForceCommand::default(),
@@ -169,7 +169,7 @@ impl OutputLimit {
     /// Largest demand that can be rendered fully now, N: the present peak over the stiffness gate's
     /// share. `None` for a device without motors.
     pub(crate) fn rendered_n(&self) -> Option<f32> {
-        (self.peak_n > 0.0).then(|| self.limit_n() / self.share.max(SHARE_MIN))
+        (self.peak_n > 0.0).then(|| self.limit_n() / self.stiffness_scale.max(SCALE_MIN))
     }
 
     /// Energy that the hand put into contact and the device's damping and did not get back, J.
@@ -256,7 +256,7 @@ impl OutputLimit {
         // While the tissue pushes harder, the felt force must not fall; while it yields, the felt
         // force must not rise. A force that falls as the hand goes deeper is unstable.
         let wanted_n = math::norm(&demand.force_n);
-        let same = self.share * self.wanted_n / wanted_n.max(LIMIT_MIN);
+        let same = self.stiffness_scale * self.wanted_n / wanted_n.max(LIMIT_MIN);
         let goal = if wanted_n > self.wanted_n {
             goal.max(same)
         } else if wanted_n < self.wanted_n {
@@ -265,11 +265,11 @@ impl OutputLimit {
             goal
         };
         // A felt force changes slowly; a new one begins with its own share.
-        let step_n = SHARE_STEP_N + 0.5 * (wanted_n - self.wanted_n).abs();
+        let step_n = SCALE_STEP_N + 0.5 * (wanted_n - self.wanted_n).abs();
         let step = step_n / self.wanted_n.max(step_n);
-        self.share += (goal - self.share).max(-step).min(step);
+        self.stiffness_scale += (goal - self.stiffness_scale).max(-step).min(step);
         self.wanted_n = wanted_n;
-        self.share
+        self.stiffness_scale
     }
 
     fn remember_stiffness(&mut self, now_n_m: f32) {
