@@ -7,7 +7,7 @@ use crate::fault::FaultSet;
 use crate::math::Vec3;
 use crate::scene::Scene;
 use crate::tissue::substeps::{self, Outside};
-use crate::tissue::{Bodies, Bounds, Method, inverse_mass_per_kg, part};
+use crate::tissue::{Bodies, Bounds, Method, damage, inverse_mass_per_kg};
 use crate::tool::Capsule;
 
 /// Organs of a scene, stepped as in the tick, each in its substeps.
@@ -139,7 +139,7 @@ impl<'a> Tissue<'a> {
             put_back += bodies.advance(organ, scene.step_s_of(i));
             bodies.stop_leading(organ);
         }
-        part::tear_all(&scene, bodies, |_| ());
+        damage::tear_all(&scene, bodies, |_| ());
         self.tick = self.tick.wrapping_add(1);
         put_back
     }

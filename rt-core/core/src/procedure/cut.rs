@@ -12,7 +12,7 @@ use crate::procedure::clip::guards;
 use crate::procedure::grasp::Jaws;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
-use crate::tissue::part::{Apart, part_all, sparing_none};
+use crate::tissue::damage::{Apart, damage_all, sparing_none};
 
 /// Cuts links between these blades, which have closed by `closed` of their opening, except at clips
 /// (`clips`: links and places, world frame, m). `cut` receives each severed link. Returns true if
@@ -26,7 +26,7 @@ pub(crate) fn cut_all(
     cut: impl FnMut(Apart),
 ) -> bool {
     let mut is_cutting = false;
-    part_all(scene, bodies, sparing_none, cut, |bar, parted| {
+    damage_all(scene, bodies, sparing_none, cut, |bar, parted| {
         let Some(crossing) = blades.crossing(&bar.ends_m, bar.radius_m) else {
             return parted;
         };

@@ -9,7 +9,7 @@ use crate::procedure::cut::cut_all;
 use crate::procedure::grasp::Jaws;
 use crate::sim::Sim;
 use crate::time::TICK_S;
-use crate::tissue::part::tear_all;
+use crate::tissue::damage::tear_all;
 use crate::tool::{Instrument, Tool, ToolState};
 use crate::words::{Event, EventKind};
 

@@ -91,12 +91,12 @@ pub(crate) mod attachment;
 pub(crate) mod bar;
 mod breath;
 pub mod cells;
+pub(crate) mod damage;
 mod integrate;
 pub mod lanes;
 pub mod laplacian;
 pub mod neo_hookean;
 pub(crate) mod pace;
-pub(crate) mod part;
 pub mod pbd;
 pub(crate) mod per_sphere;
 pub(crate) mod sleep;
@@ -114,9 +114,9 @@ use crate::tissue::tubes::Beads;
 use crate::words::SphereBits;
 pub(crate) use adjacency::Adjacency;
 use attachment::Ties;
+use damage::Damage;
 use lanes::Lanes;
 use neo_hookean::NeoHookean;
-use part::Parted;
 use pbd::{PaperPbd, PaperSphere};
 use per_sphere::PerSphere;
 use suture::Sutures;
@@ -273,7 +273,7 @@ pub struct Bodies {
     /// Index of each sphere's organ.
     pub(crate) organ: PerSphere<u8>,
     pub(crate) adjacency: Adjacency,
-    pub(crate) parted: Parted,
+    pub(crate) parted: Damage,
     /// Layered tissue.
     pub(crate) cells: Cells,
     /// Balls by which tools meet organs without a contact skin.
@@ -296,7 +296,7 @@ impl Bodies {
             bits: PerSphere::new(SphereBits(0)),
             organ: PerSphere::new(0),
             adjacency: Adjacency::new(),
-            parted: Parted::NONE,
+            parted: Damage::NONE,
             cells: Cells::new(),
             beads: Beads::new(),
             sutures: Sutures::NONE,

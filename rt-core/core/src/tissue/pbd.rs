@@ -4,9 +4,9 @@ use core::ops::Add;
 
 use crate::math;
 use crate::scene::{Organ, Scene};
+use crate::tissue::damage::Damage;
 use crate::tissue::lanes::Lanes;
 use crate::tissue::laplacian::laplacian;
-use crate::tissue::part::Parted;
 use crate::tissue::per_sphere::PerSphere;
 use crate::tissue::stretch::stretch;
 use crate::tissue::{Bodies, Solver};
@@ -73,7 +73,7 @@ fn project_stretch(
     scene: &Scene<'_>,
     organ: &Organ,
     spheres: &mut PerSphere<PaperSphere>,
-    parted: &Parted,
+    parted: &Damage,
 ) {
     let links = scene.links_of(organ).iter();
     for (link, left) in links.zip(parted.left_of_links(organ)) {
@@ -114,7 +114,7 @@ mod tests {
     use crate::math::Vec3;
     use crate::scene::Link;
     use crate::scene::tests::{organ, room, sphere};
-    use crate::tissue::part::{part_all, sparing_none};
+    use crate::tissue::damage::{damage_all, sparing_none};
     use std::boxed::Box;
 
     #[test]
@@ -135,7 +135,7 @@ mod tests {
         let mut taken_m = |parted: f32| {
             bodies.load(&scene);
             bodies.begin(&scene, true);
-            part_all(&scene, &mut bodies, sparing_none, |_| (), |_, _| parted);
+            damage_all(&scene, &mut bodies, sparing_none, |_| (), |_, _| parted);
             bodies.nodes.at_mut(1).move_by(&(Vec3::x() * 0.004));
             PaperPbd { iterations: 1 }.project(&scene, &organs[0], 0.001, &mut bodies);
             0.004 - bodies.nodes.at(1).from(bodies.nodes.at(0)).vec3().x + 0.02

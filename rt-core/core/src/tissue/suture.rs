@@ -10,7 +10,7 @@ use crate::capacity::MAX_SUTURES;
 use crate::hash::Hash;
 use crate::math::{self, Vec3};
 use crate::scene::{Anchor, Attachment, Scene, is_suture};
-use crate::tissue::part::Parted;
+use crate::tissue::damage::Damage;
 
 /// Share by which a hung suture is drawn in per tick: it reaches its final length after two
 /// seconds.
@@ -156,7 +156,7 @@ impl Sutures {
 
     /// Spheres of sutures that wake their organ: those that the trainee's sutures are drawing in,
     /// and those just cut.
-    pub(crate) fn stirring(&mut self, scene: &Scene<'_>, parted: &Parted) -> Vec<u32, MAX_SUTURES> {
+    pub(crate) fn stirring(&mut self, scene: &Scene<'_>, parted: &Damage) -> Vec<u32, MAX_SUTURES> {
         let ties = scene.attachments.iter().enumerate();
         let own = ties.filter(|(_, tie)| is_suture(tie));
         let mut stirring = Vec::new();

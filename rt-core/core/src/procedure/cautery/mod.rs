@@ -23,7 +23,7 @@ use crate::procedure::journal::Journal;
 use crate::procedure::vessel::Vessels;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
-use crate::tissue::part::{Apart, part_all, sparing_none};
+use crate::tissue::damage::{Apart, damage_all, sparing_none};
 use crate::tool::Tool;
 use crate::words::{Event, EventKind};
 use wall::{HOLE_M2, Walls};
@@ -80,7 +80,7 @@ impl Cautery {
             vessels.note_change();
             journal.raise(apart.told(EventKind::Cut));
         };
-        part_all(scene, bodies, sparing_none, apart, |bar, parted| {
+        damage_all(scene, bodies, sparing_none, apart, |bar, parted| {
             let is_layered = layered.get(usize::from(bar.organ)) == Some(&true);
             if parted >= 1.0 || is_layered {
                 return parted;
@@ -170,7 +170,7 @@ fn touched_bars_m2(
     bodies: &mut Bodies,
 ) -> f32 {
     let mut sum_m2 = 0.0;
-    part_all(
+    damage_all(
         scene,
         bodies,
         sparing_none,

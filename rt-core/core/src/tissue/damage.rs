@@ -20,26 +20,26 @@ const TEAR_TICKS: f32 = 50.0;
 /// Remaining share of the stiffness of a link with damage `parted`: `(2 s − x) / x` after a stretch
 /// to `x = s (1 + parted)`.
 #[inline]
-fn left(parted: f32) -> f32 {
+fn intact(parted: f32) -> f32 {
     (1.0 - parted) / (1.0 + parted)
 }
 
 /// Damage after a tick at the stretch `stretch_m`, of a link that is elastic up to `whole_m`.
-fn torn_on(parted: f32, stretch_m: f32, whole_m: f32) -> f32 {
+fn torn_at(parted: f32, stretch_m: f32, whole_m: f32) -> f32 {
     let most = (parted + TEAR_TICKS.recip()).min(1.0);
     parted.max((stretch_m / whole_m - 1.0).min(most))
 }
 
 /// Damage of every link and attachment, 0 to 1.
 #[derive(Debug, Clone)]
-pub(crate) struct Parted {
+pub(crate) struct Damage {
     links: [f32; MAX_LINKS],
     ties: [f32; MAX_ATTACHMENTS],
     /// Rest length of each organ's links, as a share of the length in the scene.
     shrunk: [f32; MAX_ORGANS],
 }
 
-impl Parted {
+impl Damage {
     /// No damage.
     pub(crate) const NONE: Self = Self {
         links: [0.0; MAX_LINKS],
@@ -61,12 +61,12 @@ impl Parted {
     /// Remaining share of the stiffness of each link of `organ`, in their order.
     pub(crate) fn left_of_links(&self, organ: &Organ) -> impl Iterator<Item = f32> {
         let own = self.links.get(organ.link_start as usize..);
-        own.unwrap_or(&[]).iter().map(|parted| left(*parted))
+        own.unwrap_or(&[]).iter().map(|parted| intact(*parted))
     }
 
     /// Remaining share of the stiffness of the link with this index.
     pub(crate) fn left_of_link(&self, link: u32) -> f32 {
-        self.links.get(link as usize).map_or(1.0, |it| left(*it))
+        self.links.get(link as usize).map_or(1.0, |it| intact(*it))
     }
 
     /// Severs the link with this index.
@@ -92,7 +92,7 @@ impl Parted {
     /// Damages the link with this index until at most this share of its stiffness remains.
     pub(crate) fn leave_of_link(&mut self, link: u32, share: f32) {
         if let Some(parted) = self.links.get_mut(link as usize) {
-            *parted = parted.max(left(share));
+            *parted = parted.max(intact(share));
         }
     }
 
@@ -100,13 +100,13 @@ impl Parted {
     pub(crate) fn leave_of_tie(&mut self, tie: usize, share: f32) {
         if let Some(parted) = self.ties.get_mut(tie) {
             // The law is its own inverse.
-            *parted = parted.max(left(share));
+            *parted = parted.max(intact(share));
         }
     }
 
     /// Remaining share of the stiffness of the attachment with this index.
     pub(crate) fn left_of_tie(&self, tie: usize) -> f32 {
-        self.ties.get(tie).map_or(1.0, |it| left(*it))
+        self.ties.get(tie).map_or(1.0, |it| intact(*it))
     }
 }
 
@@ -169,13 +169,13 @@ pub(crate) fn tear_all(scene: &Scene<'_>, bodies: &mut Bodies, torn: impl FnMut(
         let squared_m2 = (ends_m[0] - ends_m[1]).norm_squared();
         squared_m2 <= rest_length_m * rest_length_m + ROUNDED * whole_m2
     };
-    part_all(scene, bodies, is_whole, torn, |bar, parted| {
+    damage_all(scene, bodies, is_whole, torn, |bar, parted| {
         let along_m = bar.ends_m[0] - bar.ends_m[1];
         let whole_m = math::sqrt(bar.tear_j * bar.compliance_m_n);
         let tears = whole_m > 0.0 && whole_m.is_finite();
         let stretch_m = math::norm(&along_m) - bar.rest_length_m;
         if tears {
-            torn_on(parted, stretch_m, whole_m)
+            torn_at(parted, stretch_m, whole_m)
         } else {
             parted
         }
@@ -189,7 +189,7 @@ const ROUNDED: f32 = 0.999;
 /// returns the new damage. It is not called where `is_spared` holds, which receives the ends, m,
 /// the rest length, m, and the square of the stretch at which tearing begins, m². `apart` receives
 /// each that was severed.
-pub(crate) fn part_all(
+pub(crate) fn damage_all(
     scene: &Scene<'_>,
     bodies: &mut Bodies,
     is_spared: impl Fn(&[Vec3; 2], f32, f32) -> bool,
@@ -274,7 +274,7 @@ pub(crate) fn part_all(
     }
 }
 
-/// Spares nothing: see [`part_all`].
+/// Spares nothing: see [`damage_all`].
 pub(crate) const fn sparing_none(_ends_m: &[Vec3; 2], _rest_length_m: f32, _whole_m2: f32) -> bool {
     false
 }
@@ -312,14 +312,14 @@ mod tests {
 
     #[test]
     fn by_hand() {
-        assert!((left(0.0) - 1.0).abs() < f32::EPSILON && left(1.0) <= 0.0);
+        assert!((intact(0.0) - 1.0).abs() < f32::EPSILON && intact(1.0) <= 0.0);
         // At one and a half times the stretch that it bears, half the force: a third of the
         // stiffness.
-        assert!((left(0.5) - 1.0 / 3.0).abs() < 1.0e-6);
+        assert!((intact(0.5) - 1.0 / 3.0).abs() < 1.0e-6);
         // In bounded steps; never back.
-        assert!((torn_on(0.0, 0.009, 0.003) - 0.02).abs() < 1.0e-6);
-        assert!((torn_on(0.4, 0.0, 0.003) - 0.4).abs() < f32::EPSILON);
-        assert!(torn_on(0.0, 0.003, 0.003) <= 0.0);
+        assert!((torn_at(0.0, 0.009, 0.003) - 0.02).abs() < 1.0e-6);
+        assert!((torn_at(0.4, 0.0, 0.003) - 0.4).abs() < f32::EPSILON);
+        assert!(torn_at(0.0, 0.003, 0.003) <= 0.0);
     }
 
     proptest! {
@@ -337,10 +337,10 @@ mod tests {
                 let to_m = share * whole_m;
                 while (to_m - at_m).abs() > 1.0e-6 * whole_m {
                     let way_m = (to_m - at_m).max(-step_m).min(step_m);
-                    let force_n = |at_m: f32, parted| at_m * left(parted) / compliance;
+                    let force_n = |at_m: f32, parted| at_m * intact(parted) / compliance;
                     let before_n = force_n(at_m, parted);
                     at_m += way_m;
-                    parted = torn_on(parted, at_m, whole_m);
+                    parted = torn_at(parted, at_m, whole_m);
                     work_j += way_m * 0.5 * (before_n + force_n(at_m, parted));
                     prop_assert!(work_j > -0.001 * tear_j);
                 }
