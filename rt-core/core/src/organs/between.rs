@@ -12,7 +12,7 @@ use crate::organs::pairs::Pair;
 use crate::scene::Scene;
 use crate::tissue::Bodies;
 use crate::tissue::lanes::Lanes;
-use crate::tissue::pace::{Moment, Pace};
+use crate::tissue::multirate::{Multirate, SubstepWindow};
 use crate::words::SphereBits;
 
 /// Pairs nearer than this to touching at the beginning of a tick may touch within it, m: what comes together
@@ -111,17 +111,17 @@ impl Between {
     /// Presses apart, in the finest step `now` of the tick, what touches and whose turn it is.
     pub(crate) fn press_due(&self, now: u32, scene: &Scene<'_>, bodies: &mut Bodies) {
         for close in &self.close {
-            if let Some(moment) = Moment::due(now, close.times, scene) {
+            if let Some(moment) = SubstepWindow::due(now, close.times, scene) {
                 press(&close.pair, &moment, scene, bodies);
             }
         }
     }
 }
 
-fn press(pair: &Pair, at: &Moment, scene: &Scene<'_>, bodies: &mut Bodies) {
+fn press(pair: &Pair, at: &SubstepWindow, scene: &Scene<'_>, bodies: &mut Bodies) {
     let [a, b] = [pair.a, pair.b].map(u32::from);
     let (node_a, node_b) = (*bodies.nodes.at(a), *bodies.nodes.at(b));
-    let [pace_a, pace_b] = [a, b].map(|sphere| Pace::of(sphere, at, scene, bodies));
+    let [pace_a, pace_b] = [a, b].map(|sphere| Multirate::of(sphere, at, scene, bodies));
     let start = node_a.away_at_start(&node_b);
     let now = (start + (pace_a.way(&node_a) - pace_b.way(&node_b))).vec3();
     let near_m = math::norm(&now);

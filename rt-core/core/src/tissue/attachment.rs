@@ -13,7 +13,7 @@ use crate::scene::{Anchor, Attachment, Scene, numbered};
 use crate::tissue::Bodies;
 use crate::tissue::bar::Bar;
 use crate::tissue::lanes::Lanes;
-use crate::tissue::pace::{Moment, Pace};
+use crate::tissue::multirate::{Multirate, SubstepWindow};
 
 /// An attachment in the order of solution.
 #[derive(Debug, Clone, Copy)]
@@ -70,7 +70,7 @@ pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
         let Some(turn) = bodies.ties.turns.get(i).copied() else {
             return;
         };
-        let Some(moment) = Moment::due(now, turn.times, scene) else {
+        let Some(moment) = SubstepWindow::due(now, turn.times, scene) else {
             return; // nor is any after it
         };
         if let Some(tie) = scene.attachments.get(usize::from(turn.tie))
@@ -82,12 +82,18 @@ pub(crate) fn project_due(scene: &Scene<'_>, now: u32, bodies: &mut Bodies) {
     }
 }
 
-fn project(tie: &Attachment, left: f32, at: &Moment, scene: &Scene<'_>, bodies: &mut Bodies) {
+fn project(
+    tie: &Attachment,
+    left: f32,
+    at: &SubstepWindow,
+    scene: &Scene<'_>,
+    bodies: &mut Bodies,
+) {
     if left <= 0.0 {
         return;
     }
     let a = *bodies.nodes.at(tie.sphere);
-    let a_pace = Pace::of(tie.sphere, at, scene, bodies);
+    let a_pace = Multirate::of(tie.sphere, at, scene, bodies);
     let (difference, other) = match tie.to {
         Anchor::World(at_m) => {
             let from = a.rest_m - Lanes::new(&at_m, 0.0);
@@ -95,7 +101,7 @@ fn project(tie: &Attachment, left: f32, at: &Moment, scene: &Scene<'_>, bodies: 
         }
         Anchor::Sphere(sphere) => {
             let b = *bodies.nodes.at(sphere);
-            let b_pace = Pace::of(sphere, at, scene, bodies);
+            let b_pace = Multirate::of(sphere, at, scene, bodies);
             let away = a.away_at_start(&b) + (a_pace.way(&a) - b_pace.way(&b));
             (away, Some((sphere, b_pace)))
         }
