@@ -31,7 +31,7 @@ pub struct Pressed {
     /// Number of contact places.
     pub contacts: usize,
     /// Spheres that were not finite or left the room, and were reset.
-    pub put_back: u32,
+    pub quarantined: u32,
 }
 
 impl<'a> Tissue<'a> {
@@ -94,12 +94,12 @@ impl<'a> Tissue<'a> {
         self.bodies.begin(&self.scene, true);
         self.breathe();
         let (scene, bodies) = (&self.scene, &mut *self.bodies);
-        let mut put_back = substeps::run(scene, &self.method, &ALL, &mut corrected, bodies);
+        let mut quarantined = substeps::run(scene, &self.method, &ALL, &mut corrected, bodies);
         for (i, _) in (0u8..).zip(scene.organs) {
             corrected.press(i, 1.0, scene.step_s_of(i), bodies);
         }
-        put_back += self.end();
-        put_back
+        quarantined += self.end();
+        quarantined
     }
 
     /// Advances one tick with these parts of a tool pressed against the tissue, as in the tick of
@@ -114,14 +114,14 @@ impl<'a> Tissue<'a> {
         }
         let mut faults = FaultSet::NONE; // what is left out is felt in its force
         contacts.find(parts, scene, &bounds, bodies, &mut faults);
-        let mut put_back = substeps::run(scene, &self.method, &ALL, contacts, bodies);
+        let mut quarantined = substeps::run(scene, &self.method, &ALL, contacts, bodies);
         contacts.push_out(scene, bodies);
-        put_back += self.end();
+        quarantined += self.end();
         let list = &self.contacts.list;
         Pressed {
             force_n: list.iter().map(Contact::whole_force_n).sum(),
             contacts: list.len(),
-            put_back,
+            quarantined,
         }
     }
 
@@ -134,14 +134,14 @@ impl<'a> Tissue<'a> {
     /// Ends the last substeps.
     fn end(&mut self) -> u32 {
         let (scene, bodies) = (self.scene, &mut *self.bodies);
-        let mut put_back = 0;
+        let mut quarantined = 0;
         for (i, organ) in (0u8..).zip(scene.organs) {
-            put_back += bodies.advance(organ, scene.step_s_of(i));
+            quarantined += bodies.advance(organ, scene.step_s_of(i));
             bodies.stop_leading(organ);
         }
         damage::tear_all(&scene, bodies, |_| ());
         self.tick = self.tick.wrapping_add(1);
-        put_back
+        quarantined
     }
 
     /// Deepest penetration of these parts of a tool into the tissue, m, as the tick finds it;

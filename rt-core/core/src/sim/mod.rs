@@ -320,8 +320,8 @@ impl<'a> Sim<'a> {
             clips: &mut self.clips,
             grasp: &mut self.grasp,
         };
-        let put_back = substeps::run(scene, &self.solver, &moves, &mut outside, bodies);
-        faults.raise_if(put_back > 0, Fault::BadSphere);
+        let quarantined = substeps::run(scene, &self.solver, &moves, &mut outside, bodies);
+        faults.raise_if(quarantined > 0, Fault::BadSphere);
         // All organs have reached the end of the tick.
         self.clips.carry(None, scene, bodies);
         self.grasp.carry(None, 1.0, jaws, scene, bodies);
@@ -330,9 +330,9 @@ impl<'a> Sim<'a> {
             if !moves {
                 continue;
             }
-            let put_back = bodies.advance(organ, scene.step_s_of(i));
+            let quarantined = bodies.advance(organ, scene.step_s_of(i));
             bodies.stop_leading(organ);
-            faults.raise_if(put_back > 0, Fault::BadSphere);
+            faults.raise_if(quarantined > 0, Fault::BadSphere);
             let pace_m_s = bodies.pace_m_s(organ);
             if self.sleep.note_speed(i.into(), pace_m_s) {
                 bodies.halt(organ);

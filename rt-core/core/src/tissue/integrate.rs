@@ -89,7 +89,7 @@ impl Bodies {
     /// [`SPEED_MAX_M_S`]. A sphere that is not finite, or left the room, goes back to its place
     /// before the substep and rests. Returns the number of those.
     pub(crate) fn advance(&mut self, organ: &Organ, step_s: f32) -> u32 {
-        let mut put_back = 0;
+        let mut quarantined = 0;
         let per_step = Lanes::splat(step_s.recip());
         for node in self.nodes.range_mut(organ.sphere_start, organ.sphere_count) {
             let [x, y, z, _] = (node.moved_m + node.step_m).to_array();
@@ -103,11 +103,11 @@ impl Bodies {
                 }
             } else {
                 node.velocity_m_s = Lanes::ZERO;
-                put_back += 1;
+                quarantined += 1;
             }
             node.step_m = Lanes::ZERO;
         }
-        put_back
+        quarantined
     }
 
     /// Speed of the fastest free sphere of an organ over the last ticks, m/s. Heavily loaded

@@ -25,7 +25,7 @@ pub(crate) fn run(
     bodies: &mut Bodies,
 ) -> u32 {
     let finest = scene.finest();
-    let mut put_back = 0;
+    let mut quarantined = 0;
     for now in 0..finest {
         for (i, organ, own) in moving(scene, moves, finest) {
             if now.is_multiple_of(own) {
@@ -43,11 +43,11 @@ pub(crate) fn run(
                 let step_s = scene.step_s_of(i);
                 let share = ended as f32 / finest as f32;
                 outside.press(i, share, step_s, bodies);
-                put_back += bodies.advance(organ, step_s);
+                quarantined += bodies.advance(organ, step_s);
             }
         }
     }
-    put_back
+    quarantined
 }
 
 /// Organs that move, each with its index and the length of its substep in finest substeps.
