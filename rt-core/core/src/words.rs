@@ -14,7 +14,7 @@ impl SphereBits {
     /// Held between closed jaws.
     pub const GRASPED: Self = Self(4);
     /// Layered tissue of which all cells are removed; nothing collides with it.
-    pub const GONE: Self = Self(8);
+    pub const REMOVED: Self = Self(8);
 
     /// True if every flag of `other` is set.
     #[must_use]

@@ -156,7 +156,7 @@ fn press(pair: &Pair, at: &SubstepWindow, scene: &Scene<'_>, bodies: &mut Bodies
 fn is_gone(bodies: &Bodies, pair: &Pair) -> bool {
     [pair.a, pair.b].iter().any(|&i| {
         let bits = bodies.bits.at(u32::from(i));
-        bits.contains(SphereBits::GONE)
+        bits.contains(SphereBits::REMOVED)
     })
 }
 

@@ -333,7 +333,7 @@ impl Bodies {
             } else {
                 SphereBits(0)
             };
-            let kept = SphereBits::GRASPED.with(SphereBits::GONE);
+            let kept = SphereBits::GRASPED.with(SphereBits::REMOVED);
             *bits = SphereBits(bits.0 & kept.0).with(awake);
         }
     }

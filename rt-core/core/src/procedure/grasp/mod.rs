@@ -154,7 +154,7 @@ impl Grasp {
             let node = bodies.nodes.at(i);
             let center = node.center_m();
             let is_between = meets(&center, radius_m, &joint_m, &tip_m, REACH_M);
-            let is_gone = bodies.bits.at(i).contains(SphereBits::GONE);
+            let is_gone = bodies.bits.at(i).contains(SphereBits::REMOVED);
             if !is_between
                 || is_gone
                 || !takes(*bodies.organ.at(i))

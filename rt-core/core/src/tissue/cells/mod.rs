@@ -249,7 +249,7 @@ impl Bodies {
         let left = self.cells.left_of(sphere);
         if left <= 0.0 {
             let bits = self.bits.at_mut(sphere);
-            *bits = bits.with(SphereBits::GONE);
+            *bits = bits.with(SphereBits::REMOVED);
         }
         let organ = *self.organ.at(sphere);
         for (i, tie) in scene.attachments.iter().enumerate() {

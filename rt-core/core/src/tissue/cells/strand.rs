@@ -46,7 +46,7 @@ impl Bodies {
         let organs = scene.organs.iter();
         for organ in organs.filter(|organ| scene.batches_of(organ).is_empty()) {
             for link in scene.links_of(organ) {
-                let gone = |sphere: u32| self.bits.at(sphere).contains(SphereBits::GONE);
+                let gone = |sphere: u32| self.bits.at(sphere).contains(SphereBits::REMOVED);
                 let (a_gone, b_gone) = (gone(link.a), gone(link.b));
                 if !a_gone && !b_gone {
                     continue;
@@ -95,7 +95,7 @@ impl Bodies {
     fn hangs_on_nothing(&self, run: Option<(u32, Option<u8>, bool)>) -> Option<u32> {
         let (sphere, _, _) = run.filter(|(_, _, torn)| *torn)?;
         let has_cells = self.cells.has_cells(sphere);
-        let gone = self.bits.at(sphere).contains(SphereBits::GONE);
+        let gone = self.bits.at(sphere).contains(SphereBits::REMOVED);
         (has_cells && !gone).then_some(sphere)
     }
 }

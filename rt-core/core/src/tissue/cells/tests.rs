@@ -142,7 +142,7 @@ fn check(bodies: &Bodies, scene: &Scene<'_>) {
     }
     for (i, left) in (0u32..).zip(left) {
         assert_eq!(u64::from(*bodies.cells.left.at(i)), left, "sphere {i}");
-        let gone = bodies.bits.at(i).contains(SphereBits::GONE);
+        let gone = bodies.bits.at(i).contains(SphereBits::REMOVED);
         assert_eq!(gone, left == 0 && bodies.cells.has_cells(i), "sphere {i}");
     }
 }
@@ -232,7 +232,7 @@ fn what_hangs_on_nothing_goes_and_nothing_else_does() {
         .zip(&block.cells)
         .filter(|(_, cell)| cell.sphere() == 3);
     assert_eq!(gone, own.map(|(i, _)| i).collect::<List<u16>>());
-    assert!(bodies.bits.at(3).contains(SphereBits::GONE));
+    assert!(bodies.bits.at(3).contains(SphereBits::REMOVED));
     assert!(bodies.parted.left_of_link(2) <= 0.0 && bodies.parted.left_of_link(3) <= 0.0);
     assert!(bodies.parted.left_of_link(4) >= 1.0);
     check(&bodies, &scene);
