@@ -6,7 +6,7 @@ use crate::contact::tool_contact::ToolContacts;
 use crate::fault::FaultSet;
 use crate::math::Vec3;
 use crate::scene::Scene;
-use crate::tissue::substeps::{self, Outside};
+use crate::tissue::substeps::{self, Coupling};
 use crate::tissue::{Bodies, Bounds, Method, damage, inverse_mass_per_kg};
 use crate::tool::Capsule;
 
@@ -96,7 +96,7 @@ impl<'a> Tissue<'a> {
         let (scene, bodies) = (&self.scene, &mut *self.bodies);
         let mut quarantined = substeps::run(scene, &self.method, &ALL, &mut corrected, bodies);
         for (i, _) in (0u8..).zip(scene.organs) {
-            corrected.press(i, 1.0, scene.step_s_of(i), bodies);
+            corrected.post_solve(i, 1.0, scene.step_s_of(i), bodies);
         }
         quarantined += self.end();
         quarantined
@@ -181,10 +181,10 @@ impl<'a> Tissue<'a> {
 /// A correction in every substep.
 struct Corrected<F>(F);
 
-impl<F: FnMut(&mut Correction<'_>, f32)> Outside for Corrected<F> {
-    fn lean(&mut self, _: u8, _: f32, _: &mut Bodies) {}
+impl<F: FnMut(&mut Correction<'_>, f32)> Coupling for Corrected<F> {
+    fn pre_solve(&mut self, _: u8, _: f32, _: &mut Bodies) {}
 
-    fn press(&mut self, _: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
+    fn post_solve(&mut self, _: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
         self.0(&mut Correction { bodies }, step_s);
     }
 }

@@ -22,7 +22,7 @@ use crate::fault::{Fault, FaultSet};
 use crate::math::{self, Vec3};
 use crate::scene::Scene;
 use crate::tissue::lanes::Lanes;
-use crate::tissue::substeps::Outside;
+use crate::tissue::substeps::Coupling;
 use crate::tissue::{Bodies, Bounds};
 use crate::tool::Capsule;
 use crate::words::SphereBits;
@@ -205,12 +205,12 @@ impl ToolContacts {
     }
 }
 
-impl Outside for ToolContacts {
-    fn lean(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
+impl Coupling for ToolContacts {
+    fn pre_solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies) {
         self.touches.lean(organ, step_s, bodies);
     }
 
-    fn press(&mut self, organ: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
+    fn post_solve(&mut self, organ: u8, _: f32, step_s: f32, bodies: &mut Bodies) {
         self.touches.press(organ, step_s, bodies);
     }
 }

@@ -170,7 +170,7 @@ mod tests {
     use crate::scene::{Organ, RestSphere};
     use crate::time::TICK_S;
     use crate::tissue::Method;
-    use crate::tissue::substeps::{self, Outside};
+    use crate::tissue::substeps::{self, Coupling};
     use std::boxed::Box;
 
     const RADIUS_M: f32 = 0.01;
@@ -186,12 +186,12 @@ mod tests {
 
     struct Only<'a>(&'a Between, &'a Scene<'a>);
 
-    impl Outside for Only<'_> {
-        fn lean(&mut self, _: u8, _: f32, _: &mut Bodies) {}
-        fn between(&mut self, now: u32, bodies: &mut Bodies) {
+    impl Coupling for Only<'_> {
+        fn pre_solve(&mut self, _: u8, _: f32, _: &mut Bodies) {}
+        fn couple(&mut self, now: u32, bodies: &mut Bodies) {
             self.0.press_due(now, self.1, bodies);
         }
-        fn press(&mut self, _: u8, _: f32, _: f32, _: &mut Bodies) {}
+        fn post_solve(&mut self, _: u8, _: f32, _: f32, _: &mut Bodies) {}
     }
 
     fn free(first: u32, spheres: u32, substeps: u32) -> Organ {

@@ -34,9 +34,9 @@
 //! `Command::Start` puts on clips and divides as the tasks before would have, without events.
 
 mod checkpoint;
+mod coupling;
 mod digest;
 mod exchange;
-mod outside;
 mod procedure;
 mod sample;
 mod sew;
@@ -48,8 +48,8 @@ pub use digest::Digest;
 pub use exchange::{Command, Optional, Ports, Samples, Stage, Task};
 pub use view::{SphereView, TickView};
 
+use coupling::Tools;
 use heapless::Vec;
-use outside::Tools;
 
 use crate::capacity::{MAX_CAPSULES, MAX_ORGANS};
 use crate::contact::tool_contact::ToolContacts;
@@ -312,7 +312,7 @@ impl<'a> Sim<'a> {
                 false => bodies.stand(organ),
             }
         }
-        let mut outside = Tools {
+        let mut coupling = Tools {
             scene,
             jaws,
             between: &self.state.between,
@@ -320,7 +320,7 @@ impl<'a> Sim<'a> {
             clips: &mut self.clips,
             grasp: &mut self.grasp,
         };
-        let quarantined = substeps::run(scene, &self.solver, &moves, &mut outside, bodies);
+        let quarantined = substeps::run(scene, &self.solver, &moves, &mut coupling, bodies);
         faults.raise_if(quarantined > 0, Fault::BadSphere);
         // All organs have reached the end of the tick.
         self.clips.carry(None, scene, bodies);

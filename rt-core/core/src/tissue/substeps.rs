@@ -5,14 +5,14 @@ use crate::scene::{Organ, Scene};
 use crate::tissue::{Bodies, Method, Solver, attachment};
 
 /// External constraints on organs: tools, clips, and other organs.
-pub(crate) trait Outside {
+pub(crate) trait Coupling {
     /// Before the constraints of a substep of this organ.
-    fn lean(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies);
+    fn pre_solve(&mut self, organ: u8, step_s: f32, bodies: &mut Bodies);
     /// Constraints between organs, in the finest substep `now` of the tick.
-    fn between(&mut self, _now: u32, _bodies: &mut Bodies) {}
+    fn couple(&mut self, _now: u32, _bodies: &mut Bodies) {}
     /// After the constraints of each substep of this organ except the last. `share` of the tick has
     /// passed at its end.
-    fn press(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies);
+    fn post_solve(&mut self, organ: u8, share: f32, step_s: f32, bodies: &mut Bodies);
 }
 
 /// Advances every organ that `moves` through the tick. The last substep stays open, so that
@@ -21,7 +21,7 @@ pub(crate) fn run(
     scene: &Scene<'_>,
     method: &Method,
     moves: &[bool; MAX_ORGANS],
-    outside: &mut impl Outside,
+    coupling: &mut impl Coupling,
     bodies: &mut Bodies,
 ) -> u32 {
     let finest = scene.finest();
@@ -31,18 +31,18 @@ pub(crate) fn run(
             if now.is_multiple_of(own) {
                 let step_s = scene.step_s_of(i);
                 bodies.predict(scene, organ, step_s);
-                outside.lean(i, step_s, bodies);
+                coupling.pre_solve(i, step_s, bodies);
                 method.project(scene, organ, step_s, bodies);
             }
         }
         attachment::project_due(scene, now, bodies);
-        outside.between(now, bodies);
+        coupling.couple(now, bodies);
         let ended = now + 1;
         for (i, organ, own) in moving(scene, moves, finest) {
             if ended < finest && ended.is_multiple_of(own) {
                 let step_s = scene.step_s_of(i);
                 let share = ended as f32 / finest as f32;
-                outside.press(i, share, step_s, bodies);
+                coupling.post_solve(i, share, step_s, bodies);
                 quarantined += bodies.advance(organ, step_s);
             }
         }
