@@ -39,8 +39,8 @@ fn swing(tissue: &mut Tissue<'_>, tick: f32) {
     tissue.step();
 }
 
-/// Measures `times` livers of `spheres` spheres. A scene holds 4096 spheres at most: more are several
-/// bodies in turn, with as much memory as one body would need.
+/// Measures `times` livers of `spheres` spheres. A scene holds 4096 spheres at most: more are
+/// several bodies in turn, with as much memory as one body would need.
 fn count(spheres: usize, times: usize) {
     let anatomy =
         Anatomy::default().with_ellipsoid(Vec3::zeros(), Vec3::new(0.1, 0.06, 0.048), spheres, 0);

@@ -159,8 +159,8 @@ impl Dice {
     }
 }
 
-/// Removes the whole block repeatedly, in random order, some cells twice, some by heat (any number),
-/// and restores it.
+/// Removes the whole block repeatedly, in random order, some cells twice, some by heat (any
+/// number), and restores it.
 #[test]
 fn a_million_random_deletions_never_break_it() {
     let block = Block::new();
